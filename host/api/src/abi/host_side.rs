@@ -1,0 +1,376 @@
+//! The safe calls a host makes into a loaded plugin.
+
+use super::plugin_side::{self, Description, Package};
+use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawColumn, RawJob, Sink, channel, status};
+use crate::columns::CloudView;
+use crate::frame::{FrameRequest, HostInfo};
+use crate::manifest::{ABI_MAJOR, ABI_MINOR};
+use crate::params::Values;
+use crate::tool::{EditHeader, JobHost, Tile};
+use core::ffi::c_void;
+use std::fmt;
+
+/// Most bytes a plugin may write in one call.
+pub const MAX_OUTPUT_BYTES: usize = 1 << 30;
+
+/// How a call into a plugin failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// The plugin said what went wrong.
+    Error(String),
+    /// The plugin's code panicked; says where.
+    Panic(String),
+    /// The plugin broke the boundary's rules.
+    Misbehaved(String),
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Error(line) | Self::Panic(line) => f.write_str(line),
+            Self::Misbehaved(line) => write!(f, "broke the plugin interface: {line}"),
+        }
+    }
+}
+
+impl std::error::Error for Fault {}
+
+/// A plugin whose code is in memory.
+#[derive(Clone, Copy)]
+pub struct Plugin {
+    table: &'static PluginTable,
+}
+
+/// A frame as a renderer wrote it: decoding is left to the host, which compares first.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct EncodedGraph {
+    /// Msgpack of [`Structure`](crate::graph::Structure).
+    pub structure: Vec<u8>,
+    /// Bytes of uniforms and uploads.
+    pub data: Vec<u8>,
+}
+
+impl Plugin {
+    /// A plugin registered in this program with [`static_plugin!`](crate::static_plugin!).
+    #[must_use]
+    pub fn of<P: Package>() -> Self {
+        Self { table: const { &plugin_side::table::<P>() } }
+    }
+
+    /// A plugin from the address of its exported table.
+    ///
+    /// # Errors
+    /// Where the table's magic, size or version is not this host's.
+    ///
+    /// # Safety
+    /// `table` points to a [`PluginTable`] (or to something that starts with eight other bytes)
+    /// that stays in memory, with the code it points to, until the process ends.
+    pub unsafe fn from_table(table: *const PluginTable) -> Result<Self, Fault> {
+        let misbehaved = |line: String| Err(Fault::Misbehaved(line));
+        // SAFETY: at least eight bytes are readable, by the caller's promise.
+        if unsafe { (*table).magic } != MAGIC {
+            return misbehaved("the function table's magic bytes are wrong".to_owned());
+        }
+        // SAFETY: with the right magic, the fixed head of the table is readable.
+        let (size, plugin) = unsafe { ((*table).size, ((*table).abi_major, (*table).abi_minor)) };
+        if plugin.0 != ABI_MAJOR || plugin.1 > ABI_MINOR {
+            return misbehaved(format!(
+                "its function table speaks ABI {}.{}, this host {ABI_MAJOR}.{ABI_MINOR}",
+                plugin.0, plugin.1
+            ));
+        }
+        if (size as usize) < size_of::<PluginTable>() {
+            return misbehaved(format!(
+                "its function table has {size} bytes, expected {}",
+                size_of::<PluginTable>()
+            ));
+        }
+        // SAFETY: magic, version and size say that a whole table is there, and it stays.
+        Ok(Self { table: unsafe { &*table } })
+    }
+
+    /// What a unit says of itself, by its position in the manifest.
+    ///
+    /// # Errors
+    /// Where the plugin fails or writes something that is no description.
+    pub fn describe(&self, unit: u32) -> Result<Description, Fault> {
+        let mut outputs = Outputs::default();
+        // SAFETY: the table's functions may be called with a sink that lives for the call.
+        let status = unsafe { (self.table.describe)(unit, outputs.sink()) };
+        outputs.check(status)?;
+        rmp_serde::from_slice(outputs.channel(channel::DESCRIPTION))
+            .map_err(|error| Fault::Misbehaved(format!("its description is unreadable: {error}")))
+    }
+
+    /// Makes an instance of a unit, by its position in the manifest.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn create(&self, unit: u32, host: &HostInfo) -> Result<Instance, Fault> {
+        let host = encode(host)?;
+        let mut outputs = Outputs::default();
+        let mut instance = std::ptr::null_mut();
+        // SAFETY: bytes, place and sink live for the call.
+        let status =
+            unsafe { (self.table.create)(unit, borrow(&host), &raw mut instance, outputs.sink()) };
+        outputs.check(status)?;
+        if instance.is_null() {
+            return Err(Fault::Misbehaved("it made no instance and gave no reason".to_owned()));
+        }
+        Ok(Instance { table: self.table, pointer: instance })
+    }
+}
+
+/// An instance of a unit inside a plugin; dropping it ends it there.
+pub struct Instance {
+    table: &'static PluginTable,
+    pointer: *mut c_void,
+}
+
+// SAFETY: units are `Send`, so an instance may be used from another thread than it was made on.
+unsafe impl Send for Instance {}
+// SAFETY: the only call on a shared instance is `tile`, and tracers are `Sync`.
+unsafe impl Sync for Instance {}
+
+impl Instance {
+    /// Has a renderer describe a frame.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn frame(&mut self, request: &FrameRequest) -> Result<EncodedGraph, Fault> {
+        let request = encode(request)?;
+        let mut outputs = Outputs::default();
+        // SAFETY: the instance is alive and used by this call alone; bytes and sink live for it.
+        let status = unsafe { (self.table.frame)(self.pointer, borrow(&request), outputs.sink()) };
+        outputs.check(status)?;
+        Ok(EncodedGraph {
+            structure: outputs.take(channel::STRUCTURE),
+            data: outputs.take(channel::DATA),
+        })
+    }
+
+    /// Has a tracer fill a tile: `pixels` has four floats per pixel of the tile.
+    ///
+    /// # Errors
+    /// Where the plugin fails, or `pixels` has another size than the tile.
+    pub fn tile(
+        &self,
+        request: &FrameRequest,
+        clouds: &[CloudView<'_>],
+        tile: Tile,
+        pixels: &mut [f32],
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
+        let expected = 4 * tile.width as usize * tile.height as usize;
+        if pixels.len() != expected {
+            return Err(Fault::Error(format!(
+                "a tile of {} x {} needs {expected} floats, {} given",
+                tile.width,
+                tile.height,
+                pixels.len()
+            )));
+        }
+        let request = encode(request)?;
+        let columns: Vec<Vec<RawColumn>> = clouds.iter().map(raw_columns).collect();
+        let raw: Vec<RawCloud> =
+            clouds.iter().zip(&columns).map(|(cloud, columns)| raw_cloud(cloud, columns)).collect();
+        let job = raw_job(&job);
+        let mut outputs = Outputs::default();
+        // SAFETY: the instance is alive and shared only by `tile` calls; everything lent lives
+        // for the call, and the pixels are lent to it alone.
+        let status = unsafe {
+            (self.table.tile)(
+                self.pointer,
+                borrow(&request),
+                raw.as_ptr(),
+                raw.len(),
+                &raw const tile,
+                pixels.as_mut_ptr(),
+                pixels.len(),
+                &raw const job,
+                outputs.sink(),
+            )
+        };
+        outputs.check(status)
+    }
+
+    /// Runs a tool over a cloud; it stages edits with `job`.
+    ///
+    /// # Errors
+    /// Where the plugin fails; staged edits are then to be dropped.
+    pub fn run(
+        &mut self,
+        values: &Values,
+        cloud: &CloudView<'_>,
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
+        let values = encode(values)?;
+        let columns = raw_columns(cloud);
+        let cloud = raw_cloud(cloud, &columns);
+        let job = raw_job(&job);
+        let mut outputs = Outputs::default();
+        // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
+        let status = unsafe {
+            (self.table.run)(
+                self.pointer,
+                borrow(&values),
+                &raw const cloud,
+                &raw const job,
+                outputs.sink(),
+            )
+        };
+        outputs.check(status)
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        let mut outputs = Outputs::default();
+        // SAFETY: the pointer came from `create` and is not used after this. A failure to end is
+        // contained by the plugin's shim and has no consequence here.
+        unsafe { (self.table.destroy)(self.pointer, outputs.sink()) };
+    }
+}
+
+fn encode(value: &impl serde::Serialize) -> Result<Vec<u8>, Fault> {
+    rmp_serde::to_vec_named(value)
+        .map_err(|error| Fault::Error(format!("the request could not be encoded: {error}")))
+}
+
+fn borrow(bytes: &[u8]) -> Bytes {
+    Bytes { ptr: bytes.as_ptr(), len: bytes.len() }
+}
+
+fn raw_columns(cloud: &CloudView<'_>) -> Vec<RawColumn> {
+    cloud
+        .columns
+        .iter()
+        .map(|column| RawColumn {
+            name: borrow(column.name.as_bytes()),
+            element: column.values.element() as u32,
+            components: column.components,
+            generation: column.generation,
+            values: column.values.as_ptr(),
+            len: column.values.len(),
+        })
+        .collect()
+}
+
+fn raw_cloud(cloud: &CloudView<'_>, columns: &[RawColumn]) -> RawCloud {
+    RawCloud {
+        origin: cloud.origin.to_array(),
+        len: cloud.len,
+        columns: columns.as_ptr(),
+        n_columns: columns.len(),
+    }
+}
+
+/// The C form of a job; `job` must outlive every use of it.
+fn raw_job(job: &&dyn JobHost) -> RawJob {
+    unsafe extern "C" fn progress(context: *mut c_void, fraction: f64, message: Bytes) {
+        // SAFETY: the context is the reference passed to `raw_job`, alive for the call; the
+        // plugin lends the message for the call.
+        let (job, message) = unsafe { (*context.cast::<&dyn JobHost>(), lent(message)) };
+        job.progress(fraction, &String::from_utf8_lossy(message));
+    }
+    unsafe extern "C" fn cancelled(context: *mut c_void) -> u32 {
+        // SAFETY: the context is the reference passed to `raw_job`, alive for the call.
+        u32::from(unsafe { *context.cast::<&dyn JobHost>() }.cancelled())
+    }
+    unsafe extern "C" fn stage(
+        context: *mut c_void,
+        header: Bytes,
+        values: *const Bytes,
+        n_values: usize,
+        sink: Sink,
+    ) -> i32 {
+        // SAFETY: the context is the reference passed to `raw_job`; the plugin lends header and
+        // values for the call.
+        let (job, header, values) = unsafe {
+            let values = match n_values {
+                0 => &[],
+                n => std::slice::from_raw_parts(values, n),
+            };
+            (*context.cast::<&dyn JobHost>(), lent(header), values)
+        };
+        // SAFETY: as above.
+        let values: Vec<&[u8]> = values.iter().map(|&value| unsafe { lent(value) }).collect();
+        let staged = rmp_serde::from_slice::<EditHeader>(header)
+            .map_err(crate::Error::from)
+            .and_then(|header| job.stage(&header, &values));
+        match staged {
+            Ok(()) => status::OK,
+            Err(error) => {
+                // SAFETY: the plugin's sink lives for the call.
+                unsafe {
+                    (sink.write)(sink.context, channel::ERROR, borrow(error.message().as_bytes()));
+                }
+                status::ERROR
+            }
+        }
+    }
+    RawJob { context: std::ptr::from_ref(job).cast_mut().cast(), progress, cancelled, stage }
+}
+
+/// # Safety
+/// The bytes are alive and unchanged for `'a`.
+unsafe fn lent<'a>(bytes: Bytes) -> &'a [u8] {
+    if bytes.len == 0 || bytes.ptr.is_null() {
+        return &[];
+    }
+    // SAFETY: by the caller's promise.
+    unsafe { std::slice::from_raw_parts(bytes.ptr, bytes.len) }
+}
+
+/// What a plugin wrote during one call.
+#[derive(Default)]
+struct Outputs {
+    channels: Vec<(u32, Vec<u8>)>,
+    total: usize,
+    overflow: bool,
+}
+
+impl Outputs {
+    fn sink(&mut self) -> Sink {
+        unsafe extern "C" fn write(context: *mut c_void, channel: u32, bytes: Bytes) {
+            // SAFETY: the context is the `Outputs` whose sink this is, alive for the call and
+            // used by one thread at a time; the plugin lends the bytes for the call.
+            let (outputs, bytes) = unsafe { (&mut *context.cast::<Outputs>(), lent(bytes)) };
+            outputs.total = outputs.total.saturating_add(bytes.len());
+            if outputs.total > MAX_OUTPUT_BYTES {
+                outputs.overflow = true;
+                return;
+            }
+            outputs.channels.retain(|(other, _)| *other != channel);
+            outputs.channels.push((channel, bytes.to_vec()));
+        }
+        Sink { context: std::ptr::from_mut(self).cast(), write }
+    }
+
+    fn channel(&self, channel: u32) -> &[u8] {
+        self.channels.iter().find(|(id, _)| *id == channel).map_or(&[], |(_, bytes)| bytes)
+    }
+
+    fn take(&mut self, channel: u32) -> Vec<u8> {
+        let found = self.channels.iter_mut().find(|(id, _)| *id == channel);
+        found.map(|(_, bytes)| std::mem::take(bytes)).unwrap_or_default()
+    }
+
+    fn check(&self, status: i32) -> Result<(), Fault> {
+        let line = || {
+            let text = String::from_utf8_lossy(self.channel(channel::ERROR));
+            let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+            if one_line.is_empty() { "it gave no reason".to_owned() } else { one_line }
+        };
+        match status {
+            status::OK if self.overflow => Err(Fault::Misbehaved(format!(
+                "it wrote {} bytes in one call, at most {MAX_OUTPUT_BYTES} are taken",
+                self.total
+            ))),
+            status::OK => Ok(()),
+            status::ERROR => Err(Fault::Error(line())),
+            status::PANIC => Err(Fault::Panic(line())),
+            other => Err(Fault::Misbehaved(format!("it returned the unknown status {other}"))),
+        }
+    }
+}

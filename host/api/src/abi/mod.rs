@@ -1,0 +1,20 @@
+//! The plugin boundary: one C table, outputs written to host sinks, msgpack with named fields.
+//!
+//! [`table`] declares the C structures, [`plugin_side`] the shims that run inside a plugin (they
+//! catch panics, so nothing unwinds across the boundary), [`host_side`] the safe calls a host
+//! makes. All `unsafe` code of the interface is in this module and in what
+//! [`export_plugin!`](crate::export_plugin!) expands to.
+//!
+//! Lifecycle: the host reads the manifest from the file; loads the library; takes the address of
+//! [`table::SYMBOL`]; checks magic, size and versions; asks each unit to describe itself; creates
+//! instances; calls them from one thread at a time (tracers from several); destroys them. The
+//! library stays loaded until the process ends.
+
+#![expect(
+    unsafe_code,
+    reason = "the C boundary itself: raw pointers are turned into checked slices and back here"
+)]
+
+pub mod host_side;
+pub mod plugin_side;
+pub mod table;

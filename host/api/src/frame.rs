@@ -1,0 +1,87 @@
+use crate::camera::View;
+use crate::params::{ParamSet, Values};
+use crate::scene::Scene;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+/// Facts of the clouds in view, computed once when they are loaded.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CloudFacts {
+    /// Number of surfels.
+    pub n_surfels: u64,
+    /// Lower corner of the bounding box of the surfel centres, world space; zero where empty.
+    pub bounds_min: DVec3,
+    /// Upper corner of the bounding box of the surfel centres, world space; zero where empty.
+    pub bounds_max: DVec3,
+    /// Names of the columns that exist, sorted.
+    pub columns: Vec<String>,
+    /// The radius all surfels share, scene units, where they do.
+    pub equal_radius: Option<f32>,
+    /// The colour all surfels share (linear albedo), where they do.
+    pub equal_color: Option<[f32; 3]>,
+}
+
+impl CloudFacts {
+    /// Whether the cloud has a column of this name.
+    #[must_use]
+    pub fn has(&self, column: &str) -> bool {
+        self.columns.iter().any(|name| name == column)
+    }
+}
+
+/// What the host tells a unit when it is made.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct HostInfo {
+    /// Version of the host program.
+    pub host_version: String,
+    /// Name of the graphics adapter; empty where there is none.
+    pub adapter: String,
+    /// Whether the adapter is a software driver.
+    pub software_adapter: bool,
+    /// Shader features the adapter has, such as `float32-blendable`.
+    pub features: Vec<String>,
+}
+
+/// One frame as it crosses the boundary.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FrameRequest {
+    /// Camera, size and depth range.
+    pub view: View,
+    /// Lights, exposure and surface settings.
+    pub scene: Scene,
+    /// Facts of the clouds in view.
+    pub cloud: CloudFacts,
+    /// Counts the frames of this view since something changed; 0 for the first.
+    pub frame_index: u32,
+    /// The unit's parameters by id; missing ones have their default.
+    pub values: Values,
+}
+
+/// One frame a renderer is asked to describe.
+#[derive(Clone, Debug)]
+pub struct Frame<P> {
+    /// Camera, size and depth range.
+    pub view: View,
+    /// Lights, exposure and surface settings.
+    pub scene: Scene,
+    /// Facts of the clouds in view.
+    pub cloud: CloudFacts,
+    /// Counts the frames of this view since something changed; 0 for the first.
+    pub frame_index: u32,
+    /// The unit's parameters, clamped to their declared ranges.
+    pub params: P,
+}
+
+impl<P: ParamSet> From<FrameRequest> for Frame<P> {
+    fn from(request: FrameRequest) -> Self {
+        Self {
+            view: request.view,
+            scene: request.scene,
+            cloud: request.cloud,
+            frame_index: request.frame_index,
+            params: P::from_values(&request.values),
+        }
+    }
+}

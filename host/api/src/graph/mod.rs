@@ -1,0 +1,146 @@
+//! The frame a renderer describes: textures, buffers, passes and outputs.
+//!
+//! Passes run in the order declared. Resources bind by the name of the WGSL variable; passes that
+//! feed no requested output do not run. The structure travels apart from the bytes of uniforms
+//! and uploads, so an unchanged structure is recognised by comparison.
+
+mod structure;
+
+pub use structure::{
+    Buffer, BufferId, Extent, Format, Groups, Lifetime, Output, Pass, Resource, SamplerKind, Span,
+    Structure, SurfaceMode, Target, Texture, TextureId, UniformId, Work,
+};
+
+use crate::uniform::Uniform;
+
+/// A frame under description.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Graph {
+    structure: Structure,
+    data: Vec<u8>,
+}
+
+/// Uniforms start at multiples of this many bytes, the largest offset alignment WebGPU allows an
+/// adapter to ask for.
+const UNIFORM_ALIGN: usize = 256;
+
+impl Graph {
+    /// An empty graph.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A graph from its parts, as they crossed the boundary.
+    #[must_use]
+    pub fn from_parts(structure: Structure, data: Vec<u8>) -> Self {
+        Self { structure, data }
+    }
+
+    /// Declares a texture.
+    pub fn texture(&mut self, label: &str, mut texture: Texture) -> TextureId {
+        label.clone_into(&mut texture.label);
+        self.structure.textures.push(texture);
+        TextureId(index(self.structure.textures.len()))
+    }
+
+    /// Declares a storage buffer.
+    pub fn buffer(&mut self, label: &str, mut buffer: Buffer) -> BufferId {
+        label.clone_into(&mut buffer.label);
+        self.structure.buffers.push(buffer);
+        BufferId(index(self.structure.buffers.len()))
+    }
+
+    /// Declares a storage buffer filled with these bytes before the first pass.
+    pub fn upload(&mut self, label: &str, bytes: &[u8]) -> BufferId {
+        let size = (bytes.len() as u64).next_multiple_of(4).max(4);
+        let upload = Some(self.append(bytes, 4));
+        self.buffer(label, Buffer { upload, ..Buffer::new(size) })
+    }
+
+    /// Gives the bytes of a uniform for this frame.
+    pub fn uniform(&mut self, uniform: Uniform) -> UniformId {
+        let span = self.append(&uniform.into_bytes(), UNIFORM_ALIGN);
+        self.structure.uniforms.push(span);
+        UniformId(index(self.structure.uniforms.len()))
+    }
+
+    fn append(&mut self, bytes: &[u8], align: usize) -> Span {
+        self.data.resize(self.data.len().next_multiple_of(align), 0);
+        let span = Span { offset: self.data.len() as u64, len: bytes.len() as u64 };
+        self.data.extend_from_slice(bytes);
+        span
+    }
+
+    /// Adds a pass behind the ones before it.
+    pub fn pass(&mut self, pass: Pass) {
+        self.structure.passes.push(pass);
+    }
+
+    /// Offers a texture as an output.
+    pub fn output(&mut self, output: Output, texture: TextureId) {
+        self.structure.outputs.push((output, texture));
+    }
+
+    /// Says that another frame would refine the picture.
+    pub fn request_another_frame(&mut self) {
+        self.structure.wants_another_frame = true;
+    }
+
+    /// Everything but the bytes.
+    #[must_use]
+    pub fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    /// The bytes of uniforms and uploads.
+    #[must_use]
+    pub fn data(&self) -> &[u8] {
+        &self.data
+    }
+}
+
+/// The index of the element just pushed onto a list of this length.
+fn index(len: usize) -> u32 {
+    u32::try_from(len - 1).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(gain: f32) -> Graph {
+        let mut graph = Graph::new();
+        let settings = graph.uniform(Uniform::new().f32(gain));
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::shading("shade", "", "shade").target(color).bind("settings", settings));
+        graph.output(Output::Color, color);
+        graph
+    }
+
+    #[test]
+    fn values_change_the_data_and_not_the_structure() {
+        let (a, b) = (frame(1.0), frame(2.0));
+        assert_eq!(a.structure(), b.structure());
+        assert_ne!(a.data(), b.data());
+    }
+
+    #[test]
+    fn structure_survives_the_wire() {
+        let graph = frame(1.0);
+        let bytes = rmp_serde::to_vec_named(graph.structure()).unwrap();
+        let back: Structure = rmp_serde::from_slice(&bytes).unwrap();
+        assert_eq!(&back, graph.structure());
+    }
+
+    #[test]
+    fn fields_a_newer_plugin_adds_are_ignored() {
+        #[derive(serde::Serialize)]
+        struct Newer {
+            textures: Vec<Texture>,
+            something_new: u32,
+        }
+        let bytes = rmp_serde::to_vec_named(&Newer { textures: vec![], something_new: 1 }).unwrap();
+        assert_eq!(rmp_serde::from_slice::<Structure>(&bytes).unwrap(), Structure::default());
+    }
+}

@@ -1,0 +1,132 @@
+use crate::columns::CloudView;
+use crate::error::Result;
+use crate::frame::{Frame, HostInfo};
+use crate::graph::Graph;
+use crate::params::ParamSet;
+use crate::tool::{Job, Tile};
+use serde::{Deserialize, Serialize};
+
+/// What a unit is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum UnitKind {
+    /// Describes frames as graphs.
+    Renderer,
+    /// Writes pixels on the CPU.
+    Tracer,
+    /// Edits columns of a cloud.
+    Tool,
+}
+
+impl UnitKind {
+    /// The word used in manifests and lists.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Renderer => "renderer",
+            Self::Tracer => "tracer",
+            Self::Tool => "tool",
+        }
+    }
+}
+
+/// How a unit is called: short id for the command line, title for lists, one sentence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct UnitInfo {
+    /// Short id: lower-case letters, digits and hyphens.
+    pub id: &'static str,
+    /// Title in lists and panels.
+    pub title: &'static str,
+    /// One sentence that says what the unit does.
+    pub summary: &'static str,
+}
+
+impl UnitInfo {
+    /// Names a unit.
+    ///
+    /// # Panics
+    /// At compile time where the id is empty or has other characters than `a-z`, `0-9` and `-`,
+    /// or where a text has control characters.
+    #[must_use]
+    pub const fn new(id: &'static str, title: &'static str, summary: &'static str) -> Self {
+        assert!(!id.is_empty(), "a unit's id must not be empty");
+        let bytes = id.as_bytes();
+        let mut i = 0;
+        while i < bytes.len() {
+            assert!(
+                matches!(bytes[i], b'a'..=b'z' | b'0'..=b'9' | b'-'),
+                "a unit's id has only a-z, 0-9 and -"
+            );
+            i += 1;
+        }
+        Self { id, title, summary }
+    }
+}
+
+/// A renderer: describes the whole frame as a graph the host runs.
+pub trait Renderer: Send + Sized + 'static {
+    /// How the renderer is called.
+    const INFO: UnitInfo;
+    /// Its parameters, declared with [`params!`](crate::params!).
+    type Params: ParamSet;
+
+    /// Makes an instance; one per view.
+    ///
+    /// # Errors
+    /// Where the host lacks something the renderer cannot do without.
+    fn new(host: &HostInfo) -> Result<Self>;
+
+    /// Describes one frame.
+    ///
+    /// # Errors
+    /// Where the frame cannot be described; the line is shown on the view.
+    fn frame(&mut self, frame: &Frame<Self::Params>, graph: &mut Graph) -> Result<()>;
+}
+
+/// A renderer that writes pixels itself, on the CPU or through any other interface.
+pub trait Tracer: Send + Sync + Sized + 'static {
+    /// How the tracer is called.
+    const INFO: UnitInfo;
+    /// Its parameters.
+    type Params: ParamSet;
+
+    /// Makes an instance; one per view.
+    ///
+    /// # Errors
+    /// Where the host lacks something the tracer cannot do without.
+    fn new(host: &HostInfo) -> Result<Self>;
+
+    /// Writes one tile: linear Rec. 709 radiance and coverage, four floats a pixel, row by row.
+    ///
+    /// # Errors
+    /// Where the tile cannot be computed; the line is shown on the view.
+    fn tile(
+        &self,
+        frame: &Frame<Self::Params>,
+        clouds: &[CloudView<'_>],
+        tile: Tile,
+        pixels: &mut [f32],
+        job: &Job<'_>,
+    ) -> Result<()>;
+}
+
+/// A tool: reads a cloud and stages an edit of it.
+pub trait Tool: Send + Sized + 'static {
+    /// How the tool is called.
+    const INFO: UnitInfo;
+    /// Its parameters.
+    type Params: ParamSet;
+
+    /// Makes an instance; one per run.
+    ///
+    /// # Errors
+    /// Where the host lacks something the tool cannot do without.
+    fn new(host: &HostInfo) -> Result<Self>;
+
+    /// Reads the cloud and stages edits with [`Job::edit`]; they are committed when this returns
+    /// `Ok` and dropped otherwise.
+    ///
+    /// # Errors
+    /// Where the tool cannot do its work; the cloud stays as it was.
+    fn run(&mut self, cloud: &CloudView<'_>, params: &Self::Params, job: &Job<'_>) -> Result<()>;
+}
