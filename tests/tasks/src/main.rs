@@ -1,2 +1,128 @@
-//! Placeholder.
-fn main() {}
+//! The tasks behind `cargo demo` and `cargo verify`.
+//!
+//! Both are aliases in `.cargo/config.toml`, because a first visitor should need two commands and
+//! no reading. This crate has no dependencies, so that it compiles in a second and can say what
+//! the machine lacks before the long build starts.
+
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "printing is this program's work")]
+
+mod cargo;
+mod install;
+mod machine;
+mod steps;
+mod verify;
+
+use std::process::ExitCode;
+
+const USAGE: &str = "\
+Usage: cargo demo [ARGUMENTS]     build the host and every plugin, then run `surfelshop demo`
+       cargo verify [--long]      check formatting, lints and documentation, and run all tests
+
+Both first make sure that the machine has a graphics driver (a software driver will do), and ask
+before they install one. With CI=true in the environment they install without asking.
+
+Options of demo:
+  everything after `demo` is handed to `surfelshop demo`; see `cargo demo --help`
+Options of verify:
+  --long       also run the long measurements (sets SURFELSHOP_LONG=1 for the tests)
+  -h, --help   print this";
+
+/// What the command line asked for.
+#[derive(Debug, PartialEq)]
+enum Task {
+    Help,
+    Demo(Vec<String>),
+    Verify { long: bool },
+}
+
+/// Reads the command line; the error says what was not understood.
+fn parse(arguments: &[String]) -> Result<Task, String> {
+    let Some((task, rest)) = arguments.split_first() else {
+        return Err("no task given".into());
+    };
+    match task.as_str() {
+        "-h" | "--help" | "help" => Ok(Task::Help),
+        "demo" => Ok(Task::Demo(rest.to_vec())),
+        "verify" => parse_verify(rest),
+        unknown => Err(format!("unknown task `{unknown}`: expected `demo` or `verify`")),
+    }
+}
+
+fn parse_verify(options: &[String]) -> Result<Task, String> {
+    let mut long = false;
+    for option in options {
+        match option.as_str() {
+            "--long" => long = true,
+            "-h" | "--help" => return Ok(Task::Help),
+            unknown => return Err(format!("unknown option `{unknown}` of `verify`")),
+        }
+    }
+    Ok(Task::Verify { long })
+}
+
+/// Builds everything and shows the sample; the program's own exit code is passed on.
+fn demo(arguments: &[String]) -> ExitCode {
+    install::ensure(&[machine::VULKAN]);
+    match cargo::status(&mut cargo::build()) {
+        Ok(()) => {}
+        Err(reason) => {
+            eprintln!("error: the build failed: {reason}");
+            return ExitCode::FAILURE;
+        }
+    }
+    match cargo::run_host(arguments) {
+        Ok(code) => code,
+        Err(reason) => {
+            eprintln!("error: {reason}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match parse(&arguments) {
+        Ok(Task::Help) => {
+            println!("{USAGE}");
+            ExitCode::SUCCESS
+        }
+        Ok(Task::Demo(rest)) => demo(&rest),
+        Ok(Task::Verify { long }) => {
+            install::ensure(&[machine::VULKAN, machine::OPENGL]);
+            verify::run(long)
+        }
+        Err(reason) => {
+            eprintln!("error: {reason}\n\n{USAGE}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(line: &str) -> Result<Task, String> {
+        parse(&line.split_whitespace().map(String::from).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn demo_hands_on_every_argument() {
+        let handed_on = vec!["--size".to_string(), "64x64".to_string()];
+        assert_eq!(parsed("demo --size 64x64"), Ok(Task::Demo(handed_on)));
+    }
+
+    #[test]
+    fn verify_knows_long_and_help_only() {
+        assert_eq!(parsed("verify"), Ok(Task::Verify { long: false }));
+        assert_eq!(parsed("verify --long"), Ok(Task::Verify { long: true }));
+        assert_eq!(parsed("verify --help"), Ok(Task::Help));
+        assert!(parsed("verify --fast").is_err_and(|reason| reason.contains("--fast")));
+    }
+
+    #[test]
+    fn unknown_or_missing_task_is_an_error() {
+        assert!(parsed("").is_err());
+        assert!(parsed("deploy").is_err_and(|reason| reason.contains("deploy")));
+    }
+}
