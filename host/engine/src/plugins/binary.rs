@@ -1,0 +1,220 @@
+//! What a shared library of any system says in its headers: ELF, Mach-O and PE.
+//!
+//! Only headers and the two exported symbols are read; every offset taken from the file is
+//! checked against the file's length.
+
+use super::inspect::{Refused, first_bytes};
+use object::read::elf::{FileHeader, SectionHeader};
+use object::read::macho::{FatArch, MachOFatFile32, MachOFatFile64};
+use object::{
+    Architecture, BinaryFormat, Endianness, ExportTarget, FileKind, NameOrOrdinal, Object,
+    ObjectKind, ObjectSection, ObjectSegment, elf,
+};
+use std::env::consts;
+
+/// How many bytes tell the type of a file.
+pub(super) const MAGIC_LEN: usize = 16;
+
+/// A parsed shared library.
+pub(super) struct Library<'a> {
+    /// The library: the whole file, or the part of a universal file that is for this machine.
+    bytes: &'a [u8],
+    file: object::File<'a>,
+}
+
+impl<'a> Library<'a> {
+    /// Parses the headers.
+    pub(super) fn parse(whole: &'a [u8]) -> Result<Self, Refused> {
+        let kind = match FileKind::parse(whole) {
+            Ok(kind) => kind,
+            Err(error) if looks_like_library(whole) => return Err(damaged(error)),
+            Err(_) => return Err(Refused::NotALibrary { first_bytes: first_bytes(whole) }),
+        };
+        let bytes = match kind {
+            FileKind::MachOFat32 => {
+                fat_slice(whole, MachOFatFile32::parse(whole).map_err(damaged)?.arches())?
+            }
+            FileKind::MachOFat64 => {
+                fat_slice(whole, MachOFatFile64::parse(whole).map_err(damaged)?.arches())?
+            }
+            FileKind::Elf32 => {
+                check_elf_tables::<elf::FileHeader32<Endianness>>(whole)?;
+                whole
+            }
+            FileKind::Elf64 => {
+                check_elf_tables::<elf::FileHeader64<Endianness>>(whole)?;
+                whole
+            }
+            _ => whole,
+        };
+        let file = object::File::parse(bytes).map_err(damaged)?;
+        match file.kind() {
+            ObjectKind::Executable => Err(Refused::OtherKind { found: "a program" }),
+            ObjectKind::Relocatable => Err(Refused::OtherKind { found: "an object file" }),
+            ObjectKind::Core => Err(Refused::OtherKind { found: "a memory dump" }),
+            // A Mach-O bundle is loaded like a library and reported as unknown.
+            _ => Ok(Self { bytes, file }),
+        }
+    }
+
+    /// Refuses libraries for other processors or systems.
+    pub(super) fn check_machine(&self) -> Result<(), Refused> {
+        let little = self.file.is_little_endian();
+        let machine = machine_name(self.file.architecture());
+        let found = (machine.as_str(), self.file.is_64(), little, self.system());
+        let host = (
+            consts::ARCH,
+            cfg!(target_pointer_width = "64"),
+            cfg!(target_endian = "little"),
+            host_system(),
+        );
+        if found == host {
+            return Ok(());
+        }
+        Err(Refused::OtherMachine { found: describe(found), host: describe(host) })
+    }
+
+    /// The system the library is for.
+    fn system(&self) -> &'static str {
+        // Byte 7 of an ELF file names the system's ABI.
+        match (self.file.format(), self.bytes.get(7)) {
+            (BinaryFormat::MachO, _) => "macOS",
+            (BinaryFormat::Pe, _) => "Windows",
+            (BinaryFormat::Elf, Some(3)) => "Linux",
+            (BinaryFormat::Elf, Some(9)) => "FreeBSD",
+            // Most Unix systems leave the mark at zero, so it fits whichever of them this is.
+            (BinaryFormat::Elf, Some(0)) => match host_system() {
+                "macOS" | "Windows" => "Linux",
+                unix => unix,
+            },
+            _ => "another system",
+        }
+    }
+
+    /// Refuses libraries of which a part is missing.
+    pub(super) fn check_length(&self) -> Result<(), Refused> {
+        let segments = self.file.segments().map(|segment| segment.file_range());
+        let sections = self.file.sections().filter_map(|section| section.file_range());
+        let ends = segments.chain(sections).map(|(offset, len)| offset.saturating_add(len));
+        check_end(ends.max().unwrap_or(0), self.bytes)
+    }
+
+    /// The addresses that symbols of these names are exported at.
+    pub(super) fn exports<const N: usize>(
+        &self,
+        names: [&str; N],
+    ) -> Result<[Option<u64>; N], Refused> {
+        let mut found = [None; N];
+        for export in self.file.exports().map_err(damaged)? {
+            let export = export.map_err(damaged)?;
+            let (NameOrOrdinal::Name(name), ExportTarget::Address { address }) =
+                (export.name(), export.target())
+            else {
+                continue;
+            };
+            // Mach-O puts an underscore before the names of the source code.
+            let name = match self.file.format() {
+                BinaryFormat::MachO => name.strip_prefix(b"_").unwrap_or(name),
+                _ => name,
+            };
+            if let Some(i) = names.iter().position(|wanted| wanted.as_bytes() == name) {
+                found[i].get_or_insert(address);
+            }
+        }
+        Ok(found)
+    }
+
+    /// The bytes of the file that are loaded at an address and behind it.
+    pub(super) fn bytes_at(&self, address: u64) -> Option<&'a [u8]> {
+        self.file.segments().find_map(|segment| {
+            let offset = usize::try_from(address.checked_sub(segment.address())?).ok()?;
+            segment.data().ok()?.get(offset..).filter(|bytes| !bytes.is_empty())
+        })
+    }
+
+    /// Whether `len` bytes at an address lie inside one segment.
+    pub(super) fn holds(&self, address: u64, len: u64) -> bool {
+        self.file.segments().any(|segment| {
+            address
+                .checked_sub(segment.address())
+                .and_then(|offset| offset.checked_add(len))
+                .is_some_and(|end| end <= segment.size())
+        })
+    }
+}
+
+fn damaged(error: object::Error) -> Refused {
+    Refused::Damaged(error.to_string())
+}
+
+/// Whether the first bytes are those of a library whose rest cannot be understood.
+fn looks_like_library(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\x7fELF") || bytes.starts_with(b"MZ")
+}
+
+fn check_end(needed: u64, bytes: &[u8]) -> Result<(), Refused> {
+    let found = bytes.len() as u64;
+    if needed > found { Err(Refused::Truncated { needed, found }) } else { Ok(()) }
+}
+
+/// Refuses an ELF file whose header tables reach beyond its end.
+///
+/// Linkers put the section headers last, so nearly every cut removes some of them, and a parser
+/// that only says "invalid table" would leave the reader guessing.
+fn check_elf_tables<Elf: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(), Refused> {
+    let Ok(header) = Elf::parse(bytes) else {
+        return check_end(size_of::<Elf>() as u64, bytes);
+    };
+    let endian = header.endian().map_err(damaged)?;
+    let table = |offset: u64, count: u16, size: u16| {
+        offset.saturating_add(u64::from(count) * u64::from(size))
+    };
+    let segments =
+        table(header.e_phoff(endian).into(), header.e_phnum(endian), header.e_phentsize(endian));
+    let sections =
+        table(header.e_shoff(endian).into(), header.e_shnum(endian), header.e_shentsize(endian));
+    check_end(segments.max(sections), bytes)?;
+    // The sections of a file that is cut in its middle may still have whole headers.
+    let headers = header.section_headers(endian, bytes).map_err(damaged)?;
+    let ends = headers.iter().filter_map(|section| section.file_range(endian));
+    check_end(ends.map(|(offset, len)| offset.saturating_add(len)).max().unwrap_or(0), bytes)
+}
+
+/// The part of a universal Mach-O file that is for this machine.
+fn fat_slice<'a, Arch: FatArch>(whole: &'a [u8], arches: &[Arch]) -> Result<&'a [u8], Refused> {
+    let names: Vec<String> = arches.iter().map(|a| machine_name(a.architecture())).collect();
+    let Some(i) = names.iter().position(|name| name == consts::ARCH) else {
+        return Err(Refused::OtherMachine {
+            found: format!("{} macOS", names.join(" and ")),
+            host: format!("{} {}", consts::ARCH, host_system()),
+        });
+    };
+    let (offset, len) = arches[i].file_range();
+    check_end(offset.saturating_add(len), whole)?;
+    arches[i].data(whole).map_err(damaged)
+}
+
+/// The name Rust uses for a processor.
+fn machine_name(architecture: Architecture) -> String {
+    match architecture {
+        Architecture::I386 => "x86".to_owned(),
+        Architecture::Unknown => "an unknown processor".to_owned(),
+        other => format!("{other:?}").to_lowercase(),
+    }
+}
+
+fn host_system() -> &'static str {
+    match consts::OS {
+        "linux" | "android" => "Linux",
+        "macos" => "macOS",
+        "windows" => "Windows",
+        "freebsd" => "FreeBSD",
+        other => other,
+    }
+}
+
+fn describe((machine, wide, little, system): (&str, bool, bool, &str)) -> String {
+    let bits = if wide { 64 } else { 32 };
+    let order = if little { "" } else { " big-endian" };
+    format!("{machine} {bits}-bit{order} {system}")
+}

@@ -1,0 +1,25 @@
+//! Finds, checks and loads plugins.
+//!
+//! A file is read and judged before any of its code runs ([`inspect`]): whether it is a whole
+//! shared library for this machine, whether it carries a plugin manifest, and whether it speaks
+//! this host's ABI. [`SearchPath`] says where plugins lie, [`Registry`] lists what was found and
+//! what was refused and why, and [`Registry::load`] brings a unit into memory.
+//!
+//! Invariants: a library is never loaded from where it was found, but from a private copy of the
+//! very bytes that were judged, so that a rebuild in place cannot pull the code from under the
+//! program; a loaded library is never unloaded; nothing about a plugin file, however damaged, is
+//! an error of the scan; the order of the list depends on names and places alone.
+
+mod binary;
+mod copy;
+mod discover;
+mod find;
+mod inspect;
+mod load;
+mod registry;
+
+pub use discover::{Origin, Place, SearchPath};
+pub use find::{FindError, UnitRef};
+pub use inspect::{MAX_FILE_LEN, Refused, inspect, inspect_bytes};
+pub use load::{LoadError, LoadedUnit};
+pub use registry::{Entry, Registry, State};

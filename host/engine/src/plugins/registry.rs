@@ -1,0 +1,120 @@
+//! What was found: the plugins at hand, and the files that were refused with the reason.
+
+use super::discover::{Origin, SearchPath};
+use super::inspect::{Refused, inspect};
+use serde::{Serialize, Serializer};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use surfelshop_api::UnitKind;
+use surfelshop_api::manifest::{Manifest, UnitEntry};
+
+/// What became of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// Its units can be loaded.
+    Available(Manifest),
+    /// A good plugin, but a file of higher precedence has the same package id.
+    Shadowed {
+        /// What the file says of itself.
+        manifest: Manifest,
+        /// The file used instead.
+        #[serde(serialize_with = "lossy")]
+        by: PathBuf,
+    },
+    /// Not a plugin this host can use; reads on from the path: `is empty`.
+    Refused(String),
+}
+
+/// A file in the list of plugins.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Entry {
+    /// The file, as its place names it.
+    #[serde(serialize_with = "lossy")]
+    pub path: PathBuf,
+    /// Who named the place.
+    pub origin: Origin,
+    /// What became of it.
+    pub state: State,
+}
+
+impl Entry {
+    /// The manifest of a plugin whose units can be loaded.
+    #[must_use]
+    pub fn available(&self) -> Option<&Manifest> {
+        match &self.state {
+            State::Available(manifest) => Some(manifest),
+            State::Shadowed { .. } | State::Refused(_) => None,
+        }
+    }
+
+    /// Why the file was refused, after its path.
+    #[must_use]
+    pub fn refusal(&self) -> Option<String> {
+        match &self.state {
+            State::Refused(reason) => Some(format!("{} {reason}", self.path.display())),
+            State::Available(_) | State::Shadowed { .. } => None,
+        }
+    }
+}
+
+/// The plugins at hand.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(transparent)]
+pub struct Registry {
+    entries: Vec<Entry>,
+}
+
+impl Registry {
+    /// Inspects every file of the search path; runs none of them.
+    #[must_use]
+    pub fn scan(search: &SearchPath) -> Self {
+        let mut entries = Vec::new();
+        for place in search.candidates() {
+            let state = match inspect(&place.path) {
+                Ok(manifest) => State::Available(manifest),
+                Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
+                Err(refused) => {
+                    tracing::debug!(path = %place.path.display(), %refused, "plugin refused");
+                    State::Refused(refused.to_string())
+                }
+            };
+            entries.push(Entry { path: place.path, origin: place.origin, state });
+        }
+        shadow_duplicates(&mut entries);
+        Self { entries }
+    }
+
+    /// Every file found, lowest precedence first.
+    #[must_use]
+    pub fn entries(&self) -> &[Entry] {
+        &self.entries
+    }
+
+    /// The units of a kind that can be loaded, with the entry and manifest they belong to.
+    pub fn units(&self, kind: UnitKind) -> impl Iterator<Item = (&Entry, &Manifest, &UnitEntry)> {
+        self.entries
+            .iter()
+            .filter_map(|entry| Some((entry, entry.available()?)))
+            .flat_map(|(entry, manifest)| manifest.units.iter().map(move |u| (entry, manifest, u)))
+            .filter(move |(_, _, unit)| unit.kind == kind)
+    }
+}
+
+/// Leaves one available entry per package id: the last.
+fn shadow_duplicates(entries: &mut [Entry]) {
+    let mut used: BTreeMap<String, PathBuf> = BTreeMap::new();
+    for entry in entries.iter_mut().rev() {
+        let State::Available(manifest) = &entry.state else { continue };
+        if let Some(by) = used.get(&manifest.id) {
+            entry.state = State::Shadowed { manifest: manifest.clone(), by: by.clone() };
+        } else {
+            used.insert(manifest.id.clone(), entry.path.clone());
+        }
+    }
+}
+
+/// Paths need not be UTF-8; lists show what can be shown.
+pub(super) fn lossy<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&path.display())
+}
