@@ -381,10 +381,12 @@ fn guarded(sink: Sink, work: impl FnOnce() -> Result<()>) -> i32 {
                 .unwrap_or_else(|| "a value that is not text".to_owned());
             let message = format!("panicked{}: {text}", PANICKED_AT.take());
             write(sink, channel::ERROR, message.as_bytes());
-            // A payload may panic when dropped; that panic ends here too.
+            // A payload may panic when dropped; that panic ends here too, as silently.
+            INSIDE.set(true);
             if let Err(second) = catch_unwind(AssertUnwindSafe(|| drop(payload))) {
                 std::mem::forget(second);
             }
+            INSIDE.set(was_inside);
             status::PANIC
         }
     }

@@ -1,0 +1,9 @@
+//! Hostile plugins, one test per way to be hostile: each is refused or contained with a reason a
+//! person can act on, and the plugins beside it go on working.
+
+mod calls;
+mod files;
+mod fixture;
+mod loading;
+mod lookup;
+mod search;
