@@ -5,10 +5,10 @@
 
 use super::inspect::{Refused, first_bytes};
 use object::read::elf::{FileHeader, SectionHeader};
-use object::read::macho::{FatArch, MachOFatFile32, MachOFatFile64};
+use object::read::macho::{FatArch, MachHeader, MachOFatFile32, MachOFatFile64};
 use object::{
     Architecture, BinaryFormat, Endianness, ExportTarget, FileKind, NameOrOrdinal, Object,
-    ObjectKind, ObjectSection, ObjectSegment, elf,
+    ObjectKind, ObjectSection, ObjectSegment, elf, macho,
 };
 use std::env::consts;
 
@@ -37,16 +37,15 @@ impl<'a> Library<'a> {
             FileKind::MachOFat64 => {
                 fat_slice(whole, MachOFatFile64::parse(whole).map_err(damaged)?.arches())?
             }
-            FileKind::Elf32 => {
-                check_elf_tables::<elf::FileHeader32<Endianness>>(whole)?;
-                whole
-            }
-            FileKind::Elf64 => {
-                check_elf_tables::<elf::FileHeader64<Endianness>>(whole)?;
-                whole
-            }
             _ => whole,
         };
+        match FileKind::parse(bytes).map_err(damaged)? {
+            FileKind::Elf32 => check_elf_tables::<elf::FileHeader32<Endianness>>(bytes)?,
+            FileKind::Elf64 => check_elf_tables::<elf::FileHeader64<Endianness>>(bytes)?,
+            FileKind::MachO32 => check_macho_commands::<macho::MachHeader32<Endianness>>(bytes)?,
+            FileKind::MachO64 => check_macho_commands::<macho::MachHeader64<Endianness>>(bytes)?,
+            _ => {}
+        }
         let file = object::File::parse(bytes).map_err(damaged)?;
         match file.kind() {
             ObjectKind::Executable => Err(Refused::OtherKind { found: "a program" }),
@@ -180,6 +179,17 @@ fn check_elf_tables<Elf: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Resul
     check_end(ends.map(|(offset, len)| offset.saturating_add(len)).max().unwrap_or(0), bytes)
 }
 
+/// Refuses a Mach-O file whose load commands reach beyond its end; a parser would find none.
+fn check_macho_commands<Mach: MachHeader<Endian = Endianness>>(
+    bytes: &[u8],
+) -> Result<(), Refused> {
+    let Ok(header) = Mach::parse(bytes, 0) else {
+        return check_end(size_of::<Mach>() as u64, bytes);
+    };
+    let commands = header.sizeofcmds(header.endian().map_err(damaged)?);
+    check_end(size_of::<Mach>() as u64 + u64::from(commands), bytes)
+}
+
 /// The part of a universal Mach-O file that is for this machine.
 fn fat_slice<'a, Arch: FatArch>(whole: &'a [u8], arches: &[Arch]) -> Result<&'a [u8], Refused> {
     let names: Vec<String> = arches.iter().map(|a| machine_name(a.architecture())).collect();
@@ -217,4 +227,91 @@ fn describe((machine, wide, little, system): (&str, bool, bool, &str)) -> String
     let bits = if wide { 64 } else { 32 };
     let order = if little { "" } else { " big-endian" };
     format!("{machine} {bits}-bit{order} {system}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surfelshop_api::manifest;
+
+    // Libraries of systems that the tests do not run on; `plugin.rs` beside them says how they
+    // were made.
+    const DLL: &[u8] =
+        include_bytes!("../../../../tests/fixtures/faulty/foreign/plugin.dll").as_slice();
+    const DYLIB: &[u8] =
+        include_bytes!("../../../../tests/fixtures/faulty/foreign/plugin.dylib").as_slice();
+
+    fn reason<T>(result: Result<T, Refused>) -> String {
+        result.err().map(|refused| refused.to_string()).unwrap_or_default()
+    }
+
+    /// A universal file with this one part.
+    fn universal(part: &[u8]) -> Vec<u8> {
+        let cpu_arm64 = 0x0100_000c_u32;
+        let header = [0xcafe_babe_u32, 1, cpu_arm64, 0, 4096, part.len() as u32, 12];
+        let mut bytes: Vec<u8> = header.iter().flat_map(|word| word.to_be_bytes()).collect();
+        bytes.resize(4096, 0);
+        bytes.extend_from_slice(part);
+        bytes
+    }
+
+    #[test]
+    fn manifests_of_other_systems_are_found() {
+        for (bytes, system) in [(DLL, "Windows"), (DYLIB, "macOS")] {
+            let library = Library::parse(bytes).unwrap();
+            library.check_length().unwrap();
+            assert_eq!(library.system(), system);
+            let [manifest, table] =
+                library.exports([manifest::SYMBOL, "SURFELSHOP_PLUGIN"]).unwrap();
+            let contents = library.bytes_at(manifest.unwrap()).unwrap();
+            assert_eq!(manifest::decode(contents).unwrap().id, "org.surfelshop.test.foreign");
+            assert!(library.holds(table.unwrap(), 64), "{system}");
+            assert!(!library.holds(table.unwrap(), 1 << 20), "{system}");
+            assert!(!library.holds(u64::MAX, 1), "{system}");
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn libraries_of_other_systems_are_refused_by_name() {
+        let machine = |bytes| reason(Library::parse(bytes).and_then(|l| l.check_machine()));
+        assert!(machine(DLL).starts_with("is built for x86_64 64-bit Windows, this host is "));
+        assert!(machine(DYLIB).starts_with("is built for aarch64 64-bit macOS, this host is "));
+        let host_is_arm64 = cfg!(target_arch = "aarch64");
+        let expected = if host_is_arm64 { "aarch64 64-bit macOS" } else { "aarch64 macOS" };
+        assert!(machine(&universal(DYLIB)).starts_with(&format!("is built for {expected}")));
+    }
+
+    #[test]
+    fn parts_of_libraries_are_refused() {
+        let read = |bytes| reason(Library::parse(bytes).and_then(|l| l.check_length()));
+        for whole in [DLL, DYLIB] {
+            assert_eq!(read(whole), "");
+            for len in 0..whole.len() * 2 / 3 {
+                assert!(!read(&whole[..len]).is_empty(), "accepted with {len} bytes");
+            }
+        }
+        let cut = read(&DYLIB[..DYLIB.len() - 1]);
+        assert!(cut.starts_with("is cut off: its headers need"), "{cut}");
+    }
+
+    #[test]
+    fn damaged_headers_never_panic() {
+        for whole in [DLL, DYLIB] {
+            let mut bytes = whole.to_vec();
+            for i in 0..bytes.len().min(2048) {
+                for value in [0, 0x7f, 0xff] {
+                    bytes[i] = value;
+                    if let Ok(library) = Library::parse(&bytes) {
+                        let exports = library.exports([manifest::SYMBOL]);
+                        let address = exports.ok().and_then(|[address]| address);
+                        let contents = address.and_then(|address| library.bytes_at(address));
+                        let results = (contents.map(manifest::decode), library.check_length());
+                        drop(results); // Any answer is right as long as there is one.
+                    }
+                }
+                bytes[i] = whole[i];
+            }
+        }
+    }
 }

@@ -5,7 +5,7 @@ use crate::fixture::{
     find, replaced,
 };
 use surfelshop_api::manifest::{self, ABI_MAJOR, ABI_MINOR, HEADER_LEN};
-use surfelshop_engine::plugins::{Origin, Place, Registry, inspect};
+use surfelshop_engine::plugins::{Origin, Place, Registry, inspect, inspect_bytes};
 
 #[test]
 fn the_library_itself_is_accepted() {
@@ -52,8 +52,24 @@ fn every_shorter_file_is_refused() {
     // The headers at the front, byte by byte, then the rest in steps that share no factor with
     // any alignment.
     for len in (0..512).chain((512..bytes.len() - 1).step_by(104_729)) {
-        let refused = surfelshop_engine::plugins::inspect_bytes(&bytes[..len]);
+        let refused = inspect_bytes(&bytes[..len]);
         assert!(refused.is_err(), "accepted with {len} of {} bytes", bytes.len());
+    }
+}
+
+#[test]
+fn damaged_headers_never_panic() {
+    let whole = faulty_bytes();
+    let mut bytes = whole.clone();
+    let tables = (0..1024).chain(whole.len() - 2048..whole.len());
+    for i in tables.step_by(3) {
+        for value in [0, 0x7f, 0xff] {
+            bytes[i] = value;
+            if let Err(refused) = inspect_bytes(&bytes) {
+                assert_says(&refused.to_string(), &[]);
+            }
+        }
+        bytes[i] = whole[i];
     }
 }
 
