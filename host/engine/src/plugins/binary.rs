@@ -15,6 +15,10 @@ use std::env::consts;
 /// How many bytes tell the type of a file.
 pub(super) const MAGIC_LEN: usize = 16;
 
+/// Libraries with more exported symbols are refused: Mach-O names them with a tree whose branches
+/// may share their ends, so a small file can announce more than could ever be read.
+const MAX_EXPORTS: usize = 1 << 20;
+
 /// A parsed shared library.
 pub(super) struct Library<'a> {
     /// The library: the whole file, or the part of a universal file that is for this machine.
@@ -104,7 +108,10 @@ impl<'a> Library<'a> {
         names: [&str; N],
     ) -> Result<[Option<u64>; N], Refused> {
         let mut found = [None; N];
-        for export in self.file.exports().map_err(damaged)? {
+        for (i, export) in self.file.exports().map_err(damaged)?.enumerate() {
+            if i == MAX_EXPORTS {
+                return Err(Refused::Damaged(format!("it exports more than {i} symbols")));
+            }
             let export = export.map_err(damaged)?;
             let (NameOrOrdinal::Name(name), ExportTarget::Address { address }) =
                 (export.name(), export.target())
