@@ -1,1 +1,40 @@
-//! Placeholder.
+//! Point clouds with typed columns, and the files they come from.
+//!
+//! A [`Cloud`] is a set of named typed columns around an f64 origin, shared by reference and edited
+//! by copy on write. [`read()`] loads one from a file of any supported format, recognised by content,
+//! fills in what a renderer needs and the file lacks (normals and radii are estimated), drops what
+//! cannot be drawn, and counts all of it in a [`Summary`]. [`write()`] saves one so that a failure
+//! leaves the old file as it was.
+//!
+//! Files are not trusted: damaged ones give one line that says what was expected and what was
+//! found, and memory stays within a small multiple of the file's size.
+//!
+//! Invariants: this crate knows no graphics API and no user interface; every loaded cloud has
+//! `position`, `normal` and `radius` columns that are finite, with unit normals and positive radii
+//! (`every_loaded_cloud_can_be_drawn`).
+
+mod assemble;
+mod buffer;
+mod cloud;
+mod color;
+mod column;
+mod edit;
+mod error;
+mod facts;
+mod ply;
+mod read;
+mod summary;
+mod table;
+#[cfg(test)]
+mod tests;
+mod write;
+
+pub use buffer::Buffer;
+pub use cloud::Cloud;
+pub use color::NEUTRAL_ALBEDO;
+pub use column::Column;
+pub use error::{CloudError, ReadError, ReadFault, WriteError};
+pub use read::{Loaded, ReadOptions, read};
+pub use summary::{ColorCounts, NormalCounts, RadiusCounts, Summary};
+pub use surfelshop_geometry::Progress;
+pub use write::{WriteOptions, write};

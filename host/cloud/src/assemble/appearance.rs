@@ -1,0 +1,143 @@
+//! Colour, ambient accessibility and material.
+
+use crate::buffer::{Buffer, interleave};
+use crate::color::{NEUTRAL_ALBEDO, is_usable};
+use crate::column::Column;
+use crate::summary::Summary;
+use crate::table::Table;
+use surfelshop_api::columns::{AO, COLOR, Element, MATERIAL};
+
+/// Spellings of the colour's channels; opacity is looked for beside the first two.
+const RGB: [[&str; 3]; 3] =
+    [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
+
+const ALPHA: [[&str; 1]; 3] = [["alpha"], ["a"], ["diffuse_alpha"]];
+
+/// Takes colour, accessibility and material out of the table.
+pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
+    let color = color(table, summary);
+    if color.is_none() {
+        summary.colors.neutral = table.n_rows as u64;
+    }
+    let ao = accessibility(table, summary);
+    [color, ao, material(table, summary)].into_iter().flatten().collect()
+}
+
+fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
+    let (spelling, rgb) = (0..RGB.len()).find_map(|i| Some((i, table.take(RGB[i])?)))?;
+    let Some(mut channels) = channels(&rgb) else {
+        summary.warnings.push(
+            "colours are neither 8 nor 16 bits nor floats and were kept as plain columns"
+                .to_owned(),
+        );
+        table.columns.extend(RGB[spelling].iter().map(|name| (*name).to_owned()).zip(rgb));
+        return None;
+    };
+    if let Some([alpha]) = table.take(ALPHA[spelling]) {
+        if alpha.element() == rgb[0].element()
+            && let Some(alpha) = convert(&alpha, channels[0].element())
+        {
+            channels.push(alpha);
+        } else {
+            table.columns.push((ALPHA[spelling][0].to_owned(), alpha));
+        }
+    }
+    let components = channels.len();
+    let mut values = interleave(&channels)?;
+    if let Buffer::F32(values) = &mut values {
+        sanitise(values, components, summary);
+    }
+    summary.colors.given = table.n_rows as u64 - summary.colors.replaced;
+    Some(Column::new(COLOR, components as u32, values))
+}
+
+/// The channels in the smallest of the types a colour may have that holds them.
+fn channels(rgb: &[Buffer; 3]) -> Option<Vec<Buffer>> {
+    if rgb.iter().any(|channel| channel.element() != rgb[0].element()) {
+        return None;
+    }
+    let target = match rgb[0].element() {
+        Element::F32 | Element::F64 => Element::F32,
+        Element::U8 => Element::U8,
+        Element::U16 => Element::U16,
+        // Signed and 32-bit types hold 8 or 16-bit colours in files of some programs.
+        Element::I8 | Element::I16 | Element::I32 | Element::U32 => {
+            let most = rgb.iter().flat_map(Buffer::iter_f64).fold(0.0, f64::max);
+            if most <= f64::from(u8::MAX) { Element::U8 } else { Element::U16 }
+        }
+    };
+    rgb.iter().map(|channel| convert(channel, target)).collect()
+}
+
+/// The values in another type; `None` where it does not hold them.
+fn convert(buffer: &Buffer, target: Element) -> Option<Buffer> {
+    if buffer.element() == target {
+        return Some(buffer.clone());
+    }
+    let mut converted = Buffer::with_capacity(target, buffer.len());
+    buffer.iter_f64().all(|value| converted.push(value)).then_some(converted)
+}
+
+/// Replaces float colours that cannot be shaded with; opacity that is not finite becomes 1.
+fn sanitise(values: &mut [f32], components: usize, summary: &mut Summary) {
+    let mut most: f32 = 0.0;
+    for surfel in values.chunks_exact_mut(components) {
+        let (color, alpha) = surfel.split_at_mut(3);
+        if !is_usable(color) {
+            color.copy_from_slice(&NEUTRAL_ALBEDO);
+            summary.colors.replaced += 1;
+        }
+        most = color.iter().copied().fold(most, f32::max);
+        for alpha in alpha.iter_mut().filter(|alpha| !alpha.is_finite()) {
+            *alpha = 1.0;
+        }
+    }
+    if most > 1.0 {
+        summary.warnings.push(format!(
+            "float colours reach {most}; an albedo above 1 makes more light than it receives"
+        ));
+    }
+}
+
+/// Accessibility in [0, 1]; other numbers are clamped, and what is not a number counts as open.
+fn accessibility(table: &mut Table, summary: &mut Summary) -> Option<Column> {
+    let [values] = table.take([AO])?;
+    // Integers have the whole range of their type.
+    let scale = match values.element() {
+        Element::U8 => f32::from(u8::MAX),
+        Element::U16 => f32::from(u16::MAX),
+        _ => 1.0,
+    };
+    let mut values = values.to_f32();
+    let mut changed = 0u64;
+    for value in &mut values {
+        let scaled = *value / scale;
+        let open = if scaled.is_nan() { 1.0 } else { scaled.clamp(0.0, 1.0) };
+        changed += u64::from(open.to_bits() != scaled.to_bits() && open != scaled);
+        *value = open;
+    }
+    if changed > 0 {
+        summary.warnings.push(format!("{changed} values of `ao` were outside [0, 1]"));
+    }
+    Some(Column::new(AO, 1, Buffer::F32(values)))
+}
+
+/// Indices into the material table; what is no index becomes 0.
+fn material(table: &mut Table, summary: &mut Summary) -> Option<Column> {
+    let [values] = table.take([MATERIAL])?;
+    let mut replaced = 0u64;
+    let indices: Vec<u32> = values
+        .iter_f64()
+        .map(|value| {
+            let fits = value.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&value);
+            replaced += u64::from(!fits);
+            if fits { value as u32 } else { 0 }
+        })
+        .collect();
+    if replaced > 0 {
+        summary
+            .warnings
+            .push(format!("{replaced} values of `material` were no index and became 0"));
+    }
+    Some(Column::new(MATERIAL, 1, Buffer::U32(indices)))
+}

@@ -1,0 +1,44 @@
+use crate::buffer::with_vec;
+use crate::cloud::Cloud;
+use crate::color::NEUTRAL_ALBEDO;
+use glam::DVec3;
+use surfelshop_api::CloudFacts;
+use surfelshop_api::columns::COLOR;
+use surfelshop_geometry::Bounds;
+
+/// What can be said of a cloud as a whole.
+pub(crate) fn of(cloud: &Cloud) -> CloudFacts {
+    let bounds = Bounds::of_positions(cloud.positions());
+    let corner = |corner: fn(&Bounds) -> DVec3| {
+        bounds.as_ref().map_or(DVec3::ZERO, |bounds| cloud.origin() + corner(bounds))
+    };
+    let mut columns: Vec<String> = cloud.columns().iter().map(|c| c.name().to_owned()).collect();
+    columns.sort_unstable();
+    CloudFacts {
+        n_surfels: cloud.len() as u64,
+        bounds_min: corner(|bounds| bounds.min),
+        bounds_max: corner(|bounds| bounds.max),
+        columns,
+        equal_radius: equal_radius(cloud.radii()),
+        equal_color: equal_color(cloud),
+    }
+}
+
+/// The radius all surfels share, compared bit by bit.
+fn equal_radius(radii: &[f32]) -> Option<f32> {
+    let first = *radii.first()?;
+    radii.iter().all(|radius| radius.to_bits() == first.to_bits()).then_some(first)
+}
+
+/// The colour all surfels share; opacity does not count.
+fn equal_color(cloud: &Cloud) -> Option<[f32; 3]> {
+    if cloud.is_empty() {
+        return None;
+    }
+    let Some(column) = cloud.column(COLOR) else { return Some(NEUTRAL_ALBEDO) };
+    let components = column.components() as usize;
+    let equal = with_vec!(column.values(), vec => {
+        vec.chunks_exact(components).all(|color| color[..3] == vec[..3])
+    });
+    if equal { cloud.color_linear(0) } else { None }
+}

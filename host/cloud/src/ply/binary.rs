@@ -1,0 +1,110 @@
+//! Binary records: elements of scalars are decoded in bulk, elements with lists one by one.
+
+use super::header::{ElementDef, Kind};
+use super::{Body, empty_columns, lists};
+use crate::buffer::Buffer;
+use crate::error::ReadFault;
+use std::io::Read;
+use surfelshop_geometry::Progress;
+
+/// Records decoded together; a block of 4096 usual records stays in the second-level cache.
+const BLOCK: usize = 4096;
+
+/// Bytes a block may have, however long a hostile header makes its records.
+const MAX_BLOCK: usize = 1 << 20;
+
+/// Bytes of a record; with lists, of one whose lists are all empty.
+pub(super) fn least_size(element: &ElementDef) -> u64 {
+    element
+        .properties
+        .iter()
+        .map(|property| match property.kind {
+            Kind::Scalar(scalar) => scalar.size() as u64,
+            Kind::List { length, .. } => length.size() as u64,
+        })
+        .sum()
+}
+
+pub(super) fn has_lists(element: &ElementDef) -> bool {
+    element.properties.iter().any(|property| matches!(property.kind, Kind::List { .. }))
+}
+
+/// Checks that the announced records can be in the file, before anything is allocated for them.
+fn check_count<R>(body: &Body<R>, element: &ElementDef) -> Result<u64, ReadFault> {
+    let size = least_size(element);
+    match element.count.checked_mul(size) {
+        Some(bytes) if bytes <= body.remaining => Ok(bytes),
+        _ => {
+            let at_least = if has_lists(element) { "at least " } else { "" };
+            Err(ReadFault::Truncated {
+                element: element.name.clone(),
+                expected: format!("{} records of {at_least}{size} bytes", element.count),
+                found: format!(
+                    "{} bytes, which hold {}",
+                    body.remaining,
+                    body.remaining / size.max(1)
+                ),
+            })
+        }
+    }
+}
+
+/// Passes over an element.
+pub(super) fn skip<R: Read>(
+    body: &mut Body<R>,
+    element: &ElementDef,
+    big: bool,
+) -> Result<(), ReadFault> {
+    let bytes = check_count(body, element)?;
+    if has_lists(element) {
+        return lists::skip(body, element, big);
+    }
+    let skipped = std::io::copy(&mut body.by_ref().take(bytes), &mut std::io::sink())?;
+    if skipped < bytes { Err(shrunk(element)) } else { Ok(()) }
+}
+
+/// Reads the scalar properties of an element.
+pub(super) fn read<R: Read>(
+    body: &mut Body<R>,
+    element: &ElementDef,
+    big: bool,
+    progress: Progress<'_>,
+) -> Result<Vec<(String, Buffer)>, ReadFault> {
+    check_count(body, element)?;
+    let mut columns = empty_columns(element);
+    if has_lists(element) {
+        lists::read(body, element, big, &mut columns, progress)?;
+        return Ok(columns);
+    }
+    let stride = usize::try_from(least_size(element)).map_err(|_| shrunk(element))?;
+    let block = (MAX_BLOCK / stride.max(1)).clamp(1, BLOCK);
+    let mut bytes = vec![0; block * stride];
+    let mut left = usize::try_from(element.count).map_err(|_| shrunk(element))?;
+    while left > 0 {
+        body.tell(progress)?;
+        let records = left.min(block);
+        let bytes = &mut bytes[..records * stride];
+        body.read_exact(bytes).map_err(|error| at_end(error, element))?;
+        let mut offset = 0;
+        for (_, column) in &mut columns {
+            column.extend_records(bytes, stride, offset, big);
+            offset += column.element().size();
+        }
+        left -= records;
+    }
+    Ok(columns)
+}
+
+/// An end of file becomes a message about the element.
+pub(super) fn at_end(error: std::io::Error, element: &ElementDef) -> ReadFault {
+    if error.kind() == std::io::ErrorKind::UnexpectedEof { shrunk(element) } else { error.into() }
+}
+
+/// The file ends inside an element.
+pub(super) fn shrunk(element: &ElementDef) -> ReadFault {
+    ReadFault::Truncated {
+        element: element.name.clone(),
+        expected: format!("{} records", element.count),
+        found: "the file's end before them".to_owned(),
+    }
+}

@@ -1,0 +1,84 @@
+use crate::assemble;
+use crate::cloud::Cloud;
+use crate::error::{ReadError, ReadFault, quoted};
+use crate::ply;
+use crate::summary::Summary;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::time::Instant;
+use surfelshop_geometry::{Progress, normals, part, silent};
+
+/// How a file is read.
+#[derive(Clone, Copy)]
+pub struct ReadOptions<'a> {
+    /// Neighbours that missing normals are fitted to.
+    pub n_neighbours: usize,
+    /// Takes how far the work is, in [0, 1], and may ask it to stop.
+    pub progress: Progress<'a>,
+}
+
+impl Default for ReadOptions<'_> {
+    fn default() -> Self {
+        Self { n_neighbours: normals::DEFAULT_NEIGHBOURS, progress: &silent }
+    }
+}
+
+/// A cloud and how it came to be.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The cloud: at least `position`, `normal` and `radius`.
+    pub cloud: Cloud,
+    /// What was dropped, repaired and estimated.
+    pub summary: Summary,
+}
+
+/// Bytes that tell the format.
+const MAGIC: usize = 64;
+
+/// Share of the work that is reading rather than estimating, for the progress bar.
+const READING: f64 = 0.4;
+
+/// Reads a cloud from a file, recognising the format by content.
+///
+/// # Errors
+/// One line that names the file, what was expected and what was found.
+pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded, ReadError> {
+    let path = path.as_ref();
+    let started = Instant::now();
+    let load = || -> Result<Loaded, ReadFault> {
+        let table = open(path, &part(options.progress, 0.0..READING))?;
+        let options = ReadOptions { progress: &part(options.progress, READING..1.0), ..*options };
+        assemble::cloud(table, &options)
+    };
+    let mut loaded = load().map_err(|fault| ReadError { path: path.to_owned(), fault })?;
+    loaded.summary.file = path.display().to_string();
+    loaded.summary.seconds = started.elapsed().as_secs_f64();
+    Ok(loaded)
+}
+
+/// Opens a file and reads its points.
+fn open(path: &Path, progress: Progress<'_>) -> Result<crate::table::Table, ReadFault> {
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
+    if metadata.is_dir() {
+        return Err(ReadFault::NotAFile { found: "a folder" });
+    }
+    // Counts are checked against the length, which a pipe or a device does not have.
+    if !metadata.is_file() {
+        return Err(ReadFault::NotAFile { found: "a pipe or device" });
+    }
+    let mut reader = BufReader::with_capacity(1 << 16, file);
+    let head = reader.fill_buf()?;
+    let head = &head[..head.len().min(MAGIC)];
+    if head.is_empty() {
+        return Err(ReadFault::Empty);
+    }
+    if head.starts_with(b"version https://git-lfs") {
+        return Err(ReadFault::LfsPointer);
+    }
+    if !ply::is_ply(head) {
+        return Err(ReadFault::UnknownFormat { found: quoted(head) });
+    }
+    ply::read(reader, metadata.len(), progress)
+}

@@ -1,0 +1,117 @@
+use serde::Serialize;
+use std::fmt;
+
+/// Where the normals of a loaded cloud come from; each surfel counts once, except in `degenerate`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct NormalCounts {
+    /// Unit vectors of the file, kept as they are.
+    pub given: u64,
+    /// Vectors of the file that were made unit length.
+    pub normalised: u64,
+    /// Zero or not finite in the file; replaced from valid ones nearby or estimated.
+    pub repaired: u64,
+    /// Absent in the file; estimated from positions.
+    pub estimated: u64,
+    /// Estimated ones whose surroundings do not span a plane.
+    pub degenerate: u64,
+}
+
+/// Where the radii of a loaded cloud come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct RadiusCounts {
+    /// Radii of the file, kept as they are.
+    pub given: u64,
+    /// Absent, zero, negative or not finite in the file; estimated from neighbours.
+    pub estimated: u64,
+    /// Larger than the cloud in the file; made the diagonal of its bounds.
+    pub clamped: u64,
+}
+
+/// Where the colours of a loaded cloud come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ColorCounts {
+    /// Colours of the file, kept as they are.
+    pub given: u64,
+    /// Absent in the file; drawn in the neutral albedo.
+    pub neutral: u64,
+    /// Negative or not finite in the file; replaced by the neutral albedo.
+    pub replaced: u64,
+}
+
+/// What a load did: everything that was dropped, repaired or estimated is counted.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Summary {
+    /// The file.
+    pub file: String,
+    /// Format and encoding, such as `PLY, binary little endian`.
+    pub format: String,
+    /// Points the file announces.
+    pub n_in_file: u64,
+    /// Surfels of the cloud.
+    pub n_surfels: u64,
+    /// Points left out because a coordinate is not finite in single precision.
+    pub n_dropped: u64,
+    /// World position that the positions are relative to.
+    pub origin: [f64; 3],
+    /// Normals.
+    pub normals: NormalCounts,
+    /// Radii.
+    pub radii: RadiusCounts,
+    /// Colours.
+    pub colors: ColorCounts,
+    /// Names of the cloud's columns.
+    pub columns: Vec<String>,
+    /// Comments of the file.
+    pub comments: Vec<String>,
+    /// What the user should know, one sentence each.
+    pub warnings: Vec<String>,
+    /// Time the load took, estimation included, seconds.
+    pub seconds: f64,
+}
+
+/// Joins the counts that are not zero.
+fn counts(parts: &[(u64, &str)]) -> String {
+    let shown: Vec<String> = parts
+        .iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect();
+    if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, format, n_surfels, n_in_file, n_dropped, .. } = self;
+        write!(out, "{file}: {n_surfels} surfels ({format}, {:.2} s)", self.seconds)?;
+        if *n_dropped > 0 {
+            write!(
+                out,
+                "\n  dropped {n_dropped} of {n_in_file} points without finite coordinates"
+            )?;
+        }
+        let n = &self.normals;
+        let normals = counts(&[
+            (n.given, "given"),
+            (n.normalised, "made unit length"),
+            (n.repaired, "repaired"),
+            (n.estimated, "estimated"),
+            (n.degenerate, "without a plane"),
+        ]);
+        let r = &self.radii;
+        let radii =
+            counts(&[(r.given, "given"), (r.estimated, "estimated"), (r.clamped, "clamped")]);
+        let c = &self.colors;
+        let colors =
+            counts(&[(c.given, "given"), (c.neutral, "neutral"), (c.replaced, "replaced")]);
+        write!(out, "\n  normals {normals}; radii {radii}; colours {colors}")?;
+        write!(out, "\n  columns {}", self.columns.join(", "))?;
+        if self.origin != [0.0; 3] {
+            let [x, y, z] = self.origin;
+            write!(out, "\n  origin {x} {y} {z}")?;
+        }
+        for warning in &self.warnings {
+            write!(out, "\n  warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
