@@ -1,1 +1,52 @@
-//! Placeholder.
+//! # `flat`: one colour per surfel
+//!
+//! The nearest surfel covers its disc with one normal and one albedo under the scene's lights. No
+//! blending, no parameters beyond the ambient floor: the smallest complete renderer, to copy when
+//! writing one.
+//!
+//! | parameter | type  | default | meaning                                          |
+//! |-----------|-------|---------|--------------------------------------------------|
+//! | `ambient` | float | 0.08    | radiance of an unlit white surface, as a fraction |
+//!
+//! Limits: edges of discs show; that is what blending renderers are compared with.
+//!
+//! ```text
+//! surfelshop render model.ply -r flat -o model.png
+//! ```
+
+use surfelshop_api::prelude::*;
+
+params! {
+    /// Settings of the flat renderer.
+    pub struct Settings {
+        /// Light that reaches every surface from everywhere, as a fraction of white.
+        ambient: f32 { default: 0.08, range: 0.0..=1.0 },
+    }
+}
+
+struct Flat;
+
+impl Renderer for Flat {
+    const INFO: UnitInfo =
+        UnitInfo::new("flat", "Flat surfels", "One normal and colour per surfel, no blending.");
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
+        let settings = graph.uniform(Uniform::new().f32(frame.params.ambient));
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(
+            Pass::shading("shade", include_str!("flat.wgsl"), "shade")
+                .surface(SurfaceMode::Nearest)
+                .bind("settings", settings)
+                .target(color),
+        );
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+export_plugin! { id: "org.surfelshop.flat", renderers: [Flat] }

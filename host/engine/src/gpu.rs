@@ -1,0 +1,235 @@
+//! The graphics device: which adapter is taken and what it can do.
+
+use thiserror::Error;
+
+/// Which graphics interface to use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backend {
+    /// Vulkan, Metal or Direct3D 12.
+    Primary,
+    /// Vulkan alone.
+    Vulkan,
+    /// OpenGL (ES) alone.
+    Gl,
+    /// Metal alone.
+    Metal,
+    /// Direct3D 12 alone.
+    Dx12,
+}
+
+/// What the user asked for; by default the best adapter of the best interface.
+#[derive(Clone, Debug, Default)]
+pub struct GpuOptions {
+    /// Only this interface; where `None`, OpenGL is tried when no other has an adapter.
+    pub backend: Option<Backend>,
+    /// Only an adapter whose name contains this text, ignoring case.
+    pub adapter: Option<String>,
+}
+
+/// Why there is no device.
+#[derive(Debug, Error)]
+pub enum GpuError {
+    /// No adapter at all.
+    #[error(
+        "no graphics adapter was found ({tried}); install a graphics driver, or Mesa's software \
+         driver: package mesa-vulkan-drivers (Debian, Ubuntu, Fedora), vulkan-swrast (Arch)"
+    )]
+    NoAdapter {
+        /// The interfaces tried.
+        tried: String,
+    },
+    /// Adapters, but none with the name asked for.
+    #[error("no graphics adapter is called `{wanted}`; there are: {found}")]
+    NoSuchAdapter {
+        /// The text asked for.
+        wanted: String,
+        /// The adapters there are.
+        found: String,
+    },
+    /// The adapter lacks something without which nothing can be drawn.
+    #[error("the graphics adapter {adapter} lacks {missing}; choose another with --adapter or --backend")]
+    Unfit {
+        /// The adapter's name.
+        adapter: String,
+        /// What it lacks.
+        missing: String,
+    },
+    /// The driver refused to make a device.
+    #[error("the graphics adapter {adapter} gave no device: {reason}")]
+    Refused {
+        /// The adapter's name.
+        adapter: String,
+        /// What the driver said.
+        reason: String,
+    },
+}
+
+/// A device with its queue and what is known of it.
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// Name, kind and driver.
+    pub info: wgpu::AdapterInfo,
+    /// Whether additive blending into 32-bit float textures works.
+    pub blends_f32: bool,
+    /// Whether passes can be timed on the device.
+    pub times_passes: bool,
+}
+
+impl Gpu {
+    /// Opens a device without a window: discrete before integrated before virtual before software,
+    /// and OpenGL only where nothing else has an adapter.
+    ///
+    /// # Errors
+    /// Where no adapter fits; the message says what to install.
+    pub fn headless(options: &GpuOptions) -> Result<Self, GpuError> {
+        let groups: &[(wgpu::Backends, &str)] = match options.backend {
+            None => &[
+                (wgpu::Backends::PRIMARY, "Vulkan, Metal, Direct3D"),
+                (wgpu::Backends::GL, "OpenGL"),
+            ],
+            Some(Backend::Primary) => &[(wgpu::Backends::PRIMARY, "Vulkan, Metal, Direct3D")],
+            Some(Backend::Vulkan) => &[(wgpu::Backends::VULKAN, "Vulkan")],
+            Some(Backend::Gl) => &[(wgpu::Backends::GL, "OpenGL")],
+            Some(Backend::Metal) => &[(wgpu::Backends::METAL, "Metal")],
+            Some(Backend::Dx12) => &[(wgpu::Backends::DX12, "Direct3D 12")],
+        };
+        let mut found = Vec::new();
+        for (backends, _) in groups {
+            let mut adapters = adapters(*backends);
+            adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
+            for adapter in &adapters {
+                let name = adapter.get_info().name;
+                let wanted = options.adapter.as_ref().is_none_or(|wanted| {
+                    name.to_lowercase().contains(&wanted.to_lowercase())
+                });
+                if wanted {
+                    return Self::open(adapter);
+                }
+                found.push(name);
+            }
+        }
+        match &options.adapter {
+            Some(wanted) if !found.is_empty() => {
+                Err(GpuError::NoSuchAdapter { wanted: wanted.clone(), found: found.join(", ") })
+            }
+            _ => {
+                let tried = groups.iter().map(|(_, name)| *name).collect::<Vec<_>>().join(", ");
+                Err(GpuError::NoAdapter { tried })
+            }
+        }
+    }
+
+    /// Opens a device on an adapter.
+    ///
+    /// # Errors
+    /// Where the adapter lacks compute or storage buffers, or its driver refuses.
+    pub fn open(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
+        let info = adapter.get_info();
+        let downlevel = adapter.get_downlevel_capabilities();
+        for (flag, missing) in [
+            (wgpu::DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
+            (wgpu::DownlevelFlags::VERTEX_STORAGE, "storage buffers in vertex shaders"),
+            (wgpu::DownlevelFlags::SHADER_F16_IN_F32, "half-float packing in shaders"),
+            (wgpu::DownlevelFlags::FRAGMENT_STORAGE, "storage buffers in fragment shaders"),
+        ] {
+            if !downlevel.flags.contains(flag) {
+                let adapter = info.name.clone();
+                return Err(GpuError::Unfit { adapter, missing: missing.to_owned() });
+            }
+        }
+        let wanted = wgpu::Features::FLOAT32_BLENDABLE
+            | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::TIMESTAMP_QUERY;
+        let features = adapter.features() & wanted;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("surfelshop"),
+            required_features: features,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(
+            |error| GpuError::Refused { adapter: info.name.clone(), reason: error.to_string() },
+        )?;
+        // Mistakes are caught by error scopes; what comes late is noted instead of ending the
+        // program.
+        device.on_uncaptured_error(std::sync::Arc::new(|error| {
+            tracing::error!("graphics device: {error}");
+        }));
+        Ok(Self {
+            blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
+            times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            device,
+            queue,
+            info,
+        })
+    }
+
+    /// Whether the adapter computes on the CPU.
+    #[must_use]
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+            || self.info.name.to_lowercase().contains("llvmpipe")
+    }
+
+    /// Adapter, interface and driver in a few words.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let driver = [self.info.driver.as_str(), self.info.driver_info.as_str()];
+        let driver: Vec<&str> = driver.into_iter().filter(|part| !part.is_empty()).collect();
+        let backend = match self.info.backend {
+            wgpu::Backend::Vulkan => "Vulkan",
+            wgpu::Backend::Gl => "OpenGL",
+            wgpu::Backend::Metal => "Metal",
+            wgpu::Backend::Dx12 => "Direct3D 12",
+            wgpu::Backend::BrowserWebGpu => "WebGPU",
+            wgpu::Backend::Noop => "no-op",
+        };
+        if driver.is_empty() {
+            format!("{} on {backend}", self.info.name)
+        } else {
+            format!("{} on {backend} ({})", self.info.name, driver.join(" "))
+        }
+    }
+
+    /// What plugins are told of the device.
+    #[must_use]
+    pub fn host_info(&self) -> surfelshop_api::HostInfo {
+        let mut features = Vec::new();
+        if self.blends_f32 {
+            features.push("float32-blendable".to_owned());
+        }
+        if self.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
+            features.push("float32-filterable".to_owned());
+        }
+        surfelshop_api::HostInfo {
+            host_version: env!("CARGO_PKG_VERSION").to_owned(),
+            adapter: self.describe(),
+            software_adapter: self.is_software(),
+            features,
+        }
+    }
+}
+
+fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
+    let descriptor = wgpu::InstanceDescriptor {
+        backends,
+        flags: wgpu::InstanceFlags::empty(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle()
+    };
+    let instance = wgpu::Instance::new(descriptor);
+    pollster::block_on(instance.enumerate_adapters(backends))
+}
+
+/// The order in which adapters are preferred.
+fn rank(kind: wgpu::DeviceType) -> u8 {
+    match kind {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}

@@ -1,0 +1,33 @@
+//! Which passes run: those that requested outputs depend on.
+
+use super::plan::{Node, Plan};
+use std::collections::HashSet;
+use surfelshop_api::graph::SurfaceMode;
+
+/// What a frame has to do.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Needed {
+    /// For each pass, whether it feeds a requested output.
+    pub(crate) passes: Vec<bool>,
+    /// Surfaces that those passes read.
+    pub(crate) surfaces: Vec<SurfaceMode>,
+}
+
+/// Walks back from the requested textures over what each pass reads and writes.
+pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> Needed {
+    let mut wanted: HashSet<Node> = requested.iter().map(|&i| Node::Texture(i)).collect();
+    let mut needed = Needed { passes: vec![false; plan.passes.len()], surfaces: Vec::new() };
+    for (i, pass) in plan.passes.iter().enumerate().rev() {
+        if !pass.writes.iter().any(|node| wanted.contains(node)) {
+            continue;
+        }
+        needed.passes[i] = true;
+        wanted.extend(&pass.reads);
+        if let Some(mode) = pass.surface
+            && !needed.surfaces.contains(&mode)
+        {
+            needed.surfaces.push(mode);
+        }
+    }
+    needed
+}

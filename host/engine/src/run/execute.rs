@@ -1,0 +1,265 @@
+//! Runs the needed passes of a plan.
+
+use super::cull::Needed;
+use super::pipelines::{Pipelines, Stage};
+use super::plan::{HOST_LIGHTS, HOST_SURFACE, HOST_VIEW, Node, Plan, targets_of};
+use super::recorder::{Attachment, PassState, Recorder};
+use super::resources::FrameResources;
+use super::{RenderError, bind};
+use crate::surfels::Surface;
+use std::collections::{BTreeSet, HashMap};
+use surfelshop_api::graph::{Groups, Resource, SamplerKind, Target, Work};
+
+/// What a frame's passes are bound to besides the graph's own resources.
+pub(crate) struct Frame<'a> {
+    pub(crate) data: &'a [u8],
+    pub(crate) view_uniform: &'a wgpu::Buffer,
+    pub(crate) lights_uniform: &'a wgpu::Buffer,
+    pub(crate) surface: Option<&'a Surface>,
+}
+
+/// The resources that the needed passes touch.
+pub(crate) fn touched(plan: &Plan, needed: &Needed, outputs: &[usize]) -> Vec<Node> {
+    let mut nodes: BTreeSet<Node> = outputs.iter().map(|&i| Node::Texture(i)).collect();
+    for (pass, _) in plan.passes.iter().zip(&needed.passes).filter(|(_, needed)| **needed) {
+        nodes.extend(&pass.reads);
+        nodes.extend(&pass.writes);
+    }
+    nodes.into_iter().collect()
+}
+
+/// Records the needed passes in order; returns the resources they wrote.
+///
+/// # Errors
+/// Where a pipeline cannot be made or the data are too short.
+pub(crate) fn execute(
+    plan: &Plan,
+    needed: &Needed,
+    resources: &FrameResources,
+    frame: &Frame<'_>,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+) -> Result<Vec<Node>, RenderError> {
+    let uniforms = upload_data(plan, resources, frame, recorder)?;
+    let mut samplers = HashMap::new();
+    let mut written = Vec::new();
+    for (i, pass) in plan.structure.passes.iter().enumerate() {
+        let planned = &plan.passes[i];
+        if !needed.passes[i] {
+            recorder.note(&pass.name, PassState::Culled);
+            continue;
+        }
+        let kept = |node: &Node| plan.persistent(*node) && resources.is_filled(*node);
+        if !planned.writes.is_empty() && planned.writes.iter().all(kept) {
+            recorder.note(&pass.name, PassState::Reused);
+            continue;
+        }
+        let pipeline = plan.pipeline(i, pipelines)?;
+        let views = texture_views(plan, resources, i);
+        for resource in pass.bindings.values() {
+            if let Resource::Sampler(kind) = resource {
+                samplers.entry(*kind).or_insert_with(|| sampler(recorder.gpu, *kind));
+            }
+        }
+        let group = bind(recorder.gpu, &pipeline, |name| match name {
+            HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
+            HOST_LIGHTS => Some(frame.lights_uniform.as_entire_binding()),
+            HOST_SURFACE => {
+                let view = frame.surface?.packed(planned.surface?)?;
+                Some(wgpu::BindingResource::TextureView(view))
+            }
+            _ => match pass.bindings.get(name)? {
+                Resource::Uniform(id) => {
+                    let span = plan.structure.uniforms.get(id.index())?;
+                    Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                        buffer: uniforms.as_ref()?,
+                        offset: span.offset,
+                        size: std::num::NonZeroU64::new(span.len),
+                    }))
+                }
+                Resource::Texture { .. } => {
+                    Some(wgpu::BindingResource::TextureView(views.get(name)?))
+                }
+                Resource::Buffer(id) => {
+                    Some(resources.buffers.get(id.index())?.as_ref()?.as_entire_binding())
+                }
+                Resource::Sampler(kind) => {
+                    Some(wgpu::BindingResource::Sampler(samplers.get(kind)?))
+                }
+            },
+        })
+        .map_err(|message| RenderError::pass(&pass.name, message))?;
+        match &pipeline.stage {
+            Stage::Compute(stage) => {
+                let groups = group_counts(plan, i);
+                recorder.compute(&pass.name, |pass| {
+                    pass.set_pipeline(stage);
+                    pass.set_bind_group(0, &group, &[]);
+                    pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+                });
+            }
+            Stage::Render(stage) => {
+                let targets = target_views(plan, resources, i, &written);
+                let colors: Vec<Attachment<'_>> = targets
+                    .iter()
+                    .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
+                    .collect();
+                recorder.render(&pass.name, &colors, None, |pass| {
+                    pass.set_pipeline(stage);
+                    pass.set_bind_group(0, &group, &[]);
+                    pass.draw(0..3, 0..1);
+                });
+            }
+        }
+        written.extend(&planned.writes);
+    }
+    Ok(written)
+}
+
+/// Brings uniforms and uploads onto the device.
+fn upload_data(
+    plan: &Plan,
+    resources: &FrameResources,
+    frame: &Frame<'_>,
+    recorder: &mut Recorder<'_>,
+) -> Result<Option<wgpu::Buffer>, RenderError> {
+    let end = |offset: u64, len: u64| offset.saturating_add(len);
+    for span in &plan.structure.uniforms {
+        if end(span.offset, span.len) > frame.data.len() as u64 || span.offset % 256 != 0 {
+            return Err(RenderError::Graph("a uniform lies outside the frame's data".to_owned()));
+        }
+    }
+    for (buffer, made) in plan.structure.buffers.iter().zip(&resources.buffers) {
+        let Some(made) = made else { continue };
+        match buffer.upload {
+            Some(span) => {
+                let bytes = usize::try_from(span.offset)
+                    .ok()
+                    .zip(usize::try_from(end(span.offset, span.len)).ok())
+                    .and_then(|(first, end)| frame.data.get(first..end))
+                    .filter(|bytes| bytes.len() as u64 <= made.size())
+                    .ok_or_else(|| {
+                        let label = &buffer.label;
+                        RenderError::Graph(format!("buffer `{label}` has no such data to upload"))
+                    })?;
+                let mut padded = bytes.to_vec();
+                padded.resize(bytes.len().next_multiple_of(4), 0);
+                recorder.gpu.queue.write_buffer(made, 0, &padded);
+            }
+            None if matches!(buffer.lifetime, surfelshop_api::graph::Lifetime::Frame) => {
+                recorder.encoder.clear_buffer(made, 0, None);
+            }
+            None => {}
+        }
+    }
+    if plan.structure.uniforms.is_empty() {
+        return Ok(None);
+    }
+    let contents = {
+        let mut padded = frame.data.to_vec();
+        padded.resize(frame.data.len().next_multiple_of(4), 0);
+        padded
+    };
+    use wgpu::util::DeviceExt as _;
+    Ok(Some(recorder.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("uniforms"),
+        contents: &contents,
+        usage: wgpu::BufferUsages::UNIFORM,
+    })))
+}
+
+/// Views of the textures a pass reads or stores into, by variable.
+fn texture_views(
+    plan: &Plan,
+    resources: &FrameResources,
+    index: usize,
+) -> HashMap<String, wgpu::TextureView> {
+    let pass = &plan.structure.passes[index];
+    let mut views = HashMap::new();
+    for (name, resource) in &pass.bindings {
+        let Resource::Texture { id, mip } = resource else { continue };
+        let Some(Some(texture)) = resources.textures.get(id.index()) else { continue };
+        let described = &plan.structure.textures[id.index()];
+        let dimension = match (described.volume, plan.extent(id.index())[2]) {
+            (true, _) => wgpu::TextureViewDimension::D3,
+            (false, 1) => wgpu::TextureViewDimension::D2,
+            (false, _) => wgpu::TextureViewDimension::D2Array,
+        };
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(dimension),
+            base_mip_level: mip.unwrap_or(0),
+            mip_level_count: mip.map(|_| 1),
+            ..Default::default()
+        });
+        views.insert(name.clone(), view);
+    }
+    views
+}
+
+/// The views a pass draws into, whether each is cleared (where nothing has drawn into the texture
+/// in this frame), and the slice of a volume.
+fn target_views(
+    plan: &Plan,
+    resources: &FrameResources,
+    index: usize,
+    written: &[Node],
+) -> Vec<(wgpu::TextureView, bool, Option<u32>)> {
+    let view_of = |target: &Target| {
+        let i = target.texture.index();
+        let texture = resources.textures[i].as_ref()?;
+        let volume = plan.structure.textures[i].volume;
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(if volume {
+                wgpu::TextureViewDimension::D3
+            } else {
+                wgpu::TextureViewDimension::D2
+            }),
+            base_mip_level: target.mip,
+            mip_level_count: Some(1),
+            base_array_layer: if volume { 0 } else { target.layer },
+            array_layer_count: if volume { None } else { Some(1) },
+            ..Default::default()
+        });
+        let whole = plan.structure.textures[i].mips == 1 && plan.extent(i)[2] == 1;
+        let clear = !(whole && written.contains(&Node::Texture(i)));
+        Some((view, clear, volume.then_some(target.layer)))
+    };
+    targets_of(&plan.structure.passes[index]).iter().filter_map(view_of).collect()
+}
+
+fn group_counts(plan: &Plan, index: usize) -> [u32; 3] {
+    match plan.structure.passes[index].work {
+        Work::Compute { groups: Groups::Fixed(groups), .. } => groups,
+        Work::Compute { groups: Groups::PerPixel { divisor }, .. } => {
+            let [x, y, _] = plan.passes[index].workgroup_size;
+            let d = divisor.max(1);
+            let across = |size: u32, group: u32| size.div_ceil(d).div_ceil(group.max(1));
+            [across(plan.size[0], x), across(plan.size[1], y), 1]
+        }
+        _ => [0; 3],
+    }
+}
+
+fn sampler(gpu: &crate::gpu::Gpu, kind: SamplerKind) -> wgpu::Sampler {
+    let filter = match kind {
+        SamplerKind::Nearest => wgpu::FilterMode::Nearest,
+        _ => wgpu::FilterMode::Linear,
+    };
+    let address = match kind {
+        SamplerKind::LinearRepeat => wgpu::AddressMode::Repeat,
+        _ => wgpu::AddressMode::ClampToEdge,
+    };
+    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        label: None,
+        address_mode_u: address,
+        address_mode_v: address,
+        address_mode_w: address,
+        mag_filter: filter,
+        min_filter: filter,
+        mipmap_filter: match kind {
+            SamplerKind::Nearest => wgpu::MipmapFilterMode::Nearest,
+            _ => wgpu::MipmapFilterMode::Linear,
+        },
+        ..Default::default()
+    })
+}

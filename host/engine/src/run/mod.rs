@@ -1,0 +1,89 @@
+//! Checks, compiles, culls, runs and times graphs.
+
+mod cull;
+mod execute;
+mod pipelines;
+mod plan;
+mod readback;
+mod recorder;
+mod resources;
+
+pub(crate) use cull::needed;
+pub(crate) use execute::{Frame, execute, touched};
+pub use pipelines::CompileCounts;
+pub(crate) use pipelines::{Draw, DrawKind, Pipeline, Pipelines, Stage, checked};
+pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Plan};
+pub use readback::Image;
+pub(crate) use readback::{Pending, copy};
+pub(crate) use recorder::{Attachment, Recorder};
+pub use recorder::{PassReport, PassState};
+pub(crate) use resources::Resources;
+
+use thiserror::Error;
+
+/// Why a frame could not be rendered.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum RenderError {
+    /// The plugin failed while it described the frame.
+    #[error("{0}")]
+    Plugin(surfelshop_api::abi::host_side::Fault),
+    /// The graph breaks a rule.
+    #[error("graph: {0}")]
+    Graph(String),
+    /// A pass of the graph cannot run.
+    #[error("pass `{pass}`: {message}")]
+    Pass {
+        /// The pass's name.
+        pass: String,
+        /// What is wrong, naming the variable where one is concerned.
+        message: String,
+    },
+    /// An output was asked for that the renderer does not offer.
+    #[error("the renderer offers no output `{wanted}`; it offers {offered}")]
+    NoOutput {
+        /// The output asked for.
+        wanted: String,
+        /// The outputs there are.
+        offered: String,
+    },
+    /// A cloud cannot be drawn.
+    #[error("the cloud cannot be drawn: {0}")]
+    Cloud(String),
+    /// The device failed.
+    #[error("graphics device: {0}")]
+    Device(String),
+    /// One of the host's own shaders failed.
+    #[error("internal shader: {0}")]
+    Host(String),
+}
+
+impl RenderError {
+    pub(crate) fn pass(pass: &str, message: impl Into<String>) -> Self {
+        Self::Pass { pass: pass.to_owned(), message: message.into() }
+    }
+}
+
+/// Binds a pipeline's variables by name.
+///
+/// # Errors
+/// Where `find` knows no resource for a variable.
+pub(crate) fn bind<'a>(
+    gpu: &crate::gpu::Gpu,
+    pipeline: &Pipeline,
+    mut find: impl FnMut(&str) -> Option<wgpu::BindingResource<'a>>,
+) -> Result<wgpu::BindGroup, String> {
+    let entries = pipeline
+        .bindings
+        .iter()
+        .map(|binding| {
+            let resource = find(&binding.name)
+                .ok_or_else(|| format!("variable `{}` is not bound", binding.name))?;
+            Ok(wgpu::BindGroupEntry { binding: binding.number, resource })
+        })
+        .collect::<Result<Vec<_>, String>>()?;
+    Ok(gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &pipeline.layout,
+        entries: &entries,
+    }))
+}

@@ -1,0 +1,132 @@
+//! Brings textures back from the device as floats.
+
+use crate::gpu::Gpu;
+use half::f16;
+
+/// A picture of 32-bit floats, row by row from the top.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Image {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// Values per pixel.
+    pub components: u32,
+    /// `width * height * components` values.
+    pub data: Vec<f32>,
+}
+
+impl Image {
+    /// The values of a pixel.
+    ///
+    /// # Panics
+    /// Where the pixel lies outside the picture.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> &[f32] {
+        let n = self.components as usize;
+        let at = (y as usize * self.width as usize + x as usize) * n;
+        &self.data[at..at + n]
+    }
+}
+
+/// A copy of a texture on its way to memory.
+pub(crate) struct Pending {
+    buffer: wgpu::Buffer,
+    width: u32,
+    height: u32,
+    row_bytes: u32,
+    format: wgpu::TextureFormat,
+}
+
+/// Records the copy of a texture's first level.
+pub(crate) fn copy(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+) -> Pending {
+    let (width, height, format) = (texture.width(), texture.height(), texture.format());
+    let texel = format.block_copy_size(None).unwrap_or(16);
+    let row_bytes = (width * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: u64::from(row_bytes) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row_bytes),
+                rows_per_image: Some(height),
+            },
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    );
+    Pending { buffer, width, height, row_bytes, format }
+}
+
+/// Waits for the device and returns a buffer's bytes.
+///
+/// # Errors
+/// One line where the device is lost.
+pub(crate) fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
+    let (send, receive) = std::sync::mpsc::channel();
+    buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+        // The receiver is gone only where waiting failed already.
+        drop(send.send(result));
+    });
+    gpu.device
+        .poll(wgpu::PollType::wait_indefinitely())
+        .map_err(|error| format!("the graphics device did not answer: {error}"))?;
+    match receive.recv() {
+        Ok(Ok(())) => {}
+        _ => return Err("the graphics device was lost while reading back".to_owned()),
+    }
+    let bytes = buffer
+        .slice(..)
+        .get_mapped_range()
+        .map_err(|error| format!("the graphics device gave no data: {error}"))?
+        .to_vec();
+    buffer.unmap();
+    Ok(bytes)
+}
+
+impl Pending {
+    /// Waits and converts to floats; unsigned integers become floats of equal value.
+    ///
+    /// # Errors
+    /// One line where the device is lost.
+    pub(crate) fn finish(self, gpu: &Gpu) -> Result<Image, String> {
+        use wgpu::TextureFormat as F;
+        let bytes = map(gpu, &self.buffer)?;
+        let components = u32::from(self.format.components());
+        let values = self.width as usize * components as usize;
+        let mut data = Vec::with_capacity(values * self.height as usize);
+        for row in bytes.chunks_exact(self.row_bytes as usize).take(self.height as usize) {
+            match self.format {
+                F::Rgba8Unorm => {
+                    data.extend(row.iter().take(values).map(|&v| f32::from(v) / 255.0));
+                }
+                F::Rgba16Float => data.extend(
+                    row.chunks_exact(2)
+                        .take(values)
+                        .map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()),
+                ),
+                F::R32Uint | F::Rgba32Uint => data.extend(
+                    row.chunks_exact(4)
+                        .take(values)
+                        .map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]) as f32),
+                ),
+                _ => data.extend(
+                    row.chunks_exact(4)
+                        .take(values)
+                        .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+                ),
+            }
+        }
+        Ok(Image { width: self.width, height: self.height, components, data })
+    }
+}

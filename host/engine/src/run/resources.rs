@@ -1,0 +1,182 @@
+//! Textures and buffers of graphs: reused from frame to frame, or kept by key.
+
+use super::plan::{Node, Plan, wgpu_format};
+use crate::gpu::Gpu;
+use std::collections::HashMap;
+use surfelshop_api::graph::Lifetime;
+
+/// Frames an unused resource survives.
+const KEPT_FRAMES: u64 = 64;
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Shape {
+    Texture { format: wgpu::TextureFormat, size: [u32; 3], volume: bool, mips: u32 },
+    Buffer { size: u64 },
+}
+
+/// A resource on the device.
+#[derive(Clone)]
+pub(crate) enum Made {
+    Texture(wgpu::Texture),
+    Buffer(wgpu::Buffer),
+}
+
+struct Kept {
+    made: Made,
+    filled: bool,
+    last_used: u64,
+}
+
+/// Everything graphs have had made.
+#[derive(Default)]
+pub(crate) struct Resources {
+    free: HashMap<Shape, Vec<(Made, u64)>>,
+    persistent: HashMap<(String, String, Shape), Kept>,
+    frame: u64,
+}
+
+/// A frame's resources, by node.
+pub(crate) struct FrameResources {
+    pub(crate) textures: Vec<Option<wgpu::Texture>>,
+    pub(crate) buffers: Vec<Option<wgpu::Buffer>>,
+    /// Persistent resources that were filled before this frame.
+    filled: Vec<Node>,
+    keys: Vec<(Node, (String, String, Shape))>,
+    lent: Vec<(Shape, Made)>,
+}
+
+impl FrameResources {
+    /// Whether a persistent resource holds what its key names.
+    pub(crate) fn is_filled(&self, node: Node) -> bool {
+        self.filled.contains(&node)
+    }
+}
+
+impl Resources {
+    /// Drops what has not been used for a while; called once a frame.
+    pub(crate) fn next_frame(&mut self) {
+        self.frame += 1;
+        let oldest = self.frame.saturating_sub(KEPT_FRAMES);
+        self.persistent.retain(|_, kept| kept.last_used >= oldest);
+        self.free.retain(|_, list| {
+            list.retain(|(_, last_used)| *last_used >= oldest);
+            !list.is_empty()
+        });
+    }
+
+    /// Lends the resources that these passes touch; `scope` keeps the keys of units apart.
+    pub(crate) fn lend(
+        &mut self,
+        gpu: &Gpu,
+        plan: &Plan,
+        nodes: &[Node],
+        scope: &str,
+    ) -> FrameResources {
+        let mut frame = FrameResources {
+            textures: vec![None; plan.structure.textures.len()],
+            buffers: vec![None; plan.structure.buffers.len()],
+            filled: Vec::new(),
+            keys: Vec::new(),
+            lent: Vec::new(),
+        };
+        for &node in nodes {
+            let (shape, lifetime, label) = describe(plan, node);
+            let made = match lifetime {
+                Lifetime::Persistent { key } => {
+                    let id = (scope.to_owned(), key.clone(), shape.clone());
+                    let kept = self.persistent.entry(id.clone()).or_insert_with(|| Kept {
+                        made: make(gpu, &shape, label),
+                        filled: false,
+                        last_used: 0,
+                    });
+                    kept.last_used = self.frame;
+                    if kept.filled {
+                        frame.filled.push(node);
+                    }
+                    frame.keys.push((node, id));
+                    kept.made.clone()
+                }
+                Lifetime::Frame => {
+                    let free = self.free.get_mut(&shape).and_then(Vec::pop);
+                    let made = free.map_or_else(|| make(gpu, &shape, label), |(made, _)| made);
+                    frame.lent.push((shape, made.clone()));
+                    made
+                }
+            };
+            match (node, made) {
+                (Node::Texture(i), Made::Texture(texture)) => frame.textures[i] = Some(texture),
+                (Node::Buffer(i), Made::Buffer(buffer)) => frame.buffers[i] = Some(buffer),
+                _ => {}
+            }
+        }
+        frame
+    }
+
+    /// Takes a submitted frame's resources back; `written` persistent ones now hold what their
+    /// key names.
+    pub(crate) fn give_back(&mut self, frame: FrameResources, written: &[Node]) {
+        for (shape, made) in frame.lent {
+            self.free.entry(shape).or_default().push((made, self.frame));
+        }
+        for (node, id) in frame.keys {
+            if written.contains(&node)
+                && let Some(kept) = self.persistent.get_mut(&id)
+            {
+                kept.filled = true;
+            }
+        }
+    }
+}
+
+fn describe(plan: &Plan, node: Node) -> (Shape, &Lifetime, &str) {
+    match node {
+        Node::Texture(i) => {
+            let texture = &plan.structure.textures[i];
+            let shape = Shape::Texture {
+                format: wgpu_format(texture.format),
+                size: plan.extent(i),
+                volume: texture.volume,
+                mips: texture.mips,
+            };
+            (shape, &texture.lifetime, &texture.label)
+        }
+        Node::Buffer(i) => {
+            let buffer = &plan.structure.buffers[i];
+            let shape = Shape::Buffer { size: buffer.size.next_multiple_of(4) };
+            (shape, &buffer.lifetime, &buffer.label)
+        }
+    }
+}
+
+fn make(gpu: &Gpu, shape: &Shape, label: &str) -> Made {
+    match *shape {
+        Shape::Texture { format, size: [width, height, slices], volume, mips } => {
+            let mut usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
+            let allowed = format.guaranteed_format_features(gpu.device.features()).allowed_usages;
+            usage |= allowed
+                & (wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT);
+            Made::Texture(gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: slices },
+                mip_level_count: mips,
+                sample_count: 1,
+                dimension: if volume {
+                    wgpu::TextureDimension::D3
+                } else {
+                    wgpu::TextureDimension::D2
+                },
+                format,
+                usage,
+                view_formats: &[],
+            }))
+        }
+        Shape::Buffer { size } => Made::Buffer(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size,
+            usage: wgpu::BufferUsages::STORAGE
+                | wgpu::BufferUsages::COPY_DST
+                | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: false,
+        })),
+    }
+}

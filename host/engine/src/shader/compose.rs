@@ -1,0 +1,240 @@
+//! Resolves `#import`s of the host's shader modules, numbers the bindings and validates.
+//!
+//! Authors write `var<uniform> settings: Settings;` without group and binding: numbers are given
+//! here, after composing, in the order of the variables. Names of imported variables, which the
+//! composer decorates, are turned back into `module::name` everywhere a person can see them.
+
+use super::bound_loops;
+use naga_oil::compose::{
+    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
+};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use thiserror::Error;
+
+/// Why WGSL was refused.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{message}")]
+pub(crate) struct ShaderError {
+    /// One line: where and what.
+    pub(crate) message: String,
+}
+
+impl ShaderError {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into() }
+    }
+}
+
+/// A validated module.
+pub(crate) struct Composed {
+    pub(crate) module: naga::Module,
+    pub(crate) info: naga::valid::ModuleInfo,
+}
+
+/// The host's shader modules, by import path.
+///
+/// They belong to the API version: functions and members are added, never changed or removed.
+const MODULES: &[(&str, &str)] = &[
+    ("view.wgsl", include_str!("../../../../shaders/view.wgsl")),
+    ("packing.wgsl", include_str!("../../../../shaders/packing.wgsl")),
+    ("surface.wgsl", include_str!("../../../../shaders/surface.wgsl")),
+    ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
+    ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
+];
+
+/// Composes shaders from text and the host's modules.
+pub(crate) struct Library {
+    composer: Composer,
+}
+
+impl Library {
+    /// A library with all of the host's modules.
+    ///
+    /// # Errors
+    /// Where a host module is broken, which the tests exclude.
+    pub(crate) fn new() -> Result<Self, ShaderError> {
+        let mut composer = Composer::non_validating();
+        composer.capabilities = capabilities();
+        for (file, source) in MODULES {
+            let added = composer.add_composable_module(ComposableModuleDescriptor {
+                source,
+                file_path: file,
+                language: ShaderLanguage::Wgsl,
+                ..Default::default()
+            });
+            if let Err(error) = added.map(|_| ()) {
+                return Err(one_line(&error.emit_to_string(&composer)));
+            }
+        }
+        Ok(Self { composer })
+    }
+
+    /// Composes and validates; `defines` are set for `#ifdef`.
+    ///
+    /// # Errors
+    /// One line with the position where the text does not parse, import or validate.
+    pub(crate) fn compose(
+        &mut self,
+        source: &str,
+        defines: &[&str],
+    ) -> Result<Composed, ShaderError> {
+        let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
+        let composer = &mut self.composer;
+        // The composer and the validator work on text from strangers; should one of their own
+        // assertions fail, that is the shader's failure and not the program's.
+        let composed = catch_unwind(AssertUnwindSafe(|| {
+            composer
+                .make_naga_module(NagaModuleDescriptor {
+                    source,
+                    file_path: "shader",
+                    shader_defs: defines.collect(),
+                    ..Default::default()
+                })
+                .map_err(|error| one_line(&error.emit_to_string(composer)))
+        }))
+        .unwrap_or_else(|_| Err(ShaderError::new("the shader compiler failed on this text")))?;
+        let mut module = composed;
+        restore_names(&mut module);
+        number_bindings(&mut module);
+        bound_loops::bound(&mut module);
+        let mut validator =
+            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities());
+        let info = validator.validate(&module).map_err(|error| {
+            let mut message = error.as_inner().to_string();
+            let mut cause = std::error::Error::source(error.as_inner());
+            while let Some(inner) = cause {
+                message.push_str(": ");
+                message.push_str(&inner.to_string());
+                cause = inner.source();
+            }
+            ShaderError::new(undecorated_text(&message))
+        })?;
+        Ok(Composed { module, info })
+    }
+}
+
+/// Language features graphs may use: those every device this engine opens has.
+fn capabilities() -> naga::valid::Capabilities {
+    naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32
+}
+
+/// The composer's many-line report as one line: `line 3: what (token)`.
+fn one_line(report: &str) -> ShaderError {
+    let what = report.lines().next().unwrap_or_default().trim_start_matches("error: ").trim();
+    let place = report
+        .lines()
+        .find_map(|line| line.trim_start().strip_prefix("┌─ "))
+        .and_then(|place| place.rsplit(':').nth(1))
+        .map(|line| format!("line {line}: "))
+        .unwrap_or_default();
+    let note = report
+        .lines()
+        .find_map(|line| line.trim_start().strip_prefix("= "))
+        .map(|note| format!(" ({})", note.trim()))
+        .unwrap_or_default();
+    ShaderError::new(format!("{place}{what}{note}"))
+}
+
+/// Turns the composer's decorated names back into `module::name`.
+fn restore_names(module: &mut naga::Module) {
+    for (_, variable) in module.global_variables.iter_mut() {
+        if let Some(name) = &mut variable.name {
+            *name = undecorated(name);
+        }
+    }
+}
+
+/// `nameX_naga_oil_mod_XBASE32X` as `module::name`; other names unchanged.
+fn undecorated(name: &str) -> String {
+    const MARK: &str = "X_naga_oil_mod_X";
+    let Some((item, rest)) = name.split_once(MARK) else {
+        return name.to_owned();
+    };
+    let Some(module) = rest.strip_suffix('X').and_then(decode_base32) else {
+        return name.to_owned();
+    };
+    format!("{module}::{item}")
+}
+
+/// A message in which decorated names stand in quotes.
+fn undecorated_text(message: &str) -> String {
+    message.split('\'').map(undecorated).collect::<Vec<_>>().join("'")
+}
+
+/// RFC 4648 base 32 without padding, as the composer writes module names.
+fn decode_base32(text: &str) -> Option<String> {
+    let mut bytes = Vec::new();
+    let (mut bits, mut n_bits) = (0u32, 0u32);
+    for c in text.bytes() {
+        let value = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'2'..=b'7' => c - b'2' + 26,
+            _ => return None,
+        };
+        bits = (bits << 5 | u32::from(value)) & 0xffff;
+        n_bits += 5;
+        if n_bits >= 8 {
+            n_bits -= 8;
+            bytes.push((bits >> n_bits) as u8);
+        }
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// Gives every resource without a binding a number of its own in group 0.
+fn number_bindings(module: &mut naga::Module) {
+    let mut next = 0;
+    for (_, variable) in module.global_variables.iter_mut() {
+        let is_resource = matches!(
+            variable.space,
+            naga::AddressSpace::Uniform
+                | naga::AddressSpace::Storage { .. }
+                | naga::AddressSpace::Handle
+        );
+        if is_resource {
+            variable.binding = Some(naga::ResourceBinding { group: 0, binding: next });
+            next += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_host_module_composes() {
+        let mut library = Library::new().unwrap();
+        let source = "
+            #import surfelshop::surface::{Surface, surface_at}
+            #import surfelshop::light::diffuse_irradiance
+            @fragment fn main(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {
+                let s = surface_at(vec2<u32>(p.xy));
+                return vec4(diffuse_irradiance(s.normal) * s.albedo, 1.0);
+            }";
+        let composed = library.compose(source, &[]).unwrap();
+        let names: Vec<_> =
+            composed.module.global_variables.iter().filter_map(|(_, v)| v.name.clone()).collect();
+        assert!(names.contains(&"surfelshop::view::view".to_owned()), "{names:?}");
+    }
+
+    #[test]
+    fn mistakes_are_one_line_with_their_position() {
+        let mut library = Library::new().unwrap();
+        let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[]);
+        let message = unknown.err().unwrap().message;
+        assert!(message.contains("nothing") && message.contains("line 2"), "{message}");
+        let import = library.compose("#import surfelshop::nowhere\nfn f() {}", &[]);
+        assert!(import.err().unwrap().message.contains("nowhere"));
+        let types = "@fragment fn f() -> @location(0) vec4<f32> {\n  return vec4<u32>(1u);\n}";
+        let message = library.compose(types, &[]).err().unwrap().message;
+        assert!(message.contains('f') && !message.contains('\n'), "{message}");
+    }
+
+    #[test]
+    fn decorated_names_are_restored() {
+        let name = Composer::decorated_name(Some("surfelshop::view"), "view");
+        assert_eq!(undecorated(&name), "surfelshop::view::view");
+        assert_eq!(undecorated("plain"), "plain");
+    }
+}

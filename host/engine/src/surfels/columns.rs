@@ -1,0 +1,229 @@
+//! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
+
+use crate::run::RenderError;
+use glam::DVec3;
+use half::f16;
+use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
+use surfelshop_api::params::srgb_to_linear;
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::rc::Rc;
+use wgpu::util::DeviceExt as _;
+
+/// Bytes of the widest element drawn from a storage buffer: three floats.
+const WIDEST_STRIDE: u64 = 12;
+
+/// Frames a column survives without being drawn.
+const KEPT_FRAMES: u64 = 64;
+
+/// One column's buffers, chunk by chunk.
+type ChunkBuffers = Rc<Vec<wgpu::Buffer>>;
+
+/// A cloud ready to be drawn.
+pub(crate) struct DrawnCloud {
+    pub(crate) origin: DVec3,
+    pub(crate) n_surfels: u32,
+    pub(crate) chunk_len: u32,
+    /// Buffers by shader variable.
+    pub(crate) columns: Vec<(&'static str, ChunkBuffers)>,
+    /// Preprocessor names that say which columns exist.
+    pub(crate) defines: Vec<&'static str>,
+    /// Generations of the columns, for cache keys.
+    pub(crate) generations: Vec<u64>,
+    /// Largest radius, scene units.
+    pub(crate) max_radius: f32,
+}
+
+impl DrawnCloud {
+    /// First surfel and number of surfels of each chunk.
+    pub(crate) fn chunks(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let (n, len) = (self.n_surfels, self.chunk_len);
+        (0..n.div_ceil(len)).map(move |i| (i * len, len.min(n - i * len)))
+    }
+}
+
+struct Uploaded {
+    buffers: ChunkBuffers,
+    bytes: u64,
+    /// The largest value, for radii.
+    largest: f32,
+    last_used: u64,
+}
+
+/// All columns on the device, by their generation.
+pub(crate) struct Columns {
+    device: wgpu::Device,
+    uploaded: HashMap<u64, Uploaded>,
+    chunk_len: u32,
+    frame: u64,
+    /// Columns uploaded since the engine was made.
+    pub(crate) uploads: u32,
+}
+
+impl Columns {
+    /// A store whose chunks have at most `chunk_len` surfels, fewer where the device's bindings
+    /// are smaller.
+    pub(crate) fn new(device: wgpu::Device, chunk_len: u32) -> Self {
+        let limits = device.limits();
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let fits = u32::try_from(bytes / WIDEST_STRIDE).unwrap_or(u32::MAX);
+        Self {
+            device,
+            uploaded: HashMap::new(),
+            chunk_len: chunk_len.clamp(1, fits.max(1)),
+            frame: 0,
+            uploads: 0,
+        }
+    }
+
+    /// Bytes of columns on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.uploaded.values().map(|column| column.bytes).sum()
+    }
+
+    /// Drops what has not been drawn for a while; called once a frame.
+    pub(crate) fn next_frame(&mut self) {
+        self.frame += 1;
+        let oldest = self.frame.saturating_sub(KEPT_FRAMES);
+        self.uploaded.retain(|_, column| column.last_used >= oldest);
+    }
+
+    /// Brings the columns a cloud is drawn with onto the device.
+    ///
+    /// # Errors
+    /// Where a column that drawing needs is missing or of another type.
+    pub(crate) fn cloud(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
+        let n_surfels = u32::try_from(cloud.len).ok().filter(|n| *n < u32::MAX).ok_or_else(|| {
+            RenderError::Cloud(format!("it has {} surfels, at most 2^32 - 2 are drawn", cloud.len))
+        })?;
+        let mut drawn = DrawnCloud {
+            origin: cloud.origin,
+            n_surfels,
+            chunk_len: self.chunk_len,
+            columns: Vec::new(),
+            defines: Vec::new(),
+            generations: Vec::new(),
+            max_radius: 0.0,
+        };
+        self.floats(cloud, columns::POSITION, &mut drawn)?;
+        self.floats(cloud, columns::NORMAL, &mut drawn)?;
+        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
+        if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
+            for name in tangents {
+                let largest = self.floats(cloud, name, &mut drawn)?;
+                // The largest component bounds the length within a factor of sqrt(3).
+                drawn.max_radius = drawn.max_radius.max(largest * 1.733);
+            }
+            drawn.defines.push("TANGENTS");
+        } else {
+            drawn.max_radius = self.floats(cloud, columns::RADIUS, &mut drawn)?;
+        }
+        if cloud.floats(columns::AO, 1).is_some() {
+            self.floats(cloud, columns::AO, &mut drawn)?;
+            drawn.defines.push("AO");
+        }
+        if let Some(column) = cloud.column(columns::COLOR)
+            && is_color(column)
+        {
+            self.upload(column, columns::COLOR, || linear_halves(column), 8, 0.0, &mut drawn);
+            drawn.defines.push("COLOR");
+        }
+        Ok(drawn)
+    }
+
+    /// Uploads a column of floats and returns its largest magnitude.
+    fn floats(
+        &mut self,
+        cloud: &CloudView<'_>,
+        name: &'static str,
+        drawn: &mut DrawnCloud,
+    ) -> Result<f32, RenderError> {
+        let components = match name {
+            columns::RADIUS | columns::AO => 1,
+            _ => 3,
+        };
+        let (Some(column), Some(values)) = (cloud.column(name), cloud.floats(name, components))
+        else {
+            let what = match cloud.column(name) {
+                None => "none".to_owned(),
+                Some(c) => format!("{} x {}", c.components, c.values.element().name()),
+            };
+            return Err(RenderError::Cloud(format!(
+                "drawing needs a column `{name}` of {components} x f32, found {what}"
+            )));
+        };
+        let known = self.uploaded.get(&column.generation).map(|c| c.largest);
+        let largest =
+            known.unwrap_or_else(|| values.iter().fold(0.0f32, |most, v| most.max(v.abs())));
+        let bytes = || Cow::Borrowed(bytemuck::cast_slice(values));
+        self.upload(column, name, bytes, 4 * u64::from(components), largest, drawn);
+        Ok(largest)
+    }
+
+    fn upload<'a>(
+        &mut self,
+        column: &ColumnView<'_>,
+        variable: &'static str,
+        bytes: impl FnOnce() -> Cow<'a, [u8]>,
+        stride: u64,
+        largest: f32,
+        drawn: &mut DrawnCloud,
+    ) {
+        let (frame, chunk_len) = (self.frame, self.chunk_len);
+        let (device, uploads) = (&self.device, &mut self.uploads);
+        let uploaded = self.uploaded.entry(column.generation).or_insert_with(|| {
+            *uploads += 1;
+            let chunk_bytes = usize::try_from(stride * u64::from(chunk_len)).unwrap_or(usize::MAX);
+            let bytes = bytes();
+            let buffers = bytes
+                .chunks(chunk_bytes)
+                .map(|chunk| {
+                    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                        label: Some(variable),
+                        contents: chunk,
+                        usage: wgpu::BufferUsages::STORAGE,
+                    })
+                })
+                .collect();
+            Uploaded {
+                buffers: Rc::new(buffers),
+                bytes: bytes.len() as u64,
+                largest,
+                last_used: frame,
+            }
+        });
+        uploaded.last_used = frame;
+        drawn.columns.push((variable, uploaded.buffers.clone()));
+        drawn.generations.push(column.generation);
+    }
+}
+
+/// Whether a column is of a type that colours have.
+fn is_color(column: &ColumnView<'_>) -> bool {
+    matches!(column.components, 3 | 4)
+        && matches!(column.values, Values::U8(_) | Values::U16(_) | Values::F32(_))
+}
+
+/// Colours as four half-precision floats: linear red, green, blue and one.
+fn linear_halves<'a>(column: &ColumnView<'_>) -> Cow<'a, [u8]> {
+    fn pack<T: Copy>(values: &[T], components: usize, decode: impl Fn(T) -> f16) -> Vec<u8> {
+        let colors = values.chunks_exact(components);
+        let halves: Vec<[f16; 4]> =
+            colors.map(|c| [decode(c[0]), decode(c[1]), decode(c[2]), f16::ONE]).collect();
+        bytemuck::cast_slice(&halves).to_vec()
+    }
+    let n = column.components as usize;
+    let from_srgb = |encoded: f32| f16::from_f32(srgb_to_linear(encoded));
+    Cow::Owned(match column.values {
+        Values::U8(values) => {
+            let table: Vec<f16> = (0..=255u8).map(|v| from_srgb(f32::from(v) / 255.0)).collect();
+            pack(values, n, |v| table[usize::from(v)])
+        }
+        Values::U16(values) => pack(values, n, |v| from_srgb(f32::from(v) / 65535.0)),
+        // Finite in half precision, so that no infinity reaches the sums.
+        Values::F32(values) => {
+            pack(values, n, |v| f16::from_f32(v.clamp(0.0, f16::MAX.to_f32())))
+        }
+        _ => Vec::new(),
+    })
+}

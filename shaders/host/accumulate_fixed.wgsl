@@ -1,0 +1,112 @@
+// Adds up surfels in 32-bit fixed point, one invocation per surfel, for devices that cannot blend
+// into 32-bit float textures.
+//
+// Follows the same rule as the drawn quads: a surfel counts where its disc, brought nearer by the
+// depth tolerance, is not behind the nearest surfel.
+
+var nearest_depth: texture_depth_2d;
+// Eight sums a pixel: normal x y z, weight, albedo r g b, accessibility.
+var<storage, read_write> sums: array<atomic<i32>>;
+
+// One unit of the sums is 2^-18: a weight of 1 may be added 4,096 times before SATURATED, and the
+// smallest weight, 0.018, is kept to one part in 4,800.
+const SCALE = 262144.0;
+// No more is added to a pixel beyond this weight, half of what 32 bits hold.
+const SATURATED = 1073741824;
+// Albedos above this are clamped in this path, so that their sums stay inside 32 bits.
+const MAX_ALBEDO = 1.9;
+// Depths of the nearest stage come from interpolation, these from the plane equation: both are
+// good to a few units in the last place.
+const DEPTH_SLACK = 1.00001;
+
+// Pixels that a sphere around the disc may cover, as first and behind-last.
+fn pixel_box(disc: Disc) -> vec4<i32> {
+    let size = view::view.size_px;
+    // 1.4143: a skewed ellipse reaches at most sqrt(2) times its longer half axis.
+    let reach = disc.reach * 1.4143;
+    let d = -disc.center.z;
+    var low = vec2(-1.0);
+    var high = vec2(1.0);
+    if view::view.orthographic == 1u {
+        low = (disc.center.xy - reach) / view::view.half_extent;
+        high = (disc.center.xy + reach) / view::view.half_extent;
+    } else if d - reach > view::view.near {
+        let a = (disc.center.xy - reach) / view::view.half_extent;
+        let b = (disc.center.xy + reach) / view::view.half_extent;
+        low = min(a / (d - reach), a / (d + reach));
+        high = max(b / (d - reach), b / (d + reach));
+    }
+    let first = floor(clamp((vec2(low.x, -high.y) * 0.5 + 0.5) * size, vec2(0.0), size));
+    let last = ceil(clamp((vec2(high.x, -low.y) * 0.5 + 0.5) * size, vec2(0.0), size));
+    return vec4(vec2<i32>(first), vec2<i32>(last));
+}
+
+@compute @workgroup_size(64)
+fn accumulate(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
+    let i = id.x + id.y * groups.x * 64u;
+    if i >= chunk.count {
+        return;
+    }
+    let disc = load_disc(i);
+    if !disc.visible {
+        return;
+    }
+    // The dual axes give coordinates in the disc for axes of any angle and length.
+    let plane = cross(disc.axis_u, disc.axis_v);
+    let area = dot(plane, plane);
+    let dual_u = cross(disc.axis_v, plane) / area;
+    let dual_v = cross(plane, disc.axis_u) / area;
+    let box = pixel_box(disc);
+    let albedo = min(load_albedo(i), vec3(MAX_ALBEDO));
+    let access = load_ao(i);
+    for (var y = box.y; y < box.w; y++) {
+        for (var x = box.x; x < box.z; x++) {
+            let pixel = vec2(x, y);
+            var origin = vec3(0.0);
+            var ray = view::position_in_view(vec2<f32>(pixel) + 0.5, 1.0);
+            if view::view.orthographic == 1u {
+                origin = vec3(ray.xy, 0.0);
+                ray = vec3(0.0, 0.0, -1.0);
+            }
+            let slope = dot(plane, ray);
+            let distance = dot(plane, disc.center - origin) / slope;
+            if !(abs(slope) > 0.0) || !(distance >= view::view.near) {
+                continue;
+            }
+            let offset = origin + ray * distance - disc.center;
+            let corner = vec2(dot(offset, dual_u), dot(offset, dual_v));
+            let r2 = dot(corner, corner);
+            if !(r2 <= 1.0) {
+                continue;
+            }
+            var clip = view::view.clip_from_view * vec4(0.0, 0.0, -distance, 1.0);
+            let depth = brought_nearer(clip.z, disc) / clip.w;
+            if depth * DEPTH_SLACK < textureLoad(nearest_depth, pixel, 0) {
+                continue;
+            }
+            add(u32(x) + u32(y) * u32(view::view.size_px.x), splat_weight(r2), disc, albedo, access);
+        }
+    }
+}
+
+fn add(pixel: u32, weight: f32, disc: Disc, albedo: vec3<f32>, access: f32) {
+    let w = weight * SCALE;
+    let at = 8u * pixel;
+    let own = i32(w + 0.5);
+    if atomicAdd(&sums[at + 3u], own) > SATURATED {
+        atomicSub(&sums[at + 3u], own);
+        return;
+    }
+    let n = vec3<i32>(round(disc.normal * w));
+    let a = vec3<i32>(round(albedo * w));
+    atomicAdd(&sums[at], n.x);
+    atomicAdd(&sums[at + 1u], n.y);
+    atomicAdd(&sums[at + 2u], n.z);
+    atomicAdd(&sums[at + 4u], a.x);
+    atomicAdd(&sums[at + 5u], a.y);
+    atomicAdd(&sums[at + 6u], a.z);
+    atomicAdd(&sums[at + 7u], i32(access * w + 0.5));
+}

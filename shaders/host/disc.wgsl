@@ -1,0 +1,135 @@
+// One chunk of surfels and how a surfel is read from its columns; put in front of every shader that
+// draws surfels.
+
+#import surfelshop::view
+#import surfelshop::packing
+
+struct Chunk {
+    // Rigid motion from the chunk's positions to view space.
+    view_from_chunk: mat4x4<f32>,
+    // Number of the chunk's first surfel, plus one; 0 means "no surfel" in the index texture.
+    first: u32,
+    count: u32,
+    // Factor on radii.
+    radius_scale: f32,
+    // Depth tolerance in radii.
+    tolerance: f32,
+    // 1 where surfels seen from behind are drawn.
+    two_sided: u32,
+    // The albedo of all surfels where there is no `color` column, linear Rec. 709.
+    albedo: vec3<f32>,
+}
+
+var<uniform> chunk: Chunk;
+var<storage, read> position: array<f32>;
+var<storage, read> normal: array<f32>;
+#ifndef TANGENTS
+var<storage, read> radius: array<f32>;
+#endif
+#ifdef TANGENTS
+var<storage, read> tangent_u: array<f32>;
+var<storage, read> tangent_v: array<f32>;
+#endif
+#ifdef COLOR
+// Four half-precision floats: linear red, green, blue and one.
+var<storage, read> color: array<vec2<u32>>;
+#endif
+#ifdef AO
+var<storage, read> ao: array<f32>;
+#endif
+
+// A surfel in view space: centre, half axes and normal turned to the eye.
+struct Disc {
+    center: vec3<f32>,
+    axis_u: vec3<f32>,
+    axis_v: vec3<f32>,
+    // World-oriented, turned to the eye where both sides are drawn.
+    normal: vec3<f32>,
+    // Length of the longer half axis, scene units.
+    reach: f32,
+    visible: bool,
+}
+
+fn load_normal(i: u32) -> vec3<f32> {
+    return vec3(normal[3u * i], normal[3u * i + 1u], normal[3u * i + 2u]);
+}
+
+fn load_albedo(i: u32) -> vec3<f32> {
+#ifdef COLOR
+    let bits = color[i];
+    return vec3(unpack2x16float(bits.x), unpack2x16float(bits.y).x);
+#else
+    return chunk.albedo;
+#endif
+}
+
+fn load_ao(i: u32) -> f32 {
+#ifdef AO
+    return ao[i];
+#else
+    return 1.0;
+#endif
+}
+
+// Below this cosine between normal and view ray a disc is a line without area: at 1e-4 a disc of
+// a hundred pixels is a hundredth of a pixel thin.
+const EDGE_ON = 1e-4;
+
+fn load_disc(i: u32) -> Disc {
+    let local = vec3(position[3u * i], position[3u * i + 1u], position[3u * i + 2u]);
+    let center = (chunk.view_from_chunk * vec4(local, 1.0)).xyz;
+    var n = load_normal(i);
+    let n_view = (chunk.view_from_chunk * vec4(n, 0.0)).xyz;
+    var towards = -center;
+    if view::view.orthographic == 1u {
+        towards = vec3(0.0, 0.0, 1.0);
+    }
+    let facing = dot(n_view, towards);
+    let front = facing >= 0.0;
+    if !front {
+        n = -n;
+    }
+#ifdef TANGENTS
+    let u = vec3(tangent_u[3u * i], tangent_u[3u * i + 1u], tangent_u[3u * i + 2u]);
+    let v = vec3(tangent_v[3u * i], tangent_v[3u * i + 1u], tangent_v[3u * i + 2u]);
+    let axis_u = (chunk.view_from_chunk * vec4(u, 0.0)).xyz * chunk.radius_scale;
+    let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz * chunk.radius_scale;
+    let reach = max(length(axis_u), length(axis_v));
+#else
+    let reach = radius[i] * chunk.radius_scale;
+    // Orthonormal frame around the normal without branches.
+    // Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+    let s = select(-1.0, 1.0, n_view.z >= 0.0);
+    let a = -1.0 / (s + n_view.z);
+    let b = n_view.x * n_view.y * a;
+    let axis_u = vec3(1.0 + s * n_view.x * n_view.x * a, s * b, -s * n_view.x) * reach;
+    let axis_v = vec3(b, s + n_view.y * n_view.y * a, -n_view.y) * reach;
+#endif
+    let edge_on = abs(facing) < EDGE_ON * length(towards) && length(towards) > reach;
+    let visible = reach > 0.0 && !edge_on && (front || chunk.two_sided == 1u);
+    return Disc(center, axis_u, axis_v, n, reach, visible);
+}
+
+// Weight of a surfel at squared distance `r2` from its centre, in units of the radius: a Gaussian
+// that has fallen to 0.018 at the edge, so that the cut there is not seen and the sum of weights
+// stays far from zero.
+fn splat_weight(r2: f32) -> f32 {
+    return exp(-4.0 * r2);
+}
+
+// Largest factor by which the second stage brings a surfel nearer; the projection's near plane
+// lies this much before `near`.
+const MAX_PULL = 2.0;
+
+// Clip-space z of a surfel brought nearer by the depth tolerance, along its view rays, for the
+// stage that adds up: its pixels stay the same, only their depth moves.
+//
+// For central projection depth is z / distance, so a factor on z is a factor on the distance.
+fn brought_nearer(z: f32, disc: Disc) -> f32 {
+    let slack = chunk.tolerance * disc.reach;
+    if view::view.orthographic == 1u {
+        return z + slack * view::view.clip_from_view[2].z;
+    }
+    let distance = max(length(disc.center), slack);
+    return z * min(distance / max(distance - slack, distance / MAX_PULL), MAX_PULL);
+}

@@ -1,0 +1,101 @@
+// Draws the discs of one chunk of surfels as quads in their tangent planes.
+//
+// A quad through the disc's plane gives exact perspective by interpolation and is clipped by the
+// near plane as any triangle. The first stage keeps the nearest surfel of each pixel, the second
+// adds up all surfels within the depth tolerance.
+//
+// Source: Zwicker et al. 2001 (visibility, then blending), Botsch & Kobbelt 2003 (object-space
+// quads); erratum B3 and B6 of Botsch et al. 2004 for why not a screen-space box.
+
+// The quad's corner, in units of the half axes.
+fn corner_of(vertex: u32) -> vec2<f32> {
+    return vec2(f32(vertex & 1u), f32(vertex >> 1u)) * 2.0 - 1.0;
+}
+
+// A position that no rasteriser draws.
+const NOWHERE = vec4(0.0, 0.0, -1.0, 1.0);
+
+fn project(disc: Disc, corner: vec2<f32>) -> vec4<f32> {
+    let p = disc.center + corner.x * disc.axis_u + corner.y * disc.axis_v;
+    return view::view.clip_from_view * vec4(p, 1.0);
+}
+
+struct Nearest {
+    @builtin(position) @invariant clip: vec4<f32>,
+    @location(0) corner: vec2<f32>,
+    @location(1) @interpolate(flat) surfel: u32,
+}
+
+@vertex
+fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -> Nearest {
+    let disc = load_disc(i);
+    let corner = corner_of(v);
+    var out: Nearest;
+    out.clip = select(NOWHERE, project(disc, corner), disc.visible);
+    out.corner = corner;
+    out.surfel = chunk.first + i;
+    return out;
+}
+
+@fragment
+fn nearest_fragment(in: Nearest) -> @location(0) u32 {
+    // The projection's own near plane lies before `near`, so that the depth tolerance of the
+    // second stage has room; what lies between is left out here.
+    if dot(in.corner, in.corner) > 1.0 || view::distance_from_depth(in.clip.z) < view::view.near {
+        discard;
+    }
+    return in.surfel;
+}
+
+struct Blended {
+    @builtin(position) @invariant clip: vec4<f32>,
+    @location(0) corner: vec2<f32>,
+    @location(1) @interpolate(flat) normal: vec3<f32>,
+    @location(2) @interpolate(flat) albedo_ao: vec4<f32>,
+}
+
+@vertex
+fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -> Blended {
+    let disc = load_disc(i);
+    let corner = corner_of(v);
+    var clip = project(disc, corner);
+    clip.z = brought_nearer(clip.z, disc);
+    var out: Blended;
+    out.clip = select(NOWHERE, clip, disc.visible);
+    out.corner = corner;
+    out.normal = disc.normal;
+    out.albedo_ao = vec4(load_albedo(i), load_ao(i));
+    return out;
+}
+
+struct Sums {
+    @location(0) normal_weight: vec4<f32>,
+    @location(1) albedo_ao: vec4<f32>,
+}
+
+@fragment
+fn blended_fragment(in: Blended) -> Sums {
+    let r2 = dot(in.corner, in.corner);
+    if r2 > 1.0 {
+        discard;
+    }
+    let w = splat_weight(r2);
+    return Sums(vec4(in.normal * w, w), in.albedo_ao * w);
+}
+
+var nearest_index: texture_2d<u32>;
+var nearest_depth: texture_depth_2d;
+
+// Fills the surface buffer from the nearest surfel alone, for the pixels of this chunk.
+@fragment
+fn lookup_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
+    let pixel = vec2<u32>(p.xy);
+    let surfel = textureLoad(nearest_index, pixel, 0).x;
+    if surfel < chunk.first || surfel >= chunk.first + chunk.count {
+        discard;
+    }
+    let i = surfel - chunk.first;
+    let disc = load_disc(i);
+    let depth = view::distance_from_depth(textureLoad(nearest_depth, pixel, 0));
+    return packing::pack_surface(depth, disc.normal, load_albedo(i), load_ao(i));
+}

@@ -1,0 +1,44 @@
+// The host's surface buffer: what the scene's surfels look like as a surface, pixel by pixel.
+#define_import_path surfelshop::surface
+
+#import surfelshop::view
+#import surfelshop::packing
+
+// One pixel of the surface.
+struct Surface {
+    // Distance along the viewing axis, scene units; 0 where nothing is.
+    depth: f32,
+    // From the eye, world-oriented, scene units.
+    position: vec3<f32>,
+    // Unit, world-oriented, turned to the eye where the scene draws both sides.
+    normal: vec3<f32>,
+    // Unit vector to the eye, world-oriented.
+    to_eye: vec3<f32>,
+    // Linear Rec. 709.
+    albedo: vec3<f32>,
+    // Ambient accessibility, 1 where unknown.
+    ao: f32,
+    // Pixel of the picture.
+    pixel: vec2<u32>,
+    // Whether a surfel covers the pixel.
+    covered: bool,
+}
+
+var surface_packed: texture_2d<u32>;
+
+// The surface at a pixel of the picture.
+fn surface_at(pixel: vec2<u32>) -> Surface {
+    let bits = textureLoad(surface_packed, pixel, 0);
+    let s = packing::unpack_surface(bits);
+    let position = view::position_in_view(vec2<f32>(pixel) + 0.5, s.depth);
+    return Surface(
+        s.depth,
+        view::world_from_view_direction(position),
+        s.normal,
+        view::world_from_view_direction(view::to_eye_in_view(position)),
+        s.albedo,
+        s.ao,
+        pixel,
+        s.depth > 0.0,
+    );
+}

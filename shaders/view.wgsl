@@ -1,0 +1,65 @@
+// The view: camera, picture size and the way between pixels, view space and world directions.
+//
+// View space: origin at the eye, x right, y up, z backwards; what is seen has negative z.
+// "World-oriented" vectors have the world's axes and start at the eye unless said otherwise.
+#define_import_path surfelshop::view
+
+struct View {
+    // Reverse-Z projection used for drawing.
+    clip_from_view: mat4x4<f32>,
+    // Rotation to world axes; the fourth column is the eye relative to the scene's origin.
+    world_from_view: mat4x4<f32>,
+    // Half the picture's width and height: tangents, or scene units where orthographic.
+    half_extent: vec2<f32>,
+    // Width and height in pixels.
+    size_px: vec2<f32>,
+    // Nearest distance along the viewing axis that is drawn, scene units.
+    near: f32,
+    // Distance at which depth ends, scene units; orthographic only.
+    far: f32,
+    // 1 where orthographic, else 0.
+    orthographic: u32,
+    // Frames since something in this view changed.
+    frame_index: u32,
+}
+
+var<uniform> view: View;
+
+// The point of view space at `depth` along the viewing axis that projects to a position in
+// pixels (pixel centres at .5, y downwards).
+fn position_in_view(position_px: vec2<f32>, depth: f32) -> vec3<f32> {
+    let ndc = 2.0 * position_px / view.size_px - 1.0;
+    let across = vec2(ndc.x, -ndc.y) * view.half_extent;
+    if view.orthographic == 1u {
+        return vec3(across, -depth);
+    }
+    return vec3(across * depth, -depth);
+}
+
+// Unit vector towards the eye from a point of view space, in view space.
+fn to_eye_in_view(position: vec3<f32>) -> vec3<f32> {
+    if view.orthographic == 1u {
+        return vec3(0.0, 0.0, 1.0);
+    }
+    return -normalize(position);
+}
+
+// Turns a direction of view space to world axes.
+fn world_from_view_direction(direction: vec3<f32>) -> vec3<f32> {
+    return (view.world_from_view * vec4(direction, 0.0)).xyz;
+}
+
+// Turns a world direction to view axes.
+fn view_from_world_direction(direction: vec3<f32>) -> vec3<f32> {
+    return (vec4(direction, 0.0) * view.world_from_view).xyz;
+}
+
+// Distance along the viewing axis of a reverse-Z depth written with `clip_from_view`.
+fn distance_from_depth(depth: f32) -> f32 {
+    let z = view.clip_from_view[2].z;
+    let offset = view.clip_from_view[3].z;
+    if view.orthographic == 1u {
+        return (offset - depth) / z;
+    }
+    return offset / depth;
+}
