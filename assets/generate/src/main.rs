@@ -4,13 +4,10 @@
 
 use std::path::Path;
 
-use anyhow::Context;
-
 fn main() -> anyhow::Result<()> {
     let own_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let path = own_folder.with_file_name("sample.ply");
-    let bytes = surfelshop_assets::sample_cloud();
-    std::fs::write(&path, &bytes).with_context(|| format!("cannot write {}", path.display()))?;
-    println!("{}: {} bytes", path.display(), bytes.len());
+    surfelshop_assets::write_sample(&path)?;
+    println!("{}", path.display());
     Ok(())
 }

@@ -1,19 +1,25 @@
-//! The committed sample is what its generator makes, and is small enough to be cloned by everyone.
+//! The committed sample is what its generator makes, loads without repairs, and is small enough to
+//! be cloned by everyone.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The sample travels with every clone; this is what its surfels may weigh.
 const MOST_BYTES: usize = 4_000_000;
 
-fn committed_sample() -> Vec<u8> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sample.ply");
-    std::fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+fn sample_path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sample.ply")
+}
+
+fn bytes_of(path: &Path) -> Vec<u8> {
+    std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
 #[test]
 fn committed_sample_equals_a_regenerated_one() {
-    let committed = committed_sample();
-    let made = surfelshop_assets::sample_cloud();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let made = folder.path().join("sample.ply");
+    surfelshop_assets::write_sample(&made).expect("the sample is written");
+    let (committed, made) = (bytes_of(&sample_path()), bytes_of(&made));
     let differs = committed.iter().zip(&made).position(|(old, new)| old != new);
     assert!(
         committed == made,
@@ -27,6 +33,18 @@ fn committed_sample_equals_a_regenerated_one() {
 
 #[test]
 fn sample_is_small_enough_to_ship() {
-    let bytes = committed_sample().len();
+    let bytes = bytes_of(&sample_path()).len();
     assert!(bytes < MOST_BYTES, "assets/sample.ply holds {bytes} bytes of {MOST_BYTES}");
+}
+
+#[test]
+fn sample_loads_without_repairs() {
+    let loaded = surfelshop_cloud::read(sample_path(), &surfelshop_cloud::ReadOptions::default());
+    let summary = loaded.expect("the sample loads").summary;
+    let n_surfels = summary.n_surfels;
+    // The sample shows what a renderer can do, and a software driver must still turn it.
+    assert!((60_000..=120_000).contains(&n_surfels), "{n_surfels} surfels");
+    assert_eq!(summary.n_dropped, 0);
+    let given = [summary.normals.given, summary.radii.given, summary.colors.given];
+    assert_eq!(given, [n_surfels; 3], "normals, radii and colours come from the file");
 }
