@@ -4,7 +4,7 @@
 //! loaded to find out, since loading a driver would need `unsafe` and could fail in its own ways;
 //! the files that the loaders read are looked up instead.
 
-use std::ffi::OsStr;
+use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -55,10 +55,25 @@ fn has_vulkan() -> bool {
 
 /// The loader reads the listed files if a variable lists some, and its folders otherwise.
 fn has_vulkan_driver() -> bool {
-    match ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].iter().find_map(std::env::var_os) {
-        Some(list) => std::env::split_paths(&list).any(|path| path.exists()),
+    match listed_drivers() {
+        Some((_, list)) => any_exists(&list),
         None => vulkan_folders().iter().any(|folder| holds(folder, is_json)),
     }
+}
+
+/// The variable that points the Vulkan loader at files that do not exist, if one does. No package
+/// can help then, so nothing is installed.
+pub(crate) fn misdirecting_variable() -> Option<&'static str> {
+    listed_drivers().filter(|(_, list)| !any_exists(list)).map(|(name, _)| name)
+}
+
+fn listed_drivers() -> Option<(&'static str, OsString)> {
+    let variables = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+    variables.into_iter().find_map(|name| Some((name, std::env::var_os(name)?)))
+}
+
+fn any_exists(list: &OsStr) -> bool {
+    std::env::split_paths(list).any(|path| path.exists())
 }
 
 fn vulkan_folders() -> Vec<PathBuf> {
