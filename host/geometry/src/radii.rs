@@ -41,7 +41,7 @@ pub const LONE_RADIUS: f32 = 0.01;
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
 /// positions get equal radii. A cloud of one distinct position gets [`LONE_RADIUS`], or four rounding
 /// steps of its largest coordinate where that is more; positions that are not finite get the same.
-/// All radii are positive and finite.
+/// All radii are positive, finite and, lone ones apart, at most the diagonal of the bounds.
 ///
 /// # Errors
 /// Where `progress` asks to stop.
@@ -78,11 +78,12 @@ pub fn estimate_with(
         others.get(count / 2).map_or(*radius, |median| radius.min(OUTLIER * median))
     })?;
     let lone = lone_radius(neighbours.bounds().reach());
+    let diagonal = neighbours.bounds().diagonal();
     let result = (0..neighbours.len())
         .map(|index| {
             neighbours.place_of(index).map_or(lone, |place| {
                 let radius = radii[place] * neighbours.scale();
-                if radius > 0.0 { in_range(radius) } else { lone }
+                if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
             })
         })
         .collect();
@@ -121,6 +122,10 @@ fn cover(neighbours: &Neighbours, normals: &[Vec3], place: usize) -> (f64, [u32;
     let points = neighbours.distinct();
     let mut cell = Cell::new(farthest);
     for &(other, distance) in &near {
+        // The bisector to this and all that are farther lies beyond the cell.
+        if distance >= 2.0 * cell.reach() {
+            break;
+        }
         if normal_of(other as usize).dot(normal) < BACK_SIDE {
             continue;
         }

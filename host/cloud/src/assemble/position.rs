@@ -46,8 +46,13 @@ fn is_exact(points: &[DVec3], origin: DVec3) -> bool {
     points.iter().all(|&point| origin + (point - origin).as_vec3().as_dvec3() == point)
 }
 
+/// Distance from zero, in extents of the cloud, up to which positions are relative to zero. At this
+/// distance a camera that is rounded to f32 beside the cloud moves by 2^8 * 2^-24 of the extent,
+/// which is far below a pixel; farther away it would visibly jump.
+const FAR: f64 = 256.0;
+
 /// The origin: that of the cloud the file was written from where it loses nothing, zero where f32
-/// holds the coordinates as they are, else the middle of the bounds.
+/// holds the coordinates as they are and the cloud is not far away, else the middle of the bounds.
 fn origin(table: &Table, points: &[DVec3]) -> DVec3 {
     let noted = table.notes("origin").find_map(|words| {
         let [x, y, z] = words.try_into().ok()?;
@@ -57,14 +62,15 @@ fn origin(table: &Table, points: &[DVec3]) -> DVec3 {
     if let Some(origin) = noted {
         return origin;
     }
-    match Bounds::of(points.iter().copied()) {
-        Some(bounds) if !is_exact(points, DVec3::ZERO) => {
-            // Whole numbers are easier to read, and half a unit is little for a cloud of two.
-            let centre = bounds.centre();
-            if bounds.extent() >= 2.0 { centre.round() } else { centre }
-        }
-        _ => DVec3::ZERO,
+    let Some(bounds) = Bounds::of(points.iter().copied()) else { return DVec3::ZERO };
+    // Whole numbers are easier to read, and half a unit is little for a cloud of two.
+    let centre = bounds.centre();
+    let middle = if bounds.extent() >= 2.0 { centre.round() } else { centre };
+    let is_far = bounds.extent() > 0.0 && bounds.reach() > FAR * bounds.extent();
+    if is_exact(points, DVec3::ZERO) && !(is_far && is_exact(points, middle)) {
+        return DVec3::ZERO;
     }
+    middle
 }
 
 /// Share of the median radius by which rounding may move a surfel without a visible step.

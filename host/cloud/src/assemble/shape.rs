@@ -68,6 +68,8 @@ fn finish_normals(
     summary: &mut Summary,
 ) -> Result<Vec<Vec3>, ReadFault> {
     let counts = &mut summary.normals;
+    // Some programs write zeros for normals that they do not have.
+    let given = given.filter(|given| given.iter().any(|&normal| normals::is_valid(normal)));
     let Some(mut found) = given else {
         let estimate = normals::estimate_with(search.neighbours(), k, progress)?;
         counts.estimated = estimate.normals.len() as u64;
