@@ -15,7 +15,7 @@ struct Lights {
     count: u32,
 }
 
-var<uniform> lights: Lights;
+@group(0) @binding(1) var<uniform> lights: Lights;
 
 // What a white diffuse surface radiates under all lights, unshadowed.
 fn diffuse_irradiance(normal: vec3<f32>) -> vec3<f32> {

@@ -24,7 +24,7 @@ struct Surface {
     covered: bool,
 }
 
-var surface_packed: texture_2d<u32>;
+@group(0) @binding(2) var surface_packed: texture_2d<u32>;
 
 // The surface at a pixel of the picture.
 fn surface_at(pixel: vec2<u32>) -> Surface {

@@ -23,7 +23,8 @@ struct View {
     frame_index: u32,
 }
 
-var<uniform> view: View;
+// Host modules carry numbers because the composer wants them; the host gives its own.
+@group(0) @binding(0) var<uniform> view: View;
 
 // The point of view space at `depth` along the viewing axis that projects to a position in
 // pixels (pixel centres at .5, y downwards).

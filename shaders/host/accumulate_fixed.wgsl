@@ -2,9 +2,10 @@
 // into 32-bit float textures.
 //
 // Follows the same rule as the drawn quads: a surfel counts where its disc, brought nearer by the
-// depth tolerance, is not behind the nearest surfel.
+// depth tolerance, is not behind the nearest surfel, and is seen from the same side.
 
 var nearest_depth: texture_depth_2d;
+var nearest_index: texture_2d<u32>;
 // Eight sums a pixel: normal x y z, weight, albedo r g b, accessibility.
 var<storage, read_write> sums: array<atomic<i32>>;
 
@@ -85,6 +86,9 @@ fn accumulate(
             var clip = view::view.clip_from_view * vec4(0.0, 0.0, -distance, 1.0);
             let depth = brought_nearer(clip.z, disc) / clip.w;
             if depth * DEPTH_SLACK < textureLoad(nearest_depth, pixel, 0) {
+                continue;
+            }
+            if textureLoad(nearest_index, pixel, 0).x >> BACK_BIT != disc.back {
                 continue;
             }
             add(u32(x) + u32(y) * u32(view::view.size_px.x), splat_weight(r2), disc, albedo, access);

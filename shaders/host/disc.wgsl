@@ -48,6 +48,8 @@ struct Disc {
     // Length of the longer half axis, scene units.
     reach: f32,
     visible: bool,
+    // 1 where the eye is on the side the cloud's normal points away from, else 0.
+    back: u32,
 }
 
 fn load_normal(i: u32) -> vec3<f32> {
@@ -107,8 +109,12 @@ fn load_disc(i: u32) -> Disc {
 #endif
     let edge_on = abs(facing) < EDGE_ON * length(towards) && length(towards) > reach;
     let visible = reach > 0.0 && !edge_on && (front || chunk.two_sided == 1u);
-    return Disc(center, axis_u, axis_v, n, reach, visible);
+    return Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front));
 }
+
+// In the index texture the highest bit says that the nearest surfel is seen from behind.
+const BACK_BIT = 31u;
+const INDEX_MASK = 0x7fffffffu;
 
 // Weight of a surfel at squared distance `r2` from its centre, in units of the radius: a Gaussian
 // that has fallen to 0.018 at the edge, so that the cut there is not seen and the sum of weights

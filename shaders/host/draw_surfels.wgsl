@@ -7,6 +7,9 @@
 // Source: Zwicker et al. 2001 (visibility, then blending), Botsch & Kobbelt 2003 (object-space
 // quads); erratum B3 and B6 of Botsch et al. 2004 for why not a screen-space box.
 
+var nearest_index: texture_2d<u32>;
+var nearest_depth: texture_depth_2d;
+
 // The quad's corner, in units of the half axes.
 fn corner_of(vertex: u32) -> vec2<f32> {
     return vec2(f32(vertex & 1u), f32(vertex >> 1u)) * 2.0 - 1.0;
@@ -33,7 +36,7 @@ fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32
     var out: Nearest;
     out.clip = select(NOWHERE, project(disc, corner), disc.visible);
     out.corner = corner;
-    out.surfel = chunk.first + i;
+    out.surfel = (chunk.first + i) | (disc.back << BACK_BIT);
     return out;
 }
 
@@ -52,6 +55,7 @@ struct Blended {
     @location(0) corner: vec2<f32>,
     @location(1) @interpolate(flat) normal: vec3<f32>,
     @location(2) @interpolate(flat) albedo_ao: vec4<f32>,
+    @location(3) @interpolate(flat) back: u32,
 }
 
 @vertex
@@ -65,6 +69,7 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32
     out.corner = corner;
     out.normal = disc.normal;
     out.albedo_ao = vec4(load_albedo(i), load_ao(i));
+    out.back = disc.back;
     return out;
 }
 
@@ -73,24 +78,27 @@ struct Sums {
     @location(1) albedo_ao: vec4<f32>,
 }
 
+// Only surfels seen from the same side as the nearest one are added up: just behind a silhouette
+// lie surfels of the other side, whose normals, turned to the eye, would point against their
+// neighbours' and cancel them.
 @fragment
 fn blended_fragment(in: Blended) -> Sums {
     let r2 = dot(in.corner, in.corner);
     if r2 > 1.0 {
         discard;
     }
+    if textureLoad(nearest_index, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != in.back {
+        discard;
+    }
     let w = splat_weight(r2);
     return Sums(vec4(in.normal * w, w), in.albedo_ao * w);
 }
-
-var nearest_index: texture_2d<u32>;
-var nearest_depth: texture_depth_2d;
 
 // Fills the surface buffer from the nearest surfel alone, for the pixels of this chunk.
 @fragment
 fn lookup_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<u32>(p.xy);
-    let surfel = textureLoad(nearest_index, pixel, 0).x;
+    let surfel = textureLoad(nearest_index, pixel, 0).x & INDEX_MASK;
     if surfel < chunk.first || surfel >= chunk.first + chunk.count {
         discard;
     }

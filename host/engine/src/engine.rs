@@ -9,7 +9,7 @@ use crate::run::{
 use crate::surfels::{
     Columns, DrawnCloud, RESOLVE, Surface, SurfaceCounts, SurfaceInput, SurfaceParts, Surfaces,
 };
-use glam::{DVec3, Mat4, Vec2, Vec3};
+use glam::{DVec3, Mat4, Vec2, Vec4};
 use std::collections::BTreeMap;
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Instance};
 use surfelshop_api::graph::{Output, Structure, SurfaceMode};
@@ -449,7 +449,7 @@ fn view_uniform(request: &RenderRequest<'_>, drawn: &View) -> Uniform {
         .u32(request.frame_index)
 }
 
-/// The bytes of `surfelshop::light::Lights`.
+/// The bytes of `surfelshop::light::Lights`; a light's two vectors take 16 bytes each.
 fn lights_uniform(request: &RenderRequest<'_>) -> Uniform {
     let world_from_view = request.view.camera.view_from_world().transpose();
     let lights = request.scene.lights.iter().take(Scene::MAX_LIGHTS);
@@ -459,11 +459,11 @@ fn lights_uniform(request: &RenderRequest<'_>) -> Uniform {
         let Light::Directional { towards, radiance, follows_camera } = *light;
         let world = if follows_camera { world_from_view * towards } else { towards };
         let towards = world.try_normalize().unwrap_or(DVec3::Y).as_vec3();
-        uniform = uniform.vec3(towards).vec3(radiance);
+        uniform = uniform.vec4(towards.extend(0.0)).vec4(radiance.extend(0.0));
         count += 1;
     }
     for _ in count..Scene::MAX_LIGHTS {
-        uniform = uniform.vec3(Vec3::ZERO).vec3(Vec3::ZERO);
+        uniform = uniform.vec4(Vec4::ZERO).vec4(Vec4::ZERO);
     }
     uniform.u32(count as u32)
 }

@@ -9,6 +9,6 @@ struct Settings {
 var<uniform> settings: Settings;
 
 fn shade(s: Surface) -> vec4<f32> {
-    let light = light::diffuse_irradiance(s.normal) + settings.ambient * s.ao;
-    return vec4(s.albedo * light, 1.0);
+    let arriving = light::diffuse_irradiance(s.normal) + settings.ambient * s.ao;
+    return vec4(s.albedo * arriving, 1.0);
 }

@@ -93,8 +93,9 @@ impl Columns {
     /// # Errors
     /// Where a column that drawing needs is missing or of another type.
     pub(crate) fn cloud(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
-        let n_surfels = u32::try_from(cloud.len).ok().filter(|n| *n < u32::MAX).ok_or_else(|| {
-            RenderError::Cloud(format!("it has {} surfels, at most 2^32 - 2 are drawn", cloud.len))
+        // The index texture keeps one bit for the side and one value for "none".
+        let n_surfels = u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
+            RenderError::Cloud(format!("it has {} surfels, fewer than 2^31 are drawn", cloud.len))
         })?;
         let mut drawn = DrawnCloud {
             origin: cloud.origin,

@@ -361,7 +361,8 @@ impl<'a> Drawing<'a> {
         let sums = formats.map(|format| texture(recorder.gpu, "sums", self.input.size, format));
         let entries = ["blended_vertex", "blended_fragment"];
         let kind = DrawKind::AddedSurfels;
-        let draws = self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &[])?;
+        let more = [("nearest_index", wgpu::BindingResource::TextureView(&surface.index))];
+        let draws = self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &more)?;
         let colors = [Attachment::cleared(&sums[0]), Attachment::cleared(&sums[1])];
         recorder.render(name, &colors, Some((&surface.depth, false)), |pass| {
             draw_quads(pass, &draws);
@@ -394,6 +395,7 @@ impl<'a> Drawing<'a> {
         let name = "surfels: accumulate";
         let more = [
             ("sums", sums.as_entire_binding()),
+            ("nearest_index", wgpu::BindingResource::TextureView(&surface.index)),
             ("nearest_depth", wgpu::BindingResource::TextureView(&surface.depth)),
         ];
         let mut dispatches = Vec::new();

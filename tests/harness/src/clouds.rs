@@ -1,0 +1,85 @@
+//! Small clouds with known answers.
+
+use glam::{DVec3, Vec3};
+use surfelshop_api::columns;
+use surfelshop_cloud::{Buffer, Cloud, Column};
+
+/// The columns a test cloud is made of, before it becomes one.
+#[derive(Clone, Debug, Default)]
+pub struct Surfels {
+    /// World position that `positions` are relative to.
+    pub origin: DVec3,
+    /// Centres.
+    pub positions: Vec<Vec3>,
+    /// Unit normals.
+    pub normals: Vec<Vec3>,
+    /// Radii.
+    pub radii: Vec<f32>,
+    /// sRGB-encoded colours; no column where empty.
+    pub colors: Vec<[u8; 3]>,
+    /// Accessibility; no column where empty.
+    pub ao: Vec<f32>,
+}
+
+impl Surfels {
+    /// Adds one surfel without colour.
+    pub fn push(&mut self, position: Vec3, normal: Vec3, radius: f32) {
+        self.positions.push(position);
+        self.normals.push(normal);
+        self.radii.push(radius);
+    }
+
+    /// The cloud.
+    ///
+    /// # Panics
+    /// Where the lists differ in length.
+    #[must_use]
+    pub fn cloud(&self) -> Cloud {
+        let flat = |list: &[Vec3]| Buffer::F32(list.iter().flat_map(Vec3::to_array).collect());
+        let mut all = vec![
+            Column::new(columns::POSITION, 3, flat(&self.positions)),
+            Column::new(columns::NORMAL, 3, flat(&self.normals)),
+            Column::new(columns::RADIUS, 1, Buffer::F32(self.radii.clone())),
+        ];
+        if !self.colors.is_empty() {
+            let values = self.colors.iter().flatten().copied().collect();
+            all.push(Column::new(columns::COLOR, 3, Buffer::U8(values)));
+        }
+        if !self.ao.is_empty() {
+            all.push(Column::new(columns::AO, 1, Buffer::F32(self.ao.clone())));
+        }
+        Cloud::new(self.origin, all).expect("test clouds are consistent")
+    }
+}
+
+/// `n` surfels spread evenly over a sphere, with radii of 1.5 times the mean spacing.
+///
+/// Source: the Fibonacci lattice, Swinbank & Purser 2006.
+#[must_use]
+pub fn sphere(n: usize, radius: f32) -> Surfels {
+    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
+    let spacing = (4.0 * std::f64::consts::PI / n as f64).sqrt() * f64::from(radius);
+    let mut surfels = Surfels::default();
+    for i in 0..n {
+        let z = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;
+        let r = (1.0 - z * z).sqrt();
+        let angle = golden * i as f64;
+        let normal = DVec3::new(r * angle.cos(), z, r * angle.sin()).as_vec3();
+        surfels.push(normal * radius, normal, 1.5 * spacing as f32);
+        let shade = |v: f32| (127.5 + 127.4 * v) as u8;
+        surfels.colors.push([shade(normal.x), shade(normal.y), shade(normal.z)]);
+    }
+    surfels
+}
+
+/// A square in the plane y = 0 with side `2 * half`, `n * n` surfels of equal colour.
+#[must_use]
+pub fn plane(n: usize, half: f32) -> Surfels {
+    let spacing = 2.0 * half / n as f32;
+    let mut surfels = Surfels::default();
+    for i in 0..n * n {
+        let at = |k: usize| (k as f32 + 0.5) * spacing - half;
+        surfels.push(Vec3::new(at(i % n), 0.0, at(i / n)), Vec3::Y, spacing);
+    }
+    surfels
+}

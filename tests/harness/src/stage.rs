@@ -1,0 +1,112 @@
+//! An engine, a scene and renderers to test with.
+
+use glam::DVec3;
+use std::path::PathBuf;
+use surfelshop_api::abi::host_side::Plugin;
+use surfelshop_api::abi::plugin_side::Package;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Camera, Projection, Scene, UnitKind, View};
+use surfelshop_cloud::Cloud;
+use surfelshop_engine::plugins::{Origin, Place, Registry, SearchPath};
+use surfelshop_engine::{
+    Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered, RendererView,
+};
+
+/// A perspective view from `eye` towards `target`, 45 degrees high.
+#[must_use]
+pub fn view(eye: DVec3, target: DVec3, size: u32) -> View {
+    let camera =
+        Camera { eye, target, up: DVec3::Y, projection: Projection::Perspective { fov_y: 0.8 } };
+    View { camera, size_px: [size, size], near: 1e-5, far: 1e3 }
+}
+
+/// The engine of a test, on the adapter a user would get.
+///
+/// # Panics
+/// Where there is no adapter: these tests draw.
+#[must_use]
+pub fn engine() -> Engine {
+    engine_with(&GpuOptions::default(), &EngineOptions::default())
+}
+
+/// An engine of these options.
+///
+/// # Panics
+/// Where there is no such adapter.
+#[must_use]
+pub fn engine_with(gpu: &GpuOptions, options: &EngineOptions) -> Engine {
+    let gpu = Gpu::headless(gpu).expect("drawing tests need an adapter; `cargo verify` installs one");
+    Engine::new(gpu, options).expect("the host's shaders compose")
+}
+
+/// The folder that cargo puts libraries and programs of this build into.
+///
+/// # Panics
+/// Where the test program was moved out of it.
+#[must_use]
+pub fn build_folder() -> PathBuf {
+    let test = std::env::current_exe().expect("the test has a path");
+    let deps = test.parent().expect("the test lies in a folder");
+    deps.parent().expect("which lies in the build folder").to_owned()
+}
+
+/// A renderer of a plugin library of this build, in a view of its own.
+///
+/// # Panics
+/// Where the library was not built or does not work.
+#[must_use]
+pub fn built_renderer(engine: &Engine, library: &str, unit: &str) -> RendererView {
+    let file = format!(
+        "{}{}{}",
+        std::env::consts::DLL_PREFIX,
+        library.replace('-', "_"),
+        std::env::consts::DLL_SUFFIX
+    );
+    let path = build_folder().join(file);
+    assert!(path.exists(), "{} is missing: `cargo verify` builds it", path.display());
+    let files = vec![Place::new(path, Origin::CommandLine)];
+    let search = SearchPath { files, ..SearchPath::default() };
+    let registry = Registry::scan(&search);
+    let found = registry.find(UnitKind::Renderer, unit).expect("the library has the renderer");
+    let loaded = registry.load(&found).expect("the library loads");
+    let instance = loaded.create(&engine.gpu().host_info()).expect("the renderer starts");
+    RendererView::new(instance, unit)
+}
+
+/// A renderer registered in the test's own code, by its position in the package.
+///
+/// # Panics
+/// Where the renderer does not start.
+#[must_use]
+pub fn static_renderer<P: Package>(engine: &Engine, unit: u32) -> RendererView {
+    let instance =
+        Plugin::of::<P>().create(unit, &engine.gpu().host_info()).expect("the renderer starts");
+    RendererView::new(instance, format!("test/{unit}"))
+}
+
+/// Renders outputs of one cloud with default parameters.
+///
+/// # Errors
+/// As the engine's.
+pub fn render(
+    engine: &mut Engine,
+    renderer: &mut RendererView,
+    cloud: &Cloud,
+    scene: &Scene,
+    view: View,
+    outputs: &[Output],
+) -> Result<Rendered, RenderError> {
+    engine.render(
+        renderer,
+        &RenderRequest {
+            clouds: &[cloud.view()],
+            facts: cloud.facts(),
+            scene,
+            view,
+            values: &Values::new(),
+            outputs,
+            frame_index: 0,
+        },
+    )
+}
