@@ -49,7 +49,8 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     let load = || -> Result<Loaded, ReadFault> {
         let table = open(path, &part(options.progress, 0.0..READING))?;
         let options = ReadOptions { progress: &part(options.progress, READING..1.0), ..*options };
-        assemble::cloud(table, &options)
+        let loaded = assemble::cloud(table, &options)?;
+        if (options.progress)(1.0).is_break() { Err(ReadFault::Cancelled) } else { Ok(loaded) }
     };
     let mut loaded = load().map_err(|fault| ReadError { path: path.to_owned(), fault })?;
     loaded.summary.file = path.display().to_string();

@@ -46,16 +46,18 @@ fn rotate(a: &mut [[f64; 3]; 3], v: &mut [[f64; 3]; 3], p: usize, q: usize) {
     let t = theta.signum() / (theta.abs() + theta.hypot(1.0));
     let c = 1.0 / t.hypot(1.0);
     let s = t * c;
-    for k in 0..3 {
-        (a[k][p], a[k][q]) = (c * a[k][p] - s * a[k][q], s * a[k][p] + c * a[k][q]);
+    let turn = |x: f64, y: f64| (c * x - s * y, s * x + c * y);
+    for row in a.iter_mut() {
+        (row[p], row[q]) = turn(row[p], row[q]);
     }
-    for k in 0..3 {
-        (a[p][k], a[q][k]) = (c * a[p][k] - s * a[q][k], s * a[p][k] + c * a[q][k]);
+    let (row_p, row_q) = (a[p], a[q]);
+    for (k, (&x, &y)) in row_p.iter().zip(&row_q).enumerate() {
+        (a[p][k], a[q][k]) = turn(x, y);
     }
     a[p][q] = 0.0;
     a[q][p] = 0.0;
     for row in v {
-        (row[p], row[q]) = (c * row[p] - s * row[q], s * row[p] + c * row[q]);
+        (row[p], row[q]) = turn(row[p], row[q]);
     }
 }
 

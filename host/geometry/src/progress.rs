@@ -18,7 +18,6 @@ impl fmt::Display for Cancelled {
 impl std::error::Error for Cancelled {}
 
 /// A [`Progress`] that tells nobody and never stops.
-#[must_use]
 pub fn silent(_: f64) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }

@@ -1,15 +1,14 @@
 //! Columns that the host gives no meaning: kept under their own names and types.
 
-use crate::buffer::interleave;
+use crate::buffer::{Buffer, interleave};
 use crate::column::{Column, is_well_known};
 use crate::summary::Summary;
 use crate::table::Table;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Takes all columns that are left. Those of several components, which a file can only hold apart,
 /// are put together as the notes of this program's writer say.
 pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
-    let mut columns = Vec::new();
     let notes: Vec<(String, u32)> = table
         .notes("column")
         .filter_map(|words| match words[..] {
@@ -17,11 +16,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
             _ => None,
         })
         .collect();
-    for (name, components) in notes {
-        if let Some(column) = grouped(table, &name, components) {
-            columns.push(column);
-        }
-    }
+    let mut columns = grouped(table, &notes);
     let mut names: HashSet<String> = columns.iter().map(|c| c.name().to_owned()).collect();
     for (own_name, buffer) in std::mem::take(&mut table.columns) {
         let mut name = own_name.clone();
@@ -40,26 +35,31 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
     columns
 }
 
-/// A column of several components from the properties `name_0`, `name_1` and so on.
-fn grouped(table: &mut Table, name: &str, components: u32) -> Option<Column> {
-    let is_part = |own: &str| own.strip_prefix(name).is_some_and(|rest| rest.starts_with('_'));
-    let n_candidates = table.columns.iter().filter(|(own, _)| is_part(own)).count();
-    if is_well_known(name) || components < 2 || components as usize > n_candidates {
-        return None;
+/// Columns of several components from properties `name_0`, `name_1` and so on.
+///
+/// A property belongs to one name only and each name is looked up once, so that a header full of
+/// notes takes no more time than a header full of properties.
+fn grouped(table: &mut Table, notes: &[(String, u32)]) -> Vec<Column> {
+    let places: HashMap<String, usize> =
+        table.columns.iter().enumerate().map(|(place, (name, _))| (name.clone(), place)).collect();
+    let mut taken = vec![false; table.columns.len()];
+    let mut seen = HashSet::new();
+    let mut columns = Vec::new();
+    for (name, components) in notes {
+        if is_well_known(name) || *components < 2 || !seen.insert(name.as_str()) {
+            continue;
+        }
+        let parts: Option<Vec<usize>> = (0..*components)
+            .map(|component| places.get(&format!("{name}_{component}")).copied())
+            .collect();
+        let Some(parts) = parts else { continue };
+        let values: Vec<Buffer> = parts.iter().map(|&p| table.columns[p].1.clone()).collect();
+        if let Some(values) = interleave(&values) {
+            parts.iter().for_each(|&place| taken[place] = true);
+            columns.push(Column::new(name.as_str(), *components, values));
+        }
     }
-    let mut parts = Vec::new();
-    let mut places = Vec::new();
-    for component in 0..components {
-        let wanted = format!("{name}_{component}");
-        let place = table.columns.iter().position(|(own, _)| *own == wanted)?;
-        parts.push(table.columns[place].1.clone());
-        places.push(place);
-    }
-    let values = interleave(&parts)?;
-    let mut index = 0;
-    table.columns.retain(|_| {
-        index += 1;
-        !places.contains(&(index - 1))
-    });
-    Some(Column::new(name, components, values))
+    let mut taken = taken.into_iter();
+    table.columns.retain(|_| !taken.next().unwrap_or(false));
+    columns
 }

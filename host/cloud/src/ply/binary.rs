@@ -76,10 +76,10 @@ pub(super) fn read<R: Read>(
         lists::read(body, element, big, &mut columns, progress)?;
         return Ok(columns);
     }
-    let stride = usize::try_from(least_size(element)).map_err(|_| shrunk(element))?;
+    let stride = usize::try_from(least_size(element)).ok().ok_or_else(|| shrunk(element))?;
     let block = (MAX_BLOCK / stride.max(1)).clamp(1, BLOCK);
     let mut bytes = vec![0; block * stride];
-    let mut left = usize::try_from(element.count).map_err(|_| shrunk(element))?;
+    let mut left = usize::try_from(element.count).ok().ok_or_else(|| shrunk(element))?;
     while left > 0 {
         body.tell(progress)?;
         let records = left.min(block);

@@ -140,8 +140,7 @@ pub(super) fn read(reader: impl BufRead) -> Result<Header, ReadFault> {
 fn first_line<R: BufRead>(mut reader: R) -> Result<Lines<R>, ReadFault> {
     let mut text = Vec::new();
     let mut end = b'\n';
-    loop {
-        let Some(&byte) = reader.fill_buf()?.first() else { break };
+    while let Some(&byte) = reader.fill_buf()?.first() {
         if text.last() == Some(&b'\r') && byte != b'\n' {
             end = b'\r';
             break;

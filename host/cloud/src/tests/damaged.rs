@@ -120,7 +120,7 @@ fn values_that_cannot_be_read_name_their_line() {
         ("1 0 0 0.5", "line 9: expected a number of type u8 for `n`, found `0.5`"),
         ("1 0 zero 3", "line 9: expected a number of type f32 for `z`, found `zero`"),
     ] {
-        let message = refusal(&replaced(&bytes, "1 -1 -1 3 ", to));
+        let message = refusal(&replaced(&bytes, "-1 -1 -1 3 ", to));
         assert!(message.contains(expected), "{message}");
     }
 }
@@ -160,4 +160,18 @@ fn every_changed_byte_loads_or_is_refused_in_one_line() {
             }
         }
     }
+}
+
+#[test]
+fn a_header_full_of_notes_takes_no_longer_than_its_size() {
+    let mut header = "ply\nformat ascii 1.0\n".to_owned();
+    for i in 0..40_000 {
+        header += &format!("comment surfelshop column c{} 40000\n", i % 20_000);
+    }
+    header += "element vertex 1\nproperty float x\nproperty float y\nproperty float z\n";
+    for i in 0..40_000 {
+        header += &format!("property char c_{i}\n");
+    }
+    let bytes = format!("{header}end_header\n0 0 0{}\n", " 1".repeat(40_000));
+    assert_eq!(load(bytes.as_bytes()).cloud.columns().len(), 40_003);
 }

@@ -25,7 +25,7 @@ fn rich(origin: DVec3) -> Cloud {
         Column::new("a", 1, Buffer::U8((0..n as u8).collect())),
         Column::new("b", 1, Buffer::I16((0..n as i16).map(|i| -i * 1000).collect())),
         Column::new("c", 1, Buffer::I32((0..n as i32).map(|i| i32::MIN + i).collect())),
-        Column::new("d", 1, Buffer::F32(vec![f32::NAN, f32::INFINITY].repeat(n / 2))),
+        Column::new("d", 1, Buffer::F32([f32::NAN, f32::INFINITY].repeat(n / 2))),
     ];
     Cloud::new(origin, columns).unwrap()
 }

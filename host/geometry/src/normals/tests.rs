@@ -145,6 +145,30 @@ fn results_do_not_depend_on_the_number_of_threads() {
 }
 
 #[test]
+fn the_order_of_points_does_not_matter() {
+    let positions = random_sphere(3000, DVec3::ONE, 1.0, 13);
+    let reversed: Vec<Vec3> = positions.iter().rev().copied().collect();
+    let (ahead, back) = (normals_of(&positions).normals, normals_of(&reversed).normals);
+    for (a, b) in ahead.iter().zip(back.iter().rev()) {
+        assert!(a.dot(*b) > 0.999_999);
+    }
+}
+
+#[test]
+fn a_flat_ellipsoid_faces_outwards_around_its_sharp_rim() {
+    // At the rim the surface turns within half a spacing.
+    let flat = 0.15;
+    let positions: Vec<Vec3> =
+        spiral_sphere(8000, 0.2, 14).iter().map(|p| Vec3::new(p.x, p.y, p.z * flat)).collect();
+    let estimate = normals_of(&positions);
+    assert_eq!(estimate.n_components, 1);
+    for (position, normal) in positions.iter().zip(&estimate.normals) {
+        let outwards = Vec3::new(position.x, position.y, position.z / (flat * flat));
+        assert!(outwards.dot(*normal) > 0.0, "{position} {normal}");
+    }
+}
+
+#[test]
 fn estimation_stops_when_asked() {
     let positions = random_sphere(20_000, DVec3::ZERO, 1.0, 8);
     let stop = |fraction: f64| {
