@@ -1,0 +1,300 @@
+//! What can be typed behind `surfelshop`.
+
+use crate::camera::CameraSpec;
+use crate::values::{self, Backdrop, LightSpec, OutputFile, Setting, Size};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use surfelshop_api::graph::Output;
+
+/// Renders point clouds as surfaces of oriented discs (surfels), with renderers that are plugins.
+#[derive(Debug, Parser)]
+#[command(
+    name = "surfelshop",
+    version,
+    after_help = "Exit code: 0 done, 1 failed, 2 the command line was not understood.\n\
+                  SURFELSHOP_PLUGINS names further plugin files and folders; \
+                  SURFELSHOP_LOG=debug shows what happens."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render clouds to a PNG or EXR picture.
+    Render(Box<RenderArguments>),
+    /// Say what is in a cloud and what was repaired or estimated while it was read.
+    Info(InfoArguments),
+    /// List the plugins, and the files that were refused with the reason.
+    Plugins(PluginsArguments),
+    /// Read a cloud and write it in another format, with the normals and radii it lacked.
+    Convert(ConvertArguments),
+    /// Render the sample cloud with every renderer.
+    Demo(DemoArguments),
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop render bunny.ply -o bunny.png
+  surfelshop render bunny.ply -r flat -o bunny.png --size 1920x1080 --camera front --zoom 1.5
+  surfelshop render a.ply b.ply -o both.exr --light 0,1,0 --light -1,0,0:0.2,0.2,0.3
+  surfelshop render bunny.ply -o bunny.png --camera \"0,0.1,0.6; 0,0.1,0; 0,1,0; 30\"
+  surfelshop render bunny.ply -o depth.png --output depth")]
+pub(crate) struct RenderArguments {
+    /// The clouds; several are shown together.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// The renderer, by its id or as PACKAGE/ID; `surfelshop plugins` lists them.
+    #[arg(short, long, value_name = "RENDERER", default_value = "ewa-phong")]
+    pub(crate) renderer: String,
+    /// The picture to write, .png or .exr; may be repeated.
+    ///
+    /// PNG holds what a screen shows. EXR holds linear 32-bit floats before exposure, tone mapping
+    /// and background, with alpha premultiplied: the layers colour (R, G, B, A), depth.Z, normal
+    /// and albedo, or only the one chosen with --output.
+    #[arg(short, long, required = true, value_name = "FILE", value_parser = OutputFile::parse)]
+    pub(crate) out: Vec<OutputFile>,
+    /// What the picture shows: color, depth, normal, albedo, ao, or debug.NAME.
+    ///
+    /// As PNG: depth runs from near (white) to far (dark) over the range that is covered, normals
+    /// are n * 0.5 + 0.5 in world space, ao is as it is, albedo is sRGB-encoded.
+    #[arg(long, value_name = "NAME", value_parser = values::output)]
+    pub(crate) output: Option<Output>,
+    /// Width and height in pixels, or one number for a square.
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = Size::parse)]
+    pub(crate) size: Size,
+    #[command(flatten)]
+    pub(crate) lens: LensArguments,
+    /// A light, instead of the light beside the camera; may be repeated.
+    ///
+    /// `camera` is that light; x,y,z is a direction towards the light in world space. Both may be
+    /// followed by `:r,g,b`, the radiance of a white diffuse surface that faces the light.
+    #[arg(long, value_name = "LIGHT", value_parser = LightSpec::parse, allow_hyphen_values = true)]
+    pub(crate) light: Vec<LightSpec>,
+    /// Factor on brightness in stops: 1 doubles, -1 halves.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = values::stops,
+          allow_hyphen_values = true)]
+    pub(crate) exposure: f32,
+    /// How brightness above white is brought down in a PNG.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    pub(crate) tone_map: ToneMapChoice,
+    /// What stands where no surfel is: transparent, white, black, gray, #rrggbb or r,g,b (linear).
+    #[arg(long, value_name = "COLOR", default_value = "transparent",
+          value_parser = Backdrop::parse)]
+    pub(crate) background: Backdrop,
+    /// Bits per channel of a PNG.
+    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
+    pub(crate) bits: Bits,
+    /// A parameter of the renderer, as id=value or RENDERER:id=value; may be repeated.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) set: Vec<Setting>,
+    /// Factor on every surfel's radius.
+    #[arg(long, value_name = "FACTOR", value_parser = values::factor)]
+    pub(crate) radius_scale: Option<f32>,
+    /// How far behind the nearest surfel others still blend with it, in surfel radii, 0 to 16.
+    #[arg(long, value_name = "RADII", value_parser = values::depth_tolerance)]
+    pub(crate) depth_tolerance: Option<f32>,
+    /// Leave out surfels that are seen from behind.
+    #[arg(long)]
+    pub(crate) one_sided: bool,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
+/// Where the camera stands and what it sees.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct LensArguments {
+    /// Where the camera stands: a preset, or position, target, up and field of view.
+    ///
+    /// Presets frame the whole cloud: front (from +z), back, left (from -x), right, top (from +y),
+    /// bottom, three-quarter. Numbers are "px,py,pz; tx,ty,tz[; ux,uy,uz[; DEGREES]]" in world
+    /// space; up is 0,1,0 where it is left out.
+    #[arg(long, value_name = "CAMERA", default_value = "three-quarter",
+          value_parser = CameraSpec::parse, allow_hyphen_values = true)]
+    pub(crate) camera: CameraSpec,
+    /// Vertical field of view in degrees [default: 35].
+    #[arg(long, value_name = "DEGREES", value_parser = values::field_of_view)]
+    pub(crate) fov: Option<f64>,
+    /// Parallel instead of central projection; what is at the target keeps its size.
+    #[arg(long)]
+    pub(crate) orthographic: bool,
+    /// Enlarge the middle of the picture by this factor, from the same place.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = values::zoom)]
+    pub(crate) zoom: f64,
+}
+
+/// Plugins beside the installed ones.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct PluginFiles {
+    /// A plugin file to use besides the installed ones; may be repeated.
+    ///
+    /// A plugin is a native library: using a renderer of it runs its code with your rights, as
+    /// starting a program does. Name only files you trust.
+    #[arg(long = "plugin", value_name = "FILE")]
+    pub(crate) plugin: Vec<PathBuf>,
+}
+
+/// Which graphics device to use.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct DeviceArguments {
+    /// The graphics interface, instead of the best one.
+    #[arg(long, value_enum, value_name = "INTERFACE")]
+    pub(crate) backend: Option<BackendChoice>,
+    /// The graphics adapter: any part of its name.
+    #[arg(long, value_name = "TEXT")]
+    pub(crate) adapter: Option<String>,
+}
+
+/// The form of what is printed.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct ReportArguments {
+    /// Print one JSON object with everything, and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  surfelshop info scan.ply")]
+pub(crate) struct InfoArguments {
+    /// The clouds.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop plugins
+  surfelshop plugins list --plugin target/release/libmine.so --json
+No plugin's code runs: files are judged by their bytes.")]
+pub(crate) struct PluginsArguments {
+    #[command(subcommand)]
+    pub(crate) action: Option<PluginsAction>,
+    /// A plugin file to look at besides the installed ones; may be repeated.
+    #[arg(long = "plugin", value_name = "FILE", global = true)]
+    pub(crate) plugin: Vec<PathBuf>,
+    /// Print one JSON object with everything, and nothing else.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+}
+
+/// What to do with plugins.
+#[derive(Clone, Copy, Debug, Subcommand)]
+pub(crate) enum PluginsAction {
+    /// List them; what happens without a word, too.
+    List,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  surfelshop convert scan.ply with-normals.ply")]
+pub(crate) struct ConvertArguments {
+    /// The cloud to read.
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// The file to write, .ply.
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Write text instead of binary numbers.
+    #[arg(long)]
+    pub(crate) ascii: bool,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  surfelshop demo --out pictures --size 640x480")]
+pub(crate) struct DemoArguments {
+    /// The folder to write pictures into; made where it does not exist.
+    #[arg(short, long, value_name = "DIR", default_value = "demo")]
+    pub(crate) out: PathBuf,
+    /// Width and height in pixels, or one number for a square.
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = Size::parse)]
+    pub(crate) size: Size,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
+/// Graphics interfaces by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum BackendChoice {
+    /// Vulkan.
+    Vulkan,
+    /// OpenGL (ES).
+    Gl,
+    /// Metal, on Apple's systems.
+    Metal,
+    /// Direct3D 12, on Windows.
+    Dx12,
+}
+
+/// Tone mapping by name.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum ToneMapChoice {
+    /// Cut off.
+    #[default]
+    Clamp,
+    /// Compressed and desaturated (Khronos PBR Neutral).
+    Neutral,
+}
+
+/// Bits per channel of a PNG.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Bits {
+    /// What screens show.
+    #[default]
+    #[value(name = "8")]
+    Eight,
+    /// For pictures that are worked on.
+    #[value(name = "16")]
+    Sixteen,
+}
+
+impl Bits {
+    /// The number.
+    pub(crate) fn number(self) -> u32 {
+        match self {
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn every_argument_is_declared_soundly() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values_may_start_with_a_minus_sign() {
+        let line =
+            "surfelshop render a.ply -o a.png --light -1,0,0 --exposure -1.5 --camera -1,2,3;0,0,0";
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+        let Some(Command::Render(render)) = cli.command else { panic!("another command") };
+        assert_eq!(render.exposure.to_bits(), (-1.5f32).to_bits());
+        assert_eq!(render.light.len(), 1);
+    }
+
+    #[test]
+    fn list_is_the_only_word_behind_plugins() {
+        let parsed = |line: &str| Cli::try_parse_from(line.split(' '));
+        assert!(parsed("surfelshop plugins list --json").is_ok());
+        assert!(parsed("surfelshop plugins --json").is_ok());
+        assert!(parsed("surfelshop plugins eat").is_err());
+    }
+}

@@ -1,0 +1,281 @@
+//! Where the camera stands: presets that frame the whole cloud, or a place typed in numbers.
+
+use crate::arguments::LensArguments;
+use crate::values::{field_of_view, numbers};
+use glam::DVec3;
+use surfelshop_api::{Camera, Projection, View};
+
+/// Vertical field of view where none is given, degrees: about that of a portrait lens, so that
+/// objects look neither flat nor stretched.
+const DEFAULT_FOV_DEG: f64 = 35.0;
+
+/// The framed sphere is this much larger than the cloud's, so that nothing touches the border.
+const MARGIN: f64 = 1.04;
+
+/// Distance of the near plane as a share of the scene's extent.
+///
+/// Depth is `near / distance` in f32, whose relative precision is the same for every distance, so a
+/// tiny near plane costs no precision and lets the camera go between surfels.
+const NEAR_SHARE: f64 = 1e-6;
+
+/// A camera as typed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum CameraSpec {
+    /// Looks along a direction and frames the cloud.
+    Preset {
+        /// From the cloud to the camera, not unit length.
+        towards_camera: DVec3,
+        /// What appears upwards.
+        up: DVec3,
+    },
+    /// Stands where the user says.
+    Placed {
+        /// Position, world space.
+        eye: DVec3,
+        /// What is in the middle of the picture, world space.
+        target: DVec3,
+        /// What appears upwards.
+        up: DVec3,
+        /// Vertical field of view in degrees, where given.
+        fov_deg: Option<f64>,
+    },
+}
+
+impl CameraSpec {
+    /// Reads a preset's name, or `px,py,pz; tx,ty,tz[; ux,uy,uz[; DEGREES]]`.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        if let Some(preset) = preset(text.trim()) {
+            return Ok(preset);
+        }
+        if !text.contains(';') {
+            let expected = "expected front, back, left, right, top, bottom, three-quarter, or \
+                            \"px,py,pz; tx,ty,tz[; ux,uy,uz[; DEGREES]]\"";
+            return Err(expected.to_owned());
+        }
+        let parts: Vec<&str> = text.split(';').collect();
+        let vector = |what: &str, part: &str| {
+            numbers::<3>(part).map(DVec3::from).ok_or_else(|| {
+                format!("expected the {what} as three numbers x,y,z, found `{}`", part.trim())
+            })
+        };
+        if parts.len() > 4 {
+            let n_parts = parts.len();
+            return Err(format!("expected position; target; up; degrees, found {n_parts} parts"));
+        }
+        let eye = vector("position", parts[0])?;
+        let target = vector("target", parts[1])?;
+        let up = parts.get(2).map_or(Ok(DVec3::Y), |part| vector("up direction", part))?;
+        let fov_deg = parts.get(3).map(|part| field_of_view(part)).transpose()?;
+        if (target - eye).try_normalize().is_none() {
+            return Err("expected a target apart from the position, found both equal".to_owned());
+        }
+        if up.try_normalize().is_none() {
+            return Err("expected a direction for up, found 0,0,0".to_owned());
+        }
+        Ok(Self::Placed { eye, target, up, fov_deg })
+    }
+
+    /// The preset that most pictures of the demonstration use.
+    pub(crate) fn three_quarter() -> Self {
+        // 30 degrees to the right of the front and 20 degrees above it.
+        Self::Preset { towards_camera: DVec3::new(0.47, 0.342, 0.814), up: DVec3::Y }
+    }
+
+    /// The preset from +z.
+    pub(crate) fn front() -> Self {
+        Self::Preset { towards_camera: DVec3::Z, up: DVec3::Y }
+    }
+}
+
+fn preset(name: &str) -> Option<CameraSpec> {
+    let (towards_camera, up) = match name {
+        "three-quarter" => return Some(CameraSpec::three_quarter()),
+        "front" => return Some(CameraSpec::front()),
+        "back" => (DVec3::NEG_Z, DVec3::Y),
+        "left" => (DVec3::NEG_X, DVec3::Y),
+        "right" => (DVec3::X, DVec3::Y),
+        // Seen from above, the front of the object lies at the bottom of the picture.
+        "top" => (DVec3::Y, DVec3::NEG_Z),
+        "bottom" => (DVec3::NEG_Y, DVec3::Z),
+        _ => return None,
+    };
+    Some(CameraSpec::Preset { towards_camera, up })
+}
+
+/// A sphere around everything that is drawn, surfels' edges included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Extent {
+    center: DVec3,
+    radius: f64,
+}
+
+impl Extent {
+    /// A sphere a camera can be placed by: without a size, or without a cloud, it gets one.
+    pub(crate) fn new(center: DVec3, radius: f64) -> Self {
+        let center = if center.is_finite() { center } else { DVec3::ZERO };
+        // Below a share of 1e-9 of the coordinates, the position of the camera could not be told
+        // from its target to more than a few digits in f64. Below 1e-30, f32 runs out.
+        let least = (center.abs().max_element() * 1e-9).max(1e-30);
+        let radius = if radius.is_finite() && radius > 0.0 { radius.max(least) } else { 1.0 };
+        Self { center, radius }
+    }
+}
+
+/// The view that these options ask for.
+pub(crate) fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> View {
+    let typed_fov = match lens.camera {
+        CameraSpec::Placed { fov_deg, .. } => lens.fov.or(fov_deg),
+        CameraSpec::Preset { .. } => lens.fov,
+    };
+    let half_tangent = (0.5 * typed_fov.unwrap_or(DEFAULT_FOV_DEG).to_radians()).tan();
+    let aspect = f64::from(size_px[0]) / f64::from(size_px[1].max(1));
+    let smaller_side = aspect.min(1.0);
+    let framed = extent.radius * MARGIN;
+    let (eye, target, up, half_height) = match lens.camera {
+        CameraSpec::Preset { towards_camera, up } => {
+            // The sphere touches the cone of the smaller side at the sine of its half angle.
+            let distance = framed / (half_tangent * smaller_side).atan().sin();
+            let towards = towards_camera.normalize_or(DVec3::Z);
+            let eye = extent.center + towards * distance;
+            (eye, extent.center, up, framed / smaller_side)
+        }
+        CameraSpec::Placed { eye, target, up, .. } => {
+            (eye, target, up, eye.distance(target) * half_tangent)
+        }
+    };
+    let projection = if lens.orthographic {
+        Projection::Orthographic { height: 2.0 * half_height / lens.zoom }
+    } else {
+        Projection::Perspective { fov_y: 2.0 * (half_tangent / lens.zoom).atan() }
+    };
+    let camera = Camera { eye, target, up, projection };
+    let [near, far] = depth_range(&camera, extent);
+    View { camera, size_px, near, far }
+}
+
+/// Distances of the near and far plane that hold the whole extent.
+fn depth_range(camera: &Camera, extent: &Extent) -> [f64; 2] {
+    let reach = extent.radius * MARGIN;
+    let middle = (extent.center - camera.eye).dot(camera.forward());
+    let least = extent.radius * NEAR_SHARE;
+    let near = match camera.projection {
+        Projection::Perspective { .. } => least,
+        // Depth of a parallel projection is linear: a tight range keeps its precision.
+        Projection::Orthographic { .. } => (middle - reach).max(least),
+    };
+    // With everything behind the camera there is nothing to see, and the range is only valid.
+    [near, (middle + reach).max(near + reach)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lens(camera: &str) -> LensArguments {
+        let camera = CameraSpec::parse(camera).unwrap();
+        LensArguments { camera, fov: None, orthographic: false, zoom: 1.0 }
+    }
+
+    const PRESETS: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "three-quarter"];
+
+    /// The largest coordinate, in [-1, 1] inside the picture, of points on the sphere.
+    fn reach_in_picture(view: &View, extent: &Extent) -> [f32; 2] {
+        let clip_from_view = view.clip_from_view();
+        let view_from_offset = view.view_from_offset(extent.center);
+        let mut reach = [0.0f32; 2];
+        for i in 0..2000 {
+            // A spiral over the sphere.
+            let z = 1.0 - (f64::from(i) + 0.5) / 1000.0;
+            let (sin, cos) = (2.4 * f64::from(i)).sin_cos();
+            let ring = (1.0 - z * z).sqrt();
+            let point = DVec3::new(ring * cos, ring * sin, z) * extent.radius;
+            let clip =
+                clip_from_view * view_from_offset.transform_point3(point).as_vec3().extend(1.0);
+            assert!(clip.w > 0.0 && clip.z > 0.0 && clip.z <= clip.w, "{clip}");
+            reach[0] = reach[0].max((clip.x / clip.w).abs());
+            reach[1] = reach[1].max((clip.y / clip.w).abs());
+        }
+        reach
+    }
+
+    #[test]
+    fn presets_frame_the_sphere_in_the_smaller_side() {
+        for (size, orthographic) in [
+            ([200, 100], false),
+            ([100, 200], false),
+            ([80, 80], false),
+            ([300, 90], true),
+            ([90, 300], true),
+        ] {
+            for preset in PRESETS {
+                let extent = Extent::new(DVec3::new(3.0, -2.0, 9.0), 4.0);
+                let lens = LensArguments { orthographic, ..lens(preset) };
+                let [x, y] = reach_in_picture(&view(&lens, &extent, size), &extent);
+                let largest = x.max(y);
+                assert!(largest < 1.0 && largest > 0.9, "{preset} {size:?}: {x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn clouds_without_extent_have_a_valid_view() {
+        let far = DVec3::splat(1e9);
+        for extent in [
+            Extent::new(DVec3::ZERO, 0.0),
+            Extent::new(DVec3::ZERO, f64::NAN),
+            Extent::new(DVec3::NAN, f64::INFINITY),
+            Extent::new(far, 1e-30),
+            Extent::new(DVec3::ZERO, 1e-40),
+        ] {
+            for preset in PRESETS {
+                let view = view(&lens(preset), &extent, [64, 64]);
+                let camera = view.camera;
+                assert!(camera.eye.is_finite() && camera.eye != camera.target, "{extent:?}");
+                assert!(camera.forward().is_finite());
+                assert!(view.near as f32 > 0.0 && view.far > view.near, "{view:?}");
+                assert!(view.clip_from_view().is_finite());
+            }
+        }
+    }
+
+    #[test]
+    fn zoom_enlarges_by_its_factor_from_the_same_place() {
+        let extent = Extent::new(DVec3::ZERO, 1.0);
+        for orthographic in [false, true] {
+            let wide = LensArguments { orthographic, ..lens("front") };
+            let close = LensArguments { zoom: 2.0, ..wide.clone() };
+            let (wide, close) = (view(&wide, &extent, [64, 64]), view(&close, &extent, [64, 64]));
+            assert_eq!(wide.camera.eye, close.camera.eye);
+            assert!((wide.half_extent()[1] / close.half_extent()[1] - 2.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn placed_cameras_stand_where_they_are_told() {
+        let lens = lens("1,2,3; 1,2,0; 1,0,0; 90");
+        let view = view(&lens, &Extent::new(DVec3::ZERO, 1.0), [64, 64]);
+        assert_eq!(view.camera.eye, DVec3::new(1.0, 2.0, 3.0));
+        assert_eq!(view.camera.up, DVec3::X);
+        assert!((view.half_extent()[1] - 1.0).abs() < 1e-12);
+        let parallel = LensArguments { orthographic: true, ..lens };
+        let view = super::view(&parallel, &Extent::new(DVec3::ZERO, 1.0), [64, 64]);
+        // What is at the target keeps its size: 3 units away, a half angle of 45 degrees.
+        assert!((view.half_extent()[1] - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn mistakes_in_a_camera_are_named() {
+        for (text, expected) in [
+            ("fornt", "three-quarter"),
+            ("1,2;0,0,0", "position as three numbers x,y,z, found `1,2`"),
+            ("1,2,3; 0,x,0", "target as three numbers"),
+            ("1,2,3; 1,2,3", "found both equal"),
+            ("1,2,3; 0,0,0; 0,0,0", "found 0,0,0"),
+            ("1,2,3; 0,0,0; 0,1,0; 200", "degrees"),
+            ("1,2,3; 0,0,0; 0,1,0; 20; 5", "found 5 parts"),
+        ] {
+            let error = CameraSpec::parse(text).unwrap_err();
+            assert!(error.contains(expected), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,131 @@
+//! The clouds of a scene, read from files.
+
+use crate::camera::Extent;
+use crate::terminal::Progress;
+use std::path::{Path, PathBuf};
+use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
+use surfelshop_api::{CloudFacts, CloudView};
+use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadOptions};
+
+/// Clouds that are shown together.
+pub(crate) struct Clouds {
+    /// Each cloud and how its load went.
+    pub(crate) loaded: Vec<Loaded>,
+    /// Facts of all together.
+    pub(crate) facts: CloudFacts,
+}
+
+impl Clouds {
+    /// Reads the files.
+    pub(crate) fn read(files: &[PathBuf]) -> Result<Self, ReadError> {
+        let loaded = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+        let facts = together(loaded.iter().map(|loaded| loaded.cloud.facts()));
+        Ok(Self { loaded, facts })
+    }
+
+    /// The clouds as renderers see them.
+    pub(crate) fn views(&self) -> Vec<CloudView<'_>> {
+        self.loaded.iter().map(|loaded| loaded.cloud.view()).collect()
+    }
+
+    /// A sphere around all surfels whose radii are scaled by a factor, for framing.
+    ///
+    /// Its centre is that of the bounds, which moves little when surfels are added; its radius is
+    /// that of the farthest surfel, which is less than the bounds' diagonal would give.
+    pub(crate) fn extent(&self, radius_scale: f32) -> Extent {
+        let center = 0.5 * (self.facts.bounds_min + self.facts.bounds_max);
+        let mut farthest = 0.0f64;
+        let mut largest = 0.0f32;
+        for Loaded { cloud, .. } in &self.loaded {
+            let center_in_cloud = center - cloud.origin();
+            let squared = cloud
+                .positions()
+                .iter()
+                .map(|offset| (offset.as_dvec3() - center_in_cloud).length_squared())
+                .fold(0.0, f64::max);
+            farthest = farthest.max(squared.sqrt());
+            largest = largest.max(largest_radius(cloud));
+        }
+        Extent::new(center, farthest + f64::from(largest) * f64::from(radius_scale))
+    }
+}
+
+fn largest_radius(cloud: &Cloud) -> f32 {
+    let radii = cloud.radii().iter().copied();
+    let tangents = [TANGENT_U, TANGENT_V].into_iter().flat_map(|name| cloud.vectors(name));
+    radii.chain(tangents.map(|tangent| tangent.length())).fold(0.0, f32::max)
+}
+
+/// Reads one file, with a progress bar where it takes long.
+pub(crate) fn read(file: &Path) -> Result<Loaded, ReadError> {
+    let progress = Progress::new(format!("reading {}", file.display()));
+    let tell = |fraction| progress.tell(fraction);
+    surfelshop_cloud::read(file, &ReadOptions { progress: &tell, ..ReadOptions::default() })
+}
+
+/// Facts of several clouds as of one.
+///
+/// A column counts as there when one cloud has it, since facts tell a renderer what it may leave
+/// out; what all share is what every cloud that has surfels shares.
+fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
+    let mut whole = CloudFacts::default();
+    for facts in clouds {
+        for column in &facts.columns {
+            if let Err(place) = whole.columns.binary_search(column) {
+                whole.columns.insert(place, column.clone());
+            }
+        }
+        if facts.n_surfels == 0 {
+            continue;
+        }
+        if whole.n_surfels == 0 {
+            whole = CloudFacts { columns: whole.columns, ..facts.clone() };
+            continue;
+        }
+        whole.n_surfels += facts.n_surfels;
+        whole.bounds_min = whole.bounds_min.min(facts.bounds_min);
+        whole.bounds_max = whole.bounds_max.max(facts.bounds_max);
+        whole.equal_radius = whole.equal_radius.filter(|own| facts.equal_radius == Some(*own));
+        whole.equal_color = whole.equal_color.filter(|own| facts.equal_color == Some(*own));
+    }
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn facts(n_surfels: u64, at: f64, columns: &[&str]) -> CloudFacts {
+        CloudFacts {
+            n_surfels,
+            bounds_min: DVec3::splat(at),
+            bounds_max: DVec3::splat(at + 1.0),
+            columns: columns.iter().map(|&name| name.to_owned()).collect(),
+            equal_radius: Some(0.5),
+            equal_color: Some([0.1; 3]),
+        }
+    }
+
+    #[test]
+    fn facts_of_several_clouds_cover_all() {
+        let clouds = [
+            CloudFacts::default(),
+            facts(2, 5.0, &["ao", "position"]),
+            CloudFacts { equal_color: None, ..facts(3, -1.0, &["color", "position"]) },
+        ];
+        let whole = together(clouds.iter());
+        assert_eq!(whole.n_surfels, 5);
+        assert_eq!(whole.bounds_min, DVec3::splat(-1.0));
+        assert_eq!(whole.bounds_max, DVec3::splat(6.0));
+        assert_eq!(whole.columns, ["ao", "color", "position"]);
+        assert_eq!((whole.equal_radius, whole.equal_color), (Some(0.5), None));
+    }
+
+    #[test]
+    fn empty_clouds_do_not_stretch_the_bounds() {
+        let whole = together([facts(1, 5.0, &[]), CloudFacts::default()].iter());
+        assert_eq!(whole.bounds_min, DVec3::splat(5.0));
+        assert_eq!(whole.equal_radius, Some(0.5));
+    }
+}

@@ -1,0 +1,167 @@
+//! `surfelshop info`: what is in a cloud, and what its load repaired or estimated.
+
+use crate::arguments::InfoArguments;
+use crate::{clouds, terminal};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
+
+/// Runs the command.
+pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
+    let mut objects = Vec::new();
+    for file in &arguments.files {
+        let loaded = clouds::read(file)?;
+        if arguments.report.json {
+            objects.push(object(&loaded));
+        } else {
+            terminal::line(text(&loaded)?)?;
+        }
+    }
+    if arguments.report.json {
+        let version = env!("CARGO_PKG_VERSION");
+        terminal::json(&json!({ "command": "info", "version": version, "clouds": objects }))?;
+    }
+    Ok(())
+}
+
+/// Bytes of a column's values.
+fn bytes(column: &Column) -> u64 {
+    column.values().len() as u64 * column.values().element().size() as u64
+}
+
+fn total_bytes(cloud: &Cloud) -> u64 {
+    cloud.columns().iter().map(bytes).sum()
+}
+
+/// Smallest and largest radius.
+fn radii(cloud: &Cloud) -> Option<[f32; 2]> {
+    let first = *cloud.radii().first()?;
+    let ends = |[low, high]: [f32; 2], radius: &f32| [low.min(*radius), high.max(*radius)];
+    Some(cloud.radii().iter().fold([first; 2], ends))
+}
+
+fn object(Loaded { cloud, summary }: &Loaded) -> Value {
+    let columns: Vec<Value> = cloud
+        .columns()
+        .iter()
+        .map(|column| {
+            json!({
+                "name": column.name(),
+                "components": column.components(),
+                "type": column.values().element().name(),
+                "bytes": bytes(column),
+            })
+        })
+        .collect();
+    json!({
+        "summary": summary,
+        "facts": cloud.facts(),
+        "radius_range": radii(cloud),
+        "columns": columns,
+        "bytes": total_bytes(cloud),
+    })
+}
+
+/// A row for each thing to know.
+fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
+    let mut text = summary.file.clone();
+    let mut row = |name: &str, value: String| write!(text, "\n  {name:<9} {value}");
+    row("format", summary.format.clone())?;
+    row("points", points(summary))?;
+    row("normals", counted(&normal_counts(summary)))?;
+    let r = &summary.radii;
+    let counts = [(r.given, "given"), (r.estimated, "estimated"), (r.clamped, "clamped")];
+    let range = match radii(cloud) {
+        Some([low, high]) if low < high => format!(", {low} to {high}"),
+        Some([low, _]) => format!(", all {low}"),
+        None => String::new(),
+    };
+    row("radii", counted(&counts) + &range)?;
+    let c = &summary.colors;
+    let counts = [(c.given, "given"), (c.neutral, "neutral"), (c.replaced, "replaced")];
+    row("colours", counted(&counts))?;
+    let facts = cloud.facts();
+    if !cloud.is_empty() {
+        let size = facts.bounds_max - facts.bounds_min;
+        let [low, high, size] = [facts.bounds_min, facts.bounds_max, size]
+            .map(|v| v.to_array().map(|number| shortened(number)).join(" "));
+        row("bounds", format!("{low} to {high}, size {size}"))?;
+    }
+    row("origin", summary.origin.map(|number| number.to_string()).join(" "))?;
+    let columns: Vec<String> = cloud
+        .columns()
+        .iter()
+        .map(|c| format!("{} {} x {}", c.name(), c.components(), c.values().element().name()))
+        .collect();
+    row("columns", columns.join(", "))?;
+    row("memory", size_in_words(total_bytes(cloud)))?;
+    row("read in", format!("{:.2} s", summary.seconds))?;
+    for warning in &summary.warnings {
+        row("warning", warning.clone())?;
+    }
+    Ok(text)
+}
+
+fn points(summary: &Summary) -> String {
+    let Summary { n_surfels, n_in_file, n_dropped, .. } = summary;
+    match n_dropped {
+        0 => n_surfels.to_string(),
+        _ => format!(
+            "{n_surfels}; {n_dropped} of {n_in_file} dropped, their coordinates are not finite"
+        ),
+    }
+}
+
+fn normal_counts(summary: &Summary) -> [(u64, &'static str); 5] {
+    let n = &summary.normals;
+    [
+        (n.given, "given"),
+        (n.normalised, "made unit length"),
+        (n.repaired, "repaired"),
+        (n.estimated, "estimated"),
+        (n.degenerate, "without a plane around them"),
+    ]
+}
+
+/// The counts that are not zero.
+fn counted(counts: &[(u64, &str)]) -> String {
+    let shown: Vec<String> =
+        counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
+    if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
+}
+
+/// A coordinate to about nine significant digits: more than f32 offsets hold.
+fn shortened(number: f64) -> String {
+    let rounded: f64 = format!("{number:.8e}").parse().unwrap_or(number);
+    rounded.to_string()
+}
+
+fn size_in_words(bytes: u64) -> String {
+    let mut size = bytes as f64;
+    for unit in ["B", "kB", "MB"] {
+        if size < 1000.0 {
+            return if unit == "B" { format!("{bytes} B") } else { format!("{size:.1} {unit}") };
+        }
+        size /= 1000.0;
+    }
+    format!("{size:.1} GB")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_in_words() {
+        assert_eq!(size_in_words(999), "999 B");
+        assert_eq!(size_in_words(3_600_000), "3.6 MB");
+        assert_eq!(size_in_words(12_000_000_000), "12.0 GB");
+    }
+
+    #[test]
+    fn coordinates_are_short_and_keep_their_digits() {
+        assert_eq!(shortened(0.1 + 0.2), "0.3");
+        assert_eq!(shortened(-4_512_345.678), "-4512345.68");
+        assert_eq!(shortened(0.0), "0");
+    }
+}

@@ -1,0 +1,103 @@
+//! A device, an engine and a renderer: what a picture is made with.
+
+use crate::arguments::{BackendChoice, DeviceArguments};
+use crate::settings;
+use crate::values::Setting;
+use anyhow::{Context as _, anyhow};
+use std::path::PathBuf;
+use std::time::Instant;
+use surfelshop_api::params::Values;
+use surfelshop_api::{HostInfo, UnitKind};
+use surfelshop_engine::plugins::{LoadedUnit, Registry, SearchPath, UnitRef};
+use surfelshop_engine::{
+    Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderRequest, Rendered, RendererView,
+};
+
+/// Frames a renderer that refines its picture may take before the last one is taken.
+const MAX_FRAMES: u32 = 1024;
+
+/// The plugins at hand: those installed and these files.
+pub(crate) fn registry(plugin_files: &[PathBuf]) -> Registry {
+    Registry::scan(&SearchPath::standard(plugin_files.to_vec()))
+}
+
+/// Makes pictures on one device.
+pub(crate) struct Studio {
+    pub(crate) engine: Engine,
+    host: HostInfo,
+}
+
+/// A renderer in memory, ready to be put into a view.
+pub(crate) struct Chosen {
+    pub(crate) reference: UnitRef,
+    pub(crate) unit: LoadedUnit,
+    pub(crate) values: Values,
+    view: RendererView,
+}
+
+/// A frame that does not change any more.
+pub(crate) struct Settled {
+    pub(crate) rendered: Rendered,
+    pub(crate) n_frames: u32,
+    pub(crate) milliseconds: f64,
+}
+
+impl Studio {
+    /// Opens the device.
+    pub(crate) fn open(device: &DeviceArguments) -> anyhow::Result<Self> {
+        let backend = device.backend.map(|choice| match choice {
+            BackendChoice::Vulkan => Backend::Vulkan,
+            BackendChoice::Gl => Backend::Gl,
+            BackendChoice::Metal => Backend::Metal,
+            BackendChoice::Dx12 => Backend::Dx12,
+        });
+        let gpu = Gpu::headless(&GpuOptions { backend, adapter: device.adapter.clone() })?;
+        let host = gpu.host_info();
+        let engine = Engine::new(gpu, &EngineOptions::default())?;
+        Ok(Self { engine, host })
+    }
+
+    /// The adapter in a few words.
+    pub(crate) fn adapter(&self) -> &str {
+        &self.host.adapter
+    }
+
+    /// Loads a renderer by name and reads the parameters meant for it.
+    pub(crate) fn choose(
+        &self,
+        registry: &Registry,
+        name: &str,
+        typed: &[Setting],
+    ) -> anyhow::Result<Chosen> {
+        let reference = registry.find(UnitKind::Renderer, name)?;
+        let unit = registry.load(&reference)?;
+        let values = settings::values(&reference, &unit.description.params, typed)?;
+        let instance = unit
+            .create(&self.host)
+            .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
+        let scope = format!("{}/{}", reference.package, reference.id);
+        Ok(Chosen { reference, unit, values, view: RendererView::new(instance, scope) })
+    }
+
+    /// Renders until the picture does not change any more.
+    pub(crate) fn settle(
+        &mut self,
+        chosen: &mut Chosen,
+        request: &RenderRequest<'_>,
+    ) -> anyhow::Result<Settled> {
+        let started = Instant::now();
+        let mut n_frames = 0;
+        loop {
+            let request = RenderRequest { frame_index: n_frames, ..*request };
+            let rendered = self
+                .engine
+                .render(&mut chosen.view, &request)
+                .with_context(|| chosen.reference.to_string())?;
+            n_frames += 1;
+            if !rendered.wants_another_frame || n_frames == MAX_FRAMES {
+                let milliseconds = started.elapsed().as_secs_f64() * 1e3;
+                return Ok(Settled { rendered, n_frames, milliseconds });
+            }
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Everything the program says: results on the standard output, failures and progress on the
+//! standard error.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+use std::cell::OnceCell;
+use std::fmt::Display;
+use std::io::{self, IsTerminal as _, Write};
+use std::ops::ControlFlow;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+use tracing_subscriber::EnvFilter;
+
+/// Filter of the log, such as `debug` or `surfelshop_engine=trace`.
+const LOG_VARIABLE: &str = "SURFELSHOP_LOG";
+
+/// Sends the log to the standard error; by default only this program's own errors.
+///
+/// Graphics libraries note every driver they could not load as an error, which is no failure while
+/// another driver works, so they are silent unless asked for.
+pub(crate) fn start_log() {
+    let filter = EnvFilter::try_from_env(LOG_VARIABLE)
+        .unwrap_or_else(|_| EnvFilter::new("off,surfelshop=error"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
+}
+
+/// Prints a line of the result.
+pub(crate) fn line(text: impl Display) -> anyhow::Result<()> {
+    written(writeln!(io::stdout().lock(), "{text}"))
+}
+
+/// Prints one JSON object.
+pub(crate) fn json(value: &impl Serialize) -> anyhow::Result<()> {
+    let text = serde_json::to_string_pretty(value)?;
+    line(text)
+}
+
+/// A reader such as `head` that has seen enough closes the pipe, which is no failure.
+fn written(result: io::Result<()>) -> anyhow::Result<()> {
+    match result {
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => {
+            Err(anyhow::anyhow!("the standard output cannot be written: {error}"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Prints a line beside the result: a warning, or what went wrong with a part of the work.
+pub(crate) fn note(text: impl Display) {
+    let text = one_line(&text.to_string());
+    // With the standard error closed there is nobody left to tell.
+    drop(writeln!(io::stderr().lock(), "surfelshop: {text}"));
+}
+
+/// Says why the command failed.
+pub(crate) fn failed(error: &anyhow::Error) -> ExitCode {
+    note(format!("{error:#}"));
+    ExitCode::FAILURE
+}
+
+/// Answers a command line that names no command to run: help and version are results, all else is
+/// a mistake.
+pub(crate) fn not_understood(error: &clap::Error) -> ExitCode {
+    if !error.use_stderr() {
+        return match written(error.print()) {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(error) => failed(&error),
+        };
+    }
+    let text = error.to_string();
+    let text = text.strip_prefix("error: ").unwrap_or(&text);
+    drop(write!(io::stderr().lock(), "surfelshop: {text}"));
+    ExitCode::from(2)
+}
+
+/// Messages of compilers and drivers span lines; scripts read one.
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// Work shorter than this shows no progress bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// A progress bar on the terminal for work that takes longer than a moment.
+pub(crate) struct Progress {
+    what: String,
+    started: Instant,
+    bar: OnceCell<ProgressBar>,
+}
+
+impl Progress {
+    /// Starts to wait; `what` stands before the bar.
+    pub(crate) fn new(what: impl Into<String>) -> Self {
+        Self { what: what.into(), started: Instant::now(), bar: OnceCell::new() }
+    }
+
+    /// Tells how far the work is, in [0, 1].
+    pub(crate) fn tell(&self, fraction: f64) -> ControlFlow<()> {
+        if self.started.elapsed() > PATIENCE && io::stderr().is_terminal() {
+            let bar = self.bar.get_or_init(|| bar(&self.what));
+            bar.set_position((fraction.clamp(0.0, 1.0) * 1000.0) as u64);
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Some(bar) = self.bar.get() {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+fn bar(what: &str) -> ProgressBar {
+    let bar = ProgressBar::new(1000).with_message(what.to_owned());
+    match ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {eta} left") {
+        Ok(style) => bar.with_style(style.progress_chars("=> ")),
+        Err(_) => bar,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn failures_take_one_line() {
+        assert_eq!(one_line("a.wgsl:\n   expected `;`\n\t^ here\n"), "a.wgsl: expected `;` ^ here");
+    }
+
+    #[test]
+    fn closed_pipe_is_no_failure_and_full_disk_is() {
+        assert!(written(Err(io::ErrorKind::BrokenPipe.into())).is_ok());
+        assert!(written(Err(io::ErrorKind::StorageFull.into())).is_err());
+    }
+}

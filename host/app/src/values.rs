@@ -1,0 +1,285 @@
+//! Values of options as they are typed: each reader says what it expected.
+
+use glam::{DVec3, Vec3};
+use std::path::{Path, PathBuf};
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
+use surfelshop_api::{Light, Scene};
+use surfelshop_engine::picture::Background;
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size(pub(crate) [u32; 2]);
+
+impl Size {
+    /// Reads `640x480`, or `512` for a square.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, text));
+        let side = |text: &str| text.trim().parse().ok().filter(|side| *side > 0);
+        match (side(width), side(height)) {
+            (Some(width), Some(height)) => Ok(Self([width, height])),
+            _ => Err("expected width and height in pixels such as 640x480".to_owned()),
+        }
+    }
+}
+
+/// How a picture is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    /// What a screen shows, sRGB-encoded.
+    Png,
+    /// Linear floats in layers.
+    Exr,
+}
+
+/// A picture to write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct OutputFile {
+    /// The file.
+    pub(crate) path: PathBuf,
+    /// The format its ending names.
+    pub(crate) format: Format,
+}
+
+impl OutputFile {
+    /// Takes a path whose ending names a format.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let path = PathBuf::from(text);
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let format = match ending.as_deref() {
+            Some("png") => Format::Png,
+            Some("exr") => Format::Exr,
+            Some(other) => {
+                return Err(format!("expected a name ending in .png or .exr, found .{other}"));
+            }
+            None => {
+                return Err("expected a name ending in .png or .exr, found no ending".to_owned());
+            }
+        };
+        Ok(Self { path, format })
+    }
+
+    /// The path.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Reads the name of an output.
+pub(crate) fn output(text: &str) -> Result<Output, String> {
+    match text {
+        "color" | "colour" => Ok(Output::Color),
+        "depth" => Ok(Output::Depth),
+        "normal" => Ok(Output::Normal),
+        "albedo" => Ok(Output::Albedo),
+        "ao" => Ok(Output::Ao),
+        _ => match text.strip_prefix("debug.") {
+            Some(name) if !name.is_empty() => Ok(Output::Debug(name.to_owned())),
+            _ => Err("expected color, depth, normal, albedo, ao or debug.NAME".to_owned()),
+        },
+    }
+}
+
+/// Reads numbers separated by commas, all finite.
+pub(crate) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
+    let mut numbers = [0.0; N];
+    let mut parts = text.split(',');
+    for number in &mut numbers {
+        *number = parts.next()?.trim().parse().ok().filter(|number: &f64| number.is_finite())?;
+    }
+    parts.next().is_none().then_some(numbers)
+}
+
+/// A light as typed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LightSpec(pub(crate) Light);
+
+impl LightSpec {
+    /// Reads `camera` or `x,y,z`, either with `:r,g,b` behind.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let expected = || {
+            "expected `camera` or a direction x,y,z towards the light, with `:r,g,b` behind it \
+             for another radiance than 1,1,1"
+                .to_owned()
+        };
+        let (place, radiance) = match text.split_once(':') {
+            Some((place, radiance)) => {
+                let radiance = numbers::<3>(radiance).ok_or_else(expected)?;
+                if radiance.iter().any(|channel| *channel < 0.0) {
+                    return Err("expected a radiance of 0 or more".to_owned());
+                }
+                (place, DVec3::from(radiance).as_vec3())
+            }
+            None => (text, Vec3::ONE),
+        };
+        if place.trim() == "camera" {
+            let headlight = Scene::default().lights.into_iter().next();
+            let Some(Light::Directional { towards, .. }) = headlight else {
+                return Err(expected());
+            };
+            return Ok(Self(Light::Directional { towards, radiance, follows_camera: true }));
+        }
+        let towards = DVec3::from(numbers::<3>(place).ok_or_else(expected)?);
+        if towards.try_normalize().is_none() {
+            return Err("expected a direction, found 0,0,0".to_owned());
+        }
+        Ok(Self(Light::Directional { towards, radiance, follows_camera: false }))
+    }
+}
+
+/// What stands behind the cloud.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Backdrop(pub(crate) Background);
+
+impl Backdrop {
+    /// Reads a name or a colour.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let encoded = match text {
+            "transparent" => return Ok(Self(Background::Transparent)),
+            "white" => [1.0; 3],
+            "black" => [0.0; 3],
+            "gray" | "grey" => [0.5; 3],
+            _ => {
+                // Colours are typed everywhere as they are for parameters of renderers.
+                let color = ParamDecl { kind: ParamKind::Color, ..ParamDecl::default() };
+                match color.parse(text) {
+                    Ok(Value::Color(linear)) => linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))),
+                    _ => {
+                        let expected = color.expectation();
+                        return Err(format!(
+                            "expected transparent, white, black, gray or {expected}"
+                        ));
+                    }
+                }
+            }
+        };
+        Ok(Self(Background::Color(encoded)))
+    }
+}
+
+/// A parameter's value as typed, not yet checked against its declaration.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Setting {
+    /// The renderer it is meant for, where that was said.
+    pub(crate) unit: Option<String>,
+    /// The parameter's id.
+    pub(crate) id: String,
+    /// The value.
+    pub(crate) value: String,
+}
+
+impl Setting {
+    /// Reads `id=value` or `RENDERER:id=value`.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let expected = || "expected id=value or RENDERER:id=value".to_owned();
+        let (name, value) = text.split_once('=').ok_or_else(expected)?;
+        let (unit, id) = match name.rsplit_once(':') {
+            Some((unit, id)) => (Some(unit.trim().to_owned()), id.trim()),
+            None => (None, name.trim()),
+        };
+        if id.is_empty() || unit.as_ref().is_some_and(String::is_empty) {
+            return Err(expected());
+        }
+        Ok(Self { unit, id: id.to_owned(), value: value.trim().to_owned() })
+    }
+}
+
+/// A number inside a range.
+fn number(text: &str, expected: &str, allowed: impl Fn(f64) -> bool) -> Result<f64, String> {
+    let number = text.trim().parse().ok().filter(|number| allowed(*number));
+    number.ok_or_else(|| format!("expected {expected}"))
+}
+
+/// Reads an exposure. Beyond 60 stops either way, single precision shows black or white only.
+pub(crate) fn stops(text: &str) -> Result<f32, String> {
+    number(text, "a number of stops from -60 to 60", |n| (-60.0..=60.0).contains(&n))
+        .map(|n| n as f32)
+}
+
+/// Reads a factor on radii.
+pub(crate) fn factor(text: &str) -> Result<f32, String> {
+    number(text, "a factor above 0, at most 1000", |n| n > 1e-6 && n <= 1e3).map(|n| n as f32)
+}
+
+/// Reads a depth tolerance.
+pub(crate) fn depth_tolerance(text: &str) -> Result<f32, String> {
+    number(text, "a number of radii from 0 to 16", |n| (0.0..=16.0).contains(&n)).map(|n| n as f32)
+}
+
+/// Reads a field of view in degrees.
+pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
+    number(text, "an angle in degrees from 0.01 to 179", |n| (0.01..=179.0).contains(&n))
+}
+
+/// Reads an enlargement.
+pub(crate) fn zoom(text: &str) -> Result<f64, String> {
+    number(text, "a factor from 0.001 to 1000000", |n| (1e-3..=1e6).contains(&n))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_two_numbers_or_a_square() {
+        assert_eq!(Size::parse("640x480"), Ok(Size([640, 480])));
+        assert_eq!(Size::parse("512"), Ok(Size([512, 512])));
+        for wrong in ["", "x", "0x5", "5x0", "-5x5", "5x", "5x5x5", "1.5x2", "99999999999x1"] {
+            assert!(Size::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn endings_name_the_format_in_any_case() {
+        assert_eq!(OutputFile::parse("a.b/c.PNG").unwrap().format, Format::Png);
+        assert_eq!(OutputFile::parse("c.exr").unwrap().format, Format::Exr);
+        assert!(OutputFile::parse("c.jpg").unwrap_err().contains("found .jpg"));
+        assert!(OutputFile::parse("png").unwrap_err().contains("no ending"));
+    }
+
+    #[test]
+    fn lights_have_a_direction_and_maybe_a_radiance() {
+        let Light::Directional { towards, radiance, follows_camera } =
+            LightSpec::parse("-1,2, 3:0.5,0,2").unwrap().0;
+        assert_eq!((towards, radiance), (DVec3::new(-1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 2.0)));
+        assert!(!follows_camera);
+        assert_eq!(LightSpec::parse("camera").unwrap().0, Scene::default().lights[0]);
+        for wrong in ["", "0,0,0", "1,2", "1,2,3,4", "1,2,nan", "1,2,3:", "1,2,3:1,1,-1", "sun"] {
+            assert!(LightSpec::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn hexadecimal_backgrounds_stay_what_they_are() {
+        let Backdrop(Background::Color(color)) = Backdrop::parse("#336699").unwrap() else {
+            panic!("not a colour");
+        };
+        for (found, expected) in color.into_iter().zip([0.2, 0.4, 0.6]) {
+            // Decoding and encoding sRGB in f32.
+            assert!((found - expected).abs() < 1e-6);
+        }
+        assert_eq!(Backdrop::parse("transparent").unwrap().0, Background::Transparent);
+        assert!(Backdrop::parse("mauve").unwrap_err().contains("#rrggbb"));
+    }
+
+    #[test]
+    fn settings_may_name_their_renderer() {
+        let plain = Setting::parse("gain = 2").unwrap();
+        assert_eq!((plain.unit, plain.id.as_str(), plain.value.as_str()), (None, "gain", "2"));
+        let qualified = Setting::parse("org.example/flat:path=C:/a=b").unwrap();
+        assert_eq!(qualified.unit.as_deref(), Some("org.example/flat"));
+        assert_eq!((qualified.id.as_str(), qualified.value.as_str()), ("path", "C:/a=b"));
+        for wrong in ["gain", "=2", ":gain=2", "flat:=2"] {
+            assert!(Setting::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_refused() {
+        assert!(stops("-3").is_ok() && stops("nan").is_err() && stops("1e9").is_err());
+        assert!(factor("0.5").is_ok() && factor("0").is_err() && factor("inf").is_err());
+        assert!(field_of_view("35").is_ok() && field_of_view("180").is_err());
+        assert!(depth_tolerance("0").is_ok() && depth_tolerance("17").is_err());
+        assert!(zoom("2").is_ok() && zoom("-2").is_err());
+    }
+}
