@@ -1,0 +1,94 @@
+//! Work that need not be done is not done, by count.
+
+use glam::DVec3;
+use surfelshop_api::Scene;
+use surfelshop_api::graph::Output;
+use surfelshop_engine::{PassState, Rendered};
+use surfelshop_tests::{clouds, stage};
+
+const PHONG: (&str, &str) = ("surfelshop_ewa_phong", "ewa-phong");
+const FLAT: (&str, &str) = ("surfelshop_flat", "flat");
+
+fn ran(frame: &Rendered) -> Vec<&str> {
+    let passes = frame.passes.iter().filter(|pass| pass.state == PassState::Ran);
+    passes.map(|pass| pass.name.as_str()).collect()
+}
+
+#[test]
+fn unchanged_structure_recompiles_nothing() {
+    let mut engine = stage::engine();
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+    let mut at = |x: f64| {
+        let view = stage::view(DVec3::new(x, 0.0, 3.0), DVec3::ZERO, 32);
+        let outputs = [Output::Color];
+        stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
+            .unwrap();
+        engine.counters()
+    };
+    let first = at(0.0);
+    let moved = at(0.5);
+    assert!(first.compiled.pipelines > 0);
+    assert_eq!(first.compiled, moved.compiled);
+    assert_eq!(first.plans, moved.plans);
+    assert_eq!(first.uploads, moved.uploads);
+    assert_eq!(moved.surfaces.visibility, 2, "the camera moved, so the surface was made again");
+}
+
+#[test]
+fn depth_alone_runs_fewer_passes_than_color() {
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let run = |output: Output| {
+        let mut engine = stage::engine();
+        let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+        let outputs = [output];
+        let frame =
+            stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
+                .unwrap();
+        (frame, engine.counters().compiled.pipelines)
+    };
+    let (depth, depth_pipelines) = run(Output::Depth);
+    let (color, color_pipelines) = run(Output::Color);
+    assert!(ran(&depth).len() < ran(&color).len(), "{:?}\n{:?}", ran(&depth), ran(&color));
+    assert!(ran(&color).contains(&"phong") && !ran(&depth).contains(&"phong"));
+    let culled = depth.passes.iter().find(|pass| pass.name == "phong").unwrap();
+    assert_eq!(culled.state, PassState::Culled);
+    assert!(depth_pipelines < color_pipelines, "what does not run is not compiled");
+}
+
+#[test]
+fn two_renderers_over_one_view_share_its_surface() {
+    let mut engine = stage::engine();
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let mut renderers = [
+        stage::built_renderer(&engine, PHONG.0, PHONG.1),
+        stage::built_renderer(&engine, PHONG.0, PHONG.1),
+        stage::built_renderer(&engine, FLAT.0, FLAT.1),
+    ];
+    for renderer in &mut renderers {
+        let outputs = [Output::Color];
+        stage::render(&mut engine, renderer, &cloud, &Scene::default(), view, &outputs).unwrap();
+    }
+    let counters = engine.counters();
+    assert_eq!(counters.surfaces.visibility, 1, "all three look at the same surfels");
+    assert_eq!(counters.surfaces.blended, 1, "the two blending ones share the blended surface");
+    assert_eq!(counters.surfaces.nearest, 1);
+    assert_eq!(counters.uploads, 4, "position, normal, radius and color, once each");
+}
+
+#[test]
+fn changed_surface_settings_make_a_new_surface() {
+    let mut engine = stage::engine();
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let mut renderer = stage::built_renderer(&engine, FLAT.0, FLAT.1);
+    let mut scene = Scene::default();
+    for scale in [1.0, 0.5, 1.0] {
+        scene.surface.radius_scale = scale;
+        let outputs = [Output::Color];
+        stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+    }
+    assert_eq!(engine.counters().surfaces.visibility, 2, "the first one was kept");
+}
