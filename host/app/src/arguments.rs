@@ -112,12 +112,16 @@ pub(crate) struct RenderArguments {
 pub(crate) struct LensArguments {
     /// Where the camera stands: a preset, or position, target, up and field of view.
     ///
-    /// Presets frame the whole cloud: front (from +z), back, left (from -x), right, top (from +y),
-    /// bottom, three-quarter. Numbers are "px,py,pz; tx,ty,tz[; ux,uy,uz[; DEGREES]]" in world
-    /// space; up is 0,1,0 where it is left out.
+    /// Presets frame the whole cloud: front (from +z, or from -y with --up z), back, left (from
+    /// -x), right, top, bottom, three-quarter. Numbers are "px,py,pz; tx,ty,tz[; ux,uy,uz[;
+    /// DEGREES]]" in world space: position, target, up direction and vertical field of view.
     #[arg(long, value_name = "CAMERA", default_value = "three-quarter",
           value_parser = CameraSpec::parse, allow_hyphen_values = true)]
     pub(crate) camera: CameraSpec,
+    /// The axis that points upwards in the presets, and where --camera leaves up out; scans often
+    /// have z.
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
+    pub(crate) up: UpAxis,
     /// Vertical field of view in degrees [default: 35].
     #[arg(long, value_name = "DEGREES", value_parser = values::field_of_view)]
     pub(crate) fov: Option<f64>,
@@ -223,6 +227,16 @@ pub(crate) struct DemoArguments {
     pub(crate) device: DeviceArguments,
     #[command(flatten)]
     pub(crate) report: ReportArguments,
+}
+
+/// The axis that points upwards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum UpAxis {
+    /// As in modelling programs and in this one.
+    #[default]
+    Y,
+    /// As in surveying.
+    Z,
 }
 
 /// Graphics interfaces by name.

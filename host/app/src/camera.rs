@@ -1,6 +1,6 @@
 //! Where the camera stands: presets that frame the whole cloud, or a place typed in numbers.
 
-use crate::arguments::LensArguments;
+use crate::arguments::{LensArguments, UpAxis};
 use crate::values::{field_of_view, numbers};
 use glam::DVec3;
 use surfelshop_api::{Camera, Projection, View};
@@ -18,7 +18,7 @@ const MARGIN: f64 = 1.04;
 /// tiny near plane costs no precision and lets the camera go between surfels.
 const NEAR_SHARE: f64 = 1e-6;
 
-/// A camera as typed.
+/// A camera as typed; directions of presets are those of a cloud whose y axis points upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum CameraSpec {
     /// Looks along a direction and frames the cloud.
@@ -34,8 +34,8 @@ pub(crate) enum CameraSpec {
         eye: DVec3,
         /// What is in the middle of the picture, world space.
         target: DVec3,
-        /// What appears upwards.
-        up: DVec3,
+        /// What appears upwards, where given.
+        up: Option<DVec3>,
         /// Vertical field of view in degrees, where given.
         fov_deg: Option<f64>,
     },
@@ -64,12 +64,12 @@ impl CameraSpec {
         }
         let eye = vector("position", parts[0])?;
         let target = vector("target", parts[1])?;
-        let up = parts.get(2).map_or(Ok(DVec3::Y), |part| vector("up direction", part))?;
+        let up = parts.get(2).map(|part| vector("up direction", part)).transpose()?;
         let fov_deg = parts.get(3).map(|part| field_of_view(part)).transpose()?;
         if (target - eye).try_normalize().is_none() {
             return Err("expected a target apart from the position, found both equal".to_owned());
         }
-        if up.try_normalize().is_none() {
+        if up.is_some_and(|up| up.try_normalize().is_none()) {
             return Err("expected a direction for up, found 0,0,0".to_owned());
         }
         Ok(Self::Placed { eye, target, up, fov_deg })
@@ -135,11 +135,13 @@ pub(crate) fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> 
         CameraSpec::Preset { towards_camera, up } => {
             // The sphere touches the cone of the smaller side at the sine of its half angle.
             let distance = framed / (half_tangent * smaller_side).atan().sin();
-            let towards = towards_camera.normalize_or(DVec3::Z);
+            let towards = turned(lens.up, towards_camera).normalize_or(DVec3::Z);
+            let up = turned(lens.up, up);
             let eye = extent.center + towards * distance;
             (eye, extent.center, up, framed / smaller_side)
         }
         CameraSpec::Placed { eye, target, up, .. } => {
+            let up = up.unwrap_or_else(|| turned(lens.up, DVec3::Y));
             (eye, target, up, eye.distance(target) * half_tangent)
         }
     };
@@ -151,6 +153,15 @@ pub(crate) fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> 
     let camera = Camera { eye, target, up, projection };
     let [near, far] = depth_range(&camera, extent);
     View { camera, size_px, near, far }
+}
+
+/// A direction of a cloud whose y axis points upwards, in one whose `up` axis does: turned about
+/// the x axis.
+fn turned(up: UpAxis, direction: DVec3) -> DVec3 {
+    match up {
+        UpAxis::Y => direction,
+        UpAxis::Z => DVec3::new(direction.x, -direction.z, direction.y),
+    }
 }
 
 /// Distances of the near and far plane that hold the whole extent.
@@ -173,7 +184,7 @@ mod tests {
 
     fn lens(camera: &str) -> LensArguments {
         let camera = CameraSpec::parse(camera).unwrap();
-        LensArguments { camera, fov: None, orthographic: false, zoom: 1.0 }
+        LensArguments { camera, up: UpAxis::Y, fov: None, orthographic: false, zoom: 1.0 }
     }
 
     const PRESETS: [&str; 7] = ["front", "back", "left", "right", "top", "bottom", "three-quarter"];
@@ -261,6 +272,14 @@ mod tests {
         let view = super::view(&parallel, &Extent::new(DVec3::ZERO, 1.0), [64, 64]);
         // What is at the target keeps its size: 3 units away, a half angle of 45 degrees.
         assert!((view.half_extent()[1] - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn clouds_with_z_upwards_are_seen_from_minus_y() {
+        let extent = Extent::new(DVec3::ZERO, 1.0);
+        let view = view(&LensArguments { up: UpAxis::Z, ..lens("front") }, &extent, [64, 64]);
+        assert!((view.camera.forward() - DVec3::Y).length() < 1e-12);
+        assert_eq!(view.camera.up, DVec3::Z);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use crate::camera::Extent;
 use crate::terminal::Progress;
+use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
@@ -30,30 +31,30 @@ impl Clouds {
 
     /// A sphere around all surfels whose radii are scaled by a factor, for framing.
     ///
-    /// Its centre is that of the bounds, which moves little when surfels are added; its radius is
-    /// that of the farthest surfel, which is less than the bounds' diagonal would give.
+    /// Its centre is that of the bounds, which moves little when surfels are added; it reaches to
+    /// the farthest edge of a surfel, which is nearer than the corner of the bounds.
     pub(crate) fn extent(&self, radius_scale: f32) -> Extent {
         let center = 0.5 * (self.facts.bounds_min + self.facts.bounds_max);
-        let mut farthest = 0.0f64;
-        let mut largest = 0.0f32;
-        for Loaded { cloud, .. } in &self.loaded {
-            let center_in_cloud = center - cloud.origin();
-            let squared = cloud
-                .positions()
-                .iter()
-                .map(|offset| (offset.as_dvec3() - center_in_cloud).length_squared())
-                .fold(0.0, f64::max);
-            farthest = farthest.max(squared.sqrt());
-            largest = largest.max(largest_radius(cloud));
-        }
-        Extent::new(center, farthest + f64::from(largest) * f64::from(radius_scale))
+        let clouds = self.loaded.iter().map(|loaded| &loaded.cloud);
+        let reach = clouds.map(|cloud| reach(cloud, center, f64::from(radius_scale)));
+        Extent::new(center, reach.fold(0.0, f64::max))
     }
 }
 
-fn largest_radius(cloud: &Cloud) -> f32 {
-    let radii = cloud.radii().iter().copied();
-    let tangents = [TANGENT_U, TANGENT_V].into_iter().flat_map(|name| cloud.vectors(name));
-    radii.chain(tangents.map(|tangent| tangent.length())).fold(0.0, f32::max)
+/// Distance from a point in world space to the farthest edge of a surfel.
+fn reach(cloud: &Cloud, from: DVec3, radius_scale: f64) -> f64 {
+    let from = from - cloud.origin();
+    let radii = cloud.radii();
+    let tangents = [TANGENT_U, TANGENT_V].map(|name| cloud.vectors(name));
+    let radius = |i: usize| {
+        let tangents = tangents.iter().filter_map(|vectors| vectors.get(i));
+        let longest = tangents.map(|tangent| tangent.length()).fold(0.0, f32::max);
+        longest.max(radii.get(i).copied().unwrap_or(0.0))
+    };
+    let edge = |(i, offset): (usize, &Vec3)| {
+        (offset.as_dvec3() - from).length() + f64::from(radius(i)) * radius_scale
+    };
+    cloud.positions().iter().enumerate().map(edge).fold(0.0, f64::max)
 }
 
 /// Reads one file, with a progress bar where it takes long.
@@ -94,7 +95,6 @@ fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     fn facts(n_surfels: u64, at: f64, columns: &[&str]) -> CloudFacts {
         CloudFacts {

@@ -1,6 +1,6 @@
 //! `surfelshop demo`: the sample cloud by every renderer.
 
-use crate::arguments::{Bits, DemoArguments, LensArguments};
+use crate::arguments::{Bits, DemoArguments, LensArguments, UpAxis};
 use crate::camera::CameraSpec;
 use crate::clouds::Clouds;
 use crate::render::{write_exr, write_png};
@@ -138,9 +138,15 @@ impl Stage<'_> {
 
     fn views(&self) -> [(&'static str, View); 2] {
         let extent = self.clouds.extent(self.scene.surface.radius_scale);
-        let lens = |camera, zoom| LensArguments { camera, fov: None, orthographic: false, zoom };
+        let lens = |camera, zoom| LensArguments {
+            camera,
+            up: UpAxis::Y,
+            fov: None,
+            orthographic: false,
+            zoom,
+        };
         [
-            ("three-quarter", lens(CameraSpec::three_quarter(), 1.15)),
+            ("three-quarter", lens(CameraSpec::three_quarter(), 1.0)),
             ("close", lens(CameraSpec::front(), 2.2)),
         ]
         .map(|(name, lens)| (name, camera::view(&lens, &extent, self.arguments.size.0)))

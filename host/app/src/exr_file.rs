@@ -1,4 +1,4 @@
-//! OpenEXR files: linear 32-bit floats, several outputs in one file.
+//! EXR files: linear 32-bit floats, several outputs in one file.
 
 use crate::pictures::four_components;
 use exr::prelude::{
@@ -18,8 +18,11 @@ pub(crate) fn exr(images: &[&(Output, Image)]) -> anyhow::Result<Vec<u8>> {
     let Some((_, first)) = images.first().copied() else { anyhow::bail!("no output to write") };
     let size = (first.width as usize, first.height as usize);
     let channels = images.iter().flat_map(|(output, image)| channels(output, image));
-    let mut attributes = LayerAttributes::default();
-    attributes.software_name = Text::new_or_none(concat!("surfelshop ", env!("CARGO_PKG_VERSION")));
+    let software = concat!("surfelshop ", env!("CARGO_PKG_VERSION"));
+    let attributes = LayerAttributes {
+        software_name: Text::new_or_none(software),
+        ..LayerAttributes::default()
+    };
     let layer = Layer::new(
         size,
         attributes,

@@ -83,8 +83,9 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
     let facts = cloud.facts();
     if !cloud.is_empty() {
         let size = facts.bounds_max - facts.bounds_min;
+        let longest = size.max_element();
         let [low, high, size] = [facts.bounds_min, facts.bounds_max, size]
-            .map(|v| v.to_array().map(|number| shortened(number)).join(" "));
+            .map(|v| v.to_array().map(|number| shortened(number, longest)).join(" "));
         row("bounds", format!("{low} to {high}, size {size}"))?;
     }
     row("origin", summary.origin.map(|number| number.to_string()).join(" "))?;
@@ -130,10 +131,15 @@ fn counted(counts: &[(u64, &str)]) -> String {
     if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
 }
 
-/// A coordinate to about nine significant digits: more than f32 offsets hold.
-fn shortened(number: f64) -> String {
-    let rounded: f64 = format!("{number:.8e}").parse().unwrap_or(number);
-    rounded.to_string()
+/// A coordinate with as many decimals as matter for something of this size: seven digits, about
+/// what f32 offsets hold.
+fn shortened(number: f64, size: f64) -> String {
+    let decimals = 7.0 - size.log10().ceil();
+    let decimals = if decimals.is_finite() { decimals.clamp(0.0, 15.0) as usize } else { 6 };
+    let text = format!("{number:.decimals$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 fn size_in_words(bytes: u64) -> String {
@@ -160,8 +166,10 @@ mod tests {
 
     #[test]
     fn coordinates_are_short_and_keep_their_digits() {
-        assert_eq!(shortened(0.1 + 0.2), "0.3");
-        assert_eq!(shortened(-4_512_345.678), "-4512345.68");
-        assert_eq!(shortened(0.0), "0");
+        assert_eq!(shortened(0.1 + 0.2, 1.8), "0.3");
+        assert_eq!(shortened(-4_512_345.678, 20.0), "-4512345.678");
+        assert_eq!(shortened(-8.4e-25, 2.0), "0");
+        assert_eq!(shortened(100.0, 0.0), "100");
+        assert_eq!(shortened(1.25e9, 3e9), "1250000000");
     }
 }

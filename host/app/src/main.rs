@@ -32,7 +32,7 @@ fn main() -> ExitCode {
         Err(error) => return terminal::not_understood(&error),
     };
     let done = match cli.command {
-        Some(Command::Render(arguments)) => render::run(*arguments),
+        Some(Command::Render(arguments)) => render::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),

@@ -4,9 +4,10 @@ use crate::arguments::{Bits, RenderArguments, ToneMapChoice};
 use crate::clouds::Clouds;
 use crate::report::Written;
 use crate::studio::{self, Studio};
-use crate::values::Format;
+use crate::values::{Format, OutputFile};
 use crate::{camera, exr_file, files, pictures, report, terminal};
 use anyhow::Context as _;
+use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
@@ -18,79 +19,84 @@ use surfelshop_engine::{RenderRequest, Rendered};
 /// What an EXR file holds unless one output was asked for.
 const EXR_LAYERS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
 
+/// Milliseconds of wall clock.
+#[derive(Default, Serialize)]
+struct Timings {
+    /// Plugin and device.
+    open_ms: f64,
+    load_ms: f64,
+    /// All frames, compilation included.
+    render_ms: f64,
+    write_ms: f64,
+}
+
 /// Runs the command.
-pub(crate) fn run(arguments: RenderArguments) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
+    let mut timings = Timings::default();
     let started = Instant::now();
     // What can fail at once is tried before a large cloud is read.
     for file in &arguments.out {
         files::check_folder(file.path())?;
     }
-    let scene = scene(&arguments)?;
+    let scene = scene(arguments)?;
     let registry = studio::registry(&arguments.plugins.plugin);
     registry.find(UnitKind::Renderer, &arguments.renderer)?;
     let mut studio = Studio::open(&arguments.device)?;
     let mut chosen = studio.choose(&registry, &arguments.renderer, &arguments.set)?;
-    let open_ms = since(started);
+    timings.open_ms = since(started);
 
     let started = Instant::now();
     let clouds = Clouds::read(&arguments.files)?;
-    let load_ms = since(started);
+    timings.load_ms = since(started);
 
     let extent = clouds.extent(scene.surface.radius_scale);
     let view = camera::view(&arguments.lens, &extent, arguments.size.0);
     let values = chosen.values.clone();
-    let settled = studio.settle(
-        &mut chosen,
-        &RenderRequest {
-            clouds: &clouds.views(),
-            facts: &clouds.facts,
-            scene: &scene,
-            view,
-            values: &values,
-            outputs: &wanted(&arguments),
-            frame_index: 0,
-        },
-    )?;
+    let request = RenderRequest {
+        clouds: &clouds.views(),
+        facts: &clouds.facts,
+        scene: &scene,
+        view,
+        values: &values,
+        outputs: &wanted(arguments),
+        frame_index: 0,
+    };
+    let settled = studio.settle(&mut chosen, &request)?;
+    timings.render_ms = settled.milliseconds;
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
-    let how = development(&arguments);
-    let shown = arguments.output.clone().unwrap_or(Output::Color);
-    let mut written = Vec::new();
-    for file in &arguments.out {
-        let images = &settled.rendered;
-        let file = match file.format {
-            Format::Png => write_png(file.path(), &shown, images, &how, arguments.bits)?,
-            Format::Exr => write_exr(file.path(), arguments.output.as_ref(), images)?,
-        };
-        if !arguments.report.json {
-            terminal::line(file.line(&studio, &chosen, &settled))?;
-        }
-        written.push(file);
-    }
+    let written = write_all(arguments, &settled.rendered)?;
+    timings.write_ms = since(started);
     if !arguments.report.json {
-        return Ok(());
+        let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
+        return written.iter().try_for_each(line);
     }
-    let summaries: Vec<_> = clouds.loaded.iter().map(|loaded| &loaded.summary).collect();
     terminal::json(&json!({
         "command": "render",
         "version": env!("CARGO_PKG_VERSION"),
         "files": written,
-        "clouds": summaries,
+        "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
         "facts": clouds.facts,
         "scene": scene,
         "renderer": report::renderer(&chosen),
         "adapter": report::adapter(&studio),
         "frame": report::frame(&settled, &view),
         "pixels_not_finite": n_not_finite,
-        "timings": {
-            "open_ms": open_ms,
-            "load_ms": load_ms,
-            "render_ms": settled.milliseconds,
-            "write_ms": since(started),
-        },
+        "timings": timings,
         "counters": studio.engine.counters(),
     }))
+}
+
+/// Writes every file asked for.
+fn write_all(arguments: &RenderArguments, rendered: &Rendered) -> anyhow::Result<Vec<Written>> {
+    let how = development(arguments);
+    let shown = arguments.output.clone().unwrap_or(Output::Color);
+    let write = |file: &OutputFile| match file.format {
+        Format::Png => write_png(file.path(), &shown, rendered, &how, arguments.bits),
+        Format::Exr => write_exr(file.path(), arguments.output.as_ref(), rendered),
+    };
+    arguments.out.iter().map(write).collect()
 }
 
 fn since(started: Instant) -> f64 {
