@@ -1,0 +1,54 @@
+//! Machines without Vulkan, and without any graphics.
+
+use crate::program::{Desk, facing_front};
+
+/// A machine without a Vulkan driver.
+fn without_vulkan() -> Desk {
+    let desk = Desk::new().with("VK_DRIVER_FILES", "/nonexistent");
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    desk
+}
+
+/// A machine without any graphics driver.
+fn without_graphics() -> Desk {
+    without_vulkan().with("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent")
+}
+
+#[test]
+fn commands_that_draw_nothing_need_no_adapter() {
+    let desk = without_graphics();
+    desk.run("--help").done();
+    desk.run("plugins").done();
+    desk.run("info one.ply").done();
+    desk.run("convert one.ply two.ply").done();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_any_adapter_render_says_what_to_install() {
+    let desk = without_graphics();
+    let ended = desk.run("render one.ply -o a.png");
+    ended.failed(&["no graphics adapter", "install", "mesa-vulkan-drivers"]);
+    assert_eq!(desk.files(), ["one.ply"]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn without_vulkan_render_uses_opengl() {
+    let desk = without_vulkan();
+    let report = desk.run("render one.ply -o a.png --size 32 --camera front --json").json();
+    assert_eq!(report["adapter"]["backend"], "gl");
+    assert!(report["adapter"]["description"].as_str().unwrap().contains("OpenGL"), "{report}");
+    assert_eq!(report["pixels_not_finite"], 0);
+    let picture = crate::program::read_png(&desk.at("a.png"));
+    assert_eq!(picture.get_pixel(16, 16)[3], 255);
+    assert_eq!(picture.get_pixel(0, 0)[3], 0);
+}
+
+#[test]
+fn adapters_that_do_not_exist_are_named_with_those_that_do() {
+    let desk = Desk::new();
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    let ended = desk.run("render one.ply -o a.png --adapter imaginary");
+    ended.failed(&["`imaginary`", "there are: "]);
+}
