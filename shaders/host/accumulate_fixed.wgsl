@@ -4,8 +4,7 @@
 // Follows the same rule as the drawn quads: a surfel counts where its disc, brought nearer by the
 // depth tolerance, is not behind the nearest surfel, and is seen from the same side.
 
-var nearest_depth: texture_depth_2d;
-var nearest_index: texture_2d<u32>;
+var nearest: texture_2d<u32>;
 // Eight sums a pixel: normal x y z, weight, albedo r g b, accessibility.
 var<storage, read_write> sums: array<atomic<i32>>;
 
@@ -16,9 +15,9 @@ const SCALE = 262144.0;
 const SATURATED = 1073741824;
 // Albedos above this are clamped in this path, so that their sums stay inside 32 bits.
 const MAX_ALBEDO = 1.9;
-// Depths of the nearest stage come from interpolation, these from the plane equation: both are
-// good to a few units in the last place.
-const DEPTH_SLACK = 1.00001;
+// Distances of the nearest stage come from interpolation, these from the plane equation: both
+// are good to a few units in the last place.
+const SLACK = 1.00001;
 
 // Pixels that a sphere around the disc may cover, as first and behind-last.
 fn pixel_box(disc: Disc) -> vec4<i32> {
@@ -83,12 +82,9 @@ fn accumulate(
             if !(r2 <= 1.0) {
                 continue;
             }
-            var clip = view::view.clip_from_view * vec4(0.0, 0.0, -distance, 1.0);
-            let depth = brought_nearer(clip.z, disc) / clip.w;
-            if depth * DEPTH_SLACK < textureLoad(nearest_depth, pixel, 0) {
-                continue;
-            }
-            if textureLoad(nearest_index, pixel, 0).x >> BACK_BIT != disc.back {
+            let winner = textureLoad(nearest, pixel, 0).xy;
+            let behind = distance_brought_nearer(distance, disc) > bitcast<f32>(winner.y) * SLACK;
+            if behind || winner.x >> BACK_BIT != disc.back {
                 continue;
             }
             add(u32(x) + u32(y) * u32(view::view.size_px.x), splat_weight(r2), disc, albedo, access);

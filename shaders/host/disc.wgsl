@@ -112,7 +112,9 @@ fn load_disc(i: u32) -> Disc {
     return Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front));
 }
 
-// In the index texture the highest bit says that the nearest surfel is seen from behind.
+// The texture of the nearest surfels holds, for each pixel, the surfel's number and the bits of its
+// distance along the viewing axis; both are 0 where nothing is. The number's highest bit says that
+// the surfel is seen from behind.
 const BACK_BIT = 31u;
 const INDEX_MASK = 0x7fffffffu;
 
@@ -127,15 +129,29 @@ fn splat_weight(r2: f32) -> f32 {
 // lies this much before `near`.
 const MAX_PULL = 2.0;
 
-// Clip-space z of a surfel brought nearer by the depth tolerance, along its view rays, for the
-// stage that adds up: its pixels stay the same, only their depth moves.
+// The factor by which the stage that adds up brings a surfel nearer in central projection: the
+// depth tolerance along the view ray, as a fraction of the distance.
+fn pull_of(disc: Disc) -> f32 {
+    let slack = chunk.tolerance * disc.reach;
+    let distance = max(length(disc.center), slack);
+    return min(distance / max(distance - slack, distance / MAX_PULL), MAX_PULL);
+}
+
+// Clip-space z of a surfel brought nearer by the depth tolerance, along its view rays: its pixels
+// stay the same, only their depth moves.
 //
 // For central projection depth is z / distance, so a factor on z is a factor on the distance.
-fn brought_nearer(z: f32, disc: Disc) -> f32 {
-    let slack = chunk.tolerance * disc.reach;
+fn clip_z_brought_nearer(z: f32, disc: Disc) -> f32 {
     if view::view.orthographic == 1u {
-        return z + slack * view::view.clip_from_view[2].z;
+        return z + chunk.tolerance * disc.reach * view::view.clip_from_view[2].z;
     }
-    let distance = max(length(disc.center), slack);
-    return z * min(distance / max(distance - slack, distance / MAX_PULL), MAX_PULL);
+    return z * pull_of(disc);
+}
+
+// The same for a distance along the viewing axis.
+fn distance_brought_nearer(distance: f32, disc: Disc) -> f32 {
+    if view::view.orthographic == 1u {
+        return distance - chunk.tolerance * disc.reach;
+    }
+    return distance / pull_of(disc);
 }

@@ -7,8 +7,7 @@
 // Source: Zwicker et al. 2001 (visibility, then blending), Botsch & Kobbelt 2003 (object-space
 // quads); erratum B3 and B6 of Botsch et al. 2004 for why not a screen-space box.
 
-var nearest_index: texture_2d<u32>;
-var nearest_depth: texture_depth_2d;
+var nearest: texture_2d<u32>;
 
 // The quad's corner, in units of the half axes.
 fn corner_of(vertex: u32) -> vec2<f32> {
@@ -27,6 +26,9 @@ struct Nearest {
     @builtin(position) @invariant clip: vec4<f32>,
     @location(0) corner: vec2<f32>,
     @location(1) @interpolate(flat) surfel: u32,
+#ifdef EXPLICIT_DEPTH
+    @location(2) distance: f32,
+#endif
 }
 
 @vertex
@@ -37,17 +39,41 @@ fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32
     out.clip = select(NOWHERE, project(disc, corner), disc.visible);
     out.corner = corner;
     out.surfel = (chunk.first + i) | (disc.back << BACK_BIT);
+#ifdef EXPLICIT_DEPTH
+    out.distance = -(disc.center + corner.x * disc.axis_u + corner.y * disc.axis_v).z;
+#endif
     return out;
 }
 
+struct Winner {
+    // Number and bits of the distance, see disc.wgsl.
+    @location(0) number_distance: vec2<u32>,
+#ifdef EXPLICIT_DEPTH
+    @builtin(frag_depth) depth: f32,
+#endif
+}
+
 @fragment
-fn nearest_fragment(in: Nearest) -> @location(0) u32 {
+fn nearest_fragment(in: Nearest) -> Winner {
+#ifdef EXPLICIT_DEPTH
+    // OpenGL maps depth to [-1, 1] and back, which leaves nothing of the small values of a
+    // reversed depth; it is written here instead.
+    let distance = in.distance;
+#else
+    let distance = view::distance_from_depth(in.clip.z);
+#endif
     // The projection's own near plane lies before `near`, so that the depth tolerance of the
     // second stage has room; what lies between is left out here.
-    if dot(in.corner, in.corner) > 1.0 || view::distance_from_depth(in.clip.z) < view::view.near {
+    if dot(in.corner, in.corner) > 1.0 || distance < view::view.near {
         discard;
     }
-    return in.surfel;
+    var out: Winner;
+    out.number_distance = vec2(in.surfel, bitcast<u32>(distance));
+#ifdef EXPLICIT_DEPTH
+    let clip = view::view.clip_from_view * vec4(0.0, 0.0, -distance, 1.0);
+    out.depth = clip.z / clip.w;
+#endif
+    return out;
 }
 
 struct Blended {
@@ -63,7 +89,7 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32
     let disc = load_disc(i);
     let corner = corner_of(v);
     var clip = project(disc, corner);
-    clip.z = brought_nearer(clip.z, disc);
+    clip.z = clip_z_brought_nearer(clip.z, disc);
     var out: Blended;
     out.clip = select(NOWHERE, clip, disc.visible);
     out.corner = corner;
@@ -87,7 +113,7 @@ fn blended_fragment(in: Blended) -> Sums {
     if r2 > 1.0 {
         discard;
     }
-    if textureLoad(nearest_index, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != in.back {
+    if textureLoad(nearest, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != in.back {
         discard;
     }
     let w = splat_weight(r2);
@@ -98,12 +124,13 @@ fn blended_fragment(in: Blended) -> Sums {
 @fragment
 fn lookup_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<u32>(p.xy);
-    let surfel = textureLoad(nearest_index, pixel, 0).x & INDEX_MASK;
+    let winner = textureLoad(nearest, pixel, 0).xy;
+    let surfel = winner.x & INDEX_MASK;
     if surfel < chunk.first || surfel >= chunk.first + chunk.count {
         discard;
     }
     let i = surfel - chunk.first;
     let disc = load_disc(i);
-    let depth = view::distance_from_depth(textureLoad(nearest_depth, pixel, 0));
-    return packing::pack_surface(depth, disc.normal, load_albedo(i), load_ao(i));
+    let distance = bitcast<f32>(winner.y);
+    return packing::pack_surface(distance, disc.normal, load_albedo(i), load_ao(i));
 }

@@ -4,15 +4,15 @@
 #import surfelshop::packing
 #import surfelshop::surface
 
-var nearest_depth: texture_depth_2d;
+// Number and distance of the nearest surfels, see disc.wgsl.
+var nearest: texture_2d<u32>;
 var sum_normal_weight: texture_2d<f32>;
 var sum_albedo_ao: texture_2d<f32>;
 // The same sums in fixed point, eight a pixel.
 var<storage, read> fixed_sums: array<i32>;
 
 // The surface of a pixel from its sums: divides by the weight.
-fn resolved(p: vec4<f32>, depth: f32, sums: vec4<f32>, albedo_ao: vec4<f32>) -> vec4<u32> {
-    let distance = view::distance_from_depth(depth);
+fn resolved(p: vec4<f32>, distance: f32, sums: vec4<f32>, albedo_ao: vec4<f32>) -> vec4<u32> {
     let rest = albedo_ao / sums.w;
     // Normals of a fold can cancel; the direction to the eye then stands in. A mean shorter than
     // 1e-4 carries no direction that rounding has not made.
@@ -32,7 +32,7 @@ fn resolved(p: vec4<f32>, depth: f32, sums: vec4<f32>, albedo_ao: vec4<f32>) -> 
 @fragment
 fn resolve(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<u32>(p.xy);
-    let depth = textureLoad(nearest_depth, pixel, 0);
+    let depth = bitcast<f32>(textureLoad(nearest, pixel, 0).y);
     let sums = textureLoad(sum_normal_weight, pixel, 0);
     if depth <= 0.0 || sums.w <= 0.0 {
         return vec4(0u);
@@ -45,7 +45,7 @@ fn resolve(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
 @fragment
 fn resolve_fixed(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<u32>(p.xy);
-    let depth = textureLoad(nearest_depth, pixel, 0);
+    let depth = bitcast<f32>(textureLoad(nearest, pixel, 0).y);
     let at = 8u * (pixel.x + pixel.y * u32(view::view.size_px.x));
     let weight = fixed_sums[at + 3u];
     if depth <= 0.0 || weight <= 0 {
@@ -57,31 +57,52 @@ fn resolve_fixed(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     return resolved(p, depth, sums, vec4<f32>(vec4(a, fixed_sums[at + 7u])));
 }
 
-@fragment
-fn depth_only(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {
-    let depth = textureLoad(nearest_depth, vec2<u32>(p.xy), 0);
-    if depth <= 0.0 {
-        return vec4(0.0);
+// One value of the surface as a picture. These are compute entry points because not every device
+// can draw into 32-bit float textures.
+var picture: texture_storage_2d<rgba32float, write>;
+
+fn show(pixel: vec2<u32>, covered: bool, value: vec3<f32>) {
+    textureStore(picture, pixel, select(vec4(0.0), vec4(value, 1.0), covered));
+}
+
+fn outside(pixel: vec2<u32>) -> bool {
+    return any(pixel >= textureDimensions(picture));
+}
+
+@compute @workgroup_size(8, 8)
+fn depth_only(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id.xy) {
+        return;
     }
-    return vec4(view::distance_from_depth(depth), 0.0, 0.0, 1.0);
+    let depth = bitcast<f32>(textureLoad(nearest, id.xy, 0).y);
+    show(id.xy, depth > 0.0, vec3(depth, 0.0, 0.0));
 }
 
-@fragment
-fn normal_only(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {
-    let s = surface::surface_at(vec2<u32>(p.xy));
-    return select(vec4(0.0), vec4(s.normal, 1.0), s.covered);
+@compute @workgroup_size(8, 8)
+fn normal_only(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id.xy) {
+        return;
+    }
+    let s = surface::surface_at(id.xy);
+    show(id.xy, s.covered, s.normal);
 }
 
-@fragment
-fn albedo_only(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {
-    let s = surface::surface_at(vec2<u32>(p.xy));
-    return select(vec4(0.0), vec4(s.albedo, 1.0), s.covered);
+@compute @workgroup_size(8, 8)
+fn albedo_only(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id.xy) {
+        return;
+    }
+    let s = surface::surface_at(id.xy);
+    show(id.xy, s.covered, s.albedo);
 }
 
-@fragment
-fn ao_only(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {
-    let s = surface::surface_at(vec2<u32>(p.xy));
-    return select(vec4(0.0), vec4(s.ao, s.ao, s.ao, 1.0), s.covered);
+@compute @workgroup_size(8, 8)
+fn ao_only(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id.xy) {
+        return;
+    }
+    let s = surface::surface_at(id.xy);
+    show(id.xy, s.covered, vec3(s.ao));
 }
 
 @vertex

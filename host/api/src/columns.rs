@@ -23,6 +23,9 @@ pub const AO: &str = "ao";
 /// Index into the scene's material table: one `u32`.
 pub const MATERIAL: &str = "material";
 
+/// Linear Rec. 709 albedo of clouds without colours: a grey that leaves room for highlights.
+pub const NEUTRAL_ALBEDO: [f32; 3] = [0.5; 3];
+
 /// The type of a column's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[repr(u32)]

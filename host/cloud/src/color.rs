@@ -2,32 +2,21 @@ use crate::buffer::Buffer;
 use crate::cloud::Cloud;
 use rayon::prelude::*;
 use std::sync::OnceLock;
-use surfelshop_api::columns::COLOR;
-
-/// The linear albedo of surfels whose file gives no colour: a light stone that shows shading well
-/// and neither clips under bright lights nor disappears in shadow.
-pub const NEUTRAL_ALBEDO: [f32; 3] = [0.5; 3];
-
-/// Linear value of an sRGB-encoded one in [0, 1].
-///
-/// Source: IEC 61966-2-1, the two-part curve.
-fn decode_srgb(encoded: f64) -> f32 {
-    let linear =
-        if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) };
-    linear as f32
-}
+use surfelshop_api::columns::{COLOR, NEUTRAL_ALBEDO};
+use surfelshop_api::params::srgb_to_linear;
 
 /// Linear values of all 8-bit codes.
 fn table_u8() -> &'static [f32; 256] {
     static TABLE: OnceLock<[f32; 256]> = OnceLock::new();
-    TABLE.get_or_init(|| std::array::from_fn(|code| decode_srgb(code as f64 / 255.0)))
+    TABLE.get_or_init(|| std::array::from_fn(|code| srgb_to_linear(code as f32 / 255.0)))
 }
 
 /// Linear values of all 16-bit codes.
 fn table_u16() -> &'static [f32] {
     static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    TABLE
-        .get_or_init(|| (0..=u16::MAX).map(|code| decode_srgb(f64::from(code) / 65535.0)).collect())
+    TABLE.get_or_init(|| {
+        (0..=u16::MAX).map(|code| srgb_to_linear(f32::from(code) / 65535.0)).collect()
+    })
 }
 
 /// Whether a linear colour can be shaded with.

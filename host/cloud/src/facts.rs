@@ -1,9 +1,9 @@
 use crate::buffer::with_vec;
 use crate::cloud::Cloud;
-use crate::color::NEUTRAL_ALBEDO;
 use glam::DVec3;
 use surfelshop_api::CloudFacts;
 use surfelshop_api::columns::COLOR;
+use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_geometry::Bounds;
 
 /// What can be said of a cloud as a whole.

@@ -31,10 +31,10 @@ mod write;
 
 pub use buffer::Buffer;
 pub use cloud::Cloud;
-pub use color::NEUTRAL_ALBEDO;
 pub use column::Column;
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
 pub use read::{Loaded, ReadOptions, read};
 pub use summary::{ColorCounts, NormalCounts, RadiusCounts, Summary};
+pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::Progress;
 pub use write::{WriteOptions, write};

@@ -2,9 +2,8 @@
 
 use crate::gpu::Gpu;
 use crate::run::{
-    Attachment, CompileCounts, Draw, DrawKind, Frame, HOST_SURFACE, HOST_VIEW, Image, PassReport,
-    Pending, Pipelines, Plan, Recorder, RenderError, Resources, Stage, bind, checked, copy,
-    execute, needed, touched,
+    CompileCounts, Frame, HOST_SURFACE, HOST_VIEW, Image, PassReport, Pending, Pipelines, Plan,
+    Recorder, RenderError, Resources, Stage, bind, checked, copy, execute, needed, touched,
 };
 use crate::surfels::{
     Columns, DrawnCloud, RESOLVE, Surface, SurfaceCounts, SurfaceInput, SurfaceParts, Surfaces,
@@ -14,7 +13,9 @@ use std::collections::BTreeMap;
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Instance};
 use surfelshop_api::graph::{Output, Structure, SurfaceMode};
 use surfelshop_api::params::Values;
-use surfelshop_api::{CloudFacts, CloudView, FrameRequest, Light, Projection, Scene, Uniform, View};
+use surfelshop_api::{
+    CloudFacts, CloudView, FrameRequest, Light, Projection, Scene, Uniform, View,
+};
 use wgpu::util::DeviceExt as _;
 
 /// How an engine works; the defaults fit everything but tests.
@@ -225,8 +226,7 @@ impl Engine {
             RenderError::Plugin(Fault::Misbehaved(format!("its graph is unreadable: {error}")))
         })?;
         self.plans += 1;
-        renderer.plan =
-            Some(Plan::new(structure, size, &self.gpu.device, &mut self.pipelines)?);
+        renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
         renderer.structure.clone_from(&encoded.structure);
         Ok(())
     }
@@ -302,18 +302,22 @@ impl Submission<'_> {
             lights_uniform: &lights_uniform,
             surface,
         };
-        let written =
-            execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
+        let written = execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
         let mut pending: Vec<Pending> = Vec::new();
         for source in &sources {
             let texture = match source {
                 Source::Graph(index) => lent.textures[*index].clone(),
-                Source::Surface(entry) => {
-                    Some(show_surface(entry, surface, host_mode, &view_uniform, &mut recorder, self.pipelines)?)
-                }
+                Source::Surface(entry) => Some(show_surface(
+                    entry,
+                    surface,
+                    host_mode,
+                    &view_uniform,
+                    &mut recorder,
+                    self.pipelines,
+                )?),
             };
-            let texture = texture
-                .ok_or_else(|| RenderError::Graph("an output was not made".to_owned()))?;
+            let texture =
+                texture.ok_or_else(|| RenderError::Graph("an output was not made".to_owned()))?;
             pending.push(copy(self.gpu, &mut recorder.encoder, &texture));
         }
         let passes = recorder.submit().map_err(RenderError::Device)?;
@@ -373,34 +377,27 @@ fn show_surface(
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     let name = format!("host: {}", entry.trim_end_matches("_only"));
     let shader = pipelines.shader(RESOLVE, &[]).map_err(RenderError::Host)?;
-    let pipeline = pipelines
-        .draw(&Draw {
-            label: &name,
-            vertex: (&shader, "cover_screen"),
-            fragment: (&shader, entry),
-            constants: &BTreeMap::new(),
-            formats: &[wgpu::TextureFormat::Rgba32Float],
-            kind: DrawKind::Fullscreen,
-        })
-        .map_err(RenderError::Host)?;
+    let pipeline =
+        pipelines.compute(&name, &shader, entry, &BTreeMap::new()).map_err(RenderError::Host)?;
     let group = bind(gpu, &pipeline, |name| match name {
         HOST_VIEW => Some(view_uniform.as_entire_binding()),
         HOST_SURFACE => Some(wgpu::BindingResource::TextureView(surface.packed(mode)?)),
-        "nearest_depth" => Some(wgpu::BindingResource::TextureView(&surface.depth)),
+        "nearest" => Some(wgpu::BindingResource::TextureView(&surface.winners)),
+        "picture" => Some(wgpu::BindingResource::TextureView(&view)),
         _ => None,
     })
     .map_err(RenderError::Host)?;
-    recorder.render(&name, &[Attachment::cleared(&view)], None, |pass| {
-        if let Stage::Render(stage) = &pipeline.stage {
+    recorder.compute(&name, |pass| {
+        if let Stage::Compute(stage) = &pipeline.stage {
             pass.set_pipeline(stage);
             pass.set_bind_group(0, &group, &[]);
-            pass.draw(0..3, 0..1);
+            pass.dispatch_workgroups(size.width.div_ceil(8), size.height.div_ceil(8), 1);
         }
     });
     Ok(target)
@@ -469,10 +466,7 @@ fn lights_uniform(request: &RenderRequest<'_>) -> Uniform {
 }
 
 /// Equal bytes mean an equal surface: clouds, camera, size and surface settings.
-fn surface_key(
-    request: &RenderRequest<'_>,
-    clouds: &[DrawnCloud],
-) -> Result<Vec<u8>, RenderError> {
+fn surface_key(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> Result<Vec<u8>, RenderError> {
     let clouds: Vec<_> =
         clouds.iter().map(|c| (c.origin, c.n_surfels, c.chunk_len, &c.generations)).collect();
     rmp_serde::to_vec(&(&request.view, &request.scene.surface, clouds))

@@ -1,6 +1,20 @@
 //! The graphics device: which adapter is taken and what it can do.
 
+use std::collections::HashMap;
 use thiserror::Error;
+
+/// The formats graphs and the surface buffer are made of.
+const FORMATS: [wgpu::TextureFormat; 9] = [
+    wgpu::TextureFormat::Rgba8Unorm,
+    wgpu::TextureFormat::Rgba16Float,
+    wgpu::TextureFormat::R32Float,
+    wgpu::TextureFormat::Rg32Float,
+    wgpu::TextureFormat::Rgba32Float,
+    wgpu::TextureFormat::R32Uint,
+    wgpu::TextureFormat::Rg32Uint,
+    wgpu::TextureFormat::Rgba32Uint,
+    wgpu::TextureFormat::Depth32Float,
+];
 
 /// Which graphics interface to use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +61,9 @@ pub enum GpuError {
         found: String,
     },
     /// The adapter lacks something without which nothing can be drawn.
-    #[error("the graphics adapter {adapter} lacks {missing}; choose another with --adapter or --backend")]
+    #[error(
+        "the graphics adapter {adapter} lacks {missing}; choose another with --adapter or --backend"
+    )]
     Unfit {
         /// The adapter's name.
         adapter: String,
@@ -76,6 +92,8 @@ pub struct Gpu {
     pub blends_f32: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
+    /// What textures of a format may be used for, where less than WebGPU promises.
+    usages: HashMap<wgpu::TextureFormat, wgpu::TextureUsages>,
 }
 
 impl Gpu {
@@ -102,9 +120,10 @@ impl Gpu {
             adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
             for adapter in &adapters {
                 let name = adapter.get_info().name;
-                let wanted = options.adapter.as_ref().is_none_or(|wanted| {
-                    name.to_lowercase().contains(&wanted.to_lowercase())
-                });
+                let wanted = options
+                    .adapter
+                    .as_ref()
+                    .is_none_or(|wanted| name.to_lowercase().contains(&wanted.to_lowercase()));
                 if wanted {
                     return Self::open(adapter);
                 }
@@ -150,21 +169,50 @@ impl Gpu {
             required_limits: adapter.limits(),
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).map_err(
-            |error| GpuError::Refused { adapter: info.name.clone(), reason: error.to_string() },
-        )?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+                GpuError::Refused { adapter: info.name.clone(), reason: error.to_string() }
+            })?;
         // Mistakes are caught by error scopes; what comes late is noted instead of ending the
         // program.
         device.on_uncaptured_error(std::sync::Arc::new(|error| {
             tracing::error!("graphics device: {error}");
         }));
+        let usages = FORMATS
+            .map(|format| {
+                let promised = format.guaranteed_format_features(features).allowed_usages;
+                let here = adapter.get_texture_format_features(format).allowed_usages;
+                (format, promised & here)
+            })
+            .into_iter()
+            .collect();
         Ok(Self {
+            usages,
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             device,
             queue,
             info,
         })
+    }
+
+    /// What textures of this format may be used for.
+    #[must_use]
+    pub fn allowed_usages(&self, format: wgpu::TextureFormat) -> wgpu::TextureUsages {
+        self.usages.get(&format).copied().unwrap_or(wgpu::TextureUsages::empty())
+    }
+
+    /// Whether passes can draw into textures of this format.
+    #[must_use]
+    pub fn draws(&self, format: wgpu::TextureFormat) -> bool {
+        self.allowed_usages(format).contains(wgpu::TextureUsages::RENDER_ATTACHMENT)
+    }
+
+    /// Whether depth reaches the depth test as clip space has it. OpenGL maps [0, 1] to [-1, 1]
+    /// and back on the way, which rounds away the small values of a reversed depth.
+    #[must_use]
+    pub fn keeps_reversed_depth(&self) -> bool {
+        self.info.backend != wgpu::Backend::Gl
     }
 
     /// Whether the adapter computes on the CPU.

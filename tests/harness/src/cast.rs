@@ -21,8 +21,10 @@ pub struct Cast {
 #[must_use]
 pub fn cast(cloud: &Cloud, view: &View) -> Cast {
     let [width, height] = view.size_px.map(|side| side as usize);
-    let mut cast =
-        Cast { depth: vec![f64::INFINITY; width * height], surfel: vec![usize::MAX; width * height] };
+    let mut cast = Cast {
+        depth: vec![f64::INFINITY; width * height],
+        surfel: vec![usize::MAX; width * height],
+    };
     let view_from_offset = view.view_from_offset(cloud.origin());
     for i in 0..cloud.len() {
         let disc = Disc::new(cloud, i, &view_from_offset);

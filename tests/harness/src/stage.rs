@@ -36,7 +36,8 @@ pub fn engine() -> Engine {
 /// Where there is no such adapter.
 #[must_use]
 pub fn engine_with(gpu: &GpuOptions, options: &EngineOptions) -> Engine {
-    let gpu = Gpu::headless(gpu).expect("drawing tests need an adapter; `cargo verify` installs one");
+    let gpu =
+        Gpu::headless(gpu).expect("drawing tests need an adapter; `cargo verify` installs one");
     Engine::new(gpu, options).expect("the host's shaders compose")
 }
 

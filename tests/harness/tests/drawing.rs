@@ -107,8 +107,8 @@ fn equal_colours_blend_to_that_colour() {
     let frame =
         stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
             .unwrap();
-    let expected = [186u8, 99, 30]
-        .map(|v| surfelshop_api::params::srgb_to_linear(f32::from(v) / 255.0));
+    let expected =
+        [186u8, 99, 30].map(|v| surfelshop_api::params::srgb_to_linear(f32::from(v) / 255.0));
     let mut covered = 0;
     for pixel in frame.image(&Output::Albedo).unwrap().data.chunks_exact(4) {
         if pixel[3] == 0.0 {

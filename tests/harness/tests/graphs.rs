@@ -120,7 +120,9 @@ impl Renderer for EndlessLoop {
             }";
         let counts = graph.buffer("counts", Buffer::new(16));
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
-        graph.pass(Pass::compute("spin", wgsl, "spin", Groups::Fixed([1, 1, 1])).bind("counts", counts));
+        graph.pass(
+            Pass::compute("spin", wgsl, "spin", Groups::Fixed([1, 1, 1])).bind("counts", counts),
+        );
         graph.pass(Pass::fullscreen("show", wgsl, "show").target(color).bind("counts", counts));
         graph.output(Output::Color, color);
         Ok(())
@@ -177,7 +179,8 @@ impl Renderer for Multiple {
             }";
         let input = graph.upload("input", &[1f32, 2.0, 3.0, 4.0].map(f32::to_le_bytes).concat());
         let doubled = graph.buffer("doubled", Buffer::new(16));
-        let ramp = graph.texture("ramp", Texture::fixed(Format::Rgba32Float, 4, 4).persistent("ramp"));
+        let ramp =
+            graph.texture("ramp", Texture::fixed(Format::Rgba32Float, 4, 4).persistent("ramp"));
         let levels = graph.texture("levels", Texture::fixed(Format::Rgba16Float, 4, 4).mips(2));
         let layers = Texture::fixed(Format::Rgba16Float, 4, 4).depth(2, false);
         let layers = graph.texture("layers", layers);
@@ -198,7 +201,9 @@ impl Renderer for Multiple {
             (target(layers, 0, 0), 0.0),
             (target(layers, 0, 1), 0.5),
         ] {
-            graph.pass(Pass::fullscreen("level", wgsl, "level").target(to).constant("offset", value));
+            graph.pass(
+                Pass::fullscreen("level", wgsl, "level").target(to).constant("offset", value),
+            );
         }
         graph.pass(
             Pass::fullscreen("show", wgsl, "show")

@@ -1,10 +1,11 @@
 //! Colour, ambient accessibility and material.
 
 use crate::buffer::{Buffer, interleave};
-use crate::color::{NEUTRAL_ALBEDO, is_usable};
+use crate::color::is_usable;
 use crate::column::Column;
 use crate::summary::Summary;
 use crate::table::Table;
+use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_api::columns::{AO, COLOR, Element, MATERIAL};
 
 /// Spellings of the colour's channels; opacity is looked for beside the first two.

@@ -2,7 +2,7 @@
 
 use super::cull::Needed;
 use super::pipelines::{Pipelines, Stage};
-use super::plan::{HOST_LIGHTS, HOST_SURFACE, HOST_VIEW, Node, Plan, targets_of};
+use super::plan::{HOST_LIGHTS, HOST_SURFACE, HOST_VIEW, Node, Plan, SHADING_TARGET, targets_of};
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
 use super::{RenderError, bind};
@@ -56,6 +56,7 @@ pub(crate) fn execute(
         }
         let pipeline = plan.pipeline(i, pipelines)?;
         let views = texture_views(plan, resources, i);
+        let targets = target_views(plan, resources, i, &written);
         for resource in pass.bindings.values() {
             if let Resource::Sampler(kind) = resource {
                 samplers.entry(*kind).or_insert_with(|| sampler(recorder.gpu, *kind));
@@ -68,6 +69,7 @@ pub(crate) fn execute(
                 let view = frame.surface?.packed(planned.surface?)?;
                 Some(wgpu::BindingResource::TextureView(view))
             }
+            SHADING_TARGET => Some(wgpu::BindingResource::TextureView(&targets.first()?.0)),
             _ => match pass.bindings.get(name)? {
                 Resource::Uniform(id) => {
                     let span = plan.structure.uniforms.get(id.index())?;
@@ -99,7 +101,6 @@ pub(crate) fn execute(
                 });
             }
             Stage::Render(stage) => {
-                let targets = target_views(plan, resources, i, &written);
                 let colors: Vec<Attachment<'_>> = targets
                     .iter()
                     .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
@@ -231,13 +232,17 @@ fn group_counts(plan: &Plan, index: usize) -> [u32; 3] {
     match plan.structure.passes[index].work {
         Work::Compute { groups: Groups::Fixed(groups), .. } => groups,
         Work::Compute { groups: Groups::PerPixel { divisor }, .. } => {
-            let [x, y, _] = plan.passes[index].workgroup_size;
-            let d = divisor.max(1);
-            let across = |size: u32, group: u32| size.div_ceil(d).div_ceil(group.max(1));
-            [across(plan.size[0], x), across(plan.size[1], y), 1]
+            per_pixel(plan, index, divisor)
         }
-        _ => [0; 3],
+        Work::Shading { .. } | Work::Fullscreen { .. } => per_pixel(plan, index, 1),
     }
+}
+
+/// Workgroups that give each pixel of the view, divided, one invocation.
+fn per_pixel(plan: &Plan, index: usize, divisor: u32) -> [u32; 3] {
+    let [x, y, _] = plan.passes[index].workgroup_size;
+    let across = |size: u32, group: u32| size.div_ceil(divisor.max(1)).div_ceil(group.max(1));
+    [across(plan.size[0], x), across(plan.size[1], y), 1]
 }
 
 fn sampler(gpu: &crate::gpu::Gpu, kind: SamplerKind) -> wgpu::Sampler {

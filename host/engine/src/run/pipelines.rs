@@ -94,11 +94,7 @@ impl Pipelines {
     }
 
     /// The checked shader of this text; the same text is composed once, mistakes included.
-    pub(crate) fn shader(
-        &mut self,
-        source: &str,
-        defines: &[&str],
-    ) -> Result<Rc<Shader>, String> {
+    pub(crate) fn shader(&mut self, source: &str, defines: &[&str]) -> Result<Rc<Shader>, String> {
         let key =
             (source.to_owned(), defines.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
         if let Some(known) = self.shaders.get(&key) {
@@ -163,10 +159,8 @@ impl Pipelines {
             immediate_size: 0,
         });
         let constants = borrowed(draw.constants);
-        let options = wgpu::PipelineCompilationOptions {
-            constants: &constants,
-            ..Default::default()
-        };
+        let options =
+            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
         let blend = (draw.kind == DrawKind::AddedSurfels).then_some(ADD);
         let targets: Vec<_> = draw
             .formats
@@ -243,11 +237,8 @@ impl Pipelines {
             })
         })?;
         self.counts.pipelines += 1;
-        let made = Rc::new(Pipeline {
-            stage: Stage::Compute(stage),
-            layout,
-            bindings: point.bindings,
-        });
+        let made =
+            Rc::new(Pipeline { stage: Stage::Compute(stage), layout, bindings: point.bindings });
         self.compute.insert(key, made.clone());
         Ok(made)
     }
@@ -259,8 +250,7 @@ impl Pipelines {
         visibility: wgpu::ShaderStages,
     ) -> wgpu::BindGroupLayout {
         // Float textures are bound as filterable where a sampler is there to filter them.
-        let filterable =
-            bindings.iter().any(|b| matches!(b.kind, BindingKind::Sampler { .. }));
+        let filterable = bindings.iter().any(|b| matches!(b.kind, BindingKind::Sampler { .. }));
         let entries: Vec<_> = bindings
             .iter()
             .map(|binding| wgpu::BindGroupLayoutEntry {

@@ -2,6 +2,7 @@
 
 use super::RenderError;
 use super::pipelines::{Draw, DrawKind, Pipeline, Pipelines, Shader};
+use crate::gpu::Gpu;
 use crate::shader::{Binding, BindingKind, reflect};
 use std::cell::OnceCell;
 use std::rc::Rc;
@@ -37,6 +38,9 @@ pub(crate) struct Planned {
     /// The surface it reads, where it reads one.
     pub(crate) surface: Option<SurfaceMode>,
     pub(crate) workgroup_size: [u32; 3],
+    /// Whether it runs as a compute pass: compute passes, and shading passes on devices that
+    /// cannot draw into the target's format.
+    pub(crate) computes: bool,
     pipeline: OnceCell<Rc<Pipeline>>,
 }
 
@@ -50,6 +54,8 @@ pub(crate) struct Plan {
 
 /// The entry point generated around shading functions.
 const SHADING_ENTRY: &str = "surfelshop_shade";
+/// The texture that the entry point stores into where it is a compute one.
+pub(crate) const SHADING_TARGET: &str = "surfelshop_target";
 
 impl Plan {
     /// Checks a structure for a view of this size.
@@ -59,15 +65,15 @@ impl Plan {
     pub(crate) fn new(
         structure: Structure,
         size: [u32; 2],
-        device: &wgpu::Device,
+        gpu: &Gpu,
         pipelines: &mut Pipelines,
     ) -> Result<Self, RenderError> {
         let mut plan = Self { structure, passes: Vec::new(), size };
-        plan.check_resources(&device.limits())?;
+        plan.check_resources(&gpu.device.limits())?;
         for i in 0..plan.structure.passes.len() {
             let pass = &plan.structure.passes[i];
             let planned = plan
-                .plan_pass(pass, pipelines)
+                .plan_pass(pass, gpu, pipelines)
                 .map_err(|message| RenderError::pass(&pass.name, message))?;
             plan.passes.push(planned);
         }
@@ -102,7 +108,9 @@ impl Plan {
             let texels = u64::from(w) * u64::from(h) * u64::from(d);
             let bytes = texels.saturating_mul(u64::from(texture.format.bytes_per_texel()));
             if bytes > MAX_RESOURCE_BYTES {
-                return refuse(format!("has {bytes} bytes; at most {MAX_RESOURCE_BYTES} are given"));
+                return refuse(format!(
+                    "has {bytes} bytes; at most {MAX_RESOURCE_BYTES} are given"
+                ));
             }
             total = total.saturating_add(bytes);
         }
@@ -135,17 +143,26 @@ impl Plan {
         }
     }
 
-    fn plan_pass(&self, pass: &Pass, pipelines: &mut Pipelines) -> Result<Planned, String> {
-        let (source, entry, stage, surface) = match &pass.work {
-            Work::Shading { surface, .. } => {
-                let source = shading_source(pass)?;
-                (source, SHADING_ENTRY.to_owned(), naga::ShaderStage::Fragment, *surface)
+    fn plan_pass(
+        &self,
+        pass: &Pass,
+        gpu: &Gpu,
+        pipelines: &mut Pipelines,
+    ) -> Result<Planned, String> {
+        let mut stage = naga::ShaderStage::Fragment;
+        let (source, entry, surface) = match &pass.work {
+            Work::Shading { surface, target } => {
+                let texture = self.structure.textures.get(target.index());
+                let format = texture.map_or(Format::Rgba32Float, |texture| texture.format);
+                if !gpu.draws(wgpu_format(format)) {
+                    stage = naga::ShaderStage::Compute;
+                }
+                (shading_source(pass, format, stage)?, SHADING_ENTRY.to_owned(), *surface)
             }
-            Work::Fullscreen { surface, .. } => {
-                (pass.wgsl.clone(), pass.entry.clone(), naga::ShaderStage::Fragment, *surface)
-            }
+            Work::Fullscreen { surface, .. } => (pass.wgsl.clone(), pass.entry.clone(), *surface),
             Work::Compute { surface, .. } => {
-                (pass.wgsl.clone(), pass.entry.clone(), naga::ShaderStage::Compute, *surface)
+                stage = naga::ShaderStage::Compute;
+                (pass.wgsl.clone(), pass.entry.clone(), *surface)
             }
         };
         let shader = pipelines.shader(&source, &[])?;
@@ -158,12 +175,13 @@ impl Plan {
             writes: Vec::new(),
             surface: None,
             workgroup_size: point.workgroup_size,
+            computes: stage == naga::ShaderStage::Compute,
             pipeline: OnceCell::new(),
         };
         for binding in &point.bindings {
             self.check_binding(pass, binding, surface, &mut planned)?;
         }
-        self.check_targets(pass, &mut planned)?;
+        self.check_targets(pass, gpu, &mut planned)?;
         Ok(planned)
     }
 
@@ -205,7 +223,7 @@ impl Plan {
         planned: &mut Planned,
     ) -> Result<(), String> {
         match binding.name.as_str() {
-            HOST_VIEW | HOST_LIGHTS => return Ok(()),
+            HOST_VIEW | HOST_LIGHTS | SHADING_TARGET => return Ok(()),
             HOST_SURFACE => {
                 planned.surface = Some(surface);
                 return Ok(());
@@ -291,7 +309,7 @@ impl Plan {
         }
     }
 
-    fn check_targets(&self, pass: &Pass, planned: &mut Planned) -> Result<(), String> {
+    fn check_targets(&self, pass: &Pass, gpu: &Gpu, planned: &mut Planned) -> Result<(), String> {
         let targets = targets_of(pass);
         match &pass.work {
             Work::Compute { groups, .. } => {
@@ -319,7 +337,10 @@ impl Plan {
                 ));
             }
             if texture.format == Format::Depth32Float {
-                return Err(format!("texture `{}` holds depth and cannot be drawn into", texture.label));
+                return Err(format!(
+                    "texture `{}` holds depth and cannot be drawn into",
+                    texture.label
+                ));
             }
             let here = [(w >> target.mip).max(1), (h >> target.mip).max(1)];
             if size.is_some_and(|size| size != here) {
@@ -330,6 +351,13 @@ impl Plan {
                 return Err(format!(
                     "texture `{}` is {} x {}; a shading pass draws into the view's size, {} x {}",
                     texture.label, here[0], here[1], self.size[0], self.size[1]
+                ));
+            }
+            if !planned.computes && !gpu.draws(wgpu_format(texture.format)) {
+                return Err(format!(
+                    "this graphics adapter cannot draw into textures of {:?}, as `{}` is; write \
+                     it from a compute pass, or use rgba16float",
+                    texture.format, texture.label
                 ));
             }
             let node = Node::Texture(index);
@@ -366,11 +394,9 @@ impl Plan {
         if let Some(known) = planned.pipeline.get() {
             return Ok(known.clone());
         }
-        let made = match &pass.work {
-            Work::Compute { .. } => {
-                pipelines.compute(&pass.name, &planned.shader, &planned.entry, &pass.constants)
-            }
-            _ => {
+        let made = match planned.computes {
+            true => pipelines.compute(&pass.name, &planned.shader, &planned.entry, &pass.constants),
+            false => {
                 let formats: Vec<_> = targets_of(pass)
                     .iter()
                     .map(|t| wgpu_format(self.structure.textures[t.texture.index()].format))
@@ -411,23 +437,46 @@ pub(crate) fn targets_of(pass: &Pass) -> Vec<Target> {
 }
 
 /// The author's text with an entry point that calls their function for each covered pixel.
-fn shading_source(pass: &Pass) -> Result<String, String> {
+fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Result<String, String> {
     let function = &pass.entry;
     let plain = function.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if function.is_empty() || !plain {
         return Err(format!("`{function}` is no name of a WGSL function"));
     }
-    Ok(format!(
-        "{}\n\
-         #import surfelshop::surface as surfelshop_surface\n\
-         @fragment\n\
-         fn {SHADING_ENTRY}(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {{\n\
-             let s = surfelshop_surface::surface_at(vec2<u32>(p.xy));\n\
-             if !s.covered {{ return vec4(0.0); }}\n\
-             return {function}(s);\n\
-         }}\n",
-        pass.wgsl
-    ))
+    let entry = match stage {
+        naga::ShaderStage::Compute => {
+            let texel = match format {
+                Format::Rgba8Unorm => "rgba8unorm",
+                Format::Rgba16Float => "rgba16float",
+                Format::R32Float => "r32float",
+                Format::Rg32Float => "rg32float",
+                Format::Rgba32Float => "rgba32float",
+                Format::R32Uint | Format::Rgba32Uint | Format::Depth32Float => {
+                    return Err(format!("a shading pass cannot write {format:?}"));
+                }
+            };
+            format!(
+                "var {SHADING_TARGET}: texture_storage_2d<{texel}, write>;\n\
+                 @compute @workgroup_size(8, 8)\n\
+                 fn {SHADING_ENTRY}(@builtin(global_invocation_id) id: vec3<u32>) {{\n\
+                     if any(id.xy >= textureDimensions({SHADING_TARGET})) {{ return; }}\n\
+                     let s = surfelshop_surface::surface_at(id.xy);\n\
+                     var color = vec4(0.0);\n\
+                     if s.covered {{ color = {function}(s); }}\n\
+                     textureStore({SHADING_TARGET}, id.xy, color);\n\
+                 }}\n"
+            )
+        }
+        _ => format!(
+            "@fragment\n\
+             fn {SHADING_ENTRY}(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {{\n\
+                 let s = surfelshop_surface::surface_at(vec2<u32>(p.xy));\n\
+                 if !s.covered {{ return vec4(0.0); }}\n\
+                 return {function}(s);\n\
+             }}\n"
+        ),
+    };
+    Ok(format!("{}\n#import surfelshop::surface as surfelshop_surface\n{entry}", pass.wgsl))
 }
 
 fn list(names: &[&str]) -> String {

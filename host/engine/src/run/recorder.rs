@@ -138,11 +138,7 @@ impl<'g> Recorder<'g> {
     }
 
     /// Records a compute pass.
-    pub(crate) fn compute(
-        &mut self,
-        name: &str,
-        record: impl FnOnce(&mut wgpu::ComputePass<'_>),
-    ) {
+    pub(crate) fn compute(&mut self, name: &str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
         let times = self.time_next(name);
         let timestamp_writes = match (&self.queries, times) {
             (Some(query_set), Some([first, last])) => Some(wgpu::ComputePassTimestampWrites {
@@ -192,8 +188,7 @@ impl<'g> Recorder<'g> {
                     let at = 8 * (2 * slot + i);
                     ticks[at..at + 8].iter().rev().fold(0, |sum, &b| sum << 8 | u64::from(b))
                 };
-                self.passes[pass].gpu_ms =
-                    Some(tick(1).saturating_sub(tick(0)) as f64 * period_ms);
+                self.passes[pass].gpu_ms = Some(tick(1).saturating_sub(tick(0)) as f64 * period_ms);
             }
         }
         Ok(self.passes)

@@ -151,10 +151,11 @@ fn describe(plan: &Plan, node: Node) -> (Shape, &Lifetime, &str) {
 fn make(gpu: &Gpu, shape: &Shape, label: &str) -> Made {
     match *shape {
         Shape::Texture { format, size: [width, height, slices], volume, mips } => {
-            let mut usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC;
-            let allowed = format.guaranteed_format_features(gpu.device.features()).allowed_usages;
-            usage |= allowed
-                & (wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT);
+            let wanted = wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::RENDER_ATTACHMENT;
+            let usage = gpu.allowed_usages(format) & wanted;
             Made::Texture(gpu.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: slices },

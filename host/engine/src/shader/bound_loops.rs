@@ -12,10 +12,9 @@ pub(crate) const MAX_ITERATIONS: u32 = 1 << 26;
 /// Inserts a counter into every loop of every function; a loop that reaches
 /// [`MAX_ITERATIONS`] is left.
 pub(crate) fn bound(module: &mut Module) {
-    let u32_type = module.types.insert(
-        Type { name: None, inner: TypeInner::Scalar(Scalar::U32) },
-        Span::UNDEFINED,
-    );
+    let u32_type = module
+        .types
+        .insert(Type { name: None, inner: TypeInner::Scalar(Scalar::U32) }, Span::UNDEFINED);
     for (_, function) in module.functions.iter_mut() {
         bound_function(function, u32_type);
     }
@@ -60,12 +59,15 @@ fn bound_block(function: &mut Function, block: &mut Block, u32_type: Handle<Type
 
 /// Puts `counter += 1; if counter > MAX { break; }` in front of a loop's body and returns the
 /// statement that clears the counter before the loop.
-fn count_iterations(function: &mut Function, body: &mut Block, u32_type: Handle<Type>) -> Statement {
+fn count_iterations(
+    function: &mut Function,
+    body: &mut Block,
+    u32_type: Handle<Type>,
+) -> Statement {
     let span = Span::UNDEFINED;
-    let counter = function.local_variables.append(
-        LocalVariable { name: None, ty: u32_type, init: None },
-        span,
-    );
+    let counter = function
+        .local_variables
+        .append(LocalVariable { name: None, ty: u32_type, init: None }, span);
     let literal = |function: &mut Function, value: u32| {
         function.expressions.append(Expression::Literal(Literal::U32(value)), span)
     };
@@ -78,8 +80,7 @@ fn count_iterations(function: &mut Function, body: &mut Block, u32_type: Handle<
     let load = function.expressions.append(Expression::Load { pointer }, span);
     let add = Expression::Binary { op: BinaryOperator::Add, left: load, right: one };
     let increased = function.expressions.append(add, span);
-    let compare =
-        Expression::Binary { op: BinaryOperator::Greater, left: increased, right: limit };
+    let compare = Expression::Binary { op: BinaryOperator::Greater, left: increased, right: limit };
     let exceeded = function.expressions.append(compare, span);
     let emitted = function.expressions.range_from(mark);
 

@@ -3,11 +3,11 @@
 use crate::run::RenderError;
 use glam::DVec3;
 use half::f16;
-use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
-use surfelshop_api::params::srgb_to_linear;
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::rc::Rc;
+use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
+use surfelshop_api::params::srgb_to_linear;
 use wgpu::util::DeviceExt as _;
 
 /// Bytes of the widest element drawn from a storage buffer: three floats.
@@ -94,9 +94,13 @@ impl Columns {
     /// Where a column that drawing needs is missing or of another type.
     pub(crate) fn cloud(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
         // The index texture keeps one bit for the side and one value for "none".
-        let n_surfels = u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
-            RenderError::Cloud(format!("it has {} surfels, fewer than 2^31 are drawn", cloud.len))
-        })?;
+        let n_surfels =
+            u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
+                RenderError::Cloud(format!(
+                    "it has {} surfels, fewer than 2^31 are drawn",
+                    cloud.len
+                ))
+            })?;
         let mut drawn = DrawnCloud {
             origin: cloud.origin,
             n_surfels,
@@ -222,9 +226,7 @@ fn linear_halves<'a>(column: &ColumnView<'_>) -> Cow<'a, [u8]> {
         }
         Values::U16(values) => pack(values, n, |v| from_srgb(f32::from(v) / 65535.0)),
         // Finite in half precision, so that no infinity reaches the sums.
-        Values::F32(values) => {
-            pack(values, n, |v| f16::from_f32(v.clamp(0.0, f16::MAX.to_f32())))
-        }
+        Values::F32(values) => pack(values, n, |v| f16::from_f32(v.clamp(0.0, f16::MAX.to_f32()))),
         _ => Vec::new(),
     })
 }

@@ -8,6 +8,7 @@ use crate::run::{
 use glam::DVec3;
 use std::collections::BTreeMap;
 use std::rc::Rc;
+use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::{SurfaceSettings, Uniform};
 use wgpu::util::DeviceExt as _;
@@ -54,8 +55,9 @@ pub struct SurfaceCounts {
 
 /// The surface buffer of one view.
 pub(crate) struct Surface {
-    pub(crate) depth: wgpu::TextureView,
-    index: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    /// Number and distance of the nearest surfels.
+    pub(crate) winners: wgpu::TextureView,
     nearest: Option<wgpu::TextureView>,
     blended: Option<wgpu::TextureView>,
     visible: bool,
@@ -161,7 +163,7 @@ impl Surface {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
         Self {
             depth: texture(gpu, "nearest depth", size, wgpu::TextureFormat::Depth32Float),
-            index: texture(gpu, "nearest index", size, wgpu::TextureFormat::R32Uint),
+            winners: texture(gpu, "nearest surfels", size, wgpu::TextureFormat::Rg32Uint),
             nearest: None,
             blended: None,
             visible: false,
@@ -222,7 +224,7 @@ impl<'a> Drawing<'a> {
                     .f32(input.settings.radius_scale)
                     .f32(input.settings.depth_tolerance)
                     .u32(u32::from(input.settings.two_sided))
-                    .vec3(NEUTRAL_ALBEDO)
+                    .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
                     label: Some("chunk"),
@@ -262,6 +264,7 @@ impl<'a> Drawing<'a> {
     /// The pipeline for each chunk's set of columns.
     fn pipeline(
         &self,
+        gpu: &Gpu,
         chunk: &Chunk<'_>,
         pipelines: &mut Pipelines,
         label: &str,
@@ -269,7 +272,11 @@ impl<'a> Drawing<'a> {
         formats: &[wgpu::TextureFormat],
         kind: DrawKind,
     ) -> Result<Rc<Pipeline>, String> {
-        let shader = pipelines.shader(&format!("{DISC}\n{DRAW}"), &chunk.cloud.defines)?;
+        let mut defines = chunk.cloud.defines.clone();
+        if !gpu.keeps_reversed_depth() {
+            defines.push("EXPLICIT_DEPTH");
+        }
+        let shader = pipelines.shader(&format!("{DISC}\n{DRAW}"), &defines)?;
         let screen = pipelines.shader(RESOLVE, &[])?;
         let vertex_shader = if kind == DrawKind::Fullscreen { &screen } else { &shader };
         pipelines.draw(&Draw {
@@ -295,7 +302,8 @@ impl<'a> Drawing<'a> {
         self.chunks
             .iter()
             .map(|chunk| {
-                let pipeline = self.pipeline(chunk, pipelines, label, entries, formats, kind)?;
+                let pipeline =
+                    self.pipeline(gpu, chunk, pipelines, label, entries, formats, kind)?;
                 let group = self.bind(gpu, &pipeline, chunk, more)?;
                 Ok((pipeline, group, chunk.count))
             })
@@ -310,11 +318,10 @@ impl<'a> Drawing<'a> {
     ) -> Result<(), String> {
         let name = "surfels: visibility";
         let entries = ["nearest_vertex", "nearest_fragment"];
-        let formats = [wgpu::TextureFormat::R32Uint];
+        let formats = [wgpu::TextureFormat::Rg32Uint];
         let kind = DrawKind::NearestSurfels;
-        let draws =
-            self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &[])?;
-        let colors = [Attachment::cleared(&surface.index)];
+        let draws = self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &[])?;
+        let colors = [Attachment::cleared(&surface.winners)];
         recorder.render(name, &colors, Some((&surface.depth, true)), |pass| {
             draw_quads(pass, &draws);
         });
@@ -330,15 +337,11 @@ impl<'a> Drawing<'a> {
         pipelines: &mut Pipelines,
     ) -> Result<(), String> {
         let name = "surfels: nearest";
-        let more = [
-            ("nearest_index", wgpu::BindingResource::TextureView(&surface.index)),
-            ("nearest_depth", wgpu::BindingResource::TextureView(&surface.depth)),
-        ];
+        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
         let entries = ["cover_screen", "lookup_fragment"];
         let formats = [wgpu::TextureFormat::Rgba32Uint];
         let kind = DrawKind::Fullscreen;
-        let draws =
-            self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &more)?;
+        let draws = self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &more)?;
         recorder.render(name, &[Attachment::cleared(target)], None, |pass| {
             for (pipeline, group, _) in &draws {
                 set(pass, pipeline, group);
@@ -361,7 +364,7 @@ impl<'a> Drawing<'a> {
         let sums = formats.map(|format| texture(recorder.gpu, "sums", self.input.size, format));
         let entries = ["blended_vertex", "blended_fragment"];
         let kind = DrawKind::AddedSurfels;
-        let more = [("nearest_index", wgpu::BindingResource::TextureView(&surface.index))];
+        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
         let draws = self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &more)?;
         let colors = [Attachment::cleared(&sums[0]), Attachment::cleared(&sums[1])];
         recorder.render(name, &colors, Some((&surface.depth, false)), |pass| {
@@ -395,8 +398,7 @@ impl<'a> Drawing<'a> {
         let name = "surfels: accumulate";
         let more = [
             ("sums", sums.as_entire_binding()),
-            ("nearest_index", wgpu::BindingResource::TextureView(&surface.index)),
-            ("nearest_depth", wgpu::BindingResource::TextureView(&surface.depth)),
+            ("nearest", wgpu::BindingResource::TextureView(&surface.winners)),
         ];
         let mut dispatches = Vec::new();
         for chunk in &self.chunks {
@@ -446,7 +448,7 @@ impl<'a> Drawing<'a> {
             }
             match name {
                 "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
-                "nearest_depth" => Some(wgpu::BindingResource::TextureView(&surface.depth)),
+                "nearest" => Some(wgpu::BindingResource::TextureView(&surface.winners)),
                 _ => None,
             }
         })?;
@@ -462,9 +464,6 @@ impl<'a> Drawing<'a> {
 /// WebGPU's smallest limit of workgroups per direction.
 const MAX_GROUPS: u32 = 65_535;
 
-/// Linear albedo of clouds without colours: a light grey that leaves room for highlights.
-const NEUTRAL_ALBEDO: glam::Vec3 = glam::Vec3::splat(0.6);
-
 fn set(pass: &mut wgpu::RenderPass<'_>, pipeline: &Pipeline, group: &wgpu::BindGroup) {
     if let Stage::Render(stage) = &pipeline.stage {
         pass.set_pipeline(stage);
@@ -472,10 +471,7 @@ fn set(pass: &mut wgpu::RenderPass<'_>, pipeline: &Pipeline, group: &wgpu::BindG
     }
 }
 
-fn draw_quads(
-    pass: &mut wgpu::RenderPass<'_>,
-    draws: &[(Rc<Pipeline>, wgpu::BindGroup, u32)],
-) {
+fn draw_quads(pass: &mut wgpu::RenderPass<'_>, draws: &[(Rc<Pipeline>, wgpu::BindGroup, u32)]) {
     for (pipeline, group, count) in draws {
         set(pass, pipeline, group);
         pass.draw(0..4, 0..*count);

@@ -1,0 +1,58 @@
+//! Without Vulkan: OpenGL draws the same picture, adding up in fixed point.
+
+use glam::DVec3;
+use surfelshop_api::graph::Output;
+use surfelshop_api::{Projection, Scene, View};
+use surfelshop_engine::picture::{Development, develop, to_8_bit};
+use surfelshop_engine::{Backend, Engine, EngineOptions, GpuOptions};
+use surfelshop_tests::{clouds, stage};
+
+fn engine(backend: Backend) -> Engine {
+    let gpu = GpuOptions { backend: Some(backend), adapter: None };
+    stage::engine_with(&gpu, &EngineOptions::default())
+}
+
+fn levels(engine: &mut Engine, unit: (&str, &str), view: View) -> Vec<u8> {
+    let cloud = clouds::sphere(5_000, 1.0).cloud();
+    let mut renderer = stage::built_renderer(engine, unit.0, unit.1);
+    let outputs = [Output::Color];
+    let frame = stage::render(engine, &mut renderer, &cloud, &Scene::default(), view, &outputs);
+    let frame = frame.unwrap();
+    to_8_bit(&develop(frame.image(&Output::Color).unwrap(), &Development::default()))
+}
+
+fn compare(view: View) {
+    let (mut vulkan, mut opengl) = (engine(Backend::Primary), engine(Backend::Gl));
+    assert!(!opengl.gpu().blends_f32, "this test is about the fixed-point path");
+    for unit in [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")] {
+        let a = levels(&mut vulkan, unit, view);
+        let b = levels(&mut opengl, unit, view);
+        assert!(a.iter().any(|v| *v > 0));
+        let differ = a
+            .chunks(4)
+            .zip(b.chunks(4))
+            .filter(|(a, b)| a.iter().zip(b.iter()).any(|(a, b)| a.abs_diff(*b) > 2));
+        // Pixels on the edge of a disc may fall to another surfel.
+        let (differ, pixels) = (differ.count(), a.len() / 4);
+        assert!(differ * 100 <= pixels, "{}: {differ} of {pixels} pixels differ", unit.1);
+    }
+}
+
+#[test]
+fn opengl_draws_what_vulkan_draws() {
+    compare(stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128));
+}
+
+#[test]
+fn opengl_draws_what_vulkan_draws_in_parallel_projection() {
+    let mut view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128);
+    view.camera.projection = Projection::Orthographic { height: 2.5 };
+    // Parallel depth is spread evenly up to `far`, so the range decides its resolution.
+    view.far = 10.0;
+    compare(view);
+}
+
+#[test]
+fn opengl_draws_what_vulkan_draws_from_inside() {
+    compare(stage::view(DVec3::new(0.3, 0.2, 0.1), DVec3::X, 128));
+}
