@@ -100,10 +100,8 @@ fn exr_has_all_layers_and_they_agree() {
     assert!((channels["normal.Z"][middle] - 1.0).abs() < 1e-2);
     assert!(channels["depth.Z"][middle] > 0.0);
     assert_eq!(channels["depth.Z"][0].to_bits(), 0);
-    for i in 0..40 * 32 {
-        let is_covered = channels["A"][i] > 0.0;
-        assert_eq!(is_covered, channels["depth.Z"][i] > 0.0, "pixel {i}");
-    }
+    let mut pixels = channels["A"].iter().zip(&channels["depth.Z"]);
+    assert!(pixels.all(|(alpha, depth)| (*alpha > 0.0) == (*depth > 0.0)));
 }
 
 #[test]
@@ -184,7 +182,7 @@ fn cameras_look_from_where_they_are() {
     assert_eq!(n_covered("--camera back --one-sided"), 0);
     assert!(n_covered("--camera front --radius-scale 0.1") * 10 > front * 9, "framed by radius");
     let placed = ["render", "disc.ply", "-o", "a.png", "--size", "64", "--camera"];
-    desk.run_with(&[&placed[..], &["0,0,4; 0,0,0; 0,1,0; 20"]].concat()).done();
+    desk.run_with(&[&placed[..], &["0,0,4; 0,0,0; 0,1,0; 36"]].concat()).done();
     let picture = read_png(&desk.at("a.png"));
     assert_eq!((picture.get_pixel(0, 0)[3], covered(&picture) > front / 2), (0, true));
 }
