@@ -4,8 +4,8 @@ use crate::studio::{Chosen, Settled, Studio};
 use serde::Serialize;
 use serde_json::{Value, json};
 use std::path::Path;
-use surfelshop_api::View;
 use surfelshop_api::graph::Output;
+use surfelshop_api::{View, params};
 
 /// A file that was written.
 #[derive(Clone, Debug, Serialize)]
@@ -75,14 +75,10 @@ pub(crate) fn adapter(studio: &Studio) -> Value {
 
 /// The renderer and its parameters in JSON.
 pub(crate) fn renderer(chosen: &Chosen) -> Value {
-    let parameters: serde_json::Map<String, Value> = chosen
-        .unit
-        .description
-        .params
+    let declared = &chosen.unit.description.params;
+    let parameters: serde_json::Map<String, Value> = declared
         .iter()
-        .map(|declared| {
-            (declared.id.clone(), json!(declared.sanitise(chosen.values.get(&declared.id))))
-        })
+        .map(|p| (p.id.clone(), plain(&p.sanitise(chosen.values.get(&p.id)))))
         .collect();
     json!({
         "package": chosen.reference.package,
@@ -91,6 +87,17 @@ pub(crate) fn renderer(chosen: &Chosen) -> Value {
         "file": chosen.reference.path.display().to_string(),
         "parameters": parameters,
     })
+}
+
+/// A parameter's value as JSON writes such values.
+fn plain(value: &params::Value) -> Value {
+    match value {
+        params::Value::Bool(value) => json!(value),
+        params::Value::Int(value) => json!(value),
+        params::Value::Float(value) => json!(value),
+        params::Value::Text(value) => json!(value),
+        params::Value::Color(value) => json!(value),
+    }
 }
 
 /// One settled frame in JSON.

@@ -193,7 +193,7 @@ fn json_reports_everything_and_nothing_else() {
     assert_eq!(report["files"][0]["path"], "a.png");
     assert_eq!(report["files"][0]["width"], 16);
     assert_eq!(report["renderer"]["id"], "ewa-phong");
-    assert_eq!(report["renderer"]["parameters"]["shininess"]["Float"], 64.0);
+    assert_eq!(report["renderer"]["parameters"]["shininess"], 64.0);
     assert_eq!(report["clouds"][0]["n_surfels"], 1);
     assert!(report["adapter"]["name"].is_string());
     let passes = report["frame"]["passes"].as_array().unwrap();
