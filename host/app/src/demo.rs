@@ -76,10 +76,11 @@ fn closing(
     renderers: &[String],
 ) -> String {
     let (out, sample) = (arguments.out.display(), sample.display());
-    let last = renderers.last().map_or(SHOWPIECE, String::as_str);
+    let renderer = renderers.iter().find(|name| *name == SHOWPIECE).or(renderers.last());
+    let renderer = renderer.map_or(SHOWPIECE, String::as_str);
     format!(
         "\nMade {n_files} pictures in {out} from {sample}. Try next:\n  \
-         surfelshop render {sample} -r {last} -o side.png --camera right --zoom 2\n  \
+         surfelshop render {sample} -r {renderer} -o side.png --camera right --zoom 2\n  \
          surfelshop info {sample}\n  \
          surfelshop plugins"
     )

@@ -48,12 +48,14 @@ impl Written {
     /// The line for people.
     pub(crate) fn line(&self, studio: &Studio, chosen: &Chosen, settled: &Settled) -> String {
         let Self { path, outputs, width, height, bits, .. } = self;
+        let adapter = &studio.engine.gpu().info;
         format!(
-            "{path}: {} {width} x {height}, {bits} bit, {} in {:.0} ms on {}",
+            "{path}: {} {width} x {height}, {bits} bit, {} in {:.0} ms on {}, {}",
             outputs.join(" + "),
             chosen.reference.id,
             settled.milliseconds,
-            studio.adapter()
+            adapter.name,
+            adapter.backend.to_str()
         )
     }
 }

@@ -57,11 +57,6 @@ impl Studio {
         Ok(Self { engine, host })
     }
 
-    /// The adapter in a few words.
-    pub(crate) fn adapter(&self) -> &str {
-        &self.host.adapter
-    }
-
     /// Loads a renderer by name and reads the parameters meant for it.
     pub(crate) fn choose(
         &self,
