@@ -88,6 +88,8 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_enum, value_name = "BITS", default_value_t)]
     pub(crate) bits: Bits,
     /// A parameter of the renderer, as id=value or RENDERER:id=value; may be repeated.
+    ///
+    /// An id that does not exist is answered with the list of those that do, and their ranges.
     #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
     pub(crate) set: Vec<Setting>,
     /// Factor on every surfel's radius.

@@ -12,7 +12,8 @@ const DEFAULT_FOV_DEG: f64 = 35.0;
 /// The framed sphere is this much larger than the cloud's, so that nothing touches the border.
 const MARGIN: f64 = 1.04;
 
-/// Distance of the near plane as a share of the scene's extent.
+/// Distance of the near plane as a share of the scene's extent, or of the distance to the target
+/// where that is less: a stray point far away must not push the plane beyond what is looked at.
 ///
 /// Depth is `near / distance` in f32, whose relative precision is the same for every distance, so a
 /// tiny near plane costs no precision and lets the camera go between surfels.
@@ -168,7 +169,7 @@ fn turned(up: UpAxis, direction: DVec3) -> DVec3 {
 fn depth_range(camera: &Camera, extent: &Extent) -> [f64; 2] {
     let reach = extent.radius * MARGIN;
     let middle = (extent.center - camera.eye).dot(camera.forward());
-    let least = extent.radius * NEAR_SHARE;
+    let least = (extent.radius.min(camera.eye.distance(camera.target)) * NEAR_SHARE).max(1e-36);
     let near = match camera.projection {
         Projection::Perspective { .. } => least,
         // Depth of a parallel projection is linear: a tight range keeps its precision.
@@ -280,6 +281,13 @@ mod tests {
         let view = view(&LensArguments { up: UpAxis::Z, ..lens("front") }, &extent, [64, 64]);
         assert!((view.camera.forward() - DVec3::Y).length() < 1e-12);
         assert_eq!(view.camera.up, DVec3::Z);
+    }
+
+    #[test]
+    fn stray_points_do_not_push_the_near_plane_beyond_the_target() {
+        let extent = Extent::new(DVec3::ZERO, 1e9);
+        let view = view(&lens("0,0,0.1; 0,0,0"), &extent, [64, 64]);
+        assert!(view.near < 1e-3 && view.far > 1e9, "{view:?}");
     }
 
     #[test]

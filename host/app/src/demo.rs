@@ -147,7 +147,7 @@ impl Stage<'_> {
             zoom,
         };
         [
-            ("three-quarter", lens(CameraSpec::three_quarter(), 1.0)),
+            ("three-quarter", lens(CameraSpec::three_quarter(), 1.08)),
             ("close", lens(CameraSpec::front(), 2.2)),
         ]
         .map(|(name, lens)| (name, camera::view(&lens, &extent, self.arguments.size.0)))

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Scene, UnitKind};
-use surfelshop_engine::picture::{Development, ToneMap};
+use surfelshop_engine::picture::{Background, Development, ToneMap};
 use surfelshop_engine::{RenderRequest, Rendered};
 
 /// What an EXR file holds unless one output was asked for.
@@ -79,6 +79,11 @@ pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
         "facts": clouds.facts,
         "scene": scene,
+        "tone_map": format!("{:?}", arguments.tone_map).to_lowercase(),
+        "background": match arguments.background.0 {
+            Background::Transparent => None,
+            Background::Color(encoded) => Some(encoded),
+        },
         "renderer": report::renderer(&chosen),
         "adapter": report::adapter(&studio),
         "frame": report::frame(&settled, &view),
