@@ -42,3 +42,11 @@ fn surface_at(pixel: vec2<u32>) -> Surface {
         s.depth > 0.0,
     );
 }
+
+@group(0) @binding(3) var surface_material: texture_2d<u32>;
+
+// Index into the scene's material table of the nearest surfel at a pixel; 0 where the cloud has
+// no materials. Materials do not blend, so this is the nearest surfel's in every mode.
+fn material_at(pixel: vec2<u32>) -> u32 {
+    return textureLoad(surface_material, pixel, 0).x;
+}

@@ -37,6 +37,9 @@ var<storage, read> color: array<vec2<u32>>;
 #ifdef AO
 var<storage, read> ao: array<f32>;
 #endif
+#ifdef MATERIAL
+var<storage, read> material: array<u32>;
+#endif
 
 // A surfel in view space: centre, half axes and normal turned to the eye.
 struct Disc {

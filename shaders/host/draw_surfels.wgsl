@@ -120,17 +120,35 @@ fn blended_fragment(in: Blended) -> Sums {
     return Sums(vec4(in.normal * w, w), in.albedo_ao * w);
 }
 
+// The nearest surfel of a pixel, counted within this chunk; a number not below `chunk.count` where
+// another chunk's surfel, or none, is nearest.
+fn nearest_in_chunk(winner: vec2<u32>) -> u32 {
+    return (winner.x & INDEX_MASK) - chunk.first;
+}
+
 // Fills the surface buffer from the nearest surfel alone, for the pixels of this chunk.
 @fragment
 fn lookup_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
-    let pixel = vec2<u32>(p.xy);
-    let winner = textureLoad(nearest, pixel, 0).xy;
-    let surfel = winner.x & INDEX_MASK;
-    if surfel < chunk.first || surfel >= chunk.first + chunk.count {
+    let winner = textureLoad(nearest, vec2<u32>(p.xy), 0).xy;
+    let i = nearest_in_chunk(winner);
+    if i >= chunk.count {
         discard;
     }
-    let i = surfel - chunk.first;
     let disc = load_disc(i);
     let distance = bitcast<f32>(winner.y);
     return packing::pack_surface(distance, disc.normal, load_albedo(i), load_ao(i));
+}
+
+// The material of the nearest surfel, for the pixels of this chunk.
+@fragment
+fn material_fragment(@builtin(position) p: vec4<f32>) -> @location(0) u32 {
+    let i = nearest_in_chunk(textureLoad(nearest, vec2<u32>(p.xy), 0).xy);
+    if i >= chunk.count {
+        discard;
+    }
+#ifdef MATERIAL
+    return material[i];
+#else
+    return 0u;
+#endif
 }

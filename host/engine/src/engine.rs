@@ -269,6 +269,10 @@ impl Submission<'_> {
         for &mode in &needed.surfaces {
             parts.add(mode);
         }
+        if needed.material {
+            parts.visibility = true;
+            parts.material = true;
+        }
         for source in &sources {
             match source {
                 Source::Surface("depth_only") => parts.visibility = true,

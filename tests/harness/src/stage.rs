@@ -21,6 +21,24 @@ pub fn view(eye: DVec3, target: DVec3, size: u32) -> View {
     View { camera, size_px: [size, size], near: 1e-5, far: 1e3 }
 }
 
+/// Views of a cloud that are hard in different ways: from the front, grazing along its top, and
+/// from the middle of its bounding box.
+#[must_use]
+pub fn hard_views(cloud: &Cloud, size: u32) -> [(&'static str, View); 3] {
+    let facts = cloud.facts();
+    let center = 0.5 * (facts.bounds_min + facts.bounds_max);
+    let extent = facts.bounds_max - facts.bounds_min;
+    let reach = extent.length();
+    let top = center + DVec3::new(0.0, 0.49 * extent.y, 0.0);
+    let scaled =
+        |eye, target| View { near: 1e-6 * reach, far: 4.0 * reach, ..view(eye, target, size) };
+    [
+        ("front", scaled(center + 1.3 * reach * DVec3::new(0.3, 0.3, 1.0), center)),
+        ("grazing", scaled(top + 0.7 * reach * DVec3::new(1.0, 0.02, 0.1), top)),
+        ("inside", scaled(center, center + extent * DVec3::new(1.0, 0.1, 0.2))),
+    ]
+}
+
 /// The engine of a test, on the adapter a user would get.
 ///
 /// # Panics

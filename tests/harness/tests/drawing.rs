@@ -79,17 +79,8 @@ fn parallel_projection_covers_what_rays_meet() {
 fn the_sample_covers_what_rays_meet() {
     let sample = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/sample.ply");
     let loaded = surfelshop_cloud::read(sample, &Default::default()).unwrap();
-    let facts = loaded.cloud.facts();
-    let center = 0.5 * (facts.bounds_min + facts.bounds_max);
-    let reach = (facts.bounds_max - facts.bounds_min).length();
-    for (direction, what) in [
-        (DVec3::new(0.3, 0.3, 1.0), "front"),
-        (DVec3::new(1.0, 0.02, 0.1), "grazing the ground"),
-        (DVec3::ZERO, "inside"),
-    ] {
-        let eye = center + 1.3 * reach * direction;
-        let target = if direction == DVec3::ZERO { center + DVec3::X } else { center };
-        check(&loaded.cloud, stage::view(eye, target, 512), what);
+    for (what, view) in stage::hard_views(&loaded.cloud, 512) {
+        check(&loaded.cloud, view, what);
     }
 }
 

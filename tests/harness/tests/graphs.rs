@@ -23,6 +23,7 @@ static_plugin! {
         graphs::HugeTexture,
         EndlessLoop,
         Multiple,
+        Materials,
     ],
 }
 
@@ -244,4 +245,51 @@ fn every_kind_of_pass_does_what_it_says() {
         let ran = fill.state == surfelshop_engine::PassState::Ran;
         assert_eq!(ran, round == 0, "what a key names is made once");
     }
+}
+
+/// Shows materials as brightness.
+struct Materials;
+
+impl Renderer for Materials {
+    const INFO: UnitInfo = UnitInfo::new("materials", "Materials", "Shows material indices.");
+    type Params = ();
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
+        let wgsl = "
+            #import surfelshop::surface::{Surface, material_at}
+            fn shade(s: Surface) -> vec4<f32> { return vec4(f32(material_at(s.pixel))); }";
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::shading("materials", wgsl, "shade").target(color));
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+#[test]
+fn materials_are_those_of_the_nearest_surfel() {
+    use glam::Vec3;
+    use surfelshop_cloud::{Buffer, Column};
+    let mut engine = stage::engine();
+    let mut surfels = clouds::Surfels::default();
+    surfels.push(Vec3::new(0.0, 0.0, 0.0), Vec3::Z, 0.5);
+    surfels.push(Vec3::new(0.0, 0.0, 0.2), Vec3::Z, 0.2);
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 64);
+    let plain = surfels.cloud();
+    let column = Column::new(surfelshop_api::columns::MATERIAL, 1, Buffer::U32(vec![7, 9]));
+    let with = plain.with_columns(vec![column]).unwrap();
+    let mut at_center_and_side = |cloud| {
+        let mut renderer = stage::static_renderer::<SurfelshopPackage>(&engine, 12);
+        let outputs = [Output::Color];
+        let scene = Scene::default();
+        let frame = stage::render(&mut engine, &mut renderer, cloud, &scene, view, &outputs);
+        let frame = frame.unwrap();
+        let color = frame.image(&Output::Color).unwrap();
+        [color.pixel(32, 32)[0], color.pixel(42, 32)[0], color.pixel(0, 0)[0]]
+    };
+    assert_eq!(at_center_and_side(&with), [9.0, 7.0, 0.0]);
+    assert_eq!(at_center_and_side(&plain), [0.0, 0.0, 0.0]);
 }

@@ -11,18 +11,21 @@ pub(crate) struct Needed {
     pub(crate) passes: Vec<bool>,
     /// Surfaces that those passes read.
     pub(crate) surfaces: Vec<SurfaceMode>,
+    /// Whether one of them reads materials.
+    pub(crate) material: bool,
 }
 
 /// Walks back from the requested textures over what each pass reads and writes.
 pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> Needed {
     let mut wanted: HashSet<Node> = requested.iter().map(|&i| Node::Texture(i)).collect();
-    let mut needed = Needed { passes: vec![false; plan.passes.len()], surfaces: Vec::new() };
+    let mut needed = Needed { passes: vec![false; plan.passes.len()], ..Needed::default() };
     for (i, pass) in plan.passes.iter().enumerate().rev() {
         if !pass.writes.iter().any(|node| wanted.contains(node)) {
             continue;
         }
         needed.passes[i] = true;
         wanted.extend(&pass.reads);
+        needed.material |= pass.material;
         if let Some(mode) = pass.surface
             && !needed.surfaces.contains(&mode)
         {

@@ -2,7 +2,9 @@
 
 use super::cull::Needed;
 use super::pipelines::{Pipelines, Stage};
-use super::plan::{HOST_LIGHTS, HOST_SURFACE, HOST_VIEW, Node, Plan, SHADING_TARGET, targets_of};
+use super::plan::{
+    HOST_LIGHTS, HOST_MATERIAL, HOST_SURFACE, HOST_VIEW, Node, Plan, SHADING_TARGET, targets_of,
+};
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
 use super::{RenderError, bind};
@@ -68,6 +70,9 @@ pub(crate) fn execute(
             HOST_SURFACE => {
                 let view = frame.surface?.packed(planned.surface?)?;
                 Some(wgpu::BindingResource::TextureView(view))
+            }
+            HOST_MATERIAL => {
+                Some(wgpu::BindingResource::TextureView(frame.surface?.material.as_ref()?))
             }
             SHADING_TARGET => Some(wgpu::BindingResource::TextureView(&targets.first()?.0)),
             _ => match pass.bindings.get(name)? {

@@ -13,6 +13,7 @@ use surfelshop_api::graph::{
 pub(crate) const HOST_VIEW: &str = "surfelshop::view::view";
 pub(crate) const HOST_LIGHTS: &str = "surfelshop::light::lights";
 pub(crate) const HOST_SURFACE: &str = "surfelshop::surface::surface_packed";
+pub(crate) const HOST_MATERIAL: &str = "surfelshop::surface::surface_material";
 
 /// Most bytes of one texture or buffer of a graph.
 const MAX_RESOURCE_BYTES: u64 = 1 << 30;
@@ -37,6 +38,8 @@ pub(crate) struct Planned {
     pub(crate) writes: Vec<Node>,
     /// The surface it reads, where it reads one.
     pub(crate) surface: Option<SurfaceMode>,
+    /// Whether it reads materials.
+    pub(crate) material: bool,
     pub(crate) workgroup_size: [u32; 3],
     /// Whether it runs as a compute pass: compute passes, and shading passes on devices that
     /// cannot draw into the target's format.
@@ -174,6 +177,7 @@ impl Plan {
             reads: Vec::new(),
             writes: Vec::new(),
             surface: None,
+            material: false,
             workgroup_size: point.workgroup_size,
             computes: stage == naga::ShaderStage::Compute,
             pipeline: OnceCell::new(),
@@ -226,6 +230,10 @@ impl Plan {
             HOST_VIEW | HOST_LIGHTS | SHADING_TARGET => return Ok(()),
             HOST_SURFACE => {
                 planned.surface = Some(surface);
+                return Ok(());
+            }
+            HOST_MATERIAL => {
+                planned.material = true;
                 return Ok(());
             }
             _ => {}

@@ -127,6 +127,13 @@ impl Columns {
             self.floats(cloud, columns::AO, &mut drawn)?;
             drawn.defines.push("AO");
         }
+        if let Some(column) = cloud.column(columns::MATERIAL)
+            && let (1, Values::U32(values)) = (column.components, column.values)
+        {
+            let bytes = || Cow::Borrowed(bytemuck::cast_slice(values));
+            self.upload(column, columns::MATERIAL, bytes, 4, 0.0, &mut drawn);
+            drawn.defines.push("MATERIAL");
+        }
         if let Some(column) = cloud.column(columns::COLOR)
             && is_color(column)
         {

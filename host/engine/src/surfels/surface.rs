@@ -30,6 +30,8 @@ pub(crate) struct SurfaceParts {
     pub(crate) nearest: bool,
     /// The surface of blended surfels.
     pub(crate) blended: bool,
+    /// The material of the nearest surfels.
+    pub(crate) material: bool,
 }
 
 impl SurfaceParts {
@@ -60,6 +62,7 @@ pub(crate) struct Surface {
     pub(crate) winners: wgpu::TextureView,
     nearest: Option<wgpu::TextureView>,
     blended: Option<wgpu::TextureView>,
+    pub(crate) material: Option<wgpu::TextureView>,
     visible: bool,
 }
 
@@ -129,7 +132,7 @@ impl Surfaces {
                 reused(recorder, "surfels: nearest");
             } else {
                 let view = packed_texture(recorder.gpu, input.size);
-                drawing.lookup(&surface, &view, recorder, pipelines)?;
+                drawing.lookup(Lookup::Surface, &surface, &view, recorder, pipelines)?;
                 surface.nearest = Some(view);
                 self.counts.nearest += 1;
             }
@@ -146,6 +149,16 @@ impl Surfaces {
                 }
                 surface.blended = Some(view);
                 self.counts.blended += 1;
+            }
+        }
+        if parts.material {
+            if surface.material.is_some() {
+                reused(recorder, "surfels: material");
+            } else {
+                let format = wgpu::TextureFormat::R32Uint;
+                let view = texture(recorder.gpu, "material", input.size, format);
+                drawing.lookup(Lookup::Material, &surface, &view, recorder, pipelines)?;
+                surface.material = Some(view);
             }
         }
         self.kept.insert(0, (input.key.clone(), surface));
@@ -166,6 +179,7 @@ impl Surface {
             winners: texture(gpu, "nearest surfels", size, wgpu::TextureFormat::Rg32Uint),
             nearest: None,
             blended: None,
+            material: None,
             visible: false,
         }
     }
@@ -192,6 +206,15 @@ fn texture(
         view_formats: &[],
     });
     texture.create_view(&wgpu::TextureViewDescriptor::default())
+}
+
+/// What is looked up of the nearest surfels.
+#[derive(Clone, Copy)]
+enum Lookup {
+    /// The packed surface.
+    Surface,
+    /// The material's index.
+    Material,
 }
 
 /// A chunk with its uniform.
@@ -328,18 +351,26 @@ impl<'a> Drawing<'a> {
         Ok(())
     }
 
-    /// Fills the packed surface with the nearest surfels.
+    /// Fills a texture with what is looked up of the nearest surfels.
     fn lookup(
         &self,
+        what: Lookup,
         surface: &Surface,
         target: &wgpu::TextureView,
         recorder: &mut Recorder<'_>,
         pipelines: &mut Pipelines,
     ) -> Result<(), String> {
-        let name = "surfels: nearest";
+        let (name, entry, format) = match what {
+            Lookup::Surface => {
+                ("surfels: nearest", "lookup_fragment", wgpu::TextureFormat::Rgba32Uint)
+            }
+            Lookup::Material => {
+                ("surfels: material", "material_fragment", wgpu::TextureFormat::R32Uint)
+            }
+        };
         let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
-        let entries = ["cover_screen", "lookup_fragment"];
-        let formats = [wgpu::TextureFormat::Rgba32Uint];
+        let entries = ["cover_screen", entry];
+        let formats = [format];
         let kind = DrawKind::Fullscreen;
         let draws = self.prepare(recorder.gpu, pipelines, name, entries, &formats, kind, &more)?;
         recorder.render(name, &[Attachment::cleared(target)], None, |pass| {
@@ -385,7 +416,7 @@ impl<'a> Drawing<'a> {
         recorder: &mut Recorder<'_>,
         pipelines: &mut Pipelines,
     ) -> Result<(), String> {
-        self.lookup(surface, target, recorder, pipelines)?;
+        self.lookup(Lookup::Surface, surface, target, recorder, pipelines)?;
         let gpu = recorder.gpu;
         let pixels = u64::from(self.input.size[0]) * u64::from(self.input.size[1]);
         let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
