@@ -1,10 +1,7 @@
 //! A plugin registered inside the program: the whole boundary without loading a library, so that
 //! Miri can check its pointers.
 
-#![expect(
-    clippy::float_cmp_const,
-    reason = "a test program; the values compared are copied, not computed"
-)]
+#![expect(reason = "a test program; the values compared are copied, not computed")]
 
 use std::cell::{Cell, RefCell};
 use surfelshop_api::abi::host_side::{Fault, Plugin};

@@ -127,7 +127,9 @@ impl Gpu {
                 if wanted {
                     return Self::open(adapter);
                 }
-                found.push(name);
+                if !found.contains(&name) {
+                    found.push(name);
+                }
             }
         }
         match &options.adapter {

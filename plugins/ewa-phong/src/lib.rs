@@ -63,9 +63,8 @@ impl Renderer for EwaPhong {
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
         let p = &frame.params;
-        let settings = graph.uniform(
-            Uniform::new().f32(p.diffuse).f32(p.specular).f32(p.shininess).f32(p.ambient),
-        );
+        let settings = graph
+            .uniform(Uniform::new().f32(p.diffuse).f32(p.specular).f32(p.shininess).f32(p.ambient));
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("phong", include_str!("ewa_phong.wgsl"), "shade")

@@ -1,5 +1,7 @@
 //! Work that need not be done is not done, by count.
 
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
 use glam::DVec3;
 use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;

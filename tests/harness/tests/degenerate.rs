@@ -1,5 +1,7 @@
 //! Clouds with next to nothing in them.
 
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
 use glam::{DVec3, Vec3};
 use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;

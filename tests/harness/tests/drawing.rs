@@ -1,5 +1,7 @@
 //! What is drawn is what rays meet.
 
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Projection, Scene, View};

@@ -1,5 +1,7 @@
 //! Graphs that break a rule are refused with pass and variable, and harm nothing else.
 
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
 use glam::DVec3;
 use surfelshop_api::graph::Output;
 use surfelshop_api::prelude::*;
@@ -32,7 +34,7 @@ fn refusal(unit: u32) -> String {
     let mut engine = stage::engine();
     let cloud = clouds::sphere(500, 1.0).cloud();
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
-    let mut render = |engine: &mut Engine, unit| {
+    let render = |engine: &mut Engine, unit| {
         let mut renderer = stage::static_renderer::<SurfelshopPackage>(engine, unit);
         let outputs = [Output::Color];
         stage::render(engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)

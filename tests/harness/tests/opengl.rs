@@ -1,5 +1,7 @@
 //! Without Vulkan: OpenGL draws the same picture, adding up in fixed point.
 
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
 use glam::DVec3;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Projection, Scene, View};

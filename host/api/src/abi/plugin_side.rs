@@ -195,7 +195,6 @@ unsafe extern "C" fn frame(instance: *mut c_void, request: Bytes, sink: Sink) ->
     })
 }
 
-#[expect(clippy::too_many_arguments, reason = "the C table's signature")]
 unsafe extern "C" fn tile(
     instance: *const c_void,
     request: Bytes,
@@ -384,7 +383,8 @@ fn guarded(sink: Sink, work: impl FnOnce() -> Result<()>) -> i32 {
             // A payload may panic when dropped; that panic ends here too, as silently.
             INSIDE.set(true);
             if let Err(second) = catch_unwind(AssertUnwindSafe(|| drop(payload))) {
-                std::mem::forget(second);
+                // A second panic's payload is left alone: dropping it could panic again.
+                let _kept = std::mem::ManuallyDrop::new(second);
             }
             INSIDE.set(was_inside);
             status::PANIC

@@ -1,5 +1,6 @@
 //! Checks, compiles, culls, runs and times graphs.
 
+mod check;
 mod cull;
 mod execute;
 mod pipelines;

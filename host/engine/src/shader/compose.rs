@@ -130,7 +130,9 @@ fn one_line(report: &str) -> ShaderError {
     let note = report
         .lines()
         .find_map(|line| line.trim_start().strip_prefix("= "))
-        .map(|note| format!(" ({})", note.trim()))
+        .map(str::trim)
+        .filter(|note| !what.contains(note) && !note.contains(what))
+        .map(|note| format!(" ({note})"))
         .unwrap_or_default();
     ShaderError::new(format!("{place}{what}{note}"))
 }

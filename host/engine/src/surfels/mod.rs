@@ -1,8 +1,10 @@
 //! Surfel drawing: columns on the device and the surface buffer made from them.
 
 mod columns;
+mod drawing;
 mod surface;
 
 pub(crate) use columns::{Columns, DrawnCloud};
+pub(crate) use drawing::RESOLVE;
 pub use surface::SurfaceCounts;
-pub(crate) use surface::{RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
+pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};

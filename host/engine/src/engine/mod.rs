@@ -1,0 +1,229 @@
+//! One frame from request to pictures.
+
+mod submission;
+mod uniforms;
+
+use crate::gpu::Gpu;
+use crate::run::{
+    CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
+};
+use crate::surfels::{Columns, SurfaceCounts, Surfaces};
+use submission::Submission;
+use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Instance};
+use surfelshop_api::graph::{Output, Structure};
+use surfelshop_api::params::Values;
+use surfelshop_api::{CloudFacts, CloudView, FrameRequest, Scene, View};
+
+/// How an engine works; the defaults fit everything but tests.
+#[derive(Clone, Copy, Debug)]
+pub struct EngineOptions {
+    /// Most surfels in one chunk; fewer where the device's bindings are smaller.
+    pub chunk_surfels: u32,
+}
+
+impl Default for EngineOptions {
+    fn default() -> Self {
+        Self { chunk_surfels: 1 << 20 }
+    }
+}
+
+/// What the engine did since it was made; tests and reports read it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Counters {
+    /// Shaders and pipelines compiled.
+    pub compiled: CompileCounts,
+    /// Parts of surface buffers made.
+    pub surfaces: SurfaceCounts,
+    /// Structures decoded and checked.
+    pub plans: u32,
+    /// Columns uploaded.
+    pub uploads: u32,
+    /// Bytes of columns on the device now.
+    pub column_bytes: u64,
+}
+
+/// A frame to be rendered.
+#[derive(Clone, Copy)]
+pub struct RenderRequest<'a> {
+    /// The clouds of the scene.
+    pub clouds: &'a [CloudView<'a>],
+    /// Facts of the clouds.
+    pub facts: &'a CloudFacts,
+    /// Lights, exposure and surface settings.
+    pub scene: &'a Scene,
+    /// Camera, size and depth range.
+    pub view: View,
+    /// The renderer's parameters.
+    pub values: &'a Values,
+    /// The pictures wanted.
+    pub outputs: &'a [Output],
+    /// Frames since something in this view changed.
+    pub frame_index: u32,
+}
+
+/// A rendered frame.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The requested pictures, in the order of the request.
+    pub images: Vec<(Output, Image)>,
+    /// The passes in the order they stand in the frame.
+    pub passes: Vec<PassReport>,
+    /// Whether the renderer says that another frame would refine the picture.
+    pub wants_another_frame: bool,
+}
+
+impl Rendered {
+    /// The picture of an output, where it was requested.
+    #[must_use]
+    pub fn image(&self, output: &Output) -> Option<&Image> {
+        self.images.iter().find(|(other, _)| other == output).map(|(_, image)| image)
+    }
+}
+
+/// A renderer in a view: its instance and the plan of its last structure.
+pub struct RendererView {
+    instance: Instance,
+    scope: String,
+    structure: Vec<u8>,
+    plan: Option<Plan>,
+}
+
+impl RendererView {
+    /// Puts an instance of a renderer into a view; `scope` keeps the persistent resources of
+    /// different renderers apart and is usually package and unit id.
+    #[must_use]
+    pub fn new(instance: Instance, scope: impl Into<String>) -> Self {
+        Self { instance, scope: scope.into(), structure: Vec::new(), plan: None }
+    }
+}
+
+/// The device side: columns, pipelines, surfaces and resources of all views.
+pub struct Engine {
+    gpu: Gpu,
+    pipelines: Pipelines,
+    columns: Columns,
+    surfaces: Surfaces,
+    resources: Resources,
+    plans: u32,
+}
+
+impl Engine {
+    /// An engine on a device.
+    ///
+    /// # Errors
+    /// Where a shader module of the host is broken.
+    pub fn new(gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
+        Ok(Self {
+            pipelines: Pipelines::new(gpu.device.clone())?,
+            columns: Columns::new(gpu.device.clone(), options.chunk_surfels),
+            surfaces: Surfaces::default(),
+            resources: Resources::default(),
+            plans: 0,
+            gpu,
+        })
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// What was done so far.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        Counters {
+            compiled: self.pipelines.counts,
+            surfaces: self.surfaces.counts,
+            plans: self.plans,
+            uploads: self.columns.uploads,
+            column_bytes: self.columns.bytes(),
+        }
+    }
+
+    /// Has a renderer describe a frame and runs it.
+    ///
+    /// # Errors
+    /// Where the plugin fails, its graph breaks a rule, a cloud cannot be drawn, or the device
+    /// fails. The engine can be used on.
+    pub fn render(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
+        self.check_size(request.view.size_px)?;
+        let encoded = renderer
+            .instance
+            .frame(&FrameRequest {
+                view: request.view,
+                scene: request.scene.clone(),
+                cloud: request.facts.clone(),
+                frame_index: request.frame_index,
+                values: request.values.clone(),
+            })
+            .map_err(RenderError::Plugin)?;
+        self.replan(renderer, &encoded, request.view.size_px)?;
+        let Some(plan) = &renderer.plan else {
+            return Err(RenderError::Graph("there is none".to_owned()));
+        };
+        self.columns.next_frame();
+        self.resources.next_frame();
+        let clouds = request
+            .clouds
+            .iter()
+            .map(|cloud| self.columns.cloud(cloud))
+            .collect::<Result<Vec<_>, _>>()?;
+        let device = self.gpu.device.clone();
+        let work = Submission {
+            gpu: &self.gpu,
+            pipelines: &mut self.pipelines,
+            surfaces: &mut self.surfaces,
+            resources: &mut self.resources,
+            plan,
+            scope: &renderer.scope,
+            data: &encoded.data,
+            request,
+            clouds: &clouds,
+        };
+        let rendered = checked(&device, || work.run())
+            .map_err(RenderError::Device)
+            .and_then(|rendered| rendered);
+        if rendered.is_err() {
+            self.surfaces.clear();
+        }
+        rendered
+    }
+
+    fn check_size(&self, size: [u32; 2]) -> Result<(), RenderError> {
+        let most = self.gpu.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|&side| side == 0 || side > most) {
+            return Err(RenderError::Device(format!(
+                "a picture of {} x {} was asked for; each side must be 1 to {most}",
+                size[0], size[1]
+            )));
+        }
+        Ok(())
+    }
+
+    /// Decodes and checks the structure, unless it is the one planned last.
+    fn replan(
+        &mut self,
+        renderer: &mut RendererView,
+        encoded: &EncodedGraph,
+        size: [u32; 2],
+    ) -> Result<(), RenderError> {
+        let known = renderer.plan.as_ref().is_some_and(|plan| plan.size == size)
+            && renderer.structure == encoded.structure;
+        if known {
+            return Ok(());
+        }
+        renderer.plan = None;
+        let structure: Structure = rmp_serde::from_slice(&encoded.structure).map_err(|error| {
+            RenderError::Plugin(Fault::Misbehaved(format!("its graph is unreadable: {error}")))
+        })?;
+        self.plans += 1;
+        renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
+        renderer.structure.clone_from(&encoded.structure);
+        Ok(())
+    }
+}

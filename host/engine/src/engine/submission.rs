@@ -1,0 +1,187 @@
+//! One frame's commands: which passes, over which surface, into which pictures.
+
+use super::uniforms::{drawn_view, lights_uniform, surface_key, uniform, view_uniform};
+use super::{RenderRequest, Rendered};
+use crate::gpu::Gpu;
+use crate::run::{
+    Frame, HOST_SURFACE, HOST_VIEW, Pending, Pipelines, Plan, Recorder, RenderError, Resources,
+    Stage, bind, copy, execute, needed, touched,
+};
+use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
+use std::collections::BTreeMap;
+use surfelshop_api::graph::{Output, SurfaceMode};
+
+/// Everything one frame's commands are made from.
+pub(super) struct Submission<'a> {
+    pub(super) gpu: &'a Gpu,
+    pub(super) pipelines: &'a mut Pipelines,
+    pub(super) surfaces: &'a mut Surfaces,
+    pub(super) resources: &'a mut Resources,
+    pub(super) plan: &'a Plan,
+    pub(super) scope: &'a str,
+    pub(super) data: &'a [u8],
+    pub(super) request: &'a RenderRequest<'a>,
+    pub(super) clouds: &'a [DrawnCloud],
+}
+
+/// Where a requested output comes from.
+enum Source {
+    /// A texture of the graph.
+    Graph(usize),
+    /// The host's surface buffer, through an entry point of the resolve shader.
+    Surface(&'static str),
+}
+
+impl Submission<'_> {
+    pub(super) fn run(self) -> Result<Rendered, RenderError> {
+        let sources = self.sources()?;
+        let graph_outputs: Vec<usize> = sources
+            .iter()
+            .filter_map(|source| match source {
+                Source::Graph(texture) => Some(*texture),
+                Source::Surface(_) => None,
+            })
+            .collect();
+        let needed = needed(self.plan, &graph_outputs);
+        let host_mode = self.plan.passes.iter().find_map(|p| p.surface).unwrap_or_default();
+        let mut parts = SurfaceParts::default();
+        for &mode in &needed.surfaces {
+            parts.add(mode);
+        }
+        if needed.material {
+            parts.visibility = true;
+            parts.material = true;
+        }
+        for source in &sources {
+            match source {
+                Source::Surface("depth_only") => parts.visibility = true,
+                Source::Surface(_) => parts.add(host_mode),
+                Source::Graph(_) => {}
+            }
+        }
+        let drawn_view = drawn_view(self.request, self.clouds);
+        let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &drawn_view));
+        let lights_uniform = uniform(self.gpu, "lights", lights_uniform(self.request));
+        let mut recorder = Recorder::new(self.gpu);
+        let input = SurfaceInput {
+            clouds: self.clouds,
+            settings: &self.request.scene.surface,
+            view_uniform: &view_uniform,
+            view_from_offset: &|origin| self.request.view.view_from_offset(origin).as_mat4(),
+            size: self.request.view.size_px,
+            key: surface_key(self.request, self.clouds)?,
+        };
+        let surface = if parts == SurfaceParts::default() {
+            None
+        } else {
+            let made = self.surfaces.ensure(parts, &input, &mut recorder, self.pipelines);
+            Some(made.map_err(RenderError::Host)?)
+        };
+        let nodes = touched(self.plan, &needed, &graph_outputs);
+        let lent = self.resources.lend(self.gpu, self.plan, &nodes, self.scope);
+        let frame = Frame {
+            data: self.data,
+            view_uniform: &view_uniform,
+            lights_uniform: &lights_uniform,
+            surface,
+        };
+        let written = execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
+        let mut pending: Vec<Pending> = Vec::new();
+        for source in &sources {
+            let texture = match source {
+                Source::Graph(index) => lent.textures[*index].clone(),
+                Source::Surface(entry) => Some(show_surface(
+                    entry,
+                    surface,
+                    host_mode,
+                    &view_uniform,
+                    &mut recorder,
+                    self.pipelines,
+                )?),
+            };
+            let texture =
+                texture.ok_or_else(|| RenderError::Graph("an output was not made".to_owned()))?;
+            pending.push(copy(self.gpu, &mut recorder.encoder, &texture));
+        }
+        let passes = recorder.submit().map_err(RenderError::Device)?;
+        self.resources.give_back(lent, &written);
+        let images = pending
+            .into_iter()
+            .zip(self.request.outputs)
+            .map(|(pending, output)| Ok((output.clone(), pending.finish(self.gpu)?)))
+            .collect::<Result<Vec<_>, String>>()
+            .map_err(RenderError::Device)?;
+        let wants_another_frame = self.plan.structure.wants_another_frame;
+        Ok(Rendered { images, passes, wants_another_frame })
+    }
+
+    /// Where each requested output comes from.
+    fn sources(&self) -> Result<Vec<Source>, RenderError> {
+        let offered = &self.plan.structure.outputs;
+        let source = |wanted: &Output| {
+            if let Some((_, texture)) = offered.iter().find(|(output, _)| output == wanted) {
+                return Ok(Source::Graph(texture.index()));
+            }
+            match wanted {
+                Output::Depth => Ok(Source::Surface("depth_only")),
+                Output::Normal => Ok(Source::Surface("normal_only")),
+                Output::Albedo => Ok(Source::Surface("albedo_only")),
+                Output::Ao => Ok(Source::Surface("ao_only")),
+                Output::Color | Output::Debug(_) => {
+                    let names: Vec<_> = offered.iter().map(|(output, _)| output.name()).collect();
+                    Err(RenderError::NoOutput {
+                        wanted: wanted.name(),
+                        offered: if names.is_empty() { "none".into() } else { names.join(", ") },
+                    })
+                }
+            }
+        };
+        self.request.outputs.iter().map(source).collect()
+    }
+}
+
+/// Draws one of the surface's values as a picture.
+fn show_surface(
+    entry: &str,
+    surface: Option<&Surface>,
+    mode: SurfaceMode,
+    view_uniform: &wgpu::Buffer,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+) -> Result<wgpu::Texture, RenderError> {
+    let gpu = recorder.gpu;
+    let missing = || RenderError::Host("the surface was not made".to_owned());
+    let surface = surface.ok_or_else(missing)?;
+    let size = surface.size();
+    let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(entry),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let view = target.create_view(&wgpu::TextureViewDescriptor::default());
+    let name = format!("host: {}", entry.trim_end_matches("_only"));
+    let shader = pipelines.shader(RESOLVE, &[]).map_err(RenderError::Host)?;
+    let pipeline =
+        pipelines.compute(&name, &shader, entry, &BTreeMap::new()).map_err(RenderError::Host)?;
+    let group = bind(gpu, &pipeline, |name| match name {
+        HOST_VIEW => Some(view_uniform.as_entire_binding()),
+        HOST_SURFACE => Some(wgpu::BindingResource::TextureView(surface.packed(mode)?)),
+        "nearest" => Some(wgpu::BindingResource::TextureView(&surface.winners)),
+        "picture" => Some(wgpu::BindingResource::TextureView(&view)),
+        _ => None,
+    })
+    .map_err(RenderError::Host)?;
+    recorder.compute(&name, |pass| {
+        if let Stage::Compute(stage) = &pipeline.stage {
+            pass.set_pipeline(stage);
+            pass.set_bind_group(0, &group, &[]);
+            pass.dispatch_workgroups(size.width.div_ceil(8), size.height.div_ceil(8), 1);
+        }
+    });
+    Ok(target)
+}

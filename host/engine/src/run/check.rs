@@ -1,0 +1,284 @@
+//! The rules a graph must keep; each refusal names what was expected and what was found.
+
+use super::RenderError;
+use super::pipelines::Shader;
+use super::plan::{
+    HOST_LIGHTS, HOST_MATERIAL, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, SHADING_TARGET,
+    targets_of, wgpu_format,
+};
+use crate::gpu::Gpu;
+use crate::shader::{Binding, BindingKind};
+use surfelshop_api::graph::{Format, Groups, Pass, Resource, SurfaceMode, TextureId, Work};
+
+/// Most bytes of one texture or buffer of a graph.
+const MAX_RESOURCE_BYTES: u64 = 1 << 30;
+/// Most bytes of all textures and buffers of a graph.
+const MAX_GRAPH_BYTES: u64 = 4 << 30;
+/// Most workgroups per direction that WebGPU promises.
+const MAX_GROUPS: u32 = 65_535;
+
+impl Plan {
+    pub(super) fn check_resources(&self, limits: &wgpu::Limits) -> Result<(), RenderError> {
+        let mut total = 0u64;
+        for (i, texture) in self.structure.textures.iter().enumerate() {
+            let refuse = |what: String| {
+                Err(RenderError::Graph(format!("texture `{}` {what}", texture.label)))
+            };
+            let [w, h, d] = self.extent(i);
+            let largest = if texture.volume {
+                limits.max_texture_dimension_3d
+            } else {
+                limits.max_texture_dimension_2d
+            };
+            if w == 0 || h == 0 || d == 0 {
+                return refuse(format!("is {w} x {h} x {d}; each must be at least 1"));
+            }
+            if w.max(h) > largest || d > largest.max(limits.max_texture_array_layers) {
+                return refuse(format!("is {w} x {h} x {d}; the device allows {largest}"));
+            }
+            if texture.mips == 0 || texture.mips > 32 - w.max(h).leading_zeros() {
+                return refuse(format!("of {w} x {h} cannot have {} mip levels", texture.mips));
+            }
+            let texels = u64::from(w) * u64::from(h) * u64::from(d);
+            let bytes = texels.saturating_mul(u64::from(texture.format.bytes_per_texel()));
+            if bytes > MAX_RESOURCE_BYTES {
+                return refuse(format!(
+                    "has {bytes} bytes; at most {MAX_RESOURCE_BYTES} are given"
+                ));
+            }
+            total = total.saturating_add(bytes);
+        }
+        for buffer in &self.structure.buffers {
+            let most = limits.max_storage_buffer_binding_size.min(MAX_RESOURCE_BYTES);
+            if buffer.size < 4 || buffer.size > most {
+                return Err(RenderError::Graph(format!(
+                    "buffer `{}` has {} bytes; 4 to {most} are allowed",
+                    buffer.label, buffer.size
+                )));
+            }
+            total = total.saturating_add(buffer.size);
+        }
+        if total > MAX_GRAPH_BYTES {
+            return Err(RenderError::Graph(format!(
+                "its textures and buffers have {total} bytes; at most {MAX_GRAPH_BYTES} are given"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Names that the pass mentions and the shader does not have.
+    pub(super) fn check_names(&self, pass: &Pass, shader: &Shader) -> Result<(), String> {
+        let module = &shader.composed.module;
+        let variables: Vec<&str> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, variable)| variable.name.as_deref())
+            .filter(|name| !name.starts_with("surfelshop::"))
+            .collect();
+        for name in pass.bindings.keys() {
+            if !variables.contains(&name.as_str()) {
+                return Err(format!(
+                    "nothing in the shader is called `{name}`; its variables are: {}",
+                    list(&variables)
+                ));
+            }
+        }
+        let constants: Vec<&str> =
+            module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
+        for name in pass.constants.keys() {
+            if !constants.contains(&name.as_str()) {
+                return Err(format!(
+                    "the shader has no override constant `{name}`; it has: {}",
+                    list(&constants)
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_binding(
+        &self,
+        pass: &Pass,
+        binding: &Binding,
+        surface: SurfaceMode,
+        planned: &mut Planned,
+    ) -> Result<(), String> {
+        match binding.name.as_str() {
+            HOST_VIEW | HOST_LIGHTS | SHADING_TARGET => return Ok(()),
+            HOST_SURFACE => {
+                planned.surface = Some(surface);
+                return Ok(());
+            }
+            HOST_MATERIAL => {
+                planned.material = true;
+                return Ok(());
+            }
+            _ => {}
+        }
+        let name = &binding.name;
+        let Some(resource) = pass.bindings.get(name) else {
+            return Err(format!("`{name}` ({}) is not bound", binding.kind.describe()));
+        };
+        let node = self.check_resource(name, &binding.kind, resource)?;
+        if let Some(node) = node {
+            if binding.kind.writes() {
+                planned.writes.push(node);
+                // What a storage resource held before may be part of what it holds after.
+                planned.reads.push(node);
+            } else {
+                planned.reads.push(node);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a resource fits a variable; its node, where passes can depend on it.
+    fn check_resource(
+        &self,
+        name: &str,
+        kind: &BindingKind,
+        resource: &Resource,
+    ) -> Result<Option<Node>, String> {
+        let unknown = |what: &str| format!("`{name}` is bound to {what} the graph does not have");
+        let wrong =
+            |found: &str| format!("`{name}` is {} in the shader, {found} given", kind.describe());
+        match (*resource, kind) {
+            (Resource::Uniform(id), BindingKind::Uniform { size }) => {
+                let span = self.structure.uniforms.get(id.index());
+                let given = span.ok_or_else(|| unknown("a uniform"))?.len;
+                if given != *size {
+                    return Err(format!("`{name}` is {size} bytes in the shader, {given} given"));
+                }
+                Ok(None)
+            }
+            (Resource::Buffer(id), BindingKind::Storage { min_size, .. }) => {
+                let buffer = self.structure.buffers.get(id.index());
+                let given = buffer.ok_or_else(|| unknown("a buffer"))?.size;
+                if given < *min_size {
+                    return Err(format!(
+                        "`{name}` needs at least {min_size} bytes in the shader, {given} given"
+                    ));
+                }
+                Ok(Some(Node::Buffer(id.index())))
+            }
+            (Resource::Texture { id, mip }, BindingKind::Texture { sample, .. }) => {
+                let texture = self.structure.textures.get(id.index());
+                let texture = texture.ok_or_else(|| unknown("a texture"))?;
+                if mip.is_some_and(|mip| mip >= texture.mips) {
+                    return Err(format!("`{name}` is bound to a mip level the texture lacks"));
+                }
+                let fits = match sample {
+                    wgpu::TextureSampleType::Uint => is_uint(texture.format),
+                    wgpu::TextureSampleType::Depth => texture.format == Format::Depth32Float,
+                    wgpu::TextureSampleType::Sint => false,
+                    wgpu::TextureSampleType::Float { .. } => !is_uint(texture.format),
+                };
+                if !fits {
+                    return Err(wrong(&format!("a texture of {:?}", texture.format)));
+                }
+                Ok(Some(Node::Texture(id.index())))
+            }
+            (Resource::Texture { id, .. }, BindingKind::StorageTexture { format, .. }) => {
+                let texture = self.structure.textures.get(id.index());
+                let texture = texture.ok_or_else(|| unknown("a texture"))?;
+                if wgpu_format(texture.format) != *format {
+                    return Err(wrong(&format!("a texture of {:?}", texture.format)));
+                }
+                Ok(Some(Node::Texture(id.index())))
+            }
+            (Resource::Sampler(_), BindingKind::Sampler { comparison: false }) => Ok(None),
+            (Resource::Uniform(_), _) => Err(wrong("a uniform")),
+            (Resource::Buffer(_), _) => Err(wrong("a storage buffer")),
+            (Resource::Texture { .. }, _) => Err(wrong("a texture")),
+            (Resource::Sampler(_), _) => Err(wrong("a sampler")),
+        }
+    }
+
+    pub(super) fn check_targets(
+        &self,
+        pass: &Pass,
+        gpu: &Gpu,
+        planned: &mut Planned,
+    ) -> Result<(), String> {
+        let targets = targets_of(pass);
+        match &pass.work {
+            Work::Compute { groups, .. } => {
+                if let Groups::Fixed(groups) = groups
+                    && groups.iter().any(|n| *n > MAX_GROUPS)
+                {
+                    return Err(format!("{groups:?} workgroups; at most {MAX_GROUPS} each way"));
+                }
+                return Ok(());
+            }
+            _ if targets.is_empty() => return Err("it draws into no texture".to_owned()),
+            _ => {}
+        }
+        let mut size = None;
+        for target in &targets {
+            let index = target.texture.index();
+            let Some(texture) = self.structure.textures.get(index) else {
+                return Err("it draws into a texture the graph does not have".to_owned());
+            };
+            let [w, h, d] = self.extent(index);
+            if target.mip >= texture.mips || target.layer >= d {
+                return Err(format!(
+                    "texture `{}` has no mip level {} of layer {}",
+                    texture.label, target.mip, target.layer
+                ));
+            }
+            if texture.format == Format::Depth32Float {
+                return Err(format!(
+                    "texture `{}` holds depth and cannot be drawn into",
+                    texture.label
+                ));
+            }
+            let here = [(w >> target.mip).max(1), (h >> target.mip).max(1)];
+            if size.is_some_and(|size| size != here) {
+                return Err("its targets differ in size".to_owned());
+            }
+            size = Some(here);
+            if matches!(pass.work, Work::Shading { .. }) && here != self.size {
+                return Err(format!(
+                    "texture `{}` is {} x {}; a shading pass draws into the view's size, {} x {}",
+                    texture.label, here[0], here[1], self.size[0], self.size[1]
+                ));
+            }
+            if !planned.computes && !gpu.draws(wgpu_format(texture.format)) {
+                return Err(format!(
+                    "this graphics adapter cannot draw into textures of {:?}, as `{}` is; write \
+                     it from a compute pass, or use rgba16float",
+                    texture.format, texture.label
+                ));
+            }
+            let node = Node::Texture(index);
+            if planned.reads.contains(&node) && texture.mips == 1 && d == 1 {
+                return Err(format!("it reads and draws into texture `{}`", texture.label));
+            }
+            planned.writes.push(node);
+        }
+        Ok(())
+    }
+
+    pub(super) fn check_output(&self, id: TextureId) -> Result<(), String> {
+        let texture = self.structure.textures.get(id.index()).ok_or("names no texture")?;
+        let [w, h, d] = self.extent(id.index());
+        if [w, h] != self.size || d != 1 {
+            return Err(format!(
+                "is {w} x {h} x {d}; outputs have the view's size, {} x {}",
+                self.size[0], self.size[1]
+            ));
+        }
+        if texture.format == Format::Depth32Float {
+            return Err("has the format depth32float; use r32float".to_owned());
+        }
+        Ok(())
+    }
+}
+
+fn list(names: &[&str]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
+fn is_uint(format: Format) -> bool {
+    matches!(format, Format::R32Uint | Format::Rgba32Uint)
+}

@@ -1,0 +1,315 @@
+//! The passes that make a surface buffer out of surfels.
+
+use super::columns::DrawnCloud;
+use super::surface::{Surface, SurfaceInput, texture};
+use crate::gpu::Gpu;
+use crate::run::{Attachment, Draw, DrawKind, Pipeline, Pipelines, Recorder, Stage, bind};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use surfelshop_api::Uniform;
+use surfelshop_api::columns::NEUTRAL_ALBEDO;
+use wgpu::util::DeviceExt as _;
+
+const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
+const DRAW: &str = include_str!("../../../../shaders/host/draw_surfels.wgsl");
+const ACCUMULATE_FIXED: &str = include_str!("../../../../shaders/host/accumulate_fixed.wgsl");
+pub(crate) const RESOLVE: &str = include_str!("../../../../shaders/host/resolve.wgsl");
+
+/// What is looked up of the nearest surfels.
+#[derive(Clone, Copy)]
+pub(super) enum Lookup {
+    /// The packed surface.
+    Surface,
+    /// The material's index.
+    Material,
+}
+
+/// A draw of every chunk.
+struct Step<'a> {
+    name: &'a str,
+    /// Vertex and fragment entry point.
+    entries: [&'a str; 2],
+    formats: &'a [wgpu::TextureFormat],
+    kind: DrawKind,
+}
+
+/// A chunk with its uniform.
+struct Chunk<'a> {
+    cloud: &'a DrawnCloud,
+    position: usize,
+    count: u32,
+    uniform: wgpu::Buffer,
+}
+
+/// One surface being drawn.
+pub(super) struct Drawing<'a> {
+    input: &'a SurfaceInput<'a>,
+    chunks: Vec<Chunk<'a>>,
+    none: BTreeMap<String, f64>,
+}
+
+impl<'a> Drawing<'a> {
+    pub(super) fn new(input: &'a SurfaceInput<'a>, gpu: &Gpu) -> Self {
+        let mut chunks = Vec::new();
+        // Number 0 is left for "no surfel".
+        let mut first_of_cloud = 1;
+        for cloud in input.clouds {
+            let view_from_chunk = (input.view_from_offset)(cloud.origin);
+            for (position, (first, count)) in cloud.chunks().enumerate() {
+                let bytes = Uniform::new()
+                    .mat4(view_from_chunk)
+                    .u32(first_of_cloud + first)
+                    .u32(count)
+                    .f32(input.settings.radius_scale)
+                    .f32(input.settings.depth_tolerance)
+                    .u32(u32::from(input.settings.two_sided))
+                    .vec3(NEUTRAL_ALBEDO.into())
+                    .into_bytes();
+                let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                    label: Some("chunk"),
+                    contents: &bytes,
+                    usage: wgpu::BufferUsages::UNIFORM,
+                });
+                chunks.push(Chunk { cloud, position, count, uniform });
+            }
+            first_of_cloud += cloud.n_surfels;
+        }
+        Self { input, chunks, none: BTreeMap::new() }
+    }
+
+    fn bind(
+        &self,
+        gpu: &Gpu,
+        pipeline: &Pipeline,
+        chunk: &Chunk<'_>,
+        more: &[(&str, wgpu::BindingResource<'_>)],
+    ) -> Result<wgpu::BindGroup, String> {
+        bind(gpu, pipeline, |name| {
+            if let Some((_, resource)) = more.iter().find(|(other, _)| *other == name) {
+                return Some(resource.clone());
+            }
+            match name {
+                "chunk" => Some(chunk.uniform.as_entire_binding()),
+                "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
+                _ => {
+                    let columns = &chunk.cloud.columns;
+                    let (_, buffers) = columns.iter().find(|(column, _)| *column == name)?;
+                    Some(buffers.get(chunk.position)?.as_entire_binding())
+                }
+            }
+        })
+    }
+
+    /// Pipelines and bindings of a step, chunk by chunk: which columns a chunk has decides which
+    /// variant of the shader draws it.
+    fn prepare(
+        &self,
+        step: &Step<'_>,
+        gpu: &Gpu,
+        pipelines: &mut Pipelines,
+        more: &[(&str, wgpu::BindingResource<'_>)],
+    ) -> Result<Vec<(Rc<Pipeline>, wgpu::BindGroup, u32)>, String> {
+        let source = format!("{DISC}\n{DRAW}");
+        let screen = pipelines.shader(RESOLVE, &[])?;
+        let mut prepared = Vec::with_capacity(self.chunks.len());
+        for chunk in &self.chunks {
+            let mut defines = chunk.cloud.defines.clone();
+            if !gpu.keeps_reversed_depth() {
+                defines.push("EXPLICIT_DEPTH");
+            }
+            let shader = pipelines.shader(&source, &defines)?;
+            let vertex = if step.kind == DrawKind::Fullscreen { &screen } else { &shader };
+            let pipeline = pipelines.draw(&Draw {
+                label: step.name,
+                vertex: (vertex, step.entries[0]),
+                fragment: (&shader, step.entries[1]),
+                constants: &self.none,
+                formats: step.formats,
+                kind: step.kind,
+            })?;
+            let group = self.bind(gpu, &pipeline, chunk, more)?;
+            prepared.push((pipeline, group, chunk.count));
+        }
+        Ok(prepared)
+    }
+
+    pub(super) fn visibility(
+        &self,
+        surface: &Surface,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        let step = Step {
+            name: "surfels: visibility",
+            entries: ["nearest_vertex", "nearest_fragment"],
+            formats: &[wgpu::TextureFormat::Rg32Uint],
+            kind: DrawKind::NearestSurfels,
+        };
+        let draws = self.prepare(&step, recorder.gpu, pipelines, &[])?;
+        let colors = [Attachment::cleared(&surface.winners)];
+        recorder.render(step.name, &colors, Some((&surface.depth, true)), |pass| {
+            draw_quads(pass, &draws);
+        });
+        Ok(())
+    }
+
+    /// Fills a texture with what is looked up of the nearest surfels.
+    pub(super) fn lookup(
+        &self,
+        what: Lookup,
+        surface: &Surface,
+        target: &wgpu::TextureView,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        let (name, entry, format) = match what {
+            Lookup::Surface => {
+                ("surfels: nearest", "lookup_fragment", wgpu::TextureFormat::Rgba32Uint)
+            }
+            Lookup::Material => {
+                ("surfels: material", "material_fragment", wgpu::TextureFormat::R32Uint)
+            }
+        };
+        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
+        let entries = ["cover_screen", entry];
+        let step = Step { name, entries, formats: &[format], kind: DrawKind::Fullscreen };
+        let draws = self.prepare(&step, recorder.gpu, pipelines, &more)?;
+        recorder.render(name, &[Attachment::cleared(target)], None, |pass| {
+            for (pipeline, group, _) in &draws {
+                set(pass, pipeline, group);
+                pass.draw(0..3, 0..1);
+            }
+        });
+        Ok(())
+    }
+
+    /// Adds up surfels by blending and divides.
+    pub(super) fn blend(
+        &self,
+        surface: &Surface,
+        target: &wgpu::TextureView,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        let name = "surfels: accumulate";
+        let formats = [wgpu::TextureFormat::Rgba32Float; 2];
+        let sums = formats.map(|format| texture(recorder.gpu, "sums", self.input.size, format));
+        let step = Step {
+            name,
+            entries: ["blended_vertex", "blended_fragment"],
+            formats: &formats,
+            kind: DrawKind::AddedSurfels,
+        };
+        let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
+        let draws = self.prepare(&step, recorder.gpu, pipelines, &more)?;
+        let colors = [Attachment::cleared(&sums[0]), Attachment::cleared(&sums[1])];
+        recorder.render(name, &colors, Some((&surface.depth, false)), |pass| {
+            draw_quads(pass, &draws);
+        });
+        let more = [
+            ("sum_normal_weight", wgpu::BindingResource::TextureView(&sums[0])),
+            ("sum_albedo_ao", wgpu::BindingResource::TextureView(&sums[1])),
+        ];
+        self.resolve("resolve", surface, &Attachment::cleared(target), &more, recorder, pipelines)
+    }
+
+    /// Adds up surfels in fixed point and divides, over the nearest surfels.
+    pub(super) fn blend_fixed(
+        &self,
+        surface: &Surface,
+        target: &wgpu::TextureView,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        self.lookup(Lookup::Surface, surface, target, recorder, pipelines)?;
+        let gpu = recorder.gpu;
+        let pixels = u64::from(self.input.size[0]) * u64::from(self.input.size[1]);
+        let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("fixed sums"),
+            size: 32 * pixels,
+            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        recorder.encoder.clear_buffer(&sums, 0, None);
+        let name = "surfels: accumulate";
+        let more = [
+            ("sums", sums.as_entire_binding()),
+            ("nearest", wgpu::BindingResource::TextureView(&surface.winners)),
+        ];
+        let mut dispatches = Vec::new();
+        for chunk in &self.chunks {
+            let source = format!("{DISC}\n{ACCUMULATE_FIXED}");
+            let shader = pipelines.shader(&source, &chunk.cloud.defines)?;
+            let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?;
+            let group = self.bind(gpu, &pipeline, chunk, &more)?;
+            dispatches.push((pipeline, group, chunk.count.div_ceil(64)));
+        }
+        recorder.compute(name, |pass| {
+            for (pipeline, group, groups) in &dispatches {
+                if let Stage::Compute(stage) = &pipeline.stage {
+                    pass.set_pipeline(stage);
+                    pass.set_bind_group(0, group, &[]);
+                    let rows = groups.div_ceil(MAX_GROUPS);
+                    pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
+                }
+            }
+        });
+        let more = [("fixed_sums", sums.as_entire_binding())];
+        let target = Attachment { view: target, clear: false, slice: None };
+        self.resolve("resolve_fixed", surface, &target, &more, recorder, pipelines)
+    }
+
+    fn resolve(
+        &self,
+        entry: &str,
+        surface: &Surface,
+        target: &Attachment<'_>,
+        more: &[(&str, wgpu::BindingResource<'_>)],
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        let name = "surfels: resolve";
+        let shader = pipelines.shader(RESOLVE, &[])?;
+        let pipeline = pipelines.draw(&Draw {
+            label: name,
+            vertex: (&shader, "cover_screen"),
+            fragment: (&shader, entry),
+            constants: &self.none,
+            formats: &[wgpu::TextureFormat::Rgba32Uint],
+            kind: DrawKind::Fullscreen,
+        })?;
+        let group = bind(recorder.gpu, &pipeline, |name| {
+            if let Some((_, resource)) = more.iter().find(|(other, _)| *other == name) {
+                return Some(resource.clone());
+            }
+            match name {
+                "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
+                "nearest" => Some(wgpu::BindingResource::TextureView(&surface.winners)),
+                _ => None,
+            }
+        })?;
+        let target = [Attachment { view: target.view, clear: target.clear, slice: None }];
+        recorder.render(name, &target, None, |pass| {
+            set(pass, &pipeline, &group);
+            pass.draw(0..3, 0..1);
+        });
+        Ok(())
+    }
+}
+
+/// WebGPU's smallest limit of workgroups per direction.
+const MAX_GROUPS: u32 = 65_535;
+
+fn set(pass: &mut wgpu::RenderPass<'_>, pipeline: &Pipeline, group: &wgpu::BindGroup) {
+    if let Stage::Render(stage) = &pipeline.stage {
+        pass.set_pipeline(stage);
+        pass.set_bind_group(0, group, &[]);
+    }
+}
+
+fn draw_quads(pass: &mut wgpu::RenderPass<'_>, draws: &[(Rc<Pipeline>, wgpu::BindGroup, u32)]) {
+    for (pipeline, group, count) in draws {
+        set(pass, pipeline, group);
+        pass.draw(0..4, 0..*count);
+    }
+}
