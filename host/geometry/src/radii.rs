@@ -1,5 +1,7 @@
 //! Disc radii that leave no holes.
 
+mod standing;
+
 use crate::cell::Cell;
 use crate::neighbours::Neighbours;
 use crate::progress::{Cancelled, Progress, map, part, tell};
@@ -62,20 +64,26 @@ pub fn estimate_with(
     normals: &[Vec3],
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let fitting = part(progress, 0.0..0.8);
-    let cells = map(neighbours.n_distinct(), &fitting, |place| cover(neighbours, normals, place))?;
-    let comparing = part(progress, 0.8..1.0);
-    let radii = map(cells.len(), &comparing, |place| {
-        let (radius, near) = &cells[place];
-        let mut others = [0.0; COMPARED];
-        let mut count = 0;
-        for &other in near.iter().filter(|&&other| other != NOBODY) {
-            others[count] = cells[other as usize].0;
-            count += 1;
-        }
-        let others = &mut others[..count];
-        others.sort_unstable_by(f64::total_cmp);
-        others.get(count / 2).map_or(*radius, |median| radius.min(OUTLIER * median))
+    let n = neighbours.n_distinct();
+    let fitting = part(progress, 0.0..0.7);
+    let cells = map(n, &fitting, |place| cover(neighbours, normals, place, &[]))?;
+    let on_surface = standing::on_surface(&cells);
+    let coarser = Coarser(standing::coarser_sides(neighbours.distinct(), &cells, &on_surface));
+    let widening = part(progress, 0.7..0.9);
+    let covering = map(n, &widening, |place| match coarser.of(place) {
+        [] => cells[place].radius,
+        beyond => cover(neighbours, normals, place, beyond).radius,
+    })?;
+    let usual = usual(&covering, &on_surface);
+    let comparing = part(progress, 0.9..1.0);
+    let radii = map(n, &comparing, |place| {
+        let median = |places: &mut dyn Iterator<Item = u32>| {
+            median(places.filter(|&p| on_surface[p as usize]).map(|p| covering[p as usize]))
+        };
+        let near = median(&mut cells[place].nearest());
+        let beyond = median(&mut coarser.of(place).iter().map(|&(_, from)| from));
+        let usual = near.or(usual).into_iter().chain(beyond).reduce(f64::max);
+        usual.map_or(covering[place], |usual| covering[place].min(OUTLIER * usual))
     })?;
     let lone = lone_radius(neighbours.bounds().reach());
     let diagonal = neighbours.bounds().diagonal();
@@ -97,6 +105,11 @@ fn in_range(radius: f64) -> f32 {
     radius.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32
 }
 
+/// The median of the covering radii on surfaces, in the unit box.
+fn usual(covering: &[f64], on_surface: &[bool]) -> Option<f64> {
+    median(covering.iter().zip(on_surface).filter(|(_, on)| **on).map(|(radius, _)| *radius))
+}
+
 /// The radius of a point that has no neighbours: visible at unit scale, and at least four rounding
 /// steps of the coordinate, below which a disc is not resolved.
 fn lone_radius(reach: f64) -> f32 {
@@ -105,23 +118,81 @@ fn lone_radius(reach: f64) -> f32 {
 
 const NOBODY: u32 = u32::MAX;
 
-/// The covering radius of a point in the unit box, 0 where it is alone, and its nearest points.
-fn cover(neighbours: &Neighbours, normals: &[Vec3], place: usize) -> (f64, [u32; COMPARED]) {
-    let near = neighbours.around(place, CELL_NEIGHBOURS);
+/// A point's covering radius and what it was found from, in the unit box.
+struct Covering {
+    /// 0 where the point is alone.
+    radius: f64,
+    /// Distance of the farthest neighbour that the cell was cut from.
+    known: f64,
+    nearest: [u32; COMPARED],
+}
+
+impl Covering {
+    /// The nearest points, nearest first.
+    fn nearest(&self) -> impl Iterator<Item = u32> {
+        self.nearest.iter().copied().filter(|&other| other != NOBODY)
+    }
+}
+
+/// Links as [`standing::coarser_sides`] finds them.
+struct Coarser(Vec<(u32, u32)>);
+
+impl Coarser {
+    /// The links of one point.
+    fn of(&self, place: usize) -> &[(u32, u32)] {
+        let first = self.0.partition_point(|&(to, _)| (to as usize) < place);
+        let after = self.0[first..].partition_point(|&(to, _)| to as usize == place);
+        &self.0[first..first + after]
+    }
+}
+
+/// The median; of an even number the upper one of the two in the middle.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// Covers a point's cell, which is cut by its nearest points and by some that lie beyond these.
+fn cover(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    place: usize,
+    beyond: &[(u32, u32)],
+) -> Covering {
+    let points = neighbours.distinct();
+    let mut near = neighbours.around(place, CELL_NEIGHBOURS);
+    let distance = |&(_, from): &(u32, u32)| (from, points[from as usize].distance(points[place]));
+    let known = near.len();
+    near.extend(beyond.iter().map(distance));
+    near[known..].sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
     let mut nearest = [NOBODY; COMPARED];
     for (slot, &(other, _)) in nearest.iter_mut().zip(&near) {
         *slot = other;
     }
     let (Some(&(_, closest)), Some(&(_, farthest))) = (near.first(), near.last()) else {
-        return (0.0, nearest);
+        return Covering { radius: 0.0, known: 0.0, nearest };
     };
+    let cell = cell(neighbours, normals, place, &near, farthest);
+    let radius = COVER * cell.radius().unwrap_or(closest).min(farthest);
+    Covering { radius, known: farthest, nearest }
+}
+
+/// The cell of a point among others, which are given with their distances, nearest first.
+fn cell(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    place: usize,
+    near: &[(u32, f64)],
+    limit: f64,
+) -> Cell {
     let normal_of =
         |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
     let normal = normal_of(place);
     let (u, v) = tangents(normal.as_dvec3());
     let points = neighbours.distinct();
-    let mut cell = Cell::new(farthest);
-    for &(other, distance) in &near {
+    let mut cell = Cell::new(limit);
+    for &(other, distance) in near {
         // The bisector to this and all that are farther lies beyond the cell.
         if distance >= 2.0 * cell.reach() {
             break;
@@ -136,8 +207,7 @@ fn cover(neighbours: &Neighbours, normals: &[Vec3], place: usize) -> (f64, [u32;
             cell.cut(direction * distance);
         }
     }
-    let radius = cell.radius().unwrap_or(closest).min(farthest);
-    (COVER * radius, nearest)
+    cell
 }
 
 /// Two unit vectors that span the plane perpendicular to a normal; any plane where it is invalid.
@@ -148,3 +218,5 @@ fn tangents(normal: DVec3) -> (DVec3, DVec3) {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod variation;

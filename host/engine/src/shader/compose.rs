@@ -226,7 +226,7 @@ mod tests {
         let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[]);
         let message = unknown.err().unwrap().message;
         assert!(message.contains("nothing") && message.contains("line 2"), "{message}");
-        let import = library.compose("#import surfelshop::nowhere\nfn f() {}", &[]);
+        let import = library.compose("#import surfelshop::nowhere\nfn f() { nowhere::g(); }", &[]);
         assert!(import.err().unwrap().message.contains("nowhere"));
         let types = "@fragment fn f() -> @location(0) vec4<f32> {\n  return vec4<u32>(1u);\n}";
         let message = library.compose(types, &[]).err().unwrap().message;
