@@ -50,9 +50,6 @@ pub(crate) fn run_host(arguments: &[String]) -> Result<ExitCode, String> {
     let status = Command::new(&program)
         .arg("demo")
         .args(arguments)
-        // Mesa's device-selection layer complains on the standard error where there is no desktop
-        // session; Surfelshop ranks the adapters itself.
-        .env("NODEVICE_SELECT", "1")
         .status()
         .map_err(|error| format!("`{}` cannot be run: {error}", program.display()))?;
     // A program ended by a signal has no code; that is a failure too.
