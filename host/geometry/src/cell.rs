@@ -51,6 +51,11 @@ impl Cell {
         self.corners.iter().map(|corner| corner.at.length_squared()).fold(0.0, f64::max).sqrt()
     }
 
+    /// Whether bisectors bound it on all sides.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.corners.iter().all(|corner| corner.bisector)
+    }
+
     /// Distance of the farthest corner where two bisectors meet. Where there is none, as for points
     /// on a line, the farthest bisector stands in, times the square root of two that lies between
     /// side and corner of a square cell. `None` where there is no bisector.

@@ -1,7 +1,9 @@
+use super::covering::COVER;
 use super::*;
 use crate::normals;
 use crate::progress::silent;
 use crate::samples::{Random, grid, random_sphere, spiral_sphere};
+use glam::DVec3;
 
 /// Rays through the unit sphere that hit none of the discs.
 fn missing_rays(positions: &[Vec3], normals: &[Vec3], radii: &[f32], n_rays: usize) -> usize {

@@ -1,0 +1,140 @@
+//! The Voronoi cell of each point in its tangent plane, and the disc that covers it.
+
+use super::COMPARED;
+use crate::cell::Cell;
+use crate::neighbours::Neighbours;
+use glam::{DVec2, DVec3, Vec3};
+
+/// Neighbours that bound a point's cell. In a random sampling a corner of a cell lies farther away
+/// than the 20th neighbour with probability e^-20, so that practically every corner is found.
+pub(super) const CELL_NEIGHBOURS: usize = 20;
+
+/// Factor on the radius of a cell. On a sphere the disc at angle p has to reach to the tangent of
+/// p / 2 where half the chord to the neighbour is its sine; the ratio is 1.14 for neighbours one
+/// radian apart and less for all finer samplings.
+pub(super) const COVER: f64 = 1.15;
+
+/// Cosine between normals below which a neighbour lies on the back of a thin sheet; sharp edges
+/// reach zero, acute ones somewhat less.
+const BACK_SIDE: f32 = -0.5;
+
+const NOBODY: u32 = u32::MAX;
+
+/// A point's covering radius and what it was found from; lengths in the unit box.
+pub(super) struct Covering {
+    /// 0 where the point is alone.
+    pub(super) radius: f64,
+    /// Distance of the farthest of the nearest.
+    farthest: f64,
+    /// Points farther away than this cannot cut the cell; infinite at a border.
+    open_to: f64,
+    nearest: [u32; CELL_NEIGHBOURS],
+}
+
+impl Covering {
+    /// The nearest points, nearest first.
+    pub(super) fn nearest(&self) -> impl Iterator<Item = u32> {
+        self.nearest.iter().copied().filter(|&other| other != NOBODY)
+    }
+
+    /// Those of the nearest that a point is grouped and compared with.
+    pub(super) fn compared(&self) -> impl Iterator<Item = u32> {
+        self.nearest().take(COMPARED)
+    }
+}
+
+/// A point that counts another one among its nearest.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Link {
+    pub(super) to: u32,
+    pub(super) from: u32,
+}
+
+/// Links from points of surfaces that lie farther away than the nearest and may bound a cell, sorted.
+///
+/// Where a coarse surface borders on a fine one, the nearest of its last points are all fine ones.
+/// These links lead back to the coarse side.
+pub(super) struct Further(Vec<Link>);
+
+impl Further {
+    pub(super) fn new(neighbours: &Neighbours, cells: &[Covering], on_surface: &[bool]) -> Self {
+        let points = neighbours.distinct();
+        let mut links = Vec::new();
+        for from in (0..cells.len() as u32).filter(|&place| on_surface[place as usize]) {
+            for to in cells[from as usize].nearest() {
+                let cell = &cells[to as usize];
+                let distance = points[from as usize].distance(points[to as usize]);
+                if distance > cell.farthest && distance < cell.open_to {
+                    links.push(Link { to, from });
+                }
+            }
+        }
+        links.sort_unstable();
+        Self(links)
+    }
+
+    /// The links to one point.
+    pub(super) fn of(&self, place: usize) -> &[Link] {
+        let first = self.0.partition_point(|link| (link.to as usize) < place);
+        let count = self.0[first..].partition_point(|link| link.to as usize == place);
+        &self.0[first..first + count]
+    }
+}
+
+/// Covers a point's cell, which its nearest points bound, and those that `further` leads to.
+pub(super) fn cover(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    place: usize,
+    further: &[Link],
+) -> Covering {
+    let points = neighbours.distinct();
+    let mut near = neighbours.around(place, CELL_NEIGHBOURS);
+    let mut nearest = [NOBODY; CELL_NEIGHBOURS];
+    for (slot, &(other, _)) in nearest.iter_mut().zip(&near) {
+        *slot = other;
+    }
+    let distance = |link: &Link| points[link.from as usize].distance(points[place]);
+    near.extend(further.iter().map(|link| (link.from, distance(link))));
+    near.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
+    let (Some(&(_, closest)), Some(&(_, farthest))) = (near.first(), near.last()) else {
+        return Covering { radius: 0.0, farthest: 0.0, open_to: 0.0, nearest };
+    };
+    let cell = cell(neighbours, normals, place, &near);
+    let radius = COVER * cell.radius().unwrap_or(closest).min(farthest);
+    let open_to = if cell.is_closed() { 2.0 * cell.reach() } else { f64::INFINITY };
+    Covering { radius, farthest, open_to, nearest }
+}
+
+/// The cell of a point among others, which are given with their distances, nearest first; at most
+/// as wide as the farthest is away.
+fn cell(neighbours: &Neighbours, normals: &[Vec3], place: usize, near: &[(u32, f64)]) -> Cell {
+    let normal_of =
+        |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
+    let normal = normal_of(place);
+    let (u, v) = tangents(normal.as_dvec3());
+    let points = neighbours.distinct();
+    let mut cell = Cell::new(near.last().map_or(0.0, |&(_, farthest)| farthest));
+    for &(other, distance) in near {
+        // The bisector to this and all that are farther lies beyond the cell.
+        if distance >= 2.0 * cell.reach() {
+            break;
+        }
+        if normal_of(other as usize).dot(normal) < BACK_SIDE {
+            continue;
+        }
+        let offset = points[other as usize] - points[place];
+        let direction = DVec2::new(offset.dot(u), offset.dot(v));
+        // A point straight above has no direction in the plane and bounds nothing there.
+        if let Some(direction) = direction.try_normalize() {
+            cell.cut(direction * distance);
+        }
+    }
+    cell
+}
+
+/// Two unit vectors that span the plane perpendicular to a normal; any plane where it is invalid.
+fn tangents(normal: DVec3) -> (DVec3, DVec3) {
+    let normal = normal.try_normalize().unwrap_or(DVec3::Z);
+    normal.any_orthonormal_pair()
+}
