@@ -9,7 +9,7 @@ var nearest: texture_2d<u32>;
 var<storage, read_write> sums: array<atomic<i32>>;
 
 // One unit of the sums is 2^-18: a weight of 1 may be added 4,096 times before SATURATED, and the
-// smallest weight, 0.018, is kept to one part in 4,800.
+// smallest weight of a disc's edge, 0.018, is kept to one part in 4,800.
 const SCALE = 262144.0;
 // No more is added to a pixel beyond this weight, half of what 32 bits hold.
 const SATURATED = 1073741824;
@@ -87,7 +87,7 @@ fn accumulate(
             if behind || winner.x >> BACK_BIT != disc.back {
                 continue;
             }
-            add(u32(x) + u32(y) * u32(view::view.size_px.x), splat_weight(r2), disc, albedo, access);
+            add(u32(x) + u32(y) * u32(view::view.size_px.x), splat_weight(r2) * disc.share, disc, albedo, access);
         }
     }
 }

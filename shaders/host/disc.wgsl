@@ -16,6 +16,8 @@ struct Chunk {
     tolerance: f32,
     // 1 where surfels seen from behind are drawn.
     two_sided: u32,
+    // Radius of the screen-space low-pass in pixels; 0 is none.
+    low_pass: f32,
     // The albedo of all surfels where there is no `color` column, linear Rec. 709.
     albedo: vec3<f32>,
 }
@@ -53,6 +55,8 @@ struct Disc {
     visible: bool,
     // 1 where the eye is on the side the cloud's normal points away from, else 0.
     back: u32,
+    // Factor on the surfel's weight: the share of its area in what the low-pass made of it.
+    share: f32,
 }
 
 fn load_normal(i: u32) -> vec3<f32> {
@@ -111,8 +115,75 @@ fn load_disc(i: u32) -> Disc {
     let axis_v = vec3(b, s + n_view.y * n_view.y * a, -n_view.y) * reach;
 #endif
     let edge_on = abs(facing) < EDGE_ON * length(towards) && length(towards) > reach;
-    let visible = reach > 0.0 && !edge_on && (front || chunk.two_sided == 1u);
-    return Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front));
+    let seen = chunk.low_pass > 0.0 || !edge_on;
+    let visible = reach > 0.0 && seen && (front || chunk.two_sided == 1u);
+    return filtered(Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front), 1.0));
+}
+
+// A projected half axis shorter than this, squared, takes a quad that faces the screen in that
+// direction: a quad in the disc's plane would reach far into depth to be a pixel wider.
+const HULL_SQUARED = 4.0;
+// Half axes below a pixel, squared, have no direction worth keeping.
+const SUBPIXEL_SQUARED = 1.0;
+// Smallest weight that the low-pass leaves a surfel.
+const MIN_SHARE = 0.01;
+
+// The disc widened by the screen-space low-pass: its axes become those of the ellipse whose
+// covariance on the screen is the sum of the disc's and the filter's, and `share` the ratio of the
+// two areas.
+//
+// With J the pixels per unit of the disc's coordinates at its centre, the Gaussian's covariance on
+// the screen is J J' / 8 and the filter's low_pass^2 / 8, so the widened ellipse has the half axes
+// sqrt(l + low_pass^2) for eigenvalues l of J J'. No point of it is further than `low_pass` pixels
+// from the disc's own ellipse.
+//
+// Source: Zwicker et al. 2001, "Surface Splatting", eq. 9-11; Ren et al. 2002, "Object Space EWA
+// Surface Splatting", section 4, for doing it in the disc's plane.
+fn filtered(disc: Disc) -> Disc {
+    let perspective = view::view.orthographic == 0u;
+    let distance = select(1.0, -disc.center.z, perspective);
+    // A disc around the eye covers the screen; there is nothing to filter.
+    if chunk.low_pass <= 0.0 || (perspective && distance <= disc.reach) {
+        return disc;
+    }
+    let px = 0.5 * view::view.size_px / (view::view.half_extent * distance);
+    let slope = select(vec2(0.0), disc.center.xy / distance, perspective);
+    let ju = px * (disc.axis_u.xy + slope * disc.axis_u.z);
+    let jv = px * (disc.axis_v.xy + slope * disc.axis_v.z);
+    let xx = ju.x * ju.x + jv.x * jv.x;
+    let xy = ju.x * ju.y + jv.x * jv.y;
+    let yy = ju.y * ju.y + jv.y * jv.y;
+    let area = abs(ju.x * jv.y - ju.y * jv.x);
+    let half_difference = 0.5 * (xx - yy);
+    let root = sqrt(half_difference * half_difference + xy * xy);
+    let major = 0.5 * (xx + yy) + root;
+    // The product of the eigenvalues is area^2; dividing keeps a small one precise.
+    let minor = select(0.0, area * area / major, major > 0.0);
+    var direction = vec2(root + abs(half_difference), abs(xy));
+    if half_difference < 0.0 {
+        direction = direction.yx;
+    }
+    direction.y *= select(1.0, -1.0, xy < 0.0);
+    direction = select(vec2(1.0, 0.0), direction, root > 1e-6 * major);
+    direction = normalize(direction);
+    let across = vec2(-direction.y, direction.x);
+
+    let filter_squared = chunk.low_pass * chunk.low_pass;
+    let widened = sqrt(vec2(major, minor) + filter_squared);
+    var out = disc;
+    out.axis_u = vec3(direction / px, 0.0) * widened.x;
+    out.axis_v = vec3(across / px, 0.0) * widened.y;
+    if major >= SUBPIXEL_SQUARED {
+        let along = disc.axis_u * dot(ju, direction) + disc.axis_v * dot(jv, direction);
+        out.axis_u = along * (widened.x / major);
+    }
+    if minor >= HULL_SQUARED {
+        let along = disc.axis_u * dot(ju, across) + disc.axis_v * dot(jv, across);
+        out.axis_v = along * (widened.y / minor);
+    }
+    out.reach = max(length(out.axis_u), length(out.axis_v));
+    out.share = max(area / (widened.x * widened.y), MIN_SHARE);
+    return out;
 }
 
 // The texture of the nearest surfels holds, for each pixel, the surfel's number and the bits of its

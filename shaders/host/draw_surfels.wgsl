@@ -82,6 +82,7 @@ struct Blended {
     @location(1) @interpolate(flat) normal: vec3<f32>,
     @location(2) @interpolate(flat) albedo_ao: vec4<f32>,
     @location(3) @interpolate(flat) back: u32,
+    @location(4) @interpolate(flat) share: f32,
 }
 
 @vertex
@@ -96,6 +97,7 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32
     out.normal = disc.normal;
     out.albedo_ao = vec4(load_albedo(i), load_ao(i));
     out.back = disc.back;
+    out.share = disc.share;
     return out;
 }
 
@@ -116,7 +118,7 @@ fn blended_fragment(in: Blended) -> Sums {
     if textureLoad(nearest, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != in.back {
         discard;
     }
-    let w = splat_weight(r2);
+    let w = splat_weight(r2) * in.share;
     return Sums(vec4(in.normal * w, w), in.albedo_ao * w);
 }
 

@@ -32,11 +32,15 @@ pub struct SurfaceSettings {
     pub two_sided: bool,
     /// Factor on every surfel's radius, above 0.
     pub radius_scale: f32,
+    /// Radius of the screen-space low-pass in pixels, from 0 (none) to 4: surfels are widened on
+    /// the screen by a Gaussian that ends there, so that those below a pixel neither vanish nor
+    /// alias. No pixel further than this from a surfel is covered.
+    pub low_pass: f32,
 }
 
 impl Default for SurfaceSettings {
     fn default() -> Self {
-        Self { depth_tolerance: 1.0, two_sided: true, radius_scale: 1.0 }
+        Self { depth_tolerance: 1.0, two_sided: true, radius_scale: 1.0, low_pass: 1.0 }
     }
 }
 

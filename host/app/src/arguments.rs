@@ -98,6 +98,10 @@ pub(crate) struct RenderArguments {
     /// How far behind the nearest surfel others still blend with it, in surfel radii, 0 to 16.
     #[arg(long, value_name = "RADII", value_parser = values::depth_tolerance)]
     pub(crate) depth_tolerance: Option<f32>,
+    /// Radius in pixels of the filter that keeps fine surfels from vanishing and flickering, 0
+    /// (none) to 4 [default: 1].
+    #[arg(long, value_name = "PIXELS", value_parser = values::low_pass)]
+    pub(crate) low_pass: Option<f32>,
     /// Leave out surfels that are seen from behind.
     #[arg(long)]
     pub(crate) one_sided: bool,

@@ -122,6 +122,9 @@ fn scene(arguments: &RenderArguments) -> anyhow::Result<Scene> {
     if let Some(tolerance) = arguments.depth_tolerance {
         scene.surface.depth_tolerance = tolerance;
     }
+    if let Some(low_pass) = arguments.low_pass {
+        scene.surface.low_pass = low_pass;
+    }
     scene.surface.two_sided = !arguments.one_sided;
     Ok(scene)
 }

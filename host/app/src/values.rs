@@ -206,6 +206,11 @@ pub(crate) fn depth_tolerance(text: &str) -> Result<f32, String> {
     number(text, "a number of radii from 0 to 16", |n| (0.0..=16.0).contains(&n)).map(|n| n as f32)
 }
 
+/// Reads the radius of the screen-space low-pass.
+pub(crate) fn low_pass(text: &str) -> Result<f32, String> {
+    number(text, "a number of pixels from 0 to 4", |n| (0.0..=4.0).contains(&n)).map(|n| n as f32)
+}
+
 /// Reads a field of view in degrees.
 pub(crate) fn field_of_view(text: &str) -> Result<f64, String> {
     number(text, "an angle in degrees from 0.01 to 179", |n| (0.01..=179.0).contains(&n))

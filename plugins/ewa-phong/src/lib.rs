@@ -1,7 +1,7 @@
 //! # `ewa-phong`: blended splats with the half-vector highlight
 //!
-//! The baseline of the thesis: overlapping surfels are blended with Gaussian weights into one
-//! normal and albedo per pixel, which is then lit: diffuse from the scene's lights, and a
+//! The baseline of the thesis: overlapping surfels are blended with Gaussian weights, filtered to
+//! the pixels, into one normal and albedo per pixel, which is then lit: diffuse from the scene's lights, and a
 //! highlight from the angle between the normal and the half vector of light and eye.
 //!
 //! | parameter   | type  | default | meaning                                                  |
@@ -21,10 +21,14 @@
 //! 128 by the hardware of its time; here the vector points to the light and the exponent is what
 //! it says (erratum T27). The eye vector is the pixel's own, not (0, 0, 1).
 //!
-//! Limits: no shadows; no filter in screen space, so that surfels below a pixel alias.
+//! The elliptical weighted average itself, object-space Gaussians joined with a screen-space
+//! low-pass, is the host's surfel drawing and a setting of the scene (`--low-pass`), so that every
+//! renderer over the surface buffer has it.
+//!
+//! Limits: no shadows.
 //!
 //! Source: Liu 2006, "High Quality Rendering for Point Sampled Geometry", appendix; Zwicker et al.
-//! 2001, "Surface Splatting", for the blending.
+//! 2001, "Surface Splatting"; Ren et al. 2002, "Object Space EWA Surface Splatting".
 //!
 //! ```text
 //! surfelshop render model.ply -r ewa-phong --set shininess=1024 -o model.png

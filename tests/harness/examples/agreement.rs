@@ -27,7 +27,9 @@ fn main() -> anyhow::Result<()> {
                 [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")]
             {
                 let mut renderer = stage::built_renderer(&engine, library, unit);
-                let (scene, outputs) = (Scene::default(), [Output::Color, Output::Depth]);
+                let mut scene = Scene::default();
+                scene.surface.low_pass = 0.0;
+                let outputs = [Output::Color, Output::Depth];
                 let frame =
                     stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs)?;
                 let color = frame.image(&Output::Color).ok_or_else(|| anyhow::anyhow!("none"))?;

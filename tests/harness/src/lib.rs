@@ -3,3 +3,4 @@
 pub mod cast;
 pub mod clouds;
 pub mod stage;
+pub mod twin;

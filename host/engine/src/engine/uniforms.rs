@@ -22,10 +22,12 @@ pub(super) fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> 
     let mut view = request.view;
     match view.camera.projection {
         Projection::Perspective { .. } => view.near *= 0.5,
-        Projection::Orthographic { .. } => {
+        Projection::Orthographic { height } => {
             let settings = &request.scene.surface;
             let reach = clouds.iter().fold(0.0f32, |most, cloud| most.max(cloud.max_radius));
-            let slack = settings.depth_tolerance * settings.radius_scale * reach;
+            let pixel = height / f64::from(view.size_px[1]);
+            let widened = reach * settings.radius_scale + settings.low_pass * pixel as f32;
+            let slack = settings.depth_tolerance * widened;
             view.near -= f64::from(slack);
         }
     }

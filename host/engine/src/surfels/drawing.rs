@@ -63,6 +63,7 @@ impl<'a> Drawing<'a> {
                     .f32(input.settings.radius_scale)
                     .f32(input.settings.depth_tolerance)
                     .u32(u32::from(input.settings.two_sided))
+                    .f32(input.settings.low_pass)
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
