@@ -2,6 +2,7 @@
 //! and worth having.
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+#![allow(clippy::print_stdout, reason = "the tables are what the tests measure")]
 
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
