@@ -30,16 +30,19 @@ struct Surface {
 fn surface_at(pixel: vec2<u32>) -> Surface {
     let bits = textureLoad(surface_packed, pixel, 0);
     let s = packing::unpack_surface(bits);
-    let position = view::position_in_view(vec2<f32>(pixel) + 0.5, s.depth);
+    let depth = s.depth * view::view.unit;
+    let center_px = vec2<f32>(pixel) + 0.5;
+    // The direction is taken at distance 1, where no scene's size can overflow its square.
+    let to_eye = view::to_eye_in_view(view::position_in_view(center_px, 1.0));
     return Surface(
-        s.depth,
-        view::world_from_view_direction(position),
+        depth,
+        view::world_from_view_direction(view::position_in_view(center_px, depth)),
         s.normal,
-        view::world_from_view_direction(view::to_eye_in_view(position)),
+        view::world_from_view_direction(to_eye),
         s.albedo,
         s.ao,
         pixel,
-        s.depth > 0.0,
+        depth > 0.0,
     );
 }
 

@@ -21,6 +21,8 @@ struct View {
     orthographic: u32,
     // Frames since something in this view changed.
     frame_index: u32,
+    // Scene units per unit of the surface buffer's depth, a power of two.
+    unit: f32,
 }
 
 // Host modules carry numbers because the composer wants them; the host gives its own.

@@ -5,12 +5,12 @@
 #import surfelshop::packing
 
 struct Chunk {
-    // Rigid motion from the chunk's positions to view space.
+    // Rigid motion from the chunk's positions to view space, scaled to units of drawing.
     view_from_chunk: mat4x4<f32>,
     // Number of the chunk's first surfel, plus one; 0 means "no surfel" in the index texture.
     first: u32,
     count: u32,
-    // Factor on radii.
+    // Units of drawing per unit of the radius column.
     radius_scale: f32,
     // Depth tolerance in radii.
     tolerance: f32,
@@ -18,6 +18,10 @@ struct Chunk {
     two_sided: u32,
     // Radius of the screen-space low-pass in pixels; 0 is none.
     low_pass: f32,
+    // Scene units per unit of drawing.
+    unit: f32,
+    // The factor the scene puts on every radius.
+    tangent_scale: f32,
     // The albedo of all surfels where there is no `color` column, linear Rec. 709.
     albedo: vec3<f32>,
 }
@@ -88,7 +92,7 @@ fn load_disc(i: u32) -> Disc {
     let local = vec3(position[3u * i], position[3u * i + 1u], position[3u * i + 2u]);
     let center = (chunk.view_from_chunk * vec4(local, 1.0)).xyz;
     var n = load_normal(i);
-    let n_view = (chunk.view_from_chunk * vec4(n, 0.0)).xyz;
+    let n_view = (chunk.view_from_chunk * vec4(n, 0.0)).xyz * chunk.unit;
     var towards = -center;
     if view::view.orthographic == 1u {
         towards = vec3(0.0, 0.0, 1.0);
@@ -101,8 +105,8 @@ fn load_disc(i: u32) -> Disc {
 #ifdef TANGENTS
     let u = vec3(tangent_u[3u * i], tangent_u[3u * i + 1u], tangent_u[3u * i + 2u]);
     let v = vec3(tangent_v[3u * i], tangent_v[3u * i + 1u], tangent_v[3u * i + 2u]);
-    let axis_u = (chunk.view_from_chunk * vec4(u, 0.0)).xyz * chunk.radius_scale;
-    let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz * chunk.radius_scale;
+    let axis_u = (chunk.view_from_chunk * vec4(u, 0.0)).xyz * chunk.tangent_scale;
+    let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz * chunk.tangent_scale;
     let reach = max(length(axis_u), length(axis_v));
 #else
     let reach = radius[i] * chunk.radius_scale;

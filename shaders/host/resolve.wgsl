@@ -75,7 +75,7 @@ fn depth_only(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let depth = bitcast<f32>(textureLoad(nearest, id.xy, 0).y);
-    show(id.xy, depth > 0.0, vec3(depth, 0.0, 0.0));
+    show(id.xy, depth > 0.0, vec3(depth * view::view.unit, 0.0, 0.0));
 }
 
 @compute @workgroup_size(8, 8)

@@ -1,6 +1,8 @@
 //! One frame's commands: which passes, over which surface, into which pictures.
 
-use super::uniforms::{drawn_view, lights_uniform, surface_key, uniform, view_uniform};
+use super::uniforms::{
+    drawn_uniform, drawn_view, lights_uniform, surface_key, uniform, view_uniform,
+};
 use super::{RenderRequest, Rendered};
 use crate::gpu::Gpu;
 use crate::run::{
@@ -8,6 +10,7 @@ use crate::run::{
     Stage, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
+use glam::{DMat4, DVec3};
 use std::collections::BTreeMap;
 use surfelshop_api::graph::{Output, SurfaceMode};
 
@@ -59,15 +62,20 @@ impl Submission<'_> {
                 Source::Graph(_) => {}
             }
         }
-        let drawn_view = drawn_view(self.request, self.clouds);
-        let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &drawn_view));
+        let drawn = drawn_view(self.request, self.clouds);
+        let drawn_uniform = uniform(self.gpu, "drawn view", drawn_uniform(self.request, &drawn));
+        let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &drawn));
         let lights_uniform = uniform(self.gpu, "lights", lights_uniform(self.request));
         let mut recorder = Recorder::new(self.gpu);
         let input = SurfaceInput {
             clouds: self.clouds,
             settings: &self.request.scene.surface,
-            view_uniform: &view_uniform,
-            view_from_offset: &|origin| self.request.view.view_from_offset(origin).as_mat4(),
+            view_uniform: &drawn_uniform,
+            unit: drawn.unit,
+            view_from_offset: &|origin| {
+                let to_drawn = DMat4::from_scale(DVec3::splat(1.0 / drawn.unit));
+                (to_drawn * self.request.view.view_from_offset(origin)).as_mat4()
+            },
             size: self.request.view.size_px,
             key: surface_key(self.request, self.clouds)?,
         };

@@ -16,41 +16,73 @@ pub(super) fn uniform(gpu: &Gpu, label: &str, uniform: Uniform) -> wgpu::Buffer 
     })
 }
 
-/// The view as it is drawn: its near plane lies before the requested one, so that the depth
-/// tolerance has room there (`MAX_PULL` of the surfel shaders).
-pub(super) fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> View {
-    let mut view = request.view;
-    match view.camera.projection {
-        Projection::Perspective { .. } => view.near *= 0.5,
-        Projection::Orthographic { height } => {
-            let settings = &request.scene.surface;
-            let reach = clouds.iter().fold(0.0f32, |most, cloud| most.max(cloud.max_radius));
-            let pixel = height / f64::from(view.size_px[1]);
-            let widened = reach * settings.radius_scale + settings.low_pass * pixel as f32;
-            let slack = settings.depth_tolerance * widened;
-            view.near -= f64::from(slack);
-        }
-    }
-    view
+/// The view as surfels are drawn: in units of its own, so that squares of a scene's lengths neither
+/// overflow nor vanish in f32, and with room before the near plane.
+pub(super) struct DrawnView {
+    pub(super) view: View,
+    /// Scene units per unit of drawing, a power of two: scaling by it loses nothing.
+    pub(super) unit: f64,
 }
 
-/// The bytes of `surfelshop::view::View`.
-pub(super) fn view_uniform(request: &RenderRequest<'_>, drawn: &View) -> Uniform {
-    let view = &request.view;
+/// Exponents beyond this are left to f32 itself, whose range ends at 2^127.
+const MAX_EXPONENT: f64 = 120.0;
+
+/// How a view is drawn. Its near plane lies before the requested one, so that the depth tolerance
+/// has room there (`MAX_PULL` of the surfel shaders).
+pub(super) fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
+    let facts = request.facts;
+    let center = 0.5 * facts.bounds_min + 0.5 * facts.bounds_max;
+    let reach = (facts.bounds_max - facts.bounds_min)
+        .abs()
+        .max((request.view.camera.eye - center).abs())
+        .max_element();
+    let exponent = reach.log2().round().clamp(-MAX_EXPONENT, MAX_EXPONENT);
+    let unit = if exponent.is_finite() { exponent.exp2() } else { 1.0 };
+    let mut view = request.view;
+    view.near /= unit;
+    view.far /= unit;
+    match &mut view.camera.projection {
+        Projection::Perspective { .. } => view.near *= 0.5,
+        Projection::Orthographic { height } => {
+            *height /= unit;
+            let settings = &request.scene.surface;
+            let reach = clouds.iter().fold(0.0f32, |most, cloud| most.max(cloud.max_radius));
+            let pixel = *height / f64::from(view.size_px[1]);
+            let widened = f64::from(reach * settings.radius_scale) / unit
+                + f64::from(settings.low_pass) * pixel;
+            view.near -= f64::from(settings.depth_tolerance) * widened;
+        }
+    }
+    DrawnView { view, unit }
+}
+
+/// The bytes of `surfelshop::view::View` for the passes that draw surfels, in units of drawing.
+pub(super) fn drawn_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> Uniform {
+    let near = request.view.near / drawn.unit;
+    view_bytes(request, &drawn.view, near, 1.0)
+}
+
+/// The bytes of `surfelshop::view::View` for the passes of graphs, in scene units.
+pub(super) fn view_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> Uniform {
+    view_bytes(request, &request.view, request.view.near, drawn.unit)
+}
+
+fn view_bytes(request: &RenderRequest<'_>, view: &View, near: f64, unit: f64) -> Uniform {
     let origin = request.clouds.first().map_or(DVec3::ZERO, |cloud| cloud.origin);
     let world_from_view = view.camera.view_from_world().transpose();
     let eye = (view.camera.eye - origin).as_vec3();
     let [half_x, half_y] = view.half_extent();
     let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
     Uniform::new()
-        .mat4(drawn.clip_from_view())
+        .mat4(view.clip_from_view())
         .mat4(Mat4::from_mat3_translation(world_from_view.as_mat3(), eye))
         .vec2(Vec2::new(half_x as f32, half_y as f32))
         .vec2(Vec2::new(view.size_px[0] as f32, view.size_px[1] as f32))
-        .f32(view.near as f32)
+        .f32(near as f32)
         .f32(view.far as f32)
         .u32(u32::from(orthographic))
         .u32(request.frame_index)
+        .f32(unit as f32)
 }
 
 /// The bytes of `surfelshop::light::Lights`; a light's two vectors take 16 bytes each.

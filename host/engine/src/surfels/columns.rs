@@ -1,5 +1,6 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
+use super::order::{TIE_BREAKERS, drawing_order};
 use crate::run::RenderError;
 use glam::DVec3;
 use half::f16;
@@ -8,10 +9,12 @@ use std::collections::HashMap;
 use std::rc::Rc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 use surfelshop_api::params::srgb_to_linear;
-use wgpu::util::DeviceExt as _;
 
 /// Bytes of the widest element drawn from a storage buffer: three floats.
 const WIDEST_STRIDE: u64 = 12;
+
+/// Surfels put in order at a time on their way to the device.
+const BATCH: usize = 4096;
 
 /// Frames a column survives without being drawn.
 const KEPT_FRAMES: u64 = 64;
@@ -32,6 +35,9 @@ pub(crate) struct DrawnCloud {
     pub(crate) generations: Vec<u64>,
     /// Largest radius, scene units.
     pub(crate) max_radius: f32,
+    /// Indices of the surfels in the order they are drawn.
+    order: Rc<Vec<u32>>,
+    order_serial: u32,
 }
 
 impl DrawnCloud {
@@ -50,10 +56,22 @@ struct Uploaded {
     last_used: u64,
 }
 
-/// All columns on the device, by their generation.
+/// The order a cloud is drawn in.
+struct Order {
+    /// Generations of the columns it follows from.
+    of: Vec<u64>,
+    /// Equal for equal orders.
+    serial: u32,
+    indices: Rc<Vec<u32>>,
+    last_used: u64,
+}
+
+/// All columns on the device, by their generation and the order they are drawn in.
 pub(crate) struct Columns {
     device: wgpu::Device,
-    uploaded: HashMap<u64, Uploaded>,
+    uploaded: HashMap<(u64, u32), Uploaded>,
+    orders: Vec<Order>,
+    n_orders: u32,
     chunk_len: u32,
     frame: u64,
     /// Columns uploaded since the engine was made.
@@ -70,6 +88,8 @@ impl Columns {
         Self {
             device,
             uploaded: HashMap::new(),
+            orders: Vec::new(),
+            n_orders: 0,
             chunk_len: chunk_len.clamp(1, fits.max(1)),
             frame: 0,
             uploads: 0,
@@ -86,6 +106,31 @@ impl Columns {
         self.frame += 1;
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
         self.uploaded.retain(|_, column| column.last_used >= oldest);
+        self.orders.retain(|order| order.last_used >= oldest);
+    }
+
+    /// The order a cloud is drawn in and its serial number.
+    fn order(&mut self, cloud: &CloudView<'_>) -> (Rc<Vec<u32>>, u32) {
+        let names = [columns::POSITION].into_iter().chain(TIE_BREAKERS);
+        let of: Vec<u64> =
+            names.filter_map(|name| cloud.column(name)).map(|column| column.generation).collect();
+        let frame = self.frame;
+        if let Some(known) = self.orders.iter_mut().find(|order| order.of == of) {
+            known.last_used = frame;
+            return (known.indices.clone(), known.serial);
+        }
+        let indices = drawing_order(cloud);
+        // Other attributes rarely change the order; columns on the device then stay as they are.
+        let equal = self.orders.iter().find(|order| *order.indices == indices);
+        let (indices, serial) = match equal {
+            Some(order) => (order.indices.clone(), order.serial),
+            None => {
+                self.n_orders += 1;
+                (Rc::new(indices), self.n_orders)
+            }
+        };
+        self.orders.push(Order { of, serial, indices: indices.clone(), last_used: frame });
+        (indices, serial)
     }
 
     /// Brings the columns a cloud is drawn with onto the device.
@@ -109,7 +154,10 @@ impl Columns {
             defines: Vec::new(),
             generations: Vec::new(),
             max_radius: 0.0,
+            order: Rc::default(),
+            order_serial: 0,
         };
+        (drawn.order, drawn.order_serial) = self.order(cloud);
         self.floats(cloud, columns::POSITION, &mut drawn)?;
         self.floats(cloud, columns::NORMAL, &mut drawn)?;
         let tangents = [columns::TANGENT_U, columns::TANGENT_V];
@@ -164,7 +212,7 @@ impl Columns {
                 "drawing needs a column `{name}` of {components} x f32, found {what}"
             )));
         };
-        let known = self.uploaded.get(&column.generation).map(|c| c.largest);
+        let known = self.uploaded.get(&(column.generation, drawn.order_serial)).map(|c| c.largest);
         let largest =
             known.unwrap_or_else(|| values.iter().fold(0.0f32, |most, v| most.max(v.abs())));
         let bytes = || Cow::Borrowed(bytemuck::cast_slice(values));
@@ -183,18 +231,36 @@ impl Columns {
     ) {
         let (frame, chunk_len) = (self.frame, self.chunk_len);
         let (device, uploads) = (&self.device, &mut self.uploads);
-        let uploaded = self.uploaded.entry(column.generation).or_insert_with(|| {
+        let order = &drawn.order;
+        let key = (column.generation, drawn.order_serial);
+        let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
-            let chunk_bytes = usize::try_from(stride * u64::from(chunk_len)).unwrap_or(usize::MAX);
             let bytes = bytes();
-            let buffers = bytes
-                .chunks(chunk_bytes)
+            let stride = usize::try_from(stride).unwrap_or(usize::MAX);
+            let buffers = order
+                .chunks(chunk_len as usize)
                 .map(|chunk| {
-                    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some(variable),
-                        contents: chunk,
+                        size: (chunk.len() * stride) as u64,
                         usage: wgpu::BufferUsages::STORAGE,
-                    })
+                        mapped_at_creation: true,
+                    });
+                    // Written where the device reads it: no second copy of a chunk.
+                    if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+                        let mut ordered = Vec::with_capacity(BATCH * stride);
+                        for (batch, indices) in chunk.chunks(BATCH).enumerate() {
+                            ordered.clear();
+                            for &i in indices {
+                                let at = i as usize * stride;
+                                ordered.extend_from_slice(&bytes[at..at + stride]);
+                            }
+                            let start = batch * BATCH * stride;
+                            mapped.slice(start..start + ordered.len()).copy_from_slice(&ordered);
+                        }
+                    }
+                    buffer.unmap();
+                    buffer
                 })
                 .collect();
             Uploaded {

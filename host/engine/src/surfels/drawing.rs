@@ -60,10 +60,12 @@ impl<'a> Drawing<'a> {
                     .mat4(view_from_chunk)
                     .u32(first_of_cloud + first)
                     .u32(count)
-                    .f32(input.settings.radius_scale)
+                    .f32((f64::from(input.settings.radius_scale) / input.unit) as f32)
                     .f32(input.settings.depth_tolerance)
                     .u32(u32::from(input.settings.two_sided))
                     .f32(input.settings.low_pass)
+                    .f32(input.unit as f32)
+                    .f32(input.settings.radius_scale)
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {

@@ -2,6 +2,7 @@
 
 mod columns;
 mod drawing;
+mod order;
 mod surface;
 
 pub(crate) use columns::{Columns, DrawnCloud};

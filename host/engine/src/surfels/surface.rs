@@ -76,7 +76,9 @@ pub(crate) struct SurfaceInput<'a> {
     pub(crate) clouds: &'a [DrawnCloud],
     pub(crate) settings: &'a SurfaceSettings,
     pub(crate) view_uniform: &'a wgpu::Buffer,
-    /// Rigid motion to view space for positions relative to an origin.
+    /// Scene units per unit of drawing.
+    pub(crate) unit: f64,
+    /// Rigid motion to view space, in units of drawing, for positions relative to an origin.
     pub(crate) view_from_offset: &'a dyn Fn(DVec3) -> glam::Mat4,
     pub(crate) size: [u32; 2],
     /// Equal keys mean equal surfaces.

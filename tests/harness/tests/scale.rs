@@ -1,0 +1,181 @@
+//! Where a cloud lies, how large it is and in which order its points come makes no difference.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+use glam::DVec3;
+use surfelshop_api::graph::Output;
+use surfelshop_api::{Projection, Scene, View};
+use surfelshop_cloud::{Cloud, WriteOptions};
+use surfelshop_engine::picture::{Development, develop, to_8_bit};
+use surfelshop_tests::clouds::Surfels;
+use surfelshop_tests::{clouds, stage};
+
+const UNITS: [(&str, &str); 2] =
+    [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")];
+
+/// The pictures by all renderers as 8-bit levels.
+fn pictures(cloud: &Cloud, view: View) -> Vec<Vec<u8>> {
+    let mut engine = stage::engine();
+    UNITS
+        .iter()
+        .map(|(library, unit)| {
+            let mut renderer = stage::built_renderer(&engine, library, unit);
+            let (scene, outputs) = (Scene::default(), [Output::Color]);
+            let frame =
+                stage::render(&mut engine, &mut renderer, cloud, &scene, view, &outputs).unwrap();
+            let color = frame.image(&Output::Color).unwrap();
+            assert!(color.data.iter().all(|v| v.is_finite()));
+            to_8_bit(&develop(color, &Development::default()))
+        })
+        .collect()
+}
+
+/// No value differs by more than one level, unless in fewer than one in a thousand pixels: those
+/// whose centre lies on a disc's edge fall to either side by the last bit of a position.
+#[track_caller]
+fn alike(a: &[Vec<u8>], b: &[Vec<u8>], what: &str) {
+    for ((a, b), (_, unit)) in a.iter().zip(b).zip(UNITS) {
+        assert!(a.iter().any(|v| *v > 0), "{what}, {unit}: the picture is empty");
+        let pixels = a.chunks(4).zip(b.chunks(4));
+        let differ = pixels.filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1));
+        let differ = differ.count();
+        assert!(differ * 4_000 <= a.len(), "{what}, {unit}: {differ} of {} pixels", a.len() / 4);
+    }
+}
+
+fn view() -> View {
+    stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128)
+}
+
+fn scaled_view(factor: f64) -> View {
+    let mut view = view();
+    view.camera.eye *= factor;
+    view.near *= factor;
+    view.far *= factor;
+    view
+}
+
+fn scaled(surfels: &Surfels, factor: f32) -> Cloud {
+    let mut surfels = surfels.clone();
+    surfels.positions.iter_mut().for_each(|p| *p *= factor);
+    surfels.radii.iter_mut().for_each(|r| *r *= factor);
+    surfels.cloud()
+}
+
+#[test]
+fn clouds_far_from_the_origin_look_as_at_the_origin() {
+    // A sphere of one metre whose surfels are centimetres apart.
+    let mut surfels = clouds::sphere(5_000, 1.0);
+    let here = pictures(&surfels.cloud(), view());
+    let far = DVec3::new(5e6, -4e6, 3e6);
+    surfels.origin = far;
+    let mut moved = view();
+    moved.camera.eye += far;
+    moved.camera.target += far;
+    alike(&here, &pictures(&surfels.cloud(), moved), "moved");
+    // The same through a file, which holds the sum of origin and offset.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.ply");
+    surfelshop_cloud::write(&path, &surfels.cloud(), &WriteOptions::default()).unwrap();
+    let read = surfelshop_cloud::read(&path, &Default::default()).unwrap().cloud;
+    alike(&here, &pictures(&read, moved), "read");
+}
+
+#[test]
+fn clouds_of_any_size_look_alike() {
+    let surfels = clouds::sphere(5_000, 1.0);
+    let normal = pictures(&surfels.cloud(), view());
+    for factor in [1e-6, 1e6, 1e-20, 1e20, 1e-30, 1e30] {
+        let other = pictures(&scaled(&surfels, factor), scaled_view(f64::from(factor)));
+        alike(&normal, &other, &format!("{factor:e}"));
+    }
+}
+
+#[test]
+fn clouds_of_any_size_look_alike_in_parallel_projection() {
+    let surfels = clouds::sphere(5_000, 1.0);
+    let at = |factor: f64| {
+        let mut view = scaled_view(factor);
+        view.camera.projection = Projection::Orthographic { height: 2.5 * factor };
+        view.far = 10.0 * factor;
+        pictures(&scaled(&surfels, factor as f32), view)
+    };
+    let normal = at(1.0);
+    for factor in [1e-6, 1e6, 1e-30, 1e30] {
+        alike(&normal, &at(factor), &format!("{factor:e}"));
+    }
+}
+
+#[test]
+fn depth_is_in_scene_units_at_any_size() {
+    let surfels = clouds::sphere(5_000, 1.0);
+    for factor in [1.0, 1e-6, 1e20] {
+        let mut engine = stage::engine();
+        let mut renderer = stage::built_renderer(&engine, UNITS[1].0, UNITS[1].1);
+        let cloud = scaled(&surfels, factor);
+        let view = scaled_view(f64::from(factor));
+        let outputs = [Output::Depth];
+        let scene = Scene::default();
+        let frame =
+            stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+        let found = frame.image(&Output::Depth).unwrap().pixel(64, 64)[0];
+        // The eye is sqrt(10.25) from the centre; the discs lie within 0.3 % of the sphere.
+        let expected = (10.25f32.sqrt() - 1.0) * factor;
+        assert!((found / expected - 1.0).abs() < 3e-3, "{found:e} for {expected:e}");
+    }
+}
+
+#[test]
+fn far_surfaces_are_told_apart_with_a_near_plane_close_by() {
+    // Two discs a hundredth apart at distance 1000, near plane at 0.01: reversed depth in floats
+    // resolves 9e-5 there.
+    let mut surfels = Surfels::default();
+    surfels.push(glam::Vec3::new(0.0, 0.0, -1000.0), glam::Vec3::Z, 300.0);
+    surfels.push(glam::Vec3::new(0.0, 0.0, -1000.01), glam::Vec3::Z, 300.0);
+    surfels.colors = vec![[255, 0, 0], [0, 0, 255]];
+    let mut view = stage::view(DVec3::ZERO, DVec3::NEG_Z, 64);
+    view.near = 0.01;
+    for order in [[0, 1], [1, 0]] {
+        let mut ordered = surfels.clone();
+        ordered.positions = order.map(|i| surfels.positions[i]).to_vec();
+        ordered.colors = order.map(|i| surfels.colors[i]).to_vec();
+        let flat = &pictures(&ordered.cloud(), view)[0];
+        let center = 4 * (32 * 64 + 32);
+        assert!(flat[center] > 100 && flat[center + 2] < 10, "the nearer disc is red");
+    }
+}
+
+/// A permutation that leaves nothing where it was.
+fn shuffled(surfels: &Surfels) -> Surfels {
+    let n = surfels.positions.len();
+    // 7919 is prime and does not divide n, so multiples of it visit every index once.
+    assert_ne!(n % 7919, 0);
+    let order: Vec<usize> = (0..n).map(|i| (i * 7919 + 13) % n).collect();
+    let mut out = surfels.clone();
+    for (to, &from) in order.iter().enumerate() {
+        out.positions[to] = surfels.positions[from];
+        out.normals[to] = surfels.normals[from];
+        out.radii[to] = surfels.radii[from];
+        out.colors[to] = surfels.colors[from];
+    }
+    out
+}
+
+#[test]
+fn the_order_of_points_does_not_show() {
+    let sphere = clouds::sphere(5_000, 1.0);
+    // Discs of different colours in one plane, and several at one place: depths tie everywhere.
+    let mut plane = clouds::plane(60, 1.0);
+    plane.colors =
+        (0..3_600u32).map(|i| [(i * 37 % 256) as u8, (i * 91 % 256) as u8, 200]).collect();
+    for i in 0..300 {
+        let at = plane.positions[i];
+        plane.push(at, glam::Vec3::Y, 0.05);
+        plane.colors.push([(i % 256) as u8, 255, 0]);
+    }
+    for (surfels, what) in [(sphere, "sphere"), (plane, "plane")] {
+        let ordered = pictures(&surfels.cloud(), view());
+        let other = pictures(&shuffled(&surfels).cloud(), view());
+        assert_eq!(ordered, other, "{what}");
+    }
+}
