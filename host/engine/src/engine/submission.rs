@@ -6,8 +6,8 @@ use super::uniforms::{
 use super::{RenderRequest, Rendered};
 use crate::gpu::Gpu;
 use crate::run::{
-    Frame, HOST_SURFACE, HOST_VIEW, Pending, Pipelines, Plan, Recorder, RenderError, Resources,
-    Stage, bind, copy, execute, needed, touched,
+    Frame, HOST_SURFACE, HOST_VIEW, Needed, Pending, Pipelines, Plan, Recorder, RenderError,
+    Resources, Stage, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
 use glam::{DMat4, DVec3};
@@ -47,21 +47,7 @@ impl Submission<'_> {
             .collect();
         let needed = needed(self.plan, &graph_outputs);
         let host_mode = self.plan.passes.iter().find_map(|p| p.surface).unwrap_or_default();
-        let mut parts = SurfaceParts::default();
-        for &mode in &needed.surfaces {
-            parts.add(mode);
-        }
-        if needed.material {
-            parts.visibility = true;
-            parts.material = true;
-        }
-        for source in &sources {
-            match source {
-                Source::Surface("depth_only") => parts.visibility = true,
-                Source::Surface(_) => parts.add(host_mode),
-                Source::Graph(_) => {}
-            }
-        }
+        let parts = parts(&needed, &sources, host_mode);
         let drawn = drawn_view(self.request, self.clouds);
         let drawn_uniform = uniform(self.gpu, "drawn view", drawn_uniform(self.request, &drawn));
         let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &drawn));
@@ -146,6 +132,26 @@ impl Submission<'_> {
         };
         self.request.outputs.iter().map(source).collect()
     }
+}
+
+/// The parts of the surface that needed passes and requested outputs read.
+fn parts(needed: &Needed, sources: &[Source], host_mode: SurfaceMode) -> SurfaceParts {
+    let mut parts = SurfaceParts::default();
+    for &mode in &needed.surfaces {
+        parts.add(mode);
+    }
+    if needed.material {
+        parts.visibility = true;
+        parts.material = true;
+    }
+    for source in sources {
+        match source {
+            Source::Surface("depth_only") => parts.visibility = true,
+            Source::Surface(_) => parts.add(host_mode),
+            Source::Graph(_) => {}
+        }
+    }
+    parts
 }
 
 /// Draws one of the surface's values as a picture.

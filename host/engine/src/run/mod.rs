@@ -9,7 +9,7 @@ mod readback;
 mod recorder;
 mod resources;
 
-pub(crate) use cull::needed;
+pub(crate) use cull::{Needed, needed};
 pub(crate) use execute::{Frame, execute, touched};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, DrawKind, Pipeline, Pipelines, Stage, checked};
