@@ -86,7 +86,7 @@ fn unknown_binding_is_named_with_what_there_is() {
 
 #[test]
 fn missing_output_is_named() {
-    says(7, &["`color`", "none"]);
+    says(7, &["`color`", "depth, normal"]);
 }
 
 #[test]

@@ -122,11 +122,11 @@ impl Submission<'_> {
                 Output::Albedo => Ok(Source::Surface("albedo_only")),
                 Output::Ao => Ok(Source::Surface("ao_only")),
                 Output::Color | Output::Debug(_) => {
-                    let names: Vec<_> = offered.iter().map(|(output, _)| output.name()).collect();
-                    Err(RenderError::NoOutput {
-                        wanted: wanted.name(),
-                        offered: if names.is_empty() { "none".into() } else { names.join(", ") },
-                    })
+                    let own = offered.iter().map(|(output, _)| output.name());
+                    let host = ["depth", "normal", "albedo", "ao"].map(str::to_owned);
+                    let mut names: Vec<_> = own.chain(host).collect();
+                    names.dedup();
+                    Err(RenderError::NoOutput { wanted: wanted.name(), offered: names.join(", ") })
                 }
             }
         };

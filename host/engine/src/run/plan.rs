@@ -184,12 +184,28 @@ pub(crate) fn targets_of(pass: &Pass) -> Vec<Target> {
     }
 }
 
+/// The words that follow `fn` in a shader, comments included; enough to find a misspelt name.
+fn functions_of(wgsl: &str) -> impl Iterator<Item = &str> {
+    let mut words = wgsl.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    std::iter::from_fn(move || {
+        words.find(|word| *word == "fn")?;
+        words.find(|word| !word.is_empty())
+    })
+}
+
 /// The author's text with an entry point that calls their function for each covered pixel.
 fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Result<String, String> {
     let function = &pass.entry;
     let plain = function.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if function.is_empty() || !plain {
         return Err(format!("`{function}` is no name of a WGSL function"));
+    }
+    let functions: Vec<&str> = functions_of(&pass.wgsl).collect();
+    if !functions.contains(&function.as_str()) {
+        return Err(format!(
+            "the shader has no function `{function}`; it has: {}",
+            super::check::list(&functions)
+        ));
     }
     let entry = match stage {
         naga::ShaderStage::Compute => {

@@ -78,6 +78,7 @@ impl Library {
         source: &str,
         defines: &[&str],
     ) -> Result<Composed, ShaderError> {
+        check_imports(source)?;
         let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
         let composer = &mut self.composer;
         // The composer and the validator work on text from strangers; should one of their own
@@ -111,6 +112,35 @@ impl Library {
         })?;
         Ok(Composed { module, info })
     }
+}
+
+/// Names a misspelt import where it stands; the composer would only miss it where it is used, by
+/// its last word.
+fn check_imports(source: &str) -> Result<(), ShaderError> {
+    for (number, line) in source.lines().enumerate() {
+        let Some(import) = line.trim_start().strip_prefix("#import ") else { continue };
+        let path = import.split(['{', ',', ';']).next().unwrap_or_default();
+        let path = path.split_whitespace().next().unwrap_or_default().trim_end_matches("::");
+        let known = |(_, source): &(&str, &str)| {
+            let module = import_path(source);
+            path == module || path.strip_prefix(module).is_some_and(|item| item.starts_with("::"))
+        };
+        if !MODULES.iter().any(known) {
+            let all: Vec<_> = MODULES.iter().map(|(_, source)| import_path(source)).collect();
+            return Err(ShaderError::new(format!(
+                "line {}: there is no module `{path}`; there are: {}",
+                number + 1,
+                all.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The name a host module is imported by.
+fn import_path(source: &str) -> &str {
+    let mut lines = source.lines();
+    lines.find_map(|line| line.strip_prefix("#define_import_path ")).unwrap_or_default().trim()
 }
 
 /// Language features graphs may use: those every device this engine opens has.
@@ -226,8 +256,9 @@ mod tests {
         let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[]);
         let message = unknown.err().unwrap().message;
         assert!(message.contains("nothing") && message.contains("line 2"), "{message}");
-        let import = library.compose("#import surfelshop::nowhere\nfn f() { nowhere::g(); }", &[]);
-        assert!(import.err().unwrap().message.contains("nowhere"));
+        let import = library.compose("fn f() {}\n#import surfelshop::lihgt\n", &[]);
+        let message = import.err().unwrap().message;
+        assert!(message.contains("line 2: there is no module `surfelshop::lihgt`"), "{message}");
         let types = "@fragment fn f() -> @location(0) vec4<f32> {\n  return vec4<u32>(1u);\n}";
         let message = library.compose(types, &[]).err().unwrap().message;
         assert!(message.contains('f') && !message.contains('\n'), "{message}");
