@@ -1,3 +1,4 @@
+use std::ops::Range;
 use surfelshop_api::columns::{Element, Values};
 
 /// Owned values of one element type.
@@ -89,26 +90,27 @@ impl Buffer {
     #[must_use]
     pub fn from_little_endian(element: Element, bytes: &[u8]) -> Self {
         let mut buffer = Self::with_capacity(element, bytes.len() / element.size());
-        buffer.extend_records(bytes, element.size(), 0, false);
+        buffer.extend_records(bytes, element.size(), 0..element.size(), false);
         buffer
     }
 
-    /// Appends the value at `offset` of each record of `stride` bytes; an incomplete last record is
-    /// left out.
+    /// Appends the values in the bytes `within` each record of `stride` bytes; an incomplete last
+    /// record is left out.
     pub(crate) fn extend_records(
         &mut self,
         records: &[u8],
         stride: usize,
-        offset: usize,
+        within: Range<usize>,
         big: bool,
     ) {
+        // Two calls, since a choice of the function at run time would keep it out of the loop.
         macro_rules! extend {
             ($vec:ident, $type:ty) => {
-                $vec.extend(records.chunks_exact(stride).map(|record| {
-                    let mut bytes = [0; size_of::<$type>()];
-                    bytes.copy_from_slice(&record[offset..offset + size_of::<$type>()]);
-                    if big { <$type>::from_be_bytes(bytes) } else { <$type>::from_le_bytes(bytes) }
-                }))
+                if big {
+                    extend_fields($vec, records, stride, within, <$type>::from_be_bytes)
+                } else {
+                    extend_fields($vec, records, stride, within, <$type>::from_le_bytes)
+                }
             };
         }
         match self {
@@ -174,6 +176,14 @@ impl Buffer {
         }
     }
 
+    /// [`Buffer::to_f32`], without a copy where the elements are f32.
+    pub(crate) fn into_f32(self) -> Vec<f32> {
+        match self {
+            Self::F32(vec) => vec,
+            other => other.to_f32(),
+        }
+    }
+
     /// The surfels whose entry in `mask` is true; each has `components` elements.
     #[must_use]
     pub(crate) fn select(&self, components: usize, mask: &[bool]) -> Self {
@@ -213,6 +223,53 @@ impl Buffer {
             }
         }
     }
+}
+
+/// Appends the values in the bytes `within` each record. A number of values that the compiler
+/// knows makes straight moves of each record.
+fn extend_fields<T: Copy + Default, const SIZE: usize>(
+    values: &mut Vec<T>,
+    records: &[u8],
+    stride: usize,
+    within: Range<usize>,
+    decode: impl Fn([u8; SIZE]) -> T,
+) {
+    match within.len() / SIZE {
+        1 => extend_rows::<T, SIZE, 1>(values, records, stride, within.start, decode),
+        3 => extend_rows::<T, SIZE, 3>(values, records, stride, within.start, decode),
+        4 => extend_rows::<T, SIZE, 4>(values, records, stride, within.start, decode),
+        _ => {
+            for record in records.chunks_exact(stride) {
+                let (found, _) = record[within.clone()].as_chunks();
+                values.extend(found.iter().map(|bytes| decode(*bytes)));
+            }
+        }
+    }
+}
+
+/// Appends `N` values from `offset` in each record.
+fn extend_rows<T: Copy + Default, const SIZE: usize, const N: usize>(
+    values: &mut Vec<T>,
+    records: &[u8],
+    stride: usize,
+    offset: usize,
+    decode: impl Fn([u8; SIZE]) -> T,
+) {
+    let records = records.chunks_exact(stride);
+    let start = values.len();
+    values.resize(start + records.len() * N, T::default());
+    let (rows, _) = values[start..].as_chunks_mut::<N>();
+    for (row, record) in rows.iter_mut().zip(records) {
+        let (found, _) = record[offset..offset + N * SIZE].as_chunks::<SIZE>();
+        *row = std::array::from_fn(|i| decode(found[i]));
+    }
+}
+
+/// The columns that a buffer of `components` values per row consists of.
+pub(crate) fn unweave(woven: &Buffer, components: usize) -> Vec<Buffer> {
+    (0..components)
+        .map(|i| map_vec!(woven, vec => vec.iter().skip(i).step_by(components).copied().collect()))
+        .collect()
 }
 
 /// Weaves buffers of one type into one whose surfels have all their elements together; `None` where

@@ -14,13 +14,16 @@ use surfelshop_geometry::{Progress, normals, part, silent};
 pub struct ReadOptions<'a> {
     /// Neighbours that missing normals are fitted to.
     pub n_neighbours: usize,
+    /// The radius of every point of a file that gives none, counted as given; where it is `None`
+    /// or not positive, radii are estimated.
+    pub radius: Option<f32>,
     /// Takes how far the work is, in [0, 1], and may ask it to stop.
     pub progress: Progress<'a>,
 }
 
 impl Default for ReadOptions<'_> {
     fn default() -> Self {
-        Self { n_neighbours: normals::DEFAULT_NEIGHBOURS, progress: &silent }
+        Self { n_neighbours: normals::DEFAULT_NEIGHBOURS, radius: None, progress: &silent }
     }
 }
 
@@ -36,9 +39,6 @@ pub struct Loaded {
 /// Bytes that tell the format.
 const MAGIC: usize = 64;
 
-/// Share of the work that is reading rather than estimating, for the progress bar.
-const READING: f64 = 0.4;
-
 /// Reads a cloud from a file, recognising the format by content.
 ///
 /// # Errors
@@ -47,8 +47,10 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     let path = path.as_ref();
     let started = Instant::now();
     let load = || -> Result<Loaded, ReadFault> {
-        let table = open(path, &part(options.progress, 0.0..READING))?;
-        let options = ReadOptions { progress: &part(options.progress, READING..1.0), ..*options };
+        let file = open(path)?;
+        let reading = assemble::share_of_reading(file.names(), options);
+        let table = file.read(&part(options.progress, 0.0..reading))?;
+        let options = ReadOptions { progress: &part(options.progress, reading..1.0), ..*options };
         let loaded = assemble::cloud(table, &options)?;
         if (options.progress)(1.0).is_break() { Err(ReadFault::Cancelled) } else { Ok(loaded) }
     };
@@ -58,8 +60,8 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     Ok(loaded)
 }
 
-/// Opens a file and reads its points.
-fn open(path: &Path, progress: Progress<'_>) -> Result<crate::table::Table, ReadFault> {
+/// Opens a file and finds out what points it has.
+fn open(path: &Path) -> Result<ply::File<BufReader<File>>, ReadFault> {
     let file = File::open(path)?;
     let metadata = file.metadata()?;
     if metadata.is_dir() {
@@ -81,5 +83,5 @@ fn open(path: &Path, progress: Progress<'_>) -> Result<crate::table::Table, Read
     if !ply::is_ply(head) {
         return Err(ReadFault::UnknownFormat { found: quoted(head) });
     }
-    ply::read(reader, metadata.len(), progress)
+    ply::File::open(reader, metadata.len())
 }

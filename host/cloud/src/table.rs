@@ -1,4 +1,51 @@
-use crate::buffer::Buffer;
+use crate::buffer::{Buffer, unweave};
+
+/// Spellings of normals.
+pub(crate) const NORMALS: [[&str; 3]; 3] =
+    [["nx", "ny", "nz"], ["normal_x", "normal_y", "normal_z"], ["normalx", "normaly", "normalz"]];
+
+/// Spellings of colours with their opacity.
+pub(crate) const COLORS: [[&str; 4]; 3] = [
+    ["red", "green", "blue", "alpha"],
+    ["r", "g", "b", "a"],
+    ["diffuse_red", "diffuse_green", "diffuse_blue", "diffuse_alpha"],
+];
+
+/// Spellings of radii.
+pub(crate) const RADII: [[&str; 1]; 2] = [["radius"], ["scalar_radius"]];
+
+/// How many of the names at the start of a list are the components of one thing, in its order; such
+/// columns are kept woven, the components of a row together, as the cloud will have them.
+pub(crate) fn n_together<'a>(names: impl Iterator<Item = &'a str> + Clone) -> usize {
+    let starts = |with: &[&str]| {
+        let mut names = names.clone();
+        with.iter().all(|with| names.next().is_some_and(|name| name.eq_ignore_ascii_case(with)))
+    };
+    if COLORS.iter().any(|color| starts(color)) {
+        return 4;
+    }
+    let three = starts(&["x", "y", "z"])
+        || NORMALS.iter().any(|normal| starts(normal))
+        || COLORS.iter().any(|color| starts(&color[..3]));
+    if three { 3 } else { 1 }
+}
+
+/// One scalar column of a file, or several that are woven.
+#[derive(Debug)]
+pub(crate) struct Field {
+    /// The file's own names, distinct in the whole table but for case.
+    pub(crate) names: Vec<String>,
+    /// For each row a value per name.
+    pub(crate) values: Buffer,
+}
+
+impl Field {
+    /// Whether the field has exactly these names.
+    fn is(&self, names: &[&str]) -> bool {
+        self.names.len() == names.len()
+            && self.names.iter().zip(names).all(|(own, name)| own.eq_ignore_ascii_case(name))
+    }
+}
 
 /// The points of a file before they are a cloud: scalar columns under the file's own names.
 #[derive(Debug, Default)]
@@ -8,27 +55,29 @@ pub(crate) struct Table {
     /// What the file calls its points.
     pub(crate) element: String,
     pub(crate) n_rows: usize,
-    /// One value per row each; names are distinct but for case.
-    pub(crate) columns: Vec<(String, Buffer)>,
+    /// The columns, in the file's order.
+    pub(crate) fields: Vec<Field>,
     pub(crate) comments: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
 
 impl Table {
+    /// The names of all columns.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.fields.iter().flat_map(|field| &field.names).map(String::as_str)
+    }
+
     /// Takes the columns of these names out, in this order; `None`, and nothing taken, where one is
     /// missing. Case does not matter.
     pub(crate) fn take<const N: usize>(&mut self, names: [&str; N]) -> Option<[Buffer; N]> {
-        let mut places = [0; N];
-        for (place, name) in places.iter_mut().zip(names) {
-            *place = self.columns.iter().position(|(own, _)| own.eq_ignore_ascii_case(name))?;
+        if !names.iter().all(|name| self.names().any(|own| own.eq_ignore_ascii_case(name))) {
+            return None;
         }
-        let taken = places
-            .map(|place| std::mem::replace(&mut self.columns[place].1, Buffer::U8(Vec::new())));
-        let mut index = 0;
-        self.columns.retain(|_| {
-            index += 1;
-            !places.contains(&(index - 1))
-        });
+        self.split(|field| names.iter().any(|name| field.iter().any(|own| own == name)));
+        let mut taken = [const { Buffer::U8(Vec::new()) }; N];
+        for (taken, name) in taken.iter_mut().zip(names) {
+            *taken = self.take_woven(&[name])?;
+        }
         Some(taken)
     }
 
@@ -40,10 +89,42 @@ impl Table {
         spellings.iter().find_map(|names| self.take(*names))
     }
 
+    /// The columns of these names, where they are woven in this order and are no others.
+    pub(crate) fn woven(&self, names: &[&str]) -> Option<&Buffer> {
+        self.fields.iter().find(|field| field.is(names)).map(|field| &field.values)
+    }
+
+    /// Takes out what [`Table::woven`] finds.
+    pub(crate) fn take_woven(&mut self, names: &[&str]) -> Option<Buffer> {
+        let place = self.fields.iter().position(|field| field.is(names))?;
+        Some(self.fields.remove(place).values)
+    }
+
+    /// Makes columns of their own of those woven fields that a test chooses by their names, which
+    /// are given in lower case.
+    pub(crate) fn split(&mut self, chosen: impl Fn(&[String]) -> bool) {
+        let lower = |field: &Field| -> Vec<String> {
+            field.names.iter().map(|name| name.to_ascii_lowercase()).collect()
+        };
+        let split = |field: &Field| field.names.len() > 1 && chosen(&lower(field));
+        if !self.fields.iter().any(split) {
+            return;
+        }
+        for field in std::mem::take(&mut self.fields) {
+            if split(&field) {
+                let parts = unweave(&field.values, field.names.len());
+                let single = |(name, values)| Field { names: vec![name], values };
+                self.fields.extend(field.names.into_iter().zip(parts).map(single));
+            } else {
+                self.fields.push(field);
+            }
+        }
+    }
+
     /// The rows whose entry in `mask` is true.
     pub(crate) fn keep(&mut self, mask: &[bool]) {
-        for (_, buffer) in &mut self.columns {
-            *buffer = buffer.select(1, mask);
+        for field in &mut self.fields {
+            field.values = field.values.select(field.names.len(), mask);
         }
         self.n_rows = mask.iter().filter(|&&keep| keep).count();
     }

@@ -4,15 +4,9 @@ use crate::buffer::{Buffer, interleave};
 use crate::color::is_usable;
 use crate::column::Column;
 use crate::summary::Summary;
-use crate::table::Table;
+use crate::table::{COLORS, Field, Table};
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_api::columns::{AO, COLOR, Element, MATERIAL};
-
-/// Spellings of the colour's channels; opacity is looked for beside the first two.
-const RGB: [[&str; 3]; 3] =
-    [["red", "green", "blue"], ["r", "g", "b"], ["diffuse_red", "diffuse_green", "diffuse_blue"]];
-
-const ALPHA: [[&str; 1]; 3] = [["alpha"], ["a"], ["diffuse_alpha"]];
 
 /// Takes colour, accessibility and material out of the table.
 pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
@@ -25,31 +19,49 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
 }
 
 fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
-    let (spelling, rgb) = (0..RGB.len()).find_map(|i| Some((i, table.take(RGB[i])?)))?;
-    let Some(mut channels) = channels(&rgb) else {
-        summary.warnings.push(
-            "colours are neither 8 nor 16 bits nor floats and were kept as plain columns"
-                .to_owned(),
-        );
-        table.columns.extend(RGB[spelling].iter().map(|name| (*name).to_owned()).zip(rgb));
-        return None;
-    };
-    if let Some([alpha]) = table.take(ALPHA[spelling]) {
-        if alpha.element() == rgb[0].element()
-            && let Some(alpha) = convert(&alpha, channels[0].element())
-        {
-            channels.push(alpha);
-        } else {
-            table.columns.push((ALPHA[spelling][0].to_owned(), alpha));
-        }
-    }
-    let components = channels.len();
-    let mut values = interleave(&channels)?;
+    let (components, mut values) = COLORS
+        .iter()
+        .find_map(|names| whole(table, names).or_else(|| woven(table, names, summary)))?;
     if let Buffer::F32(values) = &mut values {
         sanitise(values, components, summary);
     }
     summary.colors.given = table.n_rows as u64 - summary.colors.replaced;
     Some(Column::new(COLOR, components as u32, values))
+}
+
+/// Colours that the file has as the cloud will have them, and how many channels they have.
+fn whole(table: &mut Table, names: &[&str; 4]) -> Option<(usize, Buffer)> {
+    let n_channels =
+        if table.names().any(|own| own.eq_ignore_ascii_case(names[3])) { 4 } else { 3 };
+    let names = &names[..n_channels];
+    let kept = [Element::U8, Element::U16, Element::F32];
+    table.woven(names).filter(|values| kept.contains(&values.element()))?;
+    Some((n_channels, table.take_woven(names)?))
+}
+
+/// Colours put together from channels that the file has apart or in another type.
+fn woven(table: &mut Table, names: &[&str; 4], summary: &mut Summary) -> Option<(usize, Buffer)> {
+    let [red, green, blue, alpha] = *names;
+    let rgb = table.take([red, green, blue])?;
+    let field = |name: &str, values| Field { names: vec![name.to_owned()], values };
+    let Some(mut channels) = channels(&rgb) else {
+        summary.warnings.push(
+            "colours are neither 8 nor 16 bits nor floats and were kept as plain columns"
+                .to_owned(),
+        );
+        table.fields.extend(names.iter().zip(rgb).map(|(name, values)| field(name, values)));
+        return None;
+    };
+    if let Some([values]) = table.take([alpha]) {
+        if values.element() == rgb[0].element()
+            && let Some(values) = convert(&values, channels[0].element())
+        {
+            channels.push(values);
+        } else {
+            table.fields.push(field(alpha, values));
+        }
+    }
+    Some((channels.len(), interleave(&channels)?))
 }
 
 /// The channels in the smallest of the types a colour may have that holds them.

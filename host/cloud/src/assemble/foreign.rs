@@ -16,9 +16,11 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
             _ => None,
         })
         .collect();
+    table.split(|_| true);
     let mut columns = grouped(table, &notes);
     let mut names: HashSet<String> = columns.iter().map(|c| c.name().to_owned()).collect();
-    for (own_name, buffer) in std::mem::take(&mut table.columns) {
+    for mut field in std::mem::take(&mut table.fields) {
+        let Some(own_name) = field.names.pop() else { continue };
         let mut name = own_name.clone();
         while is_well_known(&name) || names.contains(&name) {
             name.push('_');
@@ -30,19 +32,19 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
             ));
         }
         names.insert(name.clone());
-        columns.push(Column::new(name, 1, buffer));
+        columns.push(Column::new(name, 1, field.values));
     }
     columns
 }
 
 /// Columns of several components from properties `name_0`, `name_1` and so on.
 ///
-/// A property belongs to one name only and each name is looked up once, so that a header full of
+/// No field is woven any more. A property belongs to one name only and each name is looked up once, so that a header full of
 /// notes takes no more time than a header full of properties.
 fn grouped(table: &mut Table, notes: &[(String, u32)]) -> Vec<Column> {
     let places: HashMap<String, usize> =
-        table.columns.iter().enumerate().map(|(place, (name, _))| (name.clone(), place)).collect();
-    let mut taken = vec![false; table.columns.len()];
+        table.names().enumerate().map(|(place, name)| (name.to_owned(), place)).collect();
+    let mut taken = vec![false; table.fields.len()];
     let mut seen = HashSet::new();
     let mut columns = Vec::new();
     for (name, components) in notes {
@@ -53,13 +55,13 @@ fn grouped(table: &mut Table, notes: &[(String, u32)]) -> Vec<Column> {
             .map(|component| places.get(&format!("{name}_{component}")).copied())
             .collect();
         let Some(parts) = parts else { continue };
-        let values: Vec<Buffer> = parts.iter().map(|&p| table.columns[p].1.clone()).collect();
+        let values: Vec<Buffer> = parts.iter().map(|&p| table.fields[p].values.clone()).collect();
         if let Some(values) = interleave(&values) {
             parts.iter().for_each(|&place| taken[place] = true);
             columns.push(Column::new(name.as_str(), *components, values));
         }
     }
     let mut taken = taken.into_iter();
-    table.columns.retain(|_| !taken.next().unwrap_or(false));
+    table.fields.retain(|_| !taken.next().unwrap_or(false));
     columns
 }

@@ -1,5 +1,6 @@
 //! Coordinates: dropping what is not finite, and the choice of the origin.
 
+use super::whole_vectors;
 use crate::buffer::Buffer;
 use crate::error::ReadFault;
 use crate::summary::Summary;
@@ -10,6 +11,8 @@ use surfelshop_geometry::Bounds;
 pub(super) struct Placed {
     pub(super) origin: DVec3,
     pub(super) positions: Vec<Vec3>,
+    /// Those of `positions`; `None` where there are none.
+    pub(super) bounds: Option<Bounds>,
 }
 
 /// Coordinates beyond this are dropped like infinite ones: a quarter of f32's range, so that
@@ -18,32 +21,73 @@ const MAX_COORDINATE: f64 = f32::MAX as f64 / 4.0;
 
 /// Takes the coordinates out of the table and drops rows whose coordinates are not finite.
 pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Placed, ReadFault> {
-    let coordinates = table.take(["x", "y", "z"]).ok_or_else(|| ReadFault::NoCoordinates {
-        element: table.element.clone(),
-        found: crate::error::listed(table.columns.iter().map(|(name, _)| name.as_str())),
-    })?;
-    let mut points = points(&coordinates);
-    drop(coordinates);
-    let usable = |point: &DVec3| point.is_finite() && point.abs().max_element() <= MAX_COORDINATE;
-    if !points.iter().all(usable) {
-        let mask: Vec<bool> = points.iter().map(usable).collect();
-        summary.n_dropped = mask.iter().filter(|keep| !**keep).count() as u64;
-        points.retain(usable);
-        table.keep(&mask);
+    let names = ["x", "y", "z"];
+    // The usual files have floats side by side, which are the positions already.
+    if let Some(Buffer::F32(_)) = table.woven(&names)
+        && let Some(Buffer::F32(coordinates)) = table.take_woven(&names)
+    {
+        let usable = |coordinate: f32| f64::from(coordinate.abs()) <= MAX_COORDINATE;
+        let coordinates = keep_usable(coordinates, table, summary, usable);
+        let positions: Vec<Vec3> = whole_vectors(coordinates);
+        let (origin, bounds) = origin(table, || positions.iter().map(|p| p.as_dvec3()));
+        if origin == DVec3::ZERO {
+            return Ok(Placed { origin, positions, bounds });
+        }
+        return Ok(placed(origin, positions.iter().map(|p| p.as_dvec3())));
     }
-    let origin = origin(table, &points);
-    let positions = points.iter().map(|&point| (point - origin).as_vec3()).collect();
-    Ok(Placed { origin, positions })
+    let coordinates = match table.take_woven(&names) {
+        Some(Buffer::F64(coordinates)) => coordinates,
+        Some(other) => other.iter_f64().collect(),
+        None => {
+            let parts = table.take(names).ok_or_else(|| ReadFault::NoCoordinates {
+                element: table.element.clone(),
+                found: crate::error::listed(table.names()),
+            })?;
+            let [x, y, z] = parts.each_ref().map(Buffer::iter_f64);
+            x.zip(y).zip(z).flat_map(|((x, y), z)| [x, y, z]).collect()
+        }
+    };
+    let usable = |coordinate: f64| coordinate.abs() <= MAX_COORDINATE;
+    let coordinates = keep_usable(coordinates, table, summary, usable);
+    let points: Vec<DVec3> = whole_vectors(coordinates);
+    let (origin, _) = origin(table, || points.iter().copied());
+    Ok(placed(origin, points.iter().copied()))
 }
 
-fn points(coordinates: &[Buffer; 3]) -> Vec<DVec3> {
-    let [x, y, z] = coordinates.each_ref().map(Buffer::iter_f64);
-    x.zip(y).zip(z).map(|((x, y), z)| DVec3::new(x, y, z)).collect()
+/// Drops the rows that have a coordinate that is not usable.
+fn keep_usable<T: Copy>(
+    mut coordinates: Vec<T>,
+    table: &mut Table,
+    summary: &mut Summary,
+    usable: impl Fn(T) -> bool,
+) -> Vec<T> {
+    // Blocks without a way out of the loop are tested several numbers at a time.
+    let all = |block: &[T]| block.iter().fold(true, |all, &number| all & usable(number));
+    if coordinates.chunks(4096).all(all) {
+        return coordinates;
+    }
+    let (points, _) = coordinates.as_chunks::<3>();
+    let mask: Vec<bool> = points.iter().map(|point| all(point)).collect();
+    summary.n_dropped = mask.iter().filter(|keep| !**keep).count() as u64;
+    table.keep(&mask);
+    let mut place = 0;
+    coordinates.retain(|_| {
+        place += 1;
+        mask[(place - 1) / 3]
+    });
+    coordinates
+}
+
+/// Points as offsets from an origin.
+fn placed(origin: DVec3, points: impl Iterator<Item = DVec3>) -> Placed {
+    let positions: Vec<Vec3> = points.map(|point| (point - origin).as_vec3()).collect();
+    let bounds = Bounds::of_positions(&positions);
+    Placed { origin, positions, bounds }
 }
 
 /// Whether f32 offsets from `origin` hold all points without loss.
-fn is_exact(points: &[DVec3], origin: DVec3) -> bool {
-    points.iter().all(|&point| origin + (point - origin).as_vec3().as_dvec3() == point)
+fn is_exact(mut points: impl Iterator<Item = DVec3>, origin: DVec3) -> bool {
+    points.all(|point| origin + (point - origin).as_vec3().as_dvec3() == point)
 }
 
 /// Distance from zero, in extents of the cloud, up to which positions are relative to zero. At this
@@ -53,41 +97,44 @@ const FAR: f64 = 256.0;
 
 /// The origin: that of the cloud the file was written from where it loses nothing, zero where f32
 /// holds the coordinates as they are and the cloud is not far away, else the middle of the bounds.
-fn origin(table: &Table, points: &[DVec3]) -> DVec3 {
+/// Also the bounds of the points.
+fn origin<I: Iterator<Item = DVec3>>(
+    table: &Table,
+    points: impl Fn() -> I,
+) -> (DVec3, Option<Bounds>) {
+    let bounds = Bounds::of(points());
     let noted = table.notes("origin").find_map(|words| {
         let [x, y, z] = words.try_into().ok()?;
         let origin = DVec3::new(x.parse().ok()?, y.parse().ok()?, z.parse().ok()?);
-        (origin.is_finite() && is_exact(points, origin)).then_some(origin)
+        (origin.is_finite() && is_exact(points(), origin)).then_some(origin)
     });
     if let Some(origin) = noted {
-        return origin;
+        return (origin, bounds);
     }
-    let Some(bounds) = Bounds::of(points.iter().copied()) else { return DVec3::ZERO };
+    let Some(bounds) = bounds else { return (DVec3::ZERO, None) };
     // Whole numbers are easier to read, and half a unit is little for a cloud of two.
     let centre = bounds.centre();
     let middle = if bounds.extent() >= 2.0 { centre.round() } else { centre };
     let is_far = bounds.extent() > 0.0 && bounds.reach() > FAR * bounds.extent();
-    if is_exact(points, DVec3::ZERO) && !(is_far && is_exact(points, middle)) {
-        return DVec3::ZERO;
-    }
-    middle
+    let stays = is_exact(points(), DVec3::ZERO) && !(is_far && is_exact(points(), middle));
+    (if stays { DVec3::ZERO } else { middle }, Some(bounds))
 }
 
 /// Share of the median radius by which rounding may move a surfel without a visible step.
 const VISIBLE_SHARE: f64 = 0.01;
 
 /// Warns where the cloud spans so much that f32 positions are coarse for its surfels.
-pub(super) fn warn_if_coarse(positions: &[Vec3], radii: &[f32], summary: &mut Summary) {
-    let reach = Bounds::of_positions(positions).map_or(0.0, |bounds| bounds.reach());
-    let mut sorted = radii.to_vec();
-    let middle = sorted.len() / 2;
-    if sorted.is_empty() {
-        return;
-    }
-    let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f32::total_cmp);
+pub(super) fn warn_if_coarse(placed: &Placed, radii: &[f32], summary: &mut Summary) {
+    let reach = placed.bounds.map_or(0.0, |bounds| bounds.reach());
     // Distance between neighbouring f32 at the farthest coordinate.
     let step = f64::from((reach as f32).next_up()) - f64::from(reach as f32);
-    if step > VISIBLE_SHARE * f64::from(median) {
+    let is_visible = |radius: f32| step > VISIBLE_SHARE * f64::from(radius);
+    // Whether this holds of the median shows without sorting.
+    let n_visible: usize = radii.iter().map(|&radius| usize::from(is_visible(radius))).sum();
+    let middle = radii.len() / 2;
+    if n_visible > middle {
+        let mut sorted = radii.to_vec();
+        let (_, &mut median, _) = sorted.select_nth_unstable_by(middle, f32::total_cmp);
         summary.warnings.push(format!(
             "the cloud spans too far for single precision: positions at its border are \
              {step:.2e} apart, the median radius is {median:.2e}; split it into parts"

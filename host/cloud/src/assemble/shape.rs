@@ -1,15 +1,15 @@
 //! Normals, radii and tangents.
 
-use super::{flat, vectors};
-use crate::buffer::Buffer;
+use super::position::Placed;
+use super::{flat, take_vectors};
 use crate::column::Column;
 use crate::error::ReadFault;
 use crate::read::ReadOptions;
 use crate::summary::Summary;
-use crate::table::Table;
+use crate::table::{NORMALS, RADII, Table};
 use glam::Vec3;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
-use surfelshop_geometry::{Bounds, Neighbours, Progress, normals, part, radii};
+use surfelshop_geometry::{Neighbours, Progress, normals, part, radii};
 
 pub(super) struct Shape {
     pub(super) normals: Vec<Vec3>,
@@ -21,26 +21,38 @@ pub(super) struct Shape {
 /// round trips: twice the error of components with four decimals, which text files have.
 const UNIT_TOLERANCE: f64 = 1e-4;
 
-const NORMAL_NAMES: [[&str; 3]; 3] =
-    [["nx", "ny", "nz"], ["normal_x", "normal_y", "normal_z"], ["normalx", "normaly", "normalz"]];
+/// Points between two questions whether to stop.
+const BLOCK: usize = 4096;
 
 /// Takes normals, radii and tangents out of the table and makes what is missing.
 pub(super) fn take(
     table: &mut Table,
-    positions: &[Vec3],
+    placed: &Placed,
     options: &ReadOptions<'_>,
     summary: &mut Summary,
 ) -> Result<Shape, ReadFault> {
-    let given_normals = table.take_any(&NORMAL_NAMES).map(|parts| vectors(&parts));
-    let given_radii = table.take_any(&[["radius"], ["scalar_radius"]]);
-    let given_tangents = tangent_parts(table);
-    let mut search = Search { positions, neighbours: None };
-    let progress = part(options.progress, 0.0..0.6);
+    let given_normals = NORMALS.iter().find_map(|names| take_vectors(table, *names));
+    // Some programs write zeros for normals that they do not have.
+    let given_normals =
+        given_normals.filter(|given| given.iter().any(|&normal| normals::is_valid(normal)));
+    let given_radii = table.take_any(&RADII).map(|[radius]| radius.into_f32());
+    let given_radii = given_radii.filter(|radii| radii.iter().any(|&radius| usable(radius)));
+    let chosen = options.radius.filter(|&radius| usable(radius));
+    let given_radii = given_radii.or_else(|| Some(vec![chosen?; placed.positions.len()]));
+    let given_tangents = take_tangents(table);
+    let mut search = Search { positions: &placed.positions, neighbours: None };
+    // To estimate takes a hundred times as long as to look at what is given.
+    let share = match (given_normals.is_some(), given_radii.is_some()) {
+        (false, false) => 0.6,
+        (true, false) => 0.01,
+        (_, true) => 0.99,
+    };
+    let progress = part(options.progress, 0.0..share);
     let normals =
         finish_normals(given_normals, &mut search, options.n_neighbours, &progress, summary)?;
-    let progress = part(options.progress, 0.6..1.0);
-    let radii = given_radii.map(|[radius]| radius.to_f32());
-    let radii = finish_radii(radii, &mut search, &normals, &progress, summary)?;
+    let progress = part(options.progress, share..1.0);
+    let diagonal = placed.bounds.map_or(0.0, |bounds| bounds.diagonal());
+    let radii = finish_radii(given_radii, &mut search, &normals, diagonal, &progress, summary)?;
     let tangents = given_tangents
         .map(|[u, v]| finish_tangents(u, v, &normals, &radii, summary))
         .unwrap_or_default();
@@ -68,29 +80,45 @@ fn finish_normals(
     summary: &mut Summary,
 ) -> Result<Vec<Vec3>, ReadFault> {
     let counts = &mut summary.normals;
-    // Some programs write zeros for normals that they do not have.
-    let given = given.filter(|given| given.iter().any(|&normal| normals::is_valid(normal)));
     let Some(mut found) = given else {
         let estimate = normals::estimate_with(search.neighbours(), k, progress)?;
         counts.estimated = estimate.normals.len() as u64;
         counts.degenerate = estimate.n_degenerate as u64;
         return Ok(estimate.normals);
     };
-    for normal in &mut found {
-        let squared = normal.as_dvec3().length_squared();
-        if (squared - 1.0).abs() <= UNIT_TOLERANCE {
-            counts.given += 1;
-        } else if normals::is_valid(*normal) {
-            *normal = normals::normalised(*normal);
-            counts.normalised += 1;
-        } else {
-            counts.repaired += 1;
+    let is_unit =
+        |normal: &Vec3| (normal.as_dvec3().length_squared() - 1.0).abs() <= UNIT_TOLERANCE;
+    let n_blocks = found.len().div_ceil(BLOCK);
+    for (i, block) in found.chunks_mut(BLOCK).enumerate() {
+        tell(progress, i as f64 / n_blocks as f64)?;
+        let n_units: u64 = block.iter().map(|normal| u64::from(is_unit(normal))).sum();
+        counts.given += n_units;
+        if n_units == block.len() as u64 {
+            continue;
+        }
+        for normal in block.iter_mut().filter(|normal| !is_unit(normal)) {
+            if normals::is_valid(*normal) {
+                *normal = normals::normalised(*normal);
+                counts.normalised += 1;
+            } else {
+                counts.repaired += 1;
+            }
         }
     }
     if counts.repaired > 0 {
-        normals::repair(search.neighbours(), &mut found, k, progress)?;
+        normals::repair(search.neighbours(), &mut found, k, &part(progress, 1.0..1.0))?;
     }
     Ok(found)
+}
+
+/// Tells how far the work is and turns a wish to stop into an error.
+fn tell(progress: Progress<'_>, fraction: f64) -> Result<(), ReadFault> {
+    if progress(fraction).is_break() { Err(ReadFault::Cancelled) } else { Ok(()) }
+}
+
+/// Whether a radius can be drawn.
+fn usable(radius: f32) -> bool {
+    radius.is_finite() && radius > 0.0
 }
 
 /// Radii that are positive, finite and no larger than the cloud.
@@ -98,17 +126,17 @@ fn finish_radii(
     given: Option<Vec<f32>>,
     search: &mut Search<'_>,
     normals: &[Vec3],
+    diagonal: f64,
     progress: Progress<'_>,
     summary: &mut Summary,
 ) -> Result<Vec<f32>, ReadFault> {
     let counts = &mut summary.radii;
-    let usable = |radius: f32| radius.is_finite() && radius > 0.0;
-    let Some(mut found) = given.filter(|radii| radii.iter().any(|&radius| usable(radius))) else {
+    let Some(mut found) = given else {
         counts.estimated = normals.len() as u64;
         return Ok(radii::estimate_with(search.neighbours(), normals, progress)?);
     };
-    let diagonal = Bounds::of_positions(search.positions).map_or(0.0, |bounds| bounds.diagonal());
     let diagonal = diagonal.min(f64::from(f32::MAX)) as f32;
+    tell(progress, 0.0)?;
     if !found.iter().all(|&radius| usable(radius)) {
         let estimates = radii::estimate_with(search.neighbours(), normals, progress)?;
         for (radius, estimate) in found.iter_mut().zip(estimates) {
@@ -130,17 +158,17 @@ fn finish_radii(
 }
 
 /// Both tangents; one alone stays a foreign column.
-fn tangent_parts(table: &mut Table) -> Option<[Vec<Vec3>; 2]> {
-    let parts = table.take([
-        "tangent_u_x",
-        "tangent_u_y",
-        "tangent_u_z",
-        "tangent_v_x",
-        "tangent_v_y",
-        "tangent_v_z",
-    ])?;
-    let [ux, uy, uz, vx, vy, vz] = parts;
-    Some([vectors(&[ux, uy, uz]), vectors(&[vx, vy, vz])])
+fn take_tangents(table: &mut Table) -> Option<[Vec<Vec3>; 2]> {
+    let names = [
+        ["tangent_u_x", "tangent_u_y", "tangent_u_z"],
+        ["tangent_v_x", "tangent_v_y", "tangent_v_z"],
+    ];
+    let has = |name: &str| table.names().any(|own| own.eq_ignore_ascii_case(name));
+    if !names.as_flattened().iter().all(|name| has(name)) {
+        return None;
+    }
+    let [u, v] = names.map(|names| take_vectors(table, names));
+    Some([u?, v?])
 }
 
 /// Tangent columns; pairs that span no ellipse become the circle of the radius.
@@ -164,9 +192,5 @@ fn finish_tangents(
             "{replaced} tangents were zero or not finite and became circles of the radius"
         ));
     }
-    let column = |name: &str, values: &[Vec3]| -> Column {
-        let buffer: Buffer = flat(values);
-        Column::new(name, 3, buffer)
-    };
-    vec![column(TANGENT_U, &u), column(TANGENT_V, &v)]
+    vec![Column::new(TANGENT_U, 3, flat(u)), Column::new(TANGENT_V, 3, flat(v))]
 }

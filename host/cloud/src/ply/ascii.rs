@@ -2,10 +2,9 @@
 
 use super::binary::{has_lists, shrunk};
 use super::header::{ElementDef, Header, Kind};
-use super::{Body, empty_columns};
-use crate::buffer::Buffer;
+use super::{Body, empty_fields};
 use crate::error::{ReadFault, quoted};
-use crate::table::Table;
+use crate::table::{Field, Table};
 use std::io::BufRead;
 use surfelshop_api::columns::Element;
 use surfelshop_geometry::Progress;
@@ -80,7 +79,7 @@ pub(super) fn read<R: BufRead>(
     element: &ElementDef,
     table: &mut Table,
     progress: Progress<'_>,
-) -> Result<Vec<(String, Buffer)>, ReadFault> {
+) -> Result<Vec<Field>, ReadFault> {
     let mut lines = Lines { body, text: Vec::new(), line: header.n_lines, after_return: false };
     for skipped in before {
         check_count(&lines.body, skipped)?;
@@ -96,7 +95,7 @@ pub(super) fn read<R: BufRead>(
         }
     }
     check_count(&lines.body, element)?;
-    let mut columns = empty_columns(element);
+    let mut fields = empty_fields(element, false);
     let mut n_longer = 0u64;
     for record in 0..element.count {
         if record % BLOCK == 0 {
@@ -109,7 +108,7 @@ pub(super) fn read<R: BufRead>(
                 found: format!("{record}"),
             });
         }
-        n_longer += u64::from(record_of(&lines, element, &mut columns)?);
+        n_longer += u64::from(record_of(&lines, element, &mut fields)?);
     }
     if n_longer > 0 {
         let name = &element.name;
@@ -118,7 +117,7 @@ pub(super) fn read<R: BufRead>(
              the first ones were read"
         ));
     }
-    Ok(columns)
+    Ok(fields)
 }
 
 /// Checks that the announced records can be in the file: each value takes a digit and a separator.
@@ -139,7 +138,7 @@ fn check_count<R>(body: &Body<R>, element: &ElementDef) -> Result<(), ReadFault>
 fn record_of<R>(
     lines: &Lines<R>,
     element: &ElementDef,
-    columns: &mut [(String, Buffer)],
+    fields: &mut [Field],
 ) -> Result<bool, ReadFault> {
     let fault = |expected: String, found: String| ReadFault::Value {
         place: format!("line {}", lines.line),
@@ -159,7 +158,7 @@ fn record_of<R>(
         match property.kind {
             Kind::Scalar(scalar) => {
                 let value = number(word, scalar);
-                if !value.is_some_and(|value| columns[column].1.push(value)) {
+                if !value.is_some_and(|value| fields[column].values.push(value)) {
                     let expected =
                         format!("a number of type {} for `{}`", scalar.name(), property.name);
                     return Err(fault(expected, quoted(word.as_bytes())));

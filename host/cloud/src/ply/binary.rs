@@ -1,9 +1,9 @@
 //! Binary records: elements of scalars are decoded in bulk, elements with lists one by one.
 
 use super::header::{ElementDef, Kind};
-use super::{Body, empty_columns, lists};
-use crate::buffer::Buffer;
+use super::{Body, empty_fields, lists};
 use crate::error::ReadFault;
+use crate::table::Field;
 use std::io::Read;
 use surfelshop_geometry::Progress;
 
@@ -69,13 +69,14 @@ pub(super) fn read<R: Read>(
     element: &ElementDef,
     big: bool,
     progress: Progress<'_>,
-) -> Result<Vec<(String, Buffer)>, ReadFault> {
+) -> Result<Vec<Field>, ReadFault> {
     check_count(body, element)?;
-    let mut columns = empty_columns(element);
     if has_lists(element) {
-        lists::read(body, element, big, &mut columns, progress)?;
-        return Ok(columns);
+        let mut fields = empty_fields(element, false);
+        lists::read(body, element, big, &mut fields, progress)?;
+        return Ok(fields);
     }
+    let mut fields = empty_fields(element, true);
     let stride = usize::try_from(least_size(element)).ok().ok_or_else(|| shrunk(element))?;
     let block = (MAX_BLOCK / stride.max(1)).clamp(1, BLOCK);
     let mut bytes = vec![0; block * stride];
@@ -86,13 +87,14 @@ pub(super) fn read<R: Read>(
         let bytes = &mut bytes[..records * stride];
         body.read_exact(bytes).map_err(|error| at_end(error, element))?;
         let mut offset = 0;
-        for (_, column) in &mut columns {
-            column.extend_records(bytes, stride, offset, big);
-            offset += column.element().size();
+        for field in &mut fields {
+            let end = offset + field.names.len() * field.values.element().size();
+            field.values.extend_records(bytes, stride, offset..end, big);
+            offset = end;
         }
         left -= records;
     }
-    Ok(columns)
+    Ok(fields)
 }
 
 /// An end of file becomes a message about the element.

@@ -4,8 +4,8 @@
 use super::Body;
 use super::binary::at_end;
 use super::header::{ElementDef, Kind};
-use crate::buffer::Buffer;
 use crate::error::ReadFault;
+use crate::table::Field;
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{
     self, Addable, PropertyAccess, PropertyAccessResult, PropertyDef, PropertyType, ScalarType,
@@ -65,13 +65,13 @@ pub(super) fn read<R: Read>(
     body: &mut Body<R>,
     element: &ElementDef,
     big: bool,
-    columns: &mut [(String, Buffer)],
+    fields: &mut [Field],
     progress: Progress<'_>,
 ) -> Result<(), ReadFault> {
     each(body, element, big, progress, |row| {
-        for ((_, column), value) in columns.iter_mut().zip(row.0) {
-            // The value was read as the column's own type.
-            column.push(value);
+        for (field, value) in fields.iter_mut().zip(row.0) {
+            // The value was read as the field's own type.
+            field.values.push(value);
         }
     })
 }

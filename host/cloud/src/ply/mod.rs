@@ -9,7 +9,7 @@ mod write;
 
 use crate::buffer::Buffer;
 use crate::error::{ReadFault, listed};
-use crate::table::Table;
+use crate::table::{Field, Table, n_together};
 use header::{Encoding, Header, Kind};
 use std::collections::HashSet;
 use std::io::{BufRead, Read};
@@ -49,37 +49,56 @@ impl<R> Body<R> {
     }
 }
 
-/// Reads the points of a PLY file of `length` bytes; other elements are skipped, and what follows
-/// the points is not looked at.
-pub(crate) fn read(
-    mut reader: impl BufRead,
-    length: u64,
-    progress: Progress<'_>,
-) -> Result<Table, ReadFault> {
-    let header = header::read(&mut reader)?;
-    let vertices = vertex_element(&header)?;
-    let remaining = length.saturating_sub(header.length);
-    let mut body = Body { reader, remaining, total: remaining };
-    let element = &header.elements[vertices];
-    let mut table = Table {
-        format: format!("PLY, {}", header.encoding.name()),
-        element: element.name.clone(),
-        ..Table::default()
-    };
-    let before = &header.elements[..vertices];
-    table.columns = match header.encoding {
-        Encoding::Ascii => ascii::read(body, &header, before, element, &mut table, progress)?,
-        Encoding::Binary { big } => {
-            for skipped in before {
-                body.tell(progress)?;
-                binary::skip(&mut body, skipped, big)?;
+/// A PLY file whose header is read.
+pub(crate) struct File<R> {
+    header: Header,
+    /// The place of the element that holds points.
+    vertices: usize,
+    body: Body<R>,
+}
+
+impl<R: BufRead> File<R> {
+    /// Reads the header of a file of `length` bytes.
+    pub(crate) fn open(mut reader: R, length: u64) -> Result<Self, ReadFault> {
+        let header = header::read(&mut reader)?;
+        let vertices = vertex_element(&header)?;
+        let remaining = length.saturating_sub(header.length);
+        Ok(Self { header, vertices, body: Body { reader, remaining, total: remaining } })
+    }
+
+    /// The names of the points' properties.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.header.elements[self.vertices].properties.iter().map(|property| property.name.as_str())
+    }
+
+    /// Reads the points; other elements are skipped, and what follows the points is not looked at.
+    pub(crate) fn read(self, progress: Progress<'_>) -> Result<Table, ReadFault> {
+        let Self { header, vertices, mut body } = self;
+        let element = &header.elements[vertices];
+        let mut table = Table {
+            format: format!("PLY, {}", header.encoding.name()),
+            element: element.name.clone(),
+            ..Table::default()
+        };
+        let before = &header.elements[..vertices];
+        table.fields = match header.encoding {
+            Encoding::Ascii => ascii::read(body, &header, before, element, &mut table, progress)?,
+            Encoding::Binary { big } => {
+                for skipped in before {
+                    body.tell(progress)?;
+                    binary::skip(&mut body, skipped, big)?;
+                }
+                binary::read(&mut body, element, big, progress)?
             }
-            binary::read(&mut body, element, big, progress)?
+        };
+        if progress(1.0).is_break() {
+            return Err(ReadFault::Cancelled);
         }
-    };
-    table.n_rows = table.columns.first().map_or(0, |(_, buffer)| buffer.len());
-    table.comments = header.comments;
-    Ok(table)
+        table.n_rows =
+            table.fields.first().map_or(0, |field| field.values.len() / field.names.len());
+        table.comments = header.comments;
+        Ok(table)
+    }
 }
 
 /// The place of the element that holds points; it has distinct property names.
@@ -117,17 +136,24 @@ fn vertex_element(header: &Header) -> Result<usize, ReadFault> {
     Ok(place)
 }
 
-/// Empty columns for the scalar properties of an element, with room for its rows.
-fn empty_columns(element: &header::ElementDef) -> Vec<(String, Buffer)> {
-    let capacity = usize::try_from(element.count).unwrap_or(0);
-    element
-        .properties
-        .iter()
-        .filter_map(|property| match property.kind {
-            Kind::Scalar(scalar) => {
-                Some((property.name.clone(), Buffer::with_capacity(scalar, capacity)))
-            }
-            Kind::List { .. } => None,
-        })
-        .collect()
+/// Empty fields for the scalar properties of an element, with room for its rows; where `woven`,
+/// neighbours of one type that belong together share one.
+fn empty_fields(element: &header::ElementDef, woven: bool) -> Vec<Field> {
+    let n_rows = usize::try_from(element.count).unwrap_or(0);
+    let mut fields = Vec::new();
+    let mut rest = &element.properties[..];
+    while let Some(first) = rest.first() {
+        let alike = rest.iter().take_while(|property| property.kind == first.kind);
+        let names = alike.map(|property| property.name.as_str());
+        let n_names = if woven { n_together(names) } else { 1 };
+        let (together, others) = rest.split_at(n_names);
+        if let Kind::Scalar(scalar) = first.kind {
+            fields.push(Field {
+                names: together.iter().map(|property| property.name.clone()).collect(),
+                values: Buffer::with_capacity(scalar, n_rows * n_names),
+            });
+        }
+        rest = others;
+    }
+    fields
 }

@@ -1,5 +1,5 @@
 use super::*;
-use std::cell::RefCell;
+use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
 
 fn sphere_file() -> Vec<u8> {
@@ -36,6 +36,56 @@ fn reading_stops_when_asked_at_any_point() {
         let options = ReadOptions { progress: &progress, ..Default::default() };
         let error = read(&path, &options).unwrap_err().to_string();
         assert!(error.ends_with("reading was cancelled"), "{error}");
+    }
+}
+
+/// A file with normals and enough points that a block of them is less than a hundredth.
+fn large_file(more: &[&str]) -> (TempDir, PathBuf) {
+    let n = 450_000u32;
+    let mut bytes =
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex {n}\n").into_bytes();
+    for name in ["x", "y", "z", "nx", "ny", "nz"].iter().chain(more) {
+        bytes.extend(format!("property float {name}\n").bytes());
+    }
+    bytes.extend(b"end_header\n");
+    for i in 0..n {
+        let row = [(i % 700) as f32, 0.0, (i / 700) as f32, 0.0, 1.0, 0.0];
+        bytes.extend(row.iter().flat_map(|value| value.to_le_bytes()));
+        bytes.extend(more.iter().flat_map(|_| 0.7f32.to_le_bytes()));
+    }
+    file(&bytes)
+}
+
+#[test]
+fn every_hundredth_of_a_complete_file_is_told_of() {
+    let (_folder, path) = large_file(&["radius"]);
+    let told = RefCell::new(vec![0.0]);
+    let progress = |fraction: f64| {
+        told.borrow_mut().push(fraction);
+        ControlFlow::Continue(())
+    };
+    let loaded = read(path, &ReadOptions { progress: &progress, ..Default::default() }).unwrap();
+    assert_eq!(loaded.summary.radii.given, 450_000);
+    let told = told.into_inner();
+    let steps = told.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(steps.clone().all(|step| step >= 0.0), "{told:?}");
+    let widest = steps.fold(0.0, f64::max);
+    assert!(widest <= 0.01, "{widest}");
+}
+
+#[test]
+fn nothing_is_done_after_a_wish_to_stop() {
+    let (_folder, path) = large_file(&[]);
+    for stop_at in [1, 2, 50, 100, 111, 112, 150] {
+        let count = Cell::new(0);
+        let progress = |_: f64| {
+            count.set(count.get() + 1);
+            if count.get() >= stop_at { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let options = ReadOptions { progress: &progress, ..Default::default() };
+        let error = read(&path, &options).unwrap_err();
+        assert!(matches!(error.fault, crate::ReadFault::Cancelled), "{error}");
+        assert_eq!(count.get(), stop_at, "it asked again");
     }
 }
 

@@ -227,3 +227,45 @@ fn numbers_that_c_programs_print_are_read() {
     assert_eq!(values(&loaded, "n"), [7.0, 7.0, 100.0, 0.0]);
     assert_eq!(loaded.summary.warnings.len(), 1);
 }
+
+#[test]
+fn columns_side_by_side_are_read_like_columns_apart() {
+    let names = ["x", "y", "z", "nx", "ny", "nz", "red", "green", "blue", "alpha"];
+    let rows: Vec<Vec<f64>> = (0..9000)
+        .map(|i| {
+            let at = f64::from(i);
+            // One row in a hundred is dropped.
+            let x = if i % 100 == 7 { f64::NAN } else { (at * 0.7).sin() };
+            let shade = f64::from(i % 251);
+            vec![x, at * 0.01, (at * 0.3).cos(), 0.6, 0.0, 0.8, shade, 1.0, 250.0 - shade, 255.0]
+        })
+        .collect();
+    for (float, color) in [("float", "uchar"), ("double", "ushort"), ("float", "int")] {
+        let kind = |i: usize| if i < 6 { float } else { color };
+        let load = |encoding, order: &[usize]| {
+            let properties: Vec<String> =
+                order.iter().map(|&i| format!("{} {}", kind(i), names[i])).collect();
+            let properties: Vec<&str> = properties.iter().map(String::as_str).collect();
+            let pick = |row: &Vec<f64>| order.iter().map(|&i| row[i]).collect();
+            let rows: Vec<Vec<f64>> = rows.iter().map(pick).collect();
+            let bytes = Ply::new(encoding).element("vertex", &properties, &rows).bytes();
+            let (_folder, path) = file(&bytes);
+            read(path, &ReadOptions { radius: Some(0.25), ..Default::default() }).unwrap()
+        };
+        let apart = load("binary_big_endian", &[9, 0, 3, 6, 1, 4, 7, 2, 5, 8]);
+        assert_eq!(apart.summary.n_dropped, 90);
+        assert_eq!(apart.summary.radii.given, 8910);
+        assert_eq!(apart.cloud.radii()[0], 0.25);
+        for encoding in ENCODINGS {
+            for order in [&[0, 1, 2, 3, 4, 5, 6, 7, 8, 9], &[9, 6, 7, 8, 3, 4, 5, 0, 1, 2]] {
+                let beside = load(encoding, order);
+                assert_eq!(beside.summary.columns, apart.summary.columns);
+                for column in apart.cloud.columns() {
+                    let found = beside.cloud.column(column.name()).unwrap();
+                    assert_eq!(found.components(), column.components());
+                    assert_eq!(found.values(), column.values(), "{encoding} {}", column.name());
+                }
+            }
+        }
+    }
+}
