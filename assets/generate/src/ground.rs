@@ -57,7 +57,7 @@ impl Part for Mound {
 
     fn spacing(&self, point: DVec3) -> f64 {
         // Nobody looks at the underside for its detail.
-        if point.y < 0.002 { 0.019 } else { 0.0126 }
+        if point.y < 0.002 { 0.0195 } else { 0.0126 }
     }
 }
 

@@ -4,8 +4,10 @@
 //! every machine: only correctly rounded arithmetic is used (see [`portable`]), and parallel work
 //! is collected in a fixed order.
 
+pub mod coverage;
 pub mod field;
 pub mod figure;
+pub mod filling;
 pub mod grid;
 pub mod ground;
 pub mod mushroom;

@@ -1,5 +1,6 @@
 //! Samples the zero set of a figure evenly: no two samples of one side nearer than the wanted
-//! spacing, and none farther from its neighbours than its disc reaches.
+//! spacing, save for those that close gaps, and none farther from its neighbours than its disc
+//! reaches.
 //!
 //! Method: Poisson-disk sampling grown over the surface. Every accepted sample offers candidates
 //! in its tangent plane, which Newton steps pull onto the surface; a candidate is taken when no
@@ -11,8 +12,8 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::field::step;
 use crate::figure::Figure;
+use crate::filling::fill;
 use crate::grid::Grid;
 use crate::noise::Random;
 use crate::portable::sin_cos;
@@ -31,7 +32,7 @@ const OFFERS: u32 = 14;
 const SAME_SIDE: f64 = 0.1;
 
 /// Side of the cells that samples are found by.
-const GRID_CELL: f64 = 0.012;
+pub(crate) const GRID_CELL: f64 = 0.012;
 
 /// A surfel in the making.
 #[derive(Clone, Copy, Debug)]
@@ -64,7 +65,7 @@ fn probe(figure: &Figure, point: DVec3) -> (f64, DVec3) {
 
 /// Pulls a point onto the surface; `None` where Newton's steps do not arrive, as they do not at
 /// sharp inner edges.
-fn project(figure: &Figure, start: DVec3) -> Option<Sample> {
+pub(crate) fn project(figure: &Figure, start: DVec3) -> Option<Sample> {
     let mut point = start;
     for _ in 0..10 {
         let (distance, slope) = probe(figure, point);
@@ -160,56 +161,11 @@ fn grow(figure: &Figure) -> (Vec<Sample>, Vec<Sample>) {
     (taken.samples, seen)
 }
 
-/// The radius that lets each disc reach every candidate it is nearest to, so that no hole remains
-/// between discs; at least 1.15 and at most 1.6 spacings where the surface is flat.
-fn radii(taken: &[Sample], seen: &[Sample]) -> Vec<f64> {
-    let mut grid = Grid::new(GRID_CELL);
-    for (index, sample) in taken.iter().enumerate() {
-        grid.insert(sample.position, index);
-    }
-    let nearest = |candidate: &Sample| {
-        let same_side = grid
-            .near(candidate.position, candidate.spacing * 1.6)
-            .filter(|index| taken[*index].normal.dot(candidate.normal) > 0.5);
-        let measured =
-            same_side.map(|index| (index, taken[index].position.distance(candidate.position)));
-        measured.min_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let nearest: Vec<_> = seen.par_iter().filter_map(nearest).collect();
-    let mut farthest = vec![0.0_f64; taken.len()];
-    for (index, distance) in nearest {
-        farthest[index] = farthest[index].max(distance);
-    }
-    let bounded = |(sample, farthest): (&Sample, f64)| {
-        let covering = (farthest * 1.1).clamp(sample.spacing * 1.15, sample.spacing * 1.6);
-        covering * flatness(sample, taken, &grid)
-    };
-    taken.par_iter().zip(farthest).map(bounded).collect()
-}
-
-/// 1 on flat ground, down to 0.55 where the surface turns within one disc, as at the edge of a
-/// leaf: a full disc would stand out there like a scale, and its neighbours' discs, which lie
-/// along the surface, cover the gap.
-fn flatness(sample: &Sample, taken: &[Sample], grid: &Grid) -> f64 {
-    let reach = sample.spacing * 1.4;
-    let (mut sum, mut count) = (0.0, 0.0);
-    for index in grid.near(sample.position, reach) {
-        let alike = taken[index].normal.dot(sample.normal);
-        // The far side of a thin sheet says nothing about the turning of this side.
-        if alike > -0.3 && taken[index].position.distance(sample.position) < reach {
-            sum += alike;
-            count += 1.0;
-        }
-    }
-    0.55 + 0.45 * step(0.2, 0.9, sum / count)
-}
-
-/// Samples of a figure with their radii, in the order they were taken.
+/// Samples of a figure with their radii, in the order they were taken; last those that close gaps.
 #[must_use]
 pub fn sample(figure: &Figure) -> Vec<(Sample, f64)> {
     let (taken, seen) = grow(figure);
-    let radii = radii(&taken, &seen);
-    taken.into_iter().zip(radii).collect()
+    fill(figure, taken, &seen)
 }
 
 /// How deep a surface point lies in a fold, from 0 (open or convex) to 1: the field grows slower
@@ -234,13 +190,13 @@ mod tests {
     #[test]
     fn samples_lie_on_the_surface_and_keep_their_distance() {
         let figure = pebble();
-        let samples = sample(&figure);
+        let (samples, _) = grow(&figure);
         assert!(samples.len() > 500, "only {} samples", samples.len());
-        for (index, (one, _)) in samples.iter().enumerate() {
+        for (index, one) in samples.iter().enumerate() {
             // Twice the bound that the last Newton step guarantees.
             assert!(figure.distance(one.position).abs() < 2e-6);
             assert!((one.normal.length() - 1.0).abs() < 1e-12);
-            for (other, _) in &samples[index + 1..] {
+            for other in &samples[index + 1..] {
                 let crowded =
                     one.position.distance(other.position) < one.spacing.min(other.spacing);
                 assert!(!crowded || one.normal.dot(other.normal) <= SAME_SIDE);

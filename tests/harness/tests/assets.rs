@@ -3,6 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use surfelshop_assets::coverage::{Disc, measure};
+
 /// The sample travels with every clone; this is what its surfels may weigh.
 const MOST_BYTES: usize = 4_000_000;
 
@@ -47,4 +49,23 @@ fn sample_loads_without_repairs() {
     assert_eq!(summary.n_dropped, 0);
     let given = [summary.normals.given, summary.radii.given, summary.colors.given];
     assert_eq!(given, [n_surfels; 3], "normals, radii and colours come from the file");
+}
+
+#[test]
+fn rays_do_not_pass_the_sample() {
+    let loaded = surfelshop_cloud::read(sample_path(), &surfelshop_cloud::ReadOptions::default());
+    let cloud = loaded.expect("the sample loads").cloud;
+    let discs: Vec<_> = (0..cloud.len())
+        .map(|surfel| Disc {
+            center: cloud.positions()[surfel].as_dvec3(),
+            normal: cloud.normals()[surfel].as_dvec3(),
+            radius: f64::from(cloud.radii()[surfel]),
+        })
+        .collect();
+    let coverage = measure(&surfelshop_assets::figure::snail_on_mushroom(), &discs, 60_000, 1);
+    let (met, missed) = (coverage.n_met, coverage.missed.len());
+    assert!(met > 15_000, "only {met} rays met the figure");
+    // Of 623 457 rays that met the figure 53 missed, 9 in 100 000; before gaps were closed 98 did.
+    // The bound of 25 leaves room for the deviation of so small a number.
+    assert!(missed * 4_000 <= met, "{missed} of {met} rays passed: {:?}", coverage.missed);
 }
