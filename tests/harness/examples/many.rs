@@ -131,7 +131,7 @@ fn wavy_sphere(n: usize) -> Result<Cloud> {
         for _ in 0..4 {
             point = direction * (1.0 + 0.04 * wave(point).0);
         }
-        let normal = (point.normalize() - 0.04 * wave(point).1).normalize();
+        let normal = (direction - 0.04 * wave(point).1).normalize_or(direction);
         positions.extend(point.as_vec3().to_array());
         normals.extend(normal.as_vec3().to_array());
         let shade = normal.as_vec3() * 127.0 + Vec3::splat(128.0);
