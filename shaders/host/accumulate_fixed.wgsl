@@ -9,7 +9,8 @@ var nearest: texture_2d<u32>;
 var<storage, read_write> sums: array<atomic<i32>>;
 
 // One unit of the sums is 2^-18: a weight of 1 may be added 4,096 times before SATURATED, and the
-// smallest weight of a disc's edge, 0.018, is kept to one part in 4,800.
+// smallest weight of a disc's edge, 0.018, is kept to one part in 4,800; that of a surfel far below
+// a pixel, whose share is a hundredth, to one in 47.
 const SCALE = 262144.0;
 // No more is added to a pixel beyond this weight, half of what 32 bits hold.
 const SATURATED = 1073741824;
@@ -18,6 +19,14 @@ const MAX_ALBEDO = 1.9;
 // Distances of the nearest stage come from interpolation, these from the plane equation: both
 // are good to a few units in the last place.
 const SLACK = 1.00001;
+
+// First row of the picture that `sums` holds, and how many it holds.
+struct Band {
+    first: u32,
+    rows: u32,
+}
+
+var<uniform> band: Band;
 
 // Pixels that a sphere around the disc may cover, as first and behind-last.
 fn pixel_box(disc: Disc) -> vec4<i32> {
@@ -30,6 +39,8 @@ fn pixel_box(disc: Disc) -> vec4<i32> {
     if view::view.orthographic == 1u {
         low = (disc.center.xy - reach) / view::view.half_extent;
         high = (disc.center.xy + reach) / view::view.half_extent;
+    } else if d + reach < view::view.near {
+        return vec4(0);
     } else if d - reach > view::view.near {
         let a = (disc.center.xy - reach) / view::view.half_extent;
         let b = (disc.center.xy + reach) / view::view.half_extent;
@@ -62,7 +73,9 @@ fn accumulate(
     let box = pixel_box(disc);
     let albedo = min(load_albedo(i), vec3(MAX_ALBEDO));
     let access = load_ao(i);
-    for (var y = box.y; y < box.w; y++) {
+    let top = max(box.y, i32(band.first));
+    let bottom = min(box.w, i32(band.first + band.rows));
+    for (var y = top; y < bottom; y++) {
         for (var x = box.x; x < box.z; x++) {
             let pixel = vec2(x, y);
             var origin = vec3(0.0);
@@ -87,7 +100,7 @@ fn accumulate(
             if behind || winner.x >> BACK_BIT != disc.back {
                 continue;
             }
-            add(u32(x) + u32(y) * u32(view::view.size_px.x), splat_weight(r2) * disc.share, disc, albedo, access);
+            add(u32(x) + (u32(y) - band.first) * u32(view::view.size_px.x), splat_weight(r2) * disc.share, disc, albedo, access);
         }
     }
 }

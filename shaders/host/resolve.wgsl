@@ -8,8 +8,15 @@
 var nearest: texture_2d<u32>;
 var sum_normal_weight: texture_2d<f32>;
 var sum_albedo_ao: texture_2d<f32>;
-// The same sums in fixed point, eight a pixel.
+// The same sums in fixed point, eight a pixel, for a band of rows.
 var<storage, read> fixed_sums: array<i32>;
+
+struct Band {
+    first: u32,
+    rows: u32,
+}
+
+var<uniform> band: Band;
 
 // The surface of a pixel from its sums: divides by the weight.
 fn resolved(p: vec4<f32>, distance: f32, sums: vec4<f32>, albedo_ao: vec4<f32>) -> vec4<u32> {
@@ -28,7 +35,7 @@ fn resolved(p: vec4<f32>, distance: f32, sums: vec4<f32>, albedo_ao: vec4<f32>) 
 }
 
 // From float sums. The nearest surfel is always among them, so the weight of a covered pixel is
-// at least that of a disc's edge.
+// at least that of a disc's edge, times the smallest share the low-pass leaves.
 @fragment
 fn resolve(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<u32>(p.xy);
@@ -46,7 +53,10 @@ fn resolve(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
 fn resolve_fixed(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     let pixel = vec2<u32>(p.xy);
     let depth = bitcast<f32>(textureLoad(nearest, pixel, 0).y);
-    let at = 8u * (pixel.x + pixel.y * u32(view::view.size_px.x));
+    if pixel.y < band.first || pixel.y >= band.first + band.rows {
+        discard;
+    }
+    let at = 8u * (pixel.x + (pixel.y - band.first) * u32(view::view.size_px.x));
     let weight = fixed_sums[at + 3u];
     if depth <= 0.0 || weight <= 0 {
         discard;

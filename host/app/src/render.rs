@@ -39,7 +39,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         files::check_folder(file.path())?;
     }
     let scene = scene(arguments)?;
-    let registry = studio::registry(&arguments.plugins.plugin);
+    let registry = studio::registry(&arguments.plugins.plugin)?;
     registry.find(UnitKind::Renderer, &arguments.renderer)?;
     let mut studio = Studio::open(&arguments.device)?;
     let mut chosen = studio.choose(&registry, &arguments.renderer, &arguments.set)?;

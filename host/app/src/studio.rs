@@ -1,14 +1,14 @@
 //! A device, an engine and a renderer: what a picture is made with.
 
 use crate::arguments::{BackendChoice, DeviceArguments};
-use crate::settings;
 use crate::values::Setting;
+use crate::{settings, terminal};
 use anyhow::{Context as _, anyhow};
 use std::path::PathBuf;
 use std::time::Instant;
 use surfelshop_api::params::Values;
 use surfelshop_api::{HostInfo, UnitKind};
-use surfelshop_engine::plugins::{LoadedUnit, Registry, SearchPath, UnitRef};
+use surfelshop_engine::plugins::{LoadedUnit, Origin, Registry, SearchPath, UnitRef};
 use surfelshop_engine::{
     Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderRequest, Rendered, RendererView,
 };
@@ -17,8 +17,20 @@ use surfelshop_engine::{
 const MAX_FRAMES: u32 = 1024;
 
 /// The plugins at hand: those installed and these files.
-pub(crate) fn registry(plugin_files: &[PathBuf]) -> Registry {
-    Registry::scan(&SearchPath::standard(plugin_files.to_vec()))
+///
+/// A file that was named and is no good is a failure: another plugin with the same renderer would
+/// silently take its place. One that `SURFELSHOP_PLUGINS` names is reported and passed over.
+pub(crate) fn registry(plugin_files: &[PathBuf]) -> anyhow::Result<Registry> {
+    let registry = Registry::scan(&SearchPath::standard(plugin_files.to_vec()));
+    for entry in registry.entries() {
+        let Some(refusal) = entry.refusal() else { continue };
+        match entry.origin {
+            Origin::CommandLine => anyhow::bail!("{refusal}"),
+            Origin::Environment => terminal::note(format!("passed over: {refusal}")),
+            Origin::BesideProgram | Origin::UserFolder => {}
+        }
+    }
+    Ok(registry)
 }
 
 /// Makes pictures on one device.

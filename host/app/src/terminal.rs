@@ -75,7 +75,9 @@ pub(crate) fn not_understood(error: &clap::Error) -> ExitCode {
 
 /// Messages of compilers and drivers span lines; scripts read one.
 fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    // Names and messages of plugins and files must not steer the terminal.
+    words.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
 }
 
 /// Work shorter than this shows no progress bar.

@@ -26,6 +26,9 @@ static_plugin! {
         EndlessLoop,
         Multiple,
         Materials,
+        FailsFirst,
+        SameKeys,
+        LongSum,
     ],
 }
 
@@ -294,4 +297,137 @@ fn materials_are_those_of_the_nearest_surfel() {
     };
     assert_eq!(at_center_and_side(&with), [9.0, 7.0, 0.0]);
     assert_eq!(at_center_and_side(&plain), [0.0, 0.0, 0.0]);
+}
+
+/// Fills a persistent texture in a first frame that the device refuses.
+struct FailsFirst {
+    n_frames: u32,
+}
+
+impl Renderer for FailsFirst {
+    const INFO: UnitInfo = UnitInfo::new("fails-first", "Fails first", "Fails in its first frame.");
+    type Params = ();
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self { n_frames: 0 })
+    }
+
+    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
+        let wgsl = "
+            var kept: texture_2d<f32>;
+            @fragment fn fill() -> @location(0) vec4<f32> { return vec4(0.25); }
+            @fragment fn show() -> @location(0) vec4<f32> {
+                return textureLoad(kept, vec2(0u), 0);
+            }";
+        let kept = Texture::fixed(Format::Rgba32Float, 8, 8).persistent("kept");
+        let kept = graph.texture("kept", kept);
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::fullscreen("fill", wgsl, "fill").target(kept));
+        graph.pass(Pass::fullscreen("show", wgsl, "show").bind("kept", kept).target(color));
+        if self.n_frames == 0 {
+            // Reads all levels of a texture while it draws into one of them: only the device
+            // notices, when the frame is handed to it.
+            let levels = graph.texture("levels", Texture::fixed(Format::Rgba32Float, 8, 8).mips(2));
+            let to = surfelshop_api::graph::Target { texture: levels, mip: 1, layer: 0 };
+            graph.pass(Pass::fullscreen("bad", wgsl, "show").bind("kept", levels).target(to));
+            graph.output(Output::Debug("levels".into()), color);
+            let after = "
+                var levels: texture_2d<f32>;
+                @fragment fn copy() -> @location(0) vec4<f32> {
+                    return textureLoad(levels, vec2(0u), 1);
+                }";
+            graph.pass(Pass::fullscreen("use", after, "copy").bind("levels", levels).target(color));
+        }
+        self.n_frames += 1;
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+#[test]
+fn a_refused_frame_fills_nothing_that_later_frames_would_trust() {
+    let mut engine = stage::engine();
+    let cloud = clouds::sphere(10, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 4);
+    let mut renderer = stage::static_renderer::<SurfelshopPackage>(&engine, 13);
+    let mut render = || {
+        let outputs = [Output::Color];
+        stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
+    };
+    render().expect_err("the device refuses the first frame");
+    let second = render().unwrap();
+    assert_eq!(second.image(&Output::Color).unwrap().data[0], 0.25);
+}
+
+/// Two persistent textures of equal size under equal keys.
+struct SameKeys;
+
+impl Renderer for SameKeys {
+    const INFO: UnitInfo = UnitInfo::new("same-keys", "Same keys", "Keeps two textures.");
+    type Params = ();
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
+        let wgsl = "
+            override value: f32 = 0.0;
+            var a: texture_2d<f32>;
+            var b: texture_2d<f32>;
+            @fragment fn fill() -> @location(0) vec4<f32> { return vec4(value); }
+            @fragment fn show() -> @location(0) vec4<f32> {
+                let at = vec2(0u);
+                return vec4(textureLoad(a, at, 0).x, textureLoad(b, at, 0).x, 0.0, 1.0);
+            }";
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        let [a, b] = [("irradiance", 0.25), ("prefiltered", 0.75)].map(|(label, value)| {
+            let kept = Texture::fixed(Format::Rgba32Float, 8, 8).persistent("probe 1");
+            let kept = graph.texture(label, kept);
+            graph.pass(Pass::fullscreen(label, wgsl, "fill").target(kept).constant("value", value));
+            kept
+        });
+        graph.pass(Pass::fullscreen("show", wgsl, "show").bind("a", a).bind("b", b).target(color));
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+#[test]
+fn equal_keys_keep_different_textures_apart() {
+    let mut engine = stage::engine();
+    let cloud = clouds::sphere(10, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 4);
+    let mut renderer = stage::static_renderer::<SurfelshopPackage>(&engine, 14);
+    let outputs = [Output::Color];
+    let scene = Scene::default();
+    let frame = stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+    assert_eq!(frame.image(&Output::Color).unwrap().pixel(0, 0), [0.25, 0.75, 0.0, 1.0]);
+}
+
+/// A shader with a sum of a hundred thousand terms.
+struct LongSum;
+
+impl Renderer for LongSum {
+    const INFO: UnitInfo = UnitInfo::new("long-sum", "Long sum", "Adds up many terms.");
+    type Params = ();
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
+        // Too long for a compiler that recurses over it on an ordinary stack. The line is not
+        // closed, so nothing of it reaches a driver.
+        let wgsl = format!("fn shade() -> f32 {{ return 0.0{} ", "+1.0".repeat(60_000));
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::shading("long", &wgsl, "shade").target(color));
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+#[test]
+fn long_shaders_do_not_overflow_the_stack() {
+    says(15, &["pass `long`"]);
 }

@@ -8,7 +8,7 @@ use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
 use crate::surfels::{Columns, SurfaceCounts, Surfaces};
-use submission::Submission;
+use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Instance};
 use surfelshop_api::graph::{Output, Structure};
 use surfelshop_api::params::Values;
@@ -185,13 +185,17 @@ impl Engine {
             request,
             clouds: &clouds,
         };
-        let rendered = checked(&device, || work.run())
-            .map_err(RenderError::Device)
-            .and_then(|rendered| rendered);
-        if rendered.is_err() {
-            self.surfaces.clear();
+        let done = checked(&device, || work.run()).map_err(RenderError::Device);
+        match done.and_then(|done| done) {
+            Ok((rendered, Done { lent, written })) => {
+                self.resources.give_back(lent, &written);
+                Ok(rendered)
+            }
+            Err(error) => {
+                self.surfaces.clear();
+                Err(error)
+            }
         }
-        rendered
     }
 
     fn check_size(&self, size: [u32; 2]) -> Result<(), RenderError> {

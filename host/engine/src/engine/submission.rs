@@ -6,8 +6,8 @@ use super::uniforms::{
 use super::{RenderRequest, Rendered};
 use crate::gpu::Gpu;
 use crate::run::{
-    Frame, HOST_SURFACE, HOST_VIEW, Needed, Pending, Pipelines, Plan, Recorder, RenderError,
-    Resources, Stage, bind, copy, execute, needed, touched,
+    Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Needed, Node, Pending, Pipelines, Plan,
+    Recorder, RenderError, Resources, Stage, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
 use glam::{DMat4, DVec3};
@@ -27,6 +27,12 @@ pub(super) struct Submission<'a> {
     pub(super) clouds: &'a [DrawnCloud],
 }
 
+/// What a frame leaves for later ones, to be taken back once the device has accepted it all.
+pub(super) struct Done {
+    pub(super) lent: FrameResources,
+    pub(super) written: Vec<Node>,
+}
+
 /// Where a requested output comes from.
 enum Source {
     /// A texture of the graph.
@@ -36,7 +42,7 @@ enum Source {
 }
 
 impl Submission<'_> {
-    pub(super) fn run(self) -> Result<Rendered, RenderError> {
+    pub(super) fn run(self) -> Result<(Rendered, Done), RenderError> {
         let sources = self.sources()?;
         let graph_outputs: Vec<usize> = sources
             .iter()
@@ -98,7 +104,6 @@ impl Submission<'_> {
             pending.push(copy(self.gpu, &mut recorder.encoder, &texture));
         }
         let passes = recorder.submit().map_err(RenderError::Device)?;
-        self.resources.give_back(lent, &written);
         let images = pending
             .into_iter()
             .zip(self.request.outputs)
@@ -106,7 +111,7 @@ impl Submission<'_> {
             .collect::<Result<Vec<_>, String>>()
             .map_err(RenderError::Device)?;
         let wants_another_frame = self.plan.structure.wants_another_frame;
-        Ok(Rendered { images, passes, wants_another_frame })
+        Ok((Rendered { images, passes, wants_another_frame }, Done { lent, written }))
     }
 
     /// Where each requested output comes from.

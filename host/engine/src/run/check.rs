@@ -16,6 +16,9 @@ const MAX_RESOURCE_BYTES: u64 = 1 << 30;
 const MAX_GRAPH_BYTES: u64 = 4 << 30;
 /// Most workgroups per direction that WebGPU promises.
 const MAX_GROUPS: u32 = 65_535;
+/// Most workgroups of a pass: sixteen times those that give each pixel of the largest picture,
+/// 16,384 on a side, one invocation in groups of 64.
+const MAX_ALL_GROUPS: u64 = 1 << 26;
 
 impl Plan {
     pub(super) fn check_resources(&self, limits: &wgpu::Limits) -> Result<(), RenderError> {
@@ -33,7 +36,8 @@ impl Plan {
             if w == 0 || h == 0 || d == 0 {
                 return refuse(format!("is {w} x {h} x {d}; each must be at least 1"));
             }
-            if w.max(h) > largest || d > largest.max(limits.max_texture_array_layers) {
+            let deepest = if texture.volume { largest } else { limits.max_texture_array_layers };
+            if w.max(h) > largest || d > deepest {
                 return refuse(format!("is {w} x {h} x {d}; the device allows {largest}"));
             }
             if texture.mips == 0 || texture.mips > 32 - w.max(h).leading_zeros() {
@@ -121,6 +125,11 @@ impl Plan {
         };
         let node = self.check_resource(name, &binding.kind, resource)?;
         if let Some(node) = node {
+            let used_already = planned.writes.contains(&node)
+                || (binding.kind.writes() && planned.reads.contains(&node));
+            if used_already {
+                return Err(format!("`{name}` stores into what the pass reads by another name"));
+            }
             if binding.kind.writes() {
                 planned.writes.push(node);
                 // What a storage resource held before may be part of what it holds after.
@@ -161,7 +170,7 @@ impl Plan {
                 }
                 Ok(Some(Node::Buffer(id.index())))
             }
-            (Resource::Texture { id, mip }, BindingKind::Texture { sample, .. }) => {
+            (Resource::Texture { id, mip }, BindingKind::Texture { sample, dimension }) => {
                 let texture = self.structure.textures.get(id.index());
                 let texture = texture.ok_or_else(|| unknown("a texture"))?;
                 if mip.is_some_and(|mip| mip >= texture.mips) {
@@ -176,14 +185,26 @@ impl Plan {
                 if !fits {
                     return Err(wrong(&format!("a texture of {:?}", texture.format)));
                 }
+                self.check_dimension(name, id, *dimension)?;
                 Ok(Some(Node::Texture(id.index())))
             }
-            (Resource::Texture { id, .. }, BindingKind::StorageTexture { format, .. }) => {
+            (
+                Resource::Texture { id, mip },
+                BindingKind::StorageTexture { format, dimension, .. },
+            ) => {
                 let texture = self.structure.textures.get(id.index());
                 let texture = texture.ok_or_else(|| unknown("a texture"))?;
                 if wgpu_format(texture.format) != *format {
                     return Err(wrong(&format!("a texture of {:?}", texture.format)));
                 }
+                if mip.unwrap_or(0) >= texture.mips || (mip.is_none() && texture.mips > 1) {
+                    return Err(format!(
+                        "`{name}` stores into one mip level; the texture has {}, {} bound",
+                        texture.mips,
+                        mip.map_or("all".to_owned(), |mip| format!("number {mip}"))
+                    ));
+                }
+                self.check_dimension(name, id, *dimension)?;
                 Ok(Some(Node::Texture(id.index())))
             }
             (Resource::Sampler(_), BindingKind::Sampler { comparison: false }) => Ok(None),
@@ -192,6 +213,25 @@ impl Plan {
             (Resource::Texture { .. }, _) => Err(wrong("a texture")),
             (Resource::Sampler(_), _) => Err(wrong("a sampler")),
         }
+    }
+
+    /// Whether a texture has the shape a variable declares.
+    fn check_dimension(
+        &self,
+        name: &str,
+        id: TextureId,
+        declared: wgpu::TextureViewDimension,
+    ) -> Result<(), String> {
+        let texture = &self.structure.textures[id.index()];
+        let found = match (texture.volume, self.extent(id.index())[2]) {
+            (true, _) => wgpu::TextureViewDimension::D3,
+            (false, 1) => wgpu::TextureViewDimension::D2,
+            (false, _) => wgpu::TextureViewDimension::D2Array,
+        };
+        if found == declared {
+            return Ok(());
+        }
+        Err(format!("`{name}` is {declared:?} in the shader, a texture of {found:?} given"))
     }
 
     pub(super) fn check_targets(
@@ -203,10 +243,14 @@ impl Plan {
         let targets = targets_of(pass);
         match &pass.work {
             Work::Compute { groups, .. } => {
-                if let Groups::Fixed(groups) = groups
-                    && groups.iter().any(|n| *n > MAX_GROUPS)
-                {
-                    return Err(format!("{groups:?} workgroups; at most {MAX_GROUPS} each way"));
+                if let Groups::Fixed(groups) = groups {
+                    let all = groups.iter().fold(1u64, |n, g| n.saturating_mul(u64::from(*g)));
+                    if groups.iter().any(|n| *n > MAX_GROUPS) || all > MAX_ALL_GROUPS {
+                        return Err(format!(
+                            "{groups:?} workgroups; at most {MAX_GROUPS} each way and \
+                             {MAX_ALL_GROUPS} in all"
+                        ));
+                    }
                 }
                 return Ok(());
             }

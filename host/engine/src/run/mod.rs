@@ -13,12 +13,12 @@ pub(crate) use cull::{Needed, needed};
 pub(crate) use execute::{Frame, execute, touched};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, DrawKind, Pipeline, Pipelines, Stage, checked};
-pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Plan};
+pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Node, Plan};
 pub use readback::Image;
 pub(crate) use readback::{Pending, copy};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
-pub(crate) use resources::Resources;
+pub(crate) use resources::{FrameResources, Resources};
 
 use thiserror::Error;
 

@@ -1,7 +1,8 @@
 //! Pipelines by content: equal shaders, constants and formats are compiled once.
 
 use super::RenderError;
-use crate::shader::{Binding, BindingKind, Composed, Library, reflect};
+use crate::shader::{Binding, BindingKind, Composed, Library, on_large_stack, reflect};
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 
@@ -107,14 +108,18 @@ impl Pipelines {
     }
 
     fn make_shader(&mut self, source: &str, defines: &[&str]) -> Result<Shader, String> {
-        let composed = self.library.compose(source, defines).map_err(|error| error.message)?;
-        let module = checked(&self.device, || {
-            self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: None,
-                source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(composed.module.clone())),
-            })
-        })?;
-        Ok(Shader { composed, module, serial: u64::from(self.counts.modules) })
+        let serial = u64::from(self.counts.modules);
+        let (library, device) = (&mut self.library, &self.device);
+        on_large_stack(|| {
+            let composed = library.compose(source, defines).map_err(|error| error.message)?;
+            let module = checked(device, || {
+                device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: None,
+                    source: wgpu::ShaderSource::Naga(Cow::Owned(composed.module.clone())),
+                })
+            })?;
+            Ok(Shader { composed, module, serial })
+        })?
     }
 
     /// The pipeline of a draw.
@@ -129,76 +134,10 @@ impl Pipelines {
         if let Some(known) = self.render.get(&key) {
             return Ok(known.clone());
         }
-        let made = Rc::new(self.make_draw(draw)?);
+        let made = Rc::new(on_large_stack(|| make_draw(&self.device, draw))??);
         self.counts.pipelines += 1;
         self.render.insert(key, made.clone());
         Ok(made)
-    }
-
-    fn make_draw(&self, draw: &Draw<'_>) -> Result<Pipeline, String> {
-        let same_module = draw.vertex.0.serial == draw.fragment.0.serial;
-        let vertex = reflect(&draw.vertex.0.composed, naga::ShaderStage::Vertex, draw.vertex.1)
-            .map_err(|error| error.message)?;
-        let fragment =
-            reflect(&draw.fragment.0.composed, naga::ShaderStage::Fragment, draw.fragment.1)
-                .map_err(|error| error.message)?;
-        if !same_module && !vertex.bindings.is_empty() {
-            return Err("a vertex stage of another module cannot have bindings".to_owned());
-        }
-        let mut bindings = vertex.bindings;
-        for binding in fragment.bindings {
-            if !bindings.contains(&binding) {
-                bindings.push(binding);
-            }
-        }
-        let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
-        let layout = self.layout(draw.label, &bindings, visibility);
-        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(draw.label),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let constants = borrowed(draw.constants);
-        let options =
-            wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let blend = (draw.kind == DrawKind::AddedSurfels).then_some(ADD);
-        let targets: Vec<_> = draw
-            .formats
-            .iter()
-            .map(|&format| {
-                Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
-            })
-            .collect();
-        let stage = checked(&self.device, || {
-            self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: Some(draw.label),
-                layout: Some(&pipeline_layout),
-                vertex: wgpu::VertexState {
-                    module: &draw.vertex.0.module,
-                    entry_point: Some(draw.vertex.1),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState {
-                    topology: match draw.kind {
-                        DrawKind::Fullscreen => wgpu::PrimitiveTopology::TriangleList,
-                        _ => wgpu::PrimitiveTopology::TriangleStrip,
-                    },
-                    ..Default::default()
-                },
-                depth_stencil: depth_state(draw.kind),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &draw.fragment.0.module,
-                    entry_point: Some(draw.fragment.1),
-                    compilation_options: options,
-                    targets: &targets,
-                }),
-                multiview_mask: None,
-                cache: None,
-            })
-        })?;
-        Ok(Pipeline { stage: Stage::Render(stage), layout, bindings })
     }
 
     /// The pipeline of a compute entry point.
@@ -216,15 +155,16 @@ impl Pipelines {
         }
         let point = reflect(&shader.composed, naga::ShaderStage::Compute, entry)
             .map_err(|error| error.message)?;
-        let layout = self.layout(label, &point.bindings, wgpu::ShaderStages::COMPUTE);
+        let layout = layout(&self.device, label, &point.bindings, wgpu::ShaderStages::COMPUTE);
         let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some(label),
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
         let pairs = borrowed(constants);
-        let stage = checked(&self.device, || {
-            self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        let device = &self.device;
+        let create = || {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(label),
                 layout: Some(&pipeline_layout),
                 module: &shader.module,
@@ -235,41 +175,106 @@ impl Pipelines {
                 },
                 cache: None,
             })
-        })?;
+        };
+        let stage = on_large_stack(|| checked(device, create))??;
         self.counts.pipelines += 1;
         let made =
             Rc::new(Pipeline { stage: Stage::Compute(stage), layout, bindings: point.bindings });
         self.compute.insert(key, made.clone());
         Ok(made)
     }
+}
 
-    fn layout(
-        &self,
-        label: &str,
-        bindings: &[Binding],
-        visibility: wgpu::ShaderStages,
-    ) -> wgpu::BindGroupLayout {
-        // Float textures are bound as filterable where a sampler is there to filter them.
-        let filterable = bindings.iter().any(|b| matches!(b.kind, BindingKind::Sampler { .. }));
-        let entries: Vec<_> = bindings
-            .iter()
-            .map(|binding| wgpu::BindGroupLayoutEntry {
-                binding: binding.number,
-                // Writable storage is only allowed behind the vertex stage.
-                visibility: if binding.kind.writes() {
-                    visibility - wgpu::ShaderStages::VERTEX
-                } else {
-                    visibility
-                },
-                ty: binding.kind.layout(filterable),
-                count: None,
-            })
-            .collect();
-        self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some(label),
-            entries: &entries,
-        })
+fn make_draw(device: &wgpu::Device, draw: &Draw<'_>) -> Result<Pipeline, String> {
+    let same_module = draw.vertex.0.serial == draw.fragment.0.serial;
+    let vertex = reflect(&draw.vertex.0.composed, naga::ShaderStage::Vertex, draw.vertex.1)
+        .map_err(|error| error.message)?;
+    let fragment = reflect(&draw.fragment.0.composed, naga::ShaderStage::Fragment, draw.fragment.1)
+        .map_err(|error| error.message)?;
+    if !same_module && !vertex.bindings.is_empty() {
+        return Err("a vertex stage of another module cannot have bindings".to_owned());
     }
+    let mut bindings = vertex.bindings;
+    for binding in fragment.bindings {
+        if !bindings.contains(&binding) {
+            bindings.push(binding);
+        }
+    }
+    let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
+    let layout = layout(device, draw.label, &bindings, visibility);
+    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(draw.label),
+        bind_group_layouts: &[Some(&layout)],
+        immediate_size: 0,
+    });
+    let constants = borrowed(draw.constants);
+    let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
+    let blend = (draw.kind == DrawKind::AddedSurfels).then_some(ADD);
+    let targets: Vec<_> = draw
+        .formats
+        .iter()
+        .map(|&format| {
+            Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
+        })
+        .collect();
+    let stage = checked(device, || {
+        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(draw.label),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &draw.vertex.0.module,
+                entry_point: Some(draw.vertex.1),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState {
+                topology: match draw.kind {
+                    DrawKind::Fullscreen => wgpu::PrimitiveTopology::TriangleList,
+                    _ => wgpu::PrimitiveTopology::TriangleStrip,
+                },
+                ..Default::default()
+            },
+            depth_stencil: depth_state(draw.kind),
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &draw.fragment.0.module,
+                entry_point: Some(draw.fragment.1),
+                compilation_options: options,
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    })?;
+    Ok(Pipeline { stage: Stage::Render(stage), layout, bindings })
+}
+
+fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    bindings: &[Binding],
+    visibility: wgpu::ShaderStages,
+) -> wgpu::BindGroupLayout {
+    // Float textures are bound as filterable where a sampler is there to filter them.
+    let filterable = bindings.iter().any(|b| matches!(b.kind, BindingKind::Sampler { .. }));
+    let entries: Vec<_> = bindings
+        .iter()
+        .map(|binding| wgpu::BindGroupLayoutEntry {
+            binding: binding.number,
+            // Writable storage is only allowed behind the vertex stage.
+            visibility: if binding.kind.writes() {
+                visibility - wgpu::ShaderStages::VERTEX
+            } else {
+                visibility
+            },
+            ty: binding.kind.layout(filterable),
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(label),
+        entries: &entries,
+    })
 }
 
 const ADD: wgpu::BlendState = {

@@ -3,6 +3,7 @@
 use super::plan::{Node, Plan, wgpu_format};
 use crate::gpu::Gpu;
 use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use surfelshop_api::graph::Lifetime;
 
 /// Frames an unused resource survives.
@@ -21,6 +22,32 @@ pub(crate) enum Made {
     Buffer(wgpu::Buffer),
 }
 
+/// What a persistent resource is kept under: the author's key, which resource of which unit's
+/// graph it is, and the passes that fill it, so that neither a resource beside it nor a rebuilt
+/// plugin finds the wrong contents.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Identity {
+    scope: String,
+    key: String,
+    node: Node,
+    shape: Shape,
+    made_by: u64,
+}
+
+/// A hash of the passes that write a resource.
+fn made_by(plan: &Plan, node: Node) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    for (pass, planned) in plan.structure.passes.iter().zip(&plan.passes) {
+        if planned.writes.contains(&node) {
+            (&pass.wgsl, &pass.entry).hash(&mut hasher);
+            for (name, value) in &pass.constants {
+                (name, value.to_bits()).hash(&mut hasher);
+            }
+        }
+    }
+    hasher.finish()
+}
+
 struct Kept {
     made: Made,
     filled: bool,
@@ -31,7 +58,7 @@ struct Kept {
 #[derive(Default)]
 pub(crate) struct Resources {
     free: HashMap<Shape, Vec<(Made, u64)>>,
-    persistent: HashMap<(String, String, Shape), Kept>,
+    persistent: HashMap<Identity, Kept>,
     frame: u64,
 }
 
@@ -41,7 +68,7 @@ pub(crate) struct FrameResources {
     pub(crate) buffers: Vec<Option<wgpu::Buffer>>,
     /// Persistent resources that were filled before this frame.
     filled: Vec<Node>,
-    keys: Vec<(Node, (String, String, Shape))>,
+    keys: Vec<(Node, Identity)>,
     lent: Vec<(Shape, Made)>,
 }
 
@@ -83,7 +110,13 @@ impl Resources {
             let (shape, lifetime, label) = describe(plan, node);
             let made = match lifetime {
                 Lifetime::Persistent { key } => {
-                    let id = (scope.to_owned(), key.clone(), shape.clone());
+                    let id = Identity {
+                        scope: scope.to_owned(),
+                        key: key.clone(),
+                        node,
+                        shape: shape.clone(),
+                        made_by: made_by(plan, node),
+                    };
                     let kept = self.persistent.entry(id.clone()).or_insert_with(|| Kept {
                         made: make(gpu, &shape, label),
                         filled: false,

@@ -5,10 +5,10 @@
 //! composer decorates, are turned back into `module::name` everywhere a person can see them.
 
 use super::bound_loops;
+use super::large_stack::{MAX_ELSE, MAX_WGSL_BYTES};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
 };
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use thiserror::Error;
 
 /// Why WGSL was refused.
@@ -69,7 +69,7 @@ impl Library {
         Ok(Self { composer })
     }
 
-    /// Composes and validates; `defines` are set for `#ifdef`.
+    /// Composes and validates; `defines` are set for `#ifdef`. To be called on a large stack.
     ///
     /// # Errors
     /// One line with the position where the text does not parse, import or validate.
@@ -78,22 +78,29 @@ impl Library {
         source: &str,
         defines: &[&str],
     ) -> Result<Composed, ShaderError> {
+        if source.len() > MAX_WGSL_BYTES {
+            return Err(ShaderError::new(format!(
+                "the shader has {} bytes, at most {MAX_WGSL_BYTES} are compiled",
+                source.len()
+            )));
+        }
+        let n_else = source.matches("else").count();
+        if n_else > MAX_ELSE {
+            return Err(ShaderError::new(format!(
+                "the shader has {n_else} `else`, at most {MAX_ELSE} are compiled"
+            )));
+        }
         check_imports(source)?;
         let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
         let composer = &mut self.composer;
-        // The composer and the validator work on text from strangers; should one of their own
-        // assertions fail, that is the shader's failure and not the program's.
-        let composed = catch_unwind(AssertUnwindSafe(|| {
-            composer
-                .make_naga_module(NagaModuleDescriptor {
-                    source,
-                    file_path: "shader",
-                    shader_defs: defines.collect(),
-                    ..Default::default()
-                })
-                .map_err(|error| one_line(&error.emit_to_string(composer)))
-        }))
-        .unwrap_or_else(|_| Err(ShaderError::new("the shader compiler failed on this text")))?;
+        let composed = composer
+            .make_naga_module(NagaModuleDescriptor {
+                source,
+                file_path: "shader",
+                shader_defs: defines.collect(),
+                ..Default::default()
+            })
+            .map_err(|error| one_line(&error.emit_to_string(composer)))?;
         let mut module = composed;
         restore_names(&mut module);
         number_bindings(&mut module);

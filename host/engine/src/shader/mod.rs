@@ -2,7 +2,9 @@
 
 mod bound_loops;
 mod compose;
+mod large_stack;
 mod reflect;
 
 pub(crate) use compose::{Composed, Library};
+pub(crate) use large_stack::on_large_stack;
 pub(crate) use reflect::{Binding, BindingKind, reflect};

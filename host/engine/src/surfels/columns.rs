@@ -66,10 +66,11 @@ struct Order {
     last_used: u64,
 }
 
-/// All columns on the device, by their generation and the order they are drawn in.
+/// All columns on the device, by their generation, the order they are drawn in and what they are
+/// drawn as.
 pub(crate) struct Columns {
     device: wgpu::Device,
-    uploaded: HashMap<(u64, u32), Uploaded>,
+    uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
     orders: Vec<Order>,
     n_orders: u32,
     chunk_len: u32,
@@ -212,7 +213,8 @@ impl Columns {
                 "drawing needs a column `{name}` of {components} x f32, found {what}"
             )));
         };
-        let known = self.uploaded.get(&(column.generation, drawn.order_serial)).map(|c| c.largest);
+        let known =
+            self.uploaded.get(&(column.generation, drawn.order_serial, name)).map(|c| c.largest);
         let largest =
             known.unwrap_or_else(|| values.iter().fold(0.0f32, |most, v| most.max(v.abs())));
         let bytes = || Cow::Borrowed(bytemuck::cast_slice(values));
@@ -232,7 +234,7 @@ impl Columns {
         let (frame, chunk_len) = (self.frame, self.chunk_len);
         let (device, uploads) = (&self.device, &mut self.uploads);
         let order = &drawn.order;
-        let key = (column.generation, drawn.order_serial);
+        let key = (column.generation, drawn.order_serial, variable);
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
             let bytes = bytes();

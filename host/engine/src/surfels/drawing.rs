@@ -225,19 +225,46 @@ impl<'a> Drawing<'a> {
         pipelines: &mut Pipelines,
     ) -> Result<(), String> {
         self.lookup(Lookup::Surface, surface, target, recorder, pipelines)?;
+        let row = 32 * u64::from(self.input.size[0]);
+        let most = recorder.gpu.device.limits().max_storage_buffer_binding_size;
+        // A picture whose sums do not fit one binding is made in bands of rows.
+        let rows = u32::try_from(most / row).unwrap_or(u32::MAX).clamp(1, self.input.size[1]);
+        let mut first = 0;
+        while first < self.input.size[1] {
+            let rows = rows.min(self.input.size[1] - first);
+            self.blend_band(first, rows, surface, target, recorder, pipelines)?;
+            first += rows;
+        }
+        Ok(())
+    }
+
+    fn blend_band(
+        &self,
+        first: u32,
+        rows: u32,
+        surface: &Surface,
+        target: &wgpu::TextureView,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
         let gpu = recorder.gpu;
-        let pixels = u64::from(self.input.size[0]) * u64::from(self.input.size[1]);
         let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("fixed sums"),
-            size: 32 * pixels,
+            size: 32 * u64::from(self.input.size[0]) * u64::from(rows),
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         recorder.encoder.clear_buffer(&sums, 0, None);
+        let band = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("band"),
+            contents: &Uniform::new().u32(first).u32(rows).into_bytes(),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
         let name = "surfels: accumulate";
         let more = [
             ("sums", sums.as_entire_binding()),
             ("nearest", wgpu::BindingResource::TextureView(&surface.winners)),
+            ("band", band.as_entire_binding()),
         ];
         let mut dispatches = Vec::new();
         for chunk in &self.chunks {
@@ -257,7 +284,7 @@ impl<'a> Drawing<'a> {
                 }
             }
         });
-        let more = [("fixed_sums", sums.as_entire_binding())];
+        let more = [("fixed_sums", sums.as_entire_binding()), ("band", band.as_entire_binding())];
         let target = Attachment { view: target, clear: false, slice: None };
         self.resolve("resolve_fixed", surface, &target, &more, recorder, pipelines)
     }

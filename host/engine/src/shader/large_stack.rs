@@ -1,0 +1,28 @@
+//! Compiling where there is room: shaders are text from strangers, and compilers recurse over it.
+
+/// Stack of a compiling thread. The longest shader allowed, [`MAX_WGSL_BYTES`] of `x+x+x`, takes
+/// under 200 MiB; pages that are not touched cost nothing.
+const STACK_BYTES: usize = 512 << 20;
+
+/// Longest shader, in bytes.
+pub(crate) const MAX_WGSL_BYTES: usize = 256 << 10;
+
+/// Most `else` of a shader: each nests the next one deeper, in drivers' compilers too, whose stack
+/// is not ours to choose.
+pub(crate) const MAX_ELSE: usize = 1_000;
+
+/// Runs `work` on a thread with a large stack.
+///
+/// # Errors
+/// Where the system gives no such thread, or `work` panics.
+pub(crate) fn on_large_stack<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, String> {
+    std::thread::scope(|scope| {
+        std::thread::Builder::new()
+            .name("shader compiler".to_owned())
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, work)
+            .map_err(|error| format!("no thread could be started to compile on: {error}"))?
+            .join()
+            .map_err(|_panic| "the shader compiler failed on this text".to_owned())
+    })
+}
