@@ -115,7 +115,7 @@ impl Engine {
     pub fn new(gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
         Ok(Self {
             pipelines: Pipelines::new(gpu.device.clone())?,
-            columns: Columns::new(gpu.device.clone(), options.chunk_surfels),
+            columns: Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels),
             surfaces: Surfaces::default(),
             resources: Resources::default(),
             plans: 0,

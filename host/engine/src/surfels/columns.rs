@@ -4,7 +4,6 @@ use super::order::{TIE_BREAKERS, drawing_order};
 use crate::run::RenderError;
 use glam::DVec3;
 use half::f16;
-use std::borrow::Cow;
 use std::collections::HashMap;
 use std::rc::Rc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
@@ -70,6 +69,7 @@ struct Order {
 /// drawn as.
 pub(crate) struct Columns {
     device: wgpu::Device,
+    queue: wgpu::Queue,
     uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
     orders: Vec<Order>,
     n_orders: u32,
@@ -82,12 +82,13 @@ pub(crate) struct Columns {
 impl Columns {
     /// A store whose chunks have at most `chunk_len` surfels, fewer where the device's bindings
     /// are smaller.
-    pub(crate) fn new(device: wgpu::Device, chunk_len: u32) -> Self {
+    pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue, chunk_len: u32) -> Self {
         let limits = device.limits();
         let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let fits = u32::try_from(bytes / WIDEST_STRIDE).unwrap_or(u32::MAX);
         Self {
             device,
+            queue,
             uploaded: HashMap::new(),
             orders: Vec::new(),
             n_orders: 0,
@@ -179,14 +180,16 @@ impl Columns {
         if let Some(column) = cloud.column(columns::MATERIAL)
             && let (1, Values::U32(values)) = (column.components, column.values)
         {
-            let bytes = || Cow::Borrowed(bytemuck::cast_slice(values));
-            self.upload(column, columns::MATERIAL, bytes, 4, 0.0, &mut drawn);
+            let encode = |i: usize, out: &mut Vec<u8>| out.extend(values[i].to_le_bytes());
+            self.upload(column, columns::MATERIAL, &encode, 4, 0.0, &mut drawn);
             drawn.defines.push("MATERIAL");
         }
         if let Some(column) = cloud.column(columns::COLOR)
             && is_color(column)
         {
-            self.upload(column, columns::COLOR, || linear_halves(column), 8, 0.0, &mut drawn);
+            let table = srgb_table();
+            let encode = |i: usize, out: &mut Vec<u8>| linear_halves(column, &table, i, out);
+            self.upload(column, columns::COLOR, &encode, 8, 0.0, &mut drawn);
             drawn.defines.push("COLOR");
         }
         Ok(drawn)
@@ -217,27 +220,30 @@ impl Columns {
             self.uploaded.get(&(column.generation, drawn.order_serial, name)).map(|c| c.largest);
         let largest =
             known.unwrap_or_else(|| values.iter().fold(0.0f32, |most, v| most.max(v.abs())));
-        let bytes = || Cow::Borrowed(bytemuck::cast_slice(values));
-        self.upload(column, name, bytes, 4 * u64::from(components), largest, drawn);
+        let n = components as usize;
+        let encode = |i: usize, out: &mut Vec<u8>| {
+            out.extend_from_slice(bytemuck::cast_slice(&values[n * i..n * (i + 1)]));
+        };
+        self.upload(column, name, &encode, 4 * u64::from(components), largest, drawn);
         Ok(largest)
     }
 
-    fn upload<'a>(
+    /// Uploads a column in drawing order; `encode` appends the bytes of a surfel.
+    fn upload(
         &mut self,
         column: &ColumnView<'_>,
         variable: &'static str,
-        bytes: impl FnOnce() -> Cow<'a, [u8]>,
+        encode: &dyn Fn(usize, &mut Vec<u8>),
         stride: u64,
         largest: f32,
         drawn: &mut DrawnCloud,
     ) {
         let (frame, chunk_len) = (self.frame, self.chunk_len);
-        let (device, uploads) = (&self.device, &mut self.uploads);
+        let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
         let order = &drawn.order;
         let key = (column.generation, drawn.order_serial, variable);
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
-            let bytes = bytes();
             let stride = usize::try_from(stride).unwrap_or(usize::MAX);
             let buffers = order
                 .chunks(chunk_len as usize)
@@ -254,20 +260,24 @@ impl Columns {
                         for (batch, indices) in chunk.chunks(BATCH).enumerate() {
                             ordered.clear();
                             for &i in indices {
-                                let at = i as usize * stride;
-                                ordered.extend_from_slice(&bytes[at..at + stride]);
+                                encode(i as usize, &mut ordered);
                             }
                             let start = batch * BATCH * stride;
                             mapped.slice(start..start + ordered.len()).copy_from_slice(&ordered);
                         }
                     }
                     buffer.unmap();
+                    // The memory written through is the driver's until a submission ends; ending
+                    // one here keeps it to a chunk instead of a second copy of the cloud. A lost
+                    // device is noticed when the frame is submitted.
+                    queue.submit([]);
+                    drop(device.poll(wgpu::PollType::wait_indefinitely()));
                     buffer
                 })
                 .collect();
             Uploaded {
                 buffers: Rc::new(buffers),
-                bytes: bytes.len() as u64,
+                bytes: (order.len() * stride) as u64,
                 largest,
                 last_used: frame,
             }
@@ -284,24 +294,24 @@ fn is_color(column: &ColumnView<'_>) -> bool {
         && matches!(column.values, Values::U8(_) | Values::U16(_) | Values::F32(_))
 }
 
-/// Colours as four half-precision floats: linear red, green, blue and one.
-fn linear_halves<'a>(column: &ColumnView<'_>) -> Cow<'a, [u8]> {
-    fn pack<T: Copy>(values: &[T], components: usize, decode: impl Fn(T) -> f16) -> Vec<u8> {
-        let colors = values.chunks_exact(components);
-        let halves: Vec<[f16; 4]> =
-            colors.map(|c| [decode(c[0]), decode(c[1]), decode(c[2]), f16::ONE]).collect();
-        bytemuck::cast_slice(&halves).to_vec()
-    }
-    let n = column.components as usize;
-    let from_srgb = |encoded: f32| f16::from_f32(srgb_to_linear(encoded));
-    Cow::Owned(match column.values {
-        Values::U8(values) => {
-            let table: Vec<f16> = (0..=255u8).map(|v| from_srgb(f32::from(v) / 255.0)).collect();
-            pack(values, n, |v| table[usize::from(v)])
+/// Linear values of all 8-bit sRGB codes.
+fn srgb_table() -> Vec<f16> {
+    (0..=255u8).map(|v| f16::from_f32(srgb_to_linear(f32::from(v) / 255.0))).collect()
+}
+
+/// Appends a surfel's colour as four half-precision floats: linear red, green, blue and one.
+fn linear_halves(column: &ColumnView<'_>, table: &[f16], i: usize, out: &mut Vec<u8>) {
+    let first = column.components as usize * i;
+    let channel = |c: usize| match column.values {
+        Values::U8(values) => table[usize::from(values[first + c])],
+        Values::U16(values) => {
+            f16::from_f32(srgb_to_linear(f32::from(values[first + c]) / 65535.0))
         }
-        Values::U16(values) => pack(values, n, |v| from_srgb(f32::from(v) / 65535.0)),
         // Finite in half precision, so that no infinity reaches the sums.
-        Values::F32(values) => pack(values, n, |v| f16::from_f32(v.clamp(0.0, f16::MAX.to_f32()))),
-        _ => Vec::new(),
-    })
+        Values::F32(values) => f16::from_f32(values[first + c].clamp(0.0, f16::MAX.to_f32())),
+        _ => f16::ZERO,
+    };
+    for half in [channel(0), channel(1), channel(2), f16::ONE] {
+        out.extend_from_slice(&half.to_le_bytes());
+    }
 }
