@@ -50,3 +50,15 @@ fn units_of_another_kind_are_named_as_such() {
     assert_fails_alone("gradient", &["`gradient` is a tracer", "flat"]);
     assert_fails_alone("stages-ao", &["`stages-ao` is a tool"]);
 }
+
+#[test]
+fn a_named_plugin_that_is_no_good_is_not_passed_over() {
+    // Another plugin has a renderer of that name; drawing with it would compare the wrong code.
+    let desk = Desk::new();
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    let arguments = ["render", "one.ply", "-o", "a.png", "--size", "16", "-r", "flat"];
+    for file in ["nowhere.so", "one.ply"] {
+        desk.run_with(&[&arguments[..], &["--plugin", file]].concat()).failed(&[file]);
+        assert_eq!(desk.files(), ["one.ply"]);
+    }
+}
