@@ -10,8 +10,9 @@ var<storage, read_write> sums: array<atomic<i32>>;
 
 // One unit of the sums is 2^-18: a weight of 1 may be added 4,096 times before SATURATED, and the
 // smallest weight of a disc's edge, 0.018, is kept to one part in 4,800; that of a surfel far below
-// a pixel, whose share is a hundredth, to one in 47.
+// a pixel to one in 47, since its share is not taken below a hundredth here.
 const SCALE = 262144.0;
+const MIN_FIXED_SHARE = 0.01;
 // No more is added to a pixel beyond this weight, half of what 32 bits hold.
 const SATURATED = 1073741824;
 // Albedos above this are clamped in this path, so that their sums stay inside 32 bits.
@@ -31,8 +32,7 @@ var<uniform> band: Band;
 // Pixels that a sphere around the disc may cover, as first and behind-last.
 fn pixel_box(disc: Disc) -> vec4<i32> {
     let size = view::view.size_px;
-    // 1.4143: a skewed ellipse reaches at most sqrt(2) times its longer half axis.
-    let reach = disc.reach * 1.4143;
+    let reach = disc.reach;
     let d = -disc.center.z;
     var low = vec2(-1.0);
     var high = vec2(1.0);
@@ -65,11 +65,8 @@ fn accumulate(
     if !disc.visible {
         return;
     }
-    // The dual axes give coordinates in the disc for axes of any angle and length.
     let plane = cross(disc.axis_u, disc.axis_v);
-    let area = dot(plane, plane);
-    let dual_u = cross(disc.axis_v, plane) / area;
-    let dual_v = cross(plane, disc.axis_u) / area;
+    let share = max(disc.share, MIN_FIXED_SHARE);
     let box = pixel_box(disc);
     let albedo = min(load_albedo(i), vec3(MAX_ALBEDO));
     let access = load_ao(i);
@@ -84,23 +81,28 @@ fn accumulate(
                 origin = vec3(ray.xy, 0.0);
                 ray = vec3(0.0, 0.0, -1.0);
             }
+            // Where the ray meets the plane, by Cramer's rule: unlike the difference of that
+            // point and the centre, the triple products stay precise for a disc that is long in
+            // depth and a pixel wide on the screen.
             let slope = dot(plane, ray);
-            let distance = dot(plane, disc.center - origin) / slope;
+            let to_center = disc.center - origin;
+            let across_ray = cross(to_center, ray);
+            let corner = vec2(dot(across_ray, disc.axis_v), -dot(across_ray, disc.axis_u)) / slope;
+            let distance = -(disc.center.z + corner.x * disc.axis_u.z + corner.y * disc.axis_v.z);
             if !(abs(slope) > 0.0) || !(distance >= view::view.near) {
                 continue;
             }
-            let offset = origin + ray * distance - disc.center;
-            let corner = vec2(dot(offset, dual_u), dot(offset, dual_v));
             let r2 = dot(corner, corner);
             if !(r2 <= 1.0) {
                 continue;
             }
             let winner = textureLoad(nearest, pixel, 0).xy;
             let behind = distance_brought_nearer(distance, disc) > bitcast<f32>(winner.y) * SLACK;
-            if behind || winner.x >> BACK_BIT != disc.back {
+            let is_nearest = (winner.x & INDEX_MASK) == chunk.first + i;
+            if (behind && !is_nearest) || winner.x >> BACK_BIT != disc.back {
                 continue;
             }
-            add(u32(x) + (u32(y) - band.first) * u32(view::view.size_px.x), splat_weight(r2) * disc.share, disc, albedo, access);
+            add(u32(x) + (u32(y) - band.first) * u32(view::view.size_px.x), splat_weight(r2) * share, disc, albedo, access);
         }
     }
 }

@@ -84,6 +84,14 @@ fn load_ao(i: u32) -> f32 {
 #endif
 }
 
+// The longer half axis of the ellipse of all x u + y v with x^2 + y^2 = 1, for u and v at any angle:
+// the matrix's larger singular value.
+fn longer_half_axis(u: vec3<f32>, v: vec3<f32>) -> f32 {
+    let uu = dot(u, u);
+    let vv = dot(v, v);
+    return sqrt(0.5 * (uu + vv) + length(vec2(0.5 * (uu - vv), dot(u, v))));
+}
+
 // Below this cosine between normal and view ray a disc is a line without area: at 1e-4 a disc of
 // a hundred pixels is a hundredth of a pixel thin.
 const EDGE_ON = 1e-4;
@@ -107,7 +115,7 @@ fn load_disc(i: u32) -> Disc {
     let v = vec3(tangent_v[3u * i], tangent_v[3u * i + 1u], tangent_v[3u * i + 2u]);
     let axis_u = (chunk.view_from_chunk * vec4(u, 0.0)).xyz * chunk.tangent_scale;
     let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz * chunk.tangent_scale;
-    let reach = max(length(axis_u), length(axis_v));
+    let reach = longer_half_axis(axis_u, axis_v);
 #else
     let reach = radius[i] * chunk.radius_scale;
     // Orthonormal frame around the normal without branches.
@@ -119,74 +127,128 @@ fn load_disc(i: u32) -> Disc {
     let axis_v = vec3(b, s + n_view.y * n_view.y * a, -n_view.y) * reach;
 #endif
     let edge_on = abs(facing) < EDGE_ON * length(towards) && length(towards) > reach;
-    let seen = chunk.low_pass > 0.0 || !edge_on;
-    let visible = reach > 0.0 && seen && (front || chunk.two_sided == 1u);
-    return filtered(Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front), 1.0));
+    let visible = reach > 0.0 && (front || chunk.two_sided == 1u);
+    let disc = Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front), 1.0);
+    return filtered(disc, edge_on);
 }
 
-// A projected half axis shorter than this, squared, takes a quad that faces the screen in that
-// direction: a quad in the disc's plane would reach far into depth to be a pixel wider.
-const HULL_SQUARED = 4.0;
-// Half axes below a pixel, squared, have no direction worth keeping.
-const SUBPIXEL_SQUARED = 1.0;
-// Smallest weight that the low-pass leaves a surfel.
-const MIN_SHARE = 0.01;
+// Discs whose shorter half axis on the screen is this many times the low-pass stay as they are:
+// widening would add less than a sixteenth of the low-pass and change their weight by a percent.
+const WIDENED_BELOW = 8.0;
+// Smallest 1 - (depth range / distance)^2 of a disc that is widened. Nearer to the eye the outline
+// on the screen grows so large, and its centre so far away, that floats do not hold it.
+const MIN_KAPPA = 0.05;
+// The part of a disc that the low-pass adds follows the disc's plane in depth, up to this slope:
+// sideways steps of a pixel's width take it this many such widths nearer or farther.
+const MAX_SLOPE = 4.0;
+// Smallest factor the low-pass puts on a weight, so that no sum of weights is zero.
+const MIN_SHARE = 1e-6;
 
-// The disc widened by the screen-space low-pass: its axes become those of the ellipse whose
-// covariance on the screen is the sum of the disc's and the filter's, and `share` the ratio of the
-// two areas.
+// The disc widened by the screen-space low-pass: its outline on the screen, an ellipse, gets the
+// half axes sqrt(a^2 + low_pass^2) and sqrt(b^2 + low_pass^2), and its weight the factor `share`,
+// the ratio of the two areas.
 //
-// With J the pixels per unit of the disc's coordinates at its centre, the Gaussian's covariance on
-// the screen is J J' / 8 and the filter's low_pass^2 / 8, so the widened ellipse has the half axes
-// sqrt(l + low_pass^2) for eigenvalues l of J J'. No point of it is further than `low_pass` pixels
-// from the disc's own ellipse.
+// For Gaussians cut at the outline, covariances on the screen add: the disc's has the eigenvalues
+// a^2 / 8 and b^2 / 8, the filter's is low_pass^2 / 8. The widened ellipse holds the disc's own, and
+// none of its points is further than `low_pass` from that, for its extent in any direction is
+// sqrt(h^2 + low_pass^2) <= h + low_pass.
 //
-// Source: Zwicker et al. 2001, "Surface Splatting", eq. 9-11; Ren et al. 2002, "Object Space EWA
-// Surface Splatting", section 4, for doing it in the disc's plane.
-fn filtered(disc: Disc) -> Disc {
+// The outline is that of the perspective projection, not of its linear part at the disc's centre,
+// which is wrong by whole pixels for a disc as large as its distance. What is returned is again a
+// disc: the one that has the widened outline and lies in the same plane, so that the splats of a
+// surface agree in depth however far they are widened. Seen edge-on a plane leaves nothing to
+// follow; there depth ends where it does on the disc itself, or at MAX_SLOPE.
+//
+// Source: Zwicker et al. 2001, "Surface Splatting", eq. 9-11, for the sum of covariances; Ren et
+// al. 2002, "Object Space EWA Surface Splatting", section 4, for doing it with a polygon in space.
+fn filtered(disc: Disc, edge_on: bool) -> Disc {
+    var unfiltered = disc;
+    unfiltered.visible = disc.visible && !edge_on;
     let perspective = view::view.orthographic == 0u;
-    let distance = select(1.0, -disc.center.z, perspective);
-    // A disc around the eye covers the screen; there is nothing to filter.
-    if chunk.low_pass <= 0.0 || (perspective && distance <= disc.reach) {
-        return disc;
+    let distance = -disc.center.z;
+    let depth_range = vec2(-disc.axis_u.z, -disc.axis_v.z);
+    // A disc that reaches the near plane would be cut elsewhere than rays are.
+    let before_near = distance - length(depth_range) > view::view.near;
+    if chunk.low_pass <= 0.0 || !before_near {
+        return unfiltered;
     }
-    let px = 0.5 * view::view.size_px / (view::view.half_extent * distance);
-    let slope = select(vec2(0.0), disc.center.xy / distance, perspective);
-    let ju = px * (disc.axis_u.xy + slope * disc.axis_u.z);
-    let jv = px * (disc.axis_v.xy + slope * disc.axis_v.z);
-    let xx = ju.x * ju.x + jv.x * jv.x;
-    let xy = ju.x * ju.y + jv.x * jv.y;
-    let yy = ju.y * ju.y + jv.y * jv.y;
-    let area = abs(ju.x * jv.y - ju.y * jv.x);
-    let half_difference = 0.5 * (xx - yy);
-    let root = sqrt(half_difference * half_difference + xy * xy);
-    let major = 0.5 * (xx + yy) + root;
-    // The product of the eigenvalues is area^2; dividing keeps a small one precise.
-    let minor = select(0.0, area * area / major, major > 0.0);
-    var direction = vec2(root + abs(half_difference), abs(xy));
-    if half_difference < 0.0 {
-        direction = direction.yx;
+    let per_distance = select(1.0, distance, perspective);
+    let tilt = depth_range / per_distance;
+    let kappa = select(1.0, 1.0 - dot(tilt, tilt), perspective);
+    // Pixels per unit and the direction of the view ray, both at the centre.
+    let px = 0.5 * view::view.size_px / (view::view.half_extent * per_distance);
+    let ray = select(vec2(0.0), disc.center.xy / distance, perspective);
+    // J: what a unit of the disc's coordinates is at its centre, in units of `size` pixels.
+    var ju = px * (disc.axis_u.xy + ray * disc.axis_u.z);
+    var jv = px * (disc.axis_v.xy + ray * disc.axis_v.z);
+    let size = max(max(abs(ju.x), abs(ju.y)), max(abs(jv.x), abs(jv.y)));
+    if kappa < MIN_KAPPA || !(size > 0.0) {
+        return unfiltered;
     }
-    direction.y *= select(1.0, -1.0, xy < 0.0);
-    direction = select(vec2(1.0, 0.0), direction, root > 1e-6 * major);
-    direction = normalize(direction);
-    let across = vec2(-direction.y, direction.x);
+    ju /= size;
+    jv /= size;
 
-    let filter_squared = chunk.low_pass * chunk.low_pass;
-    let widened = sqrt(vec2(major, minor) + filter_squared);
+    // The point w of the unit disc projects to J w / (1 + tilt w) from the centre's pixel, so the
+    // outline is an ellipse around -J tilt / kappa with J (1 + tilt tilt' / kappa) J' / kappa.
+    let perspective_tilt = select(vec2(0.0), tilt, perspective);
+    let shift = (ju * perspective_tilt.x + jv * perspective_tilt.y) / kappa;
+    let xx = (ju.x * ju.x + jv.x * jv.x) / kappa + shift.x * shift.x;
+    let xy = (ju.x * ju.y + jv.x * jv.y) / kappa + shift.x * shift.y;
+    let yy = (ju.y * ju.y + jv.y * jv.y) / kappa + shift.y * shift.y;
+    let determinant = ju.x * jv.y - ju.y * jv.x;
+    let half_difference = 0.5 * (xx - yy);
+    let root = length(vec2(half_difference, xy));
+    let major = sqrt(0.5 * (xx + yy) + root);
+    // The ellipse's area, over its longer half axis; a difference would not keep a short one.
+    let minor = abs(determinant) / (kappa * sqrt(kappa) * major);
+    let half_axes = vec2(major, minor) * size;
+    if half_axes.y >= WIDENED_BELOW * chunk.low_pass {
+        return unfiltered;
+    }
+    var along = vec2(root + abs(half_difference), abs(xy));
+    if half_difference < 0.0 {
+        along = along.yx;
+    }
+    along.y *= select(1.0, -1.0, xy < 0.0);
+    // A circle has no direction.
+    along = normalize(select(vec2(1.0, 0.0), along, root > 1e-6 * major * major));
+    let widened = sqrt(half_axes * half_axes + chunk.low_pass * chunk.low_pass);
+    let along_px = along * widened.x;
+    let across_px = vec2(-along.y, along.x) * widened.y;
+
+    // Half the disc's depth range along the ellipse's axes. In perspective this is also where the
+    // disc's centre lies in units of the axes: (1, w) -> (1 + tilt w) (1, position) keeps the cone
+    // |w| = 1, and such a map, up to a rotation, is symmetric and given by its first row.
+    let p = vec2(dot(along, ju), dot(along, jv)) / major;
+    let turned = select(1.0, -1.0, determinant > 0.0) * (tilt.x * p.y - tilt.y * p.x);
+    let own_range = vec2(dot(p, tilt) / kappa, turned / sqrt(kappa));
+    let in_plane = abs(own_range) * widened / max(half_axes, vec2(1e-6));
+    let steepest = widened * (MAX_SLOPE / (px.y * per_distance));
+    var range = sign(own_range) * max(abs(own_range), min(in_plane, steepest));
+    var out_kappa = select(1.0, 1.0 - dot(range, range), perspective);
+    var out_distance = distance * kappa / out_kappa;
+    if out_kappa < 0.5 * kappa || out_distance - length(range) * select(1.0, out_distance, perspective) <= view::view.near {
+        range = own_range;
+        out_kappa = kappa;
+        out_distance = distance;
+    }
+    let zeta = select(vec2(0.0), range, perspective);
+    let root_kappa = sqrt(out_kappa);
+    let zeta_px = along_px * zeta.x + across_px * zeta.y;
+    let stretch = zeta / (1.0 + root_kappa);
+    let shift_px = -shift * size;
+    let depths = vec3(out_distance, range * select(1.0, out_distance, perspective));
+    let units = out_distance / (distance * px);
+
     var out = disc;
-    out.axis_u = vec3(direction / px, 0.0) * widened.x;
-    out.axis_v = vec3(across / px, 0.0) * widened.y;
-    if major >= SUBPIXEL_SQUARED {
-        let along = disc.axis_u * dot(ju, direction) + disc.axis_v * dot(jv, direction);
-        out.axis_u = along * (widened.x / major);
-    }
-    if minor >= HULL_SQUARED {
-        let along = disc.axis_u * dot(ju, across) + disc.axis_v * dot(jv, across);
-        out.axis_v = along * (widened.y / minor);
-    }
-    out.reach = max(length(out.axis_u), length(out.axis_v));
-    out.share = max(area / (widened.x * widened.y), MIN_SHARE);
+    let center_px = shift_px + zeta_px;
+    let u_px = shift_px * zeta.x + along_px * root_kappa + zeta_px * stretch.x;
+    let v_px = shift_px * zeta.y + across_px * root_kappa + zeta_px * stretch.y;
+    out.center = vec3(disc.center.xy + ray * (depths.x - distance) + center_px * units, -depths.x);
+    out.axis_u = vec3(ray * depths.y + u_px * units, -depths.y);
+    out.axis_v = vec3(ray * depths.z + v_px * units, -depths.z);
+    out.reach = longer_half_axis(out.axis_u, out.axis_v);
+    out.share = max(half_axes.x * half_axes.y / (widened.x * widened.y), MIN_SHARE);
     return out;
 }
 

@@ -15,6 +15,8 @@ pub struct Surfels {
     pub normals: Vec<Vec3>,
     /// Radii.
     pub radii: Vec<f32>,
+    /// Half axes of elliptical splats; no columns where empty.
+    pub tangents: Vec<[Vec3; 2]>,
     /// sRGB-encoded colours; no column where empty.
     pub colors: Vec<[u8; 3]>,
     /// Accessibility; no column where empty.
@@ -29,6 +31,22 @@ impl Surfels {
         self.radii.push(radius);
     }
 
+    /// Makes every disc an ellipse: its second half axis, `share` as long as the first, lies at
+    /// an angle to it that differs from surfel to surfel and is a right one only by chance.
+    #[must_use]
+    pub fn elliptical(mut self, share: f32) -> Self {
+        self.tangents = (self.normals.iter().zip(&self.radii).enumerate())
+            .map(|(i, (normal, &radius))| {
+                let (u, v) = normal.any_orthonormal_pair();
+                let (sin, cos) = (i as f32).sin_cos();
+                let (along, across) = (u * cos + v * sin, v * cos - u * sin);
+                let skew = 0.3 * (3.0 * i as f32).sin();
+                [along * radius, (across + skew * along) * (share * radius)]
+            })
+            .collect();
+        self
+    }
+
     /// The cloud.
     ///
     /// # Panics
@@ -41,6 +59,12 @@ impl Surfels {
             Column::new(columns::NORMAL, 3, flat(&self.normals)),
             Column::new(columns::RADIUS, 1, Buffer::F32(self.radii.clone())),
         ];
+        if !self.tangents.is_empty() {
+            for (name, which) in [(columns::TANGENT_U, 0), (columns::TANGENT_V, 1)] {
+                let axes: Vec<Vec3> = self.tangents.iter().map(|axes| axes[which]).collect();
+                all.push(Column::new(name, 3, flat(&axes)));
+            }
+        }
         if !self.colors.is_empty() {
             let values = self.colors.iter().flatten().copied().collect();
             all.push(Column::new(columns::COLOR, 3, Buffer::U8(values)));

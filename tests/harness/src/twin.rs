@@ -1,8 +1,8 @@
 //! The surface buffer and the baseline's lighting computed in f64, pixel by pixel, for small
 //! scenes: the same rules as the shaders, without a rasteriser.
 
-use glam::{DMat4, DVec2, DVec3};
-use surfelshop_api::{Light, Projection, Scene, View};
+use glam::{DMat3, DMat4, DVec2, DVec3};
+use surfelshop_api::{Light, Projection, Scene, View, columns};
 use surfelshop_cloud::Cloud;
 
 /// One pixel of the surface.
@@ -10,14 +10,24 @@ use surfelshop_cloud::Cloud;
 pub struct Pixel {
     /// Distance along the viewing axis; 0 where nothing is.
     pub depth: f64,
+    /// How fast the depth of the nearest splat changes, scene units per pixel.
+    pub slope: f64,
     /// Blended unit normal, world-oriented.
     pub normal: DVec3,
     /// Blended linear albedo.
     pub albedo: DVec3,
-    /// How near some surfel's edge or depth limit is to deciding otherwise here, as a fraction of
-    /// the radius: pixels below a bound are left out of comparisons.
-    pub margin: f64,
+    /// No splat's edge is so near, and no depth so near the limit of blending, that rounding
+    /// decides: [`EDGE_PX`], [`ORDER`].
+    pub sure: bool,
 }
+
+/// Pixels between a splat's edge and a pixel's centre below which rounding may decide on which
+/// side of it the centre lies: vertices are snapped to 1/256 pixel, and f32 holds positions in a
+/// picture of a few hundred pixels to 1e-4.
+pub const EDGE_PX: f64 = 0.01;
+/// The same for two depths, as a fraction of the splat's reach: depths are interpolated in f32
+/// over splats whose corners are snapped.
+pub const ORDER: f64 = 0.01;
 
 /// Settings of the twin's lighting, as the baseline's parameters.
 #[derive(Clone, Copy, Debug)]
@@ -30,17 +40,6 @@ pub struct Phong {
     pub shininess: f64,
     /// Radiance of an unlit white surface.
     pub ambient: f64,
-}
-
-struct Splat {
-    center: DVec3,
-    axis_u: DVec3,
-    axis_v: DVec3,
-    normal: DVec3,
-    albedo: DVec3,
-    reach: f64,
-    share: f64,
-    back: bool,
 }
 
 /// The blended surface of a view. Costs pixels times surfels.
@@ -59,14 +58,14 @@ pub fn surface(cloud: &Cloud, scene: &Scene, view: &View) -> Vec<Pixel> {
     let mut pixels = Vec::with_capacity((width * height) as usize);
     for y in 0..height {
         for x in 0..width {
-            let (start, direction) = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
             let hits: Vec<Hit<'_>> = splats
                 .iter()
-                .filter_map(|splat| splat.meet(start, direction))
+                .filter_map(|splat| splat.meet(center, view))
                 .filter(|hit| hit.depth >= view.near)
                 .collect();
-            let to_eye = world_from_view * -direction;
-            pixels.push(blend(&hits, scene, view, to_eye));
+            let (_, direction) = view.ray(center.x, center.y);
+            pixels.push(blend(&hits, scene, view, world_from_view * -direction));
         }
     }
     pixels
@@ -75,19 +74,22 @@ pub fn surface(cloud: &Cloud, scene: &Scene, view: &View) -> Vec<Pixel> {
 struct Hit<'a> {
     splat: &'a Splat,
     depth: f64,
+    slope: f64,
     r2: f64,
+    /// Pixels to the splat's edge, about; negative outside.
+    inside_px: f64,
 }
 
 fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
-    let inside = |hit: &&Hit<'_>| hit.r2 <= 1.0;
+    let inside = |hit: &&Hit<'_>| hit.inside_px >= 0.0;
     let Some(nearest) = hits.iter().filter(inside).min_by(|a, b| a.depth.total_cmp(&b.depth))
     else {
-        let edge = hits.iter().map(|hit| hit.r2.sqrt() - 1.0).fold(1.0, f64::min);
-        return Pixel { margin: edge, ..Pixel::default() };
+        let sure = hits.iter().all(|hit| hit.inside_px < -EDGE_PX);
+        return Pixel { sure, ..Pixel::default() };
     };
     let tolerance = f64::from(scene.surface.depth_tolerance);
     let (mut normal, mut albedo, mut weight) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-    let mut margin = 1.0f64;
+    let mut sure = true;
     for hit in hits {
         let splat = hit.splat;
         let slack = tolerance * splat.reach;
@@ -98,19 +100,16 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
                 hit.depth / (distance / (distance - slack).max(0.5 * distance)).min(2.0)
             }
         };
-        margin = margin.min((hit.r2.sqrt() - 1.0).abs());
-        if hit.r2 > 1.0 {
+        let behind = pulled - nearest.depth;
+        let by_rounding = ORDER * splat.reach;
+        sure &= hit.inside_px.abs() > EDGE_PX || behind > by_rounding;
+        if hit.inside_px < 0.0 {
             continue;
         }
-        margin = margin.min((pulled - nearest.depth).abs() / splat.reach);
-        if !std::ptr::eq(hit, nearest) {
-            let sides_differ = splat.back != nearest.splat.back;
-            let order = (hit.depth - nearest.depth).abs() / splat.reach;
-            if sides_differ {
-                margin = margin.min(order);
-            }
-        }
-        if pulled > nearest.depth || splat.back != nearest.splat.back {
+        sure &= behind.abs() > by_rounding;
+        let same_side = splat.back == nearest.splat.back;
+        sure &= same_side || hit.depth - nearest.depth > by_rounding;
+        if behind > 0.0 || !same_side {
             continue;
         }
         let w = (-4.0 * hit.r2).exp() * splat.share;
@@ -119,85 +118,244 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
         weight += w;
     }
     let normal = if normal.length() > 1e-4 * weight { normal.normalize_or_zero() } else { to_eye };
-    Pixel { depth: nearest.depth, normal, albedo: albedo / weight, margin }
+    Pixel { depth: nearest.depth, slope: nearest.slope, normal, albedo: albedo / weight, sure }
+}
+
+/// A disc and the ellipse it is widened to on the screen.
+struct Splat {
+    center: DVec3,
+    axis_u: DVec3,
+    axis_v: DVec3,
+    normal: DVec3,
+    albedo: DVec3,
+    back: bool,
+    /// Longer half axis after widening.
+    reach: f64,
+    share: f64,
+    outline: Option<Outline>,
+}
+
+/// An ellipse on the screen, pixels, y downwards: what the filter made of a disc's outline.
+struct Outline {
+    center: DVec2,
+    /// Unit vectors along the half axes.
+    axes: [DVec2; 2],
+    /// Half axes in pixels.
+    widened: [f64; 2],
+    /// Inverse distance (distance, where orthographic) at the centre, and its change along each of
+    /// the half axes.
+    depth: [f64; 3],
+    orthographic: bool,
+}
+
+/// Definitions of the filter, as the surfel shaders have them.
+const WIDENED_BELOW: f64 = 8.0;
+const MIN_KAPPA: f64 = 0.05;
+const MAX_SLOPE: f64 = 4.0;
+
+impl Outline {
+    /// Distance along the viewing axis at a position in units of the half axes.
+    fn distance(&self, at: DVec2) -> f64 {
+        let value = self.depth[0] + self.depth[1] * at.x + self.depth[2] * at.y;
+        if self.orthographic { value } else { 1.0 / value }
+    }
+
+    /// Relative change of inverse distance along the half axes; none where orthographic.
+    fn tilt(&self) -> DVec2 {
+        let tilt = DVec2::new(self.depth[1], self.depth[2]) / self.depth[0];
+        if self.orthographic { DVec2::ZERO } else { tilt }
+    }
+
+    /// Nearest distance in the ellipse.
+    fn nearest(&self) -> f64 {
+        let range = self.depth[1].hypot(self.depth[2]);
+        if self.orthographic { self.depth[0] - range } else { 1.0 / (self.depth[0] + range) }
+    }
+
+    /// Half the longest diameter of the widened disc in space, found by going around it.
+    fn reach(&self, view: &View) -> f64 {
+        let point = |at: DVec2| {
+            let px = self.center
+                + self.axes[0] * (self.widened[0] * at.x)
+                + self.axes[1] * (self.widened[1] * at.y);
+            let (start, direction) = view.ray(px.x, px.y);
+            start + direction * ((self.distance(at) + start.z) / -direction.z)
+        };
+        // The disc's centre lies where the mean of two opposite points of its edge is the same.
+        let center = point(-self.tilt());
+        let around = (0..3600).map(|i| DVec2::from_angle(f64::from(i).to_radians() / 10.0));
+        around.map(|at| point(at).distance(center)).fold(0.0, f64::max)
+    }
+
+    /// Position of a pixel in units of the half axes.
+    fn position(&self, px: DVec2) -> DVec2 {
+        let offset = px - self.center;
+        let [s, t] = [0, 1].map(|k| offset.dot(self.axes[k]) / self.widened[k]);
+        DVec2::new(s, t)
+    }
+
+    /// Squared distance from the disc's centre in units of its radius, and distance from the eye:
+    /// z^2 (1 - s^2 - t^2) and 1 - r^2 are the same quadratic form up to a factor.
+    fn meet(&self, px: DVec2) -> (f64, f64) {
+        let at = self.position(px);
+        let distance = self.distance(at);
+        let kappa = 1.0 - self.tilt().length_squared();
+        let relative =
+            if self.orthographic { 1.0 } else { distance * self.depth[0] };
+        (1.0 - (1.0 - at.length_squared()) * kappa * relative * relative, distance)
+    }
 }
 
 impl Splat {
     fn new(cloud: &Cloud, i: usize, albedo: DVec3, scene: &Scene, view: &View) -> Self {
         let view_from_offset: DMat4 = view.view_from_offset(cloud.origin());
+        let turned = |v: glam::Vec3| view_from_offset.transform_vector3(v.as_dvec3());
         let center = view_from_offset.transform_point3(cloud.positions()[i].as_dvec3());
-        let world_normal = cloud.normals()[i].as_dvec3();
-        let n = view_from_offset.transform_vector3(world_normal);
+        let n = turned(cloud.normals()[i]);
         let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
         let towards = if orthographic { DVec3::Z } else { -center };
         let back = n.dot(towards) < 0.0;
-        let reach = f64::from(cloud.radii()[i]) * f64::from(scene.surface.radius_scale);
-        let (u, v) = n.any_orthonormal_pair();
-        let splat = Self {
+        let scale = f64::from(scene.surface.radius_scale);
+        let tangents = [columns::TANGENT_U, columns::TANGENT_V].map(|name| cloud.vectors(name));
+        let [axis_u, axis_v] = if tangents[0].is_empty() {
+            let (u, v) = n.any_orthonormal_pair();
+            [u, v].map(|axis| axis * (f64::from(cloud.radii()[i]) * scale))
+        } else {
+            tangents.map(|axes| turned(axes[i]) * scale)
+        };
+        let world_normal = cloud.normals()[i].as_dvec3();
+        let mut splat = Self {
             center,
-            axis_u: u * reach,
-            axis_v: v * reach,
+            axis_u,
+            axis_v,
             normal: if back { -world_normal } else { world_normal },
             albedo,
-            reach,
-            share: 1.0,
             back,
+            reach: longer_half_axis(axis_u, axis_v),
+            share: 1.0,
+            outline: None,
         };
-        splat.filtered(f64::from(scene.surface.low_pass), view, orthographic)
+        splat.widen(f64::from(scene.surface.low_pass), view);
+        splat
     }
 
-    /// Widens the splat as `filtered` of the surfel shaders does, from the singular values of the
-    /// projection's Jacobian.
-    fn filtered(mut self, low_pass: f64, view: &View, orthographic: bool) -> Self {
-        let distance = if orthographic { 1.0 } else { -self.center.z };
-        if low_pass <= 0.0 || (!orthographic && distance <= self.reach) {
-            return self;
+    /// The outline of the disc on the screen from its dual conic, and the widened one.
+    fn widen(&mut self, low_pass: f64, view: &View) {
+        let depth_range = self.axis_u.z.hypot(self.axis_v.z);
+        if low_pass <= 0.0 || -self.center.z - depth_range <= view.near {
+            return;
         }
-        let half = DVec2::from_array(view.half_extent());
-        let size = DVec2::new(f64::from(view.size_px[0]), f64::from(view.size_px[1]));
-        let px = 0.5 * size / (half * distance);
-        let slope = if orthographic { DVec2::ZERO } else { self.center.truncate() / distance };
-        let project = |axis: DVec3| px * (axis.truncate() + slope * axis.z);
-        let (ju, jv) = (project(self.axis_u), project(self.axis_v));
-        let (xx, xy, yy) =
-            (ju.x * ju.x + jv.x * jv.x, ju.x * ju.y + jv.x * jv.y, ju.y * ju.y + jv.y * jv.y);
-        let major = 0.5 * (xx + yy) + (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
-        let area = (ju.x * jv.y - ju.y * jv.x).abs();
-        let minor = area * area / major;
-        // The angle of the major axis of a symmetric matrix.
-        let angle = 0.5 * (2.0 * xy).atan2(xx - yy);
-        let direction = DVec2::from_angle(angle);
-        let across = direction.perp();
-        let widened = [major, minor].map(|l| (l + low_pass * low_pass).sqrt());
-        let along = |d: DVec2| self.axis_u * ju.dot(d) + self.axis_v * jv.dot(d);
-        let axis_u = if major >= 1.0 {
-            along(direction) * (widened[0] / major)
-        } else {
-            (direction / px).extend(0.0) * widened[0]
+        // Tangent lines of the unit circle are those with n n' = c^2.
+        let h = self.screen_from_disc(view);
+        let dual = h * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)) * h.transpose();
+        let scale = -1.0 / dual.z_axis.z;
+        let center = -dual.z_axis.truncate() * scale;
+        let xx = dual.x_axis.x * scale + center.x * center.x;
+        let xy = dual.x_axis.y * scale + center.x * center.y;
+        let yy = dual.y_axis.y * scale + center.y * center.y;
+        let mean = 0.5 * (xx + yy);
+        let root = (0.5 * (xx - yy)).hypot(xy);
+        let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
+        let own = [mean + root, (mean - root).max(0.0)].map(f64::sqrt);
+        let widened = own.map(|half_axis| half_axis.hypot(low_pass));
+        let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
+        let kappa = if orthographic { 1.0 } else { 1.0 - (depth_range / self.center.z).powi(2) };
+        if kappa < MIN_KAPPA || own[1] >= WIDENED_BELOW * low_pass {
+            return;
+        }
+        let axes = [along, along.perp()];
+        // Depths where the outline's own axes end, on the disc's plane.
+        let depth_at = |px: DVec2| {
+            let depth = self.disc_at(px, view).1;
+            if orthographic { depth } else { 1.0 / depth }
         };
-        let axis_v = if minor >= 4.0 {
-            along(across) * (widened[1] / minor)
-        } else {
-            (across / px).extend(0.0) * widened[1]
+        let middle = depth_at(center);
+        let pixel = view.half_extent()[1] * 2.0 / f64::from(view.size_px[1]);
+        let ranges = |followed: bool| {
+            [0, 1].map(|k| {
+                let end = axes[k] * own[k];
+                let range = 0.5 * (depth_at(center + end) - depth_at(center - end));
+                let mut steepest = MAX_SLOPE * pixel * widened[k];
+                if !orthographic {
+                    // Relative to the distance of the disc's centre times what is relative here.
+                    steepest *= middle;
+                }
+                let in_plane = range.abs() * widened[k] / own[k];
+                let longer = if followed { in_plane.min(steepest) } else { 0.0 };
+                range.signum() * range.abs().max(longer)
+            })
         };
-        (self.axis_u, self.axis_v) = (axis_u, axis_v);
-        self.reach = axis_u.length().max(axis_v.length());
-        self.share = (area / (widened[0] * widened[1])).max(0.01);
-        self
+        let outline = |[s, t]: [f64; 2]| Outline {
+            center,
+            axes,
+            widened,
+            depth: [middle, s, t],
+            orthographic,
+        };
+        let mut wider = outline(ranges(true));
+        let wider_kappa = 1.0 - wider.tilt().length_squared();
+        if wider_kappa < 0.5 * kappa || wider.nearest() <= view.near {
+            wider = outline(ranges(false));
+        }
+        self.share = own[0] * own[1] / (widened[0] * widened[1]);
+        self.reach = wider.reach(view);
+        self.outline = Some(wider);
     }
 
-    /// Where a ray meets the splat's plane, if near enough to its edge to matter.
-    fn meet(&self, start: DVec3, direction: DVec3) -> Option<Hit<'_>> {
-        let plane = self.axis_u.cross(self.axis_v);
-        let t = plane.dot(self.center - start) / plane.dot(direction);
-        let offset = start + direction * t - self.center;
-        let area = plane.length_squared();
-        let u = offset.dot(self.axis_v.cross(plane)) / area;
-        let v = offset.dot(plane.cross(self.axis_u)) / area;
-        let r2 = u * u + v * v;
-        let depth = -(start + direction * t).z;
-        (t > 0.0 && r2 < 4.0).then_some(Hit { splat: self, depth, r2 })
+    /// Maps (u, v, 1) of the disc to (x d, y d, d): pixels and depth along the viewing axis.
+    fn screen_from_disc(&self, view: &View) -> DMat3 {
+        let [half_x, half_y] = view.half_extent();
+        let [w, h] = view.size_px.map(f64::from);
+        let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
+        let project = |v: DVec3, is_point: f64| {
+            let d = if orthographic { is_point } else { -v.z };
+            DVec3::new(0.5 * w * (v.x / half_x + d), 0.5 * h * (d - v.y / half_y), d)
+        };
+        DMat3::from_cols(
+            project(self.axis_u, 0.0),
+            project(self.axis_v, 0.0),
+            project(self.center, 1.0),
+        )
     }
+
+    /// Position in the disc that a pixel shows, and its distance along the viewing axis, negative
+    /// behind the eye; before widening.
+    fn disc_at(&self, px: DVec2, view: &View) -> (DVec2, f64) {
+        let w = self.screen_from_disc(view).inverse() * px.extend(1.0);
+        let at = w.truncate() / w.z;
+        let depth = -(self.center.z + at.x * self.axis_u.z + at.y * self.axis_v.z);
+        (at, if w.z > 0.0 { depth } else { -1.0 })
+    }
+
+    /// What a pixel sees of the splat, if it is near enough to its edge to matter.
+    fn meet(&self, px: DVec2, view: &View) -> Option<Hit<'_>> {
+        let at = |px: DVec2| match &self.outline {
+            Some(outline) => outline.meet(px),
+            None => {
+                let (at, depth) = self.disc_at(px, view);
+                (at.length_squared(), depth)
+            }
+        };
+        let (r2, depth) = at(px);
+        if depth <= 0.0 || !(r2 < 16.0) {
+            return None;
+        }
+        // A hundredth of a pixel is small against every splat and large against rounding.
+        let step = 0.01;
+        let [right, down] = [DVec2::X, DVec2::Y].map(|d| at(px + d * step));
+        let slope = (right.1 - depth).hypot(down.1 - depth) / step;
+        let r = r2.max(0.0).sqrt();
+        let grown = [right, down].map(|(r2, _)| r2.max(0.0).sqrt() - r);
+        let inside_px = (1.0 - r) / (grown[0].hypot(grown[1]) / step);
+        Some(Hit { splat: self, depth, slope, r2, inside_px })
+    }
+}
+
+/// The longer half axis of an ellipse given by any two conjugate ones: the far end of the curve
+/// `cos a u + sin a v`, found at the angle where its length stops growing.
+fn longer_half_axis(u: DVec3, v: DVec3) -> f64 {
+    let angle = 0.5 * (2.0 * u.dot(v)).atan2(u.length_squared() - v.length_squared());
+    (u * angle.cos() + v * angle.sin()).length()
 }
 
 /// The baseline's radiance of a pixel, as `ewa-phong` computes it.
