@@ -132,32 +132,94 @@ fn load_disc(i: u32) -> Disc {
     return filtered(disc, edge_on);
 }
 
-// Discs whose shorter half axis on the screen is this many times the low-pass stay as they are:
-// widening would add less than a sixteenth of the low-pass and change their weight by a percent.
-const WIDENED_BELOW = 8.0;
-// Smallest 1 - (depth range / distance)^2 of a disc that is widened. Nearer to the eye the outline
-// on the screen grows so large, and its centre so far away, that floats do not hold it.
+// An ellipse on the screen: the outline of a disc.
+struct Outline {
+    // From the pixel of the disc's centre to that of the ellipse, pixels.
+    center_px: vec2<f32>,
+    // Unit vector along the longer half axis.
+    along: vec2<f32>,
+    // Longer and shorter half axis, pixels.
+    half_axes: vec2<f32>,
+    // Half the disc's depth range along the two half axes: in parallel projection in units of depth,
+    // in perspective the change of inverse depth, relative to that at the ellipse's centre.
+    depth_range: vec2<f32>,
+    // 1 - (half the disc's depth range / its distance)^2; 1 in parallel projection.
+    kappa: f32,
+}
+
+// Smallest `kappa` of a disc that is widened. Nearer to the eye the outline grows so large, and its
+// centre so far away, that floats do not hold it.
 const MIN_KAPPA = 0.05;
-// The part of a disc that the low-pass adds follows the disc's plane in depth, up to this slope:
-// sideways steps of a pixel's width take it this many such widths nearer or farther.
-const MAX_SLOPE = 4.0;
+
+// The outline of a disc that lies wholly before the eye; without extent where the disc has none or
+// is too near. `px` is the number of pixels per unit at the disc's centre, `ray` the direction of
+// the view ray there.
+//
+// This is the outline of the perspective projection, not of its linear part at the disc's centre,
+// which is wrong by whole pixels for a disc as large as its distance.
+fn outline_of(disc: Disc, px: vec2<f32>, ray: vec2<f32>, perspective: bool) -> Outline {
+    let distance = select(1.0, -disc.center.z, perspective);
+    let tilt = vec2(-disc.axis_u.z, -disc.axis_v.z) / distance;
+    let zeta = select(vec2(0.0), tilt, perspective);
+    let kappa = 1.0 - dot(zeta, zeta);
+    // J: what a unit of the disc's coordinates is at its centre, in units of `size` pixels.
+    var ju = px * (disc.axis_u.xy + ray * disc.axis_u.z);
+    var jv = px * (disc.axis_v.xy + ray * disc.axis_v.z);
+    let size = max(max(abs(ju.x), abs(ju.y)), max(abs(jv.x), abs(jv.y)));
+    if kappa < MIN_KAPPA || !(size > 0.0) {
+        return Outline(vec2(0.0), vec2(1.0, 0.0), vec2(0.0), vec2(0.0), 0.0);
+    }
+    ju /= size;
+    jv /= size;
+    // The point w of the unit disc projects to J w / (1 + zeta w), so the outline is an ellipse
+    // around -J zeta / kappa with the matrix J (1 + zeta zeta' / kappa) J' / kappa.
+    let shift = (ju * zeta.x + jv * zeta.y) / kappa;
+    let xx = (ju.x * ju.x + jv.x * jv.x) / kappa + shift.x * shift.x;
+    let xy = (ju.x * ju.y + jv.x * jv.y) / kappa + shift.x * shift.y;
+    let yy = (ju.y * ju.y + jv.y * jv.y) / kappa + shift.y * shift.y;
+    let determinant = ju.x * jv.y - ju.y * jv.x;
+    let half_difference = 0.5 * (xx - yy);
+    let root = length(vec2(half_difference, xy));
+    let major = sqrt(0.5 * (xx + yy) + root);
+    // The ellipse's area over its longer half axis; a difference would not keep a short one.
+    let minor = abs(determinant) / (kappa * sqrt(kappa) * major);
+    var along = vec2(root + abs(half_difference), abs(xy));
+    if half_difference < 0.0 {
+        along = along.yx;
+    }
+    along.y *= select(1.0, -1.0, xy < 0.0);
+    // A circle has no direction.
+    along = normalize(select(vec2(1.0, 0.0), along, root > 1e-6 * major * major));
+    // The map from (1, w) to (1 + zeta w) (1, s, t), positions in units of the half axes, keeps the
+    // cone |w| = 1. So its third row follows from the other two, and no division by a short half
+    // axis is needed; and its first column is, up to signs, its first row in another frame.
+    let p = vec2(dot(along, ju), dot(along, jv)) / major;
+    let turned = select(1.0, -1.0, determinant > 0.0) * (tilt.x * p.y - tilt.y * p.x);
+    let depth_range = vec2(dot(p, tilt) / kappa, turned / sqrt(kappa));
+    return Outline(-shift * size, along, vec2(major, minor) * size, depth_range, kappa);
+}
+
+// Discs whose shorter half axis on the screen is at least this many times the low-pass stay as they
+// are: widening would add a sixteenth of the low-pass and change the weight by a percent.
+const WIDENED_BELOW = 8.0;
+// Widened, a disc stays in its plane up to this slope: sideways steps of a pixel's width take it
+// this many such widths nearer or farther. Beyond it what the low-pass adds turns towards the
+// screen, since the plane of a disc seen edge-on leads far in front of other surfaces.
+const MAX_SLOPE = 2.0;
 // Smallest factor the low-pass puts on a weight, so that no sum of weights is zero.
 const MIN_SHARE = 1e-6;
 
-// The disc widened by the screen-space low-pass: its outline on the screen, an ellipse, gets the
-// half axes sqrt(a^2 + low_pass^2) and sqrt(b^2 + low_pass^2), and its weight the factor `share`,
-// the ratio of the two areas.
+// The disc widened by the screen-space low-pass: its outline on the screen gets the half axes
+// sqrt(a^2 + low_pass^2) and sqrt(b^2 + low_pass^2), and its weight the factor `share`, the ratio
+// of the two areas.
 //
 // For Gaussians cut at the outline, covariances on the screen add: the disc's has the eigenvalues
 // a^2 / 8 and b^2 / 8, the filter's is low_pass^2 / 8. The widened ellipse holds the disc's own, and
 // none of its points is further than `low_pass` from that, for its extent in any direction is
 // sqrt(h^2 + low_pass^2) <= h + low_pass.
 //
-// The outline is that of the perspective projection, not of its linear part at the disc's centre,
-// which is wrong by whole pixels for a disc as large as its distance. What is returned is again a
-// disc: the one that has the widened outline and lies in the same plane, so that the splats of a
-// surface agree in depth however far they are widened. Seen edge-on a plane leaves nothing to
-// follow; there depth ends where it does on the disc itself, or at MAX_SLOPE.
+// What is returned is again a disc, drawn as any other: the one with the widened outline, in the
+// same plane as far as MAX_SLOPE allows, so that the splats of a surface agree in depth.
 //
 // Source: Zwicker et al. 2001, "Surface Splatting", eq. 9-11, for the sum of covariances; Ren et
 // al. 2002, "Object Space EWA Surface Splatting", section 4, for doing it with a polygon in space.
@@ -166,89 +228,58 @@ fn filtered(disc: Disc, edge_on: bool) -> Disc {
     unfiltered.visible = disc.visible && !edge_on;
     let perspective = view::view.orthographic == 0u;
     let distance = -disc.center.z;
-    let depth_range = vec2(-disc.axis_u.z, -disc.axis_v.z);
     // A disc that reaches the near plane would be cut elsewhere than rays are.
-    let before_near = distance - length(depth_range) > view::view.near;
+    let before_near = distance - length(vec2(disc.axis_u.z, disc.axis_v.z)) > view::view.near;
     if chunk.low_pass <= 0.0 || !before_near {
         return unfiltered;
     }
-    let per_distance = select(1.0, distance, perspective);
-    let tilt = depth_range / per_distance;
-    let kappa = select(1.0, 1.0 - dot(tilt, tilt), perspective);
-    // Pixels per unit and the direction of the view ray, both at the centre.
-    let px = 0.5 * view::view.size_px / (view::view.half_extent * per_distance);
+    let per_unit = 0.5 * view::view.size_px / view::view.half_extent;
+    let px = per_unit / select(1.0, distance, perspective);
     let ray = select(vec2(0.0), disc.center.xy / distance, perspective);
-    // J: what a unit of the disc's coordinates is at its centre, in units of `size` pixels.
-    var ju = px * (disc.axis_u.xy + ray * disc.axis_u.z);
-    var jv = px * (disc.axis_v.xy + ray * disc.axis_v.z);
-    let size = max(max(abs(ju.x), abs(ju.y)), max(abs(jv.x), abs(jv.y)));
-    if kappa < MIN_KAPPA || !(size > 0.0) {
+    let own = outline_of(disc, px, ray, perspective);
+    if own.kappa == 0.0 || own.half_axes.y >= WIDENED_BELOW * chunk.low_pass {
         return unfiltered;
     }
-    ju /= size;
-    jv /= size;
+    let widened = sqrt(own.half_axes * own.half_axes + chunk.low_pass * chunk.low_pass);
+    let kept = own.half_axes / widened;
 
-    // The point w of the unit disc projects to J w / (1 + tilt w) from the centre's pixel, so the
-    // outline is an ellipse around -J tilt / kappa with J (1 + tilt tilt' / kappa) J' / kappa.
-    let perspective_tilt = select(vec2(0.0), tilt, perspective);
-    let shift = (ju * perspective_tilt.x + jv * perspective_tilt.y) / kappa;
-    let xx = (ju.x * ju.x + jv.x * jv.x) / kappa + shift.x * shift.x;
-    let xy = (ju.x * ju.y + jv.x * jv.y) / kappa + shift.x * shift.y;
-    let yy = (ju.y * ju.y + jv.y * jv.y) / kappa + shift.y * shift.y;
-    let determinant = ju.x * jv.y - ju.y * jv.x;
-    let half_difference = 0.5 * (xx - yy);
-    let root = length(vec2(half_difference, xy));
-    let major = sqrt(0.5 * (xx + yy) + root);
-    // The ellipse's area, over its longer half axis; a difference would not keep a short one.
-    let minor = abs(determinant) / (kappa * sqrt(kappa) * major);
-    let half_axes = vec2(major, minor) * size;
-    if half_axes.y >= WIDENED_BELOW * chunk.low_pass {
-        return unfiltered;
+    let slope = abs(own.depth_range) * per_unit.y / max(own.half_axes, vec2(1e-6));
+    let steep = MAX_SLOPE / max(slope, vec2(MAX_SLOPE));
+    let followed = slope * steep * steep * widened / per_unit.y;
+    let range = sign(own.depth_range) * max(abs(own.depth_range) * kept, followed);
+    // Seen from behind, the widened disc stands back by what was added: the discs just behind a
+    // silhouette would else come before those of the side that is seen.
+    var behind = 0.0;
+    if disc.back == 1u {
+        behind = dot(abs(own.depth_range) + abs(range), 1.0 - kept);
     }
-    var along = vec2(root + abs(half_difference), abs(xy));
-    if half_difference < 0.0 {
-        along = along.yx;
-    }
-    along.y *= select(1.0, -1.0, xy < 0.0);
-    // A circle has no direction.
-    along = normalize(select(vec2(1.0, 0.0), along, root > 1e-6 * major * major));
-    let widened = sqrt(half_axes * half_axes + chunk.low_pass * chunk.low_pass);
-    let along_px = along * widened.x;
-    let across_px = vec2(-along.y, along.x) * widened.y;
 
-    // Half the disc's depth range along the ellipse's axes. In perspective this is also where the
-    // disc's centre lies in units of the axes: (1, w) -> (1 + tilt w) (1, position) keeps the cone
-    // |w| = 1, and such a map, up to a rotation, is symmetric and given by its first row.
-    let p = vec2(dot(along, ju), dot(along, jv)) / major;
-    let turned = select(1.0, -1.0, determinant > 0.0) * (tilt.x * p.y - tilt.y * p.x);
-    let own_range = vec2(dot(p, tilt) / kappa, turned / sqrt(kappa));
-    let in_plane = abs(own_range) * widened / max(half_axes, vec2(1e-6));
-    let steepest = widened * (MAX_SLOPE / (px.y * per_distance));
-    var range = sign(own_range) * max(abs(own_range), min(in_plane, steepest));
-    var out_kappa = select(1.0, 1.0 - dot(range, range), perspective);
-    var out_distance = distance * kappa / out_kappa;
-    if out_kappa < 0.5 * kappa || out_distance - length(range) * select(1.0, out_distance, perspective) <= view::view.near {
-        range = own_range;
-        out_kappa = kappa;
-        out_distance = distance;
-    }
+    // The disc with this outline and depth range, up to a rotation in its plane: the symmetric map
+    // of (1, w) whose first row is (1, zeta).
     let zeta = select(vec2(0.0), range, perspective);
-    let root_kappa = sqrt(out_kappa);
-    let zeta_px = along_px * zeta.x + across_px * zeta.y;
-    let stretch = zeta / (1.0 + root_kappa);
-    let shift_px = -shift * size;
-    let depths = vec3(out_distance, range * select(1.0, out_distance, perspective));
-    let units = out_distance / (distance * px);
+    let kappa = 1.0 - dot(zeta, zeta);
+    let in_perspective = distance * own.kappa / kappa * (1.0 + behind);
+    let center_depth = select(distance + behind, in_perspective, perspective);
+    let axis_depths = range * select(1.0, in_perspective, perspective);
+    if kappa < 0.5 * own.kappa || center_depth - length(axis_depths) <= view::view.near {
+        return unfiltered;
+    }
+    let root_kappa = sqrt(kappa);
+    let s_px = own.along * widened.x;
+    let t_px = vec2(-own.along.y, own.along.x) * widened.y;
+    let to_center_px = s_px * zeta.x + t_px * zeta.y;
+    let stretched_px = to_center_px / (1.0 + root_kappa);
+    let u_px = own.center_px * zeta.x + s_px * root_kappa + stretched_px * zeta.x;
+    let v_px = own.center_px * zeta.y + t_px * root_kappa + stretched_px * zeta.y;
+    let units = select(1.0, in_perspective, perspective) / per_unit;
+    let center = disc.center.xy + ray * (center_depth - distance);
 
     var out = disc;
-    let center_px = shift_px + zeta_px;
-    let u_px = shift_px * zeta.x + along_px * root_kappa + zeta_px * stretch.x;
-    let v_px = shift_px * zeta.y + across_px * root_kappa + zeta_px * stretch.y;
-    out.center = vec3(disc.center.xy + ray * (depths.x - distance) + center_px * units, -depths.x);
-    out.axis_u = vec3(ray * depths.y + u_px * units, -depths.y);
-    out.axis_v = vec3(ray * depths.z + v_px * units, -depths.z);
+    out.center = vec3(center + (own.center_px + to_center_px) * units, -center_depth);
+    out.axis_u = vec3(ray * axis_depths.x + u_px * units, -axis_depths.x);
+    out.axis_v = vec3(ray * axis_depths.y + v_px * units, -axis_depths.y);
     out.reach = longer_half_axis(out.axis_u, out.axis_v);
-    out.share = max(half_axes.x * half_axes.y / (widened.x * widened.y), MIN_SHARE);
+    out.share = max(kept.x * kept.y, MIN_SHARE);
     return out;
 }
 

@@ -151,7 +151,7 @@ struct Outline {
 /// Definitions of the filter, as the surfel shaders have them.
 const WIDENED_BELOW: f64 = 8.0;
 const MIN_KAPPA: f64 = 0.05;
-const MAX_SLOPE: f64 = 4.0;
+const MAX_SLOPE: f64 = 2.0;
 
 impl Outline {
     /// Distance along the viewing axis at a position in units of the half axes.
@@ -200,8 +200,7 @@ impl Outline {
         let at = self.position(px);
         let distance = self.distance(at);
         let kappa = 1.0 - self.tilt().length_squared();
-        let relative =
-            if self.orthographic { 1.0 } else { distance * self.depth[0] };
+        let relative = if self.orthographic { 1.0 } else { distance * self.depth[0] };
         (1.0 - (1.0 - at.length_squared()) * kappa * relative * relative, distance)
     }
 }
@@ -270,36 +269,32 @@ impl Splat {
             if orthographic { depth } else { 1.0 / depth }
         };
         let middle = depth_at(center);
+        let relative_to = if orthographic { 1.0 } else { middle };
         let pixel = view.half_extent()[1] * 2.0 / f64::from(view.size_px[1]);
-        let ranges = |followed: bool| {
-            [0, 1].map(|k| {
-                let end = axes[k] * own[k];
-                let range = 0.5 * (depth_at(center + end) - depth_at(center - end));
-                let mut steepest = MAX_SLOPE * pixel * widened[k];
-                if !orthographic {
-                    // Relative to the distance of the disc's centre times what is relative here.
-                    steepest *= middle;
-                }
-                let in_plane = range.abs() * widened[k] / own[k];
-                let longer = if followed { in_plane.min(steepest) } else { 0.0 };
-                range.signum() * range.abs().max(longer)
-            })
-        };
-        let outline = |[s, t]: [f64; 2]| Outline {
-            center,
-            axes,
-            widened,
-            depth: [middle, s, t],
-            orthographic,
-        };
-        let mut wider = outline(ranges(true));
-        let wider_kappa = 1.0 - wider.tilt().length_squared();
-        if wider_kappa < 0.5 * kappa || wider.nearest() <= view.near {
-            wider = outline(ranges(false));
+        let (mut ranges, mut behind) = ([0.0; 2], 0.0);
+        for k in 0..2 {
+            let end = axes[k] * own[k];
+            let range = 0.5 * (depth_at(center + end) - depth_at(center - end)) / relative_to;
+            let slope = range.abs() / own[k] / pixel;
+            let followed = if slope > MAX_SLOPE { MAX_SLOPE.powi(2) / slope } else { slope };
+            let kept = own[k] / widened[k];
+            ranges[k] = (range.abs() * kept).max(followed * pixel * widened[k]) * range.signum();
+            behind += (range.abs() + ranges[k].abs()) * (1.0 - kept);
         }
+        let moved = match (self.back, orthographic) {
+            (false, _) => middle,
+            (true, true) => middle + behind,
+            (true, false) => middle / (1.0 + behind),
+        };
+        let scale = if orthographic { 1.0 } else { moved };
+        let [s, t] = ranges.map(|range| range * scale);
+        let outline = Outline { center, axes, widened, depth: [moved, s, t], orthographic };
+        if 1.0 - outline.tilt().length_squared() < 0.5 * kappa || outline.nearest() <= view.near {
+            return;
+        }
+        self.reach = outline.reach(view);
         self.share = own[0] * own[1] / (widened[0] * widened[1]);
-        self.reach = wider.reach(view);
-        self.outline = Some(wider);
+        self.outline = Some(outline);
     }
 
     /// Maps (u, v, 1) of the disc to (x d, y d, d): pixels and depth along the viewing axis.

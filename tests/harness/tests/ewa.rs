@@ -67,7 +67,7 @@ fn equals_twin(cloud: &Cloud, scene: &Scene, view: View, sure: f64) {
         "{compared} pixels compared, {left_out} left out; radiance differs by {worst:.5}, \
          depth by {worst_depth:.3} of what is allowed"
     );
-    assert!(compared > 200, "the view shows too little: {compared}");
+    assert!(compared > 100, "the view shows too little: {compared}");
     let enough = f64::from(compared) >= sure * f64::from(compared + left_out);
     assert!(enough, "{left_out} pixels left out, {compared} compared");
     assert!(worst < RADIANCE, "largest difference {worst}");
@@ -119,7 +119,10 @@ fn disc_below_the_eye(height: f64) -> (Cloud, View) {
     surfels.push(Vec3::NEG_Z, Vec3::Y, 0.85);
     surfels.colors.push([250, 180, 90]);
     let eye = DVec3::Y * height;
-    (surfels.cloud(), stage::view(eye, eye + DVec3::NEG_Z, 128))
+    // Tilted, so that the horizon passes pixel centres at all distances.
+    let mut view = stage::view(eye, eye + DVec3::new(0.03, 0.02, -1.0), 128);
+    view.camera.up = DVec3::new(0.1, 1.0, 0.0);
+    (surfels.cloud(), view)
 }
 
 /// Heights above the plane of [`disc_below_the_eye`]: from a line on the screen to a surface.
