@@ -19,6 +19,8 @@ pub struct Pixel {
     /// No splat's edge is so near, and no depth so near the limit of blending, that rounding
     /// decides: [`EDGE_PX`], [`ORDER`].
     pub sure: bool,
+    /// The same for which splat is the nearest, alone.
+    pub nearest_sure: bool,
 }
 
 /// Pixels between a splat's edge and a pixel's centre below which rounding may decide on which
@@ -42,33 +44,42 @@ pub struct Phong {
     pub ambient: f64,
 }
 
-/// The blended surface of a view. Costs pixels times surfels.
-#[must_use]
-pub fn surface(cloud: &Cloud, scene: &Scene, view: &View) -> Vec<Pixel> {
-    let colors = cloud.linear_colors();
-    let splats: Vec<Splat> = (0..cloud.len())
-        .map(|i| {
-            let color = colors.as_ref().map_or([0.5; 3], |colors| colors[i]);
-            Splat::new(cloud, i, DVec3::from_array(color.map(f64::from)), scene, view)
-        })
-        .filter(|splat| scene.surface.two_sided || !splat.back)
-        .collect();
-    let [width, height] = view.size_px;
-    let world_from_view = view.camera.view_from_world().transpose();
-    let mut pixels = Vec::with_capacity((width * height) as usize);
-    for y in 0..height {
-        for x in 0..width {
-            let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let hits: Vec<Hit<'_>> = splats
-                .iter()
-                .filter_map(|splat| splat.meet(center, view))
-                .filter(|hit| hit.depth >= view.near)
-                .collect();
-            let (_, direction) = view.ray(center.x, center.y);
-            pixels.push(blend(&hits, scene, view, world_from_view * -direction));
-        }
+/// The splats of a view.
+pub struct Twin<'a> {
+    splats: Vec<Splat>,
+    scene: &'a Scene,
+    view: &'a View,
+}
+
+impl<'a> Twin<'a> {
+    /// The splats of a cloud as a view of a scene sees them.
+    #[must_use]
+    pub fn new(cloud: &Cloud, scene: &'a Scene, view: &'a View) -> Self {
+        let colors = cloud.linear_colors();
+        let splats = (0..cloud.len())
+            .map(|i| {
+                let color = colors.as_ref().map_or([0.5; 3], |colors| colors[i]);
+                Splat::new(cloud, i, DVec3::from_array(color.map(f64::from)), scene, view)
+            })
+            .filter(|splat| scene.surface.two_sided || !splat.back)
+            .collect();
+        Self { splats, scene, view }
     }
-    pixels
+
+    /// The blended surface at a pixel. Takes time for every splat.
+    #[must_use]
+    pub fn pixel(&self, x: u32, y: u32) -> Pixel {
+        let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let hits: Vec<Hit<'_>> = self
+            .splats
+            .iter()
+            .filter_map(|splat| splat.meet(center, self.view))
+            .filter(|hit| hit.depth >= self.view.near)
+            .collect();
+        let (_, direction) = self.view.ray(center.x, center.y);
+        let to_eye = self.view.camera.view_from_world().transpose() * -direction;
+        blend(&hits, self.scene, self.view, to_eye)
+    }
 }
 
 struct Hit<'a> {
@@ -85,11 +96,11 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
     let Some(nearest) = hits.iter().filter(inside).min_by(|a, b| a.depth.total_cmp(&b.depth))
     else {
         let sure = hits.iter().all(|hit| hit.inside_px < -EDGE_PX);
-        return Pixel { sure, ..Pixel::default() };
+        return Pixel { sure, nearest_sure: sure, ..Pixel::default() };
     };
     let tolerance = f64::from(scene.surface.depth_tolerance);
     let (mut normal, mut albedo, mut weight) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-    let mut sure = true;
+    let (mut sure, mut nearest_sure) = (true, true);
     for hit in hits {
         let splat = hit.splat;
         let slack = tolerance * splat.reach;
@@ -102,6 +113,11 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
         };
         let behind = pulled - nearest.depth;
         let by_rounding = ORDER * splat.reach;
+        if std::ptr::eq(hit, nearest) {
+            nearest_sure &= hit.inside_px > EDGE_PX;
+        } else if hit.inside_px > -EDGE_PX {
+            nearest_sure &= hit.depth - nearest.depth > by_rounding;
+        }
         sure &= hit.inside_px.abs() > EDGE_PX || behind > by_rounding;
         if hit.inside_px < 0.0 {
             continue;
@@ -118,7 +134,14 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
         weight += w;
     }
     let normal = if normal.length() > 1e-4 * weight { normal.normalize_or_zero() } else { to_eye };
-    Pixel { depth: nearest.depth, slope: nearest.slope, normal, albedo: albedo / weight, sure }
+    Pixel {
+        depth: nearest.depth,
+        slope: nearest.slope,
+        normal,
+        albedo: albedo / weight,
+        sure,
+        nearest_sure,
+    }
 }
 
 /// A disc and the ellipse it is widened to on the screen.
@@ -183,7 +206,8 @@ impl Outline {
         };
         // The disc's centre lies where the mean of two opposite points of its edge is the same.
         let center = point(-self.tilt());
-        let around = (0..3600).map(|i| DVec2::from_angle(f64::from(i).to_radians() / 10.0));
+        // A degree apart, so that the longest is found to a part in 10,000.
+        let around = (0..360).map(|i| DVec2::from_angle(f64::from(i).to_radians()));
         around.map(|at| point(at).distance(center)).fold(0.0, f64::max)
     }
 

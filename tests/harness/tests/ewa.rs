@@ -40,21 +40,22 @@ const SNAPPED_PX: f64 = 1.0 / 256.0;
 fn equals_twin(cloud: &Cloud, scene: &Scene, view: View, sure: f64) {
     let color = render(cloud, scene, view, PHONG, Output::Color);
     let depth = render(cloud, scene, view, PHONG, Output::Depth);
-    let truth = twin::surface(cloud, scene, &view);
+    let truth = twin::Twin::new(cloud, scene, &view);
     let phong = twin::Phong { diffuse: 1.0, specular: 0.25, shininess: 64.0, ambient: 0.08 };
     let (mut compared, mut left_out) = (0, 0);
     let (mut worst, mut worst_depth) = (0.0f64, 0.0f64);
-    for (i, pixel) in truth.iter().enumerate() {
+    for i in 0..view.size_px[0] * view.size_px[1] {
+        let (x, y) = (i % view.size_px[0], i / view.size_px[0]);
+        let pixel = truth.pixel(x, y);
         if !pixel.sure {
             left_out += 1;
             continue;
         }
-        let (x, y) = (i as u32 % view.size_px[0], i as u32 / view.size_px[0]);
         let found = color.pixel(x, y);
         assert_eq!(found[3] > 0.0, pixel.depth > 0.0, "coverage at {x} {y}: {pixel:?}");
         if pixel.depth > 0.0 {
             let position = [f64::from(x) + 0.5, f64::from(y) + 0.5];
-            let expected = twin::shade(pixel, scene, &view, position, &phong);
+            let expected = twin::shade(&pixel, scene, &view, position, &phong);
             let difference = (Vec3::from_slice(found).as_dvec3() - expected).abs().max_element();
             worst = worst.max(difference);
             let allowed = DEPTH * pixel.depth + SNAPPED_PX * pixel.slope;
