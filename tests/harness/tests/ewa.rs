@@ -218,6 +218,43 @@ fn discs_as_large_as_their_distance_have_no_hole_and_stay_within_the_low_pass() 
     }
 }
 
+/// On a plane inverse distance changes evenly over the screen: at each pixel it is that of the plane
+/// at most the low-pass away.
+#[test]
+fn filtered_depth_is_that_of_the_surface_within_the_low_pass() {
+    for (n, height, low_pass) in [60, 6]
+        .into_iter()
+        .flat_map(|n| [0.003, 0.03, 0.3, 2.0].map(|height| (n, height)))
+        .flat_map(|(n, height)| [1.0, 4.0].map(|low_pass| (n, height, low_pass)))
+    {
+        let cloud = clouds::plane(n, 1.0).cloud();
+        let view = stage::view(DVec3::new(0.1, height, 1.8), DVec3::new(0.0, 0.0, 0.1), 96);
+        let mut scene = Scene::default();
+        scene.surface.low_pass = low_pass;
+        let depth = render(&cloud, &scene, view, FLAT, Output::Depth);
+        let up = view.camera.view_from_world() * DVec3::Y;
+        let inverse = |x: f64, y: f64| {
+            let (_, direction) = view.ray(x, y);
+            up.dot(direction / -direction.z) / -height
+        };
+        let middle = inverse(48.0, 48.0);
+        let per_px = (inverse(49.0, 48.0) - middle).hypot(inverse(48.0, 49.0) - middle);
+        let mut covered = 0;
+        for (x, y) in (0..96).flat_map(|y| (0..96).map(move |x| (x, y))) {
+            let found = f64::from(depth.pixel(x, y)[0]);
+            if found > 0.0 {
+                let expected = inverse(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let off_px = (1.0 / found - expected).abs() / per_px;
+                // Snapping, and f32 of a position next to the eye's.
+                let allowed = f64::from(low_pass) + 0.01 + 1e-6 / (found * per_px);
+                assert!(off_px < allowed, "{n} {height} {low_pass}: {off_px} px at {x} {y}");
+                covered += 1;
+            }
+        }
+        assert!(covered > 50, "{n} {height}: {covered} pixels");
+    }
+}
+
 #[test]
 fn edge_on_and_sub_pixel_discs_are_drawn() {
     let mut surfels = Surfels::default();
