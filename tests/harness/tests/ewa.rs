@@ -268,6 +268,16 @@ fn edge_on_and_sub_pixel_discs_are_drawn() {
             .filter(|&(x, y)| color.pixel(x, y)[3] > 0.0)
             .count()
     };
+    // However small its weight, a surfel has its own colour.
+    for radius in [1e-4, 1e-9, 1e-30] {
+        let mut point = Surfels::default();
+        point.push(Vec3::ZERO, Vec3::Z, radius);
+        point.colors.push([255, 0, 255]);
+        let albedo = render(&point.cloud(), &Scene::default(), view, PHONG, Output::Albedo);
+        let covered: Vec<_> = albedo.data.chunks_exact(4).filter(|p| p[3] > 0.0).collect();
+        assert!(!covered.is_empty(), "radius {radius:e}");
+        assert!(covered.iter().all(|p| **p == [1.0, 0.0, 1.0, 1.0]), "{radius:e}: {covered:?}");
+    }
     // A line 15 pixels long and up to two wide; a point of up to four pixels.
     assert!((12..40).contains(&covered(0..32)), "{}", covered(0..32));
     assert!((1..=4).contains(&covered(32..64)), "{}", covered(32..64));
