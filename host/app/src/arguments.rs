@@ -4,7 +4,9 @@ use crate::camera::CameraSpec;
 use crate::values::{self, Backdrop, LightSpec, OutputFile, Setting, Size};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
+use std::time::Duration;
 use surfelshop_api::graph::Output;
+use surfelshop_engine::plugins::Patience;
 
 /// Renders point clouds as surfaces of oriented discs (surfels), with renderers that are plugins.
 #[derive(Debug, Parser)]
@@ -148,6 +150,17 @@ pub(crate) struct PluginFiles {
     /// starting a program does. Name only files you trust.
     #[arg(long = "plugin", value_name = "FILE")]
     pub(crate) plugin: Vec<PathBuf>,
+    /// How long the program waits for a plugin's own code before it gives it up [default: 10 to
+    /// start, 5 for a frame].
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
+    pub(crate) patience: Option<Duration>,
+}
+
+impl PluginFiles {
+    /// How long to wait for plugins.
+    pub(crate) fn patience(&self) -> Patience {
+        self.patience.map_or_else(Patience::default, Patience::of)
+    }
 }
 
 /// Which graphics device to use.

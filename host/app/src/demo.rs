@@ -30,7 +30,7 @@ pub(crate) fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
     if renderers.is_empty() {
         bail!("no renderer is installed; `surfelshop plugins` says where it looked");
     }
-    let mut studio = Studio::open(&arguments.device)?;
+    let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
     let clouds = Clouds::read(std::slice::from_ref(&sample))?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;

@@ -41,7 +41,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
     let scene = scene(arguments)?;
     let registry = studio::registry(&arguments.plugins.plugin)?;
     registry.find(UnitKind::Renderer, &arguments.renderer)?;
-    let mut studio = Studio::open(&arguments.device)?;
+    let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
     let mut chosen = studio.choose(&registry, &arguments.renderer, &arguments.set)?;
     timings.open_ms = since(started);
 

@@ -1,6 +1,6 @@
 //! A device, an engine and a renderer: what a picture is made with.
 
-use crate::arguments::{BackendChoice, DeviceArguments};
+use crate::arguments::{BackendChoice, DeviceArguments, PluginFiles};
 use crate::values::Setting;
 use crate::{settings, terminal};
 use anyhow::{Context as _, anyhow};
@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 use surfelshop_api::params::Values;
 use surfelshop_api::{HostInfo, UnitKind};
-use surfelshop_engine::plugins::{LoadedUnit, Origin, Registry, SearchPath, UnitRef};
+use surfelshop_engine::plugins::{
+    self, LoadedUnit, Origin, Patience, Registry, SearchPath, UnitRef,
+};
 use surfelshop_engine::{
     Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderRequest, Rendered, RendererView,
 };
@@ -37,6 +39,7 @@ pub(crate) fn registry(plugin_files: &[PathBuf]) -> anyhow::Result<Registry> {
 pub(crate) struct Studio {
     pub(crate) engine: Engine,
     host: HostInfo,
+    patience: Patience,
 }
 
 /// A renderer in memory, ready to be put into a view.
@@ -56,7 +59,7 @@ pub(crate) struct Settled {
 
 impl Studio {
     /// Opens the device.
-    pub(crate) fn open(device: &DeviceArguments) -> anyhow::Result<Self> {
+    pub(crate) fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<Self> {
         let backend = device.backend.map(|choice| match choice {
             BackendChoice::Vulkan => Backend::Vulkan,
             BackendChoice::Gl => Backend::Gl,
@@ -66,7 +69,7 @@ impl Studio {
         let gpu = Gpu::headless(&GpuOptions { backend, adapter: device.adapter.clone() })?;
         let host = gpu.host_info();
         let engine = Engine::new(gpu, &EngineOptions::default())?;
-        Ok(Self { engine, host })
+        Ok(Self { engine, host, patience: plugins.patience() })
     }
 
     /// Loads a renderer by name and reads the parameters meant for it.
@@ -77,13 +80,16 @@ impl Studio {
         typed: &[Setting],
     ) -> anyhow::Result<Chosen> {
         let reference = registry.find(UnitKind::Renderer, name)?;
-        let unit = registry.load(&reference)?;
+        let unit = match reference.load(&self.patience) {
+            Err(error) if plugins::loader_is_busy() => terminal::leave(&error.into()),
+            loaded => loaded?,
+        };
         let values = settings::values(&reference, &unit.description.params, typed)?;
-        let instance = unit
-            .create(&self.host)
+        let hosted = unit
+            .start(&self.host, &self.patience)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
         let scope = format!("{}/{}", reference.package, reference.id);
-        Ok(Chosen { reference, unit, values, view: RendererView::new(instance, scope) })
+        Ok(Chosen { reference, unit, values, view: RendererView::new(hosted, scope) })
     }
 
     /// Renders until the picture does not change any more.

@@ -58,6 +58,13 @@ pub(crate) fn failed(error: &anyhow::Error) -> ExitCode {
     ExitCode::FAILURE
 }
 
+/// Says why the command failed and ends the program at once, where letting go of the graphics
+/// device would wait for a plugin that is still being loaded.
+pub(crate) fn leave(error: &anyhow::Error) -> ! {
+    note(format!("{error:#}"));
+    surfelshop_engine::plugins::leave(1)
+}
+
 /// Answers a command line that names no command to run: help and version are results, all else is
 /// a mistake.
 pub(crate) fn not_understood(error: &clap::Error) -> ExitCode {

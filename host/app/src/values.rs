@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
 use surfelshop_api::{Light, Scene};
@@ -209,6 +210,12 @@ pub(crate) fn depth_tolerance(text: &str) -> Result<f32, String> {
 /// Reads the radius of the screen-space low-pass.
 pub(crate) fn low_pass(text: &str) -> Result<f32, String> {
     number(text, "a number of pixels from 0 to 4", |n| (0.0..=4.0).contains(&n)).map(|n| n as f32)
+}
+
+/// Reads a time to wait.
+pub(crate) fn seconds(text: &str) -> Result<Duration, String> {
+    number(text, "a number of seconds above 0, at most 86400", |n| n > 1e-3 && n <= 86400.0)
+        .map(Duration::from_secs_f64)
 }
 
 /// Reads a field of view in degrees.

@@ -8,7 +8,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Projection, Scene, UnitKind, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_engine::plugins::{Origin, Place, Registry, SearchPath};
+use surfelshop_engine::plugins::{Hosted, Origin, Patience, Place, Registry, SearchPath};
 use surfelshop_engine::{
     Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered, RendererView,
 };
@@ -89,8 +89,9 @@ pub fn built_renderer(engine: &Engine, library: &str, unit: &str) -> RendererVie
     let registry = Registry::scan(&search);
     let found = registry.find(UnitKind::Renderer, unit).expect("the library has the renderer");
     let loaded = registry.load(&found).expect("the library loads");
-    let instance = loaded.create(&engine.gpu().host_info()).expect("the renderer starts");
-    RendererView::new(instance, unit)
+    let host = engine.gpu().host_info();
+    let hosted = loaded.start(&host, &Patience::default()).expect("the renderer starts");
+    RendererView::new(hosted, unit)
 }
 
 /// A renderer registered in the test's own code, by its position in the package.
@@ -99,9 +100,10 @@ pub fn built_renderer(engine: &Engine, library: &str, unit: &str) -> RendererVie
 /// Where the renderer does not start.
 #[must_use]
 pub fn static_renderer<P: Package>(engine: &Engine, unit: u32) -> RendererView {
-    let instance =
-        Plugin::of::<P>().create(unit, &engine.gpu().host_info()).expect("the renderer starts");
-    RendererView::new(instance, format!("test/{unit}"))
+    let host = engine.gpu().host_info();
+    let hosted = Hosted::start(Plugin::of::<P>(), unit, &host, &Patience::default())
+        .expect("the renderer starts");
+    RendererView::new(hosted, format!("test/{unit}"))
 }
 
 /// Renders outputs of one cloud with default parameters.

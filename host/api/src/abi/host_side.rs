@@ -9,6 +9,7 @@ use crate::params::Values;
 use crate::tool::{EditHeader, JobHost, Tile};
 use core::ffi::c_void;
 use std::fmt;
+use std::time::Duration;
 
 /// Most bytes a plugin may write in one call.
 pub const MAX_OUTPUT_BYTES: usize = 1 << 30;
@@ -22,6 +23,10 @@ pub enum Fault {
     Panic(String),
     /// The plugin broke the boundary's rules.
     Misbehaved(String),
+    /// The plugin was still at work when the host stopped waiting, after this time.
+    TimedOut(Duration),
+    /// The plugin was not asked; says why.
+    NotAsked(String),
 }
 
 impl fmt::Display for Fault {
@@ -29,6 +34,8 @@ impl fmt::Display for Fault {
         match self {
             Self::Error(line) | Self::Panic(line) => f.write_str(line),
             Self::Misbehaved(line) => write!(f, "broke the plugin interface: {line}"),
+            Self::TimedOut(limit) => write!(f, "did not answer within {} s", limit.as_secs_f64()),
+            Self::NotAsked(line) => write!(f, "is not asked any more: {line}"),
         }
     }
 }

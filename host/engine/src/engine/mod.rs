@@ -4,12 +4,13 @@ mod submission;
 mod uniforms;
 
 use crate::gpu::Gpu;
+use crate::plugins::Hosted;
 use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
 use crate::surfels::{Columns, SurfaceCounts, Surfaces};
 use submission::{Done, Submission};
-use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Instance};
+use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
 use surfelshop_api::params::Values;
 use surfelshop_api::{CloudFacts, CloudView, FrameRequest, Scene, View};
@@ -80,9 +81,9 @@ impl Rendered {
     }
 }
 
-/// A renderer in a view: its instance and the plan of its last structure.
+/// A renderer in a view: its instance, on a thread of its own, and the plan of its last structure.
 pub struct RendererView {
-    instance: Instance,
+    hosted: Hosted,
     scope: String,
     structure: Vec<u8>,
     plan: Option<Plan>,
@@ -92,8 +93,8 @@ impl RendererView {
     /// Puts an instance of a renderer into a view; `scope` keeps the persistent resources of
     /// different renderers apart and is usually package and unit id.
     #[must_use]
-    pub fn new(instance: Instance, scope: impl Into<String>) -> Self {
-        Self { instance, scope: scope.into(), structure: Vec::new(), plan: None }
+    pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
+        Self { hosted, scope: scope.into(), structure: Vec::new(), plan: None }
     }
 }
 
@@ -153,8 +154,8 @@ impl Engine {
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
         let encoded = renderer
-            .instance
-            .frame(&FrameRequest {
+            .hosted
+            .frame(FrameRequest {
                 view: request.view,
                 scene: request.scene.clone(),
                 cloud: request.facts.clone(),

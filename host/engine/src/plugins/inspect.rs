@@ -2,6 +2,7 @@
 
 use super::binary::{self, Library};
 use std::fs::File;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read};
 use std::path::Path;
 use surfelshop_api::abi::table::{self, PluginTable};
@@ -9,6 +10,28 @@ use surfelshop_api::manifest::{self, HEADER_LEN, MAX_TEXT_LEN, Manifest, Refusal
 
 /// Files longer than this are refused unread; plugins have a few megabytes.
 pub const MAX_FILE_LEN: u64 = 1 << 30;
+
+/// What tells one state of a file from another: its contents rather than the time of its change,
+/// since a copy may keep the time of its source.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Contents {
+    len: u64,
+    digest: u64,
+}
+
+impl Contents {
+    /// Those of a file as it is now; files that cannot be read are all alike.
+    #[must_use]
+    pub fn of_file(path: &Path) -> Self {
+        read(path).map(|bytes| Self::of(&bytes)).unwrap_or_default()
+    }
+
+    pub(super) fn of(bytes: &[u8]) -> Self {
+        let mut hasher = DefaultHasher::new();
+        bytes.hash(&mut hasher);
+        Self { len: bytes.len() as u64, digest: hasher.finish() }
+    }
+}
 
 /// Why a file is not taken as a plugin; reads on from the file's name: `x.so is empty`.
 #[derive(Debug, thiserror::Error)]

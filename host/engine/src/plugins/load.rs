@@ -2,24 +2,25 @@
 //!
 //! Lifecycle: read the file again (it may have changed since the scan); inspect those bytes;
 //! write them to a private copy; load that; check the function table; ask the unit to describe
-//! itself. Libraries stay loaded until the process ends, and units of one package share one.
-
-#![expect(unsafe_code, reason = "runs the code of a library that was inspected before")]
+//! itself. All of it happens on a thread of its own, which is abandoned where initialisers or the
+//! description take too long. Libraries stay loaded until the process ends, and units of one
+//! package share one.
 
 use super::copy::{self, PrivateCopy};
 use super::find::UnitRef;
-use super::inspect::{Refused, inspect_bytes, read};
+use super::inspect::{Contents, Refused, inspect_bytes, read};
+use super::open::{OpenError, open};
+use super::patience::{Patience, within};
 use super::registry::Registry;
 use std::collections::HashMap;
 use std::fmt;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
-use std::path::{Path, PathBuf};
-use std::sync::{LazyLock, Mutex, Once, PoisonError};
+use std::path::PathBuf;
+use std::sync::{Arc, LazyLock, Mutex, Once, PoisonError};
+use std::time::{Duration, Instant};
 use surfelshop_api::HostInfo;
 use surfelshop_api::abi::host_side::{Fault, Instance, Plugin};
 use surfelshop_api::abi::plugin_side::{Description, Package};
-use surfelshop_api::abi::table::{self, PluginTable};
 use surfelshop_api::manifest::{self, Manifest, UnitEntry};
 
 /// Why a unit could not be loaded; every message names the plugin and its file.
@@ -65,6 +66,22 @@ pub enum LoadError {
         /// How it failed.
         fault: Fault,
     },
+    /// No instance could be made.
+    #[error("{unit} could not start: {fault}")]
+    Start {
+        /// The unit asked for.
+        unit: Box<UnitRef>,
+        /// How it failed.
+        fault: Fault,
+    },
+    /// The first frame could not be described.
+    #[error("{unit} failed at its first frame: {fault}")]
+    Frame {
+        /// The unit asked for.
+        unit: Box<UnitRef>,
+        /// How it failed.
+        fault: Fault,
+    },
     /// A manifest registered in this program is damaged or lacks the unit.
     #[error("unit {index} of a plugin registered in this program: {reason}")]
     Static {
@@ -73,6 +90,23 @@ pub enum LoadError {
         /// What is wrong.
         reason: String,
     },
+}
+
+impl LoadError {
+    /// How the plugin's own code failed, where it did.
+    #[must_use]
+    pub fn fault(&self) -> Option<&Fault> {
+        match self {
+            Self::Fault { fault, .. } | Self::Start { fault, .. } | Self::Frame { fault, .. } => {
+                Some(fault)
+            }
+            Self::Refused { .. }
+            | Self::Replaced { .. }
+            | Self::Copy { .. }
+            | Self::Open { .. }
+            | Self::Static { .. } => None,
+        }
+    }
 }
 
 /// A unit in memory, ready to make instances.
@@ -88,6 +122,20 @@ pub struct LoadedUnit {
     pub description: Description,
     /// The functions of its package.
     pub plugin: Plugin,
+    /// The file it was loaded from, as it was then.
+    pub contents: Contents,
+    /// How long loading took.
+    pub took: LoadTimes,
+}
+
+/// How long the steps of loading took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LoadTimes {
+    /// Reading, judging and copying the file and bringing it into memory; reading alone where it
+    /// was there already.
+    pub load: Duration,
+    /// The unit's description of itself.
+    pub handshake: Duration,
 }
 
 impl fmt::Debug for LoadedUnit {
@@ -100,7 +148,7 @@ impl fmt::Debug for LoadedUnit {
 }
 
 impl LoadedUnit {
-    /// Makes an instance.
+    /// Makes an instance on the caller's thread, which then depends on the plugin to answer.
     ///
     /// # Errors
     /// Where the plugin fails.
@@ -120,34 +168,55 @@ impl LoadedUnit {
         };
         let plugin = Plugin::of::<P>();
         let description = plugin.describe(unit_index).map_err(|fault| wrong(fault.to_string()))?;
-        Ok(Self { manifest, unit, unit_index, description, plugin })
+        let (contents, took) = Default::default();
+        Ok(Self { manifest, unit, unit_index, description, plugin, contents, took })
     }
 }
 
 impl Registry {
-    /// Loads a unit that [`find`](Self::find) found.
+    /// Loads a unit that [`find`](Self::find) found, with the usual patience.
+    ///
+    /// # Errors
+    /// As [`UnitRef::load`].
+    pub fn load(&self, unit: &UnitRef) -> Result<LoadedUnit, LoadError> {
+        unit.load(&Patience::default())
+    }
+}
+
+impl UnitRef {
+    /// Loads the unit from its file as it is now.
     ///
     /// A file that was loaded before and has the same contents is not loaded again.
     ///
     /// # Errors
-    /// Where the file has changed to something that does not export the unit, or the plugin fails;
-    /// names the plugin, its file and the reason.
-    pub fn load(&self, unit: &UnitRef) -> Result<LoadedUnit, LoadError> {
-        let Loaded { plugin, manifest } = load_package(unit)?;
-        let is_unit = |entry: &UnitEntry| entry.kind == unit.kind && entry.id == unit.id;
-        let position = manifest.units.iter().position(is_unit);
-        let index = position.and_then(|i| u32::try_from(i).ok());
-        let Some(unit_index) = index.filter(|_| manifest.id == unit.package) else {
-            let found = manifest.units.iter().map(|u| format!("{}/{}", manifest.id, u.id));
-            let found = found.collect::<Vec<_>>().join(", ");
-            return Err(LoadError::Replaced { unit: Box::new(unit.clone()), found });
-        };
-        let description = plugin
-            .describe(unit_index)
-            .map_err(|fault| LoadError::Fault { unit: Box::new(unit.clone()), fault })?;
-        let entry = manifest.units[unit_index as usize].clone();
-        Ok(LoadedUnit { manifest, unit: entry, unit_index, description, plugin })
+    /// Where the file has changed to something that does not export the unit, or the plugin fails
+    /// or does not answer in time; names the plugin, its file and the reason.
+    pub fn load(&self, patience: &Patience) -> Result<LoadedUnit, LoadError> {
+        let unit = self.clone();
+        within(patience.load, move || load(&unit))
+            .unwrap_or_else(|fault| Err(LoadError::Fault { unit: Box::new(self.clone()), fault }))
     }
+}
+
+fn load(unit: &UnitRef) -> Result<LoadedUnit, LoadError> {
+    let started = Instant::now();
+    let (Loaded { plugin, manifest }, contents) = load_package(unit)?;
+    let is_unit = |entry: &UnitEntry| entry.kind == unit.kind && entry.id == unit.id;
+    let position = manifest.units.iter().position(is_unit);
+    let index = position.and_then(|i| u32::try_from(i).ok());
+    let Some(unit_index) = index.filter(|_| manifest.id == unit.package) else {
+        let found = manifest.units.iter().map(|u| format!("{}/{}", manifest.id, u.id));
+        let found = found.collect::<Vec<_>>().join(", ");
+        return Err(LoadError::Replaced { unit: Box::new(unit.clone()), found });
+    };
+    let load = started.elapsed();
+    let started = Instant::now();
+    let description = plugin
+        .describe(unit_index)
+        .map_err(|fault| LoadError::Fault { unit: Box::new(unit.clone()), fault })?;
+    let took = LoadTimes { load, handshake: started.elapsed() };
+    let entry = manifest.units[unit_index as usize].clone();
+    Ok(LoadedUnit { manifest, unit: entry, unit_index, description, plugin, contents, took })
 }
 
 /// A library in memory.
@@ -157,32 +226,28 @@ struct Loaded {
     manifest: Manifest,
 }
 
-/// What tells one state of a file from another.
-#[derive(Clone, PartialEq, Eq, Hash)]
-struct Identity {
-    path: PathBuf,
-    len: usize,
-    /// Contents are compared rather than times of change: a copy may keep the time of its source.
-    digest: u64,
-}
+/// A library that is in memory or about to be; locked while somebody loads it, so that two threads
+/// do not load the same file twice and one that hangs does not keep others from loading.
+type Slot = Arc<Mutex<Option<Loaded>>>;
 
 /// Loads the file of a unit, or takes it from those loaded before.
-fn load_package(unit: &UnitRef) -> Result<Loaded, LoadError> {
-    static LOADED: LazyLock<Mutex<HashMap<Identity, Loaded>>> = LazyLock::new(Mutex::default);
+fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
+    static SLOTS: LazyLock<Mutex<HashMap<(PathBuf, Contents), Slot>>> =
+        LazyLock::new(Mutex::default);
     static REMOVE_STALE: Once = Once::new();
     REMOVE_STALE.call_once(copy::remove_stale);
 
     let refused = |refused| LoadError::Refused { unit: Box::new(unit.clone()), refused };
     let bytes = read(&unit.path).map_err(refused)?;
-    let mut hasher = DefaultHasher::new();
-    bytes.hash(&mut hasher);
     let path = unit.path.canonicalize().unwrap_or_else(|_| unit.path.clone());
-    let identity = Identity { path, len: bytes.len(), digest: hasher.finish() };
-    // Held while loading, so that two threads do not load the same file twice. An entry is only
-    // added whole, so the list is sound even if a thread died holding the lock.
-    let mut loaded = LOADED.lock().unwrap_or_else(PoisonError::into_inner);
-    if let Some(known) = loaded.get(&identity) {
-        return Ok(known.clone());
+    let contents = Contents::of(&bytes);
+    // Values are only ever added whole, so both are sound even if a thread died holding the lock.
+    let slots = SLOTS.lock();
+    let slot =
+        slots.unwrap_or_else(PoisonError::into_inner).entry((path, contents)).or_default().clone();
+    let mut loaded = slot.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = &*loaded {
+        return Ok((known.clone(), contents));
     }
     let manifest = inspect_bytes(&bytes).map_err(refused)?;
     let copy = PrivateCopy::write(&unit.path, &bytes)
@@ -198,9 +263,8 @@ fn load_package(unit: &UnitRef) -> Result<Loaded, LoadError> {
         }
         OpenError::Plugin(fault) => LoadError::Fault { unit: Box::new(unit.clone()), fault },
     })?;
-    let package = Loaded { plugin, manifest };
-    loaded.insert(identity, package.clone());
-    Ok(package)
+    let package = loaded.insert(Loaded { plugin, manifest });
+    Ok((package.clone(), contents))
 }
 
 fn with_advice(reason: String) -> String {
@@ -211,53 +275,4 @@ fn with_advice(reason: String) -> String {
         return format!("{reason} ({} {advice})", folder.display());
     }
     reason
-}
-
-enum OpenError {
-    System(String),
-    Plugin(Fault),
-}
-
-/// Loads a library for the rest of the process's life and checks its function table.
-fn open(path: &Path) -> Result<Plugin, OpenError> {
-    let system = |error: libloading::Error| OpenError::System(one_line(&error));
-    let library = open_library(path).map_err(system)?;
-    // Plugins leave behind threads, thread-local values and function pointers, so a library is
-    // never unloaded, not even one that turns out to be useless.
-    let library = Box::leak(Box::new(library));
-    // SAFETY: the symbol's address is taken and nothing is read through it here.
-    let symbol = unsafe { library.get::<*const PluginTable>(table::SYMBOL) }.map_err(system)?;
-    let table: *const PluginTable = *symbol;
-    if table.is_null() || !table.is_aligned() {
-        let line = format!("its function table lies at the impossible address {table:p}");
-        return Err(OpenError::Plugin(Fault::Misbehaved(line)));
-    }
-    // SAFETY: inspection found room for a whole table at this symbol inside one segment of the
-    // library, and the library stays loaded.
-    unsafe { Plugin::from_table(table) }.map_err(OpenError::Plugin)
-}
-
-#[cfg(unix)]
-fn open_library(path: &Path) -> Result<libloading::os::unix::Library, libloading::Error> {
-    use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-    // With `RTLD_NOW` a missing function is an error here rather than the end of the process at
-    // its first call.
-    // SAFETY: this runs the library's initialisers. Native plugins are trusted like any program;
-    // the bytes are those inspected, in a file nobody else writes to.
-    unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }
-}
-
-#[cfg(windows)]
-fn open_library(path: &Path) -> Result<libloading::os::windows::Library, libloading::Error> {
-    // SAFETY: this runs the library's initialisers. Native plugins are trusted like any program;
-    // the bytes are those inspected, in a file nobody else writes to.
-    unsafe { libloading::os::windows::Library::new(path) }
-}
-
-fn one_line(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    if let Some(source) = error.source() {
-        text = format!("{text}: {source}");
-    }
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -7,19 +7,26 @@
 //!
 //! Invariants: a library is never loaded from where it was found, but from a private copy of the
 //! very bytes that were judged, so that a rebuild in place cannot pull the code from under the
-//! program; a loaded library is never unloaded; nothing about a plugin file, however damaged, is
+//! program; a loaded library is never unloaded; nobody waits for a plugin's code longer than its
+//! [`Patience`] lasts, unless a call says so; nothing about a plugin file, however damaged, is
 //! an error of the scan; the order of the list depends on names and places alone.
 
 mod binary;
 mod copy;
 mod discover;
 mod find;
+mod hosted;
 mod inspect;
 mod load;
+mod open;
+mod patience;
 mod registry;
 
 pub use discover::{Origin, Place, SearchPath};
 pub use find::{FindError, UnitRef};
-pub use inspect::{MAX_FILE_LEN, Refused, inspect, inspect_bytes};
-pub use load::{LoadError, LoadedUnit};
+pub use hosted::Hosted;
+pub use inspect::{Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes};
+pub use load::{LoadError, LoadTimes, LoadedUnit};
+pub use open::{leave, loader_is_busy};
+pub use patience::Patience;
 pub use registry::{Entry, Registry, State};

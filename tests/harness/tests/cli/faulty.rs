@@ -1,22 +1,30 @@
 //! Plugins that misbehave: the command fails with one line, and nothing else is harmed.
 
 use crate::program::{Desk, facing_front};
+use std::time::{Duration, Instant};
 use surfelshop_tests::stage::build_folder;
+
+/// A library of the fixture package.
+fn fixture(name: &str) -> String {
+    let library = format!("{}{name}{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let path = build_folder().join("examples").join(library);
+    assert!(path.is_file(), "{} is not built; `cargo verify` builds it", path.display());
+    path.to_string_lossy().into_owned()
+}
 
 /// Renders with a unit of the faulty plugin and one that is in order, into `a.png`.
 #[track_caller]
 fn assert_fails_alone(unit: &str, words: &[&str]) {
     let desk = Desk::new();
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
-    let library = format!("{}faulty{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let path = build_folder().join("examples").join(library);
-    assert!(path.is_file(), "{} is not built; `cargo verify` builds it", path.display());
-    let plugin = path.to_string_lossy();
+    let plugin = fixture("faulty");
     let render = |unit: &str| {
         let arguments = ["render", "one.ply", "-o", "a.png", "--size", "16", "-r", unit];
-        desk.run_with(&[&arguments[..], &["--plugin", &plugin]].concat())
+        desk.run_with(&[&arguments[..], &["--plugin", &plugin, "--patience", "2"]].concat())
     };
+    let started = Instant::now();
     render(unit).failed(words);
+    assert!(started.elapsed() < Duration::from_secs(60), "nothing waits for a plugin for ever");
     assert_eq!(desk.files(), ["one.ply"]);
     render("flat").done();
     render("fine").done();
@@ -28,6 +36,34 @@ fn panics_are_one_line() {
     assert_fails_alone("panics-in-new", &["could not start", "new goes wrong"]);
     assert_fails_alone("panics-in-frame", &["faulty/panics-in-frame", "frame goes wrong"]);
     assert_fails_alone("panics-twice", &["not text"]);
+}
+
+#[test]
+fn plugins_that_hang_are_given_up() {
+    let late = "did not answer within 2 s";
+    assert_fails_alone("hangs-in-describe", &["hangs-in-describe", "while it was loaded", late]);
+    assert_fails_alone("hangs-in-new", &["faulty/hangs-in-new", "could not start", late]);
+    assert_fails_alone("hangs-in-frame", &["faulty/hangs-in-frame", late]);
+}
+
+#[test]
+fn a_plugin_that_never_ends_does_not_keep_the_program() {
+    let desk = Desk::new();
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    let arguments = ["render", "one.ply", "-o", "a.exr", "--output", "depth", "--size", "16"];
+    let plugin = ["-r", "hangs-in-drop", "--plugin", &fixture("faulty")];
+    desk.run_with(&[&arguments[..], &plugin].concat()).done();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_library_that_is_never_done_loading_is_given_up() {
+    let desk = Desk::new();
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    let arguments = ["render", "one.ply", "-o", "a.png", "--size", "16", "-r", "fine"];
+    let plugin = ["--plugin", &fixture("sleeper"), "--patience", "2"];
+    let ended = desk.run_with(&[&arguments[..], &plugin].concat());
+    ended.failed(&["test.sleeper/fine", "while it was loaded", "did not answer within 2 s"]);
 }
 
 #[test]

@@ -1,0 +1,69 @@
+//! How long the host waits for a plugin's code.
+//!
+//! Code that runs cannot be stopped from outside without harm, so what does not answer in time is
+//! left alone on its thread: the thread is abandoned, nothing joins it, and the process ends
+//! without waiting for it.
+
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+use surfelshop_api::abi::host_side::Fault;
+
+/// As much as main threads have on most systems; plugins may count on it.
+const STACK_BYTES: usize = 8 << 20;
+
+/// How long the host waits for a plugin's code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patience {
+    /// For the library's own initialisers and the unit's description of itself, together.
+    pub load: Duration,
+    /// For an instance to be made.
+    pub create: Duration,
+    /// For a frame to be described.
+    pub frame: Duration,
+}
+
+impl Default for Patience {
+    fn default() -> Self {
+        let (start, frame) = (Duration::from_secs(10), Duration::from_secs(5));
+        Self { load: start, create: start, frame }
+    }
+}
+
+impl Patience {
+    /// The same for every call.
+    #[must_use]
+    pub fn of(limit: Duration) -> Self {
+        Self { load: limit, create: limit, frame: limit }
+    }
+}
+
+/// Runs plugin code on a thread of its own and waits at most this long for what it returns.
+pub(super) fn within<T: Send + 'static>(
+    limit: Duration,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, Fault> {
+    let (send, receive) = mpsc::sync_channel(1);
+    on_own_thread(move || {
+        // Nobody receives where the host stopped waiting.
+        drop(send.send(work()));
+    })?;
+    receive.recv_timeout(limit).map_err(|error| missing(error, limit))
+}
+
+/// Starts a thread that nobody waits for.
+pub(super) fn on_own_thread(work: impl FnOnce() + Send + 'static) -> Result<(), Fault> {
+    let builder = thread::Builder::new().name("plugin".to_owned()).stack_size(STACK_BYTES);
+    match builder.spawn(work) {
+        Ok(_abandoned) => Ok(()),
+        Err(error) => Err(Fault::NotAsked(format!("there is no thread for it: {error}"))),
+    }
+}
+
+/// Why there is no answer.
+pub(super) fn missing(error: RecvTimeoutError, limit: Duration) -> Fault {
+    match error {
+        RecvTimeoutError::Timeout => Fault::TimedOut(limit),
+        RecvTimeoutError::Disconnected => Fault::Misbehaved("it ended its thread".to_owned()),
+    }
+}
