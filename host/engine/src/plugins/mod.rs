@@ -5,6 +5,9 @@
 //! this host's ABI. [`SearchPath`] says where plugins lie, [`Registry`] lists what was found and
 //! what was refused and why, and [`Registry::load`] brings a unit into memory.
 //!
+//! For programs that live on after a plugin has failed, [`Conduct`] keeps count and switches off
+//! what fails again and again.
+//!
 //! Invariants: a library is never loaded from where it was found, but from a private copy of the
 //! very bytes that were judged, so that a rebuild in place cannot pull the code from under the
 //! program; a loaded library is never unloaded; nobody waits for a plugin's code longer than its
@@ -12,6 +15,7 @@
 //! an error of the scan; the order of the list depends on names and places alone.
 
 mod binary;
+mod conduct;
 mod copy;
 mod discover;
 mod find;
@@ -22,6 +26,7 @@ mod open;
 mod patience;
 mod registry;
 
+pub use conduct::{Barred, Conduct, Record, STRIKES, Standing};
 pub use discover::{Origin, Place, SearchPath};
 pub use find::{FindError, UnitRef};
 pub use hosted::Hosted;

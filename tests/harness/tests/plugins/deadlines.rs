@@ -79,6 +79,7 @@ fn faults_reach_the_host_from_the_plugins_thread() {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "times are shown, not judged")]
 fn a_thread_of_its_own_changes_no_graph() {
     let unit = load(UnitKind::Renderer, "fine");
     let mut here = unit.create(&HostInfo::default()).unwrap();
