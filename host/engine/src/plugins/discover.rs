@@ -148,6 +148,25 @@ fn user_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     }
 }
 
+/// The folder for what the program remembers from one start to the next; `None` where the system
+/// names none.
+pub(super) fn state_folder() -> Option<PathBuf> {
+    state_folder_of(|name| std::env::var_os(name))
+}
+
+fn state_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+    let folder = |name| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    if cfg!(windows) {
+        folder("LOCALAPPDATA").map(|data| data.join("Surfelshop"))
+    } else if cfg!(target_os = "macos") {
+        folder("HOME").map(|home| home.join("Library/Application Support/Surfelshop"))
+    } else {
+        folder("XDG_STATE_HOME")
+            .or_else(|| folder("HOME").map(|home| home.join(".local/state")))
+            .map(|state| state.join("surfelshop"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -167,6 +186,8 @@ mod tests {
         assert_eq!(with(""), home);
         assert_eq!(with("relative"), home);
         assert_eq!(user_folder(|_| None), None);
+        let at_home = |name: &str| (name == "HOME").then(|| "/home/me".into());
+        assert_eq!(state_folder_of(at_home), Some("/home/me/.local/state/surfelshop".into()));
     }
 
     #[test]

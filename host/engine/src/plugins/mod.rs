@@ -6,7 +6,8 @@
 //! what was refused and why, and [`Registry::load`] brings a unit into memory.
 //!
 //! For programs that live on after a plugin has failed, [`Conduct`] keeps count and switches off
-//! what fails again and again.
+//! what fails again and again, and [`Marks`] tell the next start which plugin was at work when the
+//! program crashed.
 //!
 //! Invariants: a library is never loaded from where it was found, but from a private copy of the
 //! very bytes that were judged, so that a rebuild in place cannot pull the code from under the
@@ -22,6 +23,7 @@ mod find;
 mod hosted;
 mod inspect;
 mod load;
+mod marks;
 mod open;
 mod patience;
 mod registry;
@@ -32,6 +34,7 @@ pub use find::{FindError, UnitRef};
 pub use hosted::Hosted;
 pub use inspect::{Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes};
 pub use load::{LoadError, LoadTimes, LoadedUnit};
+pub use marks::{Crash, Mark, Marks};
 pub use open::{leave, loader_is_busy};
 pub use patience::Patience;
 pub use registry::{Entry, Registry, State};

@@ -5,6 +5,7 @@
 
 mod calls;
 mod conduct;
+mod crashes;
 mod deadlines;
 mod files;
 mod fixture;
