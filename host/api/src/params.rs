@@ -181,26 +181,31 @@ impl ParamDecl {
     /// default where it is missing or of another kind, NaN included.
     #[must_use]
     pub fn sanitise(&self, value: Option<&Value>) -> Value {
+        value.and_then(|value| self.fitted(value)).unwrap_or_else(|| self.default.clone())
+    }
+
+    /// A value brought into the range; `None` where it is of another kind or not a number.
+    #[must_use]
+    pub fn fitted(&self, value: &Value) -> Option<Value> {
         let clamp = |number: f64| match self.range {
             Some([low, high]) => number.clamp(low, high),
             None => number,
         };
         match (&self.kind, value) {
-            (ParamKind::Bool, Some(Value::Bool(v))) => Value::Bool(*v),
-            (ParamKind::Int, Some(Value::Int(v))) => Value::Int(clamp(*v as f64).round() as i64),
-            (ParamKind::Int, Some(Value::Float(v))) if v.is_finite() => {
-                Value::Int(clamp(*v).round() as i64)
+            (ParamKind::Int, Value::Int(v)) => Some(Value::Int(clamp(*v as f64).round() as i64)),
+            (ParamKind::Int, Value::Float(v)) if v.is_finite() => {
+                Some(Value::Int(clamp(*v).round() as i64))
             }
-            (ParamKind::Float, Some(Value::Float(v))) if v.is_finite() => Value::Float(clamp(*v)),
-            (ParamKind::Float, Some(Value::Int(v))) => Value::Float(clamp(*v as f64)),
-            (ParamKind::Text, Some(Value::Text(v))) => Value::Text(v.clone()),
-            (ParamKind::Color, Some(Value::Color(v))) if v.iter().all(|c| c.is_finite()) => {
-                Value::Color(*v)
+            (ParamKind::Float, Value::Float(v)) if v.is_finite() => Some(Value::Float(clamp(*v))),
+            (ParamKind::Float, Value::Int(v)) => Some(Value::Float(clamp(*v as f64))),
+            (ParamKind::Color, Value::Color(v)) => {
+                v.iter().all(|c| c.is_finite()).then(|| value.clone())
             }
-            (ParamKind::Choice(ids), Some(Value::Text(v))) if ids.contains(v) => {
-                Value::Text(v.clone())
+            (ParamKind::Choice(ids), Value::Text(v)) => ids.contains(v).then(|| value.clone()),
+            (ParamKind::Bool, Value::Bool(_)) | (ParamKind::Text, Value::Text(_)) => {
+                Some(value.clone())
             }
-            _ => self.default.clone(),
+            _ => None,
         }
     }
 }

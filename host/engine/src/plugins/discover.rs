@@ -115,7 +115,7 @@ impl SearchPath {
 }
 
 /// The libraries of a folder in the order of their names.
-fn libraries_in(folder: &Place) -> Vec<Place> {
+pub(super) fn libraries_in(folder: &Place) -> Vec<Place> {
     let Ok(listing) = folder.path.read_dir() else { return Vec::new() };
     let mut paths: Vec<PathBuf> = listing
         .flatten()
@@ -128,7 +128,7 @@ fn libraries_in(folder: &Place) -> Vec<Place> {
 
 /// Whether a name ends as libraries of any system do: those of other systems are listed with the
 /// reason why they do not work here.
-fn has_library_extension(path: &Path) -> bool {
+pub(super) fn has_library_extension(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str());
     extension.is_some_and(|e| ["so", "dylib", "dll"].iter().any(|l| e.eq_ignore_ascii_case(l)))
 }

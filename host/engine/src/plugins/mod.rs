@@ -5,9 +5,10 @@
 //! this host's ABI. [`SearchPath`] says where plugins lie, [`Registry`] lists what was found and
 //! what was refused and why, and [`Registry::load`] brings a unit into memory.
 //!
-//! For programs that live on after a plugin has failed, [`Conduct`] keeps count and switches off
-//! what fails again and again, and [`Marks`] tell the next start which plugin was at work when the
-//! program crashed.
+//! Programs that live on have more: a [`Watcher`] says when files change, [`UnitRef::reload`] takes
+//! a rebuilt unit as far as a first graph while the old one runs on, [`Conduct`] keeps count of
+//! failures and switches off what fails again and again, and [`Marks`] tell the next start which
+//! plugin was at work when the program crashed.
 //!
 //! Invariants: a library is never loaded from where it was found, but from a private copy of the
 //! very bytes that were judged, so that a rebuild in place cannot pull the code from under the
@@ -27,6 +28,8 @@ mod marks;
 mod open;
 mod patience;
 mod registry;
+mod reload;
+mod watch;
 
 pub use conduct::{Barred, Conduct, Record, STRIKES, Standing};
 pub use discover::{Origin, Place, SearchPath};
@@ -38,3 +41,5 @@ pub use marks::{Crash, Mark, Marks};
 pub use open::{leave, loader_is_busy};
 pub use patience::Patience;
 pub use registry::{Entry, Registry, State};
+pub use reload::{Kept, ReloadTimes, Reloaded, keep_values};
+pub use watch::{Changed, QUIET, Watcher};

@@ -30,6 +30,15 @@ pub(crate) fn faulty_bytes() -> Vec<u8> {
     fs::read(faulty()).unwrap()
 }
 
+/// The contents of [`faulty`] built anew, with the code of another renderer behind the name `fine`.
+pub(crate) fn faulty_with_fine_being(id: &str, title: &str) -> Vec<u8> {
+    let bytes = replaced(faulty_bytes(), b"\tfine\tFine\t", b"\tgood\tFine\t");
+    // The manifest's lines must keep their length.
+    let title_len = title.len() + id.len() - "fine".len();
+    let renamed = format!("\tfine\t{title:title_len$}\t");
+    replaced(bytes, format!("\t{id}\t{title}\t").as_bytes(), renamed.as_bytes())
+}
+
 /// A library of the fixture package. Test programs lie in `deps`, beside `examples`.
 fn built(name: &str) -> PathBuf {
     let program = std::env::current_exe().unwrap();

@@ -11,4 +11,6 @@ mod files;
 mod fixture;
 mod loading;
 mod lookup;
+mod rebuilt;
 mod search;
+mod watching;
