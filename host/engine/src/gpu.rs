@@ -1,6 +1,7 @@
 //! The graphics device: which adapter is taken and what it can do.
 
 use std::collections::HashMap;
+use std::sync::{Arc, OnceLock};
 use thiserror::Error;
 
 /// The formats graphs and the surface buffer are made of.
@@ -92,6 +93,8 @@ pub struct Gpu {
     pub blends_f32: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
+    /// Why the device was lost, once it is.
+    lost: Arc<OnceLock<String>>,
     /// What textures of a format may be used for, where less than WebGPU promises.
     usages: HashMap<wgpu::TextureFormat, wgpu::TextureUsages>,
 }
@@ -177,9 +180,17 @@ impl Gpu {
             })?;
         // Mistakes are caught by error scopes; what comes late is noted instead of ending the
         // program.
-        device.on_uncaptured_error(std::sync::Arc::new(|error| {
+        device.on_uncaptured_error(Arc::new(|error| {
             tracing::error!("graphics device: {error}");
         }));
+        let lost = Arc::new(OnceLock::new());
+        let tell = lost.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
+            let text = if message.is_empty() { format!("{reason:?}") } else { message };
+            // Only the first reason is the cause.
+            drop(tell.set(text));
+        });
         let usages = FORMATS
             .map(|format| {
                 let promised = format.guaranteed_format_features(features).allowed_usages;
@@ -189,6 +200,7 @@ impl Gpu {
             .into_iter()
             .collect();
         Ok(Self {
+            lost,
             usages,
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
@@ -196,6 +208,39 @@ impl Gpu {
             queue,
             info,
         })
+    }
+
+    /// Why the device was lost, if it was: nothing can be drawn with it any more, only with a new
+    /// one.
+    #[must_use]
+    pub fn lost(&self) -> Option<&str> {
+        // Losses are told while the device is polled; one that fails to be polled is no news.
+        drop(self.device.poll(wgpu::PollType::Poll));
+        self.lost.get().map(String::as_str)
+    }
+
+    /// A buffer with these contents, zeros behind them where the size must be a multiple of four.
+    /// On a device that is lost or out of memory it is not one, which using it reports.
+    pub(crate) fn filled_buffer(
+        &self,
+        label: &str,
+        contents: &[u8],
+        usage: wgpu::BufferUsages,
+    ) -> wgpu::Buffer {
+        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: (contents.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT),
+            usage,
+            mapped_at_creation: !contents.is_empty(),
+        });
+        if !contents.is_empty() {
+            // wgpu's own function for this panics where the device is lost.
+            if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+                mapped.slice(..contents.len()).copy_from_slice(contents);
+            }
+            buffer.unmap();
+        }
+        buffer
     }
 
     /// What textures of this format may be used for.

@@ -146,8 +146,25 @@ impl Engine {
     ///
     /// # Errors
     /// Where the plugin fails, its graph breaks a rule, a cloud cannot be drawn, or the device
-    /// fails. The engine can be used on.
+    /// fails. The engine can be used on, unless its device is lost.
     pub fn render(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
+        let rendered = self.attempt(renderer, request);
+        rendered.map_err(|error| self.cause(error))
+    }
+
+    /// Everything fails on a lost device, each thing in words of its own; the loss is the cause.
+    fn cause(&self, error: RenderError) -> RenderError {
+        match self.gpu.lost() {
+            Some(reason) => RenderError::DeviceLost(reason.to_owned()),
+            None => error,
+        }
+    }
+
+    fn attempt(
         &mut self,
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,

@@ -6,14 +6,9 @@ use crate::run::RenderError;
 use crate::surfels::DrawnCloud;
 use glam::{DVec3, Mat4, Vec2, Vec4};
 use surfelshop_api::{Light, Projection, Scene, Uniform, View};
-use wgpu::util::DeviceExt as _;
 
 pub(super) fn uniform(gpu: &Gpu, label: &str, uniform: Uniform) -> wgpu::Buffer {
-    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some(label),
-        contents: &uniform.into_bytes(),
-        usage: wgpu::BufferUsages::UNIFORM,
-    })
+    gpu.filled_buffer(label, &uniform.into_bytes(), wgpu::BufferUsages::UNIFORM)
 }
 
 /// The view as surfels are drawn: in units of its own, so that squares of a scene's lengths neither

@@ -161,17 +161,7 @@ fn upload_data(
     if plan.structure.uniforms.is_empty() {
         return Ok(None);
     }
-    let contents = {
-        let mut padded = frame.data.to_vec();
-        padded.resize(frame.data.len().next_multiple_of(4), 0);
-        padded
-    };
-    use wgpu::util::DeviceExt as _;
-    Ok(Some(recorder.gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("uniforms"),
-        contents: &contents,
-        usage: wgpu::BufferUsages::UNIFORM,
-    })))
+    Ok(Some(recorder.gpu.filled_buffer("uniforms", frame.data, wgpu::BufferUsages::UNIFORM)))
 }
 
 /// Views of the textures a pass reads or stores into, by variable.

@@ -53,6 +53,9 @@ pub enum RenderError {
     /// The device failed.
     #[error("graphics device: {0}")]
     Device(String),
+    /// The device is lost: every frame fails until there is a new engine on a new device.
+    #[error("the graphics device was lost: {0}")]
+    DeviceLost(String),
     /// One of the host's own shaders failed.
     #[error("internal shader: {0}")]
     Host(String),

@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use surfelshop_api::Uniform;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
-use wgpu::util::DeviceExt as _;
 
 const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
 const DRAW: &str = include_str!("../../../../shaders/host/draw_surfels.wgsl");
@@ -68,11 +67,7 @@ impl<'a> Drawing<'a> {
                     .f32(input.settings.radius_scale)
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
-                let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-                    label: Some("chunk"),
-                    contents: &bytes,
-                    usage: wgpu::BufferUsages::UNIFORM,
-                });
+                let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
                 chunks.push(Chunk { cloud, position, count, uniform });
             }
             first_of_cloud += cloud.n_surfels;
@@ -255,11 +250,8 @@ impl<'a> Drawing<'a> {
             mapped_at_creation: false,
         });
         recorder.encoder.clear_buffer(&sums, 0, None);
-        let band = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("band"),
-            contents: &Uniform::new().u32(first).u32(rows).into_bytes(),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
+        let rows_drawn = Uniform::new().u32(first).u32(rows).into_bytes();
+        let band = gpu.filled_buffer("band", &rows_drawn, wgpu::BufferUsages::UNIFORM);
         let name = "surfels: accumulate";
         let more = [
             ("sums", sums.as_entire_binding()),
