@@ -58,7 +58,7 @@ fn a_lost_device_is_named_as_such_and_a_new_one_draws_the_same() {
     let mut engine = stage::engine();
     let mut other = stage::static_renderer::<SurfelshopPackage>(&engine, 0);
     assert_eq!(render(&mut engine, &mut other, &cloud).unwrap().images, before);
-    // A renderer holds nothing of a device but the plan of its last structure.
+    // Instances of plugins outlive the device.
     assert_eq!(render(&mut engine, &mut renderer, &cloud).unwrap().images, before);
 }
 
@@ -106,4 +106,15 @@ fn a_plugins_error_is_no_loss() {
     let mut renderer = stage::static_renderer::<SurfelshopPackage>(&engine, 1);
     let error = render(&mut engine, &mut renderer, &cloud()).unwrap_err();
     assert!(matches!(error, RenderError::Plugin(_)), "{error}");
+}
+
+#[test]
+fn a_renderer_may_go_from_one_engine_to_another() {
+    let cloud = cloud();
+    let (mut one, mut other) = (stage::engine(), stage::engine());
+    let mut renderer = stage::static_renderer::<SurfelshopPackage>(&one, 0);
+    let first = render(&mut one, &mut renderer, &cloud).unwrap().images;
+    for engine in [&mut other, &mut one] {
+        assert_eq!(render(engine, &mut renderer, &cloud).unwrap().images, first);
+    }
 }

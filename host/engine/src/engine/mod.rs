@@ -9,6 +9,7 @@ use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
 use crate::surfels::{Columns, SurfaceCounts, Surfaces};
+use std::sync::atomic::{AtomicU64, Ordering};
 use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
@@ -87,19 +88,24 @@ pub struct RendererView {
     scope: String,
     structure: Vec<u8>,
     plan: Option<Plan>,
+    /// The engine that made the plan, whose device its pipelines belong to.
+    planned_by: u64,
 }
 
 impl RendererView {
     /// Puts an instance of a renderer into a view; `scope` keeps the persistent resources of
-    /// different renderers apart and is usually package and unit id.
+    /// different renderers apart and is usually
+    /// [`LoadedUnit::scope`](crate::plugins::LoadedUnit::scope).
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
-        Self { hosted, scope: scope.into(), structure: Vec::new(), plan: None }
+        Self { hosted, scope: scope.into(), structure: Vec::new(), plan: None, planned_by: 0 }
     }
 }
 
 /// The device side: columns, pipelines, surfaces and resources of all views.
 pub struct Engine {
+    /// Tells this engine from all others of the process.
+    serial: u64,
     gpu: Gpu,
     pipelines: Pipelines,
     columns: Columns,
@@ -114,7 +120,9 @@ impl Engine {
     /// # Errors
     /// Where a shader module of the host is broken.
     pub fn new(gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
+        static ENGINES: AtomicU64 = AtomicU64::new(1);
         Ok(Self {
+            serial: ENGINES.fetch_add(1, Ordering::Relaxed),
             pipelines: Pipelines::new(gpu.device.clone())?,
             columns: Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels),
             surfaces: Surfaces::default(),
@@ -235,6 +243,7 @@ impl Engine {
         size: [u32; 2],
     ) -> Result<(), RenderError> {
         let known = renderer.plan.as_ref().is_some_and(|plan| plan.size == size)
+            && renderer.planned_by == self.serial
             && renderer.structure == encoded.structure;
         if known {
             return Ok(());
@@ -246,6 +255,7 @@ impl Engine {
         self.plans += 1;
         renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
         renderer.structure.clone_from(&encoded.structure);
+        renderer.planned_by = self.serial;
         Ok(())
     }
 }
