@@ -88,8 +88,8 @@ impl Studio {
         let hosted = unit
             .start(&self.host, &self.patience)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
-        let scope = format!("{}/{}", reference.package, reference.id);
-        Ok(Chosen { reference, unit, values, view: RendererView::new(hosted, scope) })
+        let view = RendererView::new(hosted, unit.scope());
+        Ok(Chosen { reference, unit, values, view })
     }
 
     /// Renders until the picture does not change any more.

@@ -1,6 +1,7 @@
 //! Judges a plugin file by its bytes, before any of its code runs.
 
 use super::binary::{self, Library};
+use std::fmt;
 use std::fs::File;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read};
@@ -30,6 +31,12 @@ impl Contents {
         let mut hasher = DefaultHasher::new();
         bytes.hash(&mut hasher);
         Self { len: bytes.len() as u64, digest: hasher.finish() }
+    }
+}
+
+impl fmt::Display for Contents {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.digest)
     }
 }
 

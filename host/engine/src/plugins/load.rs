@@ -156,6 +156,13 @@ impl LoadedUnit {
         self.plugin.create(self.unit_index, host)
     }
 
+    /// Where this unit's persistent resources live: apart from those of other units and of other
+    /// builds of this one, which may have filled them otherwise.
+    #[must_use]
+    pub fn scope(&self) -> String {
+        format!("{}/{} {}", self.manifest.id, self.unit.id, self.contents)
+    }
+
     /// A unit registered in this program with `static_plugin!`, by its position.
     ///
     /// # Errors

@@ -70,6 +70,7 @@ fn an_unchanged_file_is_recognised() {
     shelf.put("subject", &rebuilt());
     let changed = unit.reload(&HostInfo::default(), &request(), &Patience::default()).unwrap();
     assert_ne!(changed.unit.contents, loaded.contents);
+    assert_ne!(changed.unit.scope(), loaded.scope(), "nothing the old build drew is taken over");
 }
 
 /// Puts a build in the place of the plugin in use and expects the plugin to be kept, for a reason
@@ -144,7 +145,7 @@ fn shaders_that_do_not_compile_leave_the_old_one() {
     let mut reload = |build: &[u8]| {
         shelf.put("subject", build);
         let new = unit.reload(&HostInfo::default(), &request(), &Patience::default()).unwrap();
-        let mut candidate = RendererView::new(new.hosted, "subject");
+        let mut candidate = RendererView::new(new.hosted, new.unit.scope());
         let rendered = render(&mut candidate);
         if rendered.is_ok() {
             shown = candidate;
