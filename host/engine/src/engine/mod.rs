@@ -9,7 +9,6 @@ use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
 use crate::surfels::{Columns, SurfaceCounts, Surfaces};
-use std::sync::atomic::{AtomicU64, Ordering};
 use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
@@ -120,6 +119,7 @@ impl Engine {
     /// # Errors
     /// Where a shader module of the host is broken.
     pub fn new(gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
+        use std::sync::atomic::{AtomicU64, Ordering};
         static ENGINES: AtomicU64 = AtomicU64::new(1);
         Ok(Self {
             serial: ENGINES.fetch_add(1, Ordering::Relaxed),
