@@ -19,6 +19,8 @@ pub struct Surfels {
     pub colors: Vec<[u8; 3]>,
     /// Accessibility; no column where empty.
     pub ao: Vec<f32>,
+    /// Indices of materials; no column where empty.
+    pub materials: Vec<u32>,
 }
 
 impl Surfels {
@@ -47,6 +49,9 @@ impl Surfels {
         }
         if !self.ao.is_empty() {
             all.push(Column::new(columns::AO, 1, Buffer::F32(self.ao.clone())));
+        }
+        if !self.materials.is_empty() {
+            all.push(Column::new(columns::MATERIAL, 1, Buffer::U32(self.materials.clone())));
         }
         Cloud::new(self.origin, all).expect("test clouds are consistent")
     }
