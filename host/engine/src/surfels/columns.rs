@@ -187,10 +187,13 @@ impl Columns {
         if let Some(column) = cloud.column(columns::COLOR)
             && is_color(column)
         {
-            let table = srgb_table();
-            let encode = |i: usize, out: &mut Vec<u8>| linear_halves(column, &table, i, out);
-            self.upload(column, columns::COLOR, &encode, 8, 0.0, &mut drawn);
-            drawn.defines.push("COLOR");
+            let (layout, stride): (_, u64) = match column.values {
+                Values::U8(_) => ("COLOR8", 4),
+                _ => ("COLOR16", 8),
+            };
+            let encode = |i: usize, out: &mut Vec<u8>| encode_color(column, i, out);
+            self.upload(column, columns::COLOR, &encode, stride, 0.0, &mut drawn);
+            drawn.defines.push(layout);
         }
         Ok(drawn)
     }
@@ -294,24 +297,30 @@ fn is_color(column: &ColumnView<'_>) -> bool {
         && matches!(column.values, Values::U8(_) | Values::U16(_) | Values::F32(_))
 }
 
-/// Linear values of all 8-bit sRGB codes.
-fn srgb_table() -> Vec<f16> {
-    (0..=255u8).map(|v| f16::from_f32(srgb_to_linear(f32::from(v) / 255.0))).collect()
+/// Linear values of all 8-bit sRGB codes, as the surfel shaders read them.
+pub(super) fn linear_of_srgb() -> Vec<u8> {
+    let linear = |code: u8| srgb_to_linear(f32::from(code) / 255.0);
+    (0..=255).flat_map(|code| linear(code).to_le_bytes()).collect()
 }
 
-/// Appends a surfel's colour as four half-precision floats: linear red, green, blue and one.
-fn linear_halves(column: &ColumnView<'_>, table: &[f16], i: usize, out: &mut Vec<u8>) {
+/// Appends a surfel's colour: four bytes of 8-bit codes as they are, or four half-precision
+/// floats, linear red, green, blue and one.
+fn encode_color(column: &ColumnView<'_>, i: usize, out: &mut Vec<u8>) {
     let first = column.components as usize * i;
-    let channel = |c: usize| match column.values {
-        Values::U8(values) => table[usize::from(values[first + c])],
+    let halves = match column.values {
+        Values::U8(values) => {
+            out.extend_from_slice(&values[first..first + 3]);
+            out.push(u8::MAX);
+            return;
+        }
         Values::U16(values) => {
-            f16::from_f32(srgb_to_linear(f32::from(values[first + c]) / 65535.0))
+            [0, 1, 2].map(|c| srgb_to_linear(f32::from(values[first + c]) / 65535.0))
         }
         // Finite in half precision, so that no infinity reaches the sums.
-        Values::F32(values) => f16::from_f32(values[first + c].clamp(0.0, f16::MAX.to_f32())),
-        _ => f16::ZERO,
+        Values::F32(values) => [0, 1, 2].map(|c| values[first + c].clamp(0.0, f16::MAX.to_f32())),
+        _ => [0.0; 3],
     };
-    for half in [channel(0), channel(1), channel(2), f16::ONE] {
+    for half in halves.map(f16::from_f32).into_iter().chain([f16::ONE]) {
         out.extend_from_slice(&half.to_le_bytes());
     }
 }

@@ -1,6 +1,6 @@
 //! The passes that make a surface buffer out of surfels.
 
-use super::columns::DrawnCloud;
+use super::columns::{DrawnCloud, linear_of_srgb};
 use super::surface::{Surface, SurfaceInput, texture};
 use crate::gpu::Gpu;
 use crate::run::{Attachment, Draw, DrawKind, Pipeline, Pipelines, Recorder, Stage, bind};
@@ -45,6 +45,7 @@ struct Chunk<'a> {
 pub(super) struct Drawing<'a> {
     input: &'a SurfaceInput<'a>,
     chunks: Vec<Chunk<'a>>,
+    linear_of_srgb: wgpu::Buffer,
     none: BTreeMap<String, f64>,
 }
 
@@ -77,7 +78,12 @@ impl<'a> Drawing<'a> {
             }
             first_of_cloud += cloud.n_surfels;
         }
-        Self { input, chunks, none: BTreeMap::new() }
+        let linear_of_srgb = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("linear of sRGB"),
+            contents: &linear_of_srgb(),
+            usage: wgpu::BufferUsages::UNIFORM,
+        });
+        Self { input, chunks, linear_of_srgb, none: BTreeMap::new() }
     }
 
     fn bind(
@@ -92,6 +98,7 @@ impl<'a> Drawing<'a> {
                 return Some(resource.clone());
             }
             match name {
+                "linear_of_srgb" => Some(self.linear_of_srgb.as_entire_binding()),
                 "chunk" => Some(chunk.uniform.as_entire_binding()),
                 "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
                 _ => {
