@@ -39,6 +39,11 @@ pub(crate) struct DrawnCloud {
 }
 
 impl DrawnCloud {
+    /// Number of chunks, as the device holds them.
+    pub(crate) fn n_chunks(&self) -> usize {
+        self.columns.first().map_or(0, |(_, buffers)| buffers.len())
+    }
+
     /// First surfel and number of surfels of each chunk.
     pub(crate) fn chunks(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let (n, len) = (self.n_surfels, self.chunk_len);
