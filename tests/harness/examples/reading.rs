@@ -8,10 +8,7 @@
 
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
-mod measure;
-
 use anyhow::{Context as _, Result, ensure};
-use measure::{Cost, in_child};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::cell::Cell;
@@ -22,6 +19,7 @@ use std::path::Path;
 use std::time::Instant;
 use surfelshop_cloud::ReadOptions;
 use surfelshop_geometry::{Progress, silent};
+use surfelshop_tests::measure::{Cost, in_child};
 
 /// Bytes of a record.
 const RECORD: usize = 27;
