@@ -181,7 +181,7 @@ impl Columns {
                 let largest = self.floats(name, &mut arriving)?;
                 // The largest component bounds the length of a tangent within a factor of sqrt(3),
                 // and two skewed ones that of the ellipse within sqrt(2) more.
-                let bound = arriving.drawn.max_radius.max(largest * 1.733);
+                let bound = arriving.drawn.max_radius.max(largest * 2.45);
                 arriving.drawn.max_radius = bound;
             }
             arriving.drawn.defines.push("TANGENTS");
