@@ -36,7 +36,13 @@ var<storage, read> radius: array<f32>;
 var<storage, read> tangent_u: array<f32>;
 var<storage, read> tangent_v: array<f32>;
 #endif
-#ifdef COLOR
+#ifdef COLOR8
+// sRGB codes of red, green and blue in the lower three bytes.
+var<storage, read> color: array<u32>;
+// The linear values of all 256 codes, in order: decoded by the host, exactly and alike everywhere.
+var<uniform> linear_of_srgb: array<vec4<f32>, 64>;
+#endif
+#ifdef COLOR16
 // Four half-precision floats: linear red, green, blue and one.
 var<storage, read> color: array<vec2<u32>>;
 #endif
@@ -67,12 +73,26 @@ fn load_normal(i: u32) -> vec3<f32> {
     return vec3(normal[3u * i], normal[3u * i + 1u], normal[3u * i + 2u]);
 }
 
+#ifdef COLOR8
+fn linear_channel(code: u32) -> f32 {
+    return linear_of_srgb[code >> 2u][code & 3u];
+}
+#endif
+
 fn load_albedo(i: u32) -> vec3<f32> {
-#ifdef COLOR
+#ifdef COLOR8
+    let codes = color[i];
+    let red = linear_channel(codes & 255u);
+    let green = linear_channel((codes >> 8u) & 255u);
+    let blue = linear_channel((codes >> 16u) & 255u);
+    return vec3(red, green, blue);
+#else
+#ifdef COLOR16
     let bits = color[i];
     return vec3(unpack2x16float(bits.x), unpack2x16float(bits.y).x);
 #else
     return chunk.albedo;
+#endif
 #endif
 }
 

@@ -79,10 +79,10 @@ fn nearest_fragment(in: Nearest) -> Winner {
 struct Blended {
     @builtin(position) @invariant clip: vec4<f32>,
     @location(0) corner: vec2<f32>,
-    @location(1) @interpolate(flat) normal: vec3<f32>,
+    // The normal and the share, negative where the surfel is seen from behind: few and full values,
+    // as software drivers keep every one of them for each triangle that waits for its pixels.
+    @location(1) @interpolate(flat) normal_share: vec4<f32>,
     @location(2) @interpolate(flat) albedo_ao: vec4<f32>,
-    @location(3) @interpolate(flat) back: u32,
-    @location(4) @interpolate(flat) share: f32,
 }
 
 @vertex
@@ -94,10 +94,8 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32
     var out: Blended;
     out.clip = select(NOWHERE, clip, disc.visible);
     out.corner = corner;
-    out.normal = disc.normal;
+    out.normal_share = vec4(disc.normal, select(disc.share, -disc.share, disc.back == 1u));
     out.albedo_ao = vec4(load_albedo(i), load_ao(i));
-    out.back = disc.back;
-    out.share = disc.share;
     return out;
 }
 
@@ -115,11 +113,11 @@ fn blended_fragment(in: Blended) -> Sums {
     if r2 > 1.0 {
         discard;
     }
-    if textureLoad(nearest, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != in.back {
+    if textureLoad(nearest, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != select(0u, 1u, in.normal_share.w < 0.0) {
         discard;
     }
-    let w = splat_weight(r2) * in.share;
-    return Sums(vec4(in.normal * w, w), in.albedo_ao * w);
+    let w = splat_weight(r2) * abs(in.normal_share.w);
+    return Sums(vec4(in.normal_share.xyz * w, w), in.albedo_ao * w);
 }
 
 // The nearest surfel of a pixel, counted within this chunk; a number not below `chunk.count` where

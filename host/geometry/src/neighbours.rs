@@ -1,8 +1,9 @@
 use crate::bounds::Bounds;
+use crate::progress::{Cancelled, Progress, aside, each, flat_map, map, part, sort, tell};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use rayon::prelude::*;
 use std::num::NonZero;
+use std::time::Duration;
 
 /// A point near another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,6 +38,10 @@ pub struct Neighbours {
     scale: f64,
 }
 
+/// Share of the work that is building the structure, for the progress of estimates that build
+/// their own.
+pub(crate) const SEARCH_SHARE: f64 = 0.1;
+
 /// The place of a position that is not finite.
 const NOWHERE: u32 = u32::MAX;
 
@@ -47,29 +52,25 @@ fn turn() -> DMat3 {
 
 impl Neighbours {
     /// Builds the search structure: O(n log n) time, about 100 bytes a position.
-    #[must_use]
-    pub fn new(positions: &[Vec3]) -> Self {
+    ///
+    /// Where `progress` asks to stop while the tree grows, this returns at once; a thread that
+    /// nobody waits for finishes the tree and drops it.
+    ///
+    /// # Errors
+    /// Where `progress` asks to stop.
+    pub fn build(positions: &[Vec3], progress: Progress<'_>) -> Result<Self, Cancelled> {
         let bounds = Bounds::of_positions(positions)
             .unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
         let extent = bounds.extent();
         // A power of two, so that scaling rounds nothing and equal distances stay equal.
         let scale = if extent > 0.0 { 2f64.powi(extent.log2().ceil() as i32) } else { 1.0 };
-        let (first, place) = merge_coincident(positions);
+        let (first, place) = merge_coincident(positions, &part(progress, 0.0..0.4))?;
         let centre = bounds.centre();
-        let distinct: Vec<DVec3> = first
-            .iter()
-            .map(|&index| (positions[index as usize].as_dvec3() - centre) / scale)
-            .collect();
-        let turn = turn();
-        let turned: Vec<[f64; 3]> =
-            distinct.iter().map(|&point| (turn * point).to_array()).collect();
-        // The parallel construction picks pivots that depend on the number of threads.
-        let tree = if turned.is_empty() {
-            None
-        } else {
-            ImmutableKdTree::builder().with_serial_construction().build_from_slice(&turned).ok()
-        };
-        Self { tree, distinct, first, place, bounds, scale }
+        let distinct: Vec<DVec3> = map(first.len(), &part(progress, 0.4..0.45), |place| {
+            (positions[first[place] as usize].as_dvec3() - centre) / scale
+        })?;
+        let tree = tree(&distinct, &part(progress, 0.45..1.0))?;
+        Ok(Self { tree, distinct, first, place, bounds, scale })
     }
 
     /// Number of positions, coincident ones and those that are not finite included.
@@ -153,43 +154,75 @@ impl Neighbours {
     }
 }
 
-/// The first occurrences of the different finite positions, and each position's place among them.
-fn merge_coincident(positions: &[Vec3]) -> (Vec<u32>, Vec<u32>) {
-    // Adding zero makes the two zeros one.
-    let key = |index: u32| (positions[index as usize] + Vec3::ZERO).to_array().map(f32::to_bits);
-    let mut order: Vec<u32> = (0..positions.len())
-        .filter(|&index| positions[index].is_finite())
-        .filter_map(|index| u32::try_from(index).ok())
-        .collect();
-    order.par_sort_unstable_by_key(|&index| (key(index), index));
-    let mut leader = vec![NOWHERE; positions.len()];
-    for group in order.chunk_by(|&a, &b| key(a) == key(b)) {
-        for &index in group {
-            leader[index as usize] = group[0];
-        }
+/// The k-d tree of points, turned; `None` where there are none.
+fn tree(
+    points: &[DVec3],
+    progress: Progress<'_>,
+) -> Result<Option<ImmutableKdTree<f64, 3>>, Cancelled> {
+    if points.is_empty() {
+        tell(progress, 1.0)?;
+        return Ok(None);
     }
+    let turn = turn();
+    let turned =
+        map(points.len(), &part(progress, 0.0..0.1), |place| (turn * points[place]).to_array())?;
+    let count = points.len() as f64;
+    let usually = Duration::from_secs_f64(10e-9 * count * count.log2());
+    // The parallel construction picks pivots that depend on the number of threads.
+    aside(&part(progress, 0.1..1.0), usually, move || {
+        ImmutableKdTree::builder().with_serial_construction().build_from_slice(&turned).ok()
+    })
+}
+
+/// The first occurrences of the different finite positions, and each position's place among them.
+fn merge_coincident(
+    positions: &[Vec3],
+    progress: Progress<'_>,
+) -> Result<(Vec<u32>, Vec<u32>), Cancelled> {
+    let keys = flat_map(positions.len(), &part(progress, 0.0..0.1), |index| {
+        // Adding zero makes the two zeros one.
+        let key = (positions[index] + Vec3::ZERO).to_array().map(f32::to_bits);
+        let index = u32::try_from(index).ok().filter(|_| positions[index].is_finite());
+        index.map(|index| (key, index)).into_iter()
+    })?;
+    let count = keys.len();
+    let mut sorted = sort(keys, &part(progress, 0.1..0.7))?.into_iter().flatten();
+    let mut leader = vec![NOWHERE; positions.len()];
+    let mut leading = ([0; 3], NOWHERE);
+    each(count, &part(progress, 0.7..0.9), |_| {
+        let Some((key, index)) = sorted.next() else { return };
+        if leading.1 == NOWHERE || leading.0 != key {
+            leading = (key, index);
+        }
+        leader[index as usize] = leading.1;
+    })?;
     let mut first = Vec::new();
     let mut place = vec![NOWHERE; positions.len()];
-    for index in 0..positions.len() {
-        let leading = leader[index] as usize;
-        if leader[index] == NOWHERE {
-            continue;
+    each(positions.len(), &part(progress, 0.9..1.0), |index| {
+        let leading = leader[index];
+        if leading == NOWHERE {
+            return;
         }
-        // Leaders come before their followers, since groups are sorted by index.
-        if leading == index {
+        // Leaders come before their followers, since equal ones are sorted by index.
+        if leading as usize == index {
             place[index] = first.len() as u32;
-            first.push(leader[index]);
+            first.push(leading);
         } else {
-            place[index] = place[leading];
+            place[index] = place[leading as usize];
         }
-    }
-    (first, place)
+    })?;
+    Ok((first, place))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::progress::silent;
     use crate::samples::{grid, random_sphere};
+
+    fn built(positions: &[Vec3]) -> Neighbours {
+        Neighbours::build(positions, &silent).unwrap()
+    }
 
     fn brute_force(positions: &[Vec3], index: usize, k: usize) -> Vec<f64> {
         let mut distances: Vec<f64> = positions
@@ -205,7 +238,7 @@ mod tests {
     #[test]
     fn neighbours_are_those_of_a_full_search() {
         let positions = random_sphere(700, DVec3::new(3.0, -2.0, 9.0), 2.0, 1);
-        let neighbours = Neighbours::new(&positions);
+        let neighbours = built(&positions);
         for index in 0..positions.len() {
             let expected = brute_force(&positions, index, 12);
             let found = neighbours.nearest(index, 12);
@@ -218,7 +251,7 @@ mod tests {
 
     #[test]
     fn ten_thousand_equal_points_have_no_other_point() {
-        let neighbours = Neighbours::new(&vec![Vec3::splat(0.3); 10_000]);
+        let neighbours = built(&vec![Vec3::splat(0.3); 10_000]);
         assert_eq!(neighbours.len(), 10_000);
         assert_eq!(neighbours.n_distinct(), 1);
         assert!(neighbours.nearest(9_999, 16).is_empty());
@@ -228,7 +261,7 @@ mod tests {
     fn copies_do_not_hide_the_surroundings() {
         let mut positions = grid(10, Vec3::X, Vec3::Y);
         positions.extend(vec![Vec3::ZERO; 10_000]);
-        let neighbours = Neighbours::new(&positions);
+        let neighbours = built(&positions);
         let near = neighbours.nearest(10_050, 2);
         assert_eq!(near.iter().map(|n| n.index).collect::<Vec<_>>(), [1, 10]);
     }
@@ -236,13 +269,13 @@ mod tests {
     #[test]
     fn axis_aligned_lines_and_planes_are_searched_quickly_and_right() {
         let line: Vec<Vec3> = (0..50_000).map(|i| Vec3::X * i as f32).collect();
-        let neighbours = Neighbours::new(&line);
+        let neighbours = built(&line);
         for index in 1..line.len() - 1 {
             let near = neighbours.nearest(index, 2);
             assert_eq!([near[0].index, near[1].index], [index - 1, index + 1]);
         }
         let plane = grid(200, Vec3::X, Vec3::Z);
-        let neighbours = Neighbours::new(&plane);
+        let neighbours = built(&plane);
         let centre = 100 * 200 + 100;
         assert!(neighbours.nearest(centre, 4).iter().all(|n| n.distance == 1.0));
     }
@@ -251,7 +284,7 @@ mod tests {
     fn distances_hold_at_every_scale() {
         for scale in [1e-30f32, 1e-20, 1.0, 1e20, 1e28, 1e38] {
             let positions = [0.0, 1.0, 3.0].map(|x| Vec3::X * (x * scale));
-            let near = Neighbours::new(&positions).nearest(1, 5);
+            let near = built(&positions).nearest(1, 5);
             assert_eq!([near[0].index, near[1].index], [0, 2]);
             assert!((near[1].distance / f64::from(2.0 * scale) - 1.0).abs() < 1e-6);
         }
@@ -260,7 +293,7 @@ mod tests {
     #[test]
     fn positions_that_are_not_finite_are_nobodys_neighbour() {
         let positions = [Vec3::ZERO, Vec3::NAN, Vec3::X, Vec3::new(0.0, f32::INFINITY, 0.0)];
-        let neighbours = Neighbours::new(&positions);
+        let neighbours = built(&positions);
         assert_eq!(neighbours.nearest(0, 9), [Neighbour { index: 2, distance: 1.0 }]);
         assert!(neighbours.nearest(1, 9).is_empty());
         assert!(neighbours.nearest(99, 9).is_empty());
@@ -268,14 +301,14 @@ mod tests {
 
     #[test]
     fn no_points_have_no_neighbours() {
-        let neighbours = Neighbours::new(&[]);
+        let neighbours = built(&[]);
         assert!(neighbours.is_empty());
         assert!(neighbours.nearest(0, 3).is_empty());
     }
 
     #[test]
     fn the_two_zeros_are_one_position() {
-        let neighbours = Neighbours::new(&[Vec3::ZERO, -Vec3::ZERO]);
+        let neighbours = built(&[Vec3::ZERO, -Vec3::ZERO]);
         assert_eq!(neighbours.n_distinct(), 1);
     }
 }

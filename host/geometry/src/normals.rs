@@ -1,9 +1,9 @@
 //! Surface normals from positions, and repair of single ones.
 
 use crate::eigen;
-use crate::neighbours::Neighbours;
+use crate::neighbours::{Neighbours, SEARCH_SHARE};
 use crate::orientation::{self, GRAPH_NEIGHBOURS, Links};
-use crate::progress::{Cancelled, Progress, map, part, tell};
+use crate::progress::{Cancelled, Progress, each, map, part, tell};
 use glam::{DMat3, DVec3, Vec3};
 
 /// Neighbours a normal is fitted to where nobody says otherwise: two rings of a hexagonal
@@ -42,7 +42,8 @@ pub fn estimate(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Estimate, Cancelled> {
-    estimate_with(&Neighbours::new(positions), k, progress)
+    let neighbours = Neighbours::build(positions, &part(progress, 0.0..SEARCH_SHARE))?;
+    estimate_with(&neighbours, k, &part(progress, SEARCH_SHARE..1.0))
 }
 
 /// [`estimate`] for a search structure that exists already.
@@ -54,25 +55,24 @@ pub fn estimate_with(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Estimate, Cancelled> {
-    let fitting = part(progress, 0.0..0.7);
-    let fits = map(neighbours.n_distinct(), &fitting, |place| fit(neighbours, place, k))?;
-    tell(progress, 0.7)?;
-    let mut normals: Vec<DVec3> = fits.iter().map(|fit| fit.normal).collect();
-    let links: Vec<Links> = fits.iter().map(|fit| fit.links).collect();
-    let degenerate: Vec<bool> = fits.iter().map(|fit| fit.degenerate).collect();
+    let fitting = part(progress, 0.0..0.68);
+    let n = neighbours.n_distinct();
+    let fits = map(n, &fitting, |place| fit(neighbours, place, k))?;
+    let mut normals = map(n, &part(progress, 0.68..0.69), |place| fits[place].normal)?;
+    let links = map(n, &part(progress, 0.69..0.7), |place| fits[place].links)?;
+    let degenerate = map(n, &part(progress, 0.7..0.71), |place| fits[place].degenerate)?;
     drop(fits);
-    let n_components =
-        orientation::orient(neighbours.distinct(), &mut normals, &degenerate, &links);
-    let mut result = Estimate { n_components, ..Estimate::default() };
-    result.normals = (0..neighbours.len())
-        .map(|index| {
-            let place = neighbours.place_of(index);
-            result.n_degenerate += usize::from(place.is_none_or(|place| degenerate[place]));
-            place.map_or(Vec3::Z, |place| normals[place].as_vec3())
-        })
-        .collect();
-    tell(progress, 1.0)?;
-    Ok(result)
+    let points = neighbours.distinct();
+    let orienting = part(progress, 0.71..0.98);
+    let n_components = orientation::orient(points, &mut normals, &degenerate, &links, &orienting)?;
+    let mut n_degenerate = 0;
+    let mut result = Vec::with_capacity(neighbours.len());
+    each(neighbours.len(), &part(progress, 0.98..1.0), |index| {
+        let place = neighbours.place_of(index);
+        n_degenerate += usize::from(place.is_none_or(|place| degenerate[place]));
+        result.push(place.map_or(Vec3::Z, |place| normals[place].as_vec3()));
+    })?;
+    Ok(Estimate { normals: result, n_degenerate, n_components })
 }
 
 /// The plane through a neighbourhood.

@@ -1,7 +1,7 @@
 //! Makes the signs of fitted normals agree.
 
+use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
 use glam::DVec3;
-use rayon::prelude::*;
 
 /// Neighbours that a point passes its sign on to. With ten, random samples of a surface hang
 /// together, while a sheet nearby seldom comes among them.
@@ -51,36 +51,36 @@ const DEGENERATE_COST: f32 = 2.0;
 /// of normal orientations in point clouds, 2009, one normal is first reflected at the plane between
 /// the two points. On a circle it then coincides with the other, so that signs pass over sharp
 /// creases and rims where the plain cosine is zero or has the wrong sign.
+///
+/// # Errors
+/// Where `progress` asks to stop; the signs then mean nothing.
 pub(crate) fn orient(
     points: &[DVec3],
     normals: &mut [DVec3],
     degenerate: &[bool],
     links: &[Links],
-) -> usize {
-    let mut edges: Vec<Edge> = (0..points.len())
-        .into_par_iter()
-        .flat_map_iter(|a| {
-            let normals = &*normals;
-            links[a].iter().filter_map(move |b| edge(points, normals, degenerate, links, a, b))
-        })
-        .collect();
-    edges.par_sort_unstable();
+    progress: Progress<'_>,
+) -> Result<usize, Cancelled> {
+    let edges = flat_map(points.len(), &part(progress, 0.0..0.3), |a| {
+        let normals = &*normals;
+        links[a].iter().filter_map(move |b| edge(points, normals, degenerate, links, a, b))
+    })?;
+    let count = edges.len();
+    let mut edges = sort(edges, &part(progress, 0.3..0.5))?.into_iter().flatten();
     let mut parts = Parts::new(points.len());
-    for edge in &edges {
-        let (a, b) = (edge.a as usize, edge.b as usize);
-        parts.join(edge.a, edge.b, agreement(points, normals, a, b) < 0.0);
-    }
-    drop(edges);
-    let roots: Vec<u32> = (0..points.len())
-        .map(|place| {
-            let (root, flipped) = parts.find(place as u32);
-            if flipped {
-                normals[place] = -normals[place];
-            }
-            root
-        })
-        .collect();
-    turn_outwards(points, normals, &roots)
+    each(count, &part(progress, 0.5..0.95), |_| {
+        let Some(Edge { a, b, .. }) = edges.next() else { return };
+        parts.join(a, b, agreement(points, normals, a as usize, b as usize) < 0.0);
+    })?;
+    let mut roots = Vec::with_capacity(points.len());
+    each(points.len(), &part(progress, 0.95..0.97), |place| {
+        let (root, flipped) = parts.find(place as u32);
+        if flipped {
+            normals[place] = -normals[place];
+        }
+        roots.push(root);
+    })?;
+    turn_outwards(points, normals, &roots, &part(progress, 0.97..1.0))
 }
 
 /// The edge from `a` to its neighbour `b`, once for both directions.
@@ -198,19 +198,25 @@ struct Part {
 const LEAD: f64 = 0.1;
 
 /// Turns each part so that its extremal points face away from it; gives the number of parts.
-fn turn_outwards(points: &[DVec3], normals: &mut [DVec3], roots: &[u32]) -> usize {
+fn turn_outwards(
+    points: &[DVec3],
+    normals: &mut [DVec3],
+    roots: &[u32],
+    progress: Progress<'_>,
+) -> Result<usize, Cancelled> {
     let mut number = vec![NOBODY; points.len()];
     let mut parts: Vec<Part> = Vec::new();
     let nothing = Part {
         ends: [[(f64::NEG_INFINITY, NOBODY); 2]; DIRECTIONS.len()],
         normal_sum: DVec3::ZERO,
     };
-    for (place, &root) in roots.iter().enumerate() {
-        if number[root as usize] == NOBODY {
-            number[root as usize] = parts.len() as u32;
+    each(roots.len(), &part(progress, 0.0..0.8), |place| {
+        let number = &mut number[roots[place] as usize];
+        if *number == NOBODY {
+            *number = parts.len() as u32;
             parts.push(nothing.clone());
         }
-        let part = &mut parts[number[root as usize] as usize];
+        let part = &mut parts[*number as usize];
         part.normal_sum += normals[place];
         for (direction, ends) in DIRECTIONS.iter().zip(&mut part.ends) {
             let along = points[place].dot(*direction);
@@ -220,14 +226,14 @@ fn turn_outwards(points: &[DVec3], normals: &mut [DVec3], roots: &[u32]) -> usiz
                 }
             }
         }
-    }
+    })?;
     let inwards: Vec<bool> = parts.iter().map(|part| faces_inwards(part, normals)).collect();
-    for (place, &root) in roots.iter().enumerate() {
-        if inwards[number[root as usize] as usize] {
+    each(roots.len(), &part(progress, 0.8..1.0), |place| {
+        if inwards[number[roots[place] as usize] as usize] {
             normals[place] = -normals[place];
         }
-    }
-    parts.len()
+    })?;
+    Ok(parts.len())
 }
 
 /// Whether the votes of a part's extremal points say that it must be flipped.

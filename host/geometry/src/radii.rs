@@ -3,8 +3,8 @@
 mod covering;
 mod standing;
 
-use crate::neighbours::Neighbours;
-use crate::progress::{Cancelled, Progress, map, part, tell};
+use crate::neighbours::{Neighbours, SEARCH_SHARE};
+use crate::progress::{Cancelled, Progress, map, part};
 use covering::{Further, cover};
 use glam::Vec3;
 
@@ -47,7 +47,8 @@ pub fn estimate(
     normals: &[Vec3],
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    estimate_with(&Neighbours::new(positions), normals, progress)
+    let neighbours = Neighbours::build(positions, &part(progress, 0.0..SEARCH_SHARE))?;
+    estimate_with(&neighbours, normals, &part(progress, SEARCH_SHARE..1.0))
 }
 
 /// [`estimate`] for a search structure that exists already.
@@ -59,19 +60,15 @@ pub fn estimate_with(
     normals: &[Vec3],
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let radii = in_unit_box(neighbours, normals, progress)?;
+    let radii = in_unit_box(neighbours, normals, &part(progress, 0.0..0.99))?;
     let lone = lone_radius(neighbours.bounds().reach());
     let diagonal = neighbours.bounds().diagonal();
-    let result = (0..neighbours.len())
-        .map(|index| {
-            neighbours.place_of(index).map_or(lone, |place| {
-                let radius = radii[place] * neighbours.scale();
-                if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
-            })
+    map(neighbours.len(), &part(progress, 0.99..1.0), |index| {
+        neighbours.place_of(index).map_or(lone, |place| {
+            let radius = radii[place] * neighbours.scale();
+            if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
         })
-        .collect();
-    tell(progress, 1.0)?;
-    Ok(result)
+    })
 }
 
 /// The radii of the distinct positions in the unit box, 0 where there is only one.
@@ -81,17 +78,17 @@ fn in_unit_box(
     progress: Progress<'_>,
 ) -> Result<Vec<f64>, Cancelled> {
     let n = neighbours.n_distinct();
-    let fitting = part(progress, 0.0..0.8);
+    let fitting = part(progress, 0.0..0.75);
     let cells = map(n, &fitting, |place| cover(neighbours, normals, place, &[]))?;
-    let on_surface = standing::on_surface(&cells);
-    let further = Further::new(neighbours, &cells, &on_surface);
-    let widening = part(progress, 0.8..0.9);
+    let on_surface = standing::on_surface(&cells, &part(progress, 0.75..0.8))?;
+    let further = Further::new(neighbours, &cells, &on_surface, &part(progress, 0.8..0.85))?;
+    let widening = part(progress, 0.85..0.95);
     let covering = map(n, &widening, |place| match further.of(place) {
         [] => cells[place].radius,
         links => cover(neighbours, normals, place, links).radius,
     })?;
     let usual = median((0..n).filter(|&place| on_surface[place]).map(|place| covering[place]));
-    let limiting = part(progress, 0.9..1.0);
+    let limiting = part(progress, 0.95..1.0);
     map(n, &limiting, |place| {
         let near = cells[place].compared().filter(|&other| on_surface[other as usize]);
         let near = median(near.map(|other| covering[other as usize])).or(usual);

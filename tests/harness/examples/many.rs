@@ -7,18 +7,16 @@
 
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
-mod measure;
-
 use anyhow::{Context as _, Result, ensure};
-use glam::{DVec3, Vec3};
-use measure::{Cost, in_child};
+use glam::DVec3;
 use std::fs::File;
 use std::io::{BufWriter, Write as _};
 use std::path::Path;
+use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;
-use surfelshop_api::{Scene, columns};
-use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_engine::{EngineOptions, GpuOptions, PassState};
+use surfelshop_tests::clouds::{WAVY_BYTES, wavy_sphere};
+use surfelshop_tests::measure::{Cost, in_child};
 use surfelshop_tests::stage;
 
 /// Surfels per chunk: as by default, and a number without a simple relation to it.
@@ -56,7 +54,7 @@ fn compare(n_surfels: usize) -> Result<()> {
     };
     let (_, one) = drawn(1, CHUNKS[0])?;
     let one = Cost::from_lines(&one)?;
-    let columns = (n_surfels * BYTES) as f64;
+    let columns = (n_surfels * WAVY_BYTES) as f64;
     println!("{n_surfels} surfels, columns of {:.1} MB, {SIZE} x {SIZE} pixels", columns * 1e-6);
     println!("one surfel: {:.1} s, peak {:.1} MB\n", one.wall, one.peak * 1e-6);
     let mut first = None;
@@ -82,7 +80,7 @@ fn compare(n_surfels: usize) -> Result<()> {
 
 /// Draws the surfels with both renderers and writes the pictures' numbers to a file.
 fn draw(n_surfels: usize, chunk: u32, file: &Path) -> Result<()> {
-    let cloud = wavy_sphere(n_surfels)?;
+    let cloud = wavy_sphere(n_surfels);
     let options = EngineOptions { chunk_surfels: chunk };
     let mut engine = stage::engine_with(&GpuOptions::default(), &options);
     let view = stage::view(DVec3::new(0.6, 0.8, 2.6), DVec3::ZERO, SIZE);
@@ -96,7 +94,7 @@ fn draw(n_surfels: usize, chunk: u32, file: &Path) -> Result<()> {
         let frame = stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs)?;
         for pass in frame.passes.iter().filter(|pass| pass.state == PassState::Ran) {
             let ms = pass.gpu_ms.map_or_else(|| "?".to_owned(), |ms| format!("{ms:.1}"));
-            let chunks = n_surfels.div_ceil(chunk as usize);
+            let chunks = engine.counters().chunks;
             println!("| {chunk} | {chunks} | {unit} | {} | {ms} |", pass.name);
         }
         let covered = frame.image(&Output::Color).context("a picture")?.data.chunks_exact(4);
@@ -109,49 +107,4 @@ fn draw(n_surfels: usize, chunk: u32, file: &Path) -> Result<()> {
         }
     }
     Ok(pictures.flush()?)
-}
-
-/// Bytes of a surfel of [`wavy_sphere`].
-const BYTES: usize = 3 * 4 + 3 * 4 + 4 + 3;
-
-/// Surfels where `|p| = 1 + 0.04 sin 9x sin 9y sin 9z`, in the order of a spiral, in columns
-/// that take no more memory on the way than they have.
-fn wavy_sphere(n: usize) -> Result<Cloud> {
-    let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
-    let radius = 1.5 * (4.0 * std::f64::consts::PI / n as f64).sqrt();
-    let (mut positions, mut normals) = (Vec::with_capacity(3 * n), Vec::with_capacity(3 * n));
-    let mut colors = Vec::with_capacity(3 * n);
-    for i in 0..n {
-        let z = 1.0 - (2.0 * i as f64 + 1.0) / n as f64;
-        let ring = (1.0 - z * z).sqrt();
-        let angle = golden * i as f64;
-        let direction = DVec3::new(ring * angle.cos(), z, ring * angle.sin());
-        // The waves are flat enough for a few steps of a fixed-point iteration.
-        let mut point = direction;
-        for _ in 0..4 {
-            point = direction * (1.0 + 0.04 * wave(point).0);
-        }
-        let normal = (direction - 0.04 * wave(point).1).normalize_or(direction);
-        positions.extend(point.as_vec3().to_array());
-        normals.extend(normal.as_vec3().to_array());
-        let shade = normal.as_vec3() * 127.0 + Vec3::splat(128.0);
-        colors.extend(shade.to_array().map(|channel| channel as u8));
-    }
-    Ok(Cloud::new(
-        DVec3::ZERO,
-        vec![
-            Column::new(columns::POSITION, 3, Buffer::F32(positions)),
-            Column::new(columns::NORMAL, 3, Buffer::F32(normals)),
-            Column::new(columns::RADIUS, 1, Buffer::F32(vec![radius.min(1.0) as f32; n])),
-            Column::new(columns::COLOR, 3, Buffer::U8(colors)),
-        ],
-    )?)
-}
-
-/// The height of the waves at a point, and its gradient.
-fn wave(point: DVec3) -> (f64, DVec3) {
-    let s = DVec3::from_array((9.0 * point).to_array().map(f64::sin));
-    let c = DVec3::from_array((9.0 * point).to_array().map(f64::cos));
-    let gradient = 9.0 * DVec3::new(c.x * s.y * s.z, s.x * c.y * s.z, s.x * s.y * c.z);
-    (s.x * s.y * s.z, gradient)
 }

@@ -1,5 +1,6 @@
 //! Measures how fast a binary PLY of 5 million points is read, by this host and by others:
-//! `reading [MILLIONS [ROUNDS]]`; `reading write FILE POINTS` keeps such a file.
+//! `reading [MILLIONS [ROUNDS]]`; `reading write FILE POINTS` keeps such a file, or with `bare` at
+//! the end one without normals; `reading tell FILE` says how long a load of it is silent.
 //!
 //! The file has `x y z nx ny nz` as floats and `red green blue` as bytes. Every method runs in a
 //! process of its own, all of them once a round, and the table shows medians over the rounds; a
@@ -7,10 +8,7 @@
 
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
-mod measure;
-
 use anyhow::{Context as _, Result, ensure};
-use measure::{Cost, in_child};
 use ply_rs_bw::parser::{Parser, Reader};
 use ply_rs_bw::ply::{Property, PropertyAccess, PropertyAccessResult};
 use std::cell::Cell;
@@ -21,6 +19,7 @@ use std::path::Path;
 use std::time::Instant;
 use surfelshop_cloud::ReadOptions;
 use surfelshop_geometry::{Progress, silent};
+use surfelshop_tests::measure::{Cost, in_child};
 
 /// Bytes of a record.
 const RECORD: usize = 27;
@@ -62,7 +61,8 @@ fn main() -> Result<()> {
     match words[..] {
         ["measure", id, file] => measure(id, file.as_ref()),
         ["tell", file] => tell(file.as_ref()),
-        ["write", file, n_points] => write_file(file.as_ref(), n_points.parse()?),
+        ["write", file, n_points] => write_file(file.as_ref(), n_points.parse()?, true),
+        ["write", file, n_points, "bare"] => write_file(file.as_ref(), n_points.parse()?, false),
         _ => {
             let number = |i: usize| words.get(i).map(|word| word.parse::<f64>()).transpose();
             let millions = number(0)?.unwrap_or(5.0);
@@ -84,7 +84,7 @@ fn measure(id: &str, file: &Path) -> Result<()> {
 fn compare(n_points: usize, rounds: usize) -> Result<()> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("points.ply");
-    write_file(&path, n_points)?;
+    write_file(&path, n_points, true)?;
     let file = path.to_str().context("the temporary folder has a name in UTF-8")?;
     let bytes = path.metadata()?.len() as f64;
     let mut costs: Vec<Vec<Cost>> = vec![Vec::new(); METHODS.len()];
@@ -126,10 +126,11 @@ fn median(costs: &[Cost], part: impl Fn(&Cost) -> f64) -> f64 {
 }
 
 /// Writes points of a wavy sphere, at random places as a scanner's merged file has them.
-fn write_file(path: &Path, n_points: usize) -> Result<()> {
+fn write_file(path: &Path, n_points: usize, with_normals: bool) -> Result<()> {
     let mut out = BufWriter::with_capacity(1 << 20, File::create(path)?);
     write!(out, "ply\nformat binary_little_endian 1.0\nelement vertex {n_points}\n")?;
-    for name in ["x", "y", "z", "nx", "ny", "nz"] {
+    let n_floats = if with_normals { 6 } else { 3 };
+    for name in &["x", "y", "z", "nx", "ny", "nz"][..n_floats] {
         writeln!(out, "property float {name}")?;
     }
     for name in ["red", "green", "blue"] {
@@ -144,7 +145,7 @@ fn write_file(path: &Path, n_points: usize) -> Result<()> {
         let ring = (1.0 - z * z).sqrt();
         let normal = [ring * angle.cos(), z, ring * angle.sin()];
         let radius = 1.0 + 0.05 * (9.0 * angle).sin() * (7.0 * z).cos();
-        for value in normal.map(|c| c * radius).into_iter().chain(normal) {
+        for value in normal.map(|c| c * radius).into_iter().chain(normal).take(n_floats) {
             out.write_all(&(value as f32).to_le_bytes())?;
         }
         out.write_all(&normal.map(|c| (127.5 + 127.0 * c) as u8))?;
@@ -287,7 +288,7 @@ struct Told {
 fn tell(file: &Path) -> Result<()> {
     println!("| load | told | widest step | longest silence |");
     println!("|---|---|---|---|");
-    for (name, radius) in [("with a set radius", Some(0.001)), ("radii estimated", None)] {
+    for (name, radius) in [("with a set radius", Some(0.001)), ("radii estimated too", None)] {
         let nothing =
             Told { count: 0, last: (0.0, Instant::now()), widest: 0.0, longest: (0.0, 0.0) };
         let told = Cell::new(nothing);

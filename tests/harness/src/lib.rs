@@ -1,6 +1,8 @@
-//! What the tests of the whole share: small clouds, a ray caster, and an engine to render with.
+//! What the tests of the whole share: clouds, a ray caster, an engine to render with, and what
+//! work costs.
 
 pub mod cast;
 pub mod clouds;
+pub mod measure;
 pub mod stage;
 pub mod twin;

@@ -356,7 +356,7 @@ impl Splat {
             }
         };
         let (r2, depth) = at(px);
-        if depth <= 0.0 || !(r2 < 16.0) {
+        if depth <= 0.0 || r2.is_nan() || r2 >= 16.0 {
             return None;
         }
         // A hundredth of a pixel is small against every splat and large against rounding.

@@ -4,8 +4,9 @@
 
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
-use surfelshop_api::{Projection, Scene, View};
-use surfelshop_cloud::Cloud;
+use surfelshop_api::params::srgb_to_linear;
+use surfelshop_api::{Projection, Scene, View, columns};
+use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_tests::cast::{Agreement, cast};
 use surfelshop_tests::{clouds, stage};
 
@@ -102,8 +103,7 @@ fn equal_colours_blend_to_that_colour() {
     let frame =
         stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
             .unwrap();
-    let expected =
-        [186u8, 99, 30].map(|v| surfelshop_api::params::srgb_to_linear(f32::from(v) / 255.0));
+    let expected = [186u8, 99, 30].map(|v| srgb_to_linear(f32::from(v) / 255.0));
     let mut covered = 0;
     for pixel in frame.image(&Output::Albedo).unwrap().data.chunks_exact(4) {
         if pixel[3] == 0.0 {
@@ -111,7 +111,7 @@ fn equal_colours_blend_to_that_colour() {
         }
         covered += 1;
         for (value, expected) in pixel.iter().zip(expected) {
-            // Colours pass through half precision twice: 2 x 2^-11.
+            // The surface holds colours in half precision.
             assert!((value - expected).abs() <= expected * 1e-3, "{pixel:?}");
         }
     }
@@ -123,6 +123,50 @@ fn equal_colours_blend_to_that_colour() {
     for pixel in frame.image(&Output::Normal).unwrap().data.chunks_exact(4) {
         let n = Vec3::from_slice(pixel);
         assert!(pixel[3] == 0.0 || (n.length() - 1.0).abs() < 1e-5, "{pixel:?}");
+    }
+}
+
+#[test]
+fn colours_of_every_type_become_the_same_albedo() {
+    // 16 x 16 discs that do not touch, one for each code; red, green and blue differ.
+    let n = 16;
+    let mut surfels = clouds::plane(n, 1.0);
+    surfels.radii.fill(0.05);
+    let codes: Vec<u8> = (0..=255u8).flat_map(|i| [i, 255 - i, i.wrapping_mul(77)]).collect();
+    let linear: Vec<f32> =
+        codes.iter().map(|code| srgb_to_linear(f32::from(*code) / 255.0)).collect();
+    let wide: Vec<u16> = codes.iter().map(|code| u16::from(*code) * 257).collect();
+    let opaque: Vec<u8> = codes.chunks(3).flat_map(|c| [c[0], c[1], c[2], 9]).collect();
+    let mut view = stage::view(DVec3::new(0.0, 3.0, 0.0), DVec3::ZERO, 256);
+    view.camera.up = DVec3::NEG_Z;
+    view.camera.projection = Projection::Orthographic { height: 2.0 };
+    view.far = 10.0;
+    let plain = surfels.cloud();
+    let mut engine = stage::engine();
+    for (library, unit) in [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")] {
+        let mut renderer = stage::built_renderer(&engine, library, unit);
+        for (ty, components, values) in [
+            ("u8", 3, Buffer::U8(codes.clone())),
+            ("u8", 4, Buffer::U8(opaque.clone())),
+            ("u16", 3, Buffer::U16(wide.clone())),
+            ("f32", 3, Buffer::F32(linear.clone())),
+        ] {
+            let column = Column::new(columns::COLOR, components, values);
+            let what = format!("{unit}, {components} x {ty}");
+            let cloud = plain.with_columns(vec![column]).unwrap();
+            let (scene, outputs) = (Scene::default(), [Output::Albedo]);
+            let frame =
+                stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+            let albedo = frame.image(&Output::Albedo).unwrap();
+            for (i, expected) in linear.chunks(3).enumerate() {
+                let found = albedo.pixel((i % n * 16 + 8) as u32, (i / n * 16 + 8) as u32);
+                for (found, expected) in found.iter().zip(expected) {
+                    // Half precision once on the way to the device and once in the surface.
+                    let error = (found - expected).abs();
+                    assert!(error <= expected * 1e-3, "{what}, code {i}: {found} for {expected}");
+                }
+            }
+        }
     }
 }
 

@@ -4,8 +4,8 @@
 #![allow(clippy::print_stdout, reason = "how many pixels are left out is part of the result")]
 
 use glam::DVec3;
-use surfelshop_api::graph::Output;
-use surfelshop_api::{Projection, Scene, View};
+use surfelshop_api::prelude::*;
+use surfelshop_api::{Projection, Scene, View, static_plugin};
 use surfelshop_cloud::{Cloud, WriteOptions};
 use surfelshop_engine::picture::{Development, develop, to_8_bit};
 use surfelshop_tests::clouds::Surfels;
@@ -197,13 +197,57 @@ fn shuffled(surfels: &Surfels) -> Surfels {
         out.normals[to] = surfels.normals[from];
         out.radii[to] = surfels.radii[from];
         out.colors[to] = surfels.colors[from];
+        out.ao[to] = surfels.ao[from];
+        out.materials[to] = surfels.materials[from];
     }
     out
 }
 
+/// Shows materials as brightness.
+struct Materials;
+
+impl Renderer for Materials {
+    const INFO: UnitInfo = UnitInfo::new("materials", "Materials", "Shows material indices.");
+    type Params = ();
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
+        let wgsl = "
+            #import surfelshop::surface::{Surface, material_at}
+            fn shade(s: Surface) -> vec4<f32> { return vec4(f32(material_at(s.pixel))); }";
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::shading("materials", wgsl, "shade").target(color));
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+static_plugin! { id: "org.surfelshop.test.scale", renderers: [Materials] }
+
+/// The bits of everything there is to see of a cloud, by renderer and output.
+fn outputs(cloud: &Cloud) -> Vec<(String, Vec<u32>)> {
+    let mut engine = stage::engine();
+    let all = [Output::Color, Output::Depth, Output::Normal, Output::Albedo, Output::Ao];
+    let mut seen = Vec::new();
+    let built = UNITS.map(|(library, unit)| (stage::built_renderer(&engine, library, unit), unit));
+    let materials = stage::static_renderer::<SurfelshopPackage>(&engine, 0);
+    for (mut renderer, unit) in built.into_iter().chain([(materials, "materials")]) {
+        let scene = Scene::default();
+        let frame = stage::render(&mut engine, &mut renderer, cloud, &scene, view(), &all).unwrap();
+        for (output, image) in &frame.images {
+            let bits = image.data.iter().map(|value| value.to_bits()).collect();
+            seen.push((format!("{unit}, {}", output.name()), bits));
+        }
+    }
+    seen
+}
+
 #[test]
 fn the_order_of_points_does_not_show() {
-    let sphere = clouds::sphere(5_000, 1.0);
+    let mut sphere = clouds::sphere(5_000, 1.0);
     // Discs of different colours in one plane, and several at one place: depths tie everywhere.
     let mut plane = clouds::plane(60, 1.0);
     plane.colors =
@@ -213,9 +257,36 @@ fn the_order_of_points_does_not_show() {
         plane.push(at, glam::Vec3::Y, 0.05);
         plane.colors.push([(i % 256) as u8, 255, 0]);
     }
-    for (surfels, what) in [(sphere, "sphere"), (plane, "plane")] {
-        let ordered = pictures(&surfels.cloud(), view());
-        let other = pictures(&shuffled(&surfels).cloud(), view());
-        assert_eq!(ordered, other, "{what}");
+    // Discs at one place that differ in accessibility alone, and in their material alone.
+    let mut twins = clouds::plane(30, 1.0);
+    for _ in 0..2 {
+        let again = twins.clone();
+        twins.positions.extend(again.positions);
+        twins.normals.extend(again.normals);
+        twins.radii.extend(again.radii);
+    }
+    twins.colors = vec![[90, 120, 150]; 3_600];
+    twins.ao = (0..3_600).map(|i| [0.125, 0.5, 0.625, 0.875][i / 900]).collect();
+    let mut materials = twins.clone();
+    materials.ao = vec![0.5; 3_600];
+    materials.materials = (0..3_600).map(|i| 7 - 2 * (i / 900)).collect();
+    for surfels in [&mut sphere, &mut plane, &mut twins] {
+        let n = surfels.positions.len();
+        surfels.materials = (0..n as u32).map(|i| i % 5).collect();
+    }
+    for surfels in [&mut sphere, &mut plane] {
+        let n = surfels.positions.len();
+        surfels.ao = (0..n).map(|i| (i % 7) as f32 / 8.0).collect();
+    }
+    for (surfels, what) in
+        [(sphere, "sphere"), (plane, "plane"), (twins, "twins"), (materials, "materials")]
+    {
+        let ordered = outputs(&surfels.cloud());
+        let other = outputs(&shuffled(&surfels).cloud());
+        for ((name, a), (_, b)) in ordered.iter().zip(&other) {
+            let differ = a.iter().zip(b).filter(|(a, b)| a != b).count();
+            assert_eq!(differ, 0, "{what}, {name}: of {} values", a.len());
+            assert!(a.iter().any(|bits| f32::from_bits(*bits) > 0.0), "{what}, {name} is empty");
+        }
     }
 }

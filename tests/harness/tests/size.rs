@@ -1,12 +1,15 @@
-//! Clouds beyond what one buffer holds are drawn in chunks, and nobody can tell from the picture.
+//! Clouds beyond what one buffer holds are drawn in chunks, nobody can tell from the picture, and
+//! memory grows with the columns alone.
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+#![allow(clippy::print_stdout, reason = "the figures are what the test measures")]
 
 use glam::DVec3;
 use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
 use surfelshop_engine::{Engine, EngineOptions, GpuOptions};
+use surfelshop_tests::measure::{Cost, task_of_child, test_in_child};
 use surfelshop_tests::{clouds, stage};
 
 const RENDERERS: [(&str, &str); 2] =
@@ -41,10 +44,12 @@ fn the_size_of_chunks_does_not_show() {
     let [(whole, bytes), (round, bytes_round), (odd, bytes_odd)] =
         [u32::MAX, 50_000, 77_777].map(|chunk| {
             let mut engine = engine(chunk);
-            // Six chunks, four with a shorter last one, and as few as the device's bindings allow.
-            assert!(chunk == u32::MAX || n.div_ceil(chunk as usize) > 3);
+            // As few chunks as the device's bindings allow, six, and four with a shorter last one.
             let bits = pictures(&mut engine, &cloud);
             let counters = engine.counters();
+            if chunk != u32::MAX {
+                assert_eq!(counters.chunks, n.div_ceil(chunk as usize));
+            }
             assert_eq!(counters.uploads, 4, "position, normal, radius and color, once each");
             (bits, counters.column_bytes)
         });
@@ -57,7 +62,9 @@ fn the_size_of_chunks_does_not_show() {
 #[test]
 fn a_chunk_of_one_surfel_is_drawn() {
     let cloud = clouds::sphere(300, 1.0).cloud();
-    let single = pictures(&mut engine(1), &cloud);
+    let mut singles = engine(1);
+    let single = pictures(&mut singles, &cloud);
+    assert_eq!(singles.counters().chunks, 300);
     assert!(single == pictures(&mut engine(u32::MAX), &cloud));
     // None is as few as one.
     assert!(single == pictures(&mut engine(0), &cloud));
@@ -72,4 +79,69 @@ fn chunks_fit_the_bindings_of_the_device() {
     assert!(u64::from(u32::MAX) * 12 > most, "the device binds more than 4 billion surfels");
     let cloud = clouds::sphere(2000, 1.0).cloud();
     pictures(&mut engine, &cloud);
+}
+
+/// The most memory drawing may take beyond a picture of one surfel, in sizes of the columns.
+const MOST_MEMORY: f64 = 2.5;
+
+/// The cloud that bound is for.
+const MANY: usize = 6_000_000;
+
+/// Draws a cloud with all renderers in a process of its own and returns its peak of memory in
+/// bytes. A software device's memory is the process's, so that every copy of the columns counts.
+fn peak_of_drawing(n_surfels: usize, chunk: u32) -> f64 {
+    let lines = test_in_child("memory_is_bounded_by_the_columns", &format!("{n_surfels} {chunk}"));
+    let peak = Cost::from_lines(&lines.unwrap()).unwrap().peak;
+    println!("{n_surfels} surfels in chunks of {chunk}: {:.1} MB", peak * 1e-6);
+    peak
+}
+
+/// What the child does.
+fn draw(task: &str) {
+    let (n_surfels, chunk) = task.split_once(' ').unwrap();
+    let (n_surfels, chunk) = (n_surfels.parse::<usize>().unwrap(), chunk.parse::<u32>().unwrap());
+    let work = || {
+        let cloud = clouds::wavy_sphere(n_surfels);
+        let view = stage::view(DVec3::new(0.6, 0.8, 2.6), DVec3::ZERO, 512);
+        let mut engine = engine(chunk);
+        for (library, unit) in RENDERERS {
+            let mut renderer = stage::built_renderer(&engine, library, unit);
+            let (scene, outputs) = (Scene::default(), [Output::Color, Output::Depth]);
+            stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs)?;
+        }
+        assert_eq!(engine.counters().chunks, n_surfels.div_ceil(chunk as usize));
+        Ok(())
+    };
+    println!("{}", Cost::of(work).unwrap().1.to_line());
+}
+
+/// A software driver takes a fixed amount for the surfels it is drawing, whatever their number;
+/// without `SURFELSHOP_LONG` two clouds tell it from what each further surfel takes, and the bound
+/// is checked for the sum at full size.
+#[test]
+#[cfg_attr(not(target_os = "linux"), ignore = "only Linux tells a process its peak of memory")]
+fn memory_is_bounded_by_the_columns() {
+    if let Some(task) = task_of_child() {
+        return draw(&task);
+    }
+    let chunk = EngineOptions::default().chunk_surfels;
+    let one = peak_of_drawing(1, chunk);
+    let bytes = |n: usize| (n * clouds::WAVY_BYTES) as f64;
+    let check = |peak: f64, what: &str| {
+        let share = (peak - one) / bytes(MANY);
+        println!("{what}: {share:.2} x the columns");
+        assert!(share <= MOST_MEMORY, "{what}: {share:.2} x the columns, at most {MOST_MEMORY}");
+    };
+    if std::env::var("SURFELSHOP_LONG").is_ok_and(|value| value == "1") {
+        for chunk in [chunk, 700_001] {
+            check(peak_of_drawing(MANY, chunk), "drawn");
+        }
+        return;
+    }
+    // Ten chunks and more, and enough for many parts of a software driver.
+    let (few, more, chunk) = (500_000, 2_500_000, 240_001);
+    let [at_few, at_more] = [few, more].map(|n| peak_of_drawing(n, chunk));
+    let per_byte = (at_more - at_few) / (bytes(more) - bytes(few));
+    println!("each byte of a column takes {per_byte:.2}");
+    check(at_more + per_byte * (bytes(MANY) - bytes(more)), "extrapolated");
 }

@@ -25,7 +25,7 @@ pub(crate) fn share_of_reading<'a>(
     let has = |name: &str| names.clone().any(|own| own.eq_ignore_ascii_case(name));
     let normals = NORMALS.iter().any(|spelling| spelling.iter().all(|name| has(name)));
     let radii = options.radius.is_some() || RADII.iter().any(|[name]| has(name));
-    if normals && radii { 0.9 } else { 0.4 }
+    if normals && radii { 0.9 } else { 0.03 }
 }
 
 /// A cloud of the table's points.

@@ -8,8 +8,9 @@ use crate::read::ReadOptions;
 use crate::summary::Summary;
 use crate::table::{NORMALS, RADII, Table};
 use glam::Vec3;
+use std::ops::Range;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
-use surfelshop_geometry::{Neighbours, Progress, normals, part, radii};
+use surfelshop_geometry::{Cancelled, Neighbours, Progress, normals, part, radii};
 
 pub(super) struct Shape {
     pub(super) normals: Vec<Vec3>,
@@ -33,64 +34,96 @@ pub(super) fn take(
 ) -> Result<Shape, ReadFault> {
     let given_normals = NORMALS.iter().find_map(|names| take_vectors(table, *names));
     // Some programs write zeros for normals that they do not have.
-    let given_normals =
+    let mut given_normals =
         given_normals.filter(|given| given.iter().any(|&normal| normals::is_valid(normal)));
     let given_radii = table.take_any(&RADII).map(|[radius]| radius.into_f32());
     let given_radii = given_radii.filter(|radii| radii.iter().any(|&radius| usable(radius)));
     let chosen = options.radius.filter(|&radius| usable(radius));
     let given_radii = given_radii.or_else(|| Some(vec![chosen?; placed.positions.len()]));
     let given_tangents = take_tangents(table);
-    let mut search = Search { positions: &placed.positions, neighbours: None };
+    let needs_radii =
+        given_radii.as_ref().is_none_or(|radii| !radii.iter().all(|&radius| usable(radius)));
     // To estimate takes a hundred times as long as to look at what is given.
-    let share = match (given_normals.is_some(), given_radii.is_some()) {
-        (false, false) => 0.6,
-        (true, false) => 0.01,
-        (_, true) => 0.99,
+    let look = if needs_radii { 0.01 } else { 0.99 };
+    let looked = match &mut given_normals {
+        Some(found) => look * look_at(found, &part(options.progress, 0.0..look), summary)?,
+        None => 0.0,
     };
-    let progress = part(options.progress, 0.0..share);
+    let needs_normals = given_normals.is_none() || summary.normals.repaired > 0;
+    tell(options.progress, looked)?;
+    let [searching, orienting, covering] = shares(looked, needs_normals, needs_radii);
+    let searching = part(options.progress, searching);
+    let mut search =
+        Search { positions: &placed.positions, progress: &searching, neighbours: None };
+    let progress = part(options.progress, orienting);
     let normals =
         finish_normals(given_normals, &mut search, options.n_neighbours, &progress, summary)?;
-    let progress = part(options.progress, share..1.0);
+    let progress = part(options.progress, covering);
+    let estimates = if needs_radii {
+        radii::estimate_with(search.neighbours()?, &normals, &progress)?
+    } else {
+        Vec::new()
+    };
     let diagonal = placed.bounds.map_or(0.0, |bounds| bounds.diagonal());
-    let radii = finish_radii(given_radii, &mut search, &normals, diagonal, &progress, summary)?;
+    let radii = finish_radii(given_radii, estimates, diagonal, summary);
     let tangents = given_tangents
         .map(|[u, v]| finish_tangents(u, v, &normals, &radii, summary))
         .unwrap_or_default();
     Ok(Shape { normals, radii, tangents })
 }
 
+/// The shares of the work, from `done` on, of building the search structure, of normals and of
+/// radii: about what they take on four cores. What is not needed has none.
+fn shares(done: f64, needs_normals: bool, needs_radii: bool) -> [Range<f64>; 3] {
+    let needed = |weight: f64, needed: bool| if needed { weight } else { 0.0 };
+    let weights = [
+        needed(0.1, needs_normals || needs_radii),
+        needed(1.0, needs_normals),
+        needed(1.0, needs_radii),
+    ];
+    let total = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
+    let mut end = done;
+    weights.map(|weight| {
+        let start = end;
+        end = (start + (1.0 - done) * weight / total).min(1.0);
+        start..end
+    })
+}
+
 /// The search structure, built when it is first needed.
 struct Search<'a> {
     positions: &'a [Vec3],
+    progress: Progress<'a>,
     neighbours: Option<Neighbours>,
 }
 
 impl Search<'_> {
-    fn neighbours(&mut self) -> &Neighbours {
-        self.neighbours.get_or_insert_with(|| Neighbours::new(self.positions))
+    fn neighbours(&mut self) -> Result<&Neighbours, Cancelled> {
+        match &mut self.neighbours {
+            Some(neighbours) => Ok(neighbours),
+            none => Ok(none.insert(Neighbours::build(self.positions, self.progress)?)),
+        }
     }
 }
 
-/// Normals of unit length; given ones are kept bit by bit where they have it.
-fn finish_normals(
-    given: Option<Vec<Vec3>>,
-    search: &mut Search<'_>,
-    k: usize,
+/// Gives normals unit length and counts those that have to be repaired, which are left alone; ones
+/// that have unit length are kept bit by bit. How far `progress` was told: from the first normal
+/// that has to be repaired on, nearly all of the work is still to come.
+fn look_at(
+    normals: &mut [Vec3],
     progress: Progress<'_>,
     summary: &mut Summary,
-) -> Result<Vec<Vec3>, ReadFault> {
+) -> Result<f64, ReadFault> {
     let counts = &mut summary.normals;
-    let Some(mut found) = given else {
-        let estimate = normals::estimate_with(search.neighbours(), k, progress)?;
-        counts.estimated = estimate.normals.len() as u64;
-        counts.degenerate = estimate.n_degenerate as u64;
-        return Ok(estimate.normals);
-    };
     let is_unit =
         |normal: &Vec3| (normal.as_dvec3().length_squared() - 1.0).abs() <= UNIT_TOLERANCE;
-    let n_blocks = found.len().div_ceil(BLOCK);
-    for (i, block) in found.chunks_mut(BLOCK).enumerate() {
-        tell(progress, i as f64 / n_blocks as f64)?;
+    let n_blocks = normals.len().div_ceil(BLOCK);
+    let mut told = 0.0;
+    for (i, block) in normals.chunks_mut(BLOCK).enumerate() {
+        if counts.repaired == 0 {
+            told = i as f64 / n_blocks as f64;
+        }
+        tell(progress, told)?;
         let n_units: u64 = block.iter().map(|normal| u64::from(is_unit(normal))).sum();
         counts.given += n_units;
         if n_units == block.len() as u64 {
@@ -105,8 +138,26 @@ fn finish_normals(
             }
         }
     }
+    Ok(if counts.repaired == 0 { 1.0 } else { told })
+}
+
+/// Normals that are estimated where none are given, and repaired where some have no direction.
+fn finish_normals(
+    given: Option<Vec<Vec3>>,
+    search: &mut Search<'_>,
+    k: usize,
+    progress: Progress<'_>,
+    summary: &mut Summary,
+) -> Result<Vec<Vec3>, ReadFault> {
+    let counts = &mut summary.normals;
+    let Some(mut found) = given else {
+        let estimate = normals::estimate_with(search.neighbours()?, k, progress)?;
+        counts.estimated = estimate.normals.len() as u64;
+        counts.degenerate = estimate.n_degenerate as u64;
+        return Ok(estimate.normals);
+    };
     if counts.repaired > 0 {
-        normals::repair(search.neighbours(), &mut found, k, &part(progress, 1.0..1.0))?;
+        normals::repair(search.neighbours()?, &mut found, k, progress)?;
     }
     Ok(found)
 }
@@ -121,29 +172,24 @@ fn usable(radius: f32) -> bool {
     radius.is_finite() && radius > 0.0
 }
 
-/// Radii that are positive, finite and no larger than the cloud.
+/// Radii that are positive, finite and no larger than the cloud; there are no estimates where all
+/// given ones can be drawn.
 fn finish_radii(
     given: Option<Vec<f32>>,
-    search: &mut Search<'_>,
-    normals: &[Vec3],
+    estimates: Vec<f32>,
     diagonal: f64,
-    progress: Progress<'_>,
     summary: &mut Summary,
-) -> Result<Vec<f32>, ReadFault> {
+) -> Vec<f32> {
     let counts = &mut summary.radii;
     let Some(mut found) = given else {
-        counts.estimated = normals.len() as u64;
-        return Ok(radii::estimate_with(search.neighbours(), normals, progress)?);
+        counts.estimated = estimates.len() as u64;
+        return estimates;
     };
     let diagonal = diagonal.min(f64::from(f32::MAX)) as f32;
-    tell(progress, 0.0)?;
-    if !found.iter().all(|&radius| usable(radius)) {
-        let estimates = radii::estimate_with(search.neighbours(), normals, progress)?;
-        for (radius, estimate) in found.iter_mut().zip(estimates) {
-            if !usable(*radius) {
-                *radius = estimate;
-                counts.estimated += 1;
-            }
+    for (radius, estimate) in found.iter_mut().zip(estimates) {
+        if !usable(*radius) {
+            *radius = estimate;
+            counts.estimated += 1;
         }
     }
     // A cloud of one place has no size to compare with.
@@ -154,7 +200,7 @@ fn finish_radii(
         }
     }
     counts.given = found.len() as u64 - counts.estimated - counts.clamped;
-    Ok(found)
+    found
 }
 
 /// Both tangents; one alone stays a foreign column.

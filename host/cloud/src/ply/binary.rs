@@ -10,7 +10,8 @@ use surfelshop_geometry::Progress;
 /// Records decoded together; a block of 4096 usual records stays in the second-level cache.
 const BLOCK: usize = 4096;
 
-/// Bytes a block may have, however long a hostile header makes its records.
+/// Bytes a block may have, however long a hostile header makes its records; also bytes passed over
+/// between two questions whether to stop.
 const MAX_BLOCK: usize = 1 << 20;
 
 /// Bytes of a record; with lists, of one whose lists are all empty.
@@ -54,13 +55,22 @@ pub(super) fn skip<R: Read>(
     body: &mut Body<R>,
     element: &ElementDef,
     big: bool,
+    progress: Progress<'_>,
 ) -> Result<(), ReadFault> {
-    let bytes = check_count(body, element)?;
+    let mut left = check_count(body, element)?;
     if has_lists(element) {
-        return lists::skip(body, element, big);
+        return lists::skip(body, element, big, progress);
     }
-    let skipped = std::io::copy(&mut body.by_ref().take(bytes), &mut std::io::sink())?;
-    if skipped < bytes { Err(shrunk(element)) } else { Ok(()) }
+    while left > 0 {
+        body.tell(progress)?;
+        let some = left.min(MAX_BLOCK as u64);
+        let skipped = std::io::copy(&mut body.by_ref().take(some), &mut std::io::sink())?;
+        if skipped < some {
+            return Err(shrunk(element));
+        }
+        left -= some;
+    }
+    Ok(())
 }
 
 /// Reads the scalar properties of an element.

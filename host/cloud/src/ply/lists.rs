@@ -56,8 +56,9 @@ pub(super) fn skip<R: Read>(
     body: &mut Body<R>,
     element: &ElementDef,
     big: bool,
+    progress: Progress<'_>,
 ) -> Result<(), ReadFault> {
-    each(body, element, big, &surfelshop_geometry::silent, |_| ())
+    each(body, element, big, progress, |_| ())
 }
 
 /// Appends the scalars of each record to their columns.

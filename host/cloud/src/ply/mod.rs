@@ -85,8 +85,7 @@ impl<R: BufRead> File<R> {
             Encoding::Ascii => ascii::read(body, &header, before, element, &mut table, progress)?,
             Encoding::Binary { big } => {
                 for skipped in before {
-                    body.tell(progress)?;
-                    binary::skip(&mut body, skipped, big)?;
+                    binary::skip(&mut body, skipped, big, progress)?;
                 }
                 binary::read(&mut body, element, big, progress)?
             }

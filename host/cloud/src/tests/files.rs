@@ -89,6 +89,85 @@ fn nothing_is_done_after_a_wish_to_stop() {
     }
 }
 
+/// Files that need work of every kind: bare points, points whose normals and radii are no good,
+/// and points that come after faces, in text as well.
+fn files_to_work_on() -> Vec<Vec<u8>> {
+    let rows: Vec<Vec<f64>> = (0..200)
+        .map(|i| {
+            let (a, b) = (f64::from(i) * 2.4, f64::from(i) * 0.0157);
+            vec![a.cos() * b.sin(), a.sin() * b.sin(), b.cos()]
+        })
+        .collect();
+    let shaped = also(&XYZ, &["float nx", "float ny", "float nz", "float radius"]);
+    let holes = with(rows.clone(), |i| {
+        let size = f64::from(i % 3 == 0);
+        let mut given: Vec<f64> = rows[i].iter().map(|c| c * size).collect();
+        given.push(size * 0.1);
+        given
+    });
+    let faces: Vec<Vec<f64>> = (0..50).map(|i| vec![f64::from(i); 3]).collect();
+    let indices = ["int a", "int b", "int c"];
+    let mut files = Vec::new();
+    for encoding in ["ascii", "binary_little_endian"] {
+        let ply = || Ply::new(encoding);
+        files.push(ply().element("vertex", &XYZ, &rows).bytes());
+        files.push(ply().element("vertex", &shaped, &holes).bytes());
+        files.push(ply().element("face", &indices, &faces).element("vertex", &XYZ, &rows).bytes());
+    }
+    files
+}
+
+#[test]
+fn a_load_stops_at_every_question_and_asks_no_other() {
+    for bytes in files_to_work_on() {
+        let (_folder, path) = file(&bytes);
+        let mut stop_at = 0;
+        loop {
+            stop_at += 1;
+            let count = Cell::new(0);
+            let told = Cell::new(0.0);
+            let progress = |fraction: f64| {
+                assert!((told.get()..=1.0).contains(&fraction), "{fraction} after {}", told.get());
+                told.set(fraction);
+                count.set(count.get() + 1);
+                if count.get() < stop_at {
+                    ControlFlow::Continue(())
+                } else {
+                    ControlFlow::Break(())
+                }
+            };
+            let result = read(&path, &ReadOptions { progress: &progress, ..Default::default() });
+            // The number of questions may differ by those asked while the tree of neighbours grows.
+            if count.get() < stop_at {
+                assert_eq!(told.get(), 1.0);
+                assert_eq!(result.unwrap().cloud.len(), 200);
+                break;
+            }
+            assert_eq!(count.get(), stop_at, "it asked again");
+            let fault = result.unwrap_err().fault;
+            assert!(matches!(fault, crate::ReadFault::Cancelled), "{fault}");
+        }
+        assert!(stop_at > 30, "{stop_at}");
+    }
+}
+
+#[test]
+fn no_part_of_an_estimate_is_silent() {
+    let (_folder, path) = file(&sphere_file());
+    // One thread, for which blocks are smallest: their number is that of the points alone.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let widest = pool.install(|| {
+        let (last, widest) = (Cell::new(0.0), Cell::new(0.0f64));
+        let progress = |fraction: f64| {
+            widest.set(widest.get().max(fraction - last.replace(fraction)));
+            ControlFlow::Continue(())
+        };
+        read(path, &ReadOptions { progress: &progress, ..Default::default() }).unwrap();
+        widest.get()
+    });
+    assert!(widest < 0.05, "{widest}");
+}
+
 #[cfg(unix)]
 #[test]
 fn devices_are_refused() {

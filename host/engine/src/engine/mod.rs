@@ -8,7 +8,7 @@ use crate::plugins::Hosted;
 use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
-use crate::surfels::{Columns, SurfaceCounts, Surfaces};
+use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces};
 use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
@@ -37,6 +37,8 @@ pub struct Counters {
     pub surfaces: SurfaceCounts,
     /// Structures decoded and checked.
     pub plans: u32,
+    /// Chunks of the last frame's clouds.
+    pub chunks: usize,
     /// Columns uploaded.
     pub uploads: u32,
     /// Bytes of columns on the device now.
@@ -111,6 +113,7 @@ pub struct Engine {
     surfaces: Surfaces,
     resources: Resources,
     plans: u32,
+    chunks: usize,
 }
 
 impl Engine {
@@ -128,6 +131,7 @@ impl Engine {
             surfaces: Surfaces::default(),
             resources: Resources::default(),
             plans: 0,
+            chunks: 0,
             gpu,
         })
     }
@@ -145,6 +149,7 @@ impl Engine {
             compiled: self.pipelines.counts,
             surfaces: self.surfaces.counts,
             plans: self.plans,
+            chunks: self.chunks,
             uploads: self.columns.uploads,
             column_bytes: self.columns.bytes(),
         }
@@ -199,6 +204,7 @@ impl Engine {
             .iter()
             .map(|cloud| self.columns.cloud(cloud))
             .collect::<Result<Vec<_>, _>>()?;
+        self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
         let device = self.gpu.device.clone();
         let work = Submission {
             gpu: &self.gpu,

@@ -1,4 +1,4 @@
-//! Records passes into one submission and times each.
+//! Records a frame's passes, submits them and times each.
 
 use crate::gpu::Gpu;
 
@@ -91,50 +91,82 @@ impl<'g> Recorder<'g> {
         depth: Option<(&wgpu::TextureView, bool)>,
         record: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
+        self.render_parts(name, colors, depth, [record]);
+    }
+
+    /// Records a render pass in parts, and has the device finish one before it gets the next.
+    pub(crate) fn render_parts<F: FnOnce(&mut wgpu::RenderPass<'_>)>(
+        &mut self,
+        name: &str,
+        colors: &[Attachment<'_>],
+        depth: Option<(&wgpu::TextureView, bool)>,
+        parts: impl IntoIterator<Item = F>,
+    ) {
         let times = self.time_next(name);
-        let colors: Vec<_> = colors
-            .iter()
-            .map(|attachment| {
-                let load = if attachment.clear {
-                    wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
-                } else {
-                    wgpu::LoadOp::Load
-                };
-                Some(wgpu::RenderPassColorAttachment {
-                    view: attachment.view,
-                    depth_slice: attachment.slice,
-                    resolve_target: None,
-                    ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+        let mut parts = parts.into_iter().peekable();
+        let mut first = true;
+        while let Some(record) = parts.next() {
+            if !first {
+                self.finish_so_far();
+            }
+            let colors: Vec<_> = colors
+                .iter()
+                .map(|attachment| {
+                    let load = if attachment.clear && first {
+                        wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
+                    } else {
+                        wgpu::LoadOp::Load
+                    };
+                    Some(wgpu::RenderPassColorAttachment {
+                        view: attachment.view,
+                        depth_slice: attachment.slice,
+                        resolve_target: None,
+                        ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
+                    })
                 })
-            })
-            .collect();
-        let timestamp_writes = match (&self.queries, times) {
-            (Some(query_set), Some([first, last])) => Some(wgpu::RenderPassTimestampWrites {
-                query_set,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(last),
-            }),
-            _ => None,
-        };
-        let depth_stencil_attachment =
-            depth.map(|(view, clear)| wgpu::RenderPassDepthStencilAttachment {
-                view,
-                // Reverse-Z: zero is infinitely far.
-                depth_ops: clear.then_some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
-                    store: wgpu::StoreOp::Store,
-                }),
-                stencil_ops: None,
+                .collect();
+            let begin = times.filter(|_| first).map(|[begin, _]| begin);
+            let end = times.filter(|_| parts.peek().is_none()).map(|[_, end]| end);
+            let timestamp_writes = match &self.queries {
+                Some(query_set) if begin.or(end).is_some() => {
+                    Some(wgpu::RenderPassTimestampWrites {
+                        query_set,
+                        beginning_of_pass_write_index: begin,
+                        end_of_pass_write_index: end,
+                    })
+                }
+                _ => None,
+            };
+            let depth_stencil_attachment =
+                depth.map(|(view, written)| wgpu::RenderPassDepthStencilAttachment {
+                    view,
+                    // Reverse-Z: zero is infinitely far.
+                    depth_ops: written.then_some(wgpu::Operations {
+                        load: if first { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load },
+                        store: wgpu::StoreOp::Store,
+                    }),
+                    stencil_ops: None,
+                });
+            let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(name),
+                color_attachments: &colors,
+                depth_stencil_attachment,
+                timestamp_writes,
+                occlusion_query_set: None,
+                multiview_mask: None,
             });
-        let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(name),
-            color_attachments: &colors,
-            depth_stencil_attachment,
-            timestamp_writes,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        record(&mut pass);
+            record(&mut pass);
+            first = false;
+        }
+    }
+
+    /// Submits what is recorded and waits for it. A lost device is noticed when the frame is
+    /// submitted.
+    fn finish_so_far(&mut self) {
+        let next = self.gpu.device.create_command_encoder(&Default::default());
+        let recorded = std::mem::replace(&mut self.encoder, next);
+        self.gpu.queue.submit([recorded.finish()]);
+        drop(self.gpu.device.poll(wgpu::PollType::wait_indefinitely()));
     }
 
     /// Records a compute pass.

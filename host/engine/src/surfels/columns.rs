@@ -4,7 +4,9 @@ use super::order::{TIE_BREAKERS, drawing_order};
 use crate::run::RenderError;
 use glam::DVec3;
 use half::f16;
+use std::cell::OnceCell;
 use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hasher as _};
 use std::rc::Rc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 use surfelshop_api::params::srgb_to_linear;
@@ -34,12 +36,14 @@ pub(crate) struct DrawnCloud {
     pub(crate) generations: Vec<u64>,
     /// Largest radius, scene units.
     pub(crate) max_radius: f32,
-    /// Indices of the surfels in the order they are drawn.
-    order: Rc<Vec<u32>>,
-    order_serial: u32,
 }
 
 impl DrawnCloud {
+    /// Number of chunks, as the device holds them.
+    pub(crate) fn n_chunks(&self) -> usize {
+        self.columns.first().map_or(0, |(_, buffers)| buffers.len())
+    }
+
     /// First surfel and number of surfels of each chunk.
     pub(crate) fn chunks(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
         let (n, len) = (self.n_surfels, self.chunk_len);
@@ -55,14 +59,25 @@ struct Uploaded {
     last_used: u64,
 }
 
-/// The order a cloud is drawn in.
+/// The order a cloud is drawn in. The indices themselves are made again when a column is uploaded:
+/// they take as much memory as a column, and are rarely needed twice.
 struct Order {
     /// Generations of the columns it follows from.
     of: Vec<u64>,
     /// Equal for equal orders.
     serial: u32,
-    indices: Rc<Vec<u32>>,
+    /// Hash of the indices.
+    hash: u64,
     last_used: u64,
+}
+
+/// A cloud on its way to the device.
+struct Arriving<'a> {
+    cloud: &'a CloudView<'a>,
+    order_serial: u32,
+    /// Indices of the surfels in drawing order, once a column needs them.
+    order: OnceCell<Vec<u32>>,
+    drawn: DrawnCloud,
 }
 
 /// All columns on the device, by their generation, the order they are drawn in and what they are
@@ -111,28 +126,27 @@ impl Columns {
         self.orders.retain(|order| order.last_used >= oldest);
     }
 
-    /// The order a cloud is drawn in and its serial number.
-    fn order(&mut self, cloud: &CloudView<'_>) -> (Rc<Vec<u32>>, u32) {
+    /// The serial number of the order a cloud is drawn in, and the order itself where it had to be
+    /// made to know.
+    fn order(&mut self, cloud: &CloudView<'_>) -> (u32, OnceCell<Vec<u32>>) {
         let names = [columns::POSITION].into_iter().chain(TIE_BREAKERS);
         let of: Vec<u64> =
             names.filter_map(|name| cloud.column(name)).map(|column| column.generation).collect();
-        let frame = self.frame;
+        let last_used = self.frame;
         if let Some(known) = self.orders.iter_mut().find(|order| order.of == of) {
-            known.last_used = frame;
-            return (known.indices.clone(), known.serial);
+            known.last_used = last_used;
+            return (known.serial, OnceCell::new());
         }
         let indices = drawing_order(cloud);
+        let mut hasher = DefaultHasher::new();
+        hasher.write(bytemuck::cast_slice(&indices));
+        let hash = hasher.finish();
         // Other attributes rarely change the order; columns on the device then stay as they are.
-        let equal = self.orders.iter().find(|order| *order.indices == indices);
-        let (indices, serial) = match equal {
-            Some(order) => (order.indices.clone(), order.serial),
-            None => {
-                self.n_orders += 1;
-                (Rc::new(indices), self.n_orders)
-            }
-        };
-        self.orders.push(Order { of, serial, indices: indices.clone(), last_used: frame });
-        (indices, serial)
+        let equal = self.orders.iter().find(|order| order.hash == hash).map(|order| order.serial);
+        let serial = equal.unwrap_or(self.n_orders + 1);
+        self.n_orders = self.n_orders.max(serial);
+        self.orders.push(Order { of, serial, hash, last_used });
+        (serial, OnceCell::from(indices))
     }
 
     /// Brings the columns a cloud is drawn with onto the device.
@@ -148,7 +162,7 @@ impl Columns {
                     cloud.len
                 ))
             })?;
-        let mut drawn = DrawnCloud {
+        let drawn = DrawnCloud {
             origin: cloud.origin,
             n_surfels,
             chunk_len: self.chunk_len,
@@ -156,52 +170,56 @@ impl Columns {
             defines: Vec::new(),
             generations: Vec::new(),
             max_radius: 0.0,
-            order: Rc::default(),
-            order_serial: 0,
         };
-        (drawn.order, drawn.order_serial) = self.order(cloud);
-        self.floats(cloud, columns::POSITION, &mut drawn)?;
-        self.floats(cloud, columns::NORMAL, &mut drawn)?;
+        let (order_serial, order) = self.order(cloud);
+        let mut arriving = Arriving { cloud, order_serial, order, drawn };
+        self.floats(columns::POSITION, &mut arriving)?;
+        self.floats(columns::NORMAL, &mut arriving)?;
         let tangents = [columns::TANGENT_U, columns::TANGENT_V];
         if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
             for name in tangents {
-                let largest = self.floats(cloud, name, &mut drawn)?;
-                // The largest component bounds the length within a factor of sqrt(3).
-                drawn.max_radius = drawn.max_radius.max(largest * 1.733);
+                let largest = self.floats(name, &mut arriving)?;
+                // The largest component bounds the length of a tangent within a factor of sqrt(3),
+                // and two skewed ones that of the ellipse within sqrt(2) more.
+                let bound = arriving.drawn.max_radius.max(largest * 2.45);
+                arriving.drawn.max_radius = bound;
             }
-            drawn.defines.push("TANGENTS");
+            arriving.drawn.defines.push("TANGENTS");
         } else {
-            drawn.max_radius = self.floats(cloud, columns::RADIUS, &mut drawn)?;
+            arriving.drawn.max_radius = self.floats(columns::RADIUS, &mut arriving)?;
         }
         if cloud.floats(columns::AO, 1).is_some() {
-            self.floats(cloud, columns::AO, &mut drawn)?;
-            drawn.defines.push("AO");
+            self.floats(columns::AO, &mut arriving)?;
+            arriving.drawn.defines.push("AO");
         }
         if let Some(column) = cloud.column(columns::MATERIAL)
             && let (1, Values::U32(values)) = (column.components, column.values)
         {
             let encode = |i: usize, out: &mut Vec<u8>| out.extend(values[i].to_le_bytes());
-            self.upload(column, columns::MATERIAL, &encode, 4, 0.0, &mut drawn);
-            drawn.defines.push("MATERIAL");
+            self.upload(column, columns::MATERIAL, &encode, 4, 0.0, &mut arriving);
+            arriving.drawn.defines.push("MATERIAL");
         }
         if let Some(column) = cloud.column(columns::COLOR)
             && is_color(column)
         {
-            let table = srgb_table();
-            let encode = |i: usize, out: &mut Vec<u8>| linear_halves(column, &table, i, out);
-            self.upload(column, columns::COLOR, &encode, 8, 0.0, &mut drawn);
-            drawn.defines.push("COLOR");
+            let (layout, stride): (_, u64) = match column.values {
+                Values::U8(_) => ("COLOR8", 4),
+                _ => ("COLOR16", 8),
+            };
+            let encode = |i: usize, out: &mut Vec<u8>| encode_color(column, i, out);
+            self.upload(column, columns::COLOR, &encode, stride, 0.0, &mut arriving);
+            arriving.drawn.defines.push(layout);
         }
-        Ok(drawn)
+        Ok(arriving.drawn)
     }
 
     /// Uploads a column of floats and returns its largest magnitude.
     fn floats(
         &mut self,
-        cloud: &CloudView<'_>,
         name: &'static str,
-        drawn: &mut DrawnCloud,
+        arriving: &mut Arriving<'_>,
     ) -> Result<f32, RenderError> {
+        let cloud = arriving.cloud;
         let components = match name {
             columns::RADIUS | columns::AO => 1,
             _ => 3,
@@ -217,14 +235,14 @@ impl Columns {
             )));
         };
         let known =
-            self.uploaded.get(&(column.generation, drawn.order_serial, name)).map(|c| c.largest);
+            self.uploaded.get(&(column.generation, arriving.order_serial, name)).map(|c| c.largest);
         let largest =
             known.unwrap_or_else(|| values.iter().fold(0.0f32, |most, v| most.max(v.abs())));
         let n = components as usize;
         let encode = |i: usize, out: &mut Vec<u8>| {
             out.extend_from_slice(bytemuck::cast_slice(&values[n * i..n * (i + 1)]));
         };
-        self.upload(column, name, &encode, 4 * u64::from(components), largest, drawn);
+        self.upload(column, name, &encode, 4 * u64::from(components), largest, arriving);
         Ok(largest)
     }
 
@@ -236,14 +254,14 @@ impl Columns {
         encode: &dyn Fn(usize, &mut Vec<u8>),
         stride: u64,
         largest: f32,
-        drawn: &mut DrawnCloud,
+        arriving: &mut Arriving<'_>,
     ) {
         let (frame, chunk_len) = (self.frame, self.chunk_len);
         let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
-        let order = &drawn.order;
-        let key = (column.generation, drawn.order_serial, variable);
+        let key = (column.generation, arriving.order_serial, variable);
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
+            let order = arriving.order.get_or_init(|| drawing_order(arriving.cloud));
             let stride = usize::try_from(stride).unwrap_or(usize::MAX);
             let buffers = order
                 .chunks(chunk_len as usize)
@@ -283,8 +301,8 @@ impl Columns {
             }
         });
         uploaded.last_used = frame;
-        drawn.columns.push((variable, uploaded.buffers.clone()));
-        drawn.generations.push(column.generation);
+        arriving.drawn.columns.push((variable, uploaded.buffers.clone()));
+        arriving.drawn.generations.push(column.generation);
     }
 }
 
@@ -294,24 +312,30 @@ fn is_color(column: &ColumnView<'_>) -> bool {
         && matches!(column.values, Values::U8(_) | Values::U16(_) | Values::F32(_))
 }
 
-/// Linear values of all 8-bit sRGB codes.
-fn srgb_table() -> Vec<f16> {
-    (0..=255u8).map(|v| f16::from_f32(srgb_to_linear(f32::from(v) / 255.0))).collect()
+/// Linear values of all 8-bit sRGB codes, as the surfel shaders read them.
+pub(super) fn linear_of_srgb() -> Vec<u8> {
+    let linear = |code: u8| srgb_to_linear(f32::from(code) / 255.0);
+    (0..=255).flat_map(|code| linear(code).to_le_bytes()).collect()
 }
 
-/// Appends a surfel's colour as four half-precision floats: linear red, green, blue and one.
-fn linear_halves(column: &ColumnView<'_>, table: &[f16], i: usize, out: &mut Vec<u8>) {
+/// Appends a surfel's colour: four bytes of 8-bit codes as they are, or four half-precision
+/// floats, linear red, green, blue and one.
+fn encode_color(column: &ColumnView<'_>, i: usize, out: &mut Vec<u8>) {
     let first = column.components as usize * i;
-    let channel = |c: usize| match column.values {
-        Values::U8(values) => table[usize::from(values[first + c])],
+    let halves = match column.values {
+        Values::U8(values) => {
+            out.extend_from_slice(&values[first..first + 3]);
+            out.push(u8::MAX);
+            return;
+        }
         Values::U16(values) => {
-            f16::from_f32(srgb_to_linear(f32::from(values[first + c]) / 65535.0))
+            [0, 1, 2].map(|c| srgb_to_linear(f32::from(values[first + c]) / 65535.0))
         }
         // Finite in half precision, so that no infinity reaches the sums.
-        Values::F32(values) => f16::from_f32(values[first + c].clamp(0.0, f16::MAX.to_f32())),
-        _ => f16::ZERO,
+        Values::F32(values) => [0, 1, 2].map(|c| values[first + c].clamp(0.0, f16::MAX.to_f32())),
+        _ => [0.0; 3],
     };
-    for half in [channel(0), channel(1), channel(2), f16::ONE] {
+    for half in halves.map(f16::from_f32).into_iter().chain([f16::ONE]) {
         out.extend_from_slice(&half.to_le_bytes());
     }
 }

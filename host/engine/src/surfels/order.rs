@@ -52,8 +52,15 @@ pub(super) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
 }
 
 /// Columns that decide between surfels at one place.
-pub(super) const TIE_BREAKERS: [&str; 5] =
-    [columns::NORMAL, columns::RADIUS, columns::TANGENT_U, columns::TANGENT_V, columns::COLOR];
+pub(super) const TIE_BREAKERS: [&str; 7] = [
+    columns::NORMAL,
+    columns::RADIUS,
+    columns::TANGENT_U,
+    columns::TANGENT_V,
+    columns::COLOR,
+    columns::AO,
+    columns::MATERIAL,
+];
 
 /// Puts two empty bits in front of each of the lowest 21.
 ///
@@ -82,6 +89,7 @@ fn compare_values(values: &Values<'_>, components: usize, a: u32, b: u32) -> Ord
         Values::F32(v) => compare(&v[range(a)], &v[range(b)]),
         Values::U8(v) => v[range(a)].cmp(&v[range(b)]),
         Values::U16(v) => v[range(a)].cmp(&v[range(b)]),
+        Values::U32(v) => v[range(a)].cmp(&v[range(b)]),
         _ => Ordering::Equal,
     }
 }
@@ -98,23 +106,24 @@ mod tests {
         assert_eq!(spread(1 << 20), 1 << 60);
     }
 
+    fn column<'a>(name: &'a str, components: u32, values: Values<'a>) -> ColumnView<'a> {
+        ColumnView { name, components, generation: 0, values }
+    }
+
     #[test]
     fn points_at_one_place_are_ordered_by_their_attributes() {
-        let column = |name, components, values| ColumnView {
-            name,
-            components,
-            generation: 0,
-            values: Values::F32(values),
-        };
-        let cloud = CloudView {
-            len: 3,
-            columns: vec![
-                column(columns::POSITION, 3, &[1.0; 9]),
-                column(columns::RADIUS, 1, &[3.0, 1.0, 2.0]),
-            ],
-            ..CloudView::default()
-        };
-        assert_eq!(drawing_order(&cloud), [1, 2, 0]);
+        let position = column(columns::POSITION, 3, Values::F32(&[1.0; 9]));
+        for decisive in [
+            column(columns::RADIUS, 1, Values::F32(&[3.0, 1.0, 2.0])),
+            column(columns::COLOR, 3, Values::U8(&[9, 9, 9, 9, 9, 7, 9, 9, 8])),
+            column(columns::COLOR, 3, Values::U16(&[9, 9, 9, 9, 7, 9, 9, 8, 9])),
+            column(columns::AO, 1, Values::F32(&[1.0, 0.25, 0.5])),
+            column(columns::MATERIAL, 1, Values::U32(&[3, 1, 2])),
+        ] {
+            let columns = vec![position, decisive];
+            let cloud = CloudView { len: 3, columns, ..CloudView::default() };
+            assert_eq!(drawing_order(&cloud), [1, 2, 0], "{}", decisive.name);
+        }
         assert!(drawing_order(&CloudView::default()).is_empty());
     }
 }

@@ -132,7 +132,8 @@ fn copies_of_points_change_nothing() {
 
 #[test]
 fn results_do_not_depend_on_the_number_of_threads() {
-    let positions = random_sphere(20_000, DVec3::ZERO, 1.0, 7);
+    // Enough edges that they are sorted in pieces.
+    let positions = random_sphere(60_000, DVec3::ZERO, 1.0, 7);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
@@ -186,7 +187,7 @@ fn invalid_normals_are_repaired_and_valid_ones_keep_their_bits() {
     for (i, index) in (0..2000).step_by(7).enumerate() {
         normals[index] = broken[i % 3];
     }
-    let neighbours = Neighbours::new(&positions);
+    let neighbours = Neighbours::build(&positions, &silent).unwrap();
     let done = repair(&neighbours, &mut normals, 16, &silent).unwrap();
     assert_eq!(done, Repair { n_from_neighbours: 286, n_estimated: 0 });
     for (i, normal) in normals.iter().enumerate() {
@@ -209,7 +210,8 @@ fn a_large_patch_of_invalid_normals_is_filled_from_its_border() {
             *normal = Vec3::ZERO;
         }
     }
-    let done = repair(&Neighbours::new(&positions), &mut normals, 16, &silent).unwrap();
+    let done = repair(&Neighbours::build(&positions, &silent).unwrap(), &mut normals, 16, &silent)
+        .unwrap();
     assert_eq!(done.n_estimated, 0);
     for (normal, position) in normals.iter().zip(&positions) {
         assert!(normal.dot(*position) < -0.7);
@@ -220,7 +222,8 @@ fn a_large_patch_of_invalid_normals_is_filled_from_its_border() {
 fn normals_that_are_all_invalid_are_estimated() {
     let positions = spiral_sphere(1000, 0.0, 11);
     let mut normals = vec![Vec3::ZERO; positions.len()];
-    let done = repair(&Neighbours::new(&positions), &mut normals, 16, &silent).unwrap();
+    let done = repair(&Neighbours::build(&positions, &silent).unwrap(), &mut normals, 16, &silent)
+        .unwrap();
     assert_eq!(done, Repair { n_from_neighbours: 0, n_estimated: 1000 });
     assert!(worst_angle(&positions, &normals, Vec3::ZERO) < 3.0);
 }

@@ -3,6 +3,7 @@
 use super::COMPARED;
 use crate::cell::Cell;
 use crate::neighbours::Neighbours;
+use crate::progress::{Cancelled, Progress, flat_map, part, sort};
 use glam::{DVec2, DVec3, Vec3};
 
 /// Neighbours that bound a point's cell. In a random sampling a corner of a cell lies farther away
@@ -57,20 +58,23 @@ pub(super) struct Link {
 pub(super) struct Further(Vec<Link>);
 
 impl Further {
-    pub(super) fn new(neighbours: &Neighbours, cells: &[Covering], on_surface: &[bool]) -> Self {
+    pub(super) fn new(
+        neighbours: &Neighbours,
+        cells: &[Covering],
+        on_surface: &[bool],
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
         let points = neighbours.distinct();
-        let mut links = Vec::new();
-        for from in (0..cells.len() as u32).filter(|&place| on_surface[place as usize]) {
-            for to in cells[from as usize].nearest() {
+        let links = flat_map(cells.len(), &part(progress, 0.0..0.8), |from| {
+            let nearest = on_surface[from].then(|| cells[from].nearest());
+            nearest.into_iter().flatten().filter_map(move |to| {
                 let cell = &cells[to as usize];
-                let distance = points[from as usize].distance(points[to as usize]);
-                if distance > cell.farthest && distance < cell.open_to {
-                    links.push(Link { to, from });
-                }
-            }
-        }
-        links.sort_unstable();
-        Self(links)
+                let distance = points[from].distance(points[to as usize]);
+                let leads_back = distance > cell.farthest && distance < cell.open_to;
+                leads_back.then_some(Link { to, from: from as u32 })
+            })
+        })?;
+        Ok(Self(sort(links, &part(progress, 0.8..1.0))?.concat()))
     }
 
     /// The links to one point.

@@ -1,6 +1,7 @@
 //! Which points belong to a surface, and which float by themselves.
 
 use super::covering::{CELL_NEIGHBOURS, Covering};
+use crate::progress::{Cancelled, Progress, each, part};
 
 /// The most points of a group that counts as floating. The cells of up to this many points are cut
 /// from all others of their group and still reach for points across the gap around it; a larger
@@ -13,30 +14,40 @@ const FLOATING: u32 = CELL_NEIGHBOURS as u32;
 /// larger than [`FLOATING`] floats by itself, unless a point of a surface counts one of its points
 /// among its own nearest: the surface goes on there, only with other spacing. Where no group is
 /// large the question has no answer, and every point belongs to a surface.
-pub(super) fn on_surface(cells: &[Covering]) -> Vec<bool> {
-    let places = 0..cells.len() as u32;
+pub(super) fn on_surface(
+    cells: &[Covering],
+    progress: Progress<'_>,
+) -> Result<Vec<bool>, Cancelled> {
     let mut groups = Groups::new(cells.len());
-    for place in places.clone() {
-        for other in cells[place as usize].compared() {
+    each(cells.len(), &part(progress, 0.0..0.6), |i| {
+        let place = i as u32;
+        for other in cells[i].compared() {
             if other < place && cells[other as usize].compared().any(|back| back == place) {
                 groups.join(place, other);
             }
         }
-    }
-    let mut pending: Vec<u32> = places.filter(|&place| groups.size(place) > FLOATING).collect();
-    if pending.is_empty() {
-        return vec![true; cells.len()];
-    }
+    })?;
     let mut found = vec![false; cells.len()];
-    pending.iter().for_each(|&place| found[place as usize] = true);
-    while let Some(place) = pending.pop() {
+    let mut pending = Vec::new();
+    each(cells.len(), &part(progress, 0.6..0.7), |i| {
+        if groups.size(i as u32) > FLOATING {
+            found[i] = true;
+            pending.push(i as u32);
+        }
+    })?;
+    if pending.is_empty() {
+        return Ok(vec![true; cells.len()]);
+    }
+    // Every point is pending at most once.
+    each(cells.len(), &part(progress, 0.7..1.0), |_| {
+        let Some(place) = pending.pop() else { return };
         for other in cells[place as usize].nearest() {
             if !std::mem::replace(&mut found[other as usize], true) {
                 pending.push(other);
             }
         }
-    }
-    found
+    })?;
+    Ok(found)
 }
 
 /// Disjoint groups that can be joined, as trees whose roots stand for them.

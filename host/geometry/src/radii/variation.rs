@@ -68,10 +68,10 @@ fn no_ray_enters_two_spheres_of_which_one_is_ten_times_coarser() {
 #[test]
 fn every_point_of_a_random_sphere_belongs_to_its_surface() {
     let positions = random_sphere(100_000, DVec3::ZERO, 1.0, 16);
-    let neighbours = Neighbours::new(&positions);
+    let neighbours = Neighbours::build(&positions, &silent).unwrap();
     let cells: Vec<Covering> =
         (0..positions.len()).map(|place| cover(&neighbours, &positions, place, &[])).collect();
-    assert!(standing::on_surface(&cells).iter().all(|&on| on));
+    assert!(standing::on_surface(&cells, &silent).unwrap().iter().all(|&on| on));
 }
 
 /// A sphere and a group of points within `reach` of a place outside of it: the largest radius of the
