@@ -62,6 +62,14 @@ pub enum CloudError {
         /// Origin given.
         origin: DVec3,
     },
+    /// A cloud cannot be scaled, turned or moved like this.
+    #[error("transform: expected {expected}, found {found}")]
+    Transform {
+        /// What would be right.
+        expected: &'static str,
+        /// What was asked for or came of it.
+        found: String,
+    },
 }
 
 /// Why a file could not be read: one line that names the file.

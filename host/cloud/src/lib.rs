@@ -27,6 +27,7 @@ mod summary;
 mod table;
 #[cfg(test)]
 mod tests;
+mod transform;
 mod write;
 
 pub use buffer::Buffer;
@@ -37,4 +38,5 @@ pub use read::{Loaded, ReadOptions, read};
 pub use summary::{ColorCounts, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::Progress;
+pub use transform::{Rotation, Transform};
 pub use write::{WriteOptions, write};

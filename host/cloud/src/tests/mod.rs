@@ -5,6 +5,7 @@ mod clouds;
 mod damaged;
 mod files;
 mod formats;
+mod transforms;
 mod writing;
 
 use crate::{Buffer, Loaded, ReadError, ReadOptions, read};
