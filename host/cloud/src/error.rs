@@ -214,8 +214,12 @@ pub enum WriteError {
 /// Bytes of a file as a person can read them: one line, at most 40 characters.
 pub(crate) fn quoted(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(160)]);
-    let mut shown: String =
-        text.trim_end().chars().take(40).flat_map(char::escape_debug).take(80).collect();
+    // Quotation marks are no danger, and escaped ones are hard to read.
+    let shown = |c: char| match c {
+        '"' | '\'' => c.to_string(),
+        _ => c.escape_debug().to_string(),
+    };
+    let mut shown: String = text.trim_end().chars().take(40).map(shown).collect();
     if text.trim_end().chars().count() > 40 || bytes.len() > 160 {
         shown.push('…');
     }

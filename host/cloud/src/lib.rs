@@ -6,6 +6,8 @@
 //! cannot be drawn, and counts all of it in a [`Summary`]. [`write()`] saves one so that a failure
 //! leaves the old file as it was.
 //!
+//! A [`scene`] says which clouds stand where and how they are seen.
+//!
 //! Files are not trusted: damaged ones give one line that says what was expected and what was
 //! found, and memory stays within a small multiple of the file's size.
 //!
@@ -23,6 +25,7 @@ mod error;
 mod facts;
 mod ply;
 mod read;
+pub mod scene;
 mod summary;
 mod table;
 #[cfg(test)]

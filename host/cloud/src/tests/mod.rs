@@ -5,6 +5,7 @@ mod clouds;
 mod damaged;
 mod files;
 mod formats;
+mod scene;
 mod transforms;
 mod writing;
 
