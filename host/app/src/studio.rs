@@ -1,6 +1,7 @@
 //! A device, an engine and a renderer: what a picture is made with.
 
 use crate::arguments::{BackendChoice, DeviceArguments};
+use crate::staging::ChosenView;
 use crate::values::Setting;
 use crate::{settings, terminal};
 use anyhow::{Context as _, anyhow};
@@ -76,9 +77,28 @@ impl Studio {
         name: &str,
         typed: &[Setting],
     ) -> anyhow::Result<Chosen> {
-        let reference = registry.find(UnitKind::Renderer, name)?;
+        self.choose_for(registry, registry.find(UnitKind::Renderer, name)?, None, typed)
+    }
+
+    /// Loads a renderer and reads the parameters meant for it: what was typed counts instead of
+    /// what the view of a scene says.
+    pub(crate) fn choose_for(
+        &self,
+        registry: &Registry,
+        reference: UnitRef,
+        view: Option<&ChosenView<'_>>,
+        typed: &[Setting],
+    ) -> anyhow::Result<Chosen> {
         let unit = registry.load(&reference)?;
-        let values = settings::values(&reference, &unit.description.params, typed)?;
+        let declared = &unit.description.params;
+        let typed = settings::values(&reference, declared, typed)?;
+        let mut values = Values::new();
+        if let Some(view) = view {
+            let (of_view, unknown) = settings::of_view(&reference, declared, view)?;
+            unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
+            values = of_view;
+        }
+        values.extend(typed);
         let instance = unit
             .create(&self.host)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;

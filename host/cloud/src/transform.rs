@@ -131,7 +131,7 @@ impl Cloud {
         let columns = self.columns().iter().map(|column| {
             turn(column).ok_or_else(|| CloudError::Transform {
                 expected: "a scale that single precision can hold",
-                found: format!("{scale:e}, too much for column `{}`", column.name()),
+                found: format!("{scale:e}, which column `{}` cannot hold", column.name()),
             })
         });
         let origin = linear * (self.origin() + pivot) + translation;
