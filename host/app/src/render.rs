@@ -45,10 +45,10 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins.plugin)?;
     let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
-    let file = opened.map(|opened| &opened.scene);
-    let staging = Staging::new(arguments, given, file, seen.as_ref().map(|seen| seen.view))?;
+    let seen = seen.as_ref();
+    let staging = Staging::new(arguments, given, opened, seen)?;
     let mut studio = Studio::open(&arguments.device)?;
-    let mut chosen = studio.choose_for(&registry, reference, seen.as_ref(), &arguments.set)?;
+    let mut chosen = studio.choose_for(&registry, reference, seen, &arguments.set)?;
     timings.open_ms = since(started);
 
     let started = Instant::now();
@@ -86,10 +86,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         "facts": clouds.facts,
         "scene": staging.scene,
         "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
-        "background": match staging.how.background {
-            Background::Transparent => None,
-            Background::Color(encoded) => Some(encoded),
-        },
+        "background": encoded(staging.how.background),
         "renderer": report::renderer(&chosen),
         "adapter": report::adapter(&studio),
         "frame": report::frame(&settled, &view),
@@ -97,6 +94,14 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         "timings": timings,
         "counters": studio.engine.counters(),
     }))
+}
+
+/// The colour behind the clouds, sRGB-encoded.
+fn encoded(background: Background) -> Option<[f32; 3]> {
+    match background {
+        Background::Transparent => None,
+        Background::Color(encoded) => Some(encoded),
+    }
 }
 
 /// The view through the scene's camera, or through the one that was typed.

@@ -63,9 +63,11 @@ impl Staging {
     pub(crate) fn new(
         arguments: &RenderArguments,
         given: &Given,
-        file: Option<&SceneFile>,
-        view: Option<&SceneView>,
+        opened: Option<&OpenedScene>,
+        chosen: Option<&ChosenView<'_>>,
     ) -> anyhow::Result<Self> {
+        let file = opened.map(|opened| &opened.scene);
+        let view = chosen.map(|chosen| chosen.view);
         let scene = scene(arguments, given, file)?;
         let seen = view.map(|view| view.output.clone()).filter(|output| *output != Output::Color);
         let camera = file.and_then(|file| match view {
@@ -165,7 +167,15 @@ mod tests {
         let matches = Cli::command().try_get_matches_from(line.split_whitespace()).unwrap();
         let cli = Cli::from_arg_matches(&matches).unwrap();
         let Some(Command::Render(arguments)) = cli.command else { panic!("another command") };
-        Staging::new(&arguments, &Given::of(&matches), Some(&file()), view).unwrap()
+        let opened = OpenedScene {
+            path: "a.scene.toml".into(),
+            scene: file(),
+            warnings: Vec::new(),
+            cloud_lines: Vec::new(),
+            view_lines: Vec::new(),
+        };
+        let chosen = view.map(|view| ChosenView { view, place: String::new() });
+        Staging::new(&arguments, &Given::of(&matches), Some(&opened), chosen.as_ref()).unwrap()
     }
 
     #[test]

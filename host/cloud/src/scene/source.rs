@@ -23,12 +23,16 @@ const MOST_WARNINGS: usize = 20;
 /// A text and what is to be said of it.
 pub(super) struct Source<'a> {
     text: &'a str,
+    /// Where each line begins: hundreds of thousands of clouds each have a line to be told.
+    lines: Vec<usize>,
     unknown: RefCell<Vec<(usize, String)>>,
 }
 
 impl<'a> Source<'a> {
     pub(super) fn new(text: &'a str) -> Self {
-        Self { text, unknown: RefCell::default() }
+        let ends = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let lines = std::iter::once(0).chain(ends.map(|(at, _)| at + 1)).collect();
+        Self { text, lines, unknown: RefCell::default() }
     }
 
     /// The whole text as a table.
@@ -44,11 +48,17 @@ impl<'a> Source<'a> {
         })
     }
 
+    /// Line of a byte, counted from 1.
+    fn line(&self, at: usize) -> usize {
+        self.lines.partition_point(|start| *start <= at)
+    }
+
     /// Line and column of a byte, counted from 1, the column in characters.
     pub(super) fn place(&self, at: usize) -> [usize; 2] {
-        let before = self.text.get(..at).unwrap_or(self.text);
-        let line = before.rsplit('\n').next().unwrap_or_default();
-        [before.matches('\n').count() + 1, line.chars().count() + 1]
+        let line = self.line(at);
+        let start = self.lines.get(line - 1).copied().unwrap_or_default();
+        let before = self.text.get(start..at).unwrap_or_default();
+        [line, before.chars().count() + 1]
     }
 
     /// A line for each key that nobody asked for, in the order of the text.
@@ -157,7 +167,7 @@ impl<'a> Entry<'a> {
 
     /// Line where the value begins.
     pub(super) fn line(&self) -> usize {
-        self.source.place(self.span().start)[0]
+        self.source.line(self.span().start)
     }
 
     /// A whole number.

@@ -108,6 +108,22 @@ fn every_value_is_checked() {
             "2:11: `lights[1].towards`: expected the direction towards the light, found no such \
              key; add it",
         ),
+        ("layout = 3", "2:10: `layout`: expected a table, found `3`"),
+        ("more = 1e999", "2:8: `more`: expected a number below 1.8e308, found `1e999`"),
+        (
+            "more = 99999999999999999999",
+            "2:8: `more`: expected a whole number of 64 bits, found `99999999999999999999`",
+        ),
+    ] {
+        refused(line, expected);
+    }
+    let lights = "[[lights]]\ntowards = [0, 1, 0]\n".repeat(9);
+    refused(&lights, "2:1: `lights`: expected at most 8 lights, found `[[lights]]`");
+}
+
+#[test]
+fn surfaces_are_checked() {
+    for (line, expected) in [
         (
             "surface.depth_tolerance = 17",
             "2:27: `surface.depth_tolerance`: expected a number of radii from 0 to 16, found `17`",
@@ -121,17 +137,9 @@ fn every_value_is_checked() {
             "surface.low_pass = inf",
             "2:20: `surface.low_pass`: expected a number of pixels from 0 to 4, found `inf`",
         ),
-        ("layout = 3", "2:10: `layout`: expected a table, found `3`"),
-        ("more = 1e999", "2:8: `more`: expected a number below 1.8e308, found `1e999`"),
-        (
-            "more = 99999999999999999999",
-            "2:8: `more`: expected a whole number of 64 bits, found `99999999999999999999`",
-        ),
     ] {
         refused(line, expected);
     }
-    let lights = "[[lights]]\ntowards = [0, 1, 0]\n".repeat(9);
-    refused(&lights, "2:1: `lights`: expected at most 8 lights, found `[[lights]]`");
 }
 
 #[test]
@@ -293,6 +301,20 @@ fn huge_files_are_not_read() {
     assert!(matches!(error.fault, SceneFault::TooLarge));
     let expected = format!("at most {LARGEST_FILE} bytes, found more; is it a scene?");
     assert!(error.to_string().contains(&expected), "{error}");
+}
+
+#[test]
+fn the_largest_files_are_read_in_time() {
+    // Whatever took time in proportion to lines times bytes would take minutes.
+    let clouds = "[[clouds]]\npath = 'a'\n".repeat(180_000);
+    let (keys, most) = ((0..250_000).map(|i| format!("k{i} = 0\n")), (4 << 20) - 100);
+    let keys: String = keys.collect();
+    let numbers = format!("layout.x = [{}]\n", "1,".repeat(most / 2 - 10));
+    let text = format!("name = '{}'\n", "x".repeat(most));
+    for (i, rest) in [clouds, keys, numbers, text].iter().enumerate() {
+        let opened = open(&format!("format = 1\n{rest}"));
+        assert_eq!(opened.cloud_lines.len(), if i == 0 { 180_000 } else { 0 });
+    }
 }
 
 #[test]
