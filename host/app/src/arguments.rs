@@ -2,7 +2,7 @@
 
 use crate::camera::CameraSpec;
 use crate::values::{self, Backdrop, LightSpec, OutputFile, Setting, Size};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 use surfelshop_api::graph::Output;
@@ -25,9 +25,10 @@ pub(crate) struct Cli {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Render clouds to a PNG or EXR picture.
+    /// Render clouds or a scene to a PNG or EXR picture.
     Render(Box<RenderArguments>),
-    /// Say what is in a cloud and what was repaired or estimated while it was read.
+    /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
+    /// shows.
     Info(InfoArguments),
     /// List the plugins, and the files that were refused with the reason.
     Plugins(PluginsArguments),
@@ -43,9 +44,14 @@ pub(crate) enum Command {
   surfelshop render bunny.ply -r flat -o bunny.png --size 1920x1080 --camera front --zoom 1.5
   surfelshop render a.ply b.ply -o both.exr --light 0,1,0 --light -1,0,0:0.2,0.2,0.3
   surfelshop render bunny.ply -o bunny.png --camera \"0,0.1,0.6; 0,0.1,0; 0,1,0; 30\"
-  surfelshop render bunny.ply -o depth.png --output depth")]
+  surfelshop render bunny.ply -o depth.png --output depth
+  surfelshop render room.scene.toml -o room.png --exposure 1")]
 pub(crate) struct RenderArguments {
-    /// The clouds; several are shown together.
+    /// The clouds, and at most one scene (.scene.toml); all are shown together.
+    ///
+    /// A scene brings clouds with their places, camera, light and surface settings, and the renderer
+    /// and parameters of its first view, or of its first one with the renderer that is typed. Options
+    /// that are typed count instead of what the scene says.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
     /// The renderer, by its id or as PACKAGE/ID; `surfelshop plugins` lists them.
@@ -104,8 +110,11 @@ pub(crate) struct RenderArguments {
     /// (none) to 4 [default: 1].
     #[arg(long, value_name = "PIXELS", value_parser = values::low_pass)]
     pub(crate) low_pass: Option<f32>,
-    /// Leave out surfels that are seen from behind.
-    #[arg(long)]
+    /// Leave out surfels that are seen from behind; `--one-sided=false` draws them where a scene
+    /// does not.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, require_equals = true,
+          default_value_t = false, default_missing_value = "true", action = ArgAction::Set,
+          hide_default_value = true, hide_possible_values = true)]
     pub(crate) one_sided: bool,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
@@ -134,7 +143,10 @@ pub(crate) struct LensArguments {
     #[arg(long, value_name = "DEGREES", value_parser = values::field_of_view)]
     pub(crate) fov: Option<f64>,
     /// Parallel instead of central projection; what is at the target keeps its size.
-    #[arg(long)]
+    /// `--orthographic=false` makes a scene's parallel projection central.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, require_equals = true,
+          default_value_t = false, default_missing_value = "true", action = ArgAction::Set,
+          hide_default_value = true, hide_possible_values = true)]
     pub(crate) orthographic: bool,
     /// Enlarge the middle of the picture by this factor, from the same place.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = values::zoom)]
@@ -183,9 +195,9 @@ pub(crate) struct ReportArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  surfelshop info scan.ply")]
+#[command(after_help = "Examples:\n  surfelshop info scan.ply\n  surfelshop info room.scene.toml")]
 pub(crate) struct InfoArguments {
-    /// The clouds.
+    /// The clouds and scenes.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]

@@ -5,9 +5,8 @@ use crate::values::{field_of_view, numbers};
 use glam::DVec3;
 use surfelshop_api::{Camera, Projection, View};
 
-/// Vertical field of view where none is given, degrees: about that of a portrait lens, so that
-/// objects look neither flat nor stretched.
-const DEFAULT_FOV_DEG: f64 = 35.0;
+/// Vertical field of view where none is given, degrees.
+const DEFAULT_FOV_DEG: f64 = surfelshop_cloud::scene::DEFAULT_FIELD_OF_VIEW_DEG;
 
 /// The framed sphere is this much larger than the cloud's, so that nothing touches the border.
 const MARGIN: f64 = 1.04;
@@ -146,12 +145,53 @@ pub(crate) fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> 
             (eye, target, up, eye.distance(target) * half_tangent)
         }
     };
-    let projection = if lens.orthographic {
-        Projection::Orthographic { height: 2.0 * half_height / lens.zoom }
-    } else {
-        Projection::Perspective { fov_y: 2.0 * (half_tangent / lens.zoom).atan() }
+    let halves = Halves { tangent: half_tangent, height: half_height };
+    let projection = projection(&halves, lens.orthographic, lens.zoom);
+    framed_view(Camera { eye, target, up, projection }, extent, size_px)
+}
+
+/// The view through a scene's camera, with what was typed about the lens: its field of view, its
+/// zoom, and whether the projection is parallel.
+pub(crate) fn through(
+    camera: &Camera,
+    lens: &LensArguments,
+    parallel: Option<bool>,
+    extent: &Extent,
+    size_px: [u32; 2],
+) -> View {
+    let distance = camera.eye.distance(camera.target);
+    let typed = lens.fov.map(|degrees| degrees.to_radians());
+    let halves = match (typed, camera.projection) {
+        (Some(fov_y), _) | (None, Projection::Perspective { fov_y }) => {
+            let tangent = (0.5 * fov_y).tan();
+            Halves { tangent, height: distance * tangent }
+        }
+        (None, Projection::Orthographic { height }) => {
+            Halves { tangent: 0.5 * height / distance, height: 0.5 * height }
+        }
     };
-    let camera = Camera { eye, target, up, projection };
+    let is_parallel = matches!(camera.projection, Projection::Orthographic { .. });
+    let projection = projection(&halves, parallel.unwrap_or(is_parallel), lens.zoom);
+    framed_view(Camera { projection, ..*camera }, extent, size_px)
+}
+
+/// What a camera sees above the middle of the picture.
+struct Halves {
+    /// Tangent of the angle.
+    tangent: f64,
+    /// Height at the target, scene units.
+    height: f64,
+}
+
+fn projection(halves: &Halves, is_parallel: bool, zoom: f64) -> Projection {
+    if is_parallel {
+        Projection::Orthographic { height: 2.0 * halves.height / zoom }
+    } else {
+        Projection::Perspective { fov_y: 2.0 * (halves.tangent / zoom).atan() }
+    }
+}
+
+fn framed_view(camera: Camera, extent: &Extent, size_px: [u32; 2]) -> View {
     let [near, far] = depth_range(&camera, extent);
     View { camera, size_px, near, far }
 }
@@ -273,6 +313,45 @@ mod tests {
         let view = super::view(&parallel, &Extent::new(DVec3::ZERO, 1.0), [64, 64]);
         // What is at the target keeps its size: 3 units away, a half angle of 45 degrees.
         assert!((view.half_extent()[1] - 3.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn cameras_of_scenes_see_what_typed_ones_see() {
+        let extent = Extent::new(DVec3::ZERO, 1.0);
+        let typed = lens("1,2,3; 1,2,0; 1,0,0; 24");
+        for zoom in [1.0, 2.5] {
+            for orthographic in [false, true] {
+                let typed = LensArguments { zoom, orthographic, ..typed.clone() };
+                let expected = view(&typed, &extent, [64, 48]);
+                let projection = Projection::Perspective { fov_y: 24f64.to_radians() };
+                let camera = Camera { projection, ..expected.camera };
+                let lens = LensArguments { zoom, ..lens("front") };
+                let found = through(&camera, &lens, Some(orthographic), &extent, [64, 48]);
+                assert_eq!(found, expected);
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_typed_about_the_lens_changes_a_scene_s_camera() {
+        let extent = Extent::new(DVec3::ZERO, 1.0);
+        let projection = Projection::Orthographic { height: 3.0 };
+        let camera = Camera { eye: DVec3::Z * 2.0, target: DVec3::ZERO, up: DVec3::Y, projection };
+        let seen = |lens: &LensArguments, parallel| {
+            through(&camera, lens, parallel, &extent, [64, 64]).camera.projection
+        };
+        let plain = lens("front");
+        assert_eq!(seen(&plain, None), projection);
+        let zoomed = LensArguments { zoom: 2.0, ..plain.clone() };
+        assert_eq!(seen(&zoomed, None), Projection::Orthographic { height: 1.5 });
+        // 2 units away, a half angle of 45 degrees.
+        let wide = LensArguments { fov: Some(90.0), ..plain.clone() };
+        let Projection::Orthographic { height } = seen(&wide, None) else { panic!("central") };
+        assert!((height - 4.0).abs() < 1e-12);
+        let Projection::Perspective { fov_y } = seen(&plain, Some(false)) else {
+            panic!("parallel")
+        };
+        assert!(((0.5 * fov_y).tan() - 0.75).abs() < 1e-12, "the target keeps its size");
     }
 
     #[test]

@@ -1,9 +1,12 @@
-//! The clouds of a scene, read from files.
+//! The clouds that are shown, read from files.
 
 use crate::camera::Extent;
+use crate::scenes::Source;
 use crate::terminal::Progress;
+use anyhow::Context as _;
 use glam::{DVec3, Vec3};
-use std::path::{Path, PathBuf};
+use std::collections::HashMap;
+use std::path::Path;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
 use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadOptions};
@@ -17,9 +20,28 @@ pub(crate) struct Clouds {
 }
 
 impl Clouds {
-    /// Reads the files.
-    pub(crate) fn read(files: &[PathBuf]) -> Result<Self, ReadError> {
-        let loaded = files.iter().map(|file| read(file)).collect::<Result<Vec<_>, _>>()?;
+    /// Reads the files and puts each cloud in its place. A file that comes several times is read
+    /// once, and its clouds share what their places leave alike.
+    pub(crate) fn read(sources: &[Source]) -> anyhow::Result<Self> {
+        let mut files: HashMap<&Path, Loaded> = HashMap::new();
+        let mut loaded = Vec::with_capacity(sources.len());
+        for source in sources {
+            let Source { path, transform, place } = source;
+            let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
+            let mut cloud = match files.get(path.as_path()) {
+                Some(known) => known.clone(),
+                None => match place {
+                    Some(_) => read(path).with_context(in_scene)?,
+                    None => read(path)?,
+                },
+            };
+            files.entry(path).or_insert_with(|| cloud.clone());
+            if let Some(transform) = transform {
+                cloud.cloud = cloud.cloud.transformed(transform).with_context(in_scene)?;
+                cloud.summary.origin = cloud.cloud.origin().to_array();
+            }
+            loaded.push(cloud);
+        }
         let facts = together(loaded.iter().map(|loaded| loaded.cloud.facts()));
         Ok(Self { loaded, facts })
     }

@@ -5,6 +5,7 @@ use crate::camera::CameraSpec;
 use crate::clouds::Clouds;
 use crate::render::{write_exr, write_png};
 use crate::report::Written;
+use crate::scenes::Source;
 use crate::studio::{self, Studio};
 use crate::values::Backdrop;
 use crate::{camera, report, terminal};
@@ -31,7 +32,7 @@ pub(crate) fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
         bail!("no renderer is installed; `surfelshop plugins` says where it looked");
     }
     let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
-    let clouds = Clouds::read(std::slice::from_ref(&sample))?;
+    let clouds = Clouds::read(&[Source::file(&sample)])?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
     let stage = Stage { arguments, clouds: &clouds, scene: Scene::default() };

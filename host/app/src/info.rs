@@ -1,15 +1,25 @@
-//! `surfelshop info`: what is in a cloud, and what its load repaired or estimated.
+//! `surfelshop info`: what is in a cloud, and what its load repaired or estimated; what is in a
+//! scene.
 
 use crate::arguments::InfoArguments;
-use crate::{clouds, terminal};
+use crate::{clouds, scene_info, terminal};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
-    let mut objects = Vec::new();
+    let (mut objects, mut scenes) = (Vec::new(), Vec::new());
     for file in &arguments.files {
+        if surfelshop_cloud::scene::is_scene(file) {
+            let opened = surfelshop_cloud::scene::read(file)?;
+            if arguments.report.json {
+                scenes.push(scene_info::object(&opened));
+            } else {
+                terminal::line(scene_info::text(&opened)?)?;
+            }
+            continue;
+        }
         let loaded = clouds::read(file)?;
         if arguments.report.json {
             objects.push(object(&loaded));
@@ -19,7 +29,12 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
     }
     if arguments.report.json {
         let version = env!("CARGO_PKG_VERSION");
-        terminal::json(&json!({ "command": "info", "version": version, "clouds": objects }))?;
+        terminal::json(&json!({
+            "command": "info",
+            "version": version,
+            "clouds": objects,
+            "scenes": scenes,
+        }))?;
     }
     Ok(())
 }

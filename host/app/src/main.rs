@@ -11,28 +11,37 @@ mod convert;
 mod demo;
 mod exr_file;
 mod files;
+mod given;
 mod info;
 mod pictures;
 mod plugins;
 mod render;
 mod report;
+mod scene_info;
+mod scenes;
 mod settings;
+mod staging;
 mod studio;
 mod terminal;
 mod values;
 
 use arguments::{Cli, Command};
-use clap::{CommandFactory as _, Parser as _};
+use clap::{CommandFactory as _, FromArgMatches as _};
+use given::Given;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
     terminal::start_log();
-    let cli = match Cli::try_parse() {
-        Ok(cli) => cli,
+    let parsed = Cli::command().try_get_matches().and_then(|matches| {
+        let given = Given::of(&matches);
+        Ok((Cli::from_arg_matches(&matches)?, given))
+    });
+    let (cli, given) = match parsed {
+        Ok(parsed) => parsed,
         Err(error) => return terminal::not_understood(&error),
     };
     let done = match cli.command {
-        Some(Command::Render(arguments)) => render::run(&arguments),
+        Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),

@@ -1,8 +1,11 @@
 //! `surfelshop render`: clouds and a renderer in, pictures out.
 
-use crate::arguments::{Bits, RenderArguments, ToneMapChoice};
+use crate::arguments::{Bits, RenderArguments};
 use crate::clouds::Clouds;
+use crate::given::Given;
 use crate::report::Written;
+use crate::scenes::Inputs;
+use crate::staging::{self, Staging};
 use crate::studio::{self, Studio};
 use crate::values::{Format, OutputFile};
 use crate::{camera, exr_file, files, pictures, report, terminal};
@@ -11,9 +14,9 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
+use surfelshop_api::View;
 use surfelshop_api::graph::Output;
-use surfelshop_api::{Scene, UnitKind};
-use surfelshop_engine::picture::{Background, Development, ToneMap};
+use surfelshop_engine::picture::{Background, Development};
 use surfelshop_engine::{RenderRequest, Rendered};
 
 /// What an EXR file holds unless one output was asked for.
@@ -31,34 +34,36 @@ struct Timings {
 }
 
 /// Runs the command.
-pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
+pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<()> {
     let mut timings = Timings::default();
     let started = Instant::now();
     // What can fail at once is tried before a large cloud is read.
     for file in &arguments.out {
         files::check_folder(file.path())?;
     }
-    let scene = scene(arguments)?;
+    let inputs = Inputs::open(&arguments.files)?;
+    let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins.plugin)?;
-    registry.find(UnitKind::Renderer, &arguments.renderer)?;
+    let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
+    let seen = seen.as_ref();
+    let staging = Staging::new(arguments, given, opened, seen)?;
     let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
-    let mut chosen = studio.choose(&registry, &arguments.renderer, &arguments.set)?;
+    let mut chosen = studio.choose_for(reference, seen, &arguments.set)?;
     timings.open_ms = since(started);
 
     let started = Instant::now();
-    let clouds = Clouds::read(&arguments.files)?;
+    let clouds = Clouds::read(&inputs.sources)?;
     timings.load_ms = since(started);
 
-    let extent = clouds.extent(scene.surface.radius_scale);
-    let view = camera::view(&arguments.lens, &extent, arguments.size.0);
+    let view = view(arguments, &staging, &clouds);
     let values = chosen.values.clone();
     let request = RenderRequest {
         clouds: &clouds.views(),
         facts: &clouds.facts,
-        scene: &scene,
+        scene: &staging.scene,
         view,
         values: &values,
-        outputs: &wanted(arguments),
+        outputs: &wanted(arguments, staging.output.as_ref()),
         frame_index: 0,
     };
     let settled = studio.settle(&mut chosen, &request)?;
@@ -66,7 +71,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
-    let written = write_all(arguments, &settled.rendered)?;
+    let written = write_all(arguments, &staging, &settled.rendered)?;
     timings.write_ms = since(started);
     if !arguments.report.json {
         let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
@@ -76,14 +81,12 @@ pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         "command": "render",
         "version": env!("CARGO_PKG_VERSION"),
         "files": written,
+        "scene_file": opened.map(|opened| opened.path.display().to_string()),
         "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
         "facts": clouds.facts,
-        "scene": scene,
-        "tone_map": format!("{:?}", arguments.tone_map).to_lowercase(),
-        "background": match arguments.background.0 {
-            Background::Transparent => None,
-            Background::Color(encoded) => Some(encoded),
-        },
+        "scene": staging.scene,
+        "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
+        "background": encoded(staging.how.background),
         "renderer": report::renderer(&chosen),
         "adapter": report::adapter(&studio),
         "frame": report::frame(&settled, &view),
@@ -93,13 +96,37 @@ pub(crate) fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
     }))
 }
 
+/// The colour behind the clouds, sRGB-encoded.
+fn encoded(background: Background) -> Option<[f32; 3]> {
+    match background {
+        Background::Transparent => None,
+        Background::Color(encoded) => Some(encoded),
+    }
+}
+
+/// The view through the scene's camera, or through the one that was typed.
+fn view(arguments: &RenderArguments, staging: &Staging, clouds: &Clouds) -> View {
+    let extent = clouds.extent(staging.scene.surface.radius_scale);
+    let (lens, size) = (&arguments.lens, arguments.size.0);
+    match &staging.camera {
+        Some(camera) => camera::through(camera, lens, staging.parallel, &extent, size),
+        None => camera::view(lens, &extent, size),
+    }
+}
+
 /// Writes every file asked for.
-fn write_all(arguments: &RenderArguments, rendered: &Rendered) -> anyhow::Result<Vec<Written>> {
-    let how = development(arguments);
-    let shown = arguments.output.clone().unwrap_or(Output::Color);
+fn write_all(
+    arguments: &RenderArguments,
+    staging: &Staging,
+    rendered: &Rendered,
+) -> anyhow::Result<Vec<Written>> {
+    let shown = staging.output.as_ref();
     let write = |file: &OutputFile| match file.format {
-        Format::Png => write_png(file.path(), &shown, rendered, &how, arguments.bits),
-        Format::Exr => write_exr(file.path(), arguments.output.as_ref(), rendered),
+        Format::Png => {
+            let shown = shown.unwrap_or(&Output::Color);
+            write_png(file.path(), shown, rendered, &staging.how, arguments.bits)
+        }
+        Format::Exr => write_exr(file.path(), shown, rendered),
     };
     arguments.out.iter().map(write).collect()
 }
@@ -108,38 +135,9 @@ fn since(started: Instant) -> f64 {
     started.elapsed().as_secs_f64() * 1e3
 }
 
-/// The scene these options describe.
-fn scene(arguments: &RenderArguments) -> anyhow::Result<Scene> {
-    let mut scene = Scene { exposure_stops: arguments.exposure, ..Scene::default() };
-    if !arguments.light.is_empty() {
-        scene.lights = arguments.light.iter().map(|light| light.0).collect();
-    }
-    let (n_lights, most) = (scene.lights.len(), Scene::MAX_LIGHTS);
-    anyhow::ensure!(n_lights <= most, "expected at most {most} lights, found {n_lights} --light");
-    if let Some(scale) = arguments.radius_scale {
-        scene.surface.radius_scale = scale;
-    }
-    if let Some(tolerance) = arguments.depth_tolerance {
-        scene.surface.depth_tolerance = tolerance;
-    }
-    if let Some(low_pass) = arguments.low_pass {
-        scene.surface.low_pass = low_pass;
-    }
-    scene.surface.two_sided = !arguments.one_sided;
-    Ok(scene)
-}
-
-fn development(arguments: &RenderArguments) -> Development {
-    let tone_map = match arguments.tone_map {
-        ToneMapChoice::Clamp => ToneMap::Clamp,
-        ToneMapChoice::Neutral => ToneMap::Neutral,
-    };
-    Development { exposure_stops: arguments.exposure, tone_map, background: arguments.background.0 }
-}
-
 /// The outputs that the files need.
-fn wanted(arguments: &RenderArguments) -> Vec<Output> {
-    match &arguments.output {
+fn wanted(arguments: &RenderArguments, shown: Option<&Output>) -> Vec<Output> {
+    match shown {
         Some(output) => vec![output.clone()],
         None if arguments.out.iter().any(|file| file.format == Format::Exr) => EXR_LAYERS.to_vec(),
         None => vec![Output::Color],

@@ -92,7 +92,7 @@ pub(crate) fn renderer(chosen: &Chosen) -> Value {
 }
 
 /// A parameter's value as JSON writes such values.
-fn plain(value: &params::Value) -> Value {
+pub(crate) fn plain(value: &params::Value) -> Value {
     match value {
         params::Value::Bool(value) => json!(value),
         params::Value::Int(value) => json!(value),

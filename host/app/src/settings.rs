@@ -1,8 +1,9 @@
-//! Parameters typed with `--set`, checked against what the renderer declares.
+//! Parameters typed with `--set` or given by a scene, checked against what the renderer declares.
 
+use crate::staging::ChosenView;
 use crate::values::Setting;
 use anyhow::{anyhow, bail};
-use surfelshop_api::params::{ParamDecl, Values};
+use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 use surfelshop_engine::plugins::UnitRef;
 
 /// The values meant for a unit; the last one of an id counts.
@@ -35,8 +36,51 @@ pub(crate) fn values(
     Ok(values)
 }
 
+/// The values of a scene's view, and a line for each that the renderer does not know: it may be
+/// another version of the plugin.
+pub(crate) fn of_view(
+    unit: &UnitRef,
+    declared: &[ParamDecl],
+    ChosenView { view, place }: &ChosenView<'_>,
+) -> anyhow::Result<(Values, Vec<String>)> {
+    let (mut values, mut unknown_ids) = (Values::new(), Vec::new());
+    for (id, value) in &view.values {
+        let Some(declaration) = declared.iter().find(|declaration| declaration.id == *id) else {
+            unknown_ids.push(format!("{place}: {}", unknown(unit, declared, id)));
+            continue;
+        };
+        let value = accepted(declaration, value)
+            .map_err(|line| anyhow!("{place}: renderer `{}`: {line}", unit.id))?;
+        values.insert(id.clone(), value);
+    }
+    Ok((values, unknown_ids))
+}
+
+/// The value of a parameter as a scene gives it, where it is of the kind and in the range.
+fn accepted(declaration: &ParamDecl, value: &Value) -> Result<Value, String> {
+    let found = match value {
+        Value::Bool(value) => value.to_string(),
+        Value::Int(value) => value.to_string(),
+        Value::Float(value) => format!("{value:?}"),
+        Value::Text(value) => value.clone(),
+        Value::Color(value) => format!("{value:?}"),
+    };
+    match (&declaration.kind, value) {
+        (ParamKind::Bool, Value::Bool(_))
+        | (ParamKind::Text, Value::Text(_))
+        | (ParamKind::Color, Value::Color(_)) => Ok(value.clone()),
+        // These are written alike in scenes and behind `--set`.
+        (ParamKind::Int | ParamKind::Float, Value::Int(_) | Value::Float(_))
+        | (ParamKind::Color | ParamKind::Choice(_), Value::Text(_)) => declaration.parse(&found),
+        _ => {
+            let (id, expected) = (&declaration.id, declaration.expectation());
+            Err(format!("parameter `{id}` takes {expected}, found `{found}`"))
+        }
+    }
+}
+
 /// Whether a name as typed stands for the unit.
-fn names(unit: &UnitRef, name: &str) -> bool {
+pub(crate) fn names(unit: &UnitRef, name: &str) -> bool {
     match name.rsplit_once('/') {
         Some((package, id)) => package == unit.package && id == unit.id,
         None => name == unit.id,
@@ -57,14 +101,19 @@ mod tests {
     use super::*;
     use surfelshop_api::UnitKind;
     use surfelshop_api::params::Value;
+    use surfelshop_cloud::scene::SceneView;
 
-    fn read(typed: &[&str]) -> anyhow::Result<Values> {
-        let unit = UnitRef {
+    fn unit() -> UnitRef {
+        UnitRef {
             kind: UnitKind::Renderer,
             package: "org.example".to_owned(),
             id: "mine".to_owned(),
             path: "mine.so".into(),
-        };
+        }
+    }
+
+    fn read(typed: &[&str]) -> anyhow::Result<Values> {
+        let unit = unit();
         let declared = [ParamDecl::new("some_gain", &1.0f32, "A gain.").range(0.0..=2.0)];
         let typed: Vec<Setting> = typed.iter().map(|text| Setting::parse(text).unwrap()).collect();
         values(&unit, &declared, &typed)
@@ -85,5 +134,43 @@ mod tests {
         assert!(unknown.contains("some-gain (a number from 0 to 2)"), "{unknown}");
         let outside = read(&["some-gain=3"]).unwrap_err().to_string();
         assert!(outside.contains("from 0 to 2, found `3`"), "{outside}");
+    }
+    #[test]
+    fn values_of_scenes_are_checked_like_typed_ones() {
+        let declared = [
+            ParamDecl::new("gain", &1.0f32, "A gain.").range(0.0..=2.0),
+            ParamDecl::new("count", &1u32, "A count."),
+            ParamDecl::new("tint", &[0.0f32; 3], "A tint."),
+            ParamDecl::new("on", &true, "A switch."),
+        ];
+        let given = |id: &str, value: Value| {
+            let mut view = SceneView::new("mine");
+            view.values.insert(id.to_owned(), value);
+            of_view(&unit(), &declared, &ChosenView { view: &view, place: "a.scene.toml:7".into() })
+        };
+        for (id, value, expected) in [
+            ("gain", Value::Int(2), Value::Float(2.0)),
+            ("gain", Value::Float(0.1), Value::Float(0.1)),
+            ("count", Value::Int(-3), Value::Int(-3)),
+            ("tint", Value::Color([0.5; 3]), Value::Color([0.5; 3])),
+            ("tint", Value::Text("#ffffff".into()), Value::Color([1.0; 3])),
+            ("on", Value::Bool(false), Value::Bool(false)),
+        ] {
+            assert_eq!(given(id, value).unwrap().0[id], expected);
+        }
+        for (id, value, words) in [
+            ("gain", Value::Float(2.5), "takes a number from 0 to 2, found `2.5`"),
+            ("gain", Value::Text("2".into()), "takes a number from 0 to 2, found `2`"),
+            ("count", Value::Float(2.5), "takes a whole number, found `2.5`"),
+            ("tint", Value::Text("red".into()), "found `red`"),
+            ("on", Value::Int(1), "takes true or false, found `1`"),
+        ] {
+            let error = given(id, value).unwrap_err().to_string();
+            assert!(error.starts_with("a.scene.toml:7: renderer `mine`: parameter"), "{error}");
+            assert!(error.ends_with(words), "{error}");
+        }
+        let (values, unknown) = given("gian", Value::Int(1)).unwrap();
+        assert!(values.is_empty());
+        assert!(unknown[0].starts_with("a.scene.toml:7: renderer `mine` has no parameter `gian`"));
     }
 }

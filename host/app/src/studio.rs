@@ -1,6 +1,7 @@
 //! A device, an engine and a renderer: what a picture is made with.
 
 use crate::arguments::{BackendChoice, DeviceArguments, PluginFiles};
+use crate::staging::ChosenView;
 use crate::values::Setting;
 use crate::{settings, terminal};
 use anyhow::{Context as _, anyhow};
@@ -79,12 +80,30 @@ impl Studio {
         name: &str,
         typed: &[Setting],
     ) -> anyhow::Result<Chosen> {
-        let reference = registry.find(UnitKind::Renderer, name)?;
+        self.choose_for(registry.find(UnitKind::Renderer, name)?, None, typed)
+    }
+
+    /// Loads a renderer and reads the parameters meant for it: what was typed counts instead of
+    /// what the view of a scene says.
+    pub(crate) fn choose_for(
+        &self,
+        reference: UnitRef,
+        view: Option<&ChosenView<'_>>,
+        typed: &[Setting],
+    ) -> anyhow::Result<Chosen> {
         let unit = match reference.load(&self.patience) {
             Err(error) if plugins::loader_is_busy() => terminal::leave(&error.into()),
             loaded => loaded?,
         };
-        let values = settings::values(&reference, &unit.description.params, typed)?;
+        let declared = &unit.description.params;
+        let typed = settings::values(&reference, declared, typed)?;
+        let mut values = Values::new();
+        if let Some(view) = view {
+            let (of_view, unknown) = settings::of_view(&reference, declared, view)?;
+            unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
+            values = of_view;
+        }
+        values.extend(typed);
         let hosted = unit
             .start(&self.host, &self.patience)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;

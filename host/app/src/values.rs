@@ -68,17 +68,9 @@ impl OutputFile {
 
 /// Reads the name of an output.
 pub(crate) fn output(text: &str) -> Result<Output, String> {
-    match text {
-        "color" | "colour" => Ok(Output::Color),
-        "depth" => Ok(Output::Depth),
-        "normal" => Ok(Output::Normal),
-        "albedo" => Ok(Output::Albedo),
-        "ao" => Ok(Output::Ao),
-        _ => match text.strip_prefix("debug.") {
-            Some(name) if !name.is_empty() => Ok(Output::Debug(name.to_owned())),
-            _ => Err("expected color, depth, normal, albedo, ao or debug.NAME".to_owned()),
-        },
-    }
+    let name = if text == "colour" { "color" } else { text };
+    let expected = "expected color, depth, normal, albedo, ao or debug.NAME";
+    Output::from_name(name).ok_or_else(|| expected.to_owned())
 }
 
 /// Reads numbers separated by commas, all finite.

@@ -88,6 +88,11 @@ impl Cloud {
         Ok(Self { origin: self.origin, len, columns, facts: OnceLock::new() })
     }
 
+    /// The cloud around another origin; the columns must be of its length.
+    pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
+        Self { origin, len: self.len, columns, facts: OnceLock::new() }
+    }
+
     /// Number of surfels.
     #[must_use]
     pub fn len(&self) -> usize {

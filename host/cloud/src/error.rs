@@ -62,6 +62,14 @@ pub enum CloudError {
         /// Origin given.
         origin: DVec3,
     },
+    /// A cloud cannot be scaled, turned or moved like this.
+    #[error("transform: expected {expected}, found {found}")]
+    Transform {
+        /// What would be right.
+        expected: &'static str,
+        /// What was asked for or came of it.
+        found: String,
+    },
 }
 
 /// Why a file could not be read: one line that names the file.
@@ -206,8 +214,12 @@ pub enum WriteError {
 /// Bytes of a file as a person can read them: one line, at most 40 characters.
 pub(crate) fn quoted(bytes: &[u8]) -> String {
     let text = String::from_utf8_lossy(&bytes[..bytes.len().min(160)]);
-    let mut shown: String =
-        text.trim_end().chars().take(40).flat_map(char::escape_debug).take(80).collect();
+    // Quotation marks are no danger, and escaped ones are hard to read.
+    let shown = |c: char| match c {
+        '"' | '\'' => c.to_string(),
+        _ => c.escape_debug().to_string(),
+    };
+    let mut shown: String = text.trim_end().chars().take(40).map(shown).collect();
     if text.trim_end().chars().count() > 40 || bytes.len() > 160 {
         shown.push('…');
     }

@@ -6,6 +6,8 @@
 //! cannot be drawn, and counts all of it in a [`Summary`]. [`write()`] saves one so that a failure
 //! leaves the old file as it was.
 //!
+//! A [`scene`] says which clouds stand where and how they are seen.
+//!
 //! Files are not trusted: damaged ones give one line that says what was expected and what was
 //! found, and memory stays within a small multiple of the file's size.
 //!
@@ -23,10 +25,12 @@ mod error;
 mod facts;
 mod ply;
 mod read;
+pub mod scene;
 mod summary;
 mod table;
 #[cfg(test)]
 mod tests;
+mod transform;
 mod write;
 
 pub use buffer::Buffer;
@@ -37,4 +41,5 @@ pub use read::{Loaded, ReadOptions, read};
 pub use summary::{ColorCounts, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::Progress;
+pub use transform::{Rotation, Transform};
 pub use write::{WriteOptions, write};

@@ -46,12 +46,21 @@ pub fn write(
         };
         return Err(WriteError::UnknownFormat { path: path.to_owned(), found });
     }
+    let failed = |error: io::Error| WriteError::Io { path: path.to_owned(), error };
+    replace(path, |out| ply::write(out, path, cloud, options), failed)
+}
+
+/// Writes a file beside its target and renames it when it is complete.
+pub(crate) fn replace<E>(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<NamedTempFile>) -> Result<(), E>,
+    failed: impl Fn(io::Error) -> E,
+) -> Result<(), E> {
     // Renaming onto a link would replace the link rather than the file it names.
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let failed = |error: io::Error| WriteError::Io { path: path.to_owned(), error };
-    let file = beside(&target).map_err(failed)?;
+    let file = beside(&target).map_err(&failed)?;
     let mut out = BufWriter::with_capacity(1 << 18, file);
-    ply::write(&mut out, path, cloud, options)?;
+    write(&mut out)?;
     let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
     file.persist(&target).map_err(|error| failed(error.error))?;
     Ok(())

@@ -449,6 +449,23 @@ impl Output {
             Self::Debug(name) => format!("debug.{name}"),
         }
     }
+
+    /// The output of a name as in [`Output::name`]; `None` where there is none, and for `debug.`
+    /// without a name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "color" => Self::Color,
+            "depth" => Self::Depth,
+            "normal" => Self::Normal,
+            "albedo" => Self::Albedo,
+            "ao" => Self::Ao,
+            _ => {
+                let name = name.strip_prefix("debug.").filter(|name| !name.is_empty())?;
+                Self::Debug(name.to_owned())
+            }
+        })
+    }
 }
 
 /// Everything about a frame but the bytes of its uniforms and uploads.

@@ -5,6 +5,8 @@ mod clouds;
 mod damaged;
 mod files;
 mod formats;
+mod scene;
+mod transforms;
 mod writing;
 
 use crate::{Buffer, Loaded, ReadError, ReadOptions, read};

@@ -21,6 +21,8 @@ fn commands_that_draw_nothing_need_no_adapter() {
     desk.run("plugins").done();
     desk.run("info one.ply").done();
     desk.run("convert one.ply two.ply").done();
+    desk.put("a.scene.toml", "format = 1\n[[clouds]]\npath = 'one.ply'\n");
+    desk.run("info a.scene.toml").done();
 }
 
 #[cfg(target_os = "linux")]

@@ -8,3 +8,4 @@ mod machines;
 mod messages;
 mod pictures;
 mod program;
+mod scenes;

@@ -1,0 +1,164 @@
+//! What is in a scene, for `surfelshop info`; its clouds are looked for and not read.
+
+use crate::report::plain;
+use serde_json::{Value, json};
+use std::fmt::{self, Write as _};
+use surfelshop_api::{Camera, Projection, SurfaceSettings};
+use surfelshop_cloud::scene::{
+    Backdrop, FORMAT, OpenedScene, SceneCloud, SceneFile, SceneView, ToneMap,
+};
+use surfelshop_cloud::{Rotation, Transform};
+
+/// A scene in JSON; angles are radians, as everywhere in JSON.
+pub(crate) fn object(opened: &OpenedScene) -> Value {
+    let scene = &opened.scene;
+    let cloud = |(cloud, line): (&SceneCloud, &usize)| {
+        let path = scene.path_of(cloud);
+        let transform = cloud.transform.as_ref().map(|t| {
+            json!({
+                "translation": t.translation,
+                "quaternion": t.rotation.quaternion(),
+                "scale": t.scale,
+            })
+        });
+        json!({
+            "path": path.display().to_string(),
+            "line": line,
+            "name": cloud.name,
+            "visible": cloud.visible,
+            "found": path.exists(),
+            "transform": transform,
+        })
+    };
+    let view = |(view, line): (&SceneView, &usize)| {
+        let values: serde_json::Map<String, Value> =
+            view.values.iter().map(|(id, value)| (id.clone(), plain(value))).collect();
+        json!({
+            "renderer": view.renderer,
+            "line": line,
+            "output": view.output.name(),
+            "parameters": values,
+            "camera": scene.camera_of(view),
+            "own_camera": view.camera.is_some(),
+        })
+    };
+    let clouds = scene.clouds.iter().map(|cloud| &cloud.known).zip(&opened.cloud_lines);
+    let views = scene.views.iter().map(|view| &view.known).zip(&opened.view_lines);
+    json!({
+        "file": opened.path.display().to_string(),
+        "format": FORMAT,
+        "clouds": clouds.map(cloud).collect::<Vec<_>>(),
+        "views": views.map(view).collect::<Vec<_>>(),
+        "camera": scene.camera.as_ref().map(|camera| camera.known),
+        "scene": scene.scene(),
+        "tone_map": tone_map(scene),
+        "background": match scene.background {
+            Backdrop::Transparent => None,
+            Backdrop::Color(linear) => Some(linear),
+        },
+        "warnings": opened.warnings,
+    })
+}
+
+fn tone_map(scene: &SceneFile) -> &'static str {
+    match scene.tone_map {
+        ToneMap::Clamp => "clamp",
+        ToneMap::Neutral => "neutral",
+    }
+}
+
+/// A row for each thing to know.
+pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
+    let scene = &opened.scene;
+    let mut text = opened.path.display().to_string();
+    let mut row = |name: &str, value: String| {
+        // Names in a scene must not steer the terminal.
+        let value: String = value.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
+        write!(text, "\n  {name:<9} {value}")
+    };
+    row("format", format!("scene, version {FORMAT}"))?;
+    for (i, cloud) in scene.clouds.iter().enumerate() {
+        row(if i == 0 { "clouds" } else { "" }, cloud_line(scene, cloud))?;
+    }
+    for (i, view) in scene.views.iter().enumerate() {
+        row(if i == 0 { "views" } else { "" }, view_line(view))?;
+    }
+    row("camera", scene.camera.as_ref().map_or("none".to_owned(), |camera| camera_line(camera)))?;
+    let stops = scene.exposure_stops;
+    let n_lights = scene.lights.len();
+    let tone_map = tone_map(scene);
+    row("light", format!("{n_lights} directional, exposure {stops} stops, tone map {tone_map}"))?;
+    row("surface", surface_line(&scene.surface))?;
+    for warning in &opened.warnings {
+        row("warning", warning.clone())?;
+    }
+    Ok(text)
+}
+
+fn cloud_line(scene: &SceneFile, cloud: &SceneCloud) -> String {
+    let mut line = cloud.path.display().to_string();
+    if let Some(name) = &cloud.name {
+        line += &format!(" ({name})");
+    }
+    if let Some(transform) = &cloud.transform {
+        line += &transform_words(transform);
+    }
+    line += if cloud.visible { "" } else { ", hidden" };
+    line += if scene.path_of(cloud).exists() { "" } else { ", not found" };
+    line
+}
+
+fn transform_words(transform: &Transform) -> String {
+    let usual = Transform::default();
+    let mut words = String::new();
+    if transform.scale.to_bits() != usual.scale.to_bits() {
+        words += &format!(", scaled by {}", transform.scale);
+    }
+    words += &match transform.rotation {
+        rotation if rotation == usual.rotation => String::new(),
+        Rotation::Euler(angles) => {
+            format!(", turned by {} degrees", spaced(angles.to_array().map(degrees)))
+        }
+        Rotation::Quaternion(_) => ", turned".to_owned(),
+    };
+    if transform.translation != usual.translation {
+        words += &format!(", moved by {}", spaced(transform.translation.to_array()));
+    }
+    words
+}
+
+/// Degrees with as many decimals as can be seen.
+fn degrees(radians: f64) -> f64 {
+    (radians.to_degrees() * 1e4).round() / 1e4
+}
+
+fn spaced(numbers: [f64; 3]) -> String {
+    numbers.map(|number| number.to_string()).join(" ")
+}
+
+fn view_line(view: &SceneView) -> String {
+    let mut line = format!("{}: {}", view.renderer, view.output.name());
+    for (id, value) in &view.values {
+        line += &format!(", {id} = {}", plain(value));
+    }
+    line += if view.camera.is_some() { ", a camera of its own" } else { "" };
+    line
+}
+
+fn camera_line(camera: &Camera) -> String {
+    let lens = match camera.projection {
+        Projection::Perspective { fov_y } => format!("{} degrees", degrees(fov_y)),
+        Projection::Orthographic { height } => format!("parallel, height {height}"),
+    };
+    let [eye, target] = [camera.eye, camera.target].map(|place| spaced(place.to_array()));
+    format!("at {eye}, towards {target}, {lens}")
+}
+
+fn surface_line(surface: &SurfaceSettings) -> String {
+    let SurfaceSettings { depth_tolerance, two_sided, radius_scale, low_pass } = surface;
+    let sides = if *two_sided { "two-sided" } else { "one-sided" };
+    format!(
+        "{sides}, radii x {radius_scale}, depth tolerance {depth_tolerance} radii, low-pass \
+         {low_pass} px"
+    )
+}

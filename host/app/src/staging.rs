@@ -1,0 +1,240 @@
+//! What is rendered: what was typed, else what the scene says, else the usual.
+
+use crate::arguments::{RenderArguments, ToneMapChoice};
+use crate::given::Given;
+use crate::settings;
+use anyhow::Context as _;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::linear_to_srgb;
+use surfelshop_api::{Camera, Scene, UnitKind};
+use surfelshop_cloud::scene::{Backdrop, OpenedScene, SceneFile, SceneView, ToneMap};
+use surfelshop_engine::picture::{self, Background, Development};
+use surfelshop_engine::plugins::{Registry, UnitRef};
+
+/// A view of a scene and where the file says so.
+pub(crate) struct ChosenView<'a> {
+    pub(crate) view: &'a SceneView,
+    /// File and line of its renderer.
+    pub(crate) place: String,
+}
+
+/// The renderer, and the view of the scene whose parameters, camera and output count: the first of
+/// that renderer.
+pub(crate) fn renderer<'a>(
+    arguments: &RenderArguments,
+    given: &Given,
+    opened: Option<&'a OpenedScene>,
+    registry: &Registry,
+) -> anyhow::Result<(UnitRef, Option<ChosenView<'a>>)> {
+    let views = opened.into_iter().flat_map(|opened| {
+        let place = |line: &usize| format!("{}:{line}", opened.path.display());
+        let places = opened.view_lines.iter().map(place);
+        opened.scene.views.iter().zip(places).map(|(view, place)| ChosenView { view, place })
+    });
+    let views: Vec<ChosenView<'_>> = views.collect();
+    let reference = match views.first() {
+        Some(ChosenView { view, place }) if !given.has("renderer") => {
+            registry.find(UnitKind::Renderer, &view.renderer).with_context(|| place.clone())?
+        }
+        _ => registry.find(UnitKind::Renderer, &arguments.renderer)?,
+    };
+    let mut views = views.into_iter();
+    let view = views.find(|chosen| settings::names(&reference, &chosen.view.renderer));
+    Ok((reference, view))
+}
+
+/// Everything about the picture but clouds, renderer and size.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Staging {
+    /// Lights, exposure and surface settings.
+    pub(crate) scene: Scene,
+    /// How the picture is developed.
+    pub(crate) how: Development,
+    /// What the picture shows, where that was said.
+    pub(crate) output: Option<Output>,
+    /// The scene's camera, where it counts.
+    pub(crate) camera: Option<Camera>,
+    /// Whether the projection is parallel, where that was typed.
+    pub(crate) parallel: Option<bool>,
+}
+
+impl Staging {
+    /// Puts together what was typed and what the scene says.
+    pub(crate) fn new(
+        arguments: &RenderArguments,
+        given: &Given,
+        opened: Option<&OpenedScene>,
+        chosen: Option<&ChosenView<'_>>,
+    ) -> anyhow::Result<Self> {
+        let file = opened.map(|opened| &opened.scene);
+        let view = chosen.map(|chosen| chosen.view);
+        let scene = scene(arguments, given, file)?;
+        let seen = view.map(|view| view.output.clone()).filter(|output| *output != Output::Color);
+        let camera = file.and_then(|file| match view {
+            Some(view) => file.camera_of(view),
+            None => file.camera.as_ref().map(|camera| camera.known),
+        });
+        Ok(Self {
+            how: development(arguments, given, file, scene.exposure_stops),
+            scene,
+            output: arguments.output.clone().or(seen),
+            camera: camera.filter(|_| !given.has("camera")),
+            parallel: given.has("orthographic").then_some(arguments.lens.orthographic),
+        })
+    }
+}
+
+fn scene(
+    arguments: &RenderArguments,
+    given: &Given,
+    file: Option<&SceneFile>,
+) -> anyhow::Result<Scene> {
+    let mut scene = file.map_or_else(Scene::default, SceneFile::scene);
+    if given.has("exposure") {
+        scene.exposure_stops = arguments.exposure;
+    }
+    if !arguments.light.is_empty() {
+        scene.lights = arguments.light.iter().map(|light| light.0).collect();
+    }
+    let (n_lights, most) = (scene.lights.len(), Scene::MAX_LIGHTS);
+    anyhow::ensure!(n_lights <= most, "expected at most {most} lights, found {n_lights} --light");
+    if let Some(scale) = arguments.radius_scale {
+        scene.surface.radius_scale = scale;
+    }
+    if let Some(tolerance) = arguments.depth_tolerance {
+        scene.surface.depth_tolerance = tolerance;
+    }
+    if let Some(low_pass) = arguments.low_pass {
+        scene.surface.low_pass = low_pass;
+    }
+    if given.has("one_sided") {
+        scene.surface.two_sided = !arguments.one_sided;
+    }
+    Ok(scene)
+}
+
+fn development(
+    arguments: &RenderArguments,
+    given: &Given,
+    file: Option<&SceneFile>,
+    exposure_stops: f32,
+) -> Development {
+    let typed = match arguments.tone_map {
+        ToneMapChoice::Clamp => picture::ToneMap::Clamp,
+        ToneMapChoice::Neutral => picture::ToneMap::Neutral,
+    };
+    let tone_map = match file.map(|file| file.tone_map) {
+        Some(ToneMap::Clamp) if !given.has("tone_map") => picture::ToneMap::Clamp,
+        Some(ToneMap::Neutral) if !given.has("tone_map") => picture::ToneMap::Neutral,
+        _ => typed,
+    };
+    let background = match file.map(|file| file.background) {
+        Some(Backdrop::Transparent) if !given.has("background") => Background::Transparent,
+        Some(Backdrop::Color(linear)) if !given.has("background") => {
+            Background::Color(linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))))
+        }
+        _ => arguments.background.0,
+    };
+    Development { exposure_stops, tone_map, background }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::arguments::{Cli, Command};
+    use clap::{CommandFactory as _, FromArgMatches as _};
+    use glam::DVec3;
+    use surfelshop_api::Projection;
+
+    /// A scene in which nothing is as usual.
+    fn file() -> SceneFile {
+        let projection = Projection::Orthographic { height: 3.0 };
+        let camera = Camera { eye: DVec3::X, target: DVec3::ZERO, up: DVec3::Y, projection };
+        let mut file = SceneFile { camera: Some(camera.into()), ..SceneFile::default() };
+        file.lights.clear();
+        file.exposure_stops = -2.0;
+        file.tone_map = ToneMap::Neutral;
+        file.background = Backdrop::Color([0.25, 0.0, 0.5]);
+        file.surface.two_sided = false;
+        file.surface.radius_scale = 2.0;
+        file.surface.depth_tolerance = 0.5;
+        file.surface.low_pass = 0.25;
+        file
+    }
+
+    fn staged(options: &str, view: Option<&SceneView>) -> Staging {
+        let line = format!("surfelshop render a.scene.toml -o a.png {options}");
+        let matches = Cli::command().try_get_matches_from(line.split_whitespace()).unwrap();
+        let cli = Cli::from_arg_matches(&matches).unwrap();
+        let Some(Command::Render(arguments)) = cli.command else { panic!("another command") };
+        let opened = OpenedScene {
+            path: "a.scene.toml".into(),
+            scene: file(),
+            warnings: Vec::new(),
+            cloud_lines: Vec::new(),
+            view_lines: Vec::new(),
+        };
+        let chosen = view.map(|view| ChosenView { view, place: String::new() });
+        Staging::new(&arguments, &Given::of(&matches), Some(&opened), chosen.as_ref()).unwrap()
+    }
+
+    #[test]
+    fn what_is_not_typed_is_the_scene_s() {
+        let staged = staged("", None);
+        assert_eq!(staged.scene, file().scene());
+        assert_eq!(staged.camera, file().camera.map(|camera| camera.known));
+        assert_eq!((staged.output, staged.parallel), (None, None));
+        let expected = Development {
+            exposure_stops: -2.0,
+            tone_map: picture::ToneMap::Neutral,
+            background: Background::Color([0.25, 0.0, 0.5].map(linear_to_srgb)),
+        };
+        assert_eq!(staged.how, expected);
+    }
+
+    #[test]
+    fn what_is_typed_counts_even_where_it_is_the_usual() {
+        let options = "--exposure 0 --tone-map clamp --background transparent --one-sided=false \
+                       --radius-scale 1 --depth-tolerance 1 --low-pass 1 --light camera \
+                       --camera three-quarter --orthographic=false --output color";
+        let staged = staged(options, None);
+        let mut usual = Scene::default();
+        // Brightness 1 of the light beside the camera, as typed.
+        assert_eq!(staged.scene.lights.len(), 1);
+        usual.lights.clone_from(&staged.scene.lights);
+        assert_eq!(staged.scene, usual);
+        assert_eq!(staged.how, Development::default());
+        assert_eq!((staged.camera, staged.parallel), (None, Some(false)));
+        assert_eq!(staged.output, Some(Output::Color));
+    }
+
+    #[test]
+    fn every_name_that_is_asked_for_is_an_option() {
+        let command = Cli::command();
+        let render = command.find_subcommand("render").unwrap();
+        for name in [
+            "renderer",
+            "camera",
+            "exposure",
+            "tone_map",
+            "background",
+            "one_sided",
+            "orthographic",
+        ] {
+            assert!(render.get_arguments().any(|argument| argument.get_id() == name), "{name}");
+        }
+    }
+
+    #[test]
+    fn views_have_their_own_camera_and_output() {
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera { eye: DVec3::Z, target: DVec3::ZERO, up: DVec3::Y, projection };
+        let mut view = SceneView::new("flat");
+        assert_eq!(staged("", Some(&view)).camera, file().camera.map(|camera| camera.known));
+        view.camera = Some(camera.into());
+        view.output = Output::Depth;
+        let found = staged("", Some(&view));
+        assert_eq!((found.camera, found.output), (Some(camera), Some(Output::Depth)));
+        assert_eq!(staged("--output ao", Some(&view)).output, Some(Output::Ao));
+    }
+}

@@ -1,0 +1,164 @@
+//! The small tables of a scene and the ranges of their numbers.
+
+use super::source::{Entry, Fault, Section};
+use super::{Backdrop, DEFAULT_FIELD_OF_VIEW_DEG, Keyed, ToneMap};
+use crate::transform::{Rotation, Transform};
+use glam::{DQuat, DVec3, Vec3};
+use surfelshop_api::params::srgb_to_linear;
+use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
+
+/// Coordinates beyond this are no place in a scene: f32 ends at 3.4e38, and sums must fit.
+const FARTHEST: f64 = 1e37;
+
+fn is_near(number: f64) -> bool {
+    number.abs() <= FARTHEST
+}
+
+/// A place in world space.
+fn place(entry: &Entry<'_>) -> Result<DVec3, Fault> {
+    entry.numbers::<3>("three numbers from -1e37 to 1e37", is_near).map(DVec3::from)
+}
+
+fn direction(entry: &Entry<'_>) -> Result<DVec3, Fault> {
+    let direction = place(entry)?;
+    match direction.try_normalize() {
+        Some(_) => Ok(direction),
+        None => Err(entry.wrong("a direction, whose three numbers are not all zero")),
+    }
+}
+
+/// Three numbers that single precision holds.
+pub(super) fn floats(
+    entry: &Entry<'_>,
+    expected: &str,
+    allowed: impl Fn(f64) -> bool,
+) -> Result<[f32; 3], Fault> {
+    let allowed = |number: f64| (number as f32).is_finite() && allowed(number);
+    Ok(entry.numbers::<3>(expected, allowed)?.map(|number| number as f32))
+}
+
+pub(super) fn stops(entry: &Entry<'_>) -> Result<f32, Fault> {
+    let expected = "a number of stops from -60 to 60";
+    Ok(entry.number(expected, |n| (-60.0..=60.0).contains(&n))? as f32)
+}
+
+pub(super) fn tone_map(entry: &Entry<'_>) -> Result<ToneMap, Fault> {
+    match entry.text() {
+        Some("clamp") => Ok(ToneMap::Clamp),
+        Some("neutral") => Ok(ToneMap::Neutral),
+        _ => Err(entry.wrong("\"clamp\" or \"neutral\"")),
+    }
+}
+
+pub(super) fn backdrop(entry: &Entry<'_>) -> Result<Backdrop, Fault> {
+    let expected = "\"transparent\", \"#rrggbb\" or a linear colour of three numbers from 0 to 1";
+    if entry.text() == Some("transparent") {
+        return Ok(Backdrop::Transparent);
+    }
+    let color = match entry.text() {
+        Some(text) => hexadecimal(text).ok_or_else(|| entry.wrong(expected))?,
+        None => floats(entry, expected, |channel| (0.0..=1.0).contains(&channel))?,
+    };
+    Ok(Backdrop::Color(color))
+}
+
+/// The linear colour of `#rrggbb`, which is sRGB-encoded.
+fn hexadecimal(text: &str) -> Option<[f32; 3]> {
+    let digits = text.strip_prefix('#')?;
+    let is_hexadecimal = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+    let bits = u32::from_str_radix(digits, 16).ok().filter(|_| is_hexadecimal)?;
+    Some([16, 8, 0].map(|shift| channel((bits >> shift) as u8)))
+}
+
+/// The linear value of an sRGB-encoded channel of 8 bits.
+pub(super) fn channel(code: u8) -> f32 {
+    srgb_to_linear(f32::from(code) / 255.0)
+}
+
+pub(super) fn camera(mut section: Section<'_>) -> Result<Keyed<Camera>, Fault> {
+    let expected = "a place of three numbers";
+    let eye = place(&section.need("eye", expected)?)?;
+    let target_entry = section.need("target", expected)?;
+    let target = place(&target_entry)?;
+    if (target - eye).try_normalize().is_none() {
+        return Err(target_entry.wrong("another place than `eye`"));
+    }
+    let up = section.find("up").map_or(Ok(DVec3::Y), |entry| direction(&entry))?;
+    let angle = section.find("fov");
+    let projection = match (section.find("height"), angle) {
+        (Some(entry), Some(_)) => {
+            return Err(entry.wrong("either `fov` (perspective) or `height` (parallel), not both"));
+        }
+        (Some(entry), None) => {
+            let expected = "a height from 1e-30 to 1e37";
+            let height = entry.number(expected, |n| (1e-30..=FARTHEST).contains(&n))?;
+            Projection::Orthographic { height }
+        }
+        (None, angle) => {
+            let angle = angle.map_or(Ok(DEFAULT_FIELD_OF_VIEW_DEG), |entry| {
+                let expected = "an angle in degrees from 0.01 to 179";
+                entry.number(expected, |n| (0.01..=179.0).contains(&n))
+            })?;
+            Projection::Perspective { fov_y: angle.to_radians() }
+        }
+    };
+    let camera = Camera { eye, target, up, projection };
+    Ok(Keyed { known: camera, unknown: section.unknown()? })
+}
+
+pub(super) fn light(mut section: Section<'_>) -> Result<Keyed<Light>, Fault> {
+    let towards = direction(&section.need("towards", "the direction towards the light")?)?;
+    let radiance = section.find("radiance").map_or(Ok([1.0; 3]), |entry| {
+        floats(&entry, "three numbers of 0 or more", |channel| channel >= 0.0)
+    })?;
+    let follows_camera = section.find("follows_camera").map_or(Ok(false), |entry| entry.flag())?;
+    let light = Light::Directional { towards, radiance: Vec3::from(radiance), follows_camera };
+    Ok(Keyed { known: light, unknown: section.unknown()? })
+}
+
+pub(super) fn surface(mut section: Section<'_>) -> Result<Keyed<SurfaceSettings>, Fault> {
+    let mut surface = SurfaceSettings::default();
+    if let Some(entry) = section.find("depth_tolerance") {
+        let expected = "a number of radii from 0 to 16";
+        surface.depth_tolerance = entry.number(expected, |n| (0.0..=16.0).contains(&n))? as f32;
+    }
+    if let Some(entry) = section.find("two_sided") {
+        surface.two_sided = entry.flag()?;
+    }
+    if let Some(entry) = section.find("radius_scale") {
+        let expected = "a factor above 0, at most 1000";
+        surface.radius_scale = entry.number(expected, |n| n > 1e-6 && n <= 1e3)? as f32;
+    }
+    if let Some(entry) = section.find("low_pass") {
+        let expected = "a number of pixels from 0 to 4";
+        surface.low_pass = entry.number(expected, |n| (0.0..=4.0).contains(&n))? as f32;
+    }
+    Ok(Keyed { known: surface, unknown: section.unknown()? })
+}
+
+pub(super) fn transform(mut section: Section<'_>) -> Result<Keyed<Transform>, Fault> {
+    let mut transform = Transform::default();
+    if let Some(entry) = section.find("translation") {
+        transform.translation = place(&entry)?;
+    }
+    let angles = section.find("rotation");
+    if let Some(entry) = &angles {
+        let expected = "three angles in degrees, about x, y and z, from -1e6 to 1e6";
+        let angles = entry.numbers::<3>(expected, |angle| angle.abs() <= 1e6)?;
+        transform.rotation = Rotation::Euler(DVec3::from(angles.map(f64::to_radians)));
+    }
+    if let Some(entry) = section.find("quaternion") {
+        if angles.is_some() {
+            return Err(entry.wrong("either `rotation` or `quaternion`, not both"));
+        }
+        let expected = "a quaternion of four numbers x, y, z, w that are not all zero";
+        let numbers = entry.numbers::<4>(expected, f64::is_finite)?;
+        transform.rotation = Rotation::Quaternion(DQuat::from_array(numbers));
+        transform.rotation.quaternion().ok_or_else(|| entry.wrong(expected))?;
+    }
+    if let Some(entry) = section.find("scale") {
+        let expected = "a factor above 0, at most 1e37";
+        transform.scale = entry.number(expected, |n| n > 0.0 && n <= FARTHEST)?;
+    }
+    Ok(Keyed { known: transform, unknown: section.unknown()? })
+}

@@ -1,0 +1,328 @@
+//! Saving a scene: always the same text for the same scene.
+
+use super::angle::degrees;
+use super::error::SceneWriteError;
+use super::parts::channel;
+use super::{Backdrop, FORMAT, Keyed, LARGEST_FILE, SceneCloud, SceneFault, SceneFile, SceneView};
+use super::{ToneMap, is_scene, place, read};
+use crate::error::quoted;
+use crate::transform::{Rotation, Transform};
+use crate::write::replace;
+use glam::{DVec3, Vec3};
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::path::{MAIN_SEPARATOR, Path};
+use surfelshop_api::graph::Output;
+use surfelshop_api::params;
+use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
+use toml::Value;
+
+/// The first line of every file.
+const HEADING: &str = "# A Surfelshop scene: angles in degrees, paths from this folder.\n";
+
+/// Keys in the order they are written.
+type Entries = Vec<(String, Node)>;
+
+/// What stands behind a key.
+enum Node {
+    /// Something on the line of its key.
+    Value(Value),
+    /// A table under a header of its own.
+    Table(Entries),
+    /// Tables that each have the header.
+    Tables(Vec<Entries>),
+}
+
+impl SceneFile {
+    /// Writes the scene; relative paths are named anew where the folder is another than it was
+    /// read from.
+    ///
+    /// The file is written beside its target and renamed when it is complete, so that a failure or
+    /// a crash leaves what stood there before.
+    ///
+    /// # Errors
+    /// Where the name does not end in `.toml`, a path of a cloud is not UTF-8, the scene holds
+    /// what [`read()`](super::read()) would refuse, or the system refuses.
+    pub fn write(&self, path: impl AsRef<Path>) -> Result<(), SceneWriteError> {
+        let path = path.as_ref();
+        if !is_scene(path) {
+            let ending = path.extension().unwrap_or_default();
+            let found = match ending.is_empty() {
+                true => "no ending".to_owned(),
+                false => quoted(format!(".{}", ending.to_string_lossy()).as_bytes()),
+            };
+            return Err(SceneWriteError::Name { path: path.to_owned(), found });
+        }
+        let text = self.text(path)?;
+        let content = |fault| SceneWriteError::Content { path: path.to_owned(), fault };
+        if text.len() as u64 > LARGEST_FILE {
+            return Err(content(SceneFault::TooLarge));
+        }
+        read::check(&text).map_err(content)?;
+        let failed = |error| SceneWriteError::Io { path: path.to_owned(), error };
+        replace(path, |file| file.write_all(text.as_bytes()).map_err(failed), failed)
+    }
+
+    /// The scene as the text of a file at `path`.
+    fn text(&self, path: &Path) -> Result<String, SceneWriteError> {
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut clouds = Vec::with_capacity(self.clouds.len());
+        for cloud in &self.clouds {
+            let named = path_text(&place::moved(&cloud.path, &self.folder, folder));
+            let unnamed =
+                || SceneWriteError::Cloud { path: path.to_owned(), cloud: cloud.path.clone() };
+            clouds.push(cloud_entries(cloud, named.ok_or_else(unnamed)?));
+        }
+        let tone_map = match self.tone_map {
+            ToneMap::Clamp => "clamp",
+            ToneMap::Neutral => "neutral",
+        };
+        let mut entries = vec![
+            entry("format", FORMAT),
+            entry("exposure", float(self.exposure_stops)),
+            entry("tone_map", tone_map),
+            entry("background", backdrop(self.background)),
+        ];
+        let lights: Vec<Entries> = self.lights.iter().map(light_entries).collect();
+        // Without the key a scene has the usual light.
+        entries.push(match lights.is_empty() {
+            true => entry("lights", Value::Array(Vec::new())),
+            false => ("lights".to_owned(), Node::Tables(lights)),
+        });
+        entries.push(("surface".to_owned(), Node::Table(surface_entries(&self.surface))));
+        if let Some(camera) = &self.camera {
+            entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
+        }
+        entries.push(("clouds".to_owned(), Node::Tables(clouds)));
+        let views = self.views.iter().map(view_entries).collect();
+        entries.push(("views".to_owned(), Node::Tables(views)));
+        if !self.layout.is_empty() {
+            entries.push(("layout".to_owned(), Node::from(&Value::Table(self.layout.clone()))));
+        }
+        with_unknown(&mut entries, &self.unknown);
+        let mut text = HEADING.to_owned();
+        lines(&mut text, "", &entries);
+        Ok(text)
+    }
+}
+
+/// A path as text, with forward slashes where it is relative.
+fn path_text(path: &Path) -> Option<String> {
+    let text = path.to_str()?;
+    let is_slash = MAIN_SEPARATOR == '/' || path.is_absolute();
+    Some(if is_slash { text.to_owned() } else { text.replace(MAIN_SEPARATOR, "/") })
+}
+
+fn entry(key: &str, value: impl Into<Value>) -> (String, Node) {
+    (key.to_owned(), Node::Value(value.into()))
+}
+
+fn with_unknown(entries: &mut Entries, unknown: &toml::Table) {
+    entries.extend(unknown.iter().map(|(key, value)| (key.clone(), Node::from(value))));
+}
+
+fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String) -> Entries {
+    let mut entries = vec![entry("path", path)];
+    if let Some(name) = &cloud.name {
+        entries.push(entry("name", name.as_str()));
+    }
+    if !cloud.visible {
+        entries.push(entry("visible", false));
+    }
+    if let Some(transform) = &cloud.transform {
+        entries.push(("transform".to_owned(), Node::Table(transform_entries(transform))));
+    }
+    with_unknown(&mut entries, &cloud.unknown);
+    entries
+}
+
+fn transform_entries(transform: &Keyed<Transform>) -> Entries {
+    let rotation = match transform.rotation {
+        Rotation::Euler(angles) => entry("rotation", vector(angles.to_array().map(degrees))),
+        Rotation::Quaternion(turn) => entry("quaternion", vector(turn.to_array())),
+    };
+    let translation = entry("translation", vector(transform.translation.to_array()));
+    let mut entries = vec![translation, rotation, entry("scale", transform.scale)];
+    with_unknown(&mut entries, &transform.unknown);
+    entries
+}
+
+fn camera_entries(camera: &Keyed<Camera>) -> Entries {
+    let place = |key: &str, place: DVec3| entry(key, vector(place.to_array()));
+    let Camera { eye, target, up, projection } = camera.known;
+    let projection = match projection {
+        Projection::Perspective { fov_y } => entry("fov", degrees(fov_y)),
+        Projection::Orthographic { height } => entry("height", height),
+    };
+    let mut entries = vec![place("eye", eye), place("target", target), place("up", up), projection];
+    with_unknown(&mut entries, &camera.unknown);
+    entries
+}
+
+fn light_entries(light: &Keyed<Light>) -> Entries {
+    let Light::Directional { towards, radiance, follows_camera } = light.known;
+    let mut entries = vec![
+        entry("towards", vector(towards.to_array())),
+        entry("radiance", color(radiance)),
+        entry("follows_camera", follows_camera),
+    ];
+    with_unknown(&mut entries, &light.unknown);
+    entries
+}
+
+fn surface_entries(surface: &Keyed<SurfaceSettings>) -> Entries {
+    let SurfaceSettings { depth_tolerance, two_sided, radius_scale, low_pass } = surface.known;
+    let mut entries = vec![
+        entry("depth_tolerance", float(depth_tolerance)),
+        entry("two_sided", two_sided),
+        entry("radius_scale", float(radius_scale)),
+        entry("low_pass", float(low_pass)),
+    ];
+    with_unknown(&mut entries, &surface.unknown);
+    entries
+}
+
+fn view_entries(view: &Keyed<SceneView>) -> Entries {
+    let mut entries = vec![entry("renderer", view.renderer.as_str())];
+    if view.output != Output::Color {
+        entries.push(entry("output", view.output.name()));
+    }
+    if !view.values.is_empty() {
+        let values = view.values.iter().map(|(id, value)| match value {
+            params::Value::Bool(value) => entry(id, *value),
+            params::Value::Int(value) => entry(id, *value),
+            params::Value::Float(value) => entry(id, *value),
+            params::Value::Text(value) => entry(id, value.as_str()),
+            params::Value::Color(value) => entry(id, color(Vec3::from(*value))),
+        });
+        entries.push(("values".to_owned(), Node::Table(values.collect())));
+    }
+    if let Some(camera) = &view.camera {
+        entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
+    }
+    with_unknown(&mut entries, &view.unknown);
+    entries
+}
+
+fn vector<const N: usize>(numbers: [f64; N]) -> Value {
+    Value::Array(numbers.into_iter().map(Value::Float).collect())
+}
+
+fn color(channels: Vec3) -> Value {
+    vector(channels.to_array().map(float))
+}
+
+/// The number of fewest digits that is read as this one.
+fn float(number: f32) -> f64 {
+    let short = format!("{number:?}").parse().unwrap_or(f64::from(number));
+    if short as f32 == number { short } else { f64::from(number) }
+}
+
+/// `#rrggbb` where that is read as this very colour.
+fn backdrop(backdrop: Backdrop) -> Value {
+    let Backdrop::Color(linear) = backdrop else { return "transparent".into() };
+    let code = |value: &f32| (0..=u8::MAX).find(|code| channel(*code) == *value);
+    let codes: Vec<u8> = linear.iter().filter_map(code).collect();
+    match codes[..] {
+        [red, green, blue] => format!("#{red:02x}{green:02x}{blue:02x}").into(),
+        _ => color(Vec3::from(linear)),
+    }
+}
+
+impl From<&Value> for Node {
+    fn from(value: &Value) -> Self {
+        let entries = |table: &toml::Table| -> Entries {
+            table.iter().map(|(key, value)| (key.clone(), Self::from(value))).collect()
+        };
+        match value {
+            Value::Table(table) => Self::Table(entries(table)),
+            Value::Array(array) if !array.is_empty() && array.iter().all(Value::is_table) => {
+                Self::Tables(array.iter().filter_map(Value::as_table).map(entries).collect())
+            }
+            other => Self::Value(other.clone()),
+        }
+    }
+}
+
+/// The lines of a table: what has no header of its own must stand before what has.
+fn lines(text: &mut String, name: &str, entries: &Entries) {
+    for (key, node) in entries {
+        if let Node::Value(value) = node {
+            *text += &key_text(key);
+            *text += " = ";
+            value_text(text, value);
+            text.push('\n');
+        }
+    }
+    for (key, node) in entries {
+        let name =
+            if name.is_empty() { key_text(key) } else { format!("{name}.{}", key_text(key)) };
+        match node {
+            Node::Value(_) => {}
+            Node::Table(inner) => {
+                *text += &format!("\n[{name}]\n");
+                lines(text, &name, inner);
+            }
+            Node::Tables(tables) => {
+                for inner in tables {
+                    *text += &format!("\n[[{name}]]\n");
+                    lines(text, &name, inner);
+                }
+            }
+        }
+    }
+}
+
+/// A key, quoted where it must be.
+fn key_text(key: &str) -> String {
+    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if !key.is_empty() && key.chars().all(is_bare) { key.to_owned() } else { string(key) }
+}
+
+/// A text in quotes, on one line.
+fn string(text: &str) -> String {
+    let mut quoted = String::with_capacity(text.len() + 2);
+    quoted.push('"');
+    for c in text.chars() {
+        match c {
+            '"' | '\\' => quoted.extend(['\\', c]),
+            '\n' => quoted += "\\n",
+            '\t' => quoted += "\\t",
+            '\r' => quoted += "\\r",
+            // Writing to a string does not fail.
+            c if c.is_control() => drop(write!(quoted, "\\u{:04X}", u32::from(c))),
+            c => quoted.push(c),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+/// A value on one line.
+fn value_text(text: &mut String, value: &Value) {
+    match value {
+        Value::String(value) => *text += &string(value),
+        Value::Integer(value) => *text += &value.to_string(),
+        Value::Boolean(value) => *text += &value.to_string(),
+        Value::Datetime(value) => *text += &value.to_string(),
+        Value::Float(value) if value.is_nan() => *text += "nan",
+        // The fewest digits that are read as the same number, always with a point or an exponent.
+        Value::Float(value) => *text += &format!("{value:?}"),
+        Value::Array(values) => {
+            text.push('[');
+            for (i, value) in values.iter().enumerate() {
+                *text += if i == 0 { "" } else { ", " };
+                value_text(text, value);
+            }
+            text.push(']');
+        }
+        Value::Table(table) => {
+            for (i, (key, value)) in table.iter().enumerate() {
+                *text += if i == 0 { "{ " } else { ", " };
+                *text += &format!("{} = ", key_text(key));
+                value_text(text, value);
+            }
+            *text += if table.is_empty() { "{}" } else { " }" };
+        }
+    }
+}

@@ -1,0 +1,383 @@
+use super::{file, open};
+use crate::scene::{Keyed, LARGEST_FILE, SceneCloud, SceneFault, SceneFile, SceneWriteError, read};
+use glam::DVec3;
+use surfelshop_api::{Camera, Projection};
+
+/// The one line that a text is refused with, behind its path.
+fn refusal(bytes: impl AsRef<[u8]>) -> String {
+    let (_folder, path) = file(bytes);
+    let error = read(&path).unwrap_err().to_string();
+    assert!(!error.contains('\n'), "{error}");
+    error.strip_prefix(&path.display().to_string()).unwrap().to_owned()
+}
+
+/// How a line behind `format = 1` is refused.
+#[track_caller]
+fn refused(line: &str, expected: &str) {
+    let found = refusal(format!("format = 1\n{line}\n"));
+    assert_eq!(found, format!(":{expected}"), "{line}");
+}
+
+#[test]
+fn what_is_no_scene_is_told_so() {
+    let none =
+        ": expected a scene, which has a line `format = 1`, found none; if it is one, add it";
+    assert_eq!(refusal(""), none);
+    assert_eq!(refusal("[package]\nname = 'a'"), none);
+    let newer = ":2:10: expected a scene of format 1, found format 7 of a newer Surfelshop; open it \
+                 with that version or a later one";
+    assert_eq!(refusal("camera = 'all new'\nformat = 7"), newer);
+    assert_eq!(refusal("format = 0"), ":1:10: `format`: expected 1, found `0`");
+    assert_eq!(refusal("format = '1'"), ":1:10: `format`: expected 1, found `'1'`");
+    let text = refusal(b"format = 1\n# gr\xfcn\n");
+    assert_eq!(text, ":2:5: expected UTF-8 text, found the byte 0xfc; save the file as UTF-8");
+}
+
+#[test]
+fn mistakes_in_toml_are_told_with_their_place() {
+    for (line, place, what) in [
+        ("a = ", "2:5", "string values must be quoted, expected literal string"),
+        ("a = hello", "2:5", "string values must be quoted, expected literal string at `hello`"),
+        ("a 3", "2:3", "key with no value, expected `=`"),
+        ("name = \"x", "2:10", "invalid basic string, expected `\"`"),
+        ("camera = {", "2:11", "unclosed inline table, expected `}`"),
+        ("exposure = 1.2.3", "2:15", "invalid float, expected nothing at `.3`"),
+        ("a = 1\na = 2", "3:1", "duplicate key at `a`"),
+        ("[camera]\n[camera]", "3:2", "duplicate key at `camera`"),
+        ("camera = {}\n[[camera]]", "3:3", "duplicate key at `camera`"),
+    ] {
+        refused(line, &format!("{place}: not valid TOML: {what}; correct it here"));
+    }
+}
+
+#[test]
+fn deep_nesting_is_refused_before_it_harms() {
+    for line in [
+        format!("a = {}1{}", "[".repeat(40), "]".repeat(40)),
+        format!("a = {}1{}", "[".repeat(1_000_000), "]".repeat(1_000_000)),
+        format!("layout.{}b = 1", "a.".repeat(40)),
+        format!("[{}b]", "a.".repeat(1_000_000)),
+    ] {
+        let found = refusal(format!("format = 1\n{line}\n"));
+        let words = ["32 tables and arrays", "max recursion depth", "recursion limit"];
+        assert!(words.iter().any(|word| found.contains(word)), "{found}");
+    }
+    assert!(refusal("a = [{ b = ".repeat(300_000)).contains("not valid TOML"));
+}
+
+#[test]
+fn every_value_is_checked() {
+    for (line, expected) in [
+        (
+            "exposure = 61",
+            "2:12: `exposure`: expected a number of stops from -60 to 60, found `61`",
+        ),
+        (
+            "exposure = nan",
+            "2:12: `exposure`: expected a number of stops from -60 to 60, found `nan`",
+        ),
+        (
+            "tone_map = 'film'",
+            "2:12: `tone_map`: expected \"clamp\" or \"neutral\", found `'film'`",
+        ),
+        (
+            "background = '#12345'",
+            "2:14: `background`: expected \"transparent\", \"#rrggbb\" or a linear colour of three \
+             numbers from 0 to 1, found `'#12345'`",
+        ),
+        (
+            "background = [0, 2, 0]",
+            "2:14: `background`: expected \"transparent\", \"#rrggbb\" or a linear colour of three \
+             numbers from 0 to 1, found `[0, 2, 0]`",
+        ),
+        ("camera = 3", "2:10: `camera`: expected a table, found `3`"),
+        (
+            "camera = {}",
+            "2:10: `camera.eye`: expected a place of three numbers, found no such key; add it",
+        ),
+        (
+            "lights = { towards = [0, 1, 0] }",
+            "2:10: `lights`: expected tables that begin with [[lights]], found a table",
+        ),
+        (
+            "lights = [1]",
+            "2:11: `lights[1]`: expected tables that begin with [[lights]], found `1`",
+        ),
+        (
+            "lights = [{}]",
+            "2:11: `lights[1].towards`: expected the direction towards the light, found no such \
+             key; add it",
+        ),
+        ("layout = 3", "2:10: `layout`: expected a table, found `3`"),
+        ("more = 1e999", "2:8: `more`: expected a number below 1.8e308, found `1e999`"),
+        (
+            "more = 99999999999999999999",
+            "2:8: `more`: expected a whole number of 64 bits, found `99999999999999999999`",
+        ),
+    ] {
+        refused(line, expected);
+    }
+    let lights = "[[lights]]\ntowards = [0, 1, 0]\n".repeat(9);
+    refused(&lights, "2:1: `lights`: expected at most 8 lights, found `[[lights]]`");
+}
+
+#[test]
+fn surfaces_are_checked() {
+    for (line, expected) in [
+        (
+            "surface.depth_tolerance = 17",
+            "2:27: `surface.depth_tolerance`: expected a number of radii from 0 to 16, found `17`",
+        ),
+        ("surface.two_sided = 1", "2:21: `surface.two_sided`: expected true or false, found `1`"),
+        (
+            "surface.radius_scale = 0",
+            "2:24: `surface.radius_scale`: expected a factor above 0, at most 1000, found `0`",
+        ),
+        (
+            "surface.low_pass = inf",
+            "2:20: `surface.low_pass`: expected a number of pixels from 0 to 4, found `inf`",
+        ),
+    ] {
+        refused(line, expected);
+    }
+}
+
+#[test]
+fn cameras_are_checked() {
+    for (rest, expected) in [
+        ("[0, 0]", "2:16: `camera.eye`: expected three numbers from -1e37 to 1e37, found `[0, 0]`"),
+        (
+            "[0, nan, 0]",
+            "2:16: `camera.eye`: expected three numbers from -1e37 to 1e37, found `[0, nan, 0]`",
+        ),
+        (
+            "[0, 1e300, 0]",
+            "2:16: `camera.eye`: expected three numbers from -1e37 to 1e37, found `[0, 1e300, 0]`",
+        ),
+        (
+            "[1, 2, 3], target = [1, 2, 3]",
+            "2:36: `camera.target`: expected another place than `eye`, found `[1, 2, 3]`",
+        ),
+        (
+            "[1, 2, 3], target = [0, 0, 0], up = [0, 0, 0]",
+            "2:52: `camera.up`: expected a direction, whose three numbers are not all zero, found \
+             `[0, 0, 0]`",
+        ),
+        (
+            "[1, 2, 3], target = [0, 0, 0], fov = 180",
+            "2:53: `camera.fov`: expected an angle in degrees from 0.01 to 179, found `180`",
+        ),
+        (
+            "[1, 2, 3], target = [0, 0, 0], height = 0",
+            "2:56: `camera.height`: expected a height from 1e-30 to 1e37, found `0`",
+        ),
+        (
+            "[1, 2, 3], target = [0, 0, 0], height = 1, fov = 30",
+            "2:56: `camera.height`: expected either `fov` (perspective) or `height` (parallel), \
+             not both, found `1`",
+        ),
+    ] {
+        refused(&format!("camera={{ eye = {rest} }}"), expected);
+    }
+}
+
+#[test]
+fn lights_clouds_and_views_are_checked() {
+    for (text, expected) in [
+        (
+            "[[lights]]\ntowards = [0, 0, 0]",
+            "3:11: `lights[1].towards`: expected a direction, whose three numbers are not all zero, \
+             found `[0, 0, 0]`",
+        ),
+        (
+            "[[lights]]\ntowards = [0, 1, 0]\nradiance = [1, -1, 1]",
+            "4:12: `lights[1].radiance`: expected three numbers of 0 or more, found `[1, -1, 1]`",
+        ),
+        (
+            "[[lights]]\ntowards = [0, 1, 0]\nradiance = [1, 1e39, 1]",
+            "4:12: `lights[1].radiance`: expected three numbers of 0 or more, found `[1, 1e39, 1]`",
+        ),
+        (
+            "[[clouds]]\nname = 'a'",
+            "2:1: `clouds[1].path`: expected the path of a cloud, found no such key; add it",
+        ),
+        (
+            "[[clouds]]\npath = ' '",
+            "3:8: `clouds[1].path`: expected the path of a cloud, found `' '`",
+        ),
+        ("[[clouds]]\npath = 'a'\nname = 3", "4:8: `clouds[1].name`: expected a name, found `3`"),
+        (
+            "[[clouds]]\npath = 'a'\nvisible = 'no'",
+            "4:11: `clouds[1].visible`: expected true or false, found `'no'`",
+        ),
+        (
+            "[[views]]\nrenderer = ''",
+            "3:12: `views[1].renderer`: expected the id of a renderer, found `''`",
+        ),
+        (
+            "[[views]]\nrenderer = 'a'\n[[views]]\noutput = 'depth'",
+            "4:1: `views[2].renderer`: expected the id of a renderer, found no such key; add it",
+        ),
+        (
+            "[[views]]\nrenderer = 'a'\noutput = 'heat'",
+            "4:10: `views[1].output`: expected color, depth, normal, albedo, ao or debug.NAME, \
+             found `'heat'`",
+        ),
+        (
+            "[[views]]\nrenderer = 'a'\nvalues = { g = [1, 2] }",
+            "4:16: `views[1].values.g`: expected true, false, a finite number, a text or a colour \
+             of three numbers, found `[1, 2]`",
+        ),
+        (
+            "[[views]]\nrenderer = 'a'\nvalues = { g = inf }",
+            "4:16: `views[1].values.g`: expected true, false, a finite number, a text or a colour \
+             of three numbers, found `inf`",
+        ),
+        (
+            "[[views]]\nrenderer = 'a'\nvalues = [1]",
+            "4:10: `views[1].values`: expected a table, found `[1]`",
+        ),
+    ] {
+        refused(text, expected);
+    }
+}
+
+#[test]
+fn transforms_are_checked() {
+    for (text, expected) in [
+        (
+            "translation = [0, 0, -inf]",
+            "5:15: `clouds[1].transform.translation`: expected three numbers from -1e37 to 1e37, \
+             found `[0, 0, -inf]`",
+        ),
+        (
+            "rotation = [0, 0, 0, 1]",
+            "5:12: `clouds[1].transform.rotation`: expected three angles in degrees, about x, y \
+             and z, from -1e6 to 1e6, found `[0, 0, 0, 1]`",
+        ),
+        (
+            "quaternion = [0, 0, 0, 0]",
+            "5:14: `clouds[1].transform.quaternion`: expected a quaternion of four numbers x, y, \
+             z, w that are not all zero, found `[0, 0, 0, 0]`",
+        ),
+        (
+            "quaternion = [0, 0, 0, 1]\nrotation = [0, 0, 0]",
+            "5:14: `clouds[1].transform.quaternion`: expected either `rotation` or `quaternion`, \
+             not both, found `[0, 0, 0, 1]`",
+        ),
+        (
+            "scale = -1",
+            "5:9: `clouds[1].transform.scale`: expected a factor above 0, at most 1e37, found `-1`",
+        ),
+        (
+            "scale = nan",
+            "5:9: `clouds[1].transform.scale`: expected a factor above 0, at most 1e37, found `nan`",
+        ),
+    ] {
+        refused(&format!("[[clouds]]\npath = 'a'\n[clouds.transform]\n{text}"), expected);
+    }
+}
+
+#[test]
+fn what_cannot_be_opened_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let line = |name: &str| read(folder.path().join(name)).unwrap_err().to_string();
+    assert!(line("missing.scene.toml").contains("missing.scene.toml: cannot be read: "));
+    std::fs::create_dir(folder.path().join("folder.toml")).unwrap();
+    let found = line("folder.toml");
+    assert!(found.ends_with(": expected a scene, found a folder; name the file itself"), "{found}");
+    #[cfg(unix)]
+    {
+        let found = read("/dev/zero").unwrap_err().to_string();
+        assert!(found.contains("found a pipe or device"), "{found}");
+    }
+}
+
+#[test]
+fn huge_files_are_not_read() {
+    let (_folder, path) = file("format = 1\n");
+    std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(100 << 20).unwrap();
+    let error = read(&path).unwrap_err();
+    assert!(matches!(error.fault, SceneFault::TooLarge));
+    let expected = format!("at most {LARGEST_FILE} bytes, found more; is it a scene?");
+    assert!(error.to_string().contains(&expected), "{error}");
+}
+
+#[test]
+fn the_largest_files_are_read_in_time() {
+    // Whatever took time in proportion to lines times bytes would take minutes.
+    let clouds = "[[clouds]]\npath = 'a'\n".repeat(180_000);
+    let (keys, most) = ((0..250_000).map(|i| format!("k{i} = 0\n")), (4 << 20) - 100);
+    let keys: String = keys.collect();
+    let numbers = format!("layout.x = [{}]\n", "1,".repeat(most / 2 - 10));
+    let text = format!("name = '{}'\n", "x".repeat(most));
+    for (i, rest) in [clouds, keys, numbers, text].iter().enumerate() {
+        let opened = open(&format!("format = 1\n{rest}"));
+        assert_eq!(opened.cloud_lines.len(), if i == 0 { 180_000 } else { 0 });
+    }
+}
+
+#[test]
+fn every_changed_byte_is_read_or_refused_in_one_line() {
+    let text = "format = 1\ncamera = { eye = [0, 0, 1], target = [0, 0, 0] }\n[[clouds]]\n\
+                path = 'a'\ntransform.rotation = [1, 2, 3]\n[layout]\nx = [1, { y = 2 }]\n";
+    let (_folder, path) = file(text);
+    for at in 0..text.len() {
+        for byte in [0, b'"', b'\'', b'[', b'{', b'=', b'\n', b'9', b'.', b'#', 0xff] {
+            let mut bytes = text.as_bytes().to_vec();
+            bytes[at] = byte;
+            std::fs::write(&path, bytes).unwrap();
+            if let Err(error) = read(&path) {
+                assert!(!error.to_string().contains('\n'), "{error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn scenes_that_could_not_be_read_are_not_written() {
+    let (folder, path) = file("old");
+    let refused = |scene: &SceneFile, words: &str| {
+        let error = scene.write(&path).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), b"old");
+    };
+    let eye = DVec3::new(f64::NAN, 0.0, 0.0);
+    let projection = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera { eye, target: DVec3::ZERO, up: DVec3::Y, projection };
+    let nowhere = SceneFile { camera: Some(camera.into()), ..SceneFile::default() };
+    refused(&nowhere, "cannot be written: `camera.eye`: expected three numbers");
+    let mut nested = toml::Value::Integer(1);
+    for _ in 0..50 {
+        nested = toml::Value::Array(vec![nested]);
+    }
+    let mut deep = SceneFile::default();
+    deep.layout.insert("deep".to_owned(), nested);
+    refused(&deep, "at most 32 tables and arrays");
+    let mut large = SceneFile::default();
+    let text = "x".repeat(LARGEST_FILE as usize);
+    large.layout.insert("large".to_owned(), text.into());
+    refused(&large, "bytes, found more");
+    #[cfg(unix)]
+    {
+        use std::os::unix::ffi::OsStrExt as _;
+        let name = std::ffi::OsStr::from_bytes(b"gr\xfcn.ply");
+        let mut unnamed = SceneFile::default();
+        unnamed.clouds.push(Keyed::from(SceneCloud::new(name)));
+        refused(&unnamed, "its path is not UTF-8; rename it");
+    }
+    assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+}
+
+#[test]
+fn names_and_folders_that_cannot_hold_a_scene_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = open("format = 1").scene;
+    for (name, found) in [("a.ply", "found `.ply`"), ("a", "found no ending")] {
+        let error = scene.write(folder.path().join(name)).unwrap_err();
+        assert!(matches!(error, SceneWriteError::Name { .. }));
+        assert!(error.to_string().contains(found), "{error}");
+    }
+    let error = scene.write(folder.path().join("missing/a.scene.toml")).unwrap_err().to_string();
+    assert!(error.contains("cannot be written") && !error.contains('\n'), "{error}");
+}

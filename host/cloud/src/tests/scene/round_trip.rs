@@ -1,0 +1,177 @@
+use super::written;
+use crate::scene::{Backdrop, Keyed, SceneCloud, SceneFile, SceneView, Table, ToneMap, read};
+use crate::{Rotation, Transform};
+use glam::{DQuat, DVec3, Vec3};
+use proptest::collection::{btree_map, vec};
+use proptest::option;
+use proptest::prelude::*;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Value;
+use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
+
+/// Values as strangers' programs write them, a few levels deep.
+fn anything() -> impl Strategy<Value = toml::Value> {
+    let leaf = prop_oneof![
+        any::<bool>().prop_map(toml::Value::from),
+        any::<i64>().prop_map(toml::Value::from),
+        prop_oneof![any::<f64>(), Just(f64::INFINITY), Just(-0.0)]
+            .prop_filter("NaN does not equal itself", |number| !number.is_nan())
+            .prop_map(toml::Value::from),
+        any::<String>().prop_map(toml::Value::from),
+        Just(toml::Value::Datetime("1979-05-27T07:32:00.5-08:00".parse().unwrap())),
+    ];
+    leaf.prop_recursive(4, 24, 4, |inner| {
+        prop_oneof![
+            vec(inner.clone(), 0..4).prop_map(toml::Value::Array),
+            btree_map(any::<String>(), inner, 0..4)
+                .prop_map(|table| toml::Value::Table(table.into_iter().collect())),
+        ]
+    })
+}
+
+/// Keys that no version will know.
+fn unknown() -> impl Strategy<Value = Table> {
+    btree_map("x[a-z .\"é]{0,4}", anything(), 0..3).prop_map(|table| table.into_iter().collect())
+}
+
+fn keyed<T: std::fmt::Debug>(known: impl Strategy<Value = T>) -> impl Strategy<Value = Keyed<T>> {
+    (known, unknown()).prop_map(|(known, unknown)| Keyed { known, unknown })
+}
+
+fn place() -> impl Strategy<Value = DVec3> {
+    let number = prop_oneof![-10.0..10.0f64, -5e6..5e6, -1e37..1e37];
+    vec(number, 3).prop_map(|numbers| DVec3::from_slice(&numbers))
+}
+
+fn direction() -> impl Strategy<Value = DVec3> {
+    place().prop_filter("no direction", |vector| vector.try_normalize().is_some())
+}
+
+fn color(most: f32) -> impl Strategy<Value = [f32; 3]> {
+    [0.0..=most, 0.0..=most, 0.0..=most]
+}
+
+fn camera() -> impl Strategy<Value = Camera> {
+    let projection = prop_oneof![
+        (0.02f64..178.0).prop_map(|angle| Projection::Perspective { fov_y: angle.to_radians() }),
+        (1e-30..1e37).prop_map(|height| Projection::Orthographic { height }),
+    ];
+    (place(), place(), direction(), projection)
+        .prop_filter("no axis", |(eye, target, ..)| (*target - *eye).try_normalize().is_some())
+        .prop_map(|(eye, target, up, projection)| Camera { eye, target, up, projection })
+}
+
+fn transform() -> impl Strategy<Value = Transform> {
+    let angle = || (-720.0..720.0f64).prop_map(f64::to_radians);
+    let rotation = prop_oneof![
+        [angle(), angle(), angle()].prop_map(|angles| Rotation::Euler(DVec3::from(angles))),
+        [-1.0..1.0, -1.0..1.0, -1.0..1.0, 0.1..9.0]
+            .prop_map(|numbers| Rotation::Quaternion(DQuat::from_array(numbers))),
+    ];
+    (place(), rotation, 1e-9..1e9).prop_map(|(translation, rotation, scale)| Transform {
+        translation,
+        rotation,
+        scale,
+    })
+}
+
+fn cloud() -> impl Strategy<Value = SceneCloud> {
+    let name = option::of(any::<String>());
+    ("[a-zé ./\"]{0,8}a", name, any::<bool>(), option::of(keyed(transform()))).prop_map(
+        |(path, name, visible, transform)| SceneCloud {
+            path: path.into(),
+            name,
+            visible,
+            transform,
+        },
+    )
+}
+
+fn view() -> impl Strategy<Value = SceneView> {
+    let value = prop_oneof![
+        any::<bool>().prop_map(Value::Bool),
+        any::<i64>().prop_map(Value::Int),
+        proptest::num::f64::NORMAL.prop_map(Value::Float),
+        any::<String>().prop_map(Value::Text),
+        [proptest::num::f32::NORMAL; 3].prop_map(Value::Color),
+    ];
+    let output = prop_oneof![
+        Just(Output::Color),
+        Just(Output::Depth),
+        Just(Output::Ao),
+        "[a-z ]{1,4}".prop_map(Output::Debug),
+    ];
+    let values = btree_map("[a-z-]{1,6}", value, 0..4);
+    ("[a-z./-]{1,9}", values, option::of(keyed(camera())), output).prop_map(
+        |(renderer, values, camera, output)| SceneView { renderer, values, camera, output },
+    )
+}
+
+fn light() -> impl Strategy<Value = Light> {
+    (direction(), color(1e30), any::<bool>()).prop_map(|(towards, radiance, follows_camera)| {
+        Light::Directional { towards, radiance: Vec3::from(radiance), follows_camera }
+    })
+}
+
+fn surface() -> impl Strategy<Value = SurfaceSettings> {
+    (0.0..=16f32, any::<bool>(), 0.01..1000f32, 0.0..=4f32).prop_map(
+        |(depth_tolerance, two_sided, radius_scale, low_pass)| SurfaceSettings {
+            depth_tolerance,
+            two_sided,
+            radius_scale,
+            low_pass,
+        },
+    )
+}
+
+prop_compose! {
+    fn scene()(
+        clouds in vec(keyed(cloud()), 0..3),
+        camera in option::of(keyed(camera())),
+        lights in vec(keyed(light()), 0..3),
+        exposure_stops in -60.0..=60f32,
+        is_neutral in any::<bool>(),
+        background in option::of(color(1.0)),
+        surface in keyed(surface()),
+        views in vec(keyed(view()), 0..3),
+        layout in unknown(),
+        unknown in unknown(),
+    ) -> SceneFile {
+        SceneFile {
+            clouds,
+            camera,
+            lights,
+            exposure_stops,
+            tone_map: if is_neutral { ToneMap::Neutral } else { ToneMap::Clamp },
+            background: background.map_or(Backdrop::Transparent, Backdrop::Color),
+            surface,
+            views,
+            layout,
+            unknown,
+            ..SceneFile::default()
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn scenes_are_read_back_as_they_were_and_written_alike(mut scene in scene()) {
+        let (_folder, path, text) = written(&scene);
+        let opened = read(&path).unwrap();
+        scene.folder = opened.scene.folder.clone();
+        prop_assert_eq!(&opened.scene, &scene);
+        opened.scene.write(&path).unwrap();
+        prop_assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    }
+}
+
+#[test]
+fn eight_bit_backgrounds_stay_hexadecimal() {
+    for code in 0..=255u8 {
+        let text = format!("format = 1\nbackground = \"#{code:02x}00ff\"\n");
+        let (_folder, _, text) = written(&super::open(&text).scene);
+        assert!(text.contains(&format!("background = \"#{code:02x}00ff\"")), "{text}");
+    }
+}
