@@ -57,7 +57,7 @@ fn accumulate(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let i = id.x + id.y * groups.x * 64u;
+    let i = (id.x + id.y * groups.x * 64u) * chunk.stride;
     if i >= chunk.count {
         return;
     }

@@ -22,6 +22,8 @@ struct Chunk {
     unit: f32,
     // The factor the scene puts on every radius.
     tangent_scale: f32,
+    // One surfel of so many is drawn.
+    stride: u32,
     // The albedo of all surfels where there is no `color` column, linear Rec. 709.
     albedo: vec3<f32>,
 }

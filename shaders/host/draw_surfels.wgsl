@@ -32,7 +32,8 @@ struct Nearest {
 }
 
 @vertex
-fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -> Nearest {
+fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn: u32) -> Nearest {
+    let i = drawn * chunk.stride;
     let disc = load_disc(i);
     let corner = corner_of(v);
     var out: Nearest;
@@ -86,7 +87,8 @@ struct Blended {
 }
 
 @vertex
-fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) i: u32) -> Blended {
+fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn: u32) -> Blended {
+    let i = drawn * chunk.stride;
     let disc = load_disc(i);
     let corner = corner_of(v);
     var clip = project(disc, corner);

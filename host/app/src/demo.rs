@@ -119,6 +119,7 @@ impl Stage<'_> {
                 values: &values,
                 outputs,
                 frame_index: 0,
+                stride: 1,
             };
             let settled = studio.settle(&mut chosen, &request)?;
             let path = |ending: &str| self.arguments.out.join(format!("{stem}-{name}.{ending}"));

@@ -62,6 +62,10 @@ pub struct RenderRequest<'a> {
     pub outputs: &'a [Output],
     /// Frames since something in this view changed.
     pub frame_index: u32,
+    /// One surfel of so many is drawn, evenly along the curve that orders them in space, and so
+    /// much larger that they cover the same area: a preview where 1, the whole, takes too long. 0
+    /// is taken as 1.
+    pub stride: u32,
 }
 
 /// A rendered frame.
@@ -183,6 +187,9 @@ impl Engine {
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
+        let mut scene = request.scene.clone();
+        scene.surface.radius_scale *= (request.stride.max(1) as f32).sqrt();
+        let request = &RenderRequest { scene: &scene, stride: request.stride.max(1), ..*request };
         let encoded = renderer
             .hosted
             .frame(FrameRequest {

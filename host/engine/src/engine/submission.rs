@@ -62,6 +62,7 @@ impl Submission<'_> {
         let input = SurfaceInput {
             clouds: self.clouds,
             settings: &self.request.scene.surface,
+            stride: self.request.stride,
             view_uniform: &drawn_uniform,
             unit: drawn.unit,
             view_from_offset: &|origin| {

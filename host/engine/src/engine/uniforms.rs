@@ -99,13 +99,13 @@ pub(super) fn lights_uniform(request: &RenderRequest<'_>) -> Uniform {
     uniform.u32(count as u32)
 }
 
-/// Equal bytes mean an equal surface: clouds, camera, size and surface settings.
+/// Equal bytes mean an equal surface: clouds, camera, size, surface settings and stride.
 pub(super) fn surface_key(
     request: &RenderRequest<'_>,
     clouds: &[DrawnCloud],
 ) -> Result<Vec<u8>, RenderError> {
     let clouds: Vec<_> =
         clouds.iter().map(|c| (c.origin, c.n_surfels, c.chunk_len, &c.generations)).collect();
-    rmp_serde::to_vec(&(&request.view, &request.scene.surface, clouds))
+    rmp_serde::to_vec(&(&request.view, &request.scene.surface, request.stride, clouds))
         .map_err(|error| RenderError::Host(error.to_string()))
 }

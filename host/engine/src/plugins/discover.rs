@@ -150,7 +150,8 @@ fn user_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
 
 /// The folder for what the program remembers from one start to the next; `None` where the system
 /// names none.
-pub(super) fn state_folder() -> Option<PathBuf> {
+#[must_use]
+pub fn state_folder() -> Option<PathBuf> {
     state_folder_of(|name| std::env::var_os(name))
 }
 

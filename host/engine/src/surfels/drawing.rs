@@ -70,6 +70,7 @@ impl<'a> Drawing<'a> {
                     .f32(input.settings.low_pass)
                     .f32(input.unit as f32)
                     .f32(input.settings.radius_scale)
+                    .u32(input.stride)
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
@@ -77,8 +78,8 @@ impl<'a> Drawing<'a> {
             }
             first_of_cloud += cloud.n_surfels;
         }
-        let usage = wgpu::BufferUsages::UNIFORM;
-        let linear_of_srgb = gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), usage);
+        let linear_of_srgb =
+            gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), wgpu::BufferUsages::UNIFORM);
         Self { input, chunks, linear_of_srgb, none: BTreeMap::new() }
     }
 
@@ -134,7 +135,7 @@ impl<'a> Drawing<'a> {
                 kind: step.kind,
             })?;
             let group = self.bind(gpu, &pipeline, chunk, more)?;
-            prepared.push((pipeline, group, chunk.count));
+            prepared.push((pipeline, group, chunk.count.div_ceil(self.input.stride)));
         }
         Ok(prepared)
     }
@@ -268,7 +269,11 @@ impl<'a> Drawing<'a> {
             let shader = pipelines.shader(&source, &chunk.cloud.defines)?;
             let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?;
             let group = self.bind(gpu, &pipeline, chunk, &more)?;
-            dispatches.push((pipeline, group, chunk.count.div_ceil(64)));
+            dispatches.push((
+                pipeline,
+                group,
+                chunk.count.div_ceil(self.input.stride.saturating_mul(64)),
+            ));
         }
         recorder.compute(name, |pass| {
             for (pipeline, group, groups) in &dispatches {

@@ -75,6 +75,8 @@ impl Surface {
 pub(crate) struct SurfaceInput<'a> {
     pub(crate) clouds: &'a [DrawnCloud],
     pub(crate) settings: &'a SurfaceSettings,
+    /// One surfel of so many is drawn.
+    pub(crate) stride: u32,
     pub(crate) view_uniform: &'a wgpu::Buffer,
     /// Scene units per unit of drawing.
     pub(crate) unit: f64,
