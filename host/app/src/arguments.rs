@@ -2,7 +2,8 @@
 
 use crate::camera::CameraSpec;
 use crate::values::{self, Backdrop, LightSpec, OutputFile, Setting, Size};
-use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+use clap::error::ErrorKind;
+use clap::{ArgAction, Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 use surfelshop_api::graph::Output;
@@ -13,6 +14,7 @@ use surfelshop_engine::plugins::Patience;
 #[command(
     name = "surfelshop",
     version,
+    args_conflicts_with_subcommands = true,
     after_help = "Exit code: 0 done, 1 failed, 2 the command line was not understood.\n\
                   SURFELSHOP_PLUGINS names further plugin files and folders; \
                   SURFELSHOP_LOG=debug shows what happens."
@@ -20,6 +22,35 @@ use surfelshop_engine::plugins::Patience;
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) viewer: ViewerArguments,
+}
+
+impl Cli {
+    /// Takes a word that names neither a command nor a file for a mistyped command.
+    pub(crate) fn checked(self) -> Result<Self, clap::Error> {
+        let mistyped = |file: &PathBuf| file.extension().is_none() && !file.exists();
+        if let Some(word) = self.viewer.files.iter().find(|file| mistyped(file)) {
+            let text = format!("`{}` is neither a command nor a file", word.display());
+            return Err(Self::command().error(ErrorKind::InvalidSubcommand, text));
+        }
+        Ok(self)
+    }
+}
+
+/// Without a command: the window.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct ViewerArguments {
+    /// Clouds to look at in a window; the sample where none is given.
+    #[arg(value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// The axis that points upwards; scans often have z.
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
+    pub(crate) up: UpAxis,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
 }
 
 /// The commands.
@@ -318,7 +349,6 @@ impl Bits {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory as _;
 
     #[test]
     fn every_argument_is_declared_soundly() {

@@ -191,7 +191,8 @@ fn projection(halves: &Halves, is_parallel: bool, zoom: f64) -> Projection {
     }
 }
 
-fn framed_view(camera: Camera, extent: &Extent, size_px: [u32; 2]) -> View {
+/// What a camera sees of a scene that reaches so far.
+pub(crate) fn framed_view(camera: Camera, extent: &Extent, size_px: [u32; 2]) -> View {
     let [near, far] = depth_range(&camera, extent);
     View { camera, size_px, near, far }
 }

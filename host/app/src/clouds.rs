@@ -20,9 +20,17 @@ pub(crate) struct Clouds {
 }
 
 impl Clouds {
-    /// Reads the files and puts each cloud in its place. A file that comes several times is read
-    /// once, and its clouds share what their places leave alike.
+    /// Reads the files, with a progress bar where it takes long, and puts each cloud in its place.
     pub(crate) fn read(sources: &[Source]) -> anyhow::Result<Self> {
+        Self::read_with(sources, read)
+    }
+
+    /// The same with another way to read a file. A file that comes several times is read once, and
+    /// its clouds share what their places leave alike.
+    pub(crate) fn read_with(
+        sources: &[Source],
+        mut read: impl FnMut(&Path) -> Result<Loaded, ReadError>,
+    ) -> anyhow::Result<Self> {
         let mut files: HashMap<&Path, Loaded> = HashMap::new();
         let mut loaded = Vec::with_capacity(sources.len());
         for source in sources {

@@ -24,6 +24,7 @@ mod staging;
 mod studio;
 mod terminal;
 mod values;
+mod viewer;
 
 use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
@@ -34,7 +35,7 @@ fn main() -> ExitCode {
     terminal::start_log();
     let parsed = Cli::command().try_get_matches().and_then(|matches| {
         let given = Given::of(&matches);
-        Ok((Cli::from_arg_matches(&matches)?, given))
+        Ok((Cli::from_arg_matches(&matches)?.checked()?, given))
     });
     let (cli, given) = match parsed {
         Ok(parsed) => parsed,
@@ -46,7 +47,7 @@ fn main() -> ExitCode {
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
-        None => terminal::line(Cli::command().render_long_help()),
+        None => viewer::run(&cli.viewer),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -127,6 +127,10 @@ impl Desk {
             .current_dir(self.folder.path())
             .env_remove("SURFELSHOP_PLUGINS")
             .env_remove("SURFELSHOP_LOG")
+            // No test opens a window by accident.
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
             .env("XDG_DATA_HOME", self.folder.path())
             // Mesa's device selection looks for a desktop and complains that there is none.
             .env("NODEVICE_SELECT", "1")

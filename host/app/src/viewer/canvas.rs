@@ -1,0 +1,468 @@
+//! The panes: pictures, the mouse over them, and the tools along their upper edge.
+
+use super::navigation;
+use super::pane::Pane;
+use super::settings::{Mode, PaneSettings};
+use super::surfel;
+use super::window::Window;
+use eframe::egui::{
+    self, Align2, Color32, CursorIcon, FontId, Key, PointerButton, Pos2, Rect, Sense, Stroke,
+    TextureId, Ui, Vec2, WidgetText, pos2, vec2,
+};
+use egui_tiles::{Behavior, TileId, Tree, UiResponse};
+use glam::{DVec2, DVec3};
+
+/// Most panes at once.
+pub(crate) const MOST_PANES: usize = 4;
+
+/// Shows all panes.
+pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
+    // The tree is lent out while its panes use the rest of the window.
+    let empty = Tree::empty(egui::Id::unique("panes"));
+    let mut tree = std::mem::replace(&mut window.tree, empty);
+    let mut panes = Panes { window, asked: None };
+    tree.ui(&mut panes, ui);
+    let asked = panes.asked.take();
+    match asked {
+        Some(Asked::Split(pane)) => split(window, &mut tree, pane),
+        Some(Asked::Close(pane)) => close(window, &mut tree, pane),
+        None => {}
+    }
+    window.tree = tree;
+}
+
+/// What was asked of a pane in its own tools.
+enum Asked {
+    Split(u32),
+    Close(u32),
+}
+
+fn tile_of(tree: &Tree<u32>, pane: u32) -> Option<TileId> {
+    tree.tiles.find_pane(&pane)
+}
+
+/// Puts a pane with the same settings beside one.
+pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
+    let Some(settings) = window.settings.pane(pane).cloned() else { return };
+    if window.settings.panes.len() >= MOST_PANES {
+        window.message = Some(format!("there are at most {MOST_PANES} panes"));
+        return;
+    }
+    let id = window.settings.free_id();
+    window.settings.panes.push(PaneSettings { id, ..settings });
+    window.panes.insert(id, Pane::new());
+    let tile = tree.tiles.insert_pane(id);
+    match tree.root() {
+        Some(root) if window.settings.panes.len() > 2 => {
+            // Three and four make a grid.
+            let all: Vec<TileId> = window
+                .settings
+                .panes
+                .iter()
+                .filter_map(|pane| tree.tiles.find_pane(&pane.id))
+                .collect();
+            let grid = tree.tiles.insert_grid_tile(all);
+            if !matches!(tree.tiles.get(root), Some(egui_tiles::Tile::Pane(_))) {
+                tree.tiles.remove(root);
+            }
+            tree.root = Some(grid);
+        }
+        Some(root) => tree.root = Some(tree.tiles.insert_horizontal_tile(vec![root, tile])),
+        None => tree.root = Some(tile),
+    }
+}
+
+fn close(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
+    if window.settings.panes.len() < 2 {
+        return;
+    }
+    if let Some(tile) = tile_of(tree, pane) {
+        tree.remove_recursively(tile);
+    }
+    window.settings.panes.retain(|settings| settings.id != pane);
+    window.panes.remove(&pane);
+    window.own_cameras.remove(&pane);
+    if window.focused == pane {
+        window.focused = window.settings.panes[0].id;
+    }
+}
+
+/// Brings the tiles in line with the settings, after an undo.
+pub(crate) fn follow_settings(window: &mut Window) {
+    let mut tree = std::mem::replace(&mut window.tree, Tree::empty(egui::Id::unique("panes")));
+    let known: Vec<u32> = window.panes.keys().copied().collect();
+    for pane in known {
+        if window.settings.pane(pane).is_none() {
+            if let Some(tile) = tile_of(&tree, pane) {
+                tree.remove_recursively(tile);
+            }
+            window.panes.remove(&pane);
+        }
+    }
+    let ids: Vec<u32> = window.settings.panes.iter().map(|pane| pane.id).collect();
+    for id in ids {
+        if let std::collections::btree_map::Entry::Vacant(missing) = window.panes.entry(id) {
+            missing.insert(Pane::new());
+            let tile = tree.tiles.insert_pane(id);
+            tree.root = Some(match tree.root() {
+                Some(root) => tree.tiles.insert_horizontal_tile(vec![root, tile]),
+                None => tile,
+            });
+        }
+    }
+    if window.settings.pane(window.focused).is_none() {
+        window.focused = window.settings.panes.first().map_or(0, |pane| pane.id);
+    }
+    window.tree = tree;
+}
+
+struct Panes<'a> {
+    window: &'a mut Window,
+    asked: Option<Asked>,
+}
+
+impl Behavior<u32> for Panes<'_> {
+    fn tab_title_for_pane(&mut self, pane: &u32) -> WidgetText {
+        format!("view {}", pane + 1).into()
+    }
+
+    fn pane_ui(&mut self, ui: &mut Ui, _tile: TileId, pane: &mut u32) -> UiResponse {
+        let id = *pane;
+        // A row of tools that is too long must not widen the picture.
+        let whole = ui.max_rect();
+        ui.push_id(("pane", id), |ui| {
+            let dragged = self.tools(ui, id);
+            let below = Rect::from_min_max(pos2(whole.left(), ui.cursor().top()), whole.max);
+            self.pictures(ui, id, below);
+            dragged
+        })
+        .inner
+    }
+
+    fn simplification_options(&self) -> egui_tiles::SimplificationOptions {
+        egui_tiles::SimplificationOptions { all_panes_must_have_tabs: false, ..Default::default() }
+    }
+}
+
+impl Panes<'_> {
+    /// The row above the picture; says whether the pane is dragged by its handle.
+    fn tools(&mut self, ui: &mut Ui, id: u32) -> UiResponse {
+        let renderers = self.window.renderers();
+        let several = self.window.settings.panes.len() > 1;
+        let mut response = UiResponse::None;
+        let Some(settings) = self.window.settings.pane_mut(id) else { return response };
+        ui.horizontal_wrapped(|ui| {
+            ui.add_space(4.0);
+            if several {
+                let handle = ui.add(egui::Button::new("::").small().sense(Sense::drag()));
+                if handle.on_hover_text("drag to another place").drag_started() {
+                    response = UiResponse::DragStarted;
+                }
+            }
+            choose(ui, "first renderer", &renderers, &mut settings.renderers[0]);
+            let modes = egui::ComboBox::from_id_salt("mode").selected_text(settings.mode.name());
+            let shown = modes.show_ui(ui, |ui| {
+                for mode in Mode::ALL {
+                    ui.selectable_value(&mut settings.mode, mode, mode.name());
+                }
+            });
+            name(&shown.response, "how two renderers are shown");
+            if settings.mode.sides() == 2 {
+                choose(ui, "second renderer", &renderers, &mut settings.renderers[1]);
+            }
+            if several {
+                ui.checkbox(&mut settings.linked, "linked")
+                    .on_hover_text("move the camera together with the other linked views");
+            }
+            if ui.small_button("split").on_hover_text("a second view beside this one").clicked() {
+                self.asked = Some(Asked::Split(id));
+            }
+            if several && ui.small_button("close").clicked() {
+                self.asked = Some(Asked::Close(id));
+            }
+        });
+        response
+    }
+
+    /// The pictures, in what the tools leave.
+    fn pictures(&mut self, ui: &mut Ui, id: u32, whole: Rect) {
+        let Some(settings) = self.window.settings.pane(id).cloned() else { return };
+        let scale = ui.ctx().pixels_per_point();
+        let response = ui.allocate_rect(whole, Sense::click_and_drag());
+        let painter = ui.painter_at(whole);
+        painter.rect_filled(whole, 0.0, Color32::from_gray(24));
+        let parts = match settings.mode {
+            Mode::SideBySide => {
+                let middle = whole.center().x;
+                vec![
+                    Rect::from_min_max(whole.min, pos2(middle - 1.0, whole.max.y)),
+                    Rect::from_min_max(pos2(middle + 1.0, whole.min.y), whole.max),
+                ]
+            }
+            _ => vec![whole],
+        };
+        let size = parts.iter().map(Rect::size).fold(parts[0].size(), Vec2::min) * scale;
+        let Some(pane) = self.window.panes.get_mut(&id) else { return };
+        pane.size_px = [size.x.floor().max(0.0) as u32, size.y.floor().max(0.0) as u32];
+        let size = vec2(pane.size_px[0] as f32, pane.size_px[1] as f32) / scale;
+        let rects: Vec<Rect> =
+            parts.iter().map(|part| Rect::from_min_size(part.min, size)).collect();
+        paint(ui, &painter, pane, &settings, &rects);
+        if response.clicked() || response.dragged() {
+            self.window.focused = id;
+        }
+        let dragged_line = self.wipe_line(ui, &response, rects[0], &settings);
+        let over = response.hover_pos().and_then(|at| {
+            let side = rects.iter().position(|rect| rect.contains(at))?;
+            Some((side, at - rects[side].min))
+        });
+        if !dragged_line {
+            self.mouse(ui, &response, id, size, over);
+        }
+        let focused = self.window.focused == id && self.window.settings.panes.len() > 1;
+        if focused {
+            let stroke = Stroke::new(1.0, ui.visuals().selection.bg_fill);
+            painter.rect_stroke(whole, 0.0, stroke, egui::StrokeKind::Inside);
+        }
+    }
+
+    /// The line of a wipe; says whether it is being dragged.
+    fn wipe_line(
+        &mut self,
+        ui: &Ui,
+        response: &egui::Response,
+        rect: Rect,
+        settings: &PaneSettings,
+    ) -> bool {
+        if settings.mode != Mode::Wipe {
+            return false;
+        }
+        let x = rect.left() + settings.wipe * rect.width();
+        let near = |at: Option<Pos2>| at.is_some_and(|at| (at.x - x).abs() < 8.0);
+        if near(response.hover_pos()) {
+            ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
+        }
+        let grabbed = ui.scope_id().with("wipe line");
+        if response.drag_started() {
+            let start = ui.ctx().input(|input| input.pointer.press_origin());
+            ui.ctx().data_mut(|data| data.insert_temp(grabbed, near(start)));
+        }
+        let dragging = response.dragged()
+            && ui.ctx().data(|data| data.get_temp::<bool>(grabbed)).unwrap_or(false);
+        if dragging
+            && let Some(at) = response.interact_pointer_pos()
+            && let Some(settings) = self.window.settings.pane_mut(settings.id)
+        {
+            settings.wipe = ((at.x - rect.left()) / rect.width()).clamp(0.0, 1.0);
+        }
+        dragging
+    }
+
+    /// Moves the camera; `over` is the side under the pointer and the place in its picture.
+    fn mouse(
+        &mut self,
+        ui: &Ui,
+        response: &egui::Response,
+        id: u32,
+        size: Vec2,
+        over: Option<(usize, Vec2)>,
+    ) {
+        let mut camera = self.window.camera_of(id);
+        let before = camera;
+        let modifiers = ui.ctx().input(|input| input.modifiers);
+        let per_height = |drag: Vec2| {
+            DVec2::new(f64::from(drag.x), f64::from(drag.y)) / f64::from(size.y.max(1.0))
+        };
+        let drag = per_height(response.drag_delta());
+        let pans = response.dragged_by(PointerButton::Middle)
+            || response.dragged_by(PointerButton::Secondary)
+            || (response.dragged_by(PointerButton::Primary) && modifiers.shift);
+        if pans {
+            navigation::pan(&mut camera, drag);
+        } else if response.dragged_by(PointerButton::Primary) && modifiers.ctrl {
+            navigation::look(&mut camera, drag * 1.5);
+        } else if response.dragged_by(PointerButton::Primary) {
+            // A drag over the whole height turns by half a turn.
+            navigation::orbit(&mut camera, drag * std::f64::consts::PI);
+        }
+        if let Some((side, at)) = over {
+            let position =
+                DVec2::new(f64::from(at.x - 0.5 * size.x), f64::from(at.y - 0.5 * size.y))
+                    / f64::from(size.y.max(1.0));
+            let depth = self.depth_at(id, side, at / size);
+            let target_depth = (camera.target - camera.eye).dot(camera.forward());
+            let wheel = f64::from(ui.ctx().input(|input| input.smooth_scroll_delta().y));
+            if wheel.abs() > 0.0 {
+                let anchor = navigation::point_at(&camera, position, depth.unwrap_or(target_depth));
+                navigation::zoom(&mut camera, (-wheel * 0.004).exp(), anchor);
+            }
+            if response.double_clicked()
+                && let Some(depth) = depth
+            {
+                camera.target = navigation::point_at(&camera, position, depth);
+            }
+            fly(ui, &mut camera);
+            let found = depth.map(|depth| navigation::point_at(&before, position, depth));
+            self.window.under_pointer = match (found, &self.window.shown) {
+                (Some(point), Some(shown)) => surfel::describe(&shown.clouds, point),
+                _ => String::new(),
+            };
+        }
+        if camera != before {
+            self.window.set_camera(id, camera);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// Depth of the picture shown at a place given in shares of its size.
+    fn depth_at(&self, id: u32, side: usize, at: Vec2) -> Option<f64> {
+        let shot = &self.window.panes.get(&id)?.sides[side].shown.as_ref()?.shot;
+        let x = (at.x * shot.depth.width as f32) as u32;
+        let y = (at.y * shot.depth.height as f32) as u32;
+        let inside = x < shot.depth.width && y < shot.depth.height;
+        let depth = inside.then(|| f64::from(shot.depth.pixel(x, y)[0]))?;
+        (depth > 0.0).then_some(depth)
+    }
+}
+
+/// Flies with the keys while the pointer is over a picture: W A S D, E up, Q down.
+fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let (keys, seconds) = ui.ctx().input(|input| {
+        let down = |key: Key| f64::from(u8::from(input.key_down(key)));
+        let step = DVec3::new(
+            down(Key::D) - down(Key::A),
+            down(Key::E) - down(Key::Q),
+            down(Key::W) - down(Key::S),
+        );
+        (if input.modifiers.any() { DVec3::ZERO } else { step }, f64::from(input.stable_dt))
+    });
+    if keys != DVec3::ZERO {
+        navigation::fly(camera, keys * seconds.min(0.1));
+    }
+}
+
+fn choose(ui: &mut Ui, what: &str, names: &[String], chosen: &mut String) {
+    let menu = egui::ComboBox::from_id_salt(what).selected_text(chosen.as_str());
+    let shown = menu.show_ui(ui, |ui| {
+        for name in names {
+            ui.selectable_value(chosen, name.clone(), name);
+        }
+    });
+    name(&shown.response, what);
+}
+
+/// Says to screen readers what a box without a label chooses.
+fn name(response: &egui::Response, what: &str) {
+    response
+        .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, response.enabled(), what));
+}
+
+const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
+
+fn paint(
+    ui: &Ui,
+    painter: &egui::Painter,
+    pane: &mut Pane,
+    settings: &PaneSettings,
+    rects: &[Rect],
+) {
+    let texture = |pane: &Pane, side: usize| -> Option<TextureId> {
+        pane.sides[side].shown.as_ref().map(|shown| shown.texture.id())
+    };
+    let image = |id: Option<TextureId>, rect: Rect, part: Rect| {
+        if let Some(id) = id {
+            let at = |share: Pos2| rect.min + rect.size() * share.to_vec2();
+            let place = Rect::from_min_max(at(part.min), at(part.max));
+            painter.image(id, place, part, Color32::WHITE);
+        }
+    };
+    let mut captions = vec![(rects[0], 0)];
+    match settings.mode {
+        Mode::Single => image(texture(pane, 0), rects[0], WHOLE),
+        Mode::SideBySide => {
+            for (side, rect) in rects.iter().enumerate() {
+                image(texture(pane, side), *rect, WHOLE);
+            }
+            captions = rects.iter().copied().enumerate().map(|(side, rect)| (rect, side)).collect();
+        }
+        Mode::Wipe => {
+            let cut = settings.wipe;
+            image(texture(pane, 0), rects[0], Rect::from_min_max(Pos2::ZERO, pos2(cut, 1.0)));
+            image(texture(pane, 1), rects[0], Rect::from_min_max(pos2(cut, 0.0), WHOLE.max));
+            let x = rects[0].left() + cut * rects[0].width();
+            painter.vline(x, rects[0].y_range(), Stroke::new(2.0, Color32::WHITE));
+            caption(painter, rects[0].right_top(), Align2::RIGHT_TOP, &label(pane, settings, 1));
+        }
+        Mode::Flicker => {
+            let side = usize::from(pane.flicker);
+            image(texture(pane, side), rects[0], WHOLE);
+            captions = vec![(rects[0], side)];
+        }
+        Mode::Difference => {
+            let heat = pane.heat(ui.ctx()).map(|texture| texture.id());
+            image(heat, rects[0], WHOLE);
+            scale(painter, rects[0], pane.heat_full);
+        }
+    }
+    for (rect, side) in captions {
+        caption(painter, rect.left_top(), Align2::LEFT_TOP, &label(pane, settings, side));
+    }
+    if settings.mode.sides() == 2
+        && let Some(difference) = pane.difference()
+    {
+        let text = difference.describe();
+        caption(painter, rects[0].left_bottom(), Align2::LEFT_BOTTOM, &text);
+    }
+    let waiting = pane.sides.iter().any(|side| side.preparing.is_some());
+    if waiting {
+        let preparing = pane.sides.iter().find_map(|side| side.preparing.as_deref());
+        let text = format!("preparing {} …", preparing.unwrap_or_default());
+        caption(painter, rects[0].center(), Align2::CENTER_CENTER, &text);
+    }
+}
+
+/// Name, time and state of what a side shows.
+fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
+    let state = &pane.sides[side];
+    let Some(shown) = &state.shown else {
+        return settings.renderers[side].clone();
+    };
+    let detail = if shown.shot.detail.is_full() {
+        String::new()
+    } else {
+        format!(", {}", shown.shot.detail.describe())
+    };
+    format!("{}  {:.0} ms{detail}", shown.renderer, shown.shot.milliseconds)
+}
+
+fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {
+    let away = vec2(8.0 * -align.x().to_sign(), 6.0 * -align.y().to_sign());
+    let font = FontId::proportional(13.0);
+    let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
+    let rect = align.anchor_size(at + away, galley.size());
+    painter.rect_filled(rect.expand2(vec2(5.0, 3.0)), 3.0, Color32::from_black_alpha(150));
+    painter.galley(rect.min, galley, Color32::WHITE);
+}
+
+/// The scale of the heat map, along the right edge.
+fn scale(painter: &egui::Painter, rect: Rect, full: f32) {
+    let bar = Rect::from_min_size(
+        pos2(rect.right() - 30.0, rect.top() + 30.0),
+        vec2(14.0, (rect.height() - 60.0).clamp(20.0, 200.0)),
+    );
+    let steps = 64;
+    for i in 0..steps {
+        let share = 1.0 - (i as f32 + 0.5) / steps as f32;
+        let height = bar.height() / steps as f32;
+        let min = pos2(bar.left(), bar.top() + i as f32 * height);
+        let part = Rect::from_min_size(min, vec2(bar.width(), height + 0.5));
+        painter.rect_filled(part, 0.0, super::compare::heat(share));
+    }
+    painter.rect_stroke(bar, 0.0, Stroke::new(1.0, Color32::GRAY), egui::StrokeKind::Outside);
+    let levels = format!("{:.0}", full * 255.0);
+    caption(painter, bar.left_top(), Align2::RIGHT_TOP, &levels);
+    caption(painter, bar.left_bottom(), Align2::RIGHT_BOTTOM, "0 levels of 255");
+}

@@ -1,0 +1,398 @@
+//! The menu, the keys that do the same, file dialogs and the windows that menus open.
+
+use super::canvas;
+use super::darkroom::Task;
+use super::export;
+use super::navigation;
+use super::settings::Mode;
+use super::window::Window;
+use eframe::egui::{self, Context, Key, KeyboardShortcut, Modifiers, Ui};
+use std::sync::mpsc::{TryRecvError, channel};
+use surfelshop_engine::plugins::State;
+
+/// Windows beside the panels, open or not.
+#[derive(Default)]
+pub(crate) struct OpenWindows {
+    plugins: bool,
+    keys: bool,
+}
+
+const OPEN: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::O);
+const SAVE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::S);
+const SAVE_AS: KeyboardShortcut =
+    KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::S);
+const QUIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Q);
+const UNDO: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::Z);
+const REDO: KeyboardShortcut =
+    KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
+const PICTURE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
+const FRAME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F);
+const PROJECTION: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::O);
+const FLICKER: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Space);
+const NEXT_RENDERER: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::R);
+const SPLIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::N);
+
+/// What the keys do, for the help window.
+const KEYS: [(&str, &str); 14] = [
+    ("drag", "orbit"),
+    ("right or middle drag, Shift drag", "pan"),
+    ("Ctrl drag", "look around"),
+    ("wheel", "zoom to the pointer"),
+    ("double click", "orbit about the surface under the pointer"),
+    ("W A S D, E Q", "fly: forward, left, back, right, up, down"),
+    ("F", "see everything"),
+    ("O", "perspective or parallel projection"),
+    ("R", "next renderer"),
+    ("1 … 5", "single, side by side, wipe, flicker, difference"),
+    ("Space", "the other picture of a flicker"),
+    ("N", "split the view"),
+    ("Ctrl O, Ctrl S, Ctrl P, Ctrl Q", "open, save the scene, save pictures, quit"),
+    ("Ctrl Z, Ctrl Shift Z", "undo, redo"),
+];
+
+/// The menu bar.
+pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
+    let ctx = ui.ctx().clone();
+    egui::MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| {
+            if item(ui, "Open …", &OPEN) {
+                open_dialog(window, &ctx);
+            }
+            recent(window, ui, &ctx);
+            if item(ui, "Save scene", &SAVE) {
+                save_scene(window, &ctx);
+            }
+            if item(ui, "Save scene as …", &SAVE_AS) {
+                scene_dialog(window, &ctx);
+            }
+            if item(ui, "Save pictures …", &PICTURE) {
+                window.export_window.open = true;
+            }
+            ui.separator();
+            if item(ui, "Quit", &QUIT) {
+                ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+            }
+        });
+        ui.menu_button("Edit", |ui| {
+            let (undo, redo) = (window.history.can_undo(), window.history.can_redo());
+            ui.add_enabled_ui(undo, |ui| {
+                if item(ui, "Undo", &UNDO) {
+                    step_back(window);
+                }
+            });
+            ui.add_enabled_ui(redo, |ui| {
+                if item(ui, "Redo", &REDO) {
+                    step_forward(window);
+                }
+            });
+        });
+        ui.menu_button("View", |ui| {
+            if item(ui, "See everything", &FRAME) {
+                window.frame_all();
+            }
+            if item(ui, "Perspective or parallel", &PROJECTION) {
+                toggle_projection(window);
+            }
+            if item(ui, "Next renderer", &NEXT_RENDERER) {
+                next_renderer(window);
+            }
+            if item(ui, "Split", &SPLIT) {
+                split(window);
+            }
+            ui.separator();
+            ui.checkbox(&mut window.adaptive, "Draw less while something moves");
+        });
+        ui.menu_button("Help", |ui| {
+            ui.checkbox(&mut window.open_windows.plugins, "Plugins");
+            ui.checkbox(&mut window.open_windows.keys, "Mouse and keys");
+        });
+    });
+}
+
+/// Files opened lately, and what was shown when the program ended.
+fn recent(window: &mut Window, ui: &mut Ui, ctx: &Context) {
+    let mut chosen = None;
+    ui.menu_button("Open recent", |ui| {
+        for path in &window.recent {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+                chosen = Some(path.clone());
+                ui.close();
+            }
+        }
+        let last = window.memory.as_ref().and_then(|memory| memory.last_scene());
+        if let Some(last) = last
+            && ui.button("the last session").clicked()
+        {
+            chosen = Some(last);
+            ui.close();
+        }
+    });
+    if let Some(path) = chosen {
+        window.open(ctx, vec![path]);
+    }
+}
+
+fn item(ui: &mut Ui, text: &str, shortcut: &KeyboardShortcut) -> bool {
+    let shortcut = ui.ctx().format_shortcut(shortcut);
+    let clicked = ui.add(egui::Button::new(text).shortcut_text(shortcut)).clicked();
+    if clicked {
+        ui.close();
+    }
+    clicked
+}
+
+/// Obeys the keys.
+pub(crate) fn take_keys(window: &mut Window, ctx: &Context) {
+    if ctx.egui_wants_keyboard_input() {
+        return;
+    }
+    let pressed =
+        |shortcut: &KeyboardShortcut| ctx.input_mut(|input| input.consume_shortcut(shortcut));
+    // The longer one first: its modifiers include the other's.
+    if pressed(&REDO) {
+        step_forward(window);
+    }
+    if pressed(&UNDO) {
+        step_back(window);
+    }
+    if pressed(&OPEN) {
+        open_dialog(window, ctx);
+    }
+    if pressed(&SAVE_AS) {
+        scene_dialog(window, ctx);
+    }
+    if pressed(&SAVE) {
+        save_scene(window, ctx);
+    }
+    if pressed(&PICTURE) {
+        window.export_window.open = true;
+    }
+    if pressed(&QUIT) {
+        ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+    if pressed(&FRAME) {
+        window.frame_all();
+    }
+    if pressed(&PROJECTION) {
+        toggle_projection(window);
+    }
+    if pressed(&NEXT_RENDERER) {
+        next_renderer(window);
+    }
+    if pressed(&SPLIT) {
+        split(window);
+    }
+    if pressed(&FLICKER)
+        && let Some(pane) = window.panes.get_mut(&window.focused)
+    {
+        pane.flicker = !pane.flicker;
+    }
+    let keys = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
+    for (key, mode) in keys.into_iter().zip(Mode::ALL) {
+        if pressed(&KeyboardShortcut::new(Modifiers::NONE, key))
+            && let Some(pane) = window.settings.pane_mut(window.focused)
+        {
+            pane.mode = mode;
+        }
+    }
+}
+
+fn step_back(window: &mut Window) {
+    if let Some(settings) = window.history.undo() {
+        window.settings = settings;
+        canvas::follow_settings(window);
+    }
+}
+
+fn step_forward(window: &mut Window) {
+    if let Some(settings) = window.history.redo() {
+        window.settings = settings;
+        canvas::follow_settings(window);
+    }
+}
+
+fn split(window: &mut Window) {
+    let mut tree =
+        std::mem::replace(&mut window.tree, egui_tiles::Tree::empty(egui::Id::unique("panes")));
+    canvas::split(window, &mut tree, window.focused);
+    window.tree = tree;
+}
+
+fn toggle_projection(window: &mut Window) {
+    let mut camera = window.camera_of(window.focused);
+    navigation::toggle_projection(&mut camera, 35f64.to_radians());
+    window.set_camera(window.focused, camera);
+}
+
+fn next_renderer(window: &mut Window) {
+    let names = window.renderers();
+    if let Some(pane) = window.settings.pane_mut(window.focused) {
+        let at = names.iter().position(|name| *name == pane.renderers[0]);
+        let next = at.map_or(0, |at| at + 1) % names.len().max(1);
+        if let Some(name) = names.get(next) {
+            pane.renderers[0].clone_from(name);
+        }
+    }
+}
+
+/// What a file dialog is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Asked {
+    /// Clouds or a scene to look at.
+    Open,
+    /// A scene to write.
+    SaveScene,
+}
+
+/// Asks for files on a thread of its own, since the system's dialog waits.
+fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
+    if window.dialog.is_some() {
+        return;
+    }
+    let (send, receive) = channel();
+    let wake = ctx.clone();
+    let thread = std::thread::Builder::new().name("dialog".to_owned()).spawn(move || {
+        let dialog = rfd::FileDialog::new();
+        let files = match asked {
+            Asked::Open => dialog
+                .set_title("Open clouds or a scene")
+                .add_filter("clouds and scenes", &["ply", "toml"])
+                .pick_files(),
+            Asked::SaveScene => dialog
+                .set_title("Save the scene")
+                .set_file_name("surfelshop.scene.toml")
+                .save_file()
+                .map(|file| vec![file]),
+        };
+        // The window may be gone already.
+        drop(send.send(files));
+        wake.request_repaint();
+    });
+    match thread {
+        Ok(_) => window.dialog = Some((asked, receive)),
+        Err(error) => window.message = Some(format!("no dialog could be opened: {error}")),
+    }
+}
+
+fn open_dialog(window: &mut Window, ctx: &Context) {
+    dialog(window, ctx, Asked::Open);
+}
+
+fn scene_dialog(window: &mut Window, ctx: &Context) {
+    dialog(window, ctx, Asked::SaveScene);
+}
+
+/// Saves the scene where it came from, or asks where to.
+fn save_scene(window: &mut Window, ctx: &Context) {
+    match window.scene_path.clone() {
+        Some(path) => window.save_scene(&path),
+        None => scene_dialog(window, ctx),
+    }
+}
+
+/// Takes the files chosen in a dialog.
+pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
+    let Some((asked, dialog)) = &window.dialog else { return };
+    let asked = *asked;
+    match dialog.try_recv() {
+        Ok(chosen) => {
+            window.dialog = None;
+            let chosen = chosen.unwrap_or_default();
+            match (asked, chosen.first()) {
+                (_, None) => {}
+                (Asked::Open, _) => window.open(ctx, chosen),
+                (Asked::SaveScene, Some(path)) => window.save_scene(path),
+            }
+        }
+        Err(TryRecvError::Disconnected) => window.dialog = None,
+        Err(TryRecvError::Empty) => {}
+    }
+}
+
+/// The windows that are open.
+pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
+    export::show(window, ctx);
+    ask_about_crash(window, ctx);
+    let mut open = window.open_windows.plugins;
+    egui::Window::new("Plugins").open(&mut open).show(ctx, |ui| plugins(window, ui));
+    window.open_windows.plugins = open;
+    egui::Window::new("Mouse and keys").open(&mut window.open_windows.keys).show(ctx, |ui| {
+        egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
+            for (keys, what) in KEYS {
+                ui.strong(keys);
+                ui.label(what);
+                ui.end_row();
+            }
+        });
+    });
+}
+
+/// Every plugin with its state, and the renderers that failed.
+fn plugins(window: &mut Window, ui: &mut Ui) {
+    egui::Grid::new("plugins").num_columns(4).striped(true).show(ui, |ui| {
+        for title in ["package", "version", "state", "file"] {
+            ui.strong(title);
+        }
+        ui.end_row();
+        for entry in window.registry.entries() {
+            let (id, version, state) = match &entry.state {
+                State::Available(m) => (m.id.clone(), m.version.clone(), "available".to_owned()),
+                State::Shadowed { manifest: m, by } => {
+                    let state = format!("{} is used instead", by.display());
+                    (m.id.clone(), m.version.clone(), state)
+                }
+                State::Refused(reason) => (String::new(), String::new(), reason.clone()),
+            };
+            ui.label(id);
+            ui.label(version);
+            ui.label(state);
+            ui.label(entry.path.display().to_string());
+            ui.end_row();
+        }
+    });
+    for unit in &window.conduct {
+        ui.horizontal(|ui| {
+            ui.strong(&unit.renderer);
+            ui.label(&unit.text);
+            if unit.off && ui.button("switch on").clicked() {
+                window.darkroom.add(Task::SwitchOn(unit.renderer.clone()));
+            }
+        });
+    }
+}
+
+/// Offers to go on without the plugin that was at work when the program crashed.
+fn ask_about_crash(window: &mut Window, ctx: &Context) {
+    let Some(crash) = window.crash.clone() else { return };
+    let modal = egui::Modal::new(egui::Id::unique("crash"));
+    modal.show(ctx, |ui| {
+        ui.heading("The program ended unexpectedly the last time");
+        ui.label(format!("{} was at work, from {}.", crash.unit, crash.file));
+        ui.horizontal(|ui| {
+            if ui.button("start without it").clicked() {
+                let renderer = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();
+                avoid(window, renderer);
+                window.crash = None;
+            }
+            if ui.button("use it all the same").clicked() {
+                window.crash = None;
+            }
+        });
+    });
+}
+
+/// Shows views with another renderer than this one.
+fn avoid(window: &mut Window, renderer: String) {
+    let other = window.renderers().into_iter().find(|name| *name != renderer);
+    for pane in &mut window.settings.panes {
+        for name in &mut pane.renderers {
+            if *name == renderer
+                && let Some(other) = &other
+            {
+                name.clone_from(other);
+            }
+        }
+    }
+    window.darkroom.add(Task::Avoid(renderer));
+}

@@ -1,0 +1,63 @@
+//! The window: look at clouds, switch renderers, put two beside each other.
+//!
+//! What is shown and how is in `settings`, which undo covers. `window` draws the panels and places
+//! the orders, `worker` makes the pictures on a
+//! thread of its own, which `darkroom` leads to, `pane` keeps those that came
+//! back, `canvas` shows them and takes the mouse.
+
+mod canvas;
+mod compare;
+mod darkroom;
+mod detail;
+mod export;
+mod history;
+mod loading;
+mod memory;
+mod menus;
+mod navigation;
+mod pane;
+mod panels;
+mod parameters;
+mod scene_file;
+mod settings;
+mod surfel;
+mod window;
+mod worker;
+
+use crate::arguments::ViewerArguments;
+use anyhow::anyhow;
+use eframe::egui;
+use surfelshop_engine::plugins;
+
+/// Opens the window and returns when it is closed.
+pub(crate) fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
+    if let Some(missing) = arguments.files.iter().find(|file| !file.exists()) {
+        anyhow::bail!("{}: expected a cloud, found no such file", missing.display());
+    }
+    let options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Surfelshop")
+            .with_app_id("surfelshop")
+            .with_inner_size([1280.0, 800.0])
+            .with_min_inner_size([480.0, 320.0]),
+        ..Default::default()
+    };
+    let arguments = arguments.clone();
+    let closed = eframe::run_native(
+        "surfelshop",
+        options,
+        Box::new(move |cc| Ok(Box::new(window::Window::new(&cc.egui_ctx, &arguments)?))),
+    );
+    if darkroom::was_abandoned() || plugins::loader_is_busy() {
+        plugins::leave(i32::from(closed.is_err()));
+    }
+    closed.map_err(|error| {
+        // What comes before the last colon are places in libraries.
+        let text = error.to_string();
+        let reason = text.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
+        anyhow!("no window could be opened: {reason}; `surfelshop render` needs none")
+    })
+}
+
+#[cfg(test)]
+mod tests;

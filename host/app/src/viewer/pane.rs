@@ -1,0 +1,198 @@
+//! One pane while the program runs: the pictures it shows and those it waits for.
+
+use super::compare::Difference;
+use super::darkroom::{Order, Place, Shot};
+use super::detail::{Detail, Governor};
+use crate::clouds::Clouds;
+use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use surfelshop_api::params::Values;
+use surfelshop_api::{Scene, View};
+use surfelshop_engine::picture::Development;
+
+/// Time without a change after which a view is drawn in full detail.
+pub(crate) const STILL: Duration = Duration::from_millis(150);
+
+/// A picture on the screen.
+pub(crate) struct Shown {
+    pub(crate) shot: Shot,
+    pub(crate) renderer: String,
+    pub(crate) serial: u64,
+    pub(crate) texture: TextureHandle,
+}
+
+/// What a picture depends on, apart from its detail.
+#[derive(Clone, PartialEq)]
+pub(crate) struct Wanted {
+    pub(crate) renderer: String,
+    pub(crate) values: Values,
+    pub(crate) scene: Scene,
+    pub(crate) development: Development,
+    pub(crate) view: View,
+    /// Counts the loads of clouds.
+    pub(crate) load: u64,
+}
+
+/// One side of a pane.
+#[derive(Default)]
+pub(crate) struct Side {
+    pub(crate) shown: Option<Shown>,
+    /// What was ordered last, with its detail and number.
+    ordered: Option<(Wanted, Detail, u64)>,
+    /// Number of the last order that was answered.
+    answered: u64,
+    changed: Option<Instant>,
+    governor: Governor,
+    /// Why the last order failed, in one line.
+    pub(crate) error: Option<String>,
+    /// A renderer whose first picture is being prepared.
+    pub(crate) preparing: Option<String>,
+}
+
+impl Side {
+    /// Whether a picture is on its way.
+    fn waits(&self) -> bool {
+        self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial != self.answered)
+    }
+
+    /// The order to be placed now, if any; `adaptive` lets detail fall while something changes.
+    ///
+    /// Also says when to look again, where full detail follows later.
+    pub(crate) fn next_order(
+        &mut self,
+        wanted: &Wanted,
+        clouds: &Arc<Clouds>,
+        adaptive: bool,
+        serial: &mut u64,
+    ) -> (Option<Order>, Option<Duration>) {
+        let now = Instant::now();
+        let changed = self.ordered.as_ref().is_none_or(|(last, _, _)| last != wanted);
+        if changed {
+            self.changed = Some(now);
+        }
+        let age = self.changed.map_or(STILL, |changed| now.duration_since(changed));
+        // A first picture, a switch of renderers and a change of size are not motion.
+        let moves = adaptive && age < STILL && self.moved(wanted);
+        let detail = if moves { self.governor.detail() } else { Detail::FULL };
+        let ordered_detail = self.ordered.as_ref().map(|(_, detail, _)| *detail);
+        let again = moves.then(|| STILL.saturating_sub(age) + Duration::from_millis(5));
+        if !changed && (moves || ordered_detail == Some(detail)) {
+            return (None, again);
+        }
+        *serial += 1;
+        self.ordered = Some((wanted.clone(), detail, *serial));
+        let order = Order {
+            renderer: wanted.renderer.clone(),
+            values: wanted.values.clone(),
+            clouds: clouds.clone(),
+            scene: wanted.scene.clone(),
+            development: wanted.development,
+            view: wanted.view,
+            detail,
+            serial: *serial,
+        };
+        (Some(order), again)
+    }
+
+    /// Whether what is shown now and what is wanted are the same renderer over the same clouds.
+    fn moved(&self, wanted: &Wanted) -> bool {
+        let same = |(last, _, _): &(Wanted, Detail, u64)| last.load == wanted.load;
+        self.shown.as_ref().is_some_and(|shown| shown.renderer == wanted.renderer)
+            && self.ordered.as_ref().is_some_and(same)
+    }
+
+    /// Takes a picture, or the reason why there is none.
+    pub(crate) fn take(
+        &mut self,
+        ctx: &Context,
+        place: Place,
+        renderer: String,
+        serial: u64,
+        outcome: Result<Shot, String>,
+    ) {
+        self.answered = serial;
+        self.preparing = None;
+        match outcome {
+            Ok(shot) => {
+                self.governor.learn(shot.detail, shot.milliseconds);
+                self.error = None;
+                let size = shot.size.map(|side| side as usize);
+                let image = ColorImage::from_rgba_unmultiplied(size, &shot.levels);
+                // Pixels stay pixels where sizes agree; coarser pictures are smoothed.
+                let options = if shot.detail.coarseness > 1 {
+                    TextureOptions::LINEAR
+                } else {
+                    TextureOptions::NEAREST
+                };
+                let name = format!("pane {} side {}", place.pane, place.side);
+                let texture = ctx.load_texture(name, image, options);
+                self.shown = Some(Shown { shot, renderer, serial, texture });
+            }
+            Err(error) => self.error = Some(error),
+        }
+    }
+
+    /// Whether a picture is on its way or will be ordered in full detail.
+    pub(crate) fn works(&self) -> bool {
+        self.waits() || (self.error.is_none() && self.ordered.is_some() && !self.settled())
+    }
+
+    /// Whether the picture shown is the one ordered last, in full detail.
+    pub(crate) fn settled(&self) -> bool {
+        !self.waits()
+            && self.shown.as_ref().is_some_and(|shown| {
+                shown.shot.detail.is_full()
+                    && self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial == shown.serial)
+            })
+    }
+}
+
+/// A pane's two sides and how they differ.
+#[derive(Default)]
+pub(crate) struct Pane {
+    pub(crate) sides: [Side; 2],
+    difference: Option<([u64; 2], Difference)>,
+    heat: Option<([u64; 2], f32, TextureHandle)>,
+    /// Whether a flicker shows the second picture.
+    pub(crate) flicker: bool,
+    /// Size of the pictures in pixels.
+    pub(crate) size_px: [u32; 2],
+    /// Difference of the brightest colour of the heat map, in [0, 1].
+    pub(crate) heat_full: f32,
+}
+
+impl Pane {
+    /// A pane that shows nothing yet.
+    pub(crate) fn new() -> Self {
+        Self { heat_full: 0.1, ..Self::default() }
+    }
+
+    /// How the two pictures shown differ; `None` until there are two of equal size.
+    pub(crate) fn difference(&mut self) -> Option<&Difference> {
+        let [a, b] = [self.sides[0].shown.as_ref()?, self.sides[1].shown.as_ref()?];
+        let serials = [a.serial, b.serial];
+        if self.difference.as_ref().is_none_or(|(of, _)| *of != serials) {
+            let same = a.shot.size == b.shot.size;
+            let difference = Difference::new(a.shot.size, &a.shot.levels, &b.shot.levels);
+            self.difference = difference.filter(|_| same).map(|difference| (serials, difference));
+        }
+        self.difference.as_ref().map(|(_, difference)| difference)
+    }
+
+    /// The heat map of the difference.
+    pub(crate) fn heat(&mut self, ctx: &Context) -> Option<TextureHandle> {
+        self.difference()?;
+        let full = self.heat_full;
+        let (serials, difference) = self.difference.as_ref()?;
+        let known =
+            self.heat.as_ref().is_some_and(|(of, scale, _)| of == serials && *scale == full);
+        if !known {
+            let size = difference.size.map(|side| side as usize);
+            let image = ColorImage::new(size, difference.heat(full));
+            let texture = ctx.load_texture("difference", image, TextureOptions::NEAREST);
+            self.heat = Some((*serials, full, texture));
+        }
+        self.heat.as_ref().map(|(_, _, texture)| texture.clone())
+    }
+}

@@ -1,0 +1,258 @@
+//! The panels at the left and the status line.
+
+use super::parameters;
+use super::settings::Mode;
+use super::window::Window;
+use eframe::egui::{self, ScrollArea, Ui};
+use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
+use surfelshop_api::{Light, Projection};
+use surfelshop_engine::PassState;
+use surfelshop_engine::picture::{Background, ToneMap};
+
+/// Everything at the left.
+pub(crate) fn side(window: &mut Window, ui: &mut Ui) {
+    ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
+        section(ui, "Clouds", |ui| clouds(window, ui));
+        section(ui, "Renderer", |ui| renderer(window, ui));
+        section(ui, "Camera", |ui| camera(window, ui));
+        section(ui, "Light and picture", |ui| picture(window, ui));
+        section(ui, "Surface", |ui| surface(window, ui));
+        section(ui, "Passes", |ui| passes(window, ui));
+    });
+}
+
+fn section(ui: &mut Ui, title: &str, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(true).show(ui, contents);
+}
+
+fn clouds(window: &mut Window, ui: &mut Ui) {
+    if let Some(loading) = &window.loading {
+        let files: Vec<_> = loading.files.iter().map(|file| file.display().to_string()).collect();
+        ui.label(format!("reading {}", files.join(", ")));
+        ui.horizontal(|ui| {
+            let width = ui.available_width() - 60.0;
+            ui.add(
+                egui::ProgressBar::new(loading.fraction()).desired_width(width).show_percentage(),
+            );
+            if ui.button("cancel").clicked() {
+                loading.cancel();
+            }
+        });
+    }
+    let Some(shown) = &window.shown else {
+        if window.loading.is_none() {
+            ui.label("Drop point clouds here, or open them with Ctrl O.");
+        }
+        return;
+    };
+    for loaded in &shown.clouds.loaded {
+        let summary = &loaded.summary;
+        let name = std::path::Path::new(&summary.file).file_name();
+        let name = name.map_or(summary.file.clone(), |name| name.to_string_lossy().into_owned());
+        ui.strong(name).on_hover_text(summary.to_string());
+        ui.label(format!("{} surfels", grouped(summary.n_surfels)));
+    }
+    let facts = &shown.clouds.facts;
+    let size = facts.bounds_max - facts.bounds_min;
+    ui.label(format!("size {:.4} x {:.4} x {:.4}", size.x, size.y, size.z));
+    ui.weak(facts.columns.join(", "));
+}
+
+/// A number with spaces between groups of three digits.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push(' ');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+fn renderer(window: &mut Window, ui: &mut Ui) {
+    let focused = window.focused;
+    let Some(pane) = window.settings.pane_mut(focused) else { return };
+    for side in 0..pane.mode.sides() {
+        let name = pane.renderers[side].clone();
+        ui.strong(&name);
+        match window.declared.get(&name) {
+            Some(declared) => {
+                let values = pane.values.entry(name.clone()).or_default();
+                ui.push_id(side, |ui| parameters::show(ui, declared, values));
+                if values.is_empty() {
+                    pane.values.remove(&name);
+                }
+            }
+            None => {
+                ui.weak("not loaded yet");
+            }
+        }
+        if side == 1
+            && pane.mode == Mode::Difference
+            && let Some(pane) = window.panes.get_mut(&focused)
+        {
+            let full = egui::Slider::new(&mut pane.heat_full, 1.0 / 255.0..=1.0);
+            ui.add(full.logarithmic(true).text("brightest at a difference of"));
+        }
+        let error = window.panes.get(&focused).and_then(|pane| pane.sides[side].error.clone());
+        if let Some(error) = error {
+            ui.colored_label(ui.visuals().error_fg_color, error);
+        }
+    }
+}
+
+fn camera(window: &mut Window, ui: &mut Ui) {
+    let focused = window.focused;
+    let mut camera = window.camera_of(focused);
+    let before = camera;
+    match &mut camera.projection {
+        Projection::Perspective { fov_y } => {
+            let mut degrees = fov_y.to_degrees();
+            let slider = egui::Slider::new(&mut degrees, 5.0..=120.0).suffix(" deg");
+            if ui.add(slider.text("field of view")).changed() {
+                *fov_y = degrees.to_radians();
+            }
+        }
+        Projection::Orthographic { height } => {
+            let speed = 0.01 * *height;
+            ui.horizontal(|ui| {
+                let value = egui::DragValue::new(height).speed(speed).range(1e-30..=f64::MAX);
+                let value = ui.add(value);
+                let label = ui.label("visible height, parallel projection");
+                value.labelled_by(label.id);
+            });
+        }
+    }
+    ui.horizontal(|ui| {
+        if ui.button("see everything").clicked() {
+            window.frame_all();
+        }
+        if ui.button("other projection").clicked() {
+            super::navigation::toggle_projection(&mut camera, 35f64.to_radians());
+        }
+    });
+    if camera != before {
+        window.set_camera(focused, camera);
+    }
+}
+
+fn picture(window: &mut Window, ui: &mut Ui) {
+    let development = &mut window.settings.development;
+    let exposure = egui::Slider::new(&mut development.exposure_stops, -8.0..=8.0).suffix(" stops");
+    ui.add(exposure.text("exposure"));
+    window.settings.scene.exposure_stops = development.exposure_stops;
+    ui.horizontal(|ui| {
+        ui.label("highlights");
+        ui.selectable_value(&mut development.tone_map, ToneMap::Clamp, "cut off");
+        ui.selectable_value(&mut development.tone_map, ToneMap::Neutral, "compressed");
+    });
+    if let Background::Color(encoded) = &mut development.background {
+        ui.horizontal(|ui| {
+            let label = ui.label("background");
+            let mut linear = encoded.map(srgb_to_linear);
+            if ui.color_edit_button_rgb(&mut linear).labelled_by(label.id).changed() {
+                *encoded = linear.map(linear_to_srgb);
+            }
+        });
+    }
+    for (i, light) in window.settings.scene.lights.iter_mut().enumerate() {
+        let Light::Directional { towards, radiance, follows_camera } = light;
+        ui.horizontal(|ui| {
+            let label = ui.label(format!("light {}", i + 1)).on_hover_text("direction towards it");
+            for axis in [&mut towards.x, &mut towards.y, &mut towards.z] {
+                ui.add(egui::DragValue::new(axis).speed(0.01)).labelled_by(label.id);
+            }
+        });
+        ui.horizontal(|ui| {
+            let mut power = radiance.max_element();
+            if ui.add(egui::Slider::new(&mut power, 0.0..=8.0).text("radiance")).changed() {
+                let white = if radiance.max_element() > 0.0 {
+                    *radiance / radiance.max_element()
+                } else {
+                    glam::Vec3::ONE
+                };
+                *radiance = white * power;
+            }
+            ui.checkbox(follows_camera, "follows camera");
+        });
+    }
+}
+
+fn surface(window: &mut Window, ui: &mut Ui) {
+    let surface = &mut window.settings.scene.surface;
+    ui.add(
+        egui::Slider::new(&mut surface.radius_scale, 0.1..=10.0).logarithmic(true).text("radii x"),
+    );
+    ui.add(egui::Slider::new(&mut surface.depth_tolerance, 0.0..=16.0).text("depth tolerance"))
+        .on_hover_text("surfels so many of their radii behind the nearest one still blend with it");
+    ui.add(egui::Slider::new(&mut surface.low_pass, 0.0..=4.0).suffix(" px").text("low-pass"))
+        .on_hover_text("surfels are widened by this, so that fine ones neither vanish nor flicker");
+    ui.checkbox(&mut surface.two_sided, "draw both sides");
+}
+
+fn passes(window: &mut Window, ui: &mut Ui) {
+    let Some(pane) = window.panes.get(&window.focused) else { return };
+    for side in &pane.sides {
+        let Some(shown) = &side.shown else { continue };
+        ui.strong(format!("{}: {:.1} ms", shown.renderer, shown.shot.milliseconds));
+        egui::Grid::new(("passes", &shown.renderer)).num_columns(2).striped(true).show(ui, |ui| {
+            for pass in &shown.shot.passes {
+                ui.label(&pass.name);
+                match (pass.state, pass.gpu_ms) {
+                    (PassState::Ran, Some(ms)) => ui.label(format!("{ms:.2} ms")),
+                    (PassState::Ran, None) => ui.label("ran"),
+                    (PassState::Culled, _) => ui.weak("left out: nobody reads it"),
+                    (PassState::Reused, _) => ui.weak("kept from before"),
+                };
+                ui.end_row();
+            }
+        });
+    }
+    ui.weak(format!(
+        "on the device: {:.1} MB of columns, {} uploads, {} pipelines made",
+        window.counters.column_bytes as f64 * 1e-6,
+        window.counters.uploads,
+        window.counters.compiled.pipelines
+    ));
+}
+
+/// The line at the bottom.
+pub(crate) fn status(window: &mut Window, ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        if let Some(message) = window.message.clone() {
+            if ui.small_button("x").on_hover_text("dismiss").clicked() {
+                window.message = None;
+            }
+            ui.colored_label(ui.visuals().warn_fg_color, message);
+        } else {
+            ui.label(&window.under_pointer);
+        }
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.weak(&window.adapter);
+            // A picture that still gets finer counts as work, so that a still view says when it
+            // is the final one.
+            let busy = window.settings.panes.iter().any(|settings| {
+                let sides = window.panes.get(&settings.id).map(|pane| &pane.sides);
+                sides.is_some_and(|sides| sides[..settings.mode.sides()].iter().any(|s| s.works()))
+            });
+            if busy {
+                ui.spinner();
+            }
+        });
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_three_digits() {
+        for (number, expected) in [(0, "0"), (999, "999"), (1000, "1 000"), (1234567, "1 234 567")]
+        {
+            assert_eq!(grouped(number), expected);
+        }
+    }
+}

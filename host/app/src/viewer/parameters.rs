@@ -1,0 +1,87 @@
+//! A panel made from what a renderer declares of its parameters.
+
+use eframe::egui::{self, Ui};
+use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
+
+/// Shows every parameter with its help, unit, range and a button that sets it back; changes
+/// `values`, from which parameters at their default are left out.
+pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) {
+    if declared.is_empty() {
+        ui.weak("no parameters");
+        return;
+    }
+    egui::Grid::new("parameters").num_columns(3).spacing([8.0, 6.0]).show(ui, |ui| {
+        for parameter in declared {
+            let mut value = parameter.sanitise(values.get(&parameter.id));
+            let before = value.clone();
+            let label = ui.label(&parameter.id).on_hover_text(help(parameter));
+            let response = edit(ui, parameter, &mut value);
+            response.labelled_by(label.id).on_hover_text(help(parameter));
+            let is_default = value == parameter.default;
+            let reset = ui.add_enabled(!is_default, egui::Button::new("reset").small());
+            if reset.on_hover_text("back to the default").clicked() {
+                value = parameter.default.clone();
+            }
+            if value != before {
+                // What was typed is held to the declared range as a plugin would see it.
+                let value = parameter.sanitise(Some(&value));
+                if value == parameter.default {
+                    values.remove(&parameter.id);
+                } else {
+                    values.insert(parameter.id.clone(), value);
+                }
+            }
+            ui.end_row();
+        }
+    });
+}
+
+fn help(parameter: &ParamDecl) -> String {
+    let quality = if parameter.quality { " Trades time for quality." } else { "" };
+    format!("{}\n{}.{quality}", parameter.doc, capitalised(&parameter.expectation()))
+}
+
+fn capitalised(text: &str) -> String {
+    let mut chars = text.chars();
+    chars.next().map_or_else(String::new, |first| first.to_uppercase().chain(chars).collect())
+}
+
+/// The widget for a value of its kind.
+fn edit(ui: &mut Ui, parameter: &ParamDecl, value: &mut Value) -> egui::Response {
+    match (&parameter.kind, value) {
+        (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, ""),
+        (ParamKind::Int, Value::Int(value)) => match parameter.range {
+            Some([low, high]) => ui.add(
+                egui::Slider::new(value, low as i64..=high as i64)
+                    .logarithmic(parameter.logarithmic)
+                    .suffix(suffix(parameter)),
+            ),
+            None => ui.add(egui::DragValue::new(value).suffix(suffix(parameter))),
+        },
+        (ParamKind::Float, Value::Float(value)) => match parameter.range {
+            Some([low, high]) => ui.add(
+                egui::Slider::new(value, low..=high)
+                    .logarithmic(parameter.logarithmic)
+                    .suffix(suffix(parameter)),
+            ),
+            None => ui.add(egui::DragValue::new(value).speed(0.01).suffix(suffix(parameter))),
+        },
+        (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value),
+        (ParamKind::Color, Value::Color(value)) => ui.color_edit_button_rgb(value),
+        (ParamKind::Choice(ids), Value::Text(value)) => {
+            let combo = egui::ComboBox::from_id_salt(&parameter.id).selected_text(value.as_str());
+            combo
+                .show_ui(ui, |ui| {
+                    for id in ids {
+                        ui.selectable_value(value, id.clone(), id);
+                    }
+                })
+                .response
+        }
+        _ => ui.weak("cannot be shown"),
+    }
+}
+
+fn suffix(parameter: &ParamDecl) -> String {
+    if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) }
+}

@@ -1,0 +1,176 @@
+//! The window's state as a scene file, and back.
+//!
+//! What other programs can use stands in the scene's own keys: the first renderer of each pane is a
+//! view. What only this window knows, how panes compare and where they stand, is in `layout`.
+
+use super::canvas;
+use super::settings::{Mode, PaneSettings};
+use super::window::Window;
+use std::path::Path;
+use surfelshop_api::params::{Value, Values, linear_to_srgb, srgb_to_linear};
+use surfelshop_cloud::scene::{Backdrop, Keyed, SceneCloud, SceneFile, SceneView, ToneMap};
+use surfelshop_engine::picture::{self, Background};
+use toml::{Table, Value as Toml};
+
+/// Shows what a scene says.
+pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
+    let settings = &mut window.settings;
+    settings.scene = file.scene();
+    settings.development.exposure_stops = file.exposure_stops;
+    settings.development.tone_map = match file.tone_map {
+        ToneMap::Clamp => picture::ToneMap::Clamp,
+        ToneMap::Neutral => picture::ToneMap::Neutral,
+    };
+    if let Backdrop::Color(linear) = file.background {
+        let encoded = linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0)));
+        settings.development.background = Background::Color(encoded);
+    }
+    window.own_cameras.clear();
+    if let Some(camera) = &file.camera {
+        window.camera = camera.known;
+    }
+    let layouts = file.layout.get("panes").and_then(Toml::as_array);
+    let panes: Vec<PaneSettings> = file
+        .views
+        .iter()
+        .take(canvas::MOST_PANES)
+        .enumerate()
+        .map(|(i, view)| {
+            let layout = layouts.and_then(|layouts| layouts.get(i)).and_then(Toml::as_table);
+            let mut pane = pane_of(i as u32, view, layout);
+            if let Some(camera) = &view.camera {
+                pane.linked = false;
+                window.own_cameras.insert(pane.id, camera.known);
+            }
+            pane
+        })
+        .collect();
+    if !panes.is_empty() {
+        settings.panes = panes;
+    }
+    canvas::follow_settings(window);
+}
+
+fn pane_of(id: u32, view: &SceneView, layout: Option<&Table>) -> PaneSettings {
+    let mut pane = PaneSettings::new(id, &view.renderer);
+    if !view.values.is_empty() {
+        pane.values.insert(view.renderer.clone(), view.values.clone());
+    }
+    let Some(layout) = layout else { return pane };
+    if let Some(name) = layout.get("mode").and_then(Toml::as_str) {
+        pane.mode = Mode::ALL.into_iter().find(|mode| mode.name() == name).unwrap_or_default();
+    }
+    if let Some(second) = layout.get("second").and_then(Toml::as_str) {
+        second.clone_into(&mut pane.renderers[1]);
+        if let Some(values) = layout.get("second_values").and_then(Toml::as_table)
+            && second != view.renderer
+        {
+            let values: Values = values
+                .iter()
+                .filter_map(|(id, value)| Some((id.clone(), value_of(value)?)))
+                .collect();
+            pane.values.insert(second.to_owned(), values);
+        }
+    }
+    if let Some(wipe) = layout.get("wipe").and_then(Toml::as_float) {
+        pane.wipe = (wipe as f32).clamp(0.0, 1.0);
+    }
+    pane
+}
+
+/// A parameter's value from a scene; `None` for what no parameter is.
+fn value_of(toml: &Toml) -> Option<Value> {
+    match toml {
+        Toml::Boolean(value) => Some(Value::Bool(*value)),
+        Toml::Integer(value) => Some(Value::Int(*value)),
+        Toml::Float(value) => Some(Value::Float(*value)),
+        Toml::String(value) => Some(Value::Text(value.clone())),
+        Toml::Array(values) => {
+            let channel = |i: usize| values.get(i).and_then(Toml::as_float).map(|v| v as f32);
+            Some(Value::Color([channel(0)?, channel(1)?, channel(2)?]))
+        }
+        Toml::Datetime(_) | Toml::Table(_) => None,
+    }
+}
+
+fn toml_of(value: &Value) -> Toml {
+    match value {
+        Value::Bool(value) => Toml::Boolean(*value),
+        Value::Int(value) => Toml::Integer(*value),
+        Value::Float(value) => Toml::Float(*value),
+        Value::Text(value) => Toml::String(value.clone()),
+        Value::Color(value) => {
+            Toml::Array(value.iter().map(|&channel| Toml::Float(f64::from(channel))).collect())
+        }
+    }
+}
+
+/// What is shown as a scene that will stand at `path`; keys of the scene that was opened which
+/// this version does not know are kept.
+pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
+    let settings = &window.settings;
+    let base = window.scene_file.clone();
+    let mut file = base.clone().unwrap_or_default();
+    file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
+    file.clouds = match &base {
+        Some(base) => base.clouds.clone(),
+        None => window.files.iter().map(|path| Keyed::from(SceneCloud::new(path))).collect(),
+    };
+    for cloud in &mut file.clouds {
+        let opened = base.as_ref().map_or_else(|| cloud.path.clone(), |base| base.path_of(cloud));
+        cloud.path = file_path_in(&file.folder, &opened);
+    }
+    match &mut file.camera {
+        Some(camera) => camera.known = window.camera,
+        None => file.camera = Some(Keyed::from(window.camera)),
+    }
+    let lights = settings.scene.lights.iter().copied();
+    file.lights = lights
+        .enumerate()
+        .map(|(i, light)| Keyed {
+            known: light,
+            unknown: file.lights.get(i).map(|old| old.unknown.clone()).unwrap_or_default(),
+        })
+        .collect();
+    file.exposure_stops = settings.development.exposure_stops;
+    file.tone_map = match settings.development.tone_map {
+        picture::ToneMap::Clamp => ToneMap::Clamp,
+        picture::ToneMap::Neutral => ToneMap::Neutral,
+    };
+    file.background = match settings.development.background {
+        Background::Transparent => Backdrop::Transparent,
+        Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
+    };
+    file.surface.known = settings.scene.surface;
+    let unknown = |i: usize| file.views.get(i).map(|old| old.unknown.clone()).unwrap_or_default();
+    let views = settings.panes.iter().enumerate().map(|(i, pane)| {
+        let own = window.own_cameras.get(&pane.id).filter(|_| !pane.linked);
+        let known = SceneView {
+            values: pane.values_of(0),
+            camera: own.map(|camera| Keyed::from(*camera)),
+            ..SceneView::new(pane.renderers[0].clone())
+        };
+        Keyed { known, unknown: unknown(i) }
+    });
+    file.views = views.collect();
+    let panes = settings.panes.iter().map(|pane| Toml::Table(layout_of(pane))).collect();
+    file.layout.insert("panes".to_owned(), Toml::Array(panes));
+    file
+}
+
+fn file_path_in(folder: &Path, opened: &Path) -> std::path::PathBuf {
+    SceneFile { folder: folder.to_owned(), ..SceneFile::default() }.path_in_scene(opened)
+}
+
+fn layout_of(pane: &PaneSettings) -> Table {
+    let mut layout = Table::new();
+    layout.insert("mode".to_owned(), Toml::String(pane.mode.name().to_owned()));
+    layout.insert("second".to_owned(), Toml::String(pane.renderers[1].clone()));
+    layout.insert("wipe".to_owned(), Toml::Float(f64::from(pane.wipe)));
+    let values = pane.values_of(1);
+    if !values.is_empty() {
+        let values = values.iter().map(|(id, value)| (id.clone(), toml_of(value))).collect();
+        layout.insert("second_values".to_owned(), Toml::Table(values));
+    }
+    layout
+}

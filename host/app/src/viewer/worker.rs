@@ -1,0 +1,362 @@
+//! The thread that makes pictures: it owns the engine's device and everything on it, and the
+//! renderers in use.
+//!
+//! Nothing a plugin does ends it: each has a thread of its own and a deadline, one that fails three
+//! times in a row or does not answer is switched off, a rebuilt one takes over only after its first
+//! picture, and a lost device is opened again.
+
+use super::darkroom::{News, Order, Place, Print, Queue, Shot, Task, Teller, UnitConduct};
+use crate::arguments::{DeviceArguments, PluginFiles};
+use crate::pictures;
+use crate::studio::{self, Studio};
+use anyhow::{Context as _, anyhow};
+use std::collections::HashMap;
+use std::time::Instant;
+use surfelshop_api::abi::host_side::Fault;
+use surfelshop_api::graph::Output;
+use surfelshop_api::{FrameRequest, UnitKind};
+use surfelshop_engine::picture::to_8_bit;
+use surfelshop_engine::plugins::{
+    Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Registry, SearchPath, Standing, UnitRef,
+    Watcher,
+};
+use surfelshop_engine::{RenderError, RenderRequest, Rendered, RendererView};
+
+/// Frames a renderer that refines its picture may take before the last one is shown.
+const MAX_FRAMES: u32 = 1024;
+
+/// A renderer in use at a place.
+struct InUse {
+    name: String,
+    reference: UnitRef,
+    unit: LoadedUnit,
+    view: RendererView,
+    /// Says in a file that the unit's code is on trial, until its first picture.
+    mark: Option<Mark>,
+    /// What it was asked for last.
+    order: Order,
+}
+
+pub(super) struct Worker {
+    studio: Studio,
+    device: DeviceArguments,
+    plugins: PluginFiles,
+    registry: Registry,
+    in_use: HashMap<Place, InUse>,
+    conduct: Conduct,
+    /// Renderers the user does not want.
+    avoided: Vec<String>,
+    marks: Option<Marks>,
+    teller: Teller,
+    /// Watches until the worker ends.
+    _watcher: Option<Watcher>,
+}
+
+impl Worker {
+    /// Opens the device; tells the window and returns nothing where there is none.
+    pub(super) fn open(
+        device: DeviceArguments,
+        plugins: PluginFiles,
+        teller: Teller,
+        queue: &Queue,
+    ) -> Option<Self> {
+        // Before the scan, so that nothing changes unseen between the two.
+        let changes = queue.clone();
+        let search = SearchPath::standard(plugins.plugin.clone());
+        let watcher = Watcher::start(&search, move |changed| changes.add(Task::Changed(changed)));
+        let opened = studio::registry(&plugins.plugin)
+            .and_then(|registry| Studio::open(&device, &plugins).map(|studio| (studio, registry)));
+        match opened {
+            Ok((studio, registry)) => {
+                let worker = Self {
+                    studio,
+                    device,
+                    plugins,
+                    registry,
+                    in_use: HashMap::new(),
+                    conduct: Conduct::default(),
+                    avoided: Vec::new(),
+                    marks: Marks::of_user(),
+                    teller,
+                    _watcher: watcher.ok(),
+                };
+                worker.tell_device();
+                Some(worker)
+            }
+            Err(error) => {
+                teller.tell(News::NoDevice(format!("{error:#}")));
+                None
+            }
+        }
+    }
+
+    fn tell_device(&self) {
+        let gpu = self.studio.engine.gpu();
+        let (adapter, software) = (gpu.describe(), gpu.is_software());
+        self.teller.tell(News::Open { adapter, software });
+    }
+
+    /// Works until the window is gone.
+    pub(super) fn work(&mut self, queue: &Queue) {
+        while let Some(task) = queue.next() {
+            match task {
+                Task::Picture(place, order) => self.picture(place, *order),
+                Task::Changed(changed) => self.changed(&changed),
+                Task::Avoid(renderer) => self.avoided.push(renderer),
+                Task::SwitchOn(renderer) => {
+                    self.avoided.retain(|other| *other != renderer);
+                    if let Ok(unit) = self.registry.find(UnitKind::Renderer, &renderer) {
+                        self.conduct.switch_on(&unit);
+                    }
+                    self.tell_conduct();
+                }
+            }
+        }
+    }
+
+    fn picture(&mut self, place: Place, order: Order) {
+        let (serial, renderer) = (order.serial, order.renderer.clone());
+        let outcome = self.make(place, &order).map_err(|error| format!("{error:#}"));
+        self.teller.tell(News::Counters(self.studio.engine.counters()));
+        self.teller.tell(News::Print(Box::new(Print { place, serial, renderer, outcome })));
+    }
+
+    /// Makes a picture with the renderer that is at the place, or another one.
+    ///
+    /// The renderer that was there is let go only when the other one has made its picture.
+    fn make(&mut self, place: Place, order: &Order) -> anyhow::Result<Shot> {
+        let started = Instant::now();
+        let here = self.in_use.remove(&place);
+        let (mut in_use, before) = match here {
+            Some(in_use) if in_use.name == order.renderer => (in_use, None),
+            before => match self.start(place, order) {
+                Ok(in_use) => (in_use, before),
+                Err(error) => {
+                    self.in_use.extend(before.map(|before| (place, before)));
+                    return Err(error);
+                }
+            },
+        };
+        in_use.order = order.clone();
+        if let Err(barred) = self.conduct.check(&in_use.reference) {
+            self.in_use.extend(before.map(|before| (place, before)));
+            return Err(barred.into());
+        }
+        match self.render(&mut in_use.view, order) {
+            Ok(rendered) => {
+                in_use.mark = None;
+                self.conduct.succeeded(&in_use.reference, in_use.unit.contents);
+                self.in_use.insert(place, in_use);
+                shot(&rendered, order, started)
+            }
+            Err(error) => {
+                let lost = matches!(error, RenderError::DeviceLost(_));
+                self.failed(&in_use.reference, in_use.unit.contents, &fault_of(&error));
+                let stays = before.is_none();
+                self.in_use.extend(before.map(|before| (place, before)));
+                if stays {
+                    self.in_use.insert(place, in_use);
+                }
+                if lost {
+                    self.open_again()?;
+                }
+                Err(error.into())
+            }
+        }
+    }
+
+    /// Loads a renderer and makes an instance.
+    fn start(&mut self, place: Place, order: &Order) -> anyhow::Result<InUse> {
+        let name = order.renderer.clone();
+        let reference = self.registry.find(UnitKind::Renderer, &name)?;
+        anyhow::ensure!(
+            !self.avoided.contains(&name),
+            "{reference} was at work when the program crashed; the plugin list switches it on"
+        );
+        self.conduct.check(&reference)?;
+        self.teller.tell(News::Preparing { place, renderer: name.clone() });
+        // Without the mark a crash is not noticed, which is no reason not to draw.
+        let mark = self.marks.as_ref().and_then(|marks| marks.leave(&reference).ok());
+        let unit = match reference.load(&self.plugins.patience()) {
+            Ok(unit) => unit,
+            Err(error) => {
+                if let Some(fault) = error.fault() {
+                    self.failed(&reference, Contents::of_file(&reference.path), fault);
+                }
+                return Err(error.into());
+            }
+        };
+        let host = self.studio.engine.gpu().host_info();
+        let hosted = match unit.start(&host, &self.plugins.patience()) {
+            Ok(hosted) => hosted,
+            Err(fault) => {
+                self.failed(&reference, unit.contents, &fault);
+                return Err(anyhow!("{reference} could not start: {fault}"));
+            }
+        };
+        let parameters = unit.description.params.clone();
+        self.teller.tell(News::Declared { renderer: name.clone(), parameters });
+        let view = RendererView::new(hosted, unit.scope());
+        Ok(InUse { name, reference, unit, view, mark, order: order.clone() })
+    }
+
+    /// Renders until the picture does not change any more.
+    fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Rendered, RenderError> {
+        let views = order.clouds.views();
+        let mut n_frames = 0;
+        loop {
+            let rendered = self.studio.engine.render(
+                view,
+                &RenderRequest {
+                    clouds: &views,
+                    facts: &order.clouds.facts,
+                    scene: &order.scene,
+                    view: order.detail.view(order.view),
+                    values: &order.values,
+                    outputs: &[Output::Color, Output::Depth],
+                    frame_index: n_frames,
+                    stride: order.detail.stride,
+                },
+            )?;
+            n_frames += 1;
+            if !rendered.wants_another_frame || n_frames == MAX_FRAMES {
+                return Ok(rendered);
+            }
+        }
+    }
+
+    fn failed(&mut self, unit: &UnitRef, contents: Contents, fault: &Fault) {
+        self.conduct.failed(unit, contents, fault);
+        self.tell_conduct();
+    }
+
+    fn tell_conduct(&self) {
+        let of = |record: &surfelshop_engine::plugins::Record| UnitConduct {
+            renderer: record.unit.id.clone(),
+            text: record.to_string(),
+            off: record.standing == Standing::Off,
+        };
+        let mut all: Vec<UnitConduct> = self.conduct.records().iter().map(of).collect();
+        all.extend(self.avoided.iter().map(|renderer| UnitConduct {
+            renderer: renderer.clone(),
+            text: "not used, since it was at work when the program crashed".to_owned(),
+            off: true,
+        }));
+        self.teller.tell(News::Conduct(all));
+    }
+
+    /// Opens the device again after it was lost; clouds and shaders follow with the next picture.
+    fn open_again(&mut self) -> anyhow::Result<()> {
+        self.studio = Studio::open(&self.device, &self.plugins)
+            .context("the graphics device was lost and cannot be opened again")?;
+        self.teller.tell(News::Message("the graphics device was lost and opened again".to_owned()));
+        self.tell_device();
+        Ok(())
+    }
+
+    /// Puts rebuilt renderers to use, and lists the plugins anew.
+    fn changed(&mut self, changed: &Changed) {
+        if let Ok(registry) = studio::registry(&self.plugins.plugin) {
+            self.registry = registry.clone();
+            self.teller.tell(News::Plugins(registry));
+        }
+        if !changed.exists {
+            return;
+        }
+        let same_file = |in_use: &InUse| in_use.reference.path == changed.path;
+        let places: Vec<Place> = self
+            .in_use
+            .iter()
+            .filter(|(_, used)| same_file(used))
+            .map(|(place, _)| *place)
+            .collect();
+        for place in places {
+            let Some(old) = self.in_use.remove(&place) else { continue };
+            match self.reload(&old, changed) {
+                Ok((new, shot)) => {
+                    let (serial, renderer) = (new.order.serial, new.name.clone());
+                    self.in_use.insert(place, new);
+                    let print = Print { place, serial, renderer, outcome: Ok(shot) };
+                    self.teller.tell(News::Print(Box::new(print)));
+                }
+                Err(error) => {
+                    let name = &old.name;
+                    let line = format!("rebuilt {name} is not used, the old one is: {error:#}");
+                    self.teller.tell(News::Message(line));
+                    self.in_use.insert(place, old);
+                }
+            }
+        }
+    }
+
+    /// A rebuilt renderer and its first picture, made of the order that the old one had last.
+    fn reload(&mut self, old: &InUse, changed: &Changed) -> anyhow::Result<(InUse, Shot)> {
+        let order = &old.order;
+        let request = FrameRequest {
+            view: order.view,
+            scene: order.scene.clone(),
+            cloud: order.clouds.facts.clone(),
+            frame_index: 0,
+            values: order.values.clone(),
+        };
+        let mark = self.marks.as_ref().and_then(|marks| marks.leave(&old.reference).ok());
+        let host = self.studio.engine.gpu().host_info();
+        let patience = self.plugins.patience();
+        let reloaded = old.reference.reload(&host, &request, &patience)?;
+        let (unit, kept) = (reloaded.unit, reloaded.kept);
+        let order = Order { values: kept.values.clone(), ..order.clone() };
+        let mut view = RendererView::new(reloaded.hosted, unit.scope());
+        let started = Instant::now();
+        let rendered = self.render(&mut view, &order)?;
+        let shot = shot(&rendered, &order, started)?;
+        let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
+        let report = format!(
+            "{} was rebuilt: load and first graph {:.1} ms, compiling and drawing {:.0} ms, after \
+             {:.0} ms to be sure the file is whole{}",
+            old.name,
+            ms(reloaded.took.total()),
+            shot.milliseconds,
+            ms(changed.debounce()),
+            kept.notes.iter().map(|note| format!("; {note}")).collect::<String>()
+        );
+        let parameters = unit.description.params.clone();
+        let renderer = old.name.clone();
+        self.teller.tell(News::Declared { renderer: renderer.clone(), parameters });
+        self.teller.tell(News::Reloaded { renderer, values: kept.values, report });
+        self.conduct.succeeded(&old.reference, unit.contents);
+        drop(mark);
+        let (name, reference) = (old.name.clone(), old.reference.clone());
+        Ok((InUse { name, reference, unit, view, mark: None, order }, shot))
+    }
+}
+
+/// What a failed frame says of the plugin. A lost device is answered as a hang is: the next frame
+/// of the same renderer would probably lose it again.
+fn fault_of(error: &RenderError) -> Fault {
+    match error {
+        RenderError::Plugin(fault) => fault.clone(),
+        RenderError::DeviceLost(_) => Fault::TimedOut(std::time::Duration::ZERO),
+        RenderError::Graph(_) | RenderError::Pass { .. } | RenderError::NoOutput { .. } => {
+            Fault::Error(error.to_string())
+        }
+        // Neither the cloud nor the host's own shaders are the plugin's doing.
+        _ => Fault::NotAsked(error.to_string()),
+    }
+}
+
+fn shot(rendered: &Rendered, order: &Order, started: Instant) -> anyhow::Result<Shot> {
+    let image = |output: &Output| {
+        let found = rendered.image(output).cloned();
+        found.ok_or_else(|| anyhow!("the renderer gave no output `{}`", output.name()))
+    };
+    let color = image(&Output::Color)?;
+    Ok(Shot {
+        size: [color.width, color.height],
+        levels: to_8_bit(&pictures::visible(&Output::Color, &color, &order.development)),
+        color,
+        depth: image(&Output::Depth)?,
+        passes: rendered.passes.clone(),
+        milliseconds: started.elapsed().as_secs_f64() * 1e3,
+        detail: order.detail,
+    })
+}
