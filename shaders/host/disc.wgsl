@@ -114,10 +114,6 @@ fn longer_half_axis(u: vec3<f32>, v: vec3<f32>) -> f32 {
     return sqrt(0.5 * (uu + vv) + length(vec2(0.5 * (uu - vv), dot(u, v))));
 }
 
-// Below this cosine between normal and view ray a disc is a line without area: at 1e-4 a disc of
-// a hundred pixels is a hundredth of a pixel thin.
-const EDGE_ON = 1e-4;
-
 fn load_disc(i: u32) -> Disc {
     let local = vec3(position[3u * i], position[3u * i + 1u], position[3u * i + 2u]);
     let center = (chunk.view_from_chunk * vec4(local, 1.0)).xyz;
@@ -148,10 +144,8 @@ fn load_disc(i: u32) -> Disc {
     let axis_u = vec3(1.0 + s * n_view.x * n_view.x * a, s * b, -s * n_view.x) * reach;
     let axis_v = vec3(b, s + n_view.y * n_view.y * a, -n_view.y) * reach;
 #endif
-    let edge_on = abs(facing) < EDGE_ON * length(towards) && length(towards) > reach;
     let visible = reach > 0.0 && (front || chunk.two_sided == 1u);
-    let disc = Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front), 1.0);
-    return filtered(disc, edge_on);
+    return filtered(Disc(center, axis_u, axis_v, n, reach, visible, select(1u, 0u, front), 1.0));
 }
 
 // An ellipse on the screen: the outline of a disc.
@@ -162,8 +156,9 @@ struct Outline {
     along: vec2<f32>,
     // Longer and shorter half axis, pixels.
     half_axes: vec2<f32>,
-    // Half the disc's depth range along the two half axes: in parallel projection in units of depth,
-    // in perspective the change of inverse depth, relative to that at the ellipse's centre.
+    // How much farther the disc is at the ends of the two half axes than at the ellipse's centre: in
+    // parallel projection in units of depth, in perspective minus the change of inverse depth,
+    // relative to that at the centre.
     depth_range: vec2<f32>,
     // 1 - (half the disc's depth range / its distance)^2; 1 in parallel projection.
     kappa: f32,
@@ -222,7 +217,7 @@ fn outline_of(disc: Disc, px: vec2<f32>, ray: vec2<f32>, perspective: bool) -> O
 }
 
 // Discs whose shorter half axis on the screen is at least this many times the low-pass stay as they
-// are: widening would add a sixteenth of the low-pass and change the weight by a percent.
+// are: widening would add a sixteenth of the low-pass and change the weight by 1.5 percent.
 const WIDENED_BELOW = 8.0;
 // Widened, a disc stays in its plane up to this slope: sideways steps of a pixel's width take it
 // this many such widths nearer or farther. Beyond it what the low-pass adds turns towards the
@@ -245,22 +240,20 @@ const MIN_SHARE = 1e-6;
 //
 // Source: Zwicker et al. 2001, "Surface Splatting", eq. 9-11, for the sum of covariances; Ren et
 // al. 2002, "Object Space EWA Surface Splatting", section 4, for doing it with a polygon in space.
-fn filtered(disc: Disc, edge_on: bool) -> Disc {
-    var unfiltered = disc;
-    unfiltered.visible = disc.visible && !edge_on;
+fn filtered(disc: Disc) -> Disc {
     let perspective = view::view.orthographic == 0u;
     let distance = -disc.center.z;
     // A disc that reaches the near plane would be cut elsewhere than rays are.
     let before_near = distance - length(vec2(disc.axis_u.z, disc.axis_v.z)) > view::view.near;
     if chunk.low_pass <= 0.0 || !before_near {
-        return unfiltered;
+        return disc;
     }
     let per_unit = 0.5 * view::view.size_px / view::view.half_extent;
     let px = per_unit / select(1.0, distance, perspective);
     let ray = select(vec2(0.0), disc.center.xy / distance, perspective);
     let own = outline_of(disc, px, ray, perspective);
     if own.kappa == 0.0 || own.half_axes.y >= WIDENED_BELOW * chunk.low_pass {
-        return unfiltered;
+        return disc;
     }
     let widened = sqrt(own.half_axes * own.half_axes + chunk.low_pass * chunk.low_pass);
     let kept = own.half_axes / widened;
@@ -268,7 +261,17 @@ fn filtered(disc: Disc, edge_on: bool) -> Disc {
     let slope = abs(own.depth_range) * per_unit.y / max(own.half_axes, vec2(1e-6));
     let steep = MAX_SLOPE / max(slope, vec2(MAX_SLOPE));
     let followed = slope * steep * steep * widened / per_unit.y;
-    let range = sign(own.depth_range) * max(abs(own.depth_range) * kept, followed);
+    var range = sign(own.depth_range) * max(abs(own.depth_range) * kept, followed);
+    let nearest = select(
+        distance - length(range),
+        distance * own.kappa / (1.0 + length(range)),
+        perspective,
+    );
+    let bent = perspective && 1.0 - dot(range, range) < 0.5 * own.kappa;
+    if bent || nearest <= view::view.near {
+        // Too far out of its own depths: it keeps inside them, which lie before the eye.
+        range = own.depth_range * kept;
+    }
     // Seen from behind, the widened disc stands back by what was added: the discs just behind a
     // silhouette would else come before those of the side that is seen.
     var behind = 0.0;
@@ -283,9 +286,6 @@ fn filtered(disc: Disc, edge_on: bool) -> Disc {
     let in_perspective = distance * own.kappa / kappa * (1.0 + behind);
     let center_depth = select(distance + behind, in_perspective, perspective);
     let axis_depths = range * select(1.0, in_perspective, perspective);
-    if kappa < 0.5 * own.kappa || center_depth - length(axis_depths) <= view::view.near {
-        return unfiltered;
-    }
     let root_kappa = sqrt(kappa);
     let s_px = own.along * widened.x;
     let t_px = vec2(-own.along.y, own.along.x) * widened.y;

@@ -189,12 +189,6 @@ impl Outline {
         if self.orthographic { DVec2::ZERO } else { tilt }
     }
 
-    /// Nearest distance in the ellipse.
-    fn nearest(&self) -> f64 {
-        let range = self.depth[1].hypot(self.depth[2]);
-        if self.orthographic { self.depth[0] - range } else { 1.0 / (self.depth[0] + range) }
-    }
-
     /// Half the longest diameter of the widened disc in space, found by going around it.
     fn reach(&self, view: &View) -> f64 {
         let point = |at: DVec2| {
@@ -268,8 +262,12 @@ impl Splat {
         if low_pass <= 0.0 || -self.center.z - depth_range <= view.near {
             return;
         }
-        // Tangent lines of the unit circle are those with n n' = c^2.
+        // Tangent lines of the unit circle are those with n n' = c^2. Pixels are counted from the
+        // centre's, for a difference of large numbers would not keep a small outline.
         let h = self.screen_from_disc(view);
+        let origin = h.z_axis.truncate() / h.z_axis.z;
+        let to_origin = DMat3::from_cols(DVec3::X, DVec3::Y, (-origin).extend(1.0));
+        let h = to_origin * h;
         let dual = h * DMat3::from_diagonal(DVec3::new(1.0, 1.0, -1.0)) * h.transpose();
         let scale = -1.0 / dual.z_axis.z;
         let center = -dual.z_axis.truncate() * scale;
@@ -279,7 +277,10 @@ impl Splat {
         let mean = 0.5 * (xx + yy);
         let root = (0.5 * (xx - yy)).hypot(xy);
         let along = DVec2::from_angle(0.5 * (2.0 * xy).atan2(xx - yy));
-        let own = [mean + root, (mean - root).max(0.0)].map(f64::sqrt);
+        let major = (mean + root).sqrt();
+        // The area over the longer half axis, for the same reason.
+        let own = [major, (h.determinant().abs() * scale.powf(1.5) / major).max(1e-6)];
+        let center = center + origin;
         let widened = own.map(|half_axis| half_axis.hypot(low_pass));
         let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
         let kappa = if orthographic { 1.0 } else { 1.0 - (depth_range / self.center.z).powi(2) };
@@ -295,7 +296,7 @@ impl Splat {
         let middle = depth_at(center);
         let relative_to = if orthographic { 1.0 } else { middle };
         let pixel = view.half_extent()[1] * 2.0 / f64::from(view.size_px[1]);
-        let (mut ranges, mut behind) = ([0.0; 2], 0.0);
+        let (mut ranges, mut inside, mut away) = ([0.0; 2], [0.0; 2], [(0.0, 0.0); 2]);
         for k in 0..2 {
             let end = axes[k] * own[k];
             let range = 0.5 * (depth_at(center + end) - depth_at(center - end)) / relative_to;
@@ -303,8 +304,15 @@ impl Splat {
             let followed = if slope > MAX_SLOPE { MAX_SLOPE.powi(2) / slope } else { slope };
             let kept = own[k] / widened[k];
             ranges[k] = (range.abs() * kept).max(followed * pixel * widened[k]) * range.signum();
-            behind += (range.abs() + ranges[k].abs()) * (1.0 - kept);
+            inside[k] = range * kept;
+            away[k] = (range.abs(), 1.0 - kept);
         }
+        let reach = ranges[0].hypot(ranges[1]);
+        let nearest = if orthographic { middle - reach } else { 1.0 / (middle * (1.0 + reach)) };
+        if (!orthographic && 1.0 - reach * reach < 0.5 * kappa) || nearest <= view.near {
+            ranges = inside;
+        }
+        let behind: f64 = (0..2).map(|k| (away[k].0 + ranges[k].abs()) * away[k].1).sum();
         let moved = match (self.back, orthographic) {
             (false, _) => middle,
             (true, true) => middle + behind,
@@ -313,11 +321,8 @@ impl Splat {
         let scale = if orthographic { 1.0 } else { moved };
         let [s, t] = ranges.map(|range| range * scale);
         let outline = Outline { center, axes, widened, depth: [moved, s, t], orthographic };
-        if 1.0 - outline.tilt().length_squared() < 0.5 * kappa || outline.nearest() <= view.near {
-            return;
-        }
         self.reach = outline.reach(view);
-        self.share = own[0] * own[1] / (widened[0] * widened[1]);
+        self.share = (own[0] * own[1] / (widened[0] * widened[1])).max(1e-6);
         self.outline = Some(outline);
     }
 

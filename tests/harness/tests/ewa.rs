@@ -57,6 +57,7 @@ fn equals_twin(cloud: &Cloud, scene: &Scene, view: View, sure: f64) {
             let position = [f64::from(x) + 0.5, f64::from(y) + 0.5];
             let expected = twin::shade(&pixel, scene, &view, position, &phong);
             let difference = (Vec3::from_slice(found).as_dvec3() - expected).abs().max_element();
+            assert!(expected.is_finite() && difference.is_finite(), "{pixel:?} {found:?}");
             worst = worst.max(difference);
             let allowed = DEPTH * pixel.depth + SNAPPED_PX * pixel.slope;
             let off = (f64::from(depth.pixel(x, y)[0]) - pixel.depth).abs();
@@ -114,10 +115,10 @@ fn elliptical_splats_equal_the_twin() {
     }
 }
 
-/// One disc as large as its distance, the eye so far above its plane.
-fn disc_below_the_eye(height: f64) -> (Cloud, View) {
+/// One disc nearly as large as its distance, which is 1, the eye so far above its plane.
+fn disc_below_the_eye(radius: f32, height: f64) -> (Cloud, View) {
     let mut surfels = Surfels::default();
-    surfels.push(Vec3::NEG_Z, Vec3::Y, 0.85);
+    surfels.push(Vec3::NEG_Z, Vec3::Y, radius);
     surfels.colors.push([250, 180, 90]);
     let eye = DVec3::Y * height;
     // Tilted, so that the horizon passes pixel centres at all distances.
@@ -133,7 +134,7 @@ const HEIGHTS: [f64; 9] = [1e-5, 1e-3, 0.005, 0.01, 0.02, 0.03, 0.06, 0.1, 0.3];
 fn discs_as_large_as_their_distance_equal_the_twin() {
     for height in HEIGHTS {
         for low_pass in [1.0, 4.0] {
-            let (cloud, view) = disc_below_the_eye(height);
+            let (cloud, view) = disc_below_the_eye(0.85, height);
             let mut scene = Scene::default();
             scene.surface.low_pass = low_pass;
             equals_twin(&cloud, &scene, view, 0.9);
@@ -211,7 +212,7 @@ fn filtered_splats_leave_no_hole_and_stay_within_the_low_pass() {
 #[test]
 fn discs_as_large_as_their_distance_have_no_hole_and_stay_within_the_low_pass() {
     for height in HEIGHTS.into_iter().chain([0.0]) {
-        let (disc, view) = disc_below_the_eye(height);
+        let (disc, view) = disc_below_the_eye(0.85, height);
         for low_pass in [0.5, 1.0, 4.0] {
             stays_within(low_pass, &disc, view, &format!("{height} above a large disc"));
         }
@@ -252,6 +253,44 @@ fn filtered_depth_is_that_of_the_surface_within_the_low_pass() {
             }
         }
         assert!(covered > 50, "{n} {height}: {covered} pixels");
+    }
+}
+
+#[test]
+fn a_disc_that_nearly_reaches_the_eye_is_drawn_however_edge_on() {
+    // Its cosine to the view ray at the centre is below 1e-4, and near the eye it is many pixels
+    // thick.
+    for radius in [0.98, 0.99, 0.999] {
+        for height in [1e-5, 9e-5, 1.1e-4] {
+            let (disc, mut view) = disc_below_the_eye(radius, height);
+            for low_pass in [0.0, 1.0] {
+                stays_within(low_pass, &disc, view, &format!("{height} above radius {radius}"));
+            }
+            view.near = 0.01;
+            let met = cast(&disc, &view).depth.iter().filter(|depth| depth.is_finite()).count();
+            let color = render(&disc, &Scene::default(), view, PHONG, Output::Color);
+            let drawn = color.data.chunks_exact(4).filter(|pixel| pixel[3] > 0.0).count();
+            // As it is, a hundred-thousandth thick: f32 decides on a few pixels at its ends.
+            let enough = 10 * drawn >= 9 * met;
+            assert!(enough, "{drawn} of {met} pixels with the disc across the near plane");
+        }
+    }
+}
+
+#[test]
+fn a_splat_below_a_pixel_of_a_small_picture_is_drawn() {
+    for normal in [Vec3::Y, Vec3::new(0.0, 1.0, 0.1), Vec3::new(0.0, 1.0, 0.3)] {
+        for (size, low_pass) in [(8, 4.0), (8, 1.0), (16, 4.0)] {
+            let mut surfels = Surfels::default();
+            surfels.push(Vec3::NEG_Z, normal.normalize(), 0.01);
+            let mut view = stage::view(DVec3::ZERO, DVec3::NEG_Z, size);
+            view.camera.projection = Projection::Perspective { fov_y: 1.6 };
+            let mut scene = Scene::default();
+            scene.surface.low_pass = low_pass;
+            let color = render(&surfels.cloud(), &scene, view, FLAT, Output::Color);
+            let drawn = color.data.chunks_exact(4).filter(|pixel| pixel[3] > 0.0).count();
+            assert!(drawn >= 4, "{normal} in {size} pixels, low-pass {low_pass}: {drawn}");
+        }
     }
 }
 

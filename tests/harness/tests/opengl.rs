@@ -80,6 +80,28 @@ fn opengl_draws_what_vulkan_draws_of_thin_and_near_discs() {
 }
 
 #[test]
+fn opengl_weighs_small_surfels_as_vulkan_does() {
+    // Over blue discs of several pixels lie red ones of a fifth of a pixel: by area they count for
+    // a twentieth.
+    let mut surfels = clouds::plane(40, 1.0);
+    surfels.colors = vec![[0, 0, 255]; surfels.positions.len()];
+    for i in 0..surfels.positions.len() {
+        let at = surfels.positions[i];
+        surfels.push(at, Vec3::Y, 0.004);
+        surfels.colors.push([255, 0, 0]);
+    }
+    let (cloud, view) = (surfels.cloud(), stage::view(DVec3::new(0.0, 3.0, 0.1), DVec3::ZERO, 128));
+    // `flat` would show which of two discs at one depth is taken.
+    let phong = ("surfelshop_ewa_phong", "ewa-phong");
+    let a = levels(&mut engine(Backend::Primary), phong, &cloud, view);
+    let b = levels(&mut engine(Backend::Gl), phong, &cloud, view);
+    let inner = |levels: &[u8]| levels[4 * (64 * 128 + 64)..4 * (64 * 128 + 65)].to_vec();
+    assert!(inner(&a)[2] > 3 * inner(&a)[0] && inner(&a)[0] > 5, "{:?}", inner(&a));
+    let differ = a.iter().zip(&b).filter(|(a, b)| a.abs_diff(**b) > 2).count();
+    assert!(differ * 100 <= a.len(), "{differ} of {} values differ", a.len());
+}
+
+#[test]
 fn opengl_draws_pictures_whose_sums_do_not_fit_one_binding() {
     // 32 bytes a pixel: these are 160 MB, above WebGPU's binding of 128 MiB.
     let mut view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128);
