@@ -132,14 +132,17 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
     pub(crate) set: Vec<Setting>,
     /// Factor on every surfel's radius.
-    #[arg(long, value_name = "FACTOR", value_parser = values::factor)]
+    #[arg(long, value_name = "FACTOR", value_parser = values::factor,
+          allow_hyphen_values = true)]
     pub(crate) radius_scale: Option<f32>,
     /// How far behind the nearest surfel others still blend with it, in surfel radii, 0 to 16.
-    #[arg(long, value_name = "RADII", value_parser = values::depth_tolerance)]
+    #[arg(long, value_name = "RADII", value_parser = values::depth_tolerance,
+          allow_hyphen_values = true)]
     pub(crate) depth_tolerance: Option<f32>,
     /// Radius in pixels of the filter that keeps fine surfels from vanishing and flickering, 0
     /// (none) to 4 [default: 1].
-    #[arg(long, value_name = "PIXELS", value_parser = values::low_pass)]
+    #[arg(long, value_name = "PIXELS", value_parser = values::low_pass,
+          allow_hyphen_values = true)]
     pub(crate) low_pass: Option<f32>,
     /// Leave out surfels that are seen from behind; `--one-sided=false` draws them where a scene
     /// does not.

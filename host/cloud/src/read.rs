@@ -62,8 +62,8 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
 
 /// Opens a file and finds out what points it has.
 fn open(path: &Path) -> Result<ply::File<BufReader<File>>, ReadFault> {
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
+    // Before it is opened, which would wait for somebody to write into a pipe.
+    let metadata = path.metadata()?;
     if metadata.is_dir() {
         return Err(ReadFault::NotAFile { found: "a folder" });
     }
@@ -71,6 +71,8 @@ fn open(path: &Path) -> Result<ply::File<BufReader<File>>, ReadFault> {
     if !metadata.is_file() {
         return Err(ReadFault::NotAFile { found: "a pipe or device" });
     }
+    let file = File::open(path)?;
+    let metadata = file.metadata()?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let head = reader.fill_buf()?;
     let head = &head[..head.len().min(MAGIC)];

@@ -67,7 +67,7 @@ pub(super) fn take(
     let diagonal = placed.bounds.map_or(0.0, |bounds| bounds.diagonal());
     let radii = finish_radii(given_radii, estimates, diagonal, summary);
     let tangents = given_tangents
-        .map(|[u, v]| finish_tangents(u, v, &normals, &radii, summary))
+        .map(|[u, v]| finish_tangents([u, v], &normals, &radii, diagonal, summary))
         .unwrap_or_default();
     Ok(Shape { normals, radii, tangents })
 }
@@ -219,19 +219,32 @@ fn take_tangents(table: &mut Table) -> Option<[Vec<Vec3>; 2]> {
 
 /// Tangent columns; pairs that span no ellipse become the circle of the radius.
 fn finish_tangents(
-    mut u: Vec<Vec3>,
-    mut v: Vec<Vec3>,
+    [mut u, mut v]: [Vec<Vec3>; 2],
     normals: &[Vec3],
     radii: &[f32],
+    diagonal: f64,
     summary: &mut Summary,
 ) -> Vec<Column> {
-    let mut replaced = 0u64;
+    let (mut replaced, mut shortened) = (0u64, 0u64);
     for (((u, v), normal), radius) in u.iter_mut().zip(&mut v).zip(normals).zip(radii) {
         if !(normals::is_valid(*u) && normals::is_valid(*v)) {
             let (first, second) = normal.any_orthonormal_pair();
             (*u, *v) = (first * *radius, second * *radius);
             replaced += 1;
         }
+        for tangent in [u, v] {
+            // As for radii; squares of what a file may hold overflow in f32.
+            let length = tangent.as_dvec3().length();
+            if diagonal > 0.0 && length > diagonal {
+                *tangent = (tangent.as_dvec3() * (diagonal / length)).as_vec3();
+                shortened += 1;
+            }
+        }
+    }
+    if shortened > 0 {
+        summary.warnings.push(format!(
+            "{shortened} tangents were longer than the cloud and became as long as its diagonal"
+        ));
     }
     if replaced > 0 {
         summary.warnings.push(format!(

@@ -248,3 +248,36 @@ fn the_summary_is_a_few_lines_for_people_and_fields_for_programs() {
     assert_eq!(json["normals"]["estimated"], 8);
     assert!(json["seconds"].as_f64().unwrap() > 0.0);
 }
+
+#[test]
+fn tangents_longer_than_the_cloud_are_shortened() {
+    let tangents = [
+        "float tangent_u_x",
+        "float tangent_u_y",
+        "float tangent_u_z",
+        "float tangent_v_x",
+        "float tangent_v_y",
+        "float tangent_v_z",
+    ];
+    let mut rows = with(sphere(100), |_| vec![0.2, 0.0, 0.0, 0.0, 0.1, 0.0]);
+    rows[0][3] = 1e25;
+    rows[1][7] = 1e15;
+    let loaded =
+        Ply::new("binary_little_endian").element("vertex", &also(&XYZ, &tangents), &rows).load();
+    let longest = loaded.cloud.vectors("tangent_u")[0];
+    assert!((longest.length() - 12f32.sqrt()).abs() < 0.2 && longest.y == 0.0, "{longest}");
+    assert!((loaded.cloud.vectors("tangent_v")[1].length() - 12f32.sqrt()).abs() < 0.2);
+    assert_eq!(loaded.cloud.vectors("tangent_u")[2], Vec3::X * 0.2);
+    let warnings = loaded.summary.warnings.join("; ");
+    assert!(warnings.contains("2 tangents were longer than the cloud"), "{warnings}");
+}
+
+#[test]
+#[cfg(unix)]
+fn pipes_are_refused_without_waiting_for_a_writer() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pipe.ply");
+    assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+    let error = crate::read(&path, &crate::ReadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains("a pipe or device"), "{error}");
+}

@@ -60,6 +60,7 @@ fn values_that_cannot_be_read_say_what_was_expected() {
         ("-o a.png --zoom 0", &["factor"]),
         ("-o a.png --radius-scale 0", &["factor"]),
         ("-o a.png --depth-tolerance 17", &["0 to 16"]),
+        ("-o a.png --low-pass -1", &["0 to 4"]),
         ("-o a.png --patience 0", &["seconds"]),
         ("-o a.png --output heat", &["debug.NAME"]),
         ("-o a.png --bits 12", &["8", "16"]),
