@@ -75,3 +75,40 @@ fn extreme_radii_and_zero_normals_stay_finite() {
     }
     covered(&surfels.cloud());
 }
+
+#[test]
+fn tangents_at_odds_with_the_normals_stay_finite() {
+    let mut surfels = surfelshop_tests::clouds::sphere(300, 0.5).elliptical(0.5);
+    for (i, tangents) in surfels.tangents.iter_mut().enumerate() {
+        match i % 4 {
+            // In the normal's direction, parallel to each other, one of no length, left-handed.
+            0 => tangents[0] = surfels.normals[i] * 0.1,
+            1 => tangents[1] = tangents[0],
+            2 => tangents[1] = Vec3::ZERO,
+            _ => tangents.swap(0, 1),
+        }
+    }
+    assert!(covered(&surfels.cloud()).iter().all(|n| *n > 100));
+}
+
+#[test]
+fn transparent_colours_keep_their_albedo() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n\
+                property float z\nproperty float nx\nproperty float ny\nproperty float nz\n\
+                property float radius\nproperty uchar red\nproperty uchar green\n\
+                property uchar blue\nproperty uchar alpha\nend_header\n\
+                -0.6 0 0 0 0 1 0.5 255 0 0 0\n0.6 0 0 0 0 1 0.5 255 0 0 255\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("alpha.ply");
+    std::fs::write(&path, text).unwrap();
+    let cloud = surfelshop_cloud::read(&path, &Default::default()).unwrap().cloud;
+    let mut engine = stage::engine();
+    let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 64);
+    let (scene, outputs) = (Scene::default(), [Output::Albedo]);
+    let frame = stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+    let albedo = frame.image(&Output::Albedo).unwrap();
+    for x in [17, 47] {
+        assert_eq!(albedo.pixel(x, 32), [1.0, 0.0, 0.0, 1.0], "at {x}");
+    }
+}

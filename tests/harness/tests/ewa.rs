@@ -282,7 +282,7 @@ fn a_splat_below_a_pixel_of_a_small_picture_is_drawn() {
     for normal in [Vec3::Y, Vec3::new(0.0, 1.0, 0.1), Vec3::new(0.0, 1.0, 0.3)] {
         for (size, low_pass) in [(8, 4.0), (8, 1.0), (16, 4.0)] {
             let mut surfels = Surfels::default();
-            surfels.push(Vec3::NEG_Z, normal.normalize(), 0.01);
+            surfels.push(Vec3::NEG_Z, normal.normalize_or(Vec3::Y), 0.01);
             let mut view = stage::view(DVec3::ZERO, DVec3::NEG_Z, size);
             view.camera.projection = Projection::Perspective { fov_y: 1.6 };
             let mut scene = Scene::default();
