@@ -1,6 +1,7 @@
 //! Work that need not be done is not done, by count.
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+#![allow(clippy::print_stdout, reason = "figures of switching are part of the result")]
 
 use glam::DVec3;
 use surfelshop_api::Scene;
@@ -93,4 +94,43 @@ fn changed_surface_settings_make_a_new_surface() {
         stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
     }
     assert_eq!(engine.counters().surfaces.visibility, 2, "the first one was kept");
+}
+
+#[test]
+fn two_hundred_switches_leave_nothing_behind() {
+    let cloud = clouds::sphere(3_000, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128);
+    let (scene, outputs) = (Scene::default(), [Output::Color]);
+    let mut engine = stage::engine();
+    let units = [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")];
+    let mut state = Vec::new();
+    let (mut switches, mut repeats) = (Vec::new(), Vec::new());
+    for i in 0..220 {
+        // An instance of its own each time, as when the window switches.
+        let (library, unit) = units[i % 2];
+        let mut renderer = stage::built_renderer(&engine, library, unit);
+        for (n, times) in [&mut switches, &mut repeats].into_iter().enumerate() {
+            // Another camera each time, so that no surface is taken from before.
+            let mut moved = view;
+            moved.camera.eye.x += 0.001 * (2 * i + n) as f64;
+            let started = std::time::Instant::now();
+            stage::render(&mut engine, &mut renderer, &cloud, &scene, moved, &outputs).unwrap();
+            times.push(started.elapsed().as_secs_f64() * 1e3);
+        }
+        let counters = engine.counters();
+        let allocated = engine.gpu().device.generate_allocator_report();
+        let allocated = allocated.map(|report| report.total_allocated_bytes);
+        state.push((counters.compiled, counters.column_bytes, allocated));
+    }
+    let median = |times: &mut Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    };
+    let (switch, repeat) = (median(&mut switches), median(&mut repeats));
+    println!("median of a frame after a switch {switch:.2} ms, of the next one {repeat:.2} ms");
+    let [first, last] = [state[19], state[219]];
+    assert_eq!(first.0, last.0, "nothing is compiled again");
+    assert_eq!(first.1, last.1, "columns are shared");
+    println!("{:?} bytes on the device after 20 switches, {:?} after 220", first.2, last.2);
+    assert_eq!(first.2, last.2, "nothing is left on the device");
 }

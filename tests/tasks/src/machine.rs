@@ -8,6 +8,8 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use crate::install::find_program;
+
 /// Something that must be installed, with the packages that bring it.
 #[derive(Clone, Copy)]
 pub(crate) struct Need {
@@ -48,6 +50,54 @@ pub(crate) const OPENGL: Need = Need {
         ("apk", &["mesa-egl", "mesa-dri-gallium"]),
     ],
 };
+
+/// A screen without a monitor, and the means to use the mouse on it and to look at it.
+pub(crate) const SCREEN: Need = Need {
+    name: "a virtual screen (Xvfb, xdotool, xwd and the libraries of a window)",
+    without: "the test of the window on a screen will fail",
+    present: has_screen,
+    packages: &[
+        ("apt-get", SCREEN_ON_DEBIAN),
+        (
+            "dnf",
+            &["xorg-x11-server-Xvfb", "xdotool", "xwd", "libXcursor", "libXi", "libxkbcommon-x11"],
+        ),
+        (
+            "pacman",
+            &["xorg-server-xvfb", "xdotool", "xorg-xwd", "libxcursor", "libxi", "libxkbcommon-x11"],
+        ),
+        (
+            "zypper",
+            &[
+                "xorg-x11-server-Xvfb",
+                "xdotool",
+                "xwd",
+                "libXcursor1",
+                "libXi6",
+                "libxkbcommon-x11-0",
+            ],
+        ),
+        ("apk", &["xvfb", "xdotool", "xwd", "libxcursor", "libxi", "libxkbcommon-x11"]),
+    ],
+};
+
+const SCREEN_ON_DEBIAN: &[&str] = &[
+    "xvfb",
+    "xdotool",
+    "x11-apps",
+    "libx11-xcb1",
+    "libxcursor1",
+    "libxi6",
+    "libxrandr2",
+    "libxkbcommon-x11-0",
+];
+
+fn has_screen() -> bool {
+    let programs = ["Xvfb", "xdotool", "xwd"];
+    let libraries = ["libX11.so.6", "libXcursor.so.1", "libXi.so.6", "libxkbcommon-x11.so.0"];
+    programs.iter().all(|program| find_program(program).is_some())
+        && libraries.iter().all(|library| has_library(library))
+}
 
 fn has_vulkan() -> bool {
     has_library("libvulkan.so.1") && has_vulkan_driver()
@@ -174,7 +224,7 @@ mod tests {
 
     #[test]
     fn every_need_names_a_package_for_every_manager() {
-        for need in [VULKAN, OPENGL] {
+        for need in [VULKAN, OPENGL, SCREEN] {
             for manager in crate::install::MANAGERS {
                 let named = need.packages.iter().find(|(name, _)| *name == manager.program);
                 assert!(

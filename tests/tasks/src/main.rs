@@ -88,7 +88,7 @@ fn main() -> ExitCode {
         }
         Ok(Task::Demo(rest)) => demo(&rest),
         Ok(Task::Verify { long }) => {
-            install::ensure(&[machine::VULKAN, machine::OPENGL]);
+            install::ensure(&[machine::VULKAN, machine::OPENGL, machine::SCREEN]);
             verify::run(long)
         }
         Err(reason) => {

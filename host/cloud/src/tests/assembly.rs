@@ -278,6 +278,6 @@ fn pipes_are_refused_without_waiting_for_a_writer() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("pipe.ply");
     assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
-    let error = crate::read(&path, &crate::ReadOptions::default()).unwrap_err().to_string();
+    let error = read(&path, &ReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("a pipe or device"), "{error}");
 }
