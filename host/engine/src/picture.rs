@@ -3,6 +3,8 @@
 //! The same for every renderer, so that comparisons are fair.
 
 use crate::run::Image;
+use rayon::prelude::*;
+use std::sync::LazyLock;
 use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
 
 /// How radiance above what a screen can show is brought down.
@@ -67,6 +69,88 @@ pub fn develop(radiance: &Image, how: &Development) -> Image {
         }
     }
     Image { width: radiance.width, height: radiance.height, components: 4, data }
+}
+
+/// [`develop`] and [`to_8_bit`] in one step, many times faster: what a window shows while something
+/// moves. The levels are the same.
+///
+/// A picture of other than four components gives none.
+#[must_use]
+pub fn develop_to_8_bit(radiance: &Image, how: &Development) -> Vec<u8> {
+    if radiance.components != 4 {
+        return Vec::new();
+    }
+    static ENCODER: LazyLock<Encoder> = LazyLock::new(Encoder::new);
+    let encoder = &*ENCODER;
+    let gain = how.exposure_stops.exp2();
+    let behind = match how.background {
+        Background::Color(encoded) => Some(encoded.map(srgb_to_linear)),
+        Background::Transparent => None,
+    };
+    let mut levels = vec![0; radiance.data.len()];
+    let pixels = levels.par_chunks_exact_mut(4).zip(radiance.data.par_chunks_exact(4));
+    pixels.with_min_len(1 << 12).for_each(|(level, pixel)| {
+        let alpha = if pixel[3].is_finite() { pixel[3].clamp(0.0, 1.0) } else { 0.0 };
+        let rgb = [pixel[0], pixel[1], pixel[2]].map(|value| {
+            let exposed = value * gain;
+            if exposed.is_finite() { exposed.max(0.0) } else { 0.0 }
+        });
+        let mapped = match how.tone_map {
+            ToneMap::Clamp => rgb.map(|value| value.min(1.0)),
+            ToneMap::Neutral => neutral(rgb),
+        };
+        for channel in 0..3 {
+            let linear = match behind {
+                Some(behind) => mapped[channel] * alpha + behind[channel] * (1.0 - alpha),
+                None => mapped[channel],
+            };
+            level[channel] = encoder.level(linear);
+        }
+        level[3] = if behind.is_some() { 255 } else { (alpha * 255.0 + 0.5) as u8 };
+    });
+    levels
+}
+
+/// Linear values to 8-bit sRGB by looking them up.
+struct Encoder {
+    /// The smallest value of each level; that of level 0 is 0.
+    least: [f32; 256],
+    /// The level of the smallest value in each of [`CELLS`] parts of [0, 1].
+    first: Vec<u8>,
+}
+
+/// Parts of [0, 1], so narrow that none holds three levels: the narrowest is 1 / 3295 wide.
+const CELLS: usize = 1 << 12;
+
+impl Encoder {
+    fn new() -> Self {
+        let level = |value: f32| (linear_to_srgb(value).clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let mut least = [0.0f32; 256];
+        for (wanted, least) in least.iter_mut().enumerate().skip(1) {
+            // Positive floats are ordered as their bits are.
+            let (mut below, mut reached) = (0u32, 1.0f32.to_bits());
+            while reached - below > 1 {
+                let middle = below + (reached - below) / 2;
+                if usize::from(level(f32::from_bits(middle))) >= wanted {
+                    reached = middle;
+                } else {
+                    below = middle;
+                }
+            }
+            *least = f32::from_bits(reached);
+        }
+        let first = (0..=CELLS).map(|cell| level(cell as f32 / CELLS as f32)).collect();
+        Self { least, first }
+    }
+
+    fn level(&self, linear: f32) -> u8 {
+        let value = linear.clamp(0.0, 1.0);
+        let mut level = self.first[(value * CELLS as f32) as usize];
+        while level < 255 && value >= self.least[usize::from(level) + 1] {
+            level += 1;
+        }
+        level
+    }
 }
 
 /// Khronos PBR Neutral tone mapping of a linear colour.
@@ -135,6 +219,28 @@ mod tests {
             assert!(odd.data.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v)));
             let bright = develop(&one([1e30, 2e5, 3.0, 1.0]), &how);
             assert!(bright.data.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v)));
+        }
+    }
+
+    #[test]
+    fn the_fast_way_gives_the_same_levels() {
+        let encoder = Encoder::new();
+        let mut values = vec![0.0, 1.0, f32::NAN, f32::INFINITY, -1.0, 1e-40, 0.5];
+        for least in encoder.least {
+            let bits = least.to_bits();
+            values.extend([bits.saturating_sub(1), bits, bits + 1].map(f32::from_bits));
+        }
+        values.extend((0..20_000).map(|i| (i as f32 * 0.618_034).fract() * 1.5));
+        let data = values.iter().flat_map(|&v| [v, 0.3 * v, 1.0 - v, v.fract()]).collect();
+        let image = Image { width: values.len() as u32, height: 1, components: 4, data };
+        let backgrounds = [Background::Transparent, Background::Color([0.2, 0.7, 1.0])];
+        for tone_map in [ToneMap::Clamp, ToneMap::Neutral] {
+            for background in backgrounds {
+                for exposure_stops in [0.0, -1.3] {
+                    let how = Development { exposure_stops, tone_map, background };
+                    assert!(to_8_bit(&develop(&image, &how)) == develop_to_8_bit(&image, &how));
+                }
+            }
         }
     }
 

@@ -291,10 +291,20 @@ impl Panes<'_> {
                     / f64::from(size.y.max(1.0));
             let depth = self.depth_at(id, side, at / size);
             let target_depth = (camera.target - camera.eye).dot(camera.forward());
+            // A wheel keeps its place while the picture is too coarse to say how far that is.
+            let target_depth = match (depth, self.window.anchor_depth) {
+                (None, Some((pane, depth))) if pane == id => depth,
+                _ => target_depth,
+            };
+            if let Some(depth) = depth {
+                self.window.anchor_depth = Some((id, depth));
+            }
             let wheel = f64::from(ui.ctx().input(|input| input.smooth_scroll_delta().y));
             if wheel.abs() > 0.0 {
                 let anchor = navigation::point_at(&camera, position, depth.unwrap_or(target_depth));
                 navigation::zoom(&mut camera, (-wheel * 0.004).exp(), anchor);
+                let depth = (anchor - camera.eye).dot(camera.forward());
+                self.window.anchor_depth = Some((id, depth));
             }
             if response.double_clicked()
                 && let Some(depth) = depth
@@ -317,10 +327,10 @@ impl Panes<'_> {
     /// Depth of the picture shown at a place given in shares of its size.
     fn depth_at(&self, id: u32, side: usize, at: Vec2) -> Option<f64> {
         let shot = &self.window.panes.get(&id)?.sides[side].shown.as_ref()?.shot;
-        let x = (at.x * shot.depth.width as f32) as u32;
-        let y = (at.y * shot.depth.height as f32) as u32;
-        let inside = x < shot.depth.width && y < shot.depth.height;
-        let depth = inside.then(|| f64::from(shot.depth.pixel(x, y)[0]))?;
+        let image = shot.depth.as_ref()?;
+        let (x, y) = ((at.x * image.width as f32) as u32, (at.y * image.height as f32) as u32);
+        let inside = x < image.width && y < image.height;
+        let depth = inside.then(|| f64::from(image.pixel(x, y)[0]))?;
         (depth > 0.0).then_some(depth)
     }
 }

@@ -49,8 +49,8 @@ pub(crate) struct Shot {
     pub(crate) levels: Vec<u8>,
     /// Linear radiance and coverage.
     pub(crate) color: Image,
-    /// Distances along the viewing axis, 0 where nothing is.
-    pub(crate) depth: Image,
+    /// Distances along the viewing axis, 0 where nothing is; only of still pictures.
+    pub(crate) depth: Option<Image>,
     pub(crate) passes: Vec<PassReport>,
     /// From order to picture, milliseconds.
     pub(crate) milliseconds: f64,

@@ -36,72 +36,55 @@ impl Detail {
             }
         }
     }
-
-    /// The next coarser detail: the number of surfels rules the time on software drivers, so it is
-    /// reduced first.
-    fn coarser(self) -> Self {
-        match self {
-            Self { stride, coarseness } if stride >= MOST_STRIDE => {
-                Self { stride, coarseness: (coarseness + 1).min(MOST_COARSENESS) }
-            }
-            Self { stride, coarseness } => Self { stride: 2 * stride, coarseness },
-        }
-    }
-
-    fn finer(self) -> Self {
-        match self {
-            Self { stride, coarseness } if coarseness > 1 => {
-                Self { stride, coarseness: coarseness - 1 }
-            }
-            Self { stride, coarseness } => Self { stride: (stride / 2).max(1), coarseness },
-        }
-    }
 }
 
-/// Fewer surfels than one of 64 no longer show what the object is.
-const MOST_STRIDE: u32 = 64;
-const MOST_COARSENESS: u32 = 2;
+/// From the whole to the coarsest: fewer surfels first, since their number rules the time on
+/// software drivers; from one of eight on it is the pixels that they cover, since fewer ones are
+/// larger. One of 64 still shows what the object is.
+const LADDER: [Detail; 10] = [
+    Detail::FULL,
+    Detail { stride: 2, coarseness: 1 },
+    Detail { stride: 4, coarseness: 1 },
+    Detail { stride: 8, coarseness: 1 },
+    Detail { stride: 8, coarseness: 2 },
+    Detail { stride: 16, coarseness: 2 },
+    Detail { stride: 16, coarseness: 3 },
+    Detail { stride: 32, coarseness: 3 },
+    Detail { stride: 64, coarseness: 3 },
+    Detail { stride: 64, coarseness: 4 },
+];
 
-/// Milliseconds a frame may take while something moves: 20 a second, which leaves room for the
+/// Milliseconds a frame may take while something moves: 25 a second, which leaves room for the
 /// window's own work at 15.
-const BUDGET_MS: f64 = 50.0;
+const BUDGET_MS: f64 = 40.0;
 
 /// Finds the detail at which frames keep within the budget.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Governor {
-    detail: Detail,
-}
-
-impl Default for Governor {
-    fn default() -> Self {
-        Self { detail: Detail::FULL }
-    }
+    /// Position in the ladder.
+    step: usize,
 }
 
 impl Governor {
     /// The detail for the next frame in motion.
     pub(crate) fn detail(self) -> Detail {
-        self.detail
+        LADDER[self.step]
     }
 
-    /// Learns from a frame.
-    ///
-    /// Time falls more slowly than detail, since there are costs per pixel and per frame; so it
-    /// takes one step a frame, unless a frame took several budgets.
+    /// Learns from a frame: down as many steps as it took doublings of the budget, or up one where
+    /// that leaves room for a frame that takes twice as long.
     pub(crate) fn learn(&mut self, drawn: Detail, milliseconds: f64) {
-        if drawn != self.detail && !(drawn.is_full() && milliseconds > BUDGET_MS) {
+        let over = milliseconds / BUDGET_MS;
+        if drawn != self.detail() && !(drawn.is_full() && over > 1.0) {
             return;
         }
-        let over = milliseconds / BUDGET_MS;
-        let mut detail = drawn;
+        let step = LADDER.iter().position(|detail| *detail == drawn).unwrap_or(self.step);
         if over > 1.0 {
-            // A frame of 3 budgets is halved twice.
-            for _ in 0..over.log2().ceil() as u32 {
-                detail = detail.coarser();
-            }
-            self.detail = detail;
+            let steps = over.log2().ceil().clamp(1.0, LADDER.len() as f64) as usize;
+            // What was found to be enough in motion is not unlearned by a still frame.
+            self.step = (step + steps).min(LADDER.len() - 1).max(self.step);
         } else if over < 0.45 {
-            self.detail = detail.finer();
+            self.step = step.saturating_sub(1);
         }
     }
 }
@@ -110,12 +93,12 @@ impl Governor {
 mod tests {
     use super::*;
 
-    /// A renderer that takes so long per million surfels and per million pixels, and 5 ms.
-    fn settles(per_surfels: f64, per_pixels: f64) -> (Detail, f64) {
+    /// A renderer that takes so long for all surfels and for all pixels, and 5 ms.
+    fn settles(surfels: f64, pixels: f64) -> (Detail, f64) {
         let mut governor = Governor::default();
         let time = |detail: Detail| {
-            let pixels = 1.0 / f64::from(detail.coarseness * detail.coarseness);
-            5.0 + per_surfels / f64::from(detail.stride) + per_pixels * pixels
+            let share = 1.0 / f64::from(detail.coarseness * detail.coarseness);
+            5.0 + surfels / f64::from(detail.stride) + pixels * share
         };
         for _ in 0..40 {
             let detail = governor.detail();
@@ -131,20 +114,27 @@ mod tests {
 
     #[test]
     fn slow_frames_are_brought_within_the_budget() {
-        for per_surfels in [60.0, 300.0, 1000.0] {
-            let (detail, time) = settles(per_surfels, 10.0);
+        for (surfels, pixels) in [(60.0, 5.0), (150.0, 10.0)] {
+            let (detail, time) = settles(surfels, pixels);
             assert!(time <= BUDGET_MS && detail.coarseness == 1, "{detail:?}: {time}");
         }
-        let (detail, time) = settles(1000.0, 100.0);
-        assert!(time <= BUDGET_MS && detail.coarseness > 1, "{detail:?}: {time}");
+        for (surfels, pixels) in [(300.0, 100.0), (1000.0, 100.0), (100.0, 300.0)] {
+            let (detail, time) = settles(surfels, pixels);
+            assert!(time <= BUDGET_MS && detail.coarseness > 1, "{detail:?}: {time}");
+        }
+        // What is too slow for every detail ends at the coarsest.
+        assert_eq!(settles(1e6, 1e6).0, LADDER[LADDER.len() - 1]);
     }
 
     #[test]
-    fn a_full_frame_says_how_long_full_frames_take() {
-        let mut governor = Governor { detail: Detail { stride: 8, coarseness: 1 } };
+    fn a_still_frame_brings_detail_down_and_never_up() {
+        let mut governor = Governor::default();
+        governor.learn(Detail::FULL, 700.0);
+        let after = governor.detail();
+        assert!(after.coarseness > 1, "{after:?}");
         governor.learn(Detail::FULL, 20.0);
-        assert_eq!(governor.detail().stride, 8);
-        governor.learn(Detail { stride: 8, coarseness: 1 }, 10.0);
-        assert_eq!(governor.detail().stride, 4);
+        assert_eq!(governor.detail(), after);
+        governor.learn(after, 10.0);
+        assert_ne!(governor.detail(), after);
     }
 }

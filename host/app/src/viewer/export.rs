@@ -102,7 +102,9 @@ fn is_exr(path: &Path) -> bool {
 
 fn write(path: &Path, shot: &Shot) -> anyhow::Result<()> {
     let bytes = if is_exr(path) {
-        exr_file::exr(&[&(Output::Color, shot.color.clone()), &(Output::Depth, shot.depth.clone())])
+        let mut layers = vec![(Output::Color, shot.color.clone())];
+        layers.extend(shot.depth.clone().map(|depth| (Output::Depth, depth)));
+        exr_file::exr(&layers.iter().collect::<Vec<_>>())
     } else {
         pictures::png(&shot.visible(), Bits::Eight)
     };

@@ -52,7 +52,7 @@ pub(crate) struct Side {
 
 impl Side {
     /// Whether a picture is on its way.
-    fn waits(&self) -> bool {
+    pub(crate) fn waits(&self) -> bool {
         self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial != self.answered)
     }
 

@@ -97,7 +97,8 @@ impl Screen {
 
 fn covered(window: &Window, pane: u32, side: usize) -> usize {
     let shot = &window.panes[&pane].sides[side].shown.as_ref().unwrap().shot;
-    shot.depth.data.chunks_exact(shot.depth.components as usize).filter(|p| p[0] > 0.0).count()
+    let depth = shot.depth.as_ref().unwrap();
+    depth.data.chunks_exact(depth.components as usize).filter(|p| p[0] > 0.0).count()
 }
 
 #[test]

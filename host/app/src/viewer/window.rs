@@ -5,7 +5,7 @@ use super::export::{self, Export, ExportWindow};
 use super::history::History;
 use super::loading::{Loading, Read};
 use super::memory::Memory;
-use super::pane::{Pane, Wanted};
+use super::pane::{Pane, Side, Wanted};
 use super::settings::Settings;
 use super::{menus, panels, scene_file};
 use crate::arguments::{LensArguments, UpAxis, ViewerArguments};
@@ -79,6 +79,11 @@ pub(crate) struct Window {
     pub(crate) open_windows: menus::OpenWindows,
     pub(crate) export_window: ExportWindow,
     pub(crate) export: Option<Export>,
+    /// The pane and depth that the wheel zooms to while pictures have no depth.
+    pub(crate) anchor_depth: Option<(u32, f64)>,
+    /// When the last frame began, and whether the window draws on the CPU.
+    last_frame: Instant,
+    software: bool,
     /// What lies under the pointer, in one line.
     pub(crate) under_pointer: String,
     serial: u64,
@@ -127,6 +132,9 @@ impl Window {
             open_windows: menus::OpenWindows::default(),
             export_window: ExportWindow::default(),
             export: None,
+            anchor_depth: None,
+            last_frame: Instant::now(),
+            software: false,
             under_pointer: String::new(),
             serial: 0,
         };
@@ -198,6 +206,7 @@ impl Window {
             match news {
                 News::Open { adapter, software } => {
                     self.adapter = adapter;
+                    self.software = software;
                     self.adaptive = software || self.adaptive;
                 }
                 News::NoDevice(reason) => {
@@ -239,7 +248,11 @@ impl Window {
         let Some(pane) = self.panes.get_mut(&place.pane) else { return };
         if let Ok(shot) = &outcome {
             let detail = shot.detail.describe();
-            tracing::debug!(pane = place.pane, renderer, ms = shot.milliseconds, detail, "picture");
+            let passes: Vec<String> = (shot.passes.iter())
+                .filter_map(|pass| Some(format!("{} {:.1}", pass.name, pass.gpu_ms?)))
+                .collect();
+            let (ms, passes) = (shot.milliseconds, passes.join(", "));
+            tracing::debug!(pane = place.pane, renderer, ms, detail, passes, "picture");
         }
         let failed = outcome.as_ref().err().cloned();
         let side = &mut pane.sides[place.side];
@@ -367,9 +380,20 @@ impl Window {
 }
 
 impl Window {
+    /// Lets the engine have the processor: where both draw on the CPU, a frame of the window for
+    /// every move of the mouse would leave little for the picture it waits for.
+    fn pace(&mut self) {
+        let busy = self.panes.values().flat_map(|pane| &pane.sides).any(Side::waits);
+        if self.software && busy {
+            std::thread::sleep(BETWEEN_FRAMES.saturating_sub(self.last_frame.elapsed()));
+        }
+        self.last_frame = Instant::now();
+    }
+
     /// One frame of the window.
     pub(crate) fn frame(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
+        self.pace();
         self.take_news(&ctx);
         self.take_clouds();
         self.take_dropped_files(&ctx);
@@ -400,6 +424,9 @@ impl eframe::App for Window {
         self.keep(true);
     }
 }
+
+/// Time between two frames of the window while it waits for a picture, on software drivers.
+const BETWEEN_FRAMES: Duration = Duration::from_millis(20);
 
 /// Time between two saves of the scene for the next start.
 const BETWEEN_KEEPING: Duration = Duration::from_secs(10);

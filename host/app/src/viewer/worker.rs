@@ -15,7 +15,7 @@ use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{FrameRequest, UnitKind};
-use surfelshop_engine::picture::to_8_bit;
+use surfelshop_engine::picture::{develop_to_8_bit, to_8_bit};
 use surfelshop_engine::plugins::{
     Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Registry, SearchPath, Standing, UnitRef,
     Watcher,
@@ -24,6 +24,8 @@ use surfelshop_engine::{RenderError, RenderRequest, Rendered, RendererView};
 
 /// Frames a renderer that refines its picture may take before the last one is shown.
 const MAX_FRAMES: u32 = 1024;
+
+const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 
 /// A renderer in use at a place.
 struct InUse {
@@ -213,7 +215,8 @@ impl Worker {
                     scene: &order.scene,
                     view: order.detail.view(order.view),
                     values: &order.values,
-                    outputs: &[Output::Color, Output::Depth],
+                    // What lies under the pointer is only asked for of still pictures.
+                    outputs: if order.detail.is_full() { &OUTPUTS } else { &OUTPUTS[..1] },
                     frame_index: n_frames,
                     stride: order.detail.stride,
                 },
@@ -352,9 +355,13 @@ fn shot(rendered: &Rendered, order: &Order, started: Instant) -> anyhow::Result<
     let color = image(&Output::Color)?;
     Ok(Shot {
         size: [color.width, color.height],
-        levels: to_8_bit(&pictures::visible(&Output::Color, &color, &order.development)),
+        levels: if color.components == 4 {
+            develop_to_8_bit(&color, &order.development)
+        } else {
+            to_8_bit(&pictures::visible(&Output::Color, &color, &order.development))
+        },
         color,
-        depth: image(&Output::Depth)?,
+        depth: rendered.image(&Output::Depth).cloned(),
         passes: rendered.passes.clone(),
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
         detail: order.detail,
