@@ -50,7 +50,7 @@ const LADDER: [Detail; 10] = [
     Detail { stride: 16, coarseness: 2 },
     Detail { stride: 16, coarseness: 3 },
     Detail { stride: 32, coarseness: 3 },
-    Detail { stride: 64, coarseness: 3 },
+    Detail { stride: 32, coarseness: 4 },
     Detail { stride: 64, coarseness: 4 },
 ];
 

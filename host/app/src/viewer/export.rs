@@ -46,6 +46,15 @@ impl Default for ExportWindow {
     }
 }
 
+#[cfg(test)]
+impl ExportWindow {
+    /// Sets what is typed into the form.
+    pub(super) fn aim(&mut self, path: &str, size: [u32; 2], n_frames: usize) {
+        path.clone_into(&mut self.path);
+        (self.size, self.n_frames) = (size, n_frames);
+    }
+}
+
 /// Pictures being made.
 pub(crate) struct Export {
     order: Order,

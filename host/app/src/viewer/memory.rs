@@ -25,6 +25,11 @@ impl Memory {
         Self { folder }
     }
 
+    /// Where all this stands.
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Files opened lately that are still there, the last one first.
     pub(crate) fn recent(&self) -> Vec<PathBuf> {
         let text = std::fs::read_to_string(self.folder.join("recent")).unwrap_or_default();

@@ -18,6 +18,7 @@ mod navigation;
 mod pane;
 mod panels;
 mod parameters;
+mod presets;
 mod scene_file;
 mod settings;
 mod surfel;

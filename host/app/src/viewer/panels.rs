@@ -1,10 +1,11 @@
 //! The panels at the left and the status line.
 
+use super::memory::Memory;
 use super::parameters;
 use super::settings::Mode;
 use super::window::Window;
 use eframe::egui::{self, ScrollArea, Ui};
-use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
+use surfelshop_api::params::{Values, linear_to_srgb, srgb_to_linear};
 use surfelshop_api::{Light, Projection};
 use surfelshop_engine::PassState;
 use surfelshop_engine::picture::{Background, ToneMap};
@@ -81,6 +82,12 @@ fn renderer(window: &mut Window, ui: &mut Ui) {
             Some(declared) => {
                 let values = pane.values.entry(name.clone()).or_default();
                 ui.push_id(side, |ui| parameters::show(ui, declared, values));
+                let chosen = presets(ui, &name, values, &mut window.preset, &window.memory);
+                match chosen {
+                    Some(Ok(chosen)) => *values = chosen,
+                    Some(Err(reason)) => window.message = Some(reason),
+                    None => {}
+                }
                 if values.is_empty() {
                     pane.values.remove(&name);
                 }
@@ -101,6 +108,37 @@ fn renderer(window: &mut Window, ui: &mut Ui) {
             ui.colored_label(ui.visuals().error_fg_color, error);
         }
     }
+}
+
+/// Saves the parameters under a name, or takes those of a name: the values to use from now on, or
+/// what went wrong in one line.
+fn presets(
+    ui: &mut Ui,
+    renderer: &str,
+    values: &Values,
+    typed: &mut String,
+    memory: &Option<Memory>,
+) -> Option<Result<Values, String>> {
+    let memory = memory.as_ref()?;
+    let mut chosen = None;
+    ui.menu_button(format!("presets of {renderer}"), |ui| {
+        for name in memory.preset_names(renderer) {
+            if ui.button(&name).clicked() {
+                let loaded = memory.load_preset(renderer, &name);
+                chosen = Some(loaded.map_err(|error| format!("{error:#}")));
+                ui.close();
+            }
+        }
+        let label = ui.label("save these as");
+        ui.text_edit_singleline(typed).labelled_by(label.id);
+        if ui.button("save").clicked() {
+            if let Err(error) = memory.save_preset(renderer, typed, values) {
+                chosen = Some(Err(format!("{error:#}")));
+            }
+            ui.close();
+        }
+    });
+    chosen
 }
 
 fn camera(window: &mut Window, ui: &mut Ui) {

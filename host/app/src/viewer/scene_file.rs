@@ -79,7 +79,7 @@ fn pane_of(id: u32, view: &SceneView, layout: Option<&Table>) -> PaneSettings {
 }
 
 /// A parameter's value from a scene; `None` for what no parameter is.
-fn value_of(toml: &Toml) -> Option<Value> {
+pub(crate) fn value_of(toml: &Toml) -> Option<Value> {
     match toml {
         Toml::Boolean(value) => Some(Value::Bool(*value)),
         Toml::Integer(value) => Some(Value::Int(*value)),
@@ -93,7 +93,7 @@ fn value_of(toml: &Toml) -> Option<Value> {
     }
 }
 
-fn toml_of(value: &Value) -> Toml {
+pub(crate) fn toml_of(value: &Value) -> Toml {
     match value {
         Value::Bool(value) => Toml::Boolean(*value),
         Value::Int(value) => Toml::Integer(*value),

@@ -74,6 +74,13 @@ impl Screen {
         }
     }
 
+    /// Runs as many frames as a menu or window takes to open.
+    fn frames(&mut self) {
+        for _ in 0..4 {
+            self.harness.step();
+        }
+    }
+
     /// Runs frames until all pictures are there in full detail.
     #[track_caller]
     fn settle(&mut self) {
@@ -353,4 +360,81 @@ fn rebuilt_plugins_take_over_and_broken_ones_do_not() {
     screen.window().settings.scene.surface.low_pass = 0.0;
     screen.settle();
     assert_eq!(screen.window().panes[&0].sides[0].shown.as_ref().unwrap().renderer, "ewa-phong");
+}
+
+#[test]
+fn pictures_are_written_at_any_size_and_all_around() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    screen.window().export_window.open = true;
+    let path = |name: &str| folder.path().join(name);
+    for (choice, file, expected) in [
+        ("this view", "one.png", vec!["one.png"]),
+        ("this view", "one.exr", vec!["one.exr"]),
+        ("a turn around", "turn.png", vec!["turn-0001.png", "turn-0002.png", "turn-0003.png"]),
+    ] {
+        screen.frames();
+        screen.harness.get_by_label(choice).click();
+        screen.window().export_window.aim(path(file).to_str().unwrap(), [123, 77], 3);
+        screen.frames();
+        screen.harness.get_by_label("save").click();
+        screen.until("the files", |window| {
+            window.message.as_ref().is_some_and(|message| message.starts_with("wrote"))
+        });
+        screen.window().message = None;
+        for name in expected {
+            assert!(path(name).is_file(), "{name}");
+        }
+    }
+    assert_eq!(image::image_dimensions(path("turn-0002.png")).unwrap(), (123, 77));
+    assert_ne!(
+        std::fs::read(path("turn-0001.png")).unwrap(),
+        std::fs::read(path("turn-0002.png")).unwrap()
+    );
+    screen.window().export_window.aim("picture.jpg", [8, 8], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the refusal", |window| window.message.is_some());
+    assert!(screen.window().message.as_ref().unwrap().contains(".png or .exr"));
+}
+
+#[test]
+fn help_and_plugins_have_their_windows() {
+    let mut screen = Screen::sample();
+    screen.harness.get_by_label("Help").click();
+    screen.frames();
+    screen.harness.get_by_label("Plugins").click();
+    screen.frames();
+    // Choosing closes the menu.
+    screen.harness.get_by_label("Help").click();
+    screen.frames();
+    screen.harness.get_by_label("Mouse and keys").click();
+    screen.frames();
+    assert!(screen.harness.query_all_by_label("org.surfelshop.flat").count() > 0);
+    assert!(screen.harness.query_all_by_label("orbit").count() > 0);
+}
+
+#[test]
+fn presets_are_kept_for_the_next_start() {
+    use surfelshop_api::params::Value;
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    let memory = || Some(super::memory::Memory::in_folder(folder.path().to_owned()));
+    screen.window().memory = memory();
+    let values = screen.window().settings.panes[0].values.entry("ewa-phong".into()).or_default();
+    values.insert("specular".to_owned(), Value::Float(0.9));
+    screen.window().preset = "shiny".to_owned();
+    screen.settle();
+    screen.harness.get_by_label("presets of ewa-phong").click();
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the file", |_| memory().unwrap().preset_names("ewa-phong") == ["shiny"]);
+    screen.window().settings.panes[0].values.clear();
+    screen.settle();
+    screen.harness.get_by_label("presets of ewa-phong").click();
+    screen.frames();
+    screen.harness.get_by_label("shiny").click();
+    screen.until("the values", |window| {
+        window.settings.panes[0].values_of(0).get("specular") == Some(&Value::Float(0.9))
+    });
 }

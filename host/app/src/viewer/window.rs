@@ -74,6 +74,8 @@ pub(crate) struct Window {
     pub(crate) up: UpAxis,
     /// The last thing that went wrong, in one line.
     pub(crate) message: Option<String>,
+    /// The name typed for a preset.
+    pub(crate) preset: String,
     /// A file dialog that is open.
     pub(crate) dialog: Option<(menus::Asked, Receiver<Option<Vec<PathBuf>>>)>,
     pub(crate) open_windows: menus::OpenWindows,
@@ -129,6 +131,7 @@ impl Window {
             up: arguments.up,
             message: None,
             dialog: None,
+            preset: String::new(),
             open_windows: menus::OpenWindows::default(),
             export_window: ExportWindow::default(),
             export: None,
