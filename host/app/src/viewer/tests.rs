@@ -400,18 +400,14 @@ fn pictures_are_written_at_any_size_and_all_around() {
 
 #[test]
 fn help_and_plugins_have_their_windows() {
-    let mut screen = Screen::sample();
-    screen.harness.get_by_label("Help").click();
-    screen.frames();
-    screen.harness.get_by_label("Plugins").click();
-    screen.frames();
-    // Choosing closes the menu.
-    screen.harness.get_by_label("Help").click();
-    screen.frames();
-    screen.harness.get_by_label("Mouse and keys").click();
-    screen.frames();
-    assert!(screen.harness.query_all_by_label("org.surfelshop.flat").count() > 0);
-    assert!(screen.harness.query_all_by_label("orbit").count() > 0);
+    for (window, content) in [("Plugins", "org.surfelshop.flat"), ("Mouse and keys", "orbit")] {
+        let mut screen = Screen::sample();
+        screen.harness.get_by_label("Help").click();
+        screen.frames();
+        screen.harness.get_by_label(window).click();
+        screen.frames();
+        assert!(screen.harness.query_all_by_label(content).count() > 0, "{window}: {content}");
+    }
 }
 
 #[test]
