@@ -9,8 +9,9 @@ use eframe::egui::{
     self, Align2, Color32, CursorIcon, FontId, Key, PointerButton, Pos2, Rect, Sense, Stroke,
     TextureId, Ui, Vec2, WidgetText, pos2, vec2,
 };
-use egui_tiles::{Behavior, TileId, Tree, UiResponse};
+use egui_tiles::{Behavior, TileId, Tiles, Tree, UiResponse};
 use glam::{DVec2, DVec3};
+use surfelshop_engine::PassState;
 
 /// Most panes at once.
 pub(crate) const MOST_PANES: usize = 4;
@@ -51,25 +52,23 @@ pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
     let id = window.settings.free_id();
     window.settings.panes.push(PaneSettings { id, ..settings });
     window.panes.insert(id, Pane::new());
-    let tile = tree.tiles.insert_pane(id);
-    match tree.root() {
-        Some(root) if window.settings.panes.len() > 2 => {
-            // Three and four make a grid.
-            let all: Vec<TileId> = window
-                .settings
-                .panes
-                .iter()
-                .filter_map(|pane| tree.tiles.find_pane(&pane.id))
-                .collect();
-            let grid = tree.tiles.insert_grid_tile(all);
-            if !matches!(tree.tiles.get(root), Some(egui_tiles::Tile::Pane(_))) {
-                tree.tiles.remove(root);
-            }
-            tree.root = Some(grid);
-        }
-        Some(root) => tree.root = Some(tree.tiles.insert_horizontal_tile(vec![root, tile])),
-        None => tree.root = Some(tile),
+    if let Some(camera) = window.own_cameras.get(&pane).copied() {
+        window.own_cameras.insert(id, camera);
     }
+    arrange(window, tree);
+}
+
+/// Lays out all panes anew: two beside each other, more in a grid.
+fn arrange(window: &Window, tree: &mut Tree<u32>) {
+    let mut tiles = Tiles::default();
+    let all: Vec<TileId> =
+        window.settings.panes.iter().map(|pane| tiles.insert_pane(pane.id)).collect();
+    let root = match all[..] {
+        [only] => only,
+        [_, _] => tiles.insert_horizontal_tile(all),
+        _ => tiles.insert_grid_tile(all),
+    };
+    *tree = Tree::new(egui::Id::unique("panes"), root, tiles);
 }
 
 fn close(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
@@ -80,8 +79,8 @@ fn close(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
         tree.remove_recursively(tile);
     }
     window.settings.panes.retain(|settings| settings.id != pane);
+    // Its camera stays for an undo.
     window.panes.remove(&pane);
-    window.own_cameras.remove(&pane);
     if window.focused == pane {
         window.focused = window.settings.panes[0].id;
     }
@@ -99,16 +98,16 @@ pub(crate) fn follow_settings(window: &mut Window) {
             window.panes.remove(&pane);
         }
     }
+    let mut added = false;
     let ids: Vec<u32> = window.settings.panes.iter().map(|pane| pane.id).collect();
     for id in ids {
         if let std::collections::btree_map::Entry::Vacant(missing) = window.panes.entry(id) {
             missing.insert(Pane::new());
-            let tile = tree.tiles.insert_pane(id);
-            tree.root = Some(match tree.root() {
-                Some(root) => tree.tiles.insert_horizontal_tile(vec![root, tile]),
-                None => tile,
-            });
+            added = true;
         }
+    }
+    if added {
+        arrange(window, &mut tree);
     }
     if window.settings.pane(window.focused).is_none() {
         window.focused = window.settings.panes.first().map_or(0, |pane| pane.id);
@@ -415,6 +414,7 @@ fn paint(
             let heat = pane.heat(ui.ctx()).map(|texture| texture.id());
             image(heat, rects[0], WHOLE);
             scale(painter, rects[0], pane.heat_full);
+            caption(painter, rects[0].right_top(), Align2::RIGHT_TOP, &label(pane, settings, 1));
         }
     }
     for (rect, side) in captions {
@@ -445,7 +445,14 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
     } else {
         format!(", {}", shown.shot.detail.describe())
     };
-    format!("{}  {:.0} ms{detail}", shown.renderer, shown.shot.milliseconds)
+    // What another view or renderer made is not made again; its time is not in this one.
+    let kept = shown.shot.passes.iter().filter(|pass| pass.state == PassState::Reused).count();
+    let kept = match kept {
+        0 => String::new(),
+        1 => ", 1 pass kept".to_owned(),
+        n => format!(", {n} passes kept"),
+    };
+    format!("{}  {:.0} ms{kept}{detail}", shown.renderer, shown.shot.milliseconds)
 }
 
 fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {
@@ -472,7 +479,7 @@ fn scale(painter: &egui::Painter, rect: Rect, full: f32) {
         painter.rect_filled(part, 0.0, super::compare::heat(share));
     }
     painter.rect_stroke(bar, 0.0, Stroke::new(1.0, Color32::GRAY), egui::StrokeKind::Outside);
-    let levels = format!("{:.0}", full * 255.0);
+    let levels = format!("{:.0} levels of 255", full * 255.0);
     caption(painter, bar.left_top(), Align2::RIGHT_TOP, &levels);
-    caption(painter, bar.left_bottom(), Align2::RIGHT_BOTTOM, "0 levels of 255");
+    caption(painter, bar.left_bottom(), Align2::RIGHT_BOTTOM, "0");
 }

@@ -42,7 +42,7 @@ impl Difference {
         self.largest.iter().map(|value| heat(value / full.max(1.0 / 255.0))).collect()
     }
 
-    /// RMSE and PSNR in words.
+    /// RMSE and PSNR in words: of 8-bit levels as shown, background included, on a scale of 0 to 1.
     pub(crate) fn describe(&self) -> String {
         let psnr = self.psnr();
         if psnr.is_finite() {

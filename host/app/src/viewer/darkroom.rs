@@ -51,6 +51,7 @@ pub(crate) struct Shot {
     pub(crate) color: Image,
     /// Distances along the viewing axis, 0 where nothing is; only of still pictures.
     pub(crate) depth: Option<Image>,
+    pub(crate) view: View,
     pub(crate) passes: Vec<PassReport>,
     /// From order to picture, milliseconds.
     pub(crate) milliseconds: f64,

@@ -61,11 +61,14 @@ pub(crate) struct Export {
     /// One for each picture, with the file it goes to.
     frames: Vec<(View, PathBuf)>,
     next: usize,
+    /// Number of the order that is being made.
+    serial: u64,
 }
 
 impl Export {
     /// Orders the next picture, with a number that no other order has.
-    fn order_next(&self, darkroom: &Darkroom, serial: u64) {
+    fn order_next(&mut self, darkroom: &Darkroom, serial: u64) {
+        self.serial = serial;
         if let Some((view, _)) = self.frames.get(self.next) {
             darkroom.order(PLACE, Order { view: *view, serial, ..self.order.clone() });
         }
@@ -78,8 +81,12 @@ impl Export {
 
 /// Takes a picture that was made for a file; says what happened in one line once all are written
 /// or one failed.
-pub(crate) fn take(window: &mut Window, outcome: Result<Shot, String>) {
-    let Some(export) = &mut window.export else { return };
+///
+/// A picture of an export that was cancelled comes late and is let go.
+pub(crate) fn take(window: &mut Window, serial: u64, outcome: Result<Shot, String>) {
+    let Some(export) = window.export.as_mut().filter(|export| export.serial == serial) else {
+        return;
+    };
     let Some((_, path)) = export.frames.get(export.next) else { return };
     let written = outcome
         .map_err(|reason| anyhow::anyhow!("{}: {reason}", path.display()))
@@ -92,7 +99,7 @@ pub(crate) fn take(window: &mut Window, outcome: Result<Shot, String>) {
     export.next += 1;
     if export.next < export.frames.len() {
         let serial = window.next_serial();
-        if let Some(export) = &window.export {
+        if let Some(export) = &mut window.export {
             export.order_next(&window.darkroom, serial);
         }
         return;
@@ -226,7 +233,7 @@ fn start(window: &mut Window, camera: Camera) {
         detail: Detail::FULL,
         serial: 0,
     };
-    let export = Export { order, frames, next: 0 };
+    let mut export = Export { order, frames, next: 0, serial: 0 };
     let serial = window.next_serial();
     export.order_next(&window.darkroom, serial);
     window.export = Some(export);

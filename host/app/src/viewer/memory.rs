@@ -55,9 +55,19 @@ impl Memory {
         files::write_whole(&self.folder.join("recent"), lines.join("\n").as_bytes())
     }
 
-    /// The scene that was shown last, once one was.
-    pub(crate) fn last_scene(&self) -> Option<PathBuf> {
-        Some(self.last_scene_path()).filter(|path| path.is_file())
+    /// Puts the scene of the session before aside, before this one keeps its own.
+    pub(crate) fn begin_session(&self) {
+        // Where there was none, or nothing can be moved, nothing is lost.
+        drop(std::fs::rename(self.last_scene_path(), self.session_before()));
+    }
+
+    fn session_before(&self) -> PathBuf {
+        self.folder.join("before.scene.toml")
+    }
+
+    /// The scene of the session before, if there was one.
+    pub(crate) fn scene_before(&self) -> Option<PathBuf> {
+        Some(self.session_before()).filter(|path| path.is_file())
     }
 
     /// Where the scene that is shown is kept.
@@ -125,7 +135,7 @@ mod tests {
                 .stdout(std::process::Stdio::null())
                 .spawn()
                 .unwrap();
-            while memory.last_scene().is_none() {
+            while !memory.last_scene_path().is_file() {
                 std::thread::yield_now();
             }
             // Some milliseconds later, each time others: in the middle of one write or another.

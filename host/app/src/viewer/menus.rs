@@ -120,7 +120,7 @@ fn recent(window: &mut Window, ui: &mut Ui, ctx: &Context) {
                 ui.close();
             }
         }
-        let last = window.memory.as_ref().and_then(|memory| memory.last_scene());
+        let last = window.memory.as_ref().and_then(|memory| memory.scene_before());
         if let Some(last) = last
             && ui.button("the last session").clicked()
         {
@@ -228,10 +228,13 @@ fn toggle_projection(window: &mut Window) {
 fn next_renderer(window: &mut Window) {
     let names = window.renderers();
     if let Some(pane) = window.settings.pane_mut(window.focused) {
-        let at = names.iter().position(|name| *name == pane.renderers[0]);
-        let next = at.map_or(0, |at| at + 1) % names.len().max(1);
-        if let Some(name) = names.get(next) {
-            pane.renderers[0].clone_from(name);
+        let at = names.iter().position(|name| *name == pane.renderers[0]).map_or(0, |at| at + 1);
+        // Beside another one, that one is passed over where there is a third.
+        let beside = |name: &str| pane.mode.sides() == 2 && name == pane.renderers[1];
+        let after = names.iter().cycle().skip(at).take(names.len());
+        if let Some(name) = after.clone().find(|name| !beside(name)).or(after.clone().next()) {
+            let name = name.clone();
+            pane.renderers[0] = name;
         }
     }
 }
@@ -368,7 +371,10 @@ fn ask_about_crash(window: &mut Window, ctx: &Context) {
     let modal = egui::Modal::new(egui::Id::unique("crash"));
     modal.show(ctx, |ui| {
         ui.heading("The program ended unexpectedly the last time");
-        ui.label(format!("{} was at work, from {}.", crash.unit, crash.file));
+        ui.label(format!(
+            "{} was being tried, from {}. That may or may not be the cause.",
+            crash.unit, crash.file
+        ));
         ui.horizontal(|ui| {
             if ui.button("start without it").clicked() {
                 let renderer = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();

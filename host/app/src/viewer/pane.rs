@@ -173,7 +173,8 @@ impl Pane {
         let [a, b] = [self.sides[0].shown.as_ref()?, self.sides[1].shown.as_ref()?];
         let serials = [a.serial, b.serial];
         if self.difference.as_ref().is_none_or(|(of, _)| *of != serials) {
-            let same = a.shot.size == b.shot.size;
+            // Pictures of two moments of a movement are not compared.
+            let same = a.shot.view == b.shot.view && a.shot.detail == b.shot.detail;
             let difference = Difference::new(a.shot.size, &a.shot.levels, &b.shot.levels);
             self.difference = difference.filter(|_| same).map(|difference| (serials, difference));
         }

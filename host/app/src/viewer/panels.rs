@@ -4,7 +4,8 @@ use super::memory::Memory;
 use super::parameters;
 use super::settings::Mode;
 use super::window::Window;
-use eframe::egui::{self, ScrollArea, Ui};
+use eframe::egui::containers::menu::{MenuButton, MenuConfig};
+use eframe::egui::{self, PopupCloseBehavior, ScrollArea, Ui};
 use surfelshop_api::params::{Values, linear_to_srgb, srgb_to_linear};
 use surfelshop_api::{Light, Projection};
 use surfelshop_engine::PassState;
@@ -52,10 +53,27 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
         let name = name.map_or(summary.file.clone(), |name| name.to_string_lossy().into_owned());
         ui.strong(name).on_hover_text(summary.to_string());
         ui.label(format!("{} surfels", grouped(summary.n_surfels)));
+        // What was done to the points, as `info` says it.
+        let done = [
+            (summary.n_dropped, "dropped: not finite"),
+            (summary.normals.estimated + summary.normals.repaired, "normals estimated"),
+            (summary.radii.estimated, "radii estimated"),
+            (summary.radii.clamped, "radii shortened"),
+        ];
+        for (number, what) in done.into_iter().filter(|(number, _)| *number > 0) {
+            ui.weak(format!("{} {what}", grouped(number)));
+        }
+        for warning in &summary.warnings {
+            ui.colored_label(ui.visuals().warn_fg_color, warning);
+        }
     }
     let facts = &shown.clouds.facts;
     let size = facts.bounds_max - facts.bounds_min;
-    ui.label(format!("size {:.4} x {:.4} x {:.4}", size.x, size.y, size.z));
+    if size.max_element() < 1e6 && size.max_element() > 1e-3 {
+        ui.label(format!("size {:.4} x {:.4} x {:.4}", size.x, size.y, size.z));
+    } else {
+        ui.label(format!("size {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
+    }
     ui.weak(facts.columns.join(", "));
 }
 
@@ -121,7 +139,10 @@ fn presets(
 ) -> Option<Result<Values, String>> {
     let memory = memory.as_ref()?;
     let mut chosen = None;
-    ui.menu_button(format!("presets of {renderer}"), |ui| {
+    // A click into the name must not close it.
+    let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+    let button = MenuButton::new(format!("presets of {renderer}")).config(config);
+    button.ui(ui, |ui| {
         for name in memory.preset_names(renderer) {
             if ui.button(&name).clicked() {
                 let loaded = memory.load_preset(renderer, &name);
@@ -263,7 +284,12 @@ pub(crate) fn status(window: &mut Window, ui: &mut Ui) {
             if ui.small_button("x").on_hover_text("dismiss").clicked() {
                 window.message = None;
             }
-            ui.colored_label(ui.visuals().warn_fg_color, message);
+            let text = egui::RichText::new(&message).color(ui.visuals().warn_fg_color);
+            let width = 0.7 * ui.available_width();
+            ui.scope(|ui| {
+                ui.set_max_width(width);
+                ui.add(egui::Label::new(text).truncate()).on_hover_text(&message);
+            });
         } else {
             ui.label(&window.under_pointer);
         }

@@ -7,6 +7,7 @@ use super::canvas;
 use super::settings::{Mode, PaneSettings};
 use super::window::Window;
 use std::path::Path;
+use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values, linear_to_srgb, srgb_to_linear};
 use surfelshop_cloud::scene::{Backdrop, Keyed, SceneCloud, SceneFile, SceneView, ToneMap};
 use surfelshop_engine::picture::{self, Background};
@@ -21,10 +22,12 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
         ToneMap::Clamp => picture::ToneMap::Clamp,
         ToneMap::Neutral => picture::ToneMap::Neutral,
     };
-    if let Backdrop::Color(linear) = file.background {
-        let encoded = linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0)));
-        settings.development.background = Background::Color(encoded);
-    }
+    settings.development.background = match file.background {
+        Backdrop::Transparent => Background::Transparent,
+        Backdrop::Color(linear) => {
+            Background::Color(linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))))
+        }
+    };
     window.own_cameras.clear();
     if let Some(camera) = &file.camera {
         window.camera = camera.known;
@@ -80,13 +83,15 @@ fn pane_of(id: u32, view: &SceneView, layout: Option<&Table>) -> PaneSettings {
 
 /// A parameter's value from a scene; `None` for what no parameter is.
 pub(crate) fn value_of(toml: &Toml) -> Option<Value> {
+    // A colour's channel may be typed as a whole number.
+    let number = |value: &Toml| value.as_float().or_else(|| Some(value.as_integer()? as f64));
     match toml {
         Toml::Boolean(value) => Some(Value::Bool(*value)),
         Toml::Integer(value) => Some(Value::Int(*value)),
         Toml::Float(value) => Some(Value::Float(*value)),
         Toml::String(value) => Some(Value::Text(value.clone())),
         Toml::Array(values) => {
-            let channel = |i: usize| values.get(i).and_then(Toml::as_float).map(|v| v as f32);
+            let channel = |i: usize| values.get(i).and_then(number).map(|v| v as f32);
             Some(Value::Color([channel(0)?, channel(1)?, channel(2)?]))
         }
         Toml::Datetime(_) | Toml::Table(_) => None,
@@ -148,11 +153,16 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
         let known = SceneView {
             values: pane.values_of(0),
             camera: own.map(|camera| Keyed::from(*camera)),
+            // What this window cannot show it keeps as it was.
+            output: file.views.get(i).map_or(Output::Color, |old| old.output.clone()),
             ..SceneView::new(pane.renderers[0].clone())
         };
         Keyed { known, unknown: unknown(i) }
     });
-    file.views = views.collect();
+    let mut views: Vec<Keyed<SceneView>> = views.collect();
+    let hidden = file.views.iter().skip(canvas::MOST_PANES);
+    views.extend(hidden.cloned());
+    file.views = views;
     let panes = settings.panes.iter().map(|pane| Toml::Table(layout_of(pane))).collect();
     file.layout.insert("panes".to_owned(), Toml::Array(panes));
     file

@@ -434,3 +434,63 @@ fn presets_are_kept_for_the_next_start() {
         window.settings.panes[0].values_of(0).get("specular") == Some(&Value::Float(0.9))
     });
 }
+
+#[test]
+fn another_cloud_does_not_overwrite_the_scene_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("c.scene.toml");
+    let text = format!(
+        "format = 1\nbackground = \"transparent\"\n[[clouds]]\npath = '{SAMPLE}'\n\
+         [[views]]\nrenderer = \"flat\"\noutput = \"depth\"\n"
+    );
+    std::fs::write(&scene, text).unwrap();
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    // What the window cannot show stays as it was.
+    let copy = folder.path().join("d.scene.toml");
+    screen.window().save_scene(&copy);
+    let saved = std::fs::read_to_string(&copy).unwrap();
+    assert!(saved.contains("\"transparent\"") && saved.contains("\"depth\""), "{saved}");
+    let context = screen.harness.ctx.clone();
+    screen.window().open(&context, vec![SAMPLE.into()]);
+    screen.until("the cloud", |window| window.loading.is_none() && window.scene_file.is_none());
+    assert_eq!(screen.window().scene_path, None);
+}
+
+#[test]
+fn views_that_are_let_go_stay_where_they_are() {
+    let mut screen = Screen::sample();
+    screen.harness.get_all_by_label("split").next().unwrap().click();
+    screen.until("another view", |window| window.settings.panes.len() == 2);
+    screen.window().settings.panes[1].linked = false;
+    screen.frames();
+    let before = screen.window().camera_of(1);
+    let mut moved = screen.window().camera;
+    moved.eye *= 2.0;
+    screen.window().set_camera(0, moved);
+    screen.frames();
+    assert_eq!(screen.window().camera_of(1), before);
+    assert_eq!(screen.window().camera_of(0), moved);
+}
+
+#[test]
+fn a_late_picture_of_a_cancelled_export_goes_nowhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    screen.window().export_window.open = true;
+    screen.frames();
+    let file = folder.path().join("large.png");
+    screen.window().export_window.aim(file.to_str().unwrap(), [2000, 2000], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.frames();
+    screen.harness.get_by_label("cancel").click();
+    screen.frames();
+    let file = folder.path().join("small.png");
+    screen.window().message = None;
+    screen.window().export_window.aim(file.to_str().unwrap(), [64, 48], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the file", |window| window.message.is_some());
+    assert_eq!(image::image_dimensions(file).unwrap(), (64, 48));
+}

@@ -101,6 +101,9 @@ impl Window {
             })?;
         let settings = Settings::default();
         let memory = Memory::of_user();
+        if let Some(memory) = &memory {
+            memory.begin_session();
+        }
         let mut tiles = Tiles::default();
         let pane = tiles.insert_pane(0);
         let mut window = Self {
@@ -179,6 +182,13 @@ impl Window {
         own.and_then(|pane| self.own_cameras.get(&pane.id)).copied().unwrap_or(self.camera)
     }
 
+    /// Gives panes that were let go a camera of their own, where the shared one stands.
+    fn let_go(&mut self) {
+        for pane in self.settings.panes.iter().filter(|pane| !pane.linked) {
+            self.own_cameras.entry(pane.id).or_insert(self.camera);
+        }
+    }
+
     /// Moves the camera of a pane, and of those linked with it.
     pub(crate) fn set_camera(&mut self, pane: u32, camera: Camera) {
         if self.settings.pane(pane).is_some_and(|pane| !pane.linked) {
@@ -245,7 +255,7 @@ impl Window {
     fn take_print(&mut self, ctx: &Context, print: Print) {
         let Print { place, serial, renderer, outcome } = print;
         if place == export::PLACE {
-            export::take(self, outcome);
+            export::take(self, serial, outcome);
             return;
         }
         let Some(pane) = self.panes.get_mut(&place.pane) else { return };
@@ -296,8 +306,10 @@ impl Window {
         let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
         self.files = files.into_iter().filter(is_cloud).collect();
         self.scene_file = None;
+        self.scene_path = None;
         if let Some(opened) = scene {
-            self.message = opened.warnings.first().map(ToString::to_string);
+            let warnings: Vec<String> = opened.warnings.iter().map(ToString::to_string).collect();
+            self.message = Some(warnings.join("; ")).filter(|text| !text.is_empty());
             scene_file::apply(self, &opened.scene);
             let mut file = opened.scene;
             file.clouds.extend(self.files.iter().map(|file| {
@@ -305,7 +317,9 @@ impl Window {
                 SceneCloud::new(path).into()
             }));
             self.scene_file = Some(file);
-            self.scene_path = Some(opened.path);
+            // The last session is the program's own file; saving asks where to.
+            let kept = self.memory.as_ref().map(Memory::last_scene_path);
+            self.scene_path = Some(opened.path).filter(|path| Some(path) != kept.as_ref());
         }
         self.history = History::new(self.settings.clone());
     }
@@ -329,12 +343,14 @@ impl Window {
     /// Writes what is shown to a scene file.
     pub(crate) fn save_scene(&mut self, path: &std::path::Path) {
         let file = scene_file::of(self, path);
-        self.message = Some(match file.write(path) {
-            Ok(()) => format!("wrote {}", path.display()),
-            Err(error) => error.to_string(),
-        });
-        self.scene_file = Some(file);
-        self.scene_path = Some(path.to_owned());
+        match file.write(path) {
+            Ok(()) => {
+                self.message = Some(format!("wrote {}", path.display()));
+                self.scene_file = Some(file);
+                self.scene_path = Some(path.to_owned());
+            }
+            Err(error) => self.message = Some(error.to_string()),
+        }
     }
 
     /// Orders the pictures that are missing.
@@ -410,6 +426,7 @@ impl Window {
             .show(ui, |ui| panels::side(self, ui));
         egui::CentralPanel::no_frame().show(ui, |ui| super::canvas::show(self, ui));
         menus::show_windows(self, &ctx);
+        self.let_go();
         self.place_orders(&ctx);
         if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
             self.history.note(&self.settings);

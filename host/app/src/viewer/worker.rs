@@ -259,10 +259,9 @@ impl Worker {
 
     /// Puts rebuilt renderers to use, and lists the plugins anew.
     fn changed(&mut self, changed: &Changed) {
-        if let Ok(registry) = studio::registry(&self.plugins.plugin) {
-            self.registry = registry.clone();
-            self.teller.tell(News::Plugins(registry));
-        }
+        // Here a file of the command line that is no good is listed as such and no failure.
+        self.registry = Registry::scan(&SearchPath::standard(self.plugins.plugin.clone()));
+        self.teller.tell(News::Plugins(self.registry.clone()));
         if !changed.exists {
             return;
         }
@@ -362,6 +361,7 @@ fn shot(rendered: &Rendered, order: &Order, started: Instant) -> anyhow::Result<
         },
         color,
         depth: rendered.image(&Output::Depth).cloned(),
+        view: order.detail.view(order.view),
         passes: rendered.passes.clone(),
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
         detail: order.detail,
