@@ -47,12 +47,20 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
         }
         return;
     };
+    // Names that a scene gives; those of the files typed beside it follow and have none.
+    let scene = window.scene_file.iter().flat_map(|file| &file.clouds);
+    let mut named = scene.filter(|cloud| cloud.visible).map(|cloud| cloud.name.clone());
     for loaded in &shown.clouds.loaded {
         let summary = &loaded.summary;
-        let name = std::path::Path::new(&summary.file).file_name();
-        let name = name.map_or(summary.file.clone(), |name| name.to_string_lossy().into_owned());
+        let file = std::path::Path::new(&summary.file).file_name();
+        let file = file.map_or(summary.file.clone(), |name| name.to_string_lossy().into_owned());
+        let name = named.next().flatten().unwrap_or(file);
         ui.strong(name).on_hover_text(summary.to_string());
-        ui.label(format!("{} surfels", grouped(summary.n_surfels)));
+        ui.label(match summary.n_surfels {
+            0 => "no points".to_owned(),
+            1 => "1 surfel".to_owned(),
+            n => format!("{} surfels", grouped(n)),
+        });
         // What was done to the points, as `info` says it.
         let done = [
             (summary.n_dropped, "dropped: not finite"),
@@ -207,6 +215,14 @@ fn picture(window: &mut Window, ui: &mut Ui) {
         ui.selectable_value(&mut development.tone_map, ToneMap::Clamp, "cut off");
         ui.selectable_value(&mut development.tone_map, ToneMap::Neutral, "compressed");
     });
+    let mut colored = matches!(development.background, Background::Color(_));
+    if ui.checkbox(&mut colored, "background of its own colour").changed() {
+        development.background = if colored {
+            super::settings::Settings::default().development.background
+        } else {
+            Background::Transparent
+        };
+    }
     if let Background::Color(encoded) = &mut development.background {
         ui.horizontal(|ui| {
             let label = ui.label("background");
@@ -270,7 +286,7 @@ fn passes(window: &mut Window, ui: &mut Ui) {
         });
     }
     ui.weak(format!(
-        "on the device: {:.1} MB of columns, {} uploads, {} pipelines made",
+        "on the device: {:.1} MB of columns, those shown lately included; {} uploads, {} pipelines made",
         window.counters.column_bytes as f64 * 1e-6,
         window.counters.uploads,
         window.counters.compiled.pipelines
