@@ -161,7 +161,8 @@ fn backdrop() -> surfelshop_engine::picture::Background {
 }
 
 /// The sample cloud beside the program or in the current folder.
-fn find_sample() -> anyhow::Result<PathBuf> {
+/// The sample cloud.
+pub(crate) fn find_sample() -> anyhow::Result<PathBuf> {
     let program = std::env::current_exe().ok();
     let above = program.iter().flat_map(|program| program.ancestors().skip(1));
     let found = above.map(|folder| folder.join(SAMPLE)).find(|sample| sample.is_file());

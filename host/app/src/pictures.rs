@@ -5,7 +5,9 @@ use image::{ImageBuffer, Rgba};
 use std::io::Cursor;
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
-use surfelshop_engine::picture::{Background, Development, develop, to_8_bit, to_16_bit};
+use surfelshop_engine::picture::{
+    Background, Development, develop, develop_to_8_bit, to_8_bit, to_16_bit,
+};
 
 /// Brightness of the farthest depth, so that it differs from black.
 const DARKEST_DEPTH: f32 = 0.1;
@@ -24,6 +26,14 @@ pub(crate) fn visible(output: &Output, image: &Image, how: &Development) -> Imag
         Output::Normal => over_background(&map_colors(rgba, |n| n * 0.5 + 0.5), how.background),
         Output::Ao => over_background(&rgba, how.background),
     }
+}
+
+/// A picture of radiance as 8-bit levels, four a pixel: those that its PNG holds.
+pub(crate) fn levels(color: &Image, how: &Development) -> Vec<u8> {
+    if color.components == 4 {
+        return develop_to_8_bit(color, how);
+    }
+    develop_to_8_bit(&four_components(&Output::Color, color), how)
 }
 
 /// The picture with four components: single values become grey, and coverage is told from what

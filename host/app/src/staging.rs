@@ -123,19 +123,33 @@ fn development(
         ToneMapChoice::Clamp => picture::ToneMap::Clamp,
         ToneMapChoice::Neutral => picture::ToneMap::Neutral,
     };
-    let tone_map = match file.map(|file| file.tone_map) {
-        Some(ToneMap::Clamp) if !given.has("tone_map") => picture::ToneMap::Clamp,
-        Some(ToneMap::Neutral) if !given.has("tone_map") => picture::ToneMap::Neutral,
-        _ => typed,
+    let tone_map = match file.filter(|_| !given.has("tone_map")) {
+        Some(file) => tone_map_of(file),
+        None => typed,
     };
-    let background = match file.map(|file| file.background) {
-        Some(Backdrop::Transparent) if !given.has("background") => Background::Transparent,
-        Some(Backdrop::Color(linear)) if !given.has("background") => {
-            Background::Color(linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))))
-        }
-        _ => arguments.background.0,
+    let background = match file.filter(|_| !given.has("background")) {
+        Some(file) => background_of(file),
+        None => arguments.background.0,
     };
     Development { exposure_stops, tone_map, background }
+}
+
+/// How a scene brings highlights down.
+pub(crate) fn tone_map_of(file: &SceneFile) -> picture::ToneMap {
+    match file.tone_map {
+        ToneMap::Clamp => picture::ToneMap::Clamp,
+        ToneMap::Neutral => picture::ToneMap::Neutral,
+    }
+}
+
+/// What stands in a scene where no surfel is.
+pub(crate) fn background_of(file: &SceneFile) -> Background {
+    match file.background {
+        Backdrop::Transparent => Background::Transparent,
+        Backdrop::Color(linear) => {
+            Background::Color(linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))))
+        }
+    }
 }
 
 #[cfg(test)]

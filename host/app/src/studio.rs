@@ -13,7 +13,8 @@ use surfelshop_engine::plugins::{
     self, LoadedUnit, Origin, Patience, Registry, SearchPath, UnitRef,
 };
 use surfelshop_engine::{
-    Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderRequest, Rendered, RendererView,
+    Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered,
+    RendererView,
 };
 
 /// Frames a renderer that refines its picture may take before the last one is taken.
@@ -117,14 +118,21 @@ impl Studio {
         chosen: &mut Chosen,
         request: &RenderRequest<'_>,
     ) -> anyhow::Result<Settled> {
+        let settled = self.settle_view(&mut chosen.view, request);
+        settled.with_context(|| chosen.reference.to_string())
+    }
+
+    /// The same for a renderer in a view.
+    pub(crate) fn settle_view(
+        &mut self,
+        view: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Settled, RenderError> {
         let started = Instant::now();
         let mut n_frames = 0;
         loop {
             let request = RenderRequest { frame_index: n_frames, ..*request };
-            let rendered = self
-                .engine
-                .render(&mut chosen.view, &request)
-                .with_context(|| chosen.reference.to_string())?;
+            let rendered = self.engine.render(view, &request)?;
             n_frames += 1;
             if !rendered.wants_another_frame || n_frames == MAX_FRAMES {
                 let milliseconds = started.elapsed().as_secs_f64() * 1e3;

@@ -45,15 +45,7 @@ pub fn develop(radiance: &Image, how: &Development) -> Image {
     let gain = how.exposure_stops.exp2();
     let mut data = Vec::with_capacity(radiance.data.len());
     for pixel in radiance.data.chunks_exact(4) {
-        let alpha = if pixel[3].is_finite() { pixel[3].clamp(0.0, 1.0) } else { 0.0 };
-        let rgb = [pixel[0], pixel[1], pixel[2]].map(|value| {
-            let exposed = value * gain;
-            if exposed.is_finite() { exposed.max(0.0) } else { 0.0 }
-        });
-        let mapped = match how.tone_map {
-            ToneMap::Clamp => rgb.map(|value| value.min(1.0)),
-            ToneMap::Neutral => neutral(rgb),
-        };
+        let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
         match how.background {
             Background::Transparent => {
                 data.extend(mapped.map(linear_to_srgb));
@@ -69,6 +61,20 @@ pub fn develop(radiance: &Image, how: &Development) -> Image {
         }
     }
     Image { width: radiance.width, height: radiance.height, components: 4, data }
+}
+
+/// A pixel's colour after exposure and tone mapping, linear in [0, 1], and its coverage.
+fn exposed(pixel: &[f32], gain: f32, tone_map: ToneMap) -> ([f32; 3], f32) {
+    let alpha = if pixel[3].is_finite() { pixel[3].clamp(0.0, 1.0) } else { 0.0 };
+    let rgb = [pixel[0], pixel[1], pixel[2]].map(|value| {
+        let exposed = value * gain;
+        if exposed.is_finite() { exposed.max(0.0) } else { 0.0 }
+    });
+    let mapped = match tone_map {
+        ToneMap::Clamp => rgb.map(|value| value.min(1.0)),
+        ToneMap::Neutral => neutral(rgb),
+    };
+    (mapped, alpha)
 }
 
 /// [`develop`] and [`to_8_bit`] in one step, many times faster: what a window shows while something
@@ -90,15 +96,7 @@ pub fn develop_to_8_bit(radiance: &Image, how: &Development) -> Vec<u8> {
     let mut levels = vec![0; radiance.data.len()];
     let pixels = levels.par_chunks_exact_mut(4).zip(radiance.data.par_chunks_exact(4));
     pixels.with_min_len(1 << 12).for_each(|(level, pixel)| {
-        let alpha = if pixel[3].is_finite() { pixel[3].clamp(0.0, 1.0) } else { 0.0 };
-        let rgb = [pixel[0], pixel[1], pixel[2]].map(|value| {
-            let exposed = value * gain;
-            if exposed.is_finite() { exposed.max(0.0) } else { 0.0 }
-        });
-        let mapped = match how.tone_map {
-            ToneMap::Clamp => rgb.map(|value| value.min(1.0)),
-            ToneMap::Neutral => neutral(rgb),
-        };
+        let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
         for channel in 0..3 {
             let linear = match behind {
                 Some(behind) => mapped[channel] * alpha + behind[channel] * (1.0 - alpha),

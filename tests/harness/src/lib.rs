@@ -3,6 +3,7 @@
 
 pub mod cast;
 pub mod clouds;
+pub mod materials;
 pub mod measure;
 pub mod stage;
 pub mod twin;

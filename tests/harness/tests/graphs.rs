@@ -8,6 +8,7 @@ use surfelshop_api::prelude::*;
 use surfelshop_api::{Scene, static_plugin};
 use surfelshop_engine::Engine;
 use surfelshop_faulty::{calls, fine, graphs};
+use surfelshop_tests::materials::Materials;
 use surfelshop_tests::{clouds, stage};
 
 static_plugin! {
@@ -249,28 +250,6 @@ fn every_kind_of_pass_does_what_it_says() {
         let fill = frame.passes.iter().find(|pass| pass.name == "fill").unwrap();
         let ran = fill.state == surfelshop_engine::PassState::Ran;
         assert_eq!(ran, round == 0, "what a key names is made once");
-    }
-}
-
-/// Shows materials as brightness.
-struct Materials;
-
-impl Renderer for Materials {
-    const INFO: UnitInfo = UnitInfo::new("materials", "Materials", "Shows material indices.");
-    type Params = ();
-
-    fn new(_host: &HostInfo) -> Result<Self> {
-        Ok(Self)
-    }
-
-    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
-        let wgsl = "
-            #import surfelshop::surface::{Surface, material_at}
-            fn shade(s: Surface) -> vec4<f32> { return vec4(f32(material_at(s.pixel))); }";
-        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
-        graph.pass(Pass::shading("materials", wgsl, "shade").target(color));
-        graph.output(Output::Color, color);
-        Ok(())
     }
 }
 

@@ -9,6 +9,7 @@ use surfelshop_api::{Projection, Scene, View, static_plugin};
 use surfelshop_cloud::{Cloud, WriteOptions};
 use surfelshop_engine::picture::{Development, develop, to_8_bit};
 use surfelshop_tests::clouds::Surfels;
+use surfelshop_tests::materials::Materials;
 use surfelshop_tests::twin::Twin;
 use surfelshop_tests::{clouds, stage};
 
@@ -201,28 +202,6 @@ fn shuffled(surfels: &Surfels) -> Surfels {
         out.materials[to] = surfels.materials[from];
     }
     out
-}
-
-/// Shows materials as brightness.
-struct Materials;
-
-impl Renderer for Materials {
-    const INFO: UnitInfo = UnitInfo::new("materials", "Materials", "Shows material indices.");
-    type Params = ();
-
-    fn new(_host: &HostInfo) -> Result<Self> {
-        Ok(Self)
-    }
-
-    fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
-        let wgsl = "
-            #import surfelshop::surface::{Surface, material_at}
-            fn shade(s: Surface) -> vec4<f32> { return vec4(f32(material_at(s.pixel))); }";
-        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
-        graph.pass(Pass::shading("materials", wgsl, "shade").target(color));
-        graph.output(Output::Color, color);
-        Ok(())
-    }
 }
 
 static_plugin! { id: "org.surfelshop.test.scale", renderers: [Materials] }

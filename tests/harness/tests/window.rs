@@ -184,7 +184,7 @@ fn looks_like(screen: &Screen, name: &str) {
     let differ = found.pixels().zip(stored.pixels()).filter(|pair| far(*pair)).count();
     let share = differ as f64 / f64::from(found.width() * found.height());
     println!("{name}: {:.2} % of the pixels differ by more than 40 levels", 100.0 * share);
-    if share >= 0.03 {
+    if share >= 0.01 {
         let beside = std::env::temp_dir().join(format!("surfelshop-{name}.png"));
         found.save(&beside).unwrap();
         panic!("{name} looks different: {:.1} %, see {}", 100.0 * share, beside.display());

@@ -312,10 +312,14 @@ impl Panes<'_> {
             }
             fly(ui, &mut camera);
             let found = depth.map(|depth| navigation::point_at(&before, position, depth));
-            self.window.under_pointer = match (found, &self.window.shown) {
-                (Some(point), Some(shown)) => surfel::describe(&shown.clouds, point),
-                _ => String::new(),
-            };
+            // Every surfel is looked at, so only for another place.
+            if self.window.looked_at != found {
+                self.window.looked_at = found;
+                self.window.under_pointer = match (found, &self.window.shown) {
+                    (Some(point), Some(shown)) => surfel::describe(&shown.clouds, point),
+                    _ => String::new(),
+                };
+            }
         }
         if camera != before {
             self.window.set_camera(id, camera);

@@ -3,6 +3,7 @@
 use super::darkroom::{Darkroom, Order, Place, Shot};
 use super::detail::Detail;
 use super::window::Window;
+use crate::values::{Format, OutputFile};
 use crate::{arguments::Bits, camera, exr_file, files, pictures};
 use anyhow::Context as _;
 use eframe::egui::{self, Context, Ui};
@@ -60,6 +61,7 @@ pub(crate) struct Export {
     order: Order,
     /// One for each picture, with the file it goes to.
     frames: Vec<(View, PathBuf)>,
+    format: Format,
     next: usize,
     /// Number of the order that is being made.
     serial: u64,
@@ -90,7 +92,7 @@ pub(crate) fn take(window: &mut Window, serial: u64, outcome: Result<Shot, Strin
     let Some((_, path)) = export.frames.get(export.next) else { return };
     let written = outcome
         .map_err(|reason| anyhow::anyhow!("{}: {reason}", path.display()))
-        .and_then(|shot| write(path, &shot));
+        .and_then(|shot| write(path, export.format, shot));
     if let Err(error) = written {
         window.message = Some(format!("{error:#}"));
         window.export = None;
@@ -112,17 +114,14 @@ pub(crate) fn take(window: &mut Window, serial: u64, outcome: Result<Shot, Strin
     window.export = None;
 }
 
-fn is_exr(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
-}
-
-fn write(path: &Path, shot: &Shot) -> anyhow::Result<()> {
-    let bytes = if is_exr(path) {
-        let mut layers = vec![(Output::Color, shot.color.clone())];
-        layers.extend(shot.depth.clone().map(|depth| (Output::Depth, depth)));
-        exr_file::exr(&layers.iter().collect::<Vec<_>>())
-    } else {
-        pictures::png(&shot.visible(), Bits::Eight)
+fn write(path: &Path, format: Format, shot: Shot) -> anyhow::Result<()> {
+    let bytes = match format {
+        Format::Png => pictures::png(&shot.visible(), Bits::Eight),
+        Format::Exr => {
+            let depth = shot.depth.map(|depth| (Output::Depth, depth));
+            let layers: Vec<_> = [(Output::Color, shot.color)].into_iter().chain(depth).collect();
+            exr_file::exr(&layers.iter().collect::<Vec<_>>())
+        }
     };
     let bytes = bytes.with_context(|| format!("{}: cannot be encoded", path.display()))?;
     files::write_whole(path, &bytes)
@@ -192,13 +191,13 @@ fn form(window: &mut Window, ui: &mut Ui) {
 
 fn start(window: &mut Window, camera: Camera) {
     let state = &window.export_window;
-    let path = PathBuf::from(state.path.trim());
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    if !matches!(ending.as_deref(), Some("png" | "exr")) {
-        let text = format!("expected a file that ends in .png or .exr, found `{}`", state.path);
-        window.message = Some(text);
-        return;
-    }
+    let OutputFile { path, format } = match OutputFile::parse(state.path.trim()) {
+        Ok(file) => file,
+        Err(reason) => {
+            window.message = Some(format!("`{}`: {reason}", state.path));
+            return;
+        }
+    };
     let cameras = match state.kind {
         Kind::View => vec![camera],
         Kind::Turntable => turntable(camera, state.n_frames),
@@ -228,12 +227,12 @@ fn start(window: &mut Window, camera: Camera) {
         values: settings.values_of(0),
         clouds: shown.clouds.clone(),
         scene: window.settings.scene.clone(),
-        development: window.settings.development,
+        development: window.settings.development(),
         view: frames[0].0,
         detail: Detail::FULL,
         serial: 0,
     };
-    let mut export = Export { order, frames, next: 0, serial: 0 };
+    let mut export = Export { order, frames, format, next: 0, serial: 0 };
     let serial = window.next_serial();
     export.order_next(&window.darkroom, serial);
     window.export = Some(export);

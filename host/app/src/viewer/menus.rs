@@ -74,7 +74,10 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             }
         });
         ui.menu_button("Edit", |ui| {
-            let (undo, redo) = (window.history.can_undo(), window.history.can_redo());
+            let (undo, redo) = (
+                window.history.has_undo(&window.settings),
+                window.history.has_redo(&window.settings),
+            );
             ui.add_enabled_ui(undo, |ui| {
                 if item(ui, "Undo", &UNDO) {
                     step_back(window);
@@ -199,15 +202,15 @@ pub(crate) fn take_keys(window: &mut Window, ctx: &Context) {
 }
 
 fn step_back(window: &mut Window) {
-    if let Some(settings) = window.history.undo() {
-        window.settings = settings;
+    if let Some(settings) = window.history.undo(&window.settings) {
+        window.settings = settings.clone();
         canvas::follow_settings(window);
     }
 }
 
 fn step_forward(window: &mut Window) {
-    if let Some(settings) = window.history.redo() {
-        window.settings = settings;
+    if let Some(settings) = window.history.redo(&window.settings) {
+        window.settings = settings.clone();
         canvas::follow_settings(window);
     }
 }

@@ -10,7 +10,6 @@ mod compare;
 mod darkroom;
 mod detail;
 mod export;
-mod history;
 mod loading;
 mod memory;
 mod menus;

@@ -206,24 +206,24 @@ fn camera(window: &mut Window, ui: &mut Ui) {
 }
 
 fn picture(window: &mut Window, ui: &mut Ui) {
-    let development = &mut window.settings.development;
-    let exposure = egui::Slider::new(&mut development.exposure_stops, -8.0..=8.0).suffix(" stops");
+    let settings = &mut window.settings;
+    let exposure = &mut settings.scene.exposure_stops;
+    let exposure = egui::Slider::new(exposure, -8.0..=8.0).suffix(" stops");
     ui.add(exposure.text("exposure"));
-    window.settings.scene.exposure_stops = development.exposure_stops;
     ui.horizontal(|ui| {
         ui.label("highlights");
-        ui.selectable_value(&mut development.tone_map, ToneMap::Clamp, "cut off");
-        ui.selectable_value(&mut development.tone_map, ToneMap::Neutral, "compressed");
+        ui.selectable_value(&mut settings.tone_map, ToneMap::Clamp, "cut off");
+        ui.selectable_value(&mut settings.tone_map, ToneMap::Neutral, "compressed");
     });
-    let mut colored = matches!(development.background, Background::Color(_));
+    let mut colored = matches!(settings.background, Background::Color(_));
     if ui.checkbox(&mut colored, "background of its own colour").changed() {
-        development.background = if colored {
-            super::settings::Settings::default().development.background
+        settings.background = if colored {
+            super::settings::Settings::default().background
         } else {
             Background::Transparent
         };
     }
-    if let Background::Color(encoded) = &mut development.background {
+    if let Background::Color(encoded) = &mut settings.background {
         ui.horizontal(|ui| {
             let label = ui.label("background");
             let mut linear = encoded.map(srgb_to_linear);

@@ -6,9 +6,10 @@
 use super::canvas;
 use super::settings::{Mode, PaneSettings};
 use super::window::Window;
+use crate::staging::{background_of, tone_map_of};
 use std::path::Path;
 use surfelshop_api::graph::Output;
-use surfelshop_api::params::{Value, Values, linear_to_srgb, srgb_to_linear};
+use surfelshop_api::params::{Value, Values, srgb_to_linear};
 use surfelshop_cloud::scene::{Backdrop, Keyed, SceneCloud, SceneFile, SceneView, ToneMap};
 use surfelshop_engine::picture::{self, Background};
 use toml::{Table, Value as Toml};
@@ -17,17 +18,8 @@ use toml::{Table, Value as Toml};
 pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     let settings = &mut window.settings;
     settings.scene = file.scene();
-    settings.development.exposure_stops = file.exposure_stops;
-    settings.development.tone_map = match file.tone_map {
-        ToneMap::Clamp => picture::ToneMap::Clamp,
-        ToneMap::Neutral => picture::ToneMap::Neutral,
-    };
-    settings.development.background = match file.background {
-        Backdrop::Transparent => Background::Transparent,
-        Backdrop::Color(linear) => {
-            Background::Color(linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))))
-        }
-    };
+    settings.tone_map = tone_map_of(file);
+    settings.background = background_of(file);
     window.own_cameras.clear();
     if let Some(camera) = &file.camera {
         window.camera = camera.known;
@@ -137,12 +129,12 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
             unknown: file.lights.get(i).map(|old| old.unknown.clone()).unwrap_or_default(),
         })
         .collect();
-    file.exposure_stops = settings.development.exposure_stops;
-    file.tone_map = match settings.development.tone_map {
+    file.exposure_stops = settings.scene.exposure_stops;
+    file.tone_map = match settings.tone_map {
         picture::ToneMap::Clamp => ToneMap::Clamp,
         picture::ToneMap::Neutral => ToneMap::Neutral,
     };
-    file.background = match settings.development.background {
+    file.background = match settings.background {
         Background::Transparent => Backdrop::Transparent,
         Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
     };

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use surfelshop_api::Scene;
 use surfelshop_api::params::Values;
-use surfelshop_engine::picture::{Background, Development};
+use surfelshop_engine::picture::{Background, Development, ToneMap};
 
 /// How the pictures of a pane's two renderers are shown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -82,7 +82,8 @@ impl PaneSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Settings {
     pub(crate) scene: Scene,
-    pub(crate) development: Development,
+    pub(crate) tone_map: ToneMap,
+    pub(crate) background: Background,
     pub(crate) panes: Vec<PaneSettings>,
 }
 
@@ -92,13 +93,23 @@ impl Default for Settings {
         let background = Background::Color([41.0, 43.0, 46.0].map(|level| level / 255.0));
         Self {
             scene: Scene::default(),
-            development: Development { background, ..Development::default() },
+            tone_map: ToneMap::default(),
+            background,
             panes: vec![PaneSettings::new(0, "ewa-phong")],
         }
     }
 }
 
 impl Settings {
+    /// How pictures are developed.
+    pub(crate) fn development(&self) -> Development {
+        Development {
+            exposure_stops: self.scene.exposure_stops,
+            tone_map: self.tone_map,
+            background: self.background,
+        }
+    }
+
     /// A pane by its number.
     pub(crate) fn pane(&self, id: u32) -> Option<&PaneSettings> {
         self.panes.iter().find(|pane| pane.id == id)

@@ -194,7 +194,7 @@ fn changes_of_parameters_are_seen_and_undone() {
         screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone()
     };
     assert_ne!(levels(&mut screen), before);
-    screen.until("a step to undo", |window| window.history.can_undo());
+    screen.until("a step to undo", |window| window.history.has_undo(&window.settings));
     use eframe::egui::{Key, Modifiers};
     screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     screen.until("the old values", |window| window.settings.panes[0].values.is_empty());
@@ -254,7 +254,6 @@ fn the_settled_view_is_what_render_makes_of_the_saved_scene() {
     super::navigation::orbit(&mut camera, DVec2::new(0.7, 0.2));
     window.set_camera(0, camera);
     window.settings.scene.surface.two_sided = false;
-    window.settings.development.exposure_stops = 0.5;
     window.settings.scene.exposure_stops = 0.5;
     let values = window.settings.panes[0].values.entry("ewa-phong".into()).or_default();
     values.insert("specular".to_owned(), Value::Float(0.7));
@@ -305,14 +304,14 @@ fn a_scene_comes_back_as_it_was_saved() {
     let mut other = Screen::open(&[path.to_str().unwrap()]);
     other.settle();
     // Files hold linear colours, of which the last bit depends on the way there.
-    let Background::Color(background) = other.window().settings.development.background else {
+    let Background::Color(background) = other.window().settings.background else {
         panic!("no background");
     };
-    let Background::Color(saved) = settings.development.background else { panic!("none saved") };
+    let Background::Color(saved) = settings.background else { panic!("none saved") };
     for (a, b) in background.iter().zip(saved) {
         assert!((a - b).abs() < 1e-6);
     }
-    other.window().settings.development.background = settings.development.background;
+    other.window().settings.background = settings.background;
     assert_eq!(other.window().settings, settings);
     assert_eq!((other.window().camera, other.window().own_cameras[&1]), (camera, own));
     other.window().save_scene(&path);

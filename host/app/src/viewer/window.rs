@@ -2,7 +2,6 @@
 
 use super::darkroom::{Darkroom, News, Place, Print, UnitConduct};
 use super::export::{self, Export, ExportWindow};
-use super::history::History;
 use super::loading::{Loading, Read};
 use super::memory::Memory;
 use super::pane::{Pane, Side, Wanted};
@@ -11,9 +10,12 @@ use super::{menus, panels, scene_file};
 use crate::arguments::{LensArguments, UpAxis, ViewerArguments};
 use crate::camera::{self, CameraSpec, Extent};
 use crate::clouds::Clouds;
+use crate::demo;
 use crate::studio;
+use eframe::egui::util::undoer::{self, Undoer};
 use eframe::egui::{self, Context, Ui};
 use egui_tiles::{Tiles, Tree};
+use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -37,7 +39,7 @@ pub(crate) struct Shown {
 pub(crate) struct Window {
     pub(crate) darkroom: Darkroom,
     pub(crate) settings: Settings,
-    pub(crate) history: History<Settings>,
+    pub(crate) history: Undoer<Settings>,
     /// The camera that linked panes share.
     pub(crate) camera: Camera,
     /// Cameras of panes that are not linked.
@@ -86,6 +88,8 @@ pub(crate) struct Window {
     /// When the last frame began, and whether the window draws on the CPU.
     last_frame: Instant,
     software: bool,
+    /// The point under the pointer that `under_pointer` describes.
+    pub(crate) looked_at: Option<DVec3>,
     /// What lies under the pointer, in one line.
     pub(crate) under_pointer: String,
     serial: u64,
@@ -108,9 +112,9 @@ impl Window {
         let pane = tiles.insert_pane(0);
         let mut window = Self {
             darkroom,
-            history: History::new(settings.clone()),
+            history: history(),
             settings,
-            camera: frame(&Extent::new(glam::DVec3::ZERO, 1.0), arguments.up).camera,
+            camera: frame(&Extent::new(DVec3::ZERO, 1.0), arguments.up).camera,
             own_cameras: HashMap::new(),
             shown: None,
             loading: None,
@@ -141,6 +145,7 @@ impl Window {
             anchor_depth: None,
             last_frame: Instant::now(),
             software: false,
+            looked_at: None,
             under_pointer: String::new(),
             serial: 0,
         };
@@ -150,7 +155,9 @@ impl Window {
 
     /// Begins to read files, which replace what is shown; the sample where there are none.
     pub(crate) fn open(&mut self, ctx: &Context, files: Vec<PathBuf>) {
-        let files = if files.is_empty() { sample().into_iter().collect() } else { files };
+        // An installed program may have no sample beside it; then there is nothing to show yet.
+        let sample = || demo::find_sample().into_iter().collect();
+        let files = if files.is_empty() { sample() } else { files };
         if files.is_empty() {
             return;
         }
@@ -220,8 +227,9 @@ impl Window {
                 News::Open { adapter, software } => {
                     self.adapter = adapter;
                     self.software = software;
-                    self.adaptive = software || self.adaptive;
                 }
+                // The first reason is the one: the thread ends after it.
+                News::NoDevice(_) if self.no_device => {}
                 News::NoDevice(reason) => {
                     self.no_device = true;
                     self.message = Some(reason);
@@ -296,6 +304,7 @@ impl Window {
         let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
         self.shown = Some(Shown { clouds: Arc::new(clouds), extent, load });
         self.message = None;
+        self.looked_at = None;
         self.own_cameras.clear();
         self.camera = frame(&extent, self.up).camera;
         if let Some(memory) = &self.memory {
@@ -321,7 +330,7 @@ impl Window {
             let kept = self.memory.as_ref().map(Memory::last_scene_path);
             self.scene_path = Some(opened.path).filter(|path| Some(path) != kept.as_ref());
         }
-        self.history = History::new(self.settings.clone());
+        self.history = history();
     }
 
     /// Keeps what is shown for the next start, at most now and then.
@@ -371,7 +380,7 @@ impl Window {
                     renderer: settings.renderers[side].clone(),
                     values: settings.values_of(side),
                     scene: self.settings.scene.clone(),
-                    development: self.settings.development,
+                    development: self.settings.development(),
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     load: shown.load,
                 };
@@ -429,7 +438,8 @@ impl Window {
         self.let_go();
         self.place_orders(&ctx);
         if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
-            self.history.note(&self.settings);
+            let now = ctx.input(|input| input.time);
+            self.history.feed_state(now, &self.settings);
             self.keep(false);
         }
     }
@@ -458,9 +468,11 @@ fn frame(extent: &Extent, up: UpAxis) -> surfelshop_api::View {
     camera::view(&lens, extent, [4, 3])
 }
 
-/// The sample cloud, where it lies beside the program's source.
-fn sample() -> Option<PathBuf> {
-    let beside = std::env::current_exe().ok()?;
-    let sample = beside.ancestors().skip(1).map(|folder| folder.join("assets/sample.ply"));
-    sample.take(5).find(|path| path.is_file())
+/// A history that begins with what it is fed next. A drag is one step: nothing is fed meanwhile.
+fn history() -> Undoer<Settings> {
+    Undoer::with_settings(undoer::Settings {
+        max_undos: 200,
+        stable_time: 0.0,
+        ..Default::default()
+    })
 }

@@ -15,15 +15,11 @@ use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{FrameRequest, UnitKind};
-use surfelshop_engine::picture::{develop_to_8_bit, to_8_bit};
 use surfelshop_engine::plugins::{
     Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Registry, SearchPath, Standing, UnitRef,
     Watcher,
 };
 use surfelshop_engine::{RenderError, RenderRequest, Rendered, RendererView};
-
-/// Frames a renderer that refines its picture may take before the last one is shown.
-const MAX_FRAMES: u32 = 1024;
 
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 
@@ -79,8 +75,13 @@ impl Worker {
                     conduct: Conduct::default(),
                     avoided: Vec::new(),
                     marks: Marks::of_user(),
+                    _watcher: watcher
+                        .map_err(|error| {
+                            let line = format!("rebuilt plugins will not be noticed: {error}");
+                            teller.tell(News::Message(line));
+                        })
+                        .ok(),
                     teller,
-                    _watcher: watcher.ok(),
                 };
                 worker.tell_device();
                 Some(worker)
@@ -204,28 +205,18 @@ impl Worker {
 
     /// Renders until the picture does not change any more.
     fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Rendered, RenderError> {
-        let views = order.clouds.views();
-        let mut n_frames = 0;
-        loop {
-            let rendered = self.studio.engine.render(
-                view,
-                &RenderRequest {
-                    clouds: &views,
-                    facts: &order.clouds.facts,
-                    scene: &order.scene,
-                    view: order.detail.view(order.view),
-                    values: &order.values,
-                    // What lies under the pointer is only asked for of still pictures.
-                    outputs: if order.detail.is_full() { &OUTPUTS } else { &OUTPUTS[..1] },
-                    frame_index: n_frames,
-                    stride: order.detail.stride,
-                },
-            )?;
-            n_frames += 1;
-            if !rendered.wants_another_frame || n_frames == MAX_FRAMES {
-                return Ok(rendered);
-            }
-        }
+        let request = RenderRequest {
+            clouds: &order.clouds.views(),
+            facts: &order.clouds.facts,
+            scene: &order.scene,
+            view: order.detail.view(order.view),
+            values: &order.values,
+            // What lies under the pointer is only asked for of still pictures.
+            outputs: if order.detail.is_full() { &OUTPUTS } else { &OUTPUTS[..1] },
+            frame_index: 0,
+            stride: order.detail.stride,
+        };
+        Ok(self.studio.settle_view(view, &request)?.rendered)
     }
 
     fn failed(&mut self, unit: &UnitRef, contents: Contents, fault: &Fault) {
@@ -354,11 +345,7 @@ fn shot(rendered: &Rendered, order: &Order, started: Instant) -> anyhow::Result<
     let color = image(&Output::Color)?;
     Ok(Shot {
         size: [color.width, color.height],
-        levels: if color.components == 4 {
-            develop_to_8_bit(&color, &order.development)
-        } else {
-            to_8_bit(&pictures::visible(&Output::Color, &color, &order.development))
-        },
+        levels: pictures::levels(&color, &order.development),
         color,
         depth: rendered.image(&Output::Depth).cloned(),
         view: order.detail.view(order.view),

@@ -131,18 +131,19 @@ fn float_colours_that_cannot_be_shaded_become_neutral() {
     assert_eq!(colors[3], [0.25; 3]);
 }
 
+const TANGENTS: [&str; 6] = [
+    "float tangent_u_x",
+    "float tangent_u_y",
+    "float tangent_u_z",
+    "float tangent_v_x",
+    "float tangent_v_y",
+    "float tangent_v_z",
+];
+
 #[test]
 fn other_meaningful_columns_are_recognised() {
-    let more = [
-        "float ao",
-        "int material",
-        "float tangent_u_x",
-        "float tangent_u_y",
-        "float tangent_u_z",
-        "float tangent_v_x",
-        "float tangent_v_y",
-        "float tangent_v_z",
-    ];
+    let more = ["float ao", "int material"];
+    let more = [&more[..], &TANGENTS].concat();
     let mut rows = with(cube(), |_| vec![0.5, 2.0, 0.1, 0.0, 0.0, 0.0, 0.2, 0.0]);
     rows[0][3..6].copy_from_slice(&[f64::NAN, -1.0, 0.0]);
     rows[1][3] = 7.0;
@@ -251,19 +252,11 @@ fn the_summary_is_a_few_lines_for_people_and_fields_for_programs() {
 
 #[test]
 fn tangents_longer_than_the_cloud_are_shortened() {
-    let tangents = [
-        "float tangent_u_x",
-        "float tangent_u_y",
-        "float tangent_u_z",
-        "float tangent_v_x",
-        "float tangent_v_y",
-        "float tangent_v_z",
-    ];
     let mut rows = with(sphere(100), |_| vec![0.2, 0.0, 0.0, 0.0, 0.1, 0.0]);
     rows[0][3] = 1e25;
     rows[1][7] = 1e15;
     let loaded =
-        Ply::new("binary_little_endian").element("vertex", &also(&XYZ, &tangents), &rows).load();
+        Ply::new("binary_little_endian").element("vertex", &also(&XYZ, &TANGENTS), &rows).load();
     let longest = loaded.cloud.vectors("tangent_u")[0];
     assert!((longest.length() - 12f32.sqrt()).abs() < 0.2 && longest.y == 0.0, "{longest}");
     assert!((loaded.cloud.vectors("tangent_v")[1].length() - 12f32.sqrt()).abs() < 0.2);
