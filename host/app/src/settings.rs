@@ -56,15 +56,39 @@ pub(crate) fn of_view(
     Ok((values, unknown_ids))
 }
 
-/// The value of a parameter as a scene gives it, where it is of the kind and in the range.
-fn accepted(declaration: &ParamDecl, value: &Value) -> Result<Value, String> {
-    let found = match value {
+/// Brings values of a scene to the declared kinds and ranges, and returns a line for each that
+/// the scene did not mean so; those that the renderer does not know are kept as they are.
+pub(crate) fn fit(renderer: &str, declared: &[ParamDecl], values: &mut Values) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (id, value) in values {
+        match declared.iter().find(|declaration| declaration.id == *id) {
+            None => lines.push(format!("renderer `{renderer}` has no parameter `{id}`")),
+            Some(declaration) => match accepted(declaration, value) {
+                Ok(fitted) => *value = fitted,
+                Err(line) => {
+                    *value = declaration.sanitise(Some(value));
+                    lines
+                        .push(format!("renderer `{renderer}`: {line}; {} is used", written(value)));
+                }
+            },
+        }
+    }
+    lines
+}
+
+fn written(value: &Value) -> String {
+    match value {
         Value::Bool(value) => value.to_string(),
         Value::Int(value) => value.to_string(),
         Value::Float(value) => format!("{value:?}"),
         Value::Text(value) => value.clone(),
         Value::Color(value) => format!("{value:?}"),
-    };
+    }
+}
+
+/// The value of a parameter as a scene gives it, where it is of the kind and in the range.
+fn accepted(declaration: &ParamDecl, value: &Value) -> Result<Value, String> {
+    let found = written(value);
     match (&declaration.kind, value) {
         (ParamKind::Bool, Value::Bool(_))
         | (ParamKind::Text, Value::Text(_))
@@ -135,6 +159,29 @@ mod tests {
         let outside = read(&["some-gain=3"]).unwrap_err().to_string();
         assert!(outside.contains("from 0 to 2, found `3`"), "{outside}");
     }
+
+    #[test]
+    fn values_of_scenes_are_brought_to_what_is_declared() {
+        let declared = [
+            ParamDecl::new("gain", &1.0f32, "A gain.").range(0.0..=2.0),
+            ParamDecl::new("tint", &[1.0f32; 3], "A tint."),
+        ];
+        let mut values = Values::from([
+            ("gain".to_owned(), Value::Float(3.0)),
+            ("tint".to_owned(), Value::Text("#ff0000".to_owned())),
+            ("mood".to_owned(), Value::Bool(true)),
+        ]);
+        let lines = fit("mine", &declared, &mut values);
+        assert_eq!(lines.len(), 2, "{lines:?}");
+        assert!(lines[0].contains("from 0 to 2, found `3.0`; 2.0 is used"), "{lines:?}");
+        assert!(lines[1].contains("no parameter `mood`"), "{lines:?}");
+        assert_eq!(values["gain"], Value::Float(2.0));
+        assert_eq!(values["tint"], Value::Color([1.0, 0.0, 0.0]));
+        assert_eq!(values["mood"], Value::Bool(true));
+        // What fits now is not told again.
+        assert_eq!(fit("mine", &declared, &mut values).len(), 1);
+    }
+
     #[test]
     fn values_of_scenes_are_checked_like_typed_ones() {
         let declared = [

@@ -1,5 +1,6 @@
 //! The panes: pictures, the mouse over them, and the tools along their upper edge.
 
+use super::arrangement;
 use super::navigation;
 use super::pane::Pane;
 use super::settings::{Mode, PaneSettings};
@@ -9,7 +10,7 @@ use eframe::egui::{
     self, Align2, Color32, CursorIcon, FontId, Key, PointerButton, Pos2, Rect, Sense, Stroke,
     TextureId, Ui, Vec2, WidgetText, pos2, vec2,
 };
-use egui_tiles::{Behavior, TileId, Tiles, Tree, UiResponse};
+use egui_tiles::{Behavior, TileId, Tree, UiResponse};
 use glam::{DVec2, DVec3};
 use surfelshop_engine::PassState;
 
@@ -46,7 +47,7 @@ fn tile_of(tree: &Tree<u32>, pane: u32) -> Option<TileId> {
 pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
     let Some(settings) = window.settings.pane(pane).cloned() else { return };
     if window.settings.panes.len() >= MOST_PANES {
-        window.message = Some(format!("there are at most {MOST_PANES} panes"));
+        window.messages.warn(format!("there are at most {MOST_PANES} panes"));
         return;
     }
     let id = window.settings.free_id();
@@ -58,17 +59,9 @@ pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
     arrange(window, tree);
 }
 
-/// Lays out all panes anew: two beside each other, more in a grid.
+/// Lays out all panes anew.
 fn arrange(window: &Window, tree: &mut Tree<u32>) {
-    let mut tiles = Tiles::default();
-    let all: Vec<TileId> =
-        window.settings.panes.iter().map(|pane| tiles.insert_pane(pane.id)).collect();
-    let root = match all[..] {
-        [only] => only,
-        [_, _] => tiles.insert_horizontal_tile(all),
-        _ => tiles.insert_grid_tile(all),
-    };
-    *tree = Tree::new(egui::Id::unique("panes"), root, tiles);
+    *tree = arrangement::usual(&window.settings.pane_ids());
 }
 
 fn close(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
@@ -99,8 +92,7 @@ pub(crate) fn follow_settings(window: &mut Window) {
         }
     }
     let mut added = false;
-    let ids: Vec<u32> = window.settings.panes.iter().map(|pane| pane.id).collect();
-    for id in ids {
+    for id in window.settings.pane_ids() {
         if let std::collections::btree_map::Entry::Vacant(missing) = window.panes.entry(id) {
             missing.insert(Pane::new());
             added = true;

@@ -122,6 +122,9 @@ pub(crate) enum Task {
     SwitchOn(String),
     /// A renderer is not to be used.
     Avoid(String),
+    /// The device is to be lost, as a driver loses it.
+    #[cfg(test)]
+    LoseDevice,
 }
 
 /// What has not begun.

@@ -1,19 +1,29 @@
 //! Pictures written to files: the view at any size, a turn around the object, a path of cameras.
+//!
+//! The engine's thread makes them one after another; another thread encodes and writes those that
+//! are made, so that the window never waits.
 
-use super::darkroom::{Darkroom, Order, Place, Shot};
+use super::darkroom::{Order, Place, Shot};
 use super::detail::Detail;
+use super::film;
+use super::menus;
+use super::settings::PaneSettings;
 use super::window::Window;
 use crate::values::{Format, OutputFile};
 use crate::{arguments::Bits, camera, exr_file, files, pictures};
 use anyhow::Context as _;
 use eframe::egui::{self, Context, Ui};
-use glam::{DQuat, DVec3};
 use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use surfelshop_api::Camera;
 use surfelshop_api::graph::Output;
-use surfelshop_api::{Camera, Projection, View};
 
 /// The place that exported pictures are made for; no pane has it.
 pub(crate) const PLACE: Place = Place { pane: u32::MAX, side: 0 };
+
+/// Pictures that may be made before those ordered first are written: a slow disk must not fill the
+/// memory.
+const MOST_AHEAD: usize = 3;
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,15 +33,36 @@ enum Kind {
     Path,
 }
 
+/// Of which of the two renderers of the focused view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sides {
+    First,
+    Second,
+    Both,
+}
+
+impl Sides {
+    fn indices(self) -> &'static [usize] {
+        match self {
+            Self::First => &[0],
+            Self::Second => &[1],
+            Self::Both => &[0, 1],
+        }
+    }
+}
+
 /// What the window for saving is set to.
 pub(crate) struct ExportWindow {
     pub(crate) open: bool,
     kind: Kind,
-    path: String,
+    sides: Sides,
+    pub(crate) path: String,
     size: [u32; 2],
     n_frames: usize,
     /// Cameras of a path, in order.
     keys: Vec<Camera>,
+    /// Pictures that would take the place of files, until the user has decided.
+    in_question: Option<(Vec<Picture>, usize)>,
 }
 
 impl Default for ExportWindow {
@@ -39,10 +70,12 @@ impl Default for ExportWindow {
         Self {
             open: false,
             kind: Kind::View,
+            sides: Sides::First,
             path: "surfelshop.png".to_owned(),
             size: [1920, 1080],
             n_frames: 120,
             keys: Vec::new(),
+            in_question: None,
         }
     }
 }
@@ -56,66 +89,104 @@ impl ExportWindow {
     }
 }
 
-/// Pictures being made.
-pub(crate) struct Export {
+/// One picture to be made, and the file it goes to.
+#[derive(Clone)]
+struct Picture {
     order: Order,
-    /// One for each picture, with the file it goes to.
-    frames: Vec<(View, PathBuf)>,
+    path: PathBuf,
     format: Format,
-    next: usize,
-    /// Number of the order that is being made.
-    serial: u64,
+}
+
+/// Pictures being made and written.
+pub(crate) struct Export {
+    pictures: Vec<Picture>,
+    n_ordered: usize,
+    n_made: usize,
+    n_written: usize,
+    /// Number of the order that is being made, if one is.
+    making: Option<u64>,
+    made: Sender<(Picture, Shot)>,
+    written: Receiver<anyhow::Result<()>>,
 }
 
 impl Export {
-    /// Orders the next picture, with a number that no other order has.
-    fn order_next(&mut self, darkroom: &Darkroom, serial: u64) {
-        self.serial = serial;
-        if let Some((view, _)) = self.frames.get(self.next) {
-            darkroom.order(PLACE, Order { view: *view, serial, ..self.order.clone() });
-        }
+    fn start(pictures: Vec<Picture>, ctx: &Context) -> std::io::Result<Self> {
+        let (made, to_write) = channel::<(Picture, Shot)>();
+        let (tell, written) = channel();
+        let ctx = ctx.clone();
+        std::thread::Builder::new().name("pictures".to_owned()).spawn(move || {
+            // Ends when the export is over or cancelled; what is at hand is written first.
+            for (picture, shot) in to_write {
+                drop(tell.send(write(&picture, shot)));
+                ctx.request_repaint();
+            }
+        })?;
+        let (n_ordered, n_made, n_written) = (0, 0, 0);
+        Ok(Self { pictures, n_ordered, n_made, n_written, making: None, made, written })
     }
 
     fn fraction(&self) -> f32 {
-        self.next as f32 / self.frames.len().max(1) as f32
+        self.n_written as f32 / self.pictures.len().max(1) as f32
     }
 }
 
-/// Takes a picture that was made for a file; says what happened in one line once all are written
-/// or one failed.
-///
-/// A picture of an export that was cancelled comes late and is let go.
+/// Takes a picture that was made for a file. One of an export that was cancelled comes late and is
+/// let go.
 pub(crate) fn take(window: &mut Window, serial: u64, outcome: Result<Shot, String>) {
-    let Some(export) = window.export.as_mut().filter(|export| export.serial == serial) else {
-        return;
-    };
-    let Some((_, path)) = export.frames.get(export.next) else { return };
-    let written = outcome
-        .map_err(|reason| anyhow::anyhow!("{}: {reason}", path.display()))
-        .and_then(|shot| write(path, export.format, shot));
-    if let Err(error) = written {
-        window.message = Some(format!("{error:#}"));
+    let Some(export) = window.export.as_mut().filter(|e| e.making == Some(serial)) else { return };
+    export.making = None;
+    let Some(picture) = export.pictures.get(export.n_made) else { return };
+    match outcome {
+        Ok(shot) => {
+            // The other end is there for as long as the export is.
+            drop(export.made.send((picture.clone(), shot)));
+            export.n_made += 1;
+        }
+        Err(reason) => {
+            let (n, path) = (export.n_made, picture.path.display());
+            window.messages.warn(format!("{path}: {reason}; {n} pictures were made"));
+            window.export = None;
+        }
+    }
+}
+
+/// Orders the next picture, and says what happened once all are written or one failed.
+pub(crate) fn go_on(window: &mut Window) {
+    let serial = window.next_serial();
+    let Some(export) = &mut window.export else { return };
+    for result in export.written.try_iter().collect::<Vec<_>>() {
+        if let Err(error) = result {
+            let n = export.n_written;
+            window.messages.warn(format!("{error:#}; {n} pictures are written"));
+            window.export = None;
+            return;
+        }
+        export.n_written += 1;
+    }
+    if export.n_written == export.pictures.len() {
+        let last = export.pictures.last().map(|picture| picture.path.display().to_string());
+        let last = last.unwrap_or_default();
+        window.messages.tell(match export.n_written {
+            1 => format!("wrote {last}"),
+            n => format!("wrote {n} pictures, the last is {last}"),
+        });
         window.export = None;
         return;
     }
-    export.next += 1;
-    if export.next < export.frames.len() {
-        let serial = window.next_serial();
-        if let Some(export) = &mut window.export {
-            export.order_next(&window.darkroom, serial);
-        }
-        return;
+    let ahead = export.n_ordered - export.n_written;
+    if export.making.is_none()
+        && ahead < MOST_AHEAD
+        && let Some(picture) = export.pictures.get(export.n_ordered)
+    {
+        window.darkroom.order(PLACE, Order { serial, ..picture.order.clone() });
+        export.making = Some(serial);
+        export.n_ordered += 1;
     }
-    let (n_files, last) = (export.frames.len(), path.display().to_string());
-    window.message = Some(match n_files {
-        1 => format!("wrote {last}"),
-        n => format!("wrote {n} pictures, the last is {last}"),
-    });
-    window.export = None;
 }
 
-fn write(path: &Path, format: Format, shot: Shot) -> anyhow::Result<()> {
-    let bytes = match format {
+fn write(picture: &Picture, shot: Shot) -> anyhow::Result<()> {
+    let path = &picture.path;
+    let bytes = match picture.format {
         Format::Png => pictures::png(&shot.visible(), Bits::Eight),
         Format::Exr => {
             let depth = shot.depth.map(|depth| (Output::Depth, depth));
@@ -132,32 +203,69 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let mut open = window.export_window.open;
     egui::Window::new("Save pictures").open(&mut open).resizable(false).show(ctx, |ui| {
         if let Some(export) = &window.export {
-            let text = format!("{} of {}", export.next, export.frames.len());
+            let text = format!("{} of {}", export.n_written, export.pictures.len());
             ui.add(egui::ProgressBar::new(export.fraction()).text(text));
             if ui.button("cancel").clicked() {
-                let text = format!("cancelled; {} pictures are written", export.next);
-                window.message = Some(text);
+                let n = export.n_made;
+                window.messages.tell(format!("cancelled; {n} pictures are written"));
                 window.export = None;
             }
-            return;
+        } else if window.export_window.in_question.is_some() {
+            ask(window, ui);
+        } else {
+            form(window, ui);
         }
-        form(window, ui);
     });
     window.export_window.open = open;
 }
 
+/// Asks whether files may be replaced.
+fn ask(window: &mut Window, ui: &mut Ui) {
+    let Some((pictures, n_there)) = &window.export_window.in_question else { return };
+    ui.label(match (n_there, pictures.as_slice()) {
+        (1, [picture]) => format!("{} is there already.", picture.path.display()),
+        (n, pictures) => format!("{n} of the {} files are there already.", pictures.len()),
+    });
+    ui.horizontal(|ui| {
+        let (replace, keep) = (ui.button("replace").clicked(), ui.button("back").clicked());
+        if replace || keep {
+            let asked = window.export_window.in_question.take();
+            if let Some((pictures, _)) = asked.filter(|_| replace) {
+                begin(window, pictures, ui.ctx());
+            }
+        }
+    });
+}
+
 fn form(window: &mut Window, ui: &mut Ui) {
     let camera = window.camera_of(window.focused);
+    let settings = window.settings.pane(window.focused).cloned();
     let state = &mut window.export_window;
     ui.horizontal(|ui| {
         ui.selectable_value(&mut state.kind, Kind::View, "this view");
         ui.selectable_value(&mut state.kind, Kind::Turntable, "a turn around");
         ui.selectable_value(&mut state.kind, Kind::Path, "a path of cameras");
     });
+    let mut choose = false;
     egui::Grid::new("export").num_columns(2).show(ui, |ui| {
         let label = ui.label("file (.png or .exr)");
-        ui.text_edit_singleline(&mut state.path).labelled_by(label.id);
+        ui.horizontal(|ui| {
+            ui.text_edit_singleline(&mut state.path).labelled_by(label.id);
+            choose = ui.button("choose …").clicked();
+        });
         ui.end_row();
+        match settings.filter(|settings| settings.mode.sides() == 2) {
+            Some(PaneSettings { renderers: [first, second], .. }) => {
+                ui.label("renderer");
+                ui.horizontal(|ui| {
+                    ui.selectable_value(&mut state.sides, Sides::First, first);
+                    ui.selectable_value(&mut state.sides, Sides::Second, second);
+                    ui.selectable_value(&mut state.sides, Sides::Both, "both");
+                });
+                ui.end_row();
+            }
+            None => state.sides = Sides::First,
+        }
         let label = ui.label("width x height, pixels");
         ui.horizontal(|ui| {
             for side in &mut state.size {
@@ -184,152 +292,95 @@ fn form(window: &mut Window, ui: &mut Ui) {
             ui.end_row();
         }
     });
+    if choose {
+        menus::dialog(window, ui.ctx(), menus::Asked::Pictures);
+    }
     if ui.button("save").clicked() {
-        start(window, camera);
+        match planned(window, camera) {
+            Err(reason) => window.messages.warn(reason),
+            Ok(pictures) => {
+                let n_there = pictures.iter().filter(|picture| picture.path.exists()).count();
+                if n_there > 0 {
+                    window.export_window.in_question = Some((pictures, n_there));
+                } else {
+                    begin(window, pictures, ui.ctx());
+                }
+            }
+        }
     }
 }
 
-fn start(window: &mut Window, camera: Camera) {
+/// The pictures that the form asks for.
+fn planned(window: &Window, camera: Camera) -> Result<Vec<Picture>, String> {
     let state = &window.export_window;
-    let OutputFile { path, format } = match OutputFile::parse(state.path.trim()) {
-        Ok(file) => file,
-        Err(reason) => {
-            window.message = Some(format!("`{}`: {reason}", state.path));
-            return;
-        }
-    };
+    let file = OutputFile::parse(state.path.trim());
+    let OutputFile { path, format } =
+        file.map_err(|reason| format!("`{}`: {reason}", state.path))?;
+    // Relative to where the program was started, which a message must not leave open.
+    let path = std::path::absolute(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let cameras = match state.kind {
         Kind::View => vec![camera],
-        Kind::Turntable => turntable(camera, state.n_frames),
+        Kind::Turntable => film::turntable(camera, state.n_frames),
         Kind::Path if state.keys.len() < 2 => {
-            window.message = Some("a path needs two cameras or more".to_owned());
-            return;
+            return Err("a path needs two cameras or more".to_owned());
         }
-        Kind::Path => path_of(&state.keys, state.n_frames),
+        Kind::Path => film::path_of(&state.keys, state.n_frames),
     };
-    let Some(shown) = &window.shown else {
-        window.message = Some("there is nothing to draw yet".to_owned());
-        return;
-    };
-    let Some(settings) = window.settings.pane(window.focused) else { return };
-    let size = state.size;
-    let n = cameras.len();
-    let frames: Vec<(View, PathBuf)> = cameras
-        .into_iter()
-        .enumerate()
-        .map(|(i, camera)| {
-            let file = if n == 1 { path.clone() } else { numbered(&path, i + 1) };
-            (camera::framed_view(camera, &shown.extent, size), file)
-        })
-        .collect();
-    let order = Order {
-        renderer: settings.renderers[0].clone(),
-        values: settings.values_of(0),
+    let shown = window.shown.as_ref().ok_or("there is nothing to draw yet")?;
+    let settings = window.settings.pane(window.focused).ok_or("no view is chosen")?;
+    let sides = state.sides.indices();
+    let order = |side: usize, camera: Camera| Order {
+        renderer: settings.renderers[side].clone(),
+        values: settings.values_of(side),
         clouds: shown.clouds.clone(),
         scene: window.settings.scene.clone(),
         development: window.settings.development(),
-        view: frames[0].0,
+        view: camera::framed_view(camera, &shown.extent, state.size),
         detail: Detail::FULL,
         serial: 0,
     };
-    let mut export = Export { order, frames, format, next: 0, serial: 0 };
-    let serial = window.next_serial();
-    export.order_next(&window.darkroom, serial);
-    window.export = Some(export);
+    let mut pictures = Vec::new();
+    // One renderer after the other: each keeps what it has made ready.
+    for &side in sides {
+        let mut own = path.clone();
+        if sides.len() > 1 {
+            own = with_suffix(&own, &format!("{}-{}", side + 1, settings.renderers[side]));
+        }
+        for (i, &camera) in cameras.iter().enumerate() {
+            let path = match cameras.len() {
+                1 => own.clone(),
+                _ => with_suffix(&own, &format!("{:04}", i + 1)),
+            };
+            pictures.push(Picture { order: order(side, camera), path, format });
+        }
+    }
+    Ok(pictures)
 }
 
-/// `pictures/snail.png` with 7 becomes `pictures/snail-0007.png`.
-fn numbered(path: &Path, number: usize) -> PathBuf {
+fn begin(window: &mut Window, pictures: Vec<Picture>, ctx: &Context) {
+    match Export::start(pictures, ctx) {
+        Ok(export) => window.export = Some(export),
+        Err(error) => window.messages.warn(format!("no picture can be written: {error}")),
+    }
+}
+
+/// `pictures/snail.png` with `0007` becomes `pictures/snail-0007.png`.
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let ending = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}-{number:04}.{ending}"))
-}
-
-/// Cameras evenly around the target; the last one stands a step before the first.
-fn turntable(camera: Camera, n_frames: usize) -> Vec<Camera> {
-    let up = camera.up.normalize_or(DVec3::Y);
-    let turned = |i: usize| {
-        let turn = DQuat::from_axis_angle(up, std::f64::consts::TAU * i as f64 / n_frames as f64);
-        Camera { eye: camera.target + turn * (camera.eye - camera.target), ..camera }
-    };
-    (0..n_frames).map(turned).collect()
-}
-
-/// Cameras along a smooth curve through the given ones, which are reached at equal intervals.
-///
-/// Source: Catmull & Rom 1974, the uniform spline; ends are repeated.
-fn path_of(keys: &[Camera], n_frames: usize) -> Vec<Camera> {
-    let n_parts = keys.len() - 1;
-    let at = |i: isize| &keys[i.clamp(0, n_parts as isize) as usize];
-    let frame = |i: usize| {
-        let place = n_parts as f64 * i as f64 / (n_frames - 1) as f64;
-        let part = (place.floor() as usize).min(n_parts - 1);
-        let t = place - part as f64;
-        let key = |k: isize| at(part as isize + k);
-        let spline = |value: fn(&Camera) -> DVec3| {
-            let [a, b, c, d] = [-1, 0, 1, 2].map(|k| value(key(k)));
-            let (t2, t3) = (t * t, t * t * t);
-            0.5 * (2.0 * b
-                + (c - a) * t
-                + (2.0 * a - 5.0 * b + 4.0 * c - d) * t2
-                + (3.0 * b - a - 3.0 * c + d) * t3)
-        };
-        let mix = |a: f64, b: f64| a + (b - a) * t;
-        let projection = match (key(0).projection, key(1).projection) {
-            (Projection::Perspective { fov_y: a }, Projection::Perspective { fov_y: b }) => {
-                Projection::Perspective { fov_y: mix(a, b) }
-            }
-            (Projection::Orthographic { height: a }, Projection::Orthographic { height: b }) => {
-                Projection::Orthographic { height: mix(a, b) }
-            }
-            (kept, _) => kept,
-        };
-        Camera {
-            eye: spline(|camera| camera.eye),
-            target: spline(|camera| camera.target),
-            up: spline(|camera| camera.up),
-            projection,
-        }
-    };
-    (0..n_frames).map(frame).collect()
+    // A renderer's full name has a slash.
+    path.with_file_name(format!("{stem}-{}.{ending}", suffix.replace('/', "-")))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn camera(eye: DVec3) -> Camera {
-        let projection = Projection::Perspective { fov_y: 0.6 };
-        Camera { eye, target: DVec3::new(1.0, 0.0, 0.0), up: DVec3::Y, projection }
-    }
-
     #[test]
-    fn a_turn_goes_once_around_and_keeps_its_distance() {
-        let around = turntable(camera(DVec3::new(1.0, 2.0, 4.0)), 8);
-        assert_eq!(around.len(), 8);
-        for pair in around.windows(2) {
-            let step = pair[0].eye.distance(pair[1].eye);
-            assert!((step - 8.0 * (std::f64::consts::PI / 8.0).sin()).abs() < 1e-9);
-            assert!((pair[0].eye.distance(pair[0].target) - 20f64.sqrt()).abs() < 1e-9);
-        }
-        let half = around[4].eye;
-        assert!((half - DVec3::new(1.0, 2.0, -4.0)).length() < 1e-9, "{half}");
-    }
-
-    #[test]
-    fn a_path_passes_its_cameras_at_equal_intervals() {
-        let keys = [DVec3::Z, DVec3::X * 3.0, DVec3::new(2.0, 5.0, 1.0)].map(camera);
-        let path = path_of(&keys, 21);
-        for (frame, key) in [(0, 0), (10, 1), (20, 2)] {
-            assert!((path[frame].eye - keys[key].eye).length() < 1e-12);
-        }
-        let longest = path.windows(2).map(|pair| pair[0].eye.distance(pair[1].eye));
-        assert!(longest.fold(0.0, f64::max) < 1.0);
-    }
-
-    #[test]
-    fn numbers_stand_before_the_ending() {
-        let path = numbered(Path::new("pictures/snail.exr"), 7);
+    fn suffixes_stand_before_the_ending() {
+        let path = with_suffix(Path::new("pictures/snail.exr"), "0007");
         assert_eq!(path, Path::new("pictures/snail-0007.exr"));
+        let path = with_suffix(Path::new("snail.exr"), "1-org.example/flat");
+        assert_eq!(path, Path::new("snail-1-org.example-flat.exr"));
     }
 }

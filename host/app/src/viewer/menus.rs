@@ -107,6 +107,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
         });
         ui.menu_button("Help", |ui| {
             ui.checkbox(&mut window.open_windows.plugins, "Plugins");
+            ui.checkbox(&mut window.messages.open, "Messages");
             ui.checkbox(&mut window.open_windows.keys, "Mouse and keys");
         });
     });
@@ -249,10 +250,12 @@ pub(crate) enum Asked {
     Open,
     /// A scene to write.
     SaveScene,
+    /// Pictures to write.
+    Pictures,
 }
 
 /// Asks for files on a thread of its own, since the system's dialog waits.
-fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
+pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
     if window.dialog.is_some() {
         return;
     }
@@ -270,6 +273,12 @@ fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
                 .set_file_name("surfelshop.scene.toml")
                 .save_file()
                 .map(|file| vec![file]),
+            Asked::Pictures => dialog
+                .set_title("Save pictures")
+                .set_file_name("surfelshop.png")
+                .add_filter("pictures", &["png", "exr"])
+                .save_file()
+                .map(|file| vec![file]),
         };
         // The window may be gone already.
         drop(send.send(files));
@@ -277,7 +286,7 @@ fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
     });
     match thread {
         Ok(_) => window.dialog = Some((asked, receive)),
-        Err(error) => window.message = Some(format!("no dialog could be opened: {error}")),
+        Err(error) => window.messages.warn(format!("no dialog could be opened: {error}")),
     }
 }
 
@@ -309,6 +318,9 @@ pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
                 (_, None) => {}
                 (Asked::Open, _) => window.open(ctx, chosen),
                 (Asked::SaveScene, Some(path)) => window.save_scene(path),
+                (Asked::Pictures, Some(path)) => {
+                    window.export_window.path = path.display().to_string();
+                }
             }
         }
         Err(TryRecvError::Disconnected) => window.dialog = None,
@@ -320,6 +332,7 @@ pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
 pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
     export::show(window, ctx);
     ask_about_crash(window, ctx);
+    window.messages.show_all(ctx);
     let mut open = window.open_windows.plugins;
     egui::Window::new("Plugins").open(&mut open).show(ctx, |ui| plugins(window, ui));
     window.open_windows.plugins = open;

@@ -5,14 +5,17 @@
 //! thread of its own, which `darkroom` leads to, `pane` keeps those that came
 //! back, `canvas` shows them and takes the mouse.
 
+mod arrangement;
 mod canvas;
 mod compare;
 mod darkroom;
 mod detail;
 mod export;
+mod film;
 mod loading;
 mod memory;
 mod menus;
+mod messages;
 mod navigation;
 mod pane;
 mod panels;
@@ -27,6 +30,7 @@ mod worker;
 use crate::arguments::ViewerArguments;
 use anyhow::anyhow;
 use eframe::egui;
+use std::sync::atomic::{AtomicBool, Ordering};
 use surfelshop_engine::plugins;
 
 /// Opens the window and returns when it is closed.
@@ -46,8 +50,13 @@ pub(crate) fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
     let closed = eframe::run_native(
         "surfelshop",
         options,
-        Box::new(move |cc| Ok(Box::new(window::Window::new(&cc.egui_ctx, &arguments)?))),
+        Box::new(move |cc| {
+            close_when_asked(&cc.egui_ctx);
+            Ok(Box::new(window::Window::new(&cc.egui_ctx, &arguments)?))
+        }),
     );
+    // A renderer that is still at its first picture is left behind, not crashed.
+    withdraw_marks();
     if darkroom::was_abandoned() || plugins::loader_is_busy() {
         plugins::leave(i32::from(closed.is_err()));
     }
@@ -57,6 +66,33 @@ pub(crate) fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
         let reason = text.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
         anyhow!("no window could be opened: {reason}; `surfelshop render` needs none")
     })
+}
+
+/// Closes the window when the system asks the program to end: at a logout, by `kill` or Ctrl C.
+/// A second request ends it at once.
+fn close_when_asked(ctx: &egui::Context) {
+    let ctx = ctx.clone();
+    let asked = AtomicBool::new(false);
+    let handled = ctrlc::set_handler(move || {
+        withdraw_marks();
+        if asked.swap(true, Ordering::Relaxed) {
+            plugins::leave(INTERRUPTED);
+        }
+        ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        ctx.request_repaint();
+    });
+    if let Err(error) = handled {
+        tracing::debug!("requests to end will not be noticed: {error}");
+    }
+}
+
+/// Exit code of a program that was interrupted, as shells count it: 128 and the signal's number.
+const INTERRUPTED: i32 = 130;
+
+fn withdraw_marks() {
+    if let Some(marks) = plugins::Marks::of_user() {
+        marks.withdraw();
+    }
 }
 
 #[cfg(test)]

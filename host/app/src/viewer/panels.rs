@@ -111,7 +111,7 @@ fn renderer(window: &mut Window, ui: &mut Ui) {
                 let chosen = presets(ui, &name, values, &mut window.preset, &window.memory);
                 match chosen {
                     Some(Ok(chosen)) => *values = chosen,
-                    Some(Err(reason)) => window.message = Some(reason),
+                    Some(Err(reason)) => window.messages.warn(reason),
                     None => {}
                 }
                 if values.is_empty() {
@@ -296,19 +296,7 @@ fn passes(window: &mut Window, ui: &mut Ui) {
 /// The line at the bottom.
 pub(crate) fn status(window: &mut Window, ui: &mut Ui) {
     ui.horizontal(|ui| {
-        if let Some(message) = window.message.clone() {
-            if ui.small_button("x").on_hover_text("dismiss").clicked() {
-                window.message = None;
-            }
-            let text = egui::RichText::new(&message).color(ui.visuals().warn_fg_color);
-            let width = 0.7 * ui.available_width();
-            ui.scope(|ui| {
-                ui.set_max_width(width);
-                ui.add(egui::Label::new(text).truncate()).on_hover_text(&message);
-            });
-        } else {
-            ui.label(&window.under_pointer);
-        }
+        ui.label(&window.under_pointer);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.weak(&window.adapter);
             // A picture that still gets finer counts as work, so that a still view says when it

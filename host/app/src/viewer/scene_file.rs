@@ -3,6 +3,7 @@
 //! What other programs can use stands in the scene's own keys: the first renderer of each pane is a
 //! view. What only this window knows, how panes compare and where they stand, is in `layout`.
 
+use super::arrangement;
 use super::canvas;
 use super::settings::{Mode, PaneSettings};
 use super::window::Window;
@@ -44,6 +45,12 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
         settings.panes = panes;
     }
     canvas::follow_settings(window);
+    let described = file.layout.get("arrangement");
+    let panes = window.settings.pane_ids();
+    // A scene that does not say it, or was changed since, is laid out as usual.
+    window.tree = described
+        .and_then(|described| arrangement::tree(described, &panes))
+        .unwrap_or_else(|| arrangement::usual(&panes));
 }
 
 fn pane_of(id: u32, view: &SceneView, layout: Option<&Table>) -> PaneSettings {
@@ -157,6 +164,10 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
     file.views = views;
     let panes = settings.panes.iter().map(|pane| Toml::Table(layout_of(pane))).collect();
     file.layout.insert("panes".to_owned(), Toml::Array(panes));
+    match arrangement::described(&window.tree, &settings.pane_ids()) {
+        Some(described) => file.layout.insert("arrangement".to_owned(), described),
+        None => file.layout.remove("arrangement"),
+    };
     file
 }
 

@@ -120,6 +120,11 @@ impl Settings {
         self.panes.iter_mut().find(|pane| pane.id == id)
     }
 
+    /// The panes' numbers, in their order.
+    pub(crate) fn pane_ids(&self) -> Vec<u32> {
+        self.panes.iter().map(|pane| pane.id).collect()
+    }
+
     /// A number no pane has.
     pub(crate) fn free_id(&self) -> u32 {
         self.panes.iter().map(|pane| pane.id + 1).max().unwrap_or(0)

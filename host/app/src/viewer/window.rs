@@ -1,9 +1,11 @@
 //! The window's state and what happens in each of its frames.
 
+use super::arrangement;
 use super::darkroom::{Darkroom, News, Place, Print, UnitConduct};
 use super::export::{self, Export, ExportWindow};
 use super::loading::{Loading, Read};
 use super::memory::Memory;
+use super::messages::Messages;
 use super::pane::{Pane, Side, Wanted};
 use super::settings::Settings;
 use super::{menus, panels, scene_file};
@@ -11,10 +13,11 @@ use crate::arguments::{LensArguments, UpAxis, ViewerArguments};
 use crate::camera::{self, CameraSpec, Extent};
 use crate::clouds::Clouds;
 use crate::demo;
+use crate::settings;
 use crate::studio;
 use eframe::egui::util::undoer::{self, Undoer};
 use eframe::egui::{self, Context, Ui};
-use egui_tiles::{Tiles, Tree};
+use egui_tiles::Tree;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 use std::path::PathBuf;
@@ -74,8 +77,8 @@ pub(crate) struct Window {
     pub(crate) adaptive: bool,
     /// The axis that points upwards in the cloud.
     pub(crate) up: UpAxis,
-    /// The last thing that went wrong, in one line.
-    pub(crate) message: Option<String>,
+    /// What there is to say.
+    pub(crate) messages: Messages,
     /// The name typed for a preset.
     pub(crate) preset: String,
     /// A file dialog that is open.
@@ -108,8 +111,6 @@ impl Window {
         if let Some(memory) = &memory {
             memory.begin_session();
         }
-        let mut tiles = Tiles::default();
-        let pane = tiles.insert_pane(0);
         let mut window = Self {
             darkroom,
             history: history(),
@@ -125,7 +126,7 @@ impl Window {
             memory,
             kept: None,
             panes: BTreeMap::from([(0, Pane::new())]),
-            tree: Tree::new(egui::Id::unique("panes"), pane, tiles),
+            tree: arrangement::usual(&[0]),
             focused: 0,
             declared: HashMap::new(),
             registry,
@@ -136,7 +137,7 @@ impl Window {
             crash: Marks::of_user().and_then(|marks| marks.crashed_last_time()),
             adaptive: true,
             up: arguments.up,
-            message: None,
+            messages: Messages::default(),
             dialog: None,
             preset: String::new(),
             open_windows: menus::OpenWindows::default(),
@@ -164,7 +165,7 @@ impl Window {
         let wake = ctx.clone();
         match Loading::start(files, move || wake.request_repaint()) {
             Ok(loading) => self.loading = Some(loading),
-            Err(error) => self.message = Some(format!("nothing can be read: {error}")),
+            Err(error) => self.messages.warn(format!("nothing can be read: {error}")),
         }
     }
 
@@ -232,10 +233,13 @@ impl Window {
                 News::NoDevice(_) if self.no_device => {}
                 News::NoDevice(reason) => {
                     self.no_device = true;
-                    self.message = Some(reason);
+                    self.messages.warn(reason);
                 }
                 News::Declared { renderer, parameters } => {
-                    self.declared.insert(renderer, parameters);
+                    let known = self.declared.insert(renderer.clone(), parameters);
+                    if known != self.declared.get(&renderer).cloned() {
+                        self.fit_values(&renderer);
+                    }
                 }
                 News::Preparing { place, renderer } => {
                     if let Some(pane) = self.panes.get_mut(&place.pane) {
@@ -246,7 +250,7 @@ impl Window {
                 News::Counters(counters) => self.counters = counters,
                 News::Plugins(registry) => self.registry = registry,
                 News::Reloaded { renderer, values, report } => {
-                    self.message = Some(report);
+                    self.messages.tell(report);
                     for pane in &mut self.settings.panes {
                         if pane.values.contains_key(&renderer) {
                             pane.values.insert(renderer.clone(), values.clone());
@@ -254,7 +258,17 @@ impl Window {
                     }
                 }
                 News::Conduct(conduct) => self.conduct = conduct,
-                News::Message(line) => self.message = Some(line),
+                News::Message(line) => self.messages.warn(line),
+            }
+        }
+    }
+
+    /// Brings the values of a renderer to what it declares, and says which were meant otherwise.
+    fn fit_values(&mut self, renderer: &str) {
+        let Some(declared) = self.declared.get(renderer) else { return };
+        for values in self.settings.panes.iter_mut().filter_map(|p| p.values.get_mut(renderer)) {
+            for line in settings::fit(renderer, declared, values) {
+                self.messages.warn(line);
             }
         }
     }
@@ -280,7 +294,7 @@ impl Window {
         side.take(ctx, place, renderer.clone(), serial, outcome);
         let Some(reason) = failed else { return };
         let before = side.shown.as_ref().map(|shown| shown.renderer.clone());
-        self.message = Some(format!("{renderer}: {reason}"));
+        self.messages.warn(format!("{renderer}: {reason}"));
         if let Some(before) = before
             && before != renderer
             && let Some(pane) = self.settings.pane_mut(place.pane)
@@ -296,14 +310,14 @@ impl Window {
         let Read { clouds, scene } = match result {
             Ok(read) => read,
             Err(reason) => {
-                self.message = Some(reason);
+                self.messages.warn(reason);
                 return;
             }
         };
         let extent = clouds.extent(self.settings.scene.surface.radius_scale);
         let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
         self.shown = Some(Shown { clouds: Arc::new(clouds), extent, load });
-        self.message = None;
+        self.messages.dismiss_all();
         self.looked_at = None;
         self.own_cameras.clear();
         self.camera = frame(&extent, self.up).camera;
@@ -318,8 +332,10 @@ impl Window {
         self.scene_path = None;
         if let Some(opened) = scene {
             let warnings: Vec<String> = opened.warnings.iter().map(ToString::to_string).collect();
-            self.message = Some(warnings.join("; ")).filter(|text| !text.is_empty());
+            warnings.into_iter().for_each(|line| self.messages.warn(line));
             scene_file::apply(self, &opened.scene);
+            let known: Vec<String> = self.declared.keys().cloned().collect();
+            known.iter().for_each(|renderer| self.fit_values(renderer));
             let mut file = opened.scene;
             file.clouds.extend(self.files.iter().map(|file| {
                 let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
@@ -354,11 +370,11 @@ impl Window {
         let file = scene_file::of(self, path);
         match file.write(path) {
             Ok(()) => {
-                self.message = Some(format!("wrote {}", path.display()));
+                self.messages.tell(format!("wrote {}", path.display()));
                 self.scene_file = Some(file);
                 self.scene_path = Some(path.to_owned());
             }
-            Err(error) => self.message = Some(error.to_string()),
+            Err(error) => self.messages.warn(error.to_string()),
         }
     }
 
@@ -424,6 +440,7 @@ impl Window {
         self.pace();
         self.take_news(&ctx);
         self.take_clouds();
+        export::go_on(self);
         self.take_dropped_files(&ctx);
         menus::take_dialog(self, &ctx);
         menus::take_keys(self, &ctx);
@@ -433,7 +450,8 @@ impl Window {
             .default_size(300.0)
             .size_range(220.0..=520.0)
             .show(ui, |ui| panels::side(self, ui));
-        egui::CentralPanel::no_frame().show(ui, |ui| super::canvas::show(self, ui));
+        let pictures = egui::CentralPanel::no_frame().show(ui, |ui| super::canvas::show(self, ui));
+        self.messages.show(&ctx, pictures.response.rect);
         menus::show_windows(self, &ctx);
         self.let_go();
         self.place_orders(&ctx);

@@ -106,6 +106,8 @@ impl Worker {
                 Task::Picture(place, order) => self.picture(place, *order),
                 Task::Changed(changed) => self.changed(&changed),
                 Task::Avoid(renderer) => self.avoided.push(renderer),
+                #[cfg(test)]
+                Task::LoseDevice => self.studio.engine.gpu().device.destroy(),
                 Task::SwitchOn(renderer) => {
                     self.avoided.retain(|other| *other != renderer);
                     if let Ok(unit) = self.registry.find(UnitKind::Renderer, &renderer) {

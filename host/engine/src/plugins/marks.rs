@@ -84,6 +84,19 @@ impl Marks {
         Ok(Mark { path, _file: file })
     }
 
+    /// Takes away all marks of this process, which is being ended from outside: that is no crash.
+    pub fn withdraw(&self) {
+        let own = format!("{}-", process::id());
+        let listing = self.folder.read_dir().ok();
+        for found in listing.into_iter().flatten().flatten() {
+            let path = found.path();
+            let ours = found.file_name().to_string_lossy().starts_with(&own);
+            if ours && path.extension().is_some_and(|extension| extension == EXTENSION) {
+                remove(&path);
+            }
+        }
+    }
+
     /// The unit that was last at work in a program that crashed, if one did since this was last
     /// asked.
     #[must_use]
@@ -189,6 +202,19 @@ mod tests {
         assert_eq!(crash.file, "/plugins/li?b.so");
         assert_eq!(crash.process, process::id());
         assert_eq!(marks.crashed_last_time(), None);
+    }
+
+    #[test]
+    fn marks_of_a_program_that_is_ended_from_outside_go() {
+        let folder = tempfile::tempdir().unwrap();
+        let marks = Marks::in_folder(folder.path());
+        marks.withdraw();
+        let _mark = marks.leave(&unit("a")).unwrap();
+        fs::write(folder.path().join("1-0.at-work"), "another program's").unwrap();
+        marks.withdraw();
+        let left: Vec<_> = folder.path().read_dir().unwrap().flatten().collect();
+        assert_eq!(left.len(), 1);
+        assert_eq!(left[0].file_name(), "1-0.at-work");
     }
 
     #[test]

@@ -1,0 +1,156 @@
+//! Files that are read and written from the window.
+
+use super::Screen;
+use crate::viewer::settings::Mode;
+use eframe::egui::DroppedFile;
+use egui_kittest::kittest::Queryable as _;
+use std::path::{Path, PathBuf};
+
+#[test]
+fn a_file_that_cannot_be_read_is_named_and_the_cloud_stays() {
+    let mut screen = Screen::sample();
+    let context = screen.harness.ctx.clone();
+    screen.window().open(&context, vec!["no/such/cloud.ply".into()]);
+    screen.until("the message", |window| window.messages.last().is_some());
+    let window = screen.window();
+    let message = window.messages.last().unwrap().to_owned();
+    assert!(message.contains("no/such/cloud.ply"), "{message}");
+    assert_eq!(window.shown.as_ref().unwrap().clouds.facts.n_surfels, 119_051);
+}
+
+#[test]
+fn pictures_are_written_at_any_size_and_all_around() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    screen.window().export_window.open = true;
+    let path = |name: &str| folder.path().join(name);
+    for (choice, file, expected) in [
+        ("this view", "one.png", vec!["one.png"]),
+        ("this view", "one.exr", vec!["one.exr"]),
+        ("a turn around", "turn.png", vec!["turn-0001.png", "turn-0002.png", "turn-0003.png"]),
+    ] {
+        screen.frames();
+        screen.harness.get_by_label(choice).click();
+        screen.window().export_window.aim(path(file).to_str().unwrap(), [123, 77], 3);
+        screen.frames();
+        screen.harness.get_by_label("save").click();
+        screen.until("the files", |window| window.messages.say("wrote "));
+        screen.window().messages.dismiss_all();
+        for name in expected {
+            assert!(path(name).is_file(), "{name}");
+        }
+    }
+    assert_eq!(image::image_dimensions(path("turn-0002.png")).unwrap(), (123, 77));
+    assert_ne!(
+        std::fs::read(path("turn-0001.png")).unwrap(),
+        std::fs::read(path("turn-0002.png")).unwrap()
+    );
+    // Files are not replaced without a question.
+    let old = std::fs::read(path("one.png")).unwrap();
+    screen.harness.get_by_label("this view").click();
+    screen.window().export_window.aim(path("one.png").to_str().unwrap(), [50, 40], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.frames();
+    screen.harness.get_by_label("back").click();
+    screen.frames();
+    assert_eq!(std::fs::read(path("one.png")).unwrap(), old);
+    screen.harness.get_by_label("save").click();
+    screen.frames();
+    screen.harness.get_by_label("replace").click();
+    screen.until("the file", |window| window.messages.say("wrote "));
+    assert_eq!(image::image_dimensions(path("one.png")).unwrap(), (50, 40));
+    screen.window().messages.dismiss_all();
+    // Of two renderers either or both.
+    screen.window().settings.panes[0].mode = Mode::Wipe;
+    screen.window().export_window.aim(path("two.png").to_str().unwrap(), [50, 40], 2);
+    screen.frames();
+    screen.harness.get_by_label("both").click();
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the files", |window| window.messages.say("wrote 2 "));
+    let levels = |name: &str| image::open(path(name)).unwrap().into_rgba8().into_raw();
+    assert_ne!(levels("two-1-ewa-phong.png"), levels("two-2-flat.png"));
+    screen.window().messages.dismiss_all();
+    screen.window().export_window.aim("picture.jpg", [8, 8], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the refusal", |window| window.messages.last().is_some());
+    assert!(screen.window().messages.last().unwrap().contains(".png or .exr"));
+}
+
+#[test]
+fn presets_are_kept_for_the_next_start() {
+    use surfelshop_api::params::Value;
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    let memory = || Some(crate::viewer::memory::Memory::in_folder(folder.path().to_owned()));
+    screen.window().memory = memory();
+    let values = screen.window().settings.panes[0].values.entry("ewa-phong".into()).or_default();
+    values.insert("specular".to_owned(), Value::Float(0.9));
+    screen.window().preset = "shiny".to_owned();
+    screen.settle();
+    screen.harness.get_by_label("presets of ewa-phong").click();
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the file", |_| memory().unwrap().preset_names("ewa-phong") == ["shiny"]);
+    screen.window().settings.panes[0].values.clear();
+    screen.settle();
+    screen.harness.get_by_label("presets of ewa-phong").click();
+    screen.frames();
+    screen.harness.get_by_label("shiny").click();
+    screen.until("the values", |window| {
+        window.settings.panes[0].values_of(0).get("specular") == Some(&Value::Float(0.9))
+    });
+}
+
+#[test]
+fn a_late_picture_of_a_cancelled_export_goes_nowhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = Screen::sample();
+    screen.window().export_window.open = true;
+    screen.frames();
+    let file = folder.path().join("large.png");
+    screen.window().export_window.aim(file.to_str().unwrap(), [2000, 2000], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.frames();
+    screen.harness.get_by_label("cancel").click();
+    screen.frames();
+    let file = folder.path().join("small.png");
+    screen.window().messages.dismiss_all();
+    screen.window().export_window.aim(file.to_str().unwrap(), [64, 48], 2);
+    screen.frames();
+    screen.harness.get_by_label("save").click();
+    screen.until("the file", |window| window.messages.last().is_some());
+    assert_eq!(image::image_dimensions(file).unwrap(), (64, 48));
+}
+
+/// A file that was dropped onto the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+#[test]
+fn files_dropped_onto_the_window_are_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("three.ply");
+    let text = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                property float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+    std::fs::write(&path, text).unwrap();
+    let mut screen = Screen::sample();
+    screen.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(path)));
+    screen.until("the cloud", |window| {
+        window.shown.as_ref().is_some_and(|shown| shown.clouds.facts.n_surfels == 3)
+    });
+    screen.settle();
+}

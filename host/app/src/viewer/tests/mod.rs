@@ -1,0 +1,106 @@
+//! The window without a screen: every panel, switching, comparing, undo and what fails.
+
+mod files;
+mod plugins;
+mod scenes;
+mod views;
+
+use super::window::Window;
+use crate::arguments::{DeviceArguments, PluginFiles, UpAxis, ViewerArguments};
+use eframe::egui::{Context, Vec2};
+use egui_kittest::Harness;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/sample.ply");
+
+/// Far more than any step takes on a busy machine: a test that waits this long has failed.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// The plugins of this build, which lie one folder above a unit test.
+fn built_plugins() -> PluginFiles {
+    let test = std::env::current_exe().unwrap();
+    let folder = test.ancestors().nth(2).unwrap();
+    let file = |name: &str| {
+        let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        let path = folder.join(format!("{prefix}{name}{suffix}"));
+        assert!(path.exists(), "{} is missing: `cargo verify` builds it", path.display());
+        path
+    };
+    let plugin = vec![file("surfelshop_flat"), file("surfelshop_ewa_phong")];
+    PluginFiles { plugin, patience: None }
+}
+
+/// A window over files, and the means to use it.
+struct Screen {
+    harness: Harness<'static, Window>,
+}
+
+impl Screen {
+    fn open(files: &[&str]) -> Self {
+        Self::with(&ViewerArguments {
+            files: files.iter().map(PathBuf::from).collect(),
+            up: UpAxis::Y,
+            plugins: built_plugins(),
+            device: DeviceArguments::default(),
+        })
+    }
+
+    fn with(arguments: &ViewerArguments) -> Self {
+        // The harness has a context of its own; this one only wakes nobody.
+        let mut window = Window::new(&Context::default(), arguments).unwrap();
+        // A crash of another program is not this test's business.
+        window.crash = None;
+        window.memory = None;
+        let harness = Harness::builder()
+            .with_size(Vec2::new(900.0, 640.0))
+            .build_ui_state(|ui, window: &mut Window| window.frame(ui), window);
+        Self { harness }
+    }
+
+    fn window(&mut self) -> &mut Window {
+        self.harness.state_mut()
+    }
+
+    /// Runs frames until something holds.
+    #[track_caller]
+    fn until(&mut self, what: &str, mut holds: impl FnMut(&mut Window) -> bool) {
+        let started = Instant::now();
+        loop {
+            self.harness.step();
+            if holds(self.harness.state_mut()) {
+                return;
+            }
+            let message = self.harness.state().messages.last().map(str::to_owned);
+            assert!(started.elapsed() < PATIENCE, "waited for {what}; message: {message:?}");
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Runs as many frames as a menu or window takes to open.
+    fn frames(&mut self) {
+        for _ in 0..4 {
+            self.harness.step();
+        }
+    }
+
+    /// Runs frames until all pictures are there in full detail.
+    #[track_caller]
+    fn settle(&mut self) {
+        self.until("the pictures", |window| {
+            window.settings.panes.iter().all(|settings| {
+                let pane = &window.panes[&settings.id];
+                pane.sides[..settings.mode.sides()].iter().enumerate().all(|(i, side)| {
+                    let shown = side.shown.as_ref();
+                    side.settled() && shown.is_some_and(|s| s.renderer == settings.renderers[i])
+                })
+            })
+        });
+    }
+
+    fn sample() -> Self {
+        let mut screen = Self::open(&[SAMPLE]);
+        screen.settle();
+        screen
+    }
+}

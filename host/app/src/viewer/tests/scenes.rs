@@ -1,0 +1,123 @@
+//! Scenes: saved, opened, and drawn by `render`.
+
+use super::{SAMPLE, Screen, built_plugins};
+use crate::viewer::settings::Mode;
+use egui_kittest::kittest::Queryable as _;
+
+#[test]
+fn the_settled_view_is_what_render_makes_of_the_saved_scene() {
+    use crate::arguments::{Cli, Command};
+    use crate::given::Given;
+    use clap::{CommandFactory as _, FromArgMatches as _};
+    use glam::DVec2;
+    use surfelshop_api::params::Value;
+    let mut screen = Screen::sample();
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, png) = (folder.path().join("a.scene.toml"), folder.path().join("a.png"));
+    let window = screen.window();
+    let mut camera = window.camera;
+    crate::viewer::navigation::orbit(&mut camera, DVec2::new(0.7, 0.2));
+    window.set_camera(0, camera);
+    window.settings.scene.surface.two_sided = false;
+    window.settings.scene.exposure_stops = 0.5;
+    let values = window.settings.panes[0].values.entry("ewa-phong".into()).or_default();
+    values.insert("specular".to_owned(), Value::Float(0.7));
+    screen.settle();
+    screen.window().save_scene(&scene);
+    assert!(scene.exists(), "{:?}", screen.window().messages.last());
+    let shot = screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.clone();
+    let [width, height] = shot.size;
+    let plugins = built_plugins().plugin;
+    let mut line = vec!["surfelshop".to_owned(), "render".to_owned()];
+    for plugin in &plugins {
+        line.extend(["--plugin".to_owned(), plugin.display().to_string()]);
+    }
+    line.extend([scene.display().to_string(), "-o".to_owned(), png.display().to_string()]);
+    line.extend(["--size".to_owned(), format!("{width}x{height}")]);
+    let matches = Cli::command().try_get_matches_from(line).unwrap();
+    let Some(Command::Render(arguments)) = Cli::from_arg_matches(&matches).unwrap().command else {
+        panic!("another command");
+    };
+    crate::render::run(&arguments, &Given::of(&matches)).unwrap();
+    let rendered = image::open(&png).unwrap().into_rgba8().into_raw();
+    let differ = rendered.chunks(4).zip(shot.levels.chunks(4)).filter(|(a, b)| a != b).count();
+    assert_eq!(differ, 0, "pixels differ");
+}
+
+#[test]
+fn a_scene_comes_back_as_it_was_saved() {
+    use surfelshop_api::params::Value;
+    use surfelshop_engine::picture::Background;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("b.scene.toml");
+    let mut screen = Screen::sample();
+    screen.harness.get_all_by_label("split").next().unwrap().click();
+    screen.until("another view", |window| window.settings.panes.len() == 2);
+    let window = screen.window();
+    let pane = &mut window.settings.panes[1];
+    (pane.mode, pane.wipe, pane.linked) = (Mode::Wipe, 0.25, false);
+    pane.values.entry("flat".into()).or_default().insert("ambient".to_owned(), Value::Float(0.5));
+    let mut own = window.camera;
+    own.eye *= 1.5;
+    window.own_cameras.insert(1, own);
+    window.settings.scene.surface.low_pass = 2.0;
+    window.save_scene(&path);
+    let (settings, camera) = (window.settings.clone(), window.camera);
+    // Unknown keys stay.
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, format!("mood = \"calm\"\n{text}")).unwrap();
+    let mut other = Screen::open(&[path.to_str().unwrap()]);
+    other.settle();
+    // Files hold linear colours, of which the last bit depends on the way there.
+    let Background::Color(background) = other.window().settings.background else {
+        panic!("no background");
+    };
+    let Background::Color(saved) = settings.background else { panic!("none saved") };
+    for (a, b) in background.iter().zip(saved) {
+        assert!((a - b).abs() < 1e-6);
+    }
+    other.window().settings.background = settings.background;
+    assert_eq!(other.window().settings, settings);
+    assert_eq!((other.window().camera, other.window().own_cameras[&1]), (camera, own));
+    other.window().save_scene(&path);
+    let again = std::fs::read_to_string(&path).unwrap();
+    assert!(again.contains("mood = \"calm\""), "{again}");
+}
+
+#[test]
+fn another_cloud_does_not_overwrite_the_scene_before() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("c.scene.toml");
+    let text = format!(
+        "format = 1\nbackground = \"transparent\"\n[[clouds]]\npath = '{SAMPLE}'\n\
+         [[views]]\nrenderer = \"flat\"\noutput = \"depth\"\n"
+    );
+    std::fs::write(&scene, text).unwrap();
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    // What the window cannot show stays as it was.
+    let copy = folder.path().join("d.scene.toml");
+    screen.window().save_scene(&copy);
+    let saved = std::fs::read_to_string(&copy).unwrap();
+    assert!(saved.contains("\"transparent\"") && saved.contains("\"depth\""), "{saved}");
+    let context = screen.harness.ctx.clone();
+    screen.window().open(&context, vec![SAMPLE.into()]);
+    screen.until("the cloud", |window| window.loading.is_none() && window.scene_file.is_none());
+    assert_eq!(screen.window().scene_path, None);
+}
+
+#[test]
+fn values_of_a_scene_that_do_not_fit_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("c.scene.toml");
+    let text = format!(
+        "format = 1\n[[clouds]]\npath = '{SAMPLE}'\n[[views]]\nrenderer = \"ewa-phong\"\n\
+         [views.values]\nspecular = 7.0\nmood = \"calm\"\n"
+    );
+    std::fs::write(&scene, text).unwrap();
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    for words in ["`specular` takes", "no parameter `mood`"] {
+        assert!(screen.window().messages.say(words), "nothing said of {words}");
+    }
+}

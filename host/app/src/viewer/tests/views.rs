@@ -1,0 +1,124 @@
+//! Views, panels and menus.
+
+use super::Screen;
+use crate::viewer::settings::Mode;
+use crate::viewer::window::Window;
+use egui_kittest::kittest::Queryable as _;
+
+fn covered(window: &Window, pane: u32, side: usize) -> usize {
+    let shot = &window.panes[&pane].sides[side].shown.as_ref().unwrap().shot;
+    let depth = shot.depth.as_ref().unwrap();
+    depth.data.chunks_exact(depth.components as usize).filter(|p| p[0] > 0.0).count()
+}
+
+#[test]
+fn panels_say_what_is_shown() {
+    let mut screen = Screen::sample();
+    assert!(covered(screen.window(), 0, 0) > 10_000);
+    let harness = &screen.harness;
+    for text in ["Clouds", "Renderer", "Camera", "Light and picture", "Surface", "Passes"] {
+        harness.get_by_label(text);
+    }
+    for text in ["sample.ply", "119 051 surfels", "shininess", "draw both sides", "phong"] {
+        assert!(harness.query_all_by_label(text).count() > 0, "nothing is called `{text}`");
+    }
+}
+
+#[test]
+fn the_old_picture_stays_until_the_new_renderer_has_one() {
+    let mut screen = Screen::sample();
+    for renderer in ["flat", "ewa-phong", "flat"] {
+        screen.window().settings.panes[0].renderers[0] = renderer.to_owned();
+        screen.until("the other renderer", |window| {
+            let shown = window.panes[&0].sides[0].shown.as_ref().unwrap();
+            assert!(covered(window, 0, 0) > 10_000, "an empty picture is shown");
+            shown.renderer == renderer
+        });
+    }
+}
+
+#[test]
+fn two_renderers_are_compared_and_their_columns_are_on_the_device_once() {
+    let mut screen = Screen::sample();
+    let columns = screen.window().counters.column_bytes;
+    for mode in [Mode::SideBySide, Mode::Wipe, Mode::Flicker, Mode::Difference] {
+        screen.window().settings.panes[0].mode = mode;
+        screen.settle();
+        let window = screen.window();
+        let difference = window.panes.get_mut(&0).unwrap().difference().unwrap();
+        assert!(difference.rmse > 0.005 && difference.rmse < 0.2, "{}", difference.describe());
+        assert_eq!(window.counters.column_bytes, columns, "{mode:?}");
+    }
+    screen.window().settings.panes[0].renderers[1] = "ewa-phong".to_owned();
+    screen.settle();
+    let difference = screen.window().panes.get_mut(&0).unwrap().difference().unwrap();
+    assert_eq!(difference.describe(), "equal");
+}
+
+#[test]
+fn views_split_and_share_the_columns() {
+    let mut screen = Screen::sample();
+    let columns = screen.window().counters.column_bytes;
+    for n_panes in 2..=4 {
+        screen.harness.get_all_by_label("split").next().unwrap().click();
+        screen.until("another view", |window| window.settings.panes.len() == n_panes);
+        screen.settle();
+    }
+    assert_eq!(screen.window().counters.column_bytes, columns);
+    screen.harness.get_all_by_label("split").next().unwrap().click();
+    screen.until("the message", |window| window.messages.last().is_some());
+    assert_eq!(screen.window().settings.panes.len(), 4);
+    screen.harness.get_all_by_label("close").next().unwrap().click();
+    screen.until("one less", |window| window.settings.panes.len() == 3);
+    screen.settle();
+}
+
+#[test]
+fn changes_of_parameters_are_seen_and_undone() {
+    use surfelshop_api::params::Value;
+    let mut screen = Screen::sample();
+    let before = screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone();
+    let values = screen.window().settings.panes[0].values.entry("ewa-phong".into()).or_default();
+    values.insert("specular".to_owned(), Value::Float(1.0));
+    screen.settle();
+    let levels = |screen: &mut Screen| {
+        screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone()
+    };
+    assert_ne!(levels(&mut screen), before);
+    screen.until("a step to undo", |window| window.history.has_undo(&window.settings));
+    use eframe::egui::{Key, Modifiers};
+    screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    screen.until("the old values", |window| window.settings.panes[0].values.is_empty());
+    screen.settle();
+    assert_eq!(levels(&mut screen), before);
+    screen.harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
+    screen.until("the new values", |window| !window.settings.panes[0].values.is_empty());
+}
+
+#[test]
+fn help_and_plugins_have_their_windows() {
+    for (window, content) in [("Plugins", "org.surfelshop.flat"), ("Mouse and keys", "orbit")] {
+        let mut screen = Screen::sample();
+        screen.harness.get_by_label("Help").click();
+        screen.frames();
+        screen.harness.get_by_label(window).click();
+        screen.frames();
+        assert!(screen.harness.query_all_by_label(content).count() > 0, "{window}: {content}");
+    }
+}
+
+#[test]
+fn views_that_are_let_go_stay_where_they_are() {
+    let mut screen = Screen::sample();
+    screen.harness.get_all_by_label("split").next().unwrap().click();
+    screen.until("another view", |window| window.settings.panes.len() == 2);
+    screen.window().settings.panes[1].linked = false;
+    screen.frames();
+    let before = screen.window().camera_of(1);
+    let mut moved = screen.window().camera;
+    moved.eye *= 2.0;
+    screen.window().set_camera(0, moved);
+    screen.frames();
+    assert_eq!(screen.window().camera_of(1), before);
+    assert_eq!(screen.window().camera_of(0), moved);
+}
