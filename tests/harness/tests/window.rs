@@ -90,8 +90,13 @@ struct Program<'a> {
 
 impl<'a> Program<'a> {
     fn start(screen: &'a Screen, scene: &Path, state: &Path) -> Self {
+        Self::start_with(screen, scene, state, &[])
+    }
+
+    fn start_with(screen: &'a Screen, scene: &Path, state: &Path, options: &[&str]) -> Self {
         let mut child = screen
             .command(build_folder().join("surfelshop"))
+            .args(options)
             .arg(scene)
             .env("XDG_STATE_HOME", state)
             .env("XDG_RUNTIME_DIR", state)
@@ -131,6 +136,20 @@ impl<'a> Program<'a> {
             assert!(started.elapsed() < PATIENCE, "no {pane} {renderer}; so far:\n{seen}");
             assert!(self.child.try_wait().unwrap().is_none(), "the program ended:\n{seen}");
         }
+    }
+
+    /// Waits for the end, with exit code 0.
+    #[track_caller]
+    fn ends_well(&mut self) {
+        let started = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            assert!(started.elapsed() < PATIENCE, "the program does not end");
+            std::thread::sleep(Duration::from_millis(20));
+        };
+        assert!(status.success(), "{status}");
     }
 
     fn key(&self, keys: &str) {
@@ -234,15 +253,38 @@ fn a_session_with_mouse_and_keys() {
     program.key("ctrl+s");
     wait_for(&scene, |text| !text.contains("specular"));
     program.key("ctrl+q");
+    program.ends_well();
+}
+
+#[test]
+fn a_request_to_end_closes_the_window_and_is_no_crash() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("hangs.scene.toml");
+    let sample = Path::new(SAMPLE).canonicalize().unwrap();
+    let renderer = "org.surfelshop.test.faulty/hangs-in-frame";
+    let text = format!(
+        "format = 1\n[[clouds]]\npath = '{}'\n[[views]]\nrenderer = '{renderer}'\n",
+        sample.display()
+    );
+    std::fs::write(&scene, text).unwrap();
+    let library = format!("{}faulty{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let library = build_folder().join("examples").join(library);
+    assert!(library.is_file(), "{} is not built; `cargo verify` builds it", library.display());
+    let screen = Screen::start();
+    let options = ["--patience", "100", "--plugin", library.to_str().unwrap()];
+    let mut program = Program::start_with(&screen, &scene, folder.path(), &options);
+    // The renderer is at its first picture once its mark stands.
+    let marks = folder.path().join("surfelshop/at-work");
+    let n_marks = || marks.read_dir().map_or(0, Iterator::count);
     let started = Instant::now();
-    let status = loop {
-        if let Some(status) = program.child.try_wait().unwrap() {
-            break status;
-        }
-        assert!(started.elapsed() < PATIENCE, "the program does not end");
-        std::thread::sleep(Duration::from_millis(20));
-    };
-    assert!(status.success(), "{status}");
+    while n_marks() == 0 {
+        assert!(started.elapsed() < PATIENCE, "no mark in {}", marks.display());
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    let id = program.child.id().to_string();
+    assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
+    program.ends_well();
+    assert_eq!(n_marks(), 0, "the next start would take this for a crash");
 }
 
 /// Waits until a file says something.

@@ -1,9 +1,9 @@
 //! The window: look at clouds, switch renderers, put two beside each other.
 //!
-//! What is shown and how is in `settings`, which undo covers. `window` draws the panels and places
-//! the orders, `worker` makes the pictures on a
-//! thread of its own, which `darkroom` leads to, `pane` keeps those that came
-//! back, `canvas` shows them and takes the mouse.
+//! What is shown and how is in `settings`, which undo covers. `window` runs each frame and places
+//! the orders, `worker` makes the pictures on a thread of its own, which `darkroom` leads to, `news`
+//! takes those that come back, `pane` keeps them, `canvas` takes the mouse and `paint` shows them.
+//! `opened` reads and writes clouds and scenes, `panels` and `menus` are what stands around.
 
 mod arrangement;
 mod canvas;
@@ -17,6 +17,9 @@ mod memory;
 mod menus;
 mod messages;
 mod navigation;
+mod news;
+mod opened;
+mod paint;
 mod pane;
 mod panels;
 mod parameters;

@@ -1,19 +1,17 @@
 //! The window's state and what happens in each of its frames.
 
 use super::arrangement;
-use super::darkroom::{Darkroom, News, Place, Print, UnitConduct};
+use super::darkroom::{Darkroom, Place, UnitConduct};
 use super::export::{self, Export, ExportWindow};
-use super::loading::{Loading, Read};
+use super::loading::Loading;
 use super::memory::Memory;
 use super::messages::Messages;
 use super::pane::{Pane, Side, Wanted};
 use super::settings::Settings;
-use super::{menus, panels, scene_file};
+use super::{menus, panels};
 use crate::arguments::{LensArguments, UpAxis, ViewerArguments};
 use crate::camera::{self, CameraSpec, Extent};
 use crate::clouds::Clouds;
-use crate::demo;
-use crate::settings;
 use crate::studio;
 use eframe::egui::util::undoer::{self, Undoer};
 use eframe::egui::{self, Context, Ui};
@@ -26,7 +24,7 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 use surfelshop_api::params::ParamDecl;
 use surfelshop_api::{Camera, UnitKind};
-use surfelshop_cloud::scene::{SceneCloud, SceneFile};
+use surfelshop_cloud::scene::SceneFile;
 use surfelshop_engine::Counters;
 use surfelshop_engine::plugins::{Crash, Marks, Registry};
 
@@ -58,7 +56,7 @@ pub(crate) struct Window {
     pub(crate) memory: Option<Memory>,
     pub(crate) recent: Vec<PathBuf>,
     /// What was kept last, and when.
-    kept: Option<(SceneFile, Instant)>,
+    pub(crate) kept: Option<(SceneFile, Instant)>,
     pub(crate) panes: BTreeMap<u32, Pane>,
     pub(crate) tree: Tree<u32>,
     pub(crate) focused: u32,
@@ -90,7 +88,7 @@ pub(crate) struct Window {
     pub(crate) anchor_depth: Option<(u32, f64)>,
     /// When the last frame began, and whether the window draws on the CPU.
     last_frame: Instant,
-    software: bool,
+    pub(crate) software: bool,
     /// The point under the pointer that `under_pointer` describes.
     pub(crate) looked_at: Option<DVec3>,
     /// What lies under the pointer, in one line.
@@ -154,21 +152,6 @@ impl Window {
         Ok(window)
     }
 
-    /// Begins to read files, which replace what is shown; the sample where there are none.
-    pub(crate) fn open(&mut self, ctx: &Context, files: Vec<PathBuf>) {
-        // An installed program may have no sample beside it; then there is nothing to show yet.
-        let sample = || demo::find_sample().into_iter().collect();
-        let files = if files.is_empty() { sample() } else { files };
-        if files.is_empty() {
-            return;
-        }
-        let wake = ctx.clone();
-        match Loading::start(files, move || wake.request_repaint()) {
-            Ok(loading) => self.loading = Some(loading),
-            Err(error) => self.messages.warn(format!("nothing can be read: {error}")),
-        }
-    }
-
     /// A number no order has had.
     pub(crate) fn next_serial(&mut self) -> u64 {
         self.serial += 1;
@@ -222,162 +205,6 @@ impl Window {
         }
     }
 
-    fn take_news(&mut self, ctx: &Context) {
-        for news in self.darkroom.news() {
-            match news {
-                News::Open { adapter, software } => {
-                    self.adapter = adapter;
-                    self.software = software;
-                }
-                // The first reason is the one: the thread ends after it.
-                News::NoDevice(_) if self.no_device => {}
-                News::NoDevice(reason) => {
-                    self.no_device = true;
-                    self.messages.warn(reason);
-                }
-                News::Declared { renderer, parameters } => {
-                    let known = self.declared.insert(renderer.clone(), parameters);
-                    if known != self.declared.get(&renderer).cloned() {
-                        self.fit_values(&renderer);
-                    }
-                }
-                News::Preparing { place, renderer } => {
-                    if let Some(pane) = self.panes.get_mut(&place.pane) {
-                        pane.sides[place.side].preparing = Some(renderer);
-                    }
-                }
-                News::Print(print) => self.take_print(ctx, *print),
-                News::Counters(counters) => self.counters = counters,
-                News::Plugins(registry) => self.registry = registry,
-                News::Reloaded { renderer, values, report } => {
-                    self.messages.tell(report);
-                    for pane in &mut self.settings.panes {
-                        if pane.values.contains_key(&renderer) {
-                            pane.values.insert(renderer.clone(), values.clone());
-                        }
-                    }
-                }
-                News::Conduct(conduct) => self.conduct = conduct,
-                News::Message(line) => self.messages.warn(line),
-            }
-        }
-    }
-
-    /// Brings the values of a renderer to what it declares, and says which were meant otherwise.
-    fn fit_values(&mut self, renderer: &str) {
-        let Some(declared) = self.declared.get(renderer) else { return };
-        for values in self.settings.panes.iter_mut().filter_map(|p| p.values.get_mut(renderer)) {
-            for line in settings::fit(renderer, declared, values) {
-                self.messages.warn(line);
-            }
-        }
-    }
-
-    /// Shows a picture. A renderer that failed gives way to the one whose picture is shown.
-    fn take_print(&mut self, ctx: &Context, print: Print) {
-        let Print { place, serial, renderer, outcome } = print;
-        if place == export::PLACE {
-            export::take(self, serial, outcome);
-            return;
-        }
-        let Some(pane) = self.panes.get_mut(&place.pane) else { return };
-        if let Ok(shot) = &outcome {
-            let detail = shot.detail.describe();
-            let passes: Vec<String> = (shot.passes.iter())
-                .filter_map(|pass| Some(format!("{} {:.1}", pass.name, pass.gpu_ms?)))
-                .collect();
-            let (ms, passes) = (shot.milliseconds, passes.join(", "));
-            tracing::debug!(pane = place.pane, renderer, ms, detail, passes, "picture");
-        }
-        let failed = outcome.as_ref().err().cloned();
-        let side = &mut pane.sides[place.side];
-        side.take(ctx, place, renderer.clone(), serial, outcome);
-        let Some(reason) = failed else { return };
-        let before = side.shown.as_ref().map(|shown| shown.renderer.clone());
-        self.messages.warn(format!("{renderer}: {reason}"));
-        if let Some(before) = before
-            && before != renderer
-            && let Some(pane) = self.settings.pane_mut(place.pane)
-            && pane.renderers[place.side] == renderer
-        {
-            pane.renderers[place.side] = before;
-        }
-    }
-
-    fn take_clouds(&mut self) {
-        let Some(result) = self.loading.as_ref().and_then(Loading::finished) else { return };
-        let files = self.loading.take().map(|loading| loading.files.clone()).unwrap_or_default();
-        let Read { clouds, scene } = match result {
-            Ok(read) => read,
-            Err(reason) => {
-                self.messages.warn(reason);
-                return;
-            }
-        };
-        let extent = clouds.extent(self.settings.scene.surface.radius_scale);
-        let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
-        self.shown = Some(Shown { clouds: Arc::new(clouds), extent, load });
-        self.messages.dismiss_all();
-        self.looked_at = None;
-        self.own_cameras.clear();
-        self.camera = frame(&extent, self.up).camera;
-        if let Some(memory) = &self.memory {
-            // A list that cannot be kept is no reason not to show what was opened.
-            drop(memory.opened(&files));
-            self.recent = memory.recent();
-        }
-        let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
-        self.files = files.into_iter().filter(is_cloud).collect();
-        self.scene_file = None;
-        self.scene_path = None;
-        if let Some(opened) = scene {
-            let warnings: Vec<String> = opened.warnings.iter().map(ToString::to_string).collect();
-            warnings.into_iter().for_each(|line| self.messages.warn(line));
-            scene_file::apply(self, &opened.scene);
-            let known: Vec<String> = self.declared.keys().cloned().collect();
-            known.iter().for_each(|renderer| self.fit_values(renderer));
-            let mut file = opened.scene;
-            file.clouds.extend(self.files.iter().map(|file| {
-                let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-                SceneCloud::new(path).into()
-            }));
-            self.scene_file = Some(file);
-            // The last session is the program's own file; saving asks where to.
-            let kept = self.memory.as_ref().map(Memory::last_scene_path);
-            self.scene_path = Some(opened.path).filter(|path| Some(path) != kept.as_ref());
-        }
-        self.history = history();
-    }
-
-    /// Keeps what is shown for the next start, at most now and then.
-    fn keep(&mut self, at_once: bool) {
-        let recently = self.kept.as_ref().is_some_and(|(_, when)| when.elapsed() < BETWEEN_KEEPING);
-        let Some(memory) = &self.memory else { return };
-        if self.shown.is_none() || (recently && !at_once) {
-            return;
-        }
-        let scene = scene_file::of(self, &memory.last_scene_path());
-        if self.kept.as_ref().is_none_or(|(kept, _)| *kept != scene)
-            && let Err(error) = memory.keep(&scene)
-        {
-            tracing::debug!("the scene was not kept: {error:#}");
-        }
-        self.kept = Some((scene, Instant::now()));
-    }
-
-    /// Writes what is shown to a scene file.
-    pub(crate) fn save_scene(&mut self, path: &std::path::Path) {
-        let file = scene_file::of(self, path);
-        match file.write(path) {
-            Ok(()) => {
-                self.messages.tell(format!("wrote {}", path.display()));
-                self.scene_file = Some(file);
-                self.scene_path = Some(path.to_owned());
-            }
-            Err(error) => self.messages.warn(error.to_string()),
-        }
-    }
-
     /// Orders the pictures that are missing.
     fn place_orders(&mut self, ctx: &Context) {
         let Some(shown) = &self.shown else { return };
@@ -410,15 +237,6 @@ impl Window {
                     ctx.request_repaint_after(again);
                 }
             }
-        }
-    }
-
-    fn take_dropped_files(&mut self, ctx: &Context) {
-        let dropped: Vec<PathBuf> = ctx.input(|input| {
-            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
-        });
-        if !dropped.is_empty() {
-            self.open(ctx, dropped);
         }
     }
 }
@@ -476,18 +294,15 @@ impl eframe::App for Window {
 /// Time between two frames of the window while it waits for a picture, on software drivers.
 const BETWEEN_FRAMES: Duration = Duration::from_millis(20);
 
-/// Time between two saves of the scene for the next start.
-const BETWEEN_KEEPING: Duration = Duration::from_secs(10);
-
 /// The view that frames a cloud.
-fn frame(extent: &Extent, up: UpAxis) -> surfelshop_api::View {
+pub(crate) fn frame(extent: &Extent, up: UpAxis) -> surfelshop_api::View {
     let camera = CameraSpec::three_quarter();
     let lens = LensArguments { camera, up, fov: None, orthographic: false, zoom: 1.0 };
     camera::view(&lens, extent, [4, 3])
 }
 
 /// A history that begins with what it is fed next. A drag is one step: nothing is fed meanwhile.
-fn history() -> Undoer<Settings> {
+pub(crate) fn history() -> Undoer<Settings> {
     Undoer::with_settings(undoer::Settings {
         max_undos: 200,
         stable_time: 0.0,

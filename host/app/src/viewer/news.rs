@@ -1,0 +1,92 @@
+//! What the thread that makes pictures tells, and what the window does about it.
+
+use super::darkroom::{News, Print};
+use super::export;
+use super::window::Window;
+use crate::settings;
+use eframe::egui::Context;
+
+impl Window {
+    /// Takes what the other thread tells.
+    pub(crate) fn take_news(&mut self, ctx: &Context) {
+        for news in self.darkroom.news() {
+            match news {
+                News::Open { adapter, software } => {
+                    self.adapter = adapter;
+                    self.software = software;
+                }
+                // The first reason is the one: the thread ends after it.
+                News::NoDevice(_) if self.no_device => {}
+                News::NoDevice(reason) => {
+                    self.no_device = true;
+                    self.messages.warn(reason);
+                }
+                News::Declared { renderer, parameters } => {
+                    let known = self.declared.insert(renderer.clone(), parameters);
+                    if known != self.declared.get(&renderer).cloned() {
+                        self.fit_values(&renderer);
+                    }
+                }
+                News::Preparing { place, renderer } => {
+                    if let Some(pane) = self.panes.get_mut(&place.pane) {
+                        pane.sides[place.side].preparing = Some(renderer);
+                    }
+                }
+                News::Print(print) => self.take_print(ctx, *print),
+                News::Counters(counters) => self.counters = counters,
+                News::Plugins(registry) => self.registry = registry,
+                News::Reloaded { renderer, values, report } => {
+                    self.messages.tell(report);
+                    for pane in &mut self.settings.panes {
+                        if pane.values.contains_key(&renderer) {
+                            pane.values.insert(renderer.clone(), values.clone());
+                        }
+                    }
+                }
+                News::Conduct(conduct) => self.conduct = conduct,
+                News::Message(line) => self.messages.warn(line),
+            }
+        }
+    }
+
+    /// Brings the values of a renderer to what it declares, and says which were meant otherwise.
+    pub(crate) fn fit_values(&mut self, renderer: &str) {
+        let Some(declared) = self.declared.get(renderer) else { return };
+        for values in self.settings.panes.iter_mut().filter_map(|p| p.values.get_mut(renderer)) {
+            for line in settings::fit(renderer, declared, values) {
+                self.messages.warn(line);
+            }
+        }
+    }
+
+    /// Shows a picture. A renderer that failed gives way to the one whose picture is shown.
+    fn take_print(&mut self, ctx: &Context, print: Print) {
+        let Print { place, serial, renderer, outcome } = print;
+        if place == export::PLACE {
+            export::take(self, serial, outcome);
+            return;
+        }
+        let Some(pane) = self.panes.get_mut(&place.pane) else { return };
+        if let Ok(shot) = &outcome {
+            let detail = shot.detail.describe();
+            let passes: Vec<String> = (shot.passes.iter())
+                .filter_map(|pass| Some(format!("{} {:.1}", pass.name, pass.gpu_ms?)))
+                .collect();
+            let (ms, passes) = (shot.milliseconds, passes.join(", "));
+            tracing::debug!(pane = place.pane, renderer, ms, detail, passes, "picture");
+        }
+        let failed = outcome.as_ref().err().cloned();
+        let side = &mut pane.sides[place.side];
+        side.take(ctx, place, renderer.clone(), serial, outcome);
+        let Some(reason) = failed else { return };
+        let before = side.shown.as_ref().map(|shown| shown.renderer.clone());
+        self.messages.warn(format!("{renderer}: {reason}"));
+        if let Some(before) = before
+            && before != renderer
+            && let Some(pane) = self.settings.pane_mut(place.pane)
+            && pane.renderers[place.side] == renderer
+        {
+            pane.renderers[place.side] = before;
+        }
+    }
+}

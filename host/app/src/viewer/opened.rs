@@ -1,0 +1,117 @@
+//! Clouds and scenes that are opened, saved, and kept for the next start.
+
+use super::loading::{Loading, Read};
+use super::memory::Memory;
+use super::scene_file;
+use super::window::{Shown, Window, frame, history};
+use crate::demo;
+use eframe::egui::Context;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use surfelshop_cloud::scene::SceneCloud;
+
+/// Time between two saves of the scene for the next start.
+const BETWEEN_KEEPING: Duration = Duration::from_secs(10);
+
+impl Window {
+    /// Begins to read files, which replace what is shown; the sample where there are none.
+    pub(crate) fn open(&mut self, ctx: &Context, files: Vec<PathBuf>) {
+        // An installed program may have no sample beside it; then there is nothing to show yet.
+        let sample = || demo::find_sample().into_iter().collect();
+        let files = if files.is_empty() { sample() } else { files };
+        if files.is_empty() {
+            return;
+        }
+        let wake = ctx.clone();
+        match Loading::start(files, move || wake.request_repaint()) {
+            Ok(loading) => self.loading = Some(loading),
+            Err(error) => self.messages.warn(format!("nothing can be read: {error}")),
+        }
+    }
+
+    /// Opens files that were dropped onto the window.
+    pub(crate) fn take_dropped_files(&mut self, ctx: &Context) {
+        let dropped: Vec<PathBuf> = ctx.input(|input| {
+            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
+        });
+        if !dropped.is_empty() {
+            self.open(ctx, dropped);
+        }
+    }
+
+    /// Shows clouds that were read.
+    pub(crate) fn take_clouds(&mut self) {
+        let Some(result) = self.loading.as_ref().and_then(Loading::finished) else { return };
+        let files = self.loading.take().map(|loading| loading.files.clone()).unwrap_or_default();
+        let Read { clouds, scene } = match result {
+            Ok(read) => read,
+            Err(reason) => {
+                self.messages.warn(reason);
+                return;
+            }
+        };
+        let extent = clouds.extent(self.settings.scene.surface.radius_scale);
+        let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
+        self.shown = Some(Shown { clouds: Arc::new(clouds), extent, load });
+        self.messages.dismiss_all();
+        self.looked_at = None;
+        self.own_cameras.clear();
+        self.camera = frame(&extent, self.up).camera;
+        if let Some(memory) = &self.memory {
+            // A list that cannot be kept is no reason not to show what was opened.
+            drop(memory.opened(&files));
+            self.recent = memory.recent();
+        }
+        let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
+        self.files = files.into_iter().filter(is_cloud).collect();
+        self.scene_file = None;
+        self.scene_path = None;
+        if let Some(opened) = scene {
+            let warnings: Vec<String> = opened.warnings.iter().map(ToString::to_string).collect();
+            warnings.into_iter().for_each(|line| self.messages.warn(line));
+            scene_file::apply(self, &opened.scene);
+            let known: Vec<String> = self.declared.keys().cloned().collect();
+            known.iter().for_each(|renderer| self.fit_values(renderer));
+            let mut file = opened.scene;
+            file.clouds.extend(self.files.iter().map(|file| {
+                let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+                SceneCloud::new(path).into()
+            }));
+            self.scene_file = Some(file);
+            // The last session is the program's own file; saving asks where to.
+            let kept = self.memory.as_ref().map(Memory::last_scene_path);
+            self.scene_path = Some(opened.path).filter(|path| Some(path) != kept.as_ref());
+        }
+        self.history = history();
+    }
+
+    /// Keeps what is shown for the next start, at most now and then.
+    pub(crate) fn keep(&mut self, at_once: bool) {
+        let recently = self.kept.as_ref().is_some_and(|(_, when)| when.elapsed() < BETWEEN_KEEPING);
+        let Some(memory) = &self.memory else { return };
+        if self.shown.is_none() || (recently && !at_once) {
+            return;
+        }
+        let scene = scene_file::of(self, &memory.last_scene_path());
+        if self.kept.as_ref().is_none_or(|(kept, _)| *kept != scene)
+            && let Err(error) = memory.keep(&scene)
+        {
+            tracing::debug!("the scene was not kept: {error:#}");
+        }
+        self.kept = Some((scene, Instant::now()));
+    }
+
+    /// Writes what is shown to a scene file.
+    pub(crate) fn save_scene(&mut self, path: &std::path::Path) {
+        let file = scene_file::of(self, path);
+        match file.write(path) {
+            Ok(()) => {
+                self.messages.tell(format!("wrote {}", path.display()));
+                self.scene_file = Some(file);
+                self.scene_path = Some(path.to_owned());
+            }
+            Err(error) => self.messages.warn(error.to_string()),
+        }
+    }
+}
