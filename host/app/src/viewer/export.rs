@@ -201,7 +201,8 @@ fn write(picture: &Picture, shot: Shot) -> anyhow::Result<()> {
 /// The window for saving, and how far it is.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let mut open = window.export_window.open;
-    egui::Window::new("Save pictures").open(&mut open).resizable(false).show(ctx, |ui| {
+    let form_window = egui::Window::new("Save pictures").open(&mut open).resizable(false);
+    form_window.default_pos([380.0, 90.0]).show(ctx, |ui| {
         if let Some(export) = &window.export {
             let text = format!("{} of {}", export.n_written, export.pictures.len());
             ui.add(egui::ProgressBar::new(export.fraction()).text(text));
