@@ -1,4 +1,5 @@
 use crate::camera::View;
+use crate::environment::Environment;
 use crate::params::{ParamSet, Values};
 use crate::scene::Scene;
 use glam::DVec3;
@@ -57,6 +58,9 @@ pub struct FrameRequest {
     pub frame_index: u32,
     /// The unit's parameters by id; missing ones have their default.
     pub values: Values,
+    /// The light around the scene, where it has one.
+    #[serde(default)]
+    pub environment: Option<Environment>,
 }
 
 /// One frame a renderer is asked to describe.
@@ -72,6 +76,8 @@ pub struct Frame<P> {
     pub frame_index: u32,
     /// The unit's parameters, clamped to their declared ranges.
     pub params: P,
+    /// The light around the scene, where it has one.
+    pub environment: Option<Environment>,
 }
 
 impl<P: ParamSet> From<FrameRequest> for Frame<P> {
@@ -82,6 +88,7 @@ impl<P: ParamSet> From<FrameRequest> for Frame<P> {
             cloud: request.cloud,
             frame_index: request.frame_index,
             params: P::from_values(&request.values),
+            environment: request.environment,
         }
     }
 }

@@ -50,6 +50,7 @@
 pub mod abi;
 mod camera;
 pub mod columns;
+mod environment;
 mod error;
 mod export;
 mod frame;
@@ -64,6 +65,7 @@ mod unit;
 
 pub use camera::{Camera, Projection, View};
 pub use columns::{CloudView, ColumnView};
+pub use environment::{Environment, EnvironmentFacts, EnvironmentView, Sun};
 pub use error::{Error, Result};
 pub use frame::{CloudFacts, Frame, FrameRequest, HostInfo};
 pub use glam;
@@ -80,7 +82,7 @@ pub mod prelude {
         Buffer, Format, Graph, Groups, Output, Pass, SamplerKind, SurfaceMode, Texture,
     };
     pub use crate::{
-        Camera, Edit, Error, Frame, HostInfo, Job, Light, Projection, Renderer, Result, Tile, Tool,
+        Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection, Renderer, Result, Tile, Tool,
         Tracer, Uniform, UnitInfo, choices, export_plugin, params,
     };
 }

@@ -155,6 +155,7 @@ fn request() -> FrameRequest {
         cloud: CloudFacts::default(),
         frame_index: 0,
         values: ParamValues::from([("gain".to_owned(), Value::Float(2.0))]),
+        environment: None,
     }
 }
 

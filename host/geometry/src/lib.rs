@@ -1,4 +1,5 @@
-//! Geometry of point clouds: bounds, neighbours, normals and radii.
+//! Geometry of point clouds: bounds, neighbours, normals and radii; and light on the sphere in
+//! spherical harmonics.
 //!
 //! Everything works on a slice of positions in any unit and at any scale: distances are computed
 //! in f64 in a box of unit size, so that neither 1e-20 nor 1e28 underflows or overflows. Positions
@@ -10,6 +11,7 @@
 pub mod bounds;
 mod cell;
 mod eigen;
+pub mod harmonics;
 mod neighbours;
 pub mod normals;
 mod orientation;

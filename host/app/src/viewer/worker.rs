@@ -293,6 +293,7 @@ impl Worker {
             cloud: order.clouds.facts.clone(),
             frame_index: 0,
             values: order.values.clone(),
+            environment: None,
         };
         let mark = self.marks.as_ref().and_then(|marks| marks.leave(&old.reference).ok());
         let host = self.studio.engine.gpu().host_info();

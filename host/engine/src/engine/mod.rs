@@ -198,6 +198,7 @@ impl Engine {
                 cloud: request.facts.clone(),
                 frame_index: request.frame_index,
                 values: request.values.clone(),
+                environment: None,
             })
             .map_err(RenderError::Plugin)?;
         self.replan(renderer, &encoded, request.view.size_px)?;

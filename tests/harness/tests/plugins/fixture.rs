@@ -177,6 +177,7 @@ pub(crate) fn request() -> FrameRequest {
         cloud: surfelshop_api::CloudFacts::default(),
         frame_index: 0,
         values: surfelshop_api::params::Values::new(),
+        environment: None,
     }
 }
 
