@@ -82,7 +82,7 @@ pub mod prelude {
         Buffer, Format, Graph, Groups, Output, Pass, SamplerKind, SurfaceMode, Texture,
     };
     pub use crate::{
-        Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection, Renderer, Result, Tile, Tool,
-        Tracer, Uniform, UnitInfo, choices, export_plugin, params,
+        Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection, Renderer,
+        Result, Tile, Tool, Tracer, Uniform, UnitInfo, choices, export_plugin, params,
     };
 }

@@ -119,6 +119,7 @@ impl Stage<'_> {
                 values: &values,
                 outputs,
                 frame_index: 0,
+                environment: None,
                 stride: 1,
             };
             let settled = studio.settle(&mut chosen, &request)?;

@@ -65,6 +65,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         values: &values,
         outputs: &wanted(arguments, staging.output.as_ref()),
         frame_index: 0,
+        environment: None,
         stride: 1,
     };
     let settled = studio.settle(&mut chosen, &request)?;

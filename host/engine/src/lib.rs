@@ -10,6 +10,7 @@
 //! behind that a later frame could see; graphs and WGSL are not trusted.
 
 mod engine;
+mod environment;
 mod gpu;
 pub mod picture;
 pub mod plugins;

@@ -128,6 +128,7 @@ pub fn render(
             values: &Values::new(),
             outputs,
             frame_index: 0,
+            environment: None,
             stride: 1,
         },
     )

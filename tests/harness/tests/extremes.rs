@@ -63,6 +63,7 @@ fn the_sharpest_highlight_is_smooth_and_right() {
         values: &values,
         outputs: &outputs,
         frame_index: 0,
+        environment: None,
         stride: 1,
     };
     let frame = engine.render(&mut renderer, &request).unwrap();

@@ -21,6 +21,7 @@ fn picture(engine: &mut Engine, cloud: &Cloud, view: View, stride: u32) -> Image
         values: &Values::new(),
         outputs: &[Output::Color],
         frame_index: 0,
+        environment: None,
         stride,
     };
     engine.render(&mut renderer, &request).unwrap().images.remove(0).1

@@ -304,12 +304,15 @@ pub enum Groups {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Work {
     /// Calls a WGSL function `fn(Surface) -> vec4<f32>` for each covered pixel of the host's
-    /// surface buffer; other pixels become zero.
+    /// surface buffer; other pixels become zero unless `elsewhere` is given.
     Shading {
         /// Which surfels make up a pixel.
         surface: SurfaceMode,
         /// The texture written, of the view's size.
         target: TextureId,
+        /// A WGSL function `fn(pixel: vec2<u32>) -> vec4<f32>` for the other pixels.
+        #[serde(default)]
+        elsewhere: Option<String>,
     },
     /// Runs a fragment entry point over the targets.
     Fullscreen {
@@ -363,7 +366,7 @@ impl Pass {
     pub fn shading(name: &str, wgsl: &str, function: &str) -> Self {
         let target = TextureId(u32::MAX);
         let surface = SurfaceMode::Blended;
-        Self::new(name, wgsl, function, Work::Shading { surface, target })
+        Self::new(name, wgsl, function, Work::Shading { surface, target, elsewhere: None })
     }
 
     /// A pass that runs a fragment entry point; add [`target`](Self::target)s.
@@ -388,6 +391,16 @@ impl Pass {
             Work::Shading { target, .. } => *target = to.texture,
             Work::Fullscreen { targets, .. } => targets.push(to),
             Work::Compute { .. } => {}
+        }
+        self
+    }
+
+    /// Calls this WGSL function, `fn(pixel: vec2<u32>) -> vec4<f32>`, where a shading pass finds no
+    /// surface: a background.
+    #[must_use]
+    pub fn elsewhere(mut self, function: &str) -> Self {
+        if let Work::Shading { elsewhere, .. } = &mut self.work {
+            *elsewhere = Some(function.to_owned());
         }
         self
     }

@@ -216,6 +216,7 @@ impl Worker {
             // What lies under the pointer is only asked for of still pictures.
             outputs: if order.detail.is_full() { &OUTPUTS } else { &OUTPUTS[..1] },
             frame_index: 0,
+            environment: None,
             stride: order.detail.stride,
         };
         Ok(self.studio.settle_view(view, &request)?.rendered)

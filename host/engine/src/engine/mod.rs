@@ -3,6 +3,7 @@
 mod submission;
 mod uniforms;
 
+use crate::environment::Environments;
 use crate::gpu::Gpu;
 use crate::plugins::Hosted;
 use crate::run::{
@@ -13,7 +14,7 @@ use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
 use surfelshop_api::params::Values;
-use surfelshop_api::{CloudFacts, CloudView, FrameRequest, Scene, View};
+use surfelshop_api::{CloudFacts, CloudView, EnvironmentView, FrameRequest, Scene, View};
 
 /// How an engine works; the defaults fit everything but tests.
 #[derive(Clone, Copy, Debug)]
@@ -43,6 +44,8 @@ pub struct Counters {
     pub uploads: u32,
     /// Bytes of columns on the device now.
     pub column_bytes: u64,
+    /// Environment maps uploaded.
+    pub environments: u32,
 }
 
 /// A frame to be rendered.
@@ -56,6 +59,8 @@ pub struct RenderRequest<'a> {
     pub scene: &'a Scene,
     /// Camera, size and depth range.
     pub view: View,
+    /// The light around the scene, where it has one.
+    pub environment: Option<EnvironmentView<'a>>,
     /// The renderer's parameters.
     pub values: &'a Values,
     /// The pictures wanted.
@@ -116,6 +121,7 @@ pub struct Engine {
     columns: Columns,
     surfaces: Surfaces,
     resources: Resources,
+    environments: Environments,
     plans: u32,
     chunks: usize,
 }
@@ -134,6 +140,7 @@ impl Engine {
             columns: Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels),
             surfaces: Surfaces::default(),
             resources: Resources::default(),
+            environments: Environments::default(),
             plans: 0,
             chunks: 0,
             gpu,
@@ -156,6 +163,7 @@ impl Engine {
             chunks: self.chunks,
             uploads: self.columns.uploads,
             column_bytes: self.columns.bytes(),
+            environments: self.environments.uploads,
         }
     }
 
@@ -198,7 +206,7 @@ impl Engine {
                 cloud: request.facts.clone(),
                 frame_index: request.frame_index,
                 values: request.values.clone(),
-                environment: None,
+                environment: request.environment.map(|given| given.environment.clone()),
             })
             .map_err(RenderError::Plugin)?;
         self.replan(renderer, &encoded, request.view.size_px)?;
@@ -219,6 +227,7 @@ impl Engine {
             pipelines: &mut self.pipelines,
             surfaces: &mut self.surfaces,
             resources: &mut self.resources,
+            environments: &mut self.environments,
             plan,
             scope: &renderer.scope,
             data: &encoded.data,

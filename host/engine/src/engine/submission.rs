@@ -4,6 +4,7 @@ use super::uniforms::{
     drawn_uniform, drawn_view, lights_uniform, surface_key, uniform, view_uniform,
 };
 use super::{RenderRequest, Rendered};
+use crate::environment::Environments;
 use crate::gpu::Gpu;
 use crate::run::{
     Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Needed, Node, Pending, Pipelines, Plan,
@@ -20,6 +21,7 @@ pub(super) struct Submission<'a> {
     pub(super) pipelines: &'a mut Pipelines,
     pub(super) surfaces: &'a mut Surfaces,
     pub(super) resources: &'a mut Resources,
+    pub(super) environments: &'a mut Environments,
     pub(super) plan: &'a Plan,
     pub(super) scope: &'a str,
     pub(super) data: &'a [u8],
@@ -78,6 +80,11 @@ impl Submission<'_> {
             let made = self.surfaces.ensure(parts, &input, &mut recorder, self.pipelines);
             Some(made.map_err(RenderError::Host)?)
         };
+        let mut running = self.plan.passes.iter().zip(&needed.passes);
+        let environment = match running.any(|(pass, runs)| *runs && pass.environment) {
+            true => Some(self.environments.bind(self.gpu, self.request.environment.as_ref())?),
+            false => None,
+        };
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let lent = self.resources.lend(self.gpu, self.plan, &nodes, self.scope);
         let frame = Frame {
@@ -85,6 +92,7 @@ impl Submission<'_> {
             view_uniform: &view_uniform,
             lights_uniform: &lights_uniform,
             surface,
+            environment: environment.as_ref(),
         };
         let written = execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
         let mut pending: Vec<Pending> = Vec::new();

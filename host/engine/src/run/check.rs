@@ -3,8 +3,8 @@
 use super::RenderError;
 use super::pipelines::Shader;
 use super::plan::{
-    HOST_LIGHTS, HOST_MATERIAL, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, SHADING_TARGET,
-    targets_of, wgpu_format,
+    HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
+    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, SHADING_TARGET, targets_of, wgpu_format,
 };
 use crate::gpu::Gpu;
 use crate::shader::{Binding, BindingKind};
@@ -109,6 +109,10 @@ impl Plan {
     ) -> Result<(), String> {
         match binding.name.as_str() {
             HOST_VIEW | HOST_LIGHTS | SHADING_TARGET => return Ok(()),
+            HOST_ENVIRONMENT | HOST_ENVIRONMENT_MAP | HOST_ENVIRONMENT_SAMPLER => {
+                planned.environment = true;
+                return Ok(());
+            }
             HOST_SURFACE => {
                 planned.surface = Some(surface);
                 return Ok(());

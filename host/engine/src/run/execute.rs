@@ -3,11 +3,13 @@
 use super::cull::Needed;
 use super::pipelines::{Pipelines, Stage};
 use super::plan::{
-    HOST_LIGHTS, HOST_MATERIAL, HOST_SURFACE, HOST_VIEW, Node, Plan, SHADING_TARGET, targets_of,
+    HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
+    HOST_SURFACE, HOST_VIEW, Node, Plan, SHADING_TARGET, targets_of,
 };
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
 use super::{RenderError, bind};
+use crate::environment::Bound;
 use crate::surfels::Surface;
 use std::collections::{BTreeSet, HashMap};
 use surfelshop_api::graph::{Groups, Resource, SamplerKind, Target, Work};
@@ -18,6 +20,7 @@ pub(crate) struct Frame<'a> {
     pub(crate) view_uniform: &'a wgpu::Buffer,
     pub(crate) lights_uniform: &'a wgpu::Buffer,
     pub(crate) surface: Option<&'a Surface>,
+    pub(crate) environment: Option<&'a Bound>,
 }
 
 /// The resources that the needed passes touch.
@@ -67,6 +70,13 @@ pub(crate) fn execute(
         let group = bind(recorder.gpu, &pipeline, |name| match name {
             HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
             HOST_LIGHTS => Some(frame.lights_uniform.as_entire_binding()),
+            HOST_ENVIRONMENT => Some(frame.environment?.uniform.as_entire_binding()),
+            HOST_ENVIRONMENT_MAP => {
+                Some(wgpu::BindingResource::TextureView(&frame.environment?.map))
+            }
+            HOST_ENVIRONMENT_SAMPLER => {
+                Some(wgpu::BindingResource::Sampler(&frame.environment?.sampler))
+            }
             HOST_SURFACE => {
                 let view = frame.surface?.packed(planned.surface?)?;
                 Some(wgpu::BindingResource::TextureView(view))

@@ -10,6 +10,9 @@ use surfelshop_api::graph::{Extent, Format, Lifetime, Pass, Structure, SurfaceMo
 
 pub(crate) const HOST_VIEW: &str = "surfelshop::view::view";
 pub(crate) const HOST_LIGHTS: &str = "surfelshop::light::lights";
+pub(crate) const HOST_ENVIRONMENT: &str = "surfelshop::environment::environment";
+pub(crate) const HOST_ENVIRONMENT_MAP: &str = "surfelshop::environment::environment_map";
+pub(crate) const HOST_ENVIRONMENT_SAMPLER: &str = "surfelshop::environment::environment_sampler";
 pub(crate) const HOST_SURFACE: &str = "surfelshop::surface::surface_packed";
 pub(crate) const HOST_MATERIAL: &str = "surfelshop::surface::surface_material";
 
@@ -31,6 +34,8 @@ pub(crate) struct Planned {
     pub(crate) surface: Option<SurfaceMode>,
     /// Whether it reads materials.
     pub(crate) material: bool,
+    /// Whether it reads the environment.
+    pub(crate) environment: bool,
     pub(crate) workgroup_size: [u32; 3],
     /// Whether it runs as a compute pass: compute passes, and shading passes on devices that
     /// cannot draw into the target's format.
@@ -97,7 +102,7 @@ impl Plan {
     ) -> Result<Planned, String> {
         let mut stage = naga::ShaderStage::Fragment;
         let (source, entry, surface) = match &pass.work {
-            Work::Shading { surface, target } => {
+            Work::Shading { surface, target, .. } => {
                 let texture = self.structure.textures.get(target.index());
                 let format = texture.map_or(Format::Rgba32Float, |texture| texture.format);
                 if !gpu.draws(wgpu_format(format)) {
@@ -121,6 +126,7 @@ impl Plan {
             writes: Vec::new(),
             surface: None,
             material: false,
+            environment: false,
             workgroup_size: point.workgroup_size,
             computes: stage == naga::ShaderStage::Compute,
             pipeline: OnceCell::new(),
@@ -196,17 +202,14 @@ fn functions_of(wgsl: &str) -> impl Iterator<Item = &str> {
 /// The author's text with an entry point that calls their function for each covered pixel.
 fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Result<String, String> {
     let function = &pass.entry;
-    let plain = function.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if function.is_empty() || !plain {
-        return Err(format!("`{function}` is no name of a WGSL function"));
-    }
-    let functions: Vec<&str> = functions_of(&pass.wgsl).collect();
-    if !functions.contains(&function.as_str()) {
-        return Err(format!(
-            "the shader has no function `{function}`; it has: {}",
-            super::check::list(&functions)
-        ));
-    }
+    check_function(pass, function)?;
+    let elsewhere = match &pass.work {
+        Work::Shading { elsewhere: Some(elsewhere), .. } => {
+            check_function(pass, elsewhere)?;
+            format!("{elsewhere}(vec2<u32>(s.pixel))")
+        }
+        _ => "vec4(0.0)".to_owned(),
+    };
     let entry = match stage {
         naga::ShaderStage::Compute => {
             let texel = match format {
@@ -226,7 +229,7 @@ fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Resu
                      if any(id.xy >= textureDimensions({SHADING_TARGET})) {{ return; }}\n\
                      let s = surfelshop_surface::surface_at(id.xy);\n\
                      var color = vec4(0.0);\n\
-                     if s.covered {{ color = {function}(s); }}\n\
+                     if s.covered {{ color = {function}(s); }} else {{ color = {elsewhere}; }}\n\
                      textureStore({SHADING_TARGET}, id.xy, color);\n\
                  }}\n"
             )
@@ -235,12 +238,25 @@ fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Resu
             "@fragment\n\
              fn {SHADING_ENTRY}(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {{\n\
                  let s = surfelshop_surface::surface_at(vec2<u32>(p.xy));\n\
-                 if !s.covered {{ return vec4(0.0); }}\n\
+                 if !s.covered {{ return {elsewhere}; }}\n\
                  return {function}(s);\n\
              }}\n"
         ),
     };
     Ok(format!("{}\n#import surfelshop::surface as surfelshop_surface\n{entry}", pass.wgsl))
+}
+
+fn check_function(pass: &Pass, function: &str) -> Result<(), String> {
+    let plain = function.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    if function.is_empty() || !plain {
+        return Err(format!("`{function}` is no name of a WGSL function"));
+    }
+    let functions: Vec<&str> = functions_of(&pass.wgsl).collect();
+    if functions.contains(&function) {
+        return Ok(());
+    }
+    let list = super::check::list(&functions);
+    Err(format!("the shader has no function `{function}`; it has: {list}"))
 }
 
 /// The device's name of a format.

@@ -38,6 +38,7 @@ const MODULES: &[(&str, &str)] = &[
     ("view.wgsl", include_str!("../../../../shaders/view.wgsl")),
     ("packing.wgsl", include_str!("../../../../shaders/packing.wgsl")),
     ("surface.wgsl", include_str!("../../../../shaders/surface.wgsl")),
+    ("environment.wgsl", include_str!("../../../../shaders/environment.wgsl")),
     ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
     ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
 ];
