@@ -40,6 +40,7 @@ const MODULES: &[(&str, &str)] = &[
     ("surface.wgsl", include_str!("../../../../shaders/surface.wgsl")),
     ("environment.wgsl", include_str!("../../../../shaders/environment.wgsl")),
     ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
+    ("sh.wgsl", include_str!("../../../../shaders/sh.wgsl")),
     ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
 ];
 

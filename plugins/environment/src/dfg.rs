@@ -1,0 +1,90 @@
+//! How much a GGX surface reflects of light from everywhere, as a table.
+//!
+//! With Schlick's Fresnel term the share is `f0 * scale + bias`; both depend on the cosine to the
+//! eye and the roughness alone.
+//!
+//! Source: Karis 2013, "Real Shading in Unreal Engine 4"; masking by Heitz 2014, equation 99.
+
+/// Entries along each side of the table. Between them the interpolation is off by less than a
+/// hundredth of the value (`the_table_is_within_a_hundredth_of_the_integral`).
+pub(crate) const TABLE_SIDE: usize = 32;
+
+/// Samples of the lobe for each entry.
+const N_SAMPLES: u32 = 1024;
+
+/// Scale and bias by the root of the cosine (fastest) and the roughness, both from 0 to 1.
+pub(crate) fn table() -> Vec<[f32; 2]> {
+    let at = |k: usize| k as f64 / (TABLE_SIDE - 1) as f64;
+    let entry = |i: usize| {
+        // Grazing eyes, where it is steepest, get the most entries.
+        let cosine = at(i % TABLE_SIDE).powi(2);
+        let [scale, bias] = scale_and_bias(cosine, at(i / TABLE_SIDE), N_SAMPLES);
+        [scale as f32, bias as f32]
+    };
+    (0..TABLE_SIDE * TABLE_SIDE).map(entry).collect()
+}
+
+/// The two integrals by importance sampling; a mirror at roughness 0.
+pub(crate) fn scale_and_bias(cosine: f64, roughness: f64, n_samples: u32) -> [f64; 2] {
+    // At exactly grazing eyes the integrand is 0 / 0; its limit is that of a little more.
+    let v = cosine.max(1e-4);
+    let a2 = roughness.powi(4).max(1e-10);
+    let eye = [(1.0 - v * v).sqrt(), v];
+    let (mut scale, mut bias) = (0.0, 0.0);
+    for i in 0..n_samples {
+        let u = (f64::from(i) + 0.5) / f64::from(n_samples);
+        let phi = std::f64::consts::TAU * f64::from(i.reverse_bits()) / 2f64.powi(32);
+        let half_z = ((1.0 - u) / (1.0 + (a2 - 1.0) * u)).sqrt();
+        let half_x = (1.0 - half_z * half_z).max(0.0).sqrt() * phi.cos();
+        let eye_half = eye[0] * half_x + eye[1] * half_z;
+        let light_z = 2.0 * eye_half * half_z - v;
+        if light_z <= 0.0 || eye_half <= 0.0 {
+            continue;
+        }
+        let masking = light_z * (a2 + (1.0 - a2) * v * v).sqrt()
+            + v * (a2 + (1.0 - a2) * light_z * light_z).sqrt();
+        // D G F cos / (4 cos cos) over the density D cos_half / (4 eye_half).
+        let weight = 2.0 * light_z * eye_half / (masking * half_z);
+        let schlick = (1.0 - eye_half).powi(5);
+        scale += weight * (1.0 - schlick);
+        bias += weight * schlick;
+    }
+    [scale, bias].map(|sum| (sum / f64::from(n_samples)).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mirror_reflects_everything_and_roughness_loses_some() {
+        let [scale, bias] = scale_and_bias(1.0, 0.0, N_SAMPLES);
+        assert!((scale - 1.0).abs() < 1e-6 && bias.abs() < 1e-6);
+        // Schlick's own value at 60 degrees.
+        let [scale, bias] = scale_and_bias(0.5, 0.0, N_SAMPLES);
+        assert!((bias - 0.5f64.powi(5)).abs() < 1e-4 && (scale + bias - 1.0).abs() < 1e-4);
+        let share = |r: f64| scale_and_bias(0.5, r, 16_384).iter().sum::<f64>();
+        assert!(share(0.2) > share(0.6) && share(0.6) > share(1.0) && share(1.0) > 0.4);
+    }
+
+    #[test]
+    fn the_table_is_within_a_hundredth_of_the_integral() {
+        let table = table();
+        let at = |x: f64, y: f64| {
+            let (i, j) = ((x.min(30.99)) as usize, (y.min(30.99)) as usize);
+            let (fx, fy) = (x - i as f64, y - j as f64);
+            let t = |i: usize, j: usize| {
+                let [scale, bias] = table[j * TABLE_SIDE + i];
+                f64::from(scale + bias)
+            };
+            (t(i, j) * (1.0 - fx) + t(i + 1, j) * fx) * (1.0 - fy)
+                + (t(i, j + 1) * (1.0 - fx) + t(i + 1, j + 1) * fx) * fy
+        };
+        for (x, y) in [(3.5, 6.5), (10.5, 3.5), (15.5, 15.5), (30.5, 30.5), (5.5, 25.5), (1.5, 9.5)]
+        {
+            let exact: f64 = scale_and_bias((x / 31.0).powi(2), y / 31.0, 1 << 18).iter().sum();
+            let found = at(x, y);
+            assert!((found - exact).abs() < 0.01 * exact, "{x} {y}: {found} for {exact}");
+        }
+    }
+}

@@ -1,0 +1,260 @@
+// Natural light on the surface: diffuse from spherical harmonics, specular from a prefiltered map.
+#import surfelshop::surface::Surface
+#import surfelshop::environment
+#import surfelshop::light
+#import surfelshop::sh
+#import surfelshop::view
+
+struct Settings {
+    kd: f32,
+    ks: f32,
+    // Index of refraction, and what it reflects at a right angle.
+    ior: f32,
+    f0: f32,
+    // Thesis model: eccentricity. GGX: roughness.
+    spread: f32,
+    metallic: f32,
+    // Level of the prefiltered map for this spread.
+    level: f32,
+    // Level of the environment for the background.
+    background_level: f32,
+}
+
+struct Diffuse {
+    // What a white diffuse surface radiates, by its normal in probe space.
+    low: sh::Order2,
+    band_4: array<vec4<f32>, 9>,
+    sun_towards: vec4<f32>,
+    sun_radiance: vec4<f32>,
+}
+
+var<uniform> settings: Settings;
+var<uniform> diffuse: Diffuse;
+var prefiltered: texture_2d<f32>;
+var prefiltered_sampler: sampler;
+// Scale and bias of the reflectance at a right angle, in rows of the root of the
+// cosine, row by roughness.
+var<storage, read> reflectance: array<vec2<f32>>;
+
+// What there is in this scene, decided when the pipeline is made.
+override HAS_BAND_4: bool = false;
+override HAS_SUN: bool = false;
+override HAS_LIGHTS: bool = true;
+override HAS_AO: bool = false;
+
+const PI = 3.14159265;
+// Twin: `TABLE_SIDE` of dfg.rs.
+const TABLE_SIDE = 32u;
+
+// Radiance of a white diffuse surface under the environment and the scene's lights.
+fn white_diffuse(normal: vec3<f32>) -> vec3<f32> {
+    let n = environment::probe_from_world(normal);
+    var sum = sh::order_2(n, diffuse.low);
+    if HAS_BAND_4 {
+        let y = sh::band_4(n);
+        for (var i = 0u; i < 9u; i++) {
+            sum += diffuse.band_4[i].xyz * y[i];
+        }
+    }
+    if HAS_SUN {
+        sum += diffuse.sun_radiance.xyz * max(dot(n, diffuse.sun_towards.xyz), 0.0);
+    }
+    return sum + from_lights(normal);
+}
+
+fn from_lights(normal: vec3<f32>) -> vec3<f32> {
+    if HAS_LIGHTS {
+        return light::diffuse_irradiance(normal);
+    }
+    return vec3(0.0);
+}
+
+// Light from around the mirrored direction, as wide as the spread.
+fn reflected(normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    let mirrored = environment::probe_from_world(reflect(-to_eye, normal));
+    let low = floor(settings.level);
+    let share = settings.level - low;
+    var light = sample_level(mirrored, low);
+    if share > 0.0 {
+        light = mix(light, sample_level(mirrored, low + 1.0), share);
+    }
+    return light * environment::environment.radiance_per_unit;
+}
+
+fn sample_level(direction: vec3<f32>, level: f32) -> vec3<f32> {
+    let side = f32(textureDimensions(prefiltered, u32(level)).x);
+    let place = environment::place(direction, side);
+    return textureSampleLevel(prefiltered, prefiltered_sampler, place, level).rgb;
+}
+
+// Share of light that a smooth surface of a dielectric reflects, unpolarised. 1 where all of it is
+// (an index below 1, beyond the critical angle), 0 for an index of 1.
+//
+// Written with g - c = (n^2 - 1) / (g + c), which keeps its digits for an index near 1.
+// Source: Liu 2006, section 3.2, with the factor one half (erratum T11).
+fn fresnel(cosine: f32, ior: f32) -> f32 {
+    let c = clamp(cosine, 0.0, 1.0);
+    let squared = ior * ior - 1.0 + c * c;
+    if squared <= 0.0 {
+        return select(1.0, 0.0, ior == 1.0);
+    }
+    let g = sqrt(squared);
+    let sum = g + c;
+    let a = (ior * ior - 1.0) / max(sum * sum, 1e-12);
+    let b = (c * sum - 1.0) / max(c * (g - c) + 1.0, 1e-6);
+    return clamp(0.5 * a * a * (1.0 + b * b), 0.0, 1.0);
+}
+
+// Trowbridge and Reitz's distribution, 1 at the peak; the square is what the thesis meant (T9).
+fn ellipsoids(normal_half: f32, eccentricity: f32) -> f32 {
+    let c2 = eccentricity * eccentricity;
+    let d = c2 / (normal_half * normal_half * (c2 - 1.0) + 1.0);
+    return select(0.0, d * d, c2 > 0.0);
+}
+
+// Scale and bias of the reflectance at a right angle for a cosine and the roughness.
+fn scale_and_bias(cosine: f32) -> vec2<f32> {
+    let last = f32(TABLE_SIDE - 1u);
+    let p = vec2(sqrt(clamp(cosine, 0.0, 1.0)), settings.spread) * last;
+    let low = min(vec2<u32>(p), vec2(TABLE_SIDE - 2u));
+    let share = p - vec2<f32>(low);
+    let at = low.y * TABLE_SIDE + low.x;
+    return mix(
+        mix(reflectance[at], reflectance[at + 1u], share.x),
+        mix(reflectance[at + TABLE_SIDE], reflectance[at + TABLE_SIDE + 1u], share.x),
+        share.y,
+    );
+}
+
+// How open the surface is in the mirrored direction, from how open it is on the whole.
+//
+// Source: Lagarde & de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", listing 26.
+fn specular_accessibility(s: Surface, roughness: f32) -> f32 {
+    if HAS_AO {
+        let cosine = clamp(dot(s.normal, s.to_eye), 0.0, 1.0);
+        return clamp(pow(cosine + s.ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + s.ao, 0.0, 1.0);
+    }
+    return 1.0;
+}
+
+fn accessibility(s: Surface) -> f32 {
+    if HAS_AO {
+        return s.ao;
+    }
+    return 1.0;
+}
+
+fn specular_thesis(s: Surface) -> vec3<f32> {
+    let cosine = max(dot(s.normal, s.to_eye), 0.0);
+    // With the light in the mirrored direction the half vector is the normal and the distribution
+    // is 1: the blur of the map is the lobe (T12).
+    var sum = reflected(s.normal, s.to_eye) * fresnel(cosine, settings.ior)
+        * specular_accessibility(s, settings.spread);
+    if HAS_LIGHTS {
+        for (var i = 0u; i < light::lights.count; i++) {
+            let source = light::lights.items[i];
+            let half_vector = half_between(source.towards, s.to_eye);
+            if dot(s.normal, source.towards) > 0.0 {
+                sum += source.radiance * fresnel(dot(s.to_eye, half_vector), settings.ior)
+                    * ellipsoids(max(dot(s.normal, half_vector), 0.0), settings.spread);
+            }
+        }
+    }
+    return sum;
+}
+
+// The unit half vector, or the eye's where the light is behind it.
+fn half_between(to_light: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    let sum = to_light + to_eye;
+    let squared = dot(sum, sum);
+    if squared < 1e-12 {
+        return to_eye;
+    }
+    return sum * inverseSqrt(squared);
+}
+
+struct Ggx {
+    // Light reflected, and the share of all light from everywhere that is.
+    light: vec3<f32>,
+    share: vec3<f32>,
+}
+
+// Source: Karis 2013, "Real Shading in Unreal Engine 4" (split sum); light that is reflected more
+// than once by Fdez-Aguera 2019, "A Multiple-Scattering Microfacet Model for Real-Time Image-based
+// Lighting", equation 20 without its diffuse part.
+fn specular_ggx(s: Surface) -> Ggx {
+    let f0 = mix(vec3(settings.f0), s.albedo, settings.metallic);
+    let cosine = max(dot(s.normal, s.to_eye), 0.0);
+    let table = scale_and_bias(cosine);
+    let once = f0 * table.x + table.y;
+    let all = max(table.x + table.y, 1e-3);
+    let again = 1.0 + f0 * (1.0 / all - 1.0);
+    let share = min(once * again, vec3(1.0));
+    var sum = reflected(s.normal, s.to_eye) * share * specular_accessibility(s, settings.spread);
+    if HAS_LIGHTS {
+        for (var i = 0u; i < light::lights.count; i++) {
+            let source = light::lights.items[i];
+            sum += source.radiance * again * lobe(s, source.towards, f0, cosine);
+        }
+    }
+    return Ggx(sum, share);
+}
+
+// The GGX lobe of a light whose white diffuse radiance is 1, times the cosine.
+//
+// Source: Walter et al. 2007; visibility by Heitz 2014, "Understanding the Masking-Shadowing
+// Function", equation 99.
+fn lobe(s: Surface, towards: vec3<f32>, f0: vec3<f32>, normal_eye: f32) -> vec3<f32> {
+    let normal_light = dot(s.normal, towards);
+    if normal_light <= 0.0 {
+        return vec3(0.0);
+    }
+    let half_vector = half_between(towards, s.to_eye);
+    // A sharper lobe than this is no light's: real ones have a size.
+    let a = max(settings.spread * settings.spread, 0.002);
+    let a2 = a * a;
+    let v = max(normal_eye, 1e-4);
+    let sine = cross(s.normal, half_vector);
+    let sine2 = min(dot(sine, sine), 1.0);
+    let d = a2 / (PI * pow(a2 + (1.0 - a2) * sine2, 2.0));
+    let masking = normal_light * sqrt(a2 + (1.0 - a2) * v * v)
+        + v * sqrt(a2 + (1.0 - a2) * normal_light * normal_light);
+    let c = 1.0 - clamp(dot(half_vector, s.to_eye), 0.0, 1.0);
+    let f = f0 + (1.0 - f0) * pow(c, 5.0);
+    // A light's radiance counts as irradiance over pi.
+    return PI * d * 0.5 / max(masking, 1e-6) * f * normal_light;
+}
+
+// Without an environment: the scene's lights on a diffuse surface.
+fn shade_lights(s: Surface) -> vec4<f32> {
+    return vec4(settings.kd * s.albedo * from_lights(s.normal), 1.0);
+}
+
+fn shade_diffuse(s: Surface) -> vec4<f32> {
+    return vec4(settings.kd * s.albedo * accessibility(s) * white_diffuse(s.normal), 1.0);
+}
+
+fn shade_specular_thesis(s: Surface) -> vec4<f32> {
+    return vec4(settings.ks * specular_thesis(s), 1.0);
+}
+
+fn shade_thesis(s: Surface) -> vec4<f32> {
+    return vec4(shade_diffuse(s).rgb + settings.ks * specular_thesis(s), 1.0);
+}
+
+fn shade_specular_ggx(s: Surface) -> vec4<f32> {
+    return vec4(settings.ks * specular_ggx(s).light, 1.0);
+}
+
+fn shade_ggx(s: Surface) -> vec4<f32> {
+    let specular = specular_ggx(s);
+    // What is reflected at the surface does not reach the body below it, and a metal has none.
+    let passes = (1.0 - settings.metallic) * (1.0 - settings.ks * specular.share);
+    return vec4(shade_diffuse(s).rgb * passes + settings.ks * specular.light, 1.0);
+}
+
+fn background(pixel: vec2<u32>) -> vec4<f32> {
+    let away = -view::to_eye_in_view(view::position_in_view(vec2<f32>(pixel) + 0.5, 1.0));
+    let direction = view::world_from_view_direction(away);
+    return vec4(environment::radiance(direction, settings.background_level), 1.0);
+}

@@ -1,0 +1,300 @@
+//! # `environment`: natural light
+//!
+//! Light that arrives from far away in every direction, as photographed by a light probe: diffuse
+//! from nine numbers a channel, specular from the mirrored direction in a map that was blurred
+//! beforehand. Chapter 3 of the thesis, with a physically based model beside its own.
+//!
+//! | parameter    | type   | default | meaning                                                     |
+//! |--------------|--------|---------|-------------------------------------------------------------|
+//! | `model`      | choice | `ggx`   | `ggx` microfacets, or `thesis`: Fresnel times a blurred map |
+//! | `kd`         | float  | 1       | weight of the diffuse part                                  |
+//! | `ks`         | float  | 1       | weight of the specular part                                 |
+//! | `ior`        | float  | 1.5     | index of refraction                                         |
+//! | `roughness`  | float  | 0.4     | of `ggx`; 0 is a mirror                                     |
+//! | `metallic`   | float  | 0       | of `ggx`; 1 reflects in the surface's own colour            |
+//! | `c`          | float  | 0.3     | of `thesis`: eccentricity, 0 is a mirror                    |
+//! | `sh-order`   | int    | 2       | spherical harmonics of the diffuse part                     |
+//! | `sun`        | bool   | true    | treat a dominant small light as one, beside the harmonics   |
+//! | `window`     | bool   | true    | damp harmonics just enough that nothing gets negative       |
+//! | `background` | choice | `none`  | `none`, `sharp` or `blurred`                                |
+//!
+//! Method. Diffuse: `kd albedo ao E(n) / pi`, with E from harmonics that the host projected in f64
+//! from the unblurred probe, evaluated as polynomials of the normal. Specular, `thesis`: `ks F L`
+//! with the unpolarised Fresnel term and the environment blurred by a Gaussian on the sphere as
+//! wide as the distribution's lobe; `ggx`: `ks (f0 scale + bias) m L` with L prefiltered by the
+//! lobe, the other factor from a table and m for light that is reflected more than once. Both maps
+//! are made once for an environment and kept.
+//!
+//! Deviations from the paper: errata T2 to T17; in short, signs and constants of the harmonics,
+//! a solid angle per texel, Fresnel with its half, the distribution squared and used once, and
+//! accessibility on the diffuse part and, less, on the specular one. Nothing is random.
+//!
+//! Without an environment in the scene the scene's lights alone shine, on a diffuse surface; with
+//! one they are added. No specular pass is described where `ks` is 0, no harmonics where `kd` is.
+//!
+//! Limits: light is not blocked by the object itself, except by a baked `ao`; GGX is seen as along
+//! the normal when the map is filtered, so highlights do not stretch at grazing angles.
+//!
+//! Source: Liu 2006, "High Quality Rendering for Point Sampled Geometry", chapter 3; Ramamoorthi &
+//! Hanrahan 2001; Karis 2013; Fdez-Aguera 2019.
+//!
+//! ```text
+//! surfelshop render model.ply -r environment --env uffizi.hdr --set roughness=0.2 -o model.png
+//! ```
+
+mod dfg;
+mod diffuse;
+
+use diffuse::{Choice, Diffuse};
+use surfelshop_api::graph::{BufferId, Target, TextureId};
+use surfelshop_api::prelude::*;
+
+choices! {
+    /// How light is reflected at the surface.
+    pub enum Model {
+        /// Microfacets by Trowbridge and Reitz, with all that they reflect among each other.
+        Ggx = "ggx",
+        /// Fresnel's term times a blurred environment.
+        Thesis = "thesis",
+    }
+}
+
+choices! {
+    /// What stands behind the object.
+    pub enum Backdrop {
+        /// The scene's own background.
+        None = "none",
+        /// The environment.
+        Sharp = "sharp",
+        /// The environment out of focus.
+        Blurred = "blurred",
+    }
+}
+
+params! {
+    /// Settings of the material and of the approximations.
+    pub struct Settings {
+        /// How light is reflected at the surface.
+        model: Model { default: Model::Ggx },
+        /// Weight of the diffuse part.
+        kd: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// Weight of the specular part.
+        ks: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// Index of refraction: 1.33 is water, 1.5 glass or plastic, 2.4 diamond.
+        ior: f32 { default: 1.5, range: 0.2..=4.0 },
+        /// Roughness of the ggx model: 0 is a mirror.
+        roughness: f32 { default: 0.4, range: 0.0..=1.0 },
+        /// How much of a metal the surface is, in the ggx model.
+        metallic: f32 { default: 0.0, range: 0.0..=1.0 },
+        /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
+        c: f32 { default: 0.3, range: 0.0..=1.0 },
+        /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4.
+        sh_order: i32 { default: 2, range: 1..=5, quality: true },
+        /// Treat a dominant small light, such as the sun, as a light of its own.
+        sun: bool { default: true },
+        /// Damp the harmonics just enough that no surface gets darker than black.
+        window: bool { default: true },
+        /// What stands behind the object.
+        background: Backdrop { default: Backdrop::None },
+    }
+}
+
+/// Largest side of the prefiltered map: a mirror shows a third of a degree.
+const LARGEST_SIDE: u32 = 512;
+/// Side of its smallest level.
+const SMALLEST_SIDE: u32 = 8;
+
+/// Width of the Gaussian, radians, that the thesis's distribution of eccentricity 1 is as wide as:
+/// the squared distribution falls to a half at 0.6436 c, mirrored directions lie twice as far, and
+/// a Gaussian falls to a half at 1.1774 sigma.
+const SIGMA_PER_ECCENTRICITY: f64 = 2.0 * 0.6436 / 1.1774;
+
+/// Texels along the side of what a blurred background shows.
+const BLURRED_SIDE: f32 = 64.0;
+
+struct Natural {
+    table: Vec<u8>,
+    /// The last harmonics, and what they were made of.
+    known: Option<(String, Choice, Diffuse)>,
+}
+
+impl Renderer for Natural {
+    const INFO: UnitInfo = UnitInfo::new(
+        "environment",
+        "Environment lighting",
+        "Natural light from a probe: spherical harmonics for matte, a prefiltered map for shine.",
+    );
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        let table = dfg::table().into_iter().flatten().flat_map(f32::to_le_bytes).collect();
+        Ok(Self { table, known: None })
+    }
+
+    fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
+        let p = &frame.params;
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        let lit = frame.environment.as_ref();
+        let parts = (lit, p.kd > 0.0, p.ks > 0.0, p.model);
+        let entry = match parts {
+            (None, ..) => "shade_lights",
+            (Some(_), _, false, _) => "shade_diffuse",
+            (Some(_), false, true, Model::Thesis) => "shade_specular_thesis",
+            (Some(_), true, true, Model::Thesis) => "shade_thesis",
+            (Some(_), false, true, Model::Ggx) => "shade_specular_ggx",
+            (Some(_), true, true, Model::Ggx) => "shade_ggx",
+        };
+        let mut pass = Pass::shading("environment", include_str!("environment.wgsl"), entry)
+            .surface(SurfaceMode::Blended)
+            .constant("HAS_LIGHTS", flag(!frame.scene.lights.is_empty()))
+            .target(color);
+        let mut settings = Settled { level: 0.0, background_level: 0.0 };
+        if let Some(environment) = lit {
+            pass = pass.constant("HAS_AO", flag(frame.cloud.has("ao")));
+            if p.kd > 0.0 || p.ks <= 0.0 {
+                pass = self.with_diffuse(environment, p, graph, pass);
+            }
+            if p.ks > 0.0 {
+                let chain = prefiltered(graph, environment, p.model);
+                settings.level = chain.level(match p.model {
+                    Model::Ggx => p.roughness,
+                    Model::Thesis => p.c,
+                });
+                pass = pass
+                    .bind("prefiltered", chain.texture)
+                    .bind("prefiltered_sampler", SamplerKind::Linear);
+                if p.model == Model::Ggx {
+                    let table: BufferId = graph.upload("reflectance", &self.table);
+                    pass = pass.bind("reflectance", table);
+                }
+            }
+            if p.background != Backdrop::None {
+                settings.background_level = background_level(environment, frame, p.background);
+                pass = pass.elsewhere("background");
+            }
+        }
+        let uniform = settings.uniform(p);
+        pass = pass.bind("settings", graph.uniform(uniform));
+        graph.pass(pass);
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+fn flag(value: bool) -> f64 {
+    f64::from(u8::from(value))
+}
+
+/// What of the shader's settings follows from the frame.
+struct Settled {
+    level: f32,
+    background_level: f32,
+}
+
+impl Settled {
+    fn uniform(&self, p: &Settings) -> Uniform {
+        let at_right_angle = (p.ior - 1.0) / (p.ior + 1.0);
+        Uniform::new()
+            .f32(p.kd)
+            .f32(p.ks)
+            .f32(p.ior)
+            .f32(at_right_angle * at_right_angle)
+            .f32(if p.model == Model::Ggx { p.roughness } else { p.c })
+            .f32(p.metallic)
+            .f32(self.level)
+            .f32(self.background_level)
+    }
+}
+
+impl Natural {
+    /// Gives a pass the light on a diffuse surface.
+    fn with_diffuse(
+        &mut self,
+        environment: &Environment,
+        p: &Settings,
+        graph: &mut Graph,
+        pass: Pass,
+    ) -> Pass {
+        let order = usize::try_from(p.sh_order).unwrap_or(2);
+        let choice = Choice { order, sun: p.sun, window: p.window };
+        let key = &environment.facts.key;
+        let same = |(of, chosen, _): &(String, Choice, Diffuse)| of == key && *chosen == choice;
+        let diffuse = match self.known.take().filter(same) {
+            Some((_, _, diffuse)) => diffuse,
+            None => Diffuse::new(&environment.facts, choice),
+        };
+        let has_sun = diffuse.sun.is_some();
+        let uniform = graph.uniform(diffuse.uniform(environment.gain));
+        self.known = Some((key.clone(), choice, diffuse));
+        pass.constant("HAS_BAND_4", flag(order >= 4))
+            .constant("HAS_SUN", flag(has_sun))
+            .bind("diffuse", uniform)
+    }
+}
+
+/// The environment, blurred more from level to level.
+struct Chain {
+    texture: TextureId,
+    n_levels: u32,
+}
+
+impl Chain {
+    /// The level of a roughness or eccentricity in [0, 1].
+    fn level(&self, spread: f32) -> f32 {
+        spread * (self.n_levels - 1) as f32
+    }
+}
+
+/// Samples of a level's lobe: wide lobes have few texels and may have many.
+fn n_samples(level: u32) -> u32 {
+    if level == 0 { 1 } else { (32 << level).min(1024) }
+}
+
+/// Describes the passes that blur an environment; they run when it is a new one.
+fn prefiltered(graph: &mut Graph, environment: &Environment, model: Model) -> Chain {
+    let side = environment.facts.side.clamp(SMALLEST_SIDE, LARGEST_SIDE);
+    let n_levels = (side / SMALLEST_SIDE).ilog2() + 1;
+    let name = if model == Model::Ggx { "ggx" } else { "gaussian" };
+    let key = format!("{} {name} {side}", environment.facts.key);
+    let texture = Texture::fixed(Format::Rgba16Float, side, side).mips(n_levels).persistent(key);
+    let texture = graph.texture("prefiltered environment", texture);
+    for level in 0..n_levels {
+        let spread = f64::from(level) / f64::from(n_levels - 1).max(1.0);
+        let sigma = SIGMA_PER_ECCENTRICITY * spread;
+        let (alpha, kappa) = match model {
+            Model::Ggx => (spread * spread, 0.0),
+            Model::Thesis => (0.0, if level == 0 { 0.0 } else { 1.0 / (sigma * sigma) }),
+        };
+        let target = Target { texture, mip: level, layer: 0 };
+        graph.pass(
+            Pass::fullscreen(
+                &format!("prefilter {name} {level}"),
+                include_str!("prefilter.wgsl"),
+                "prefilter",
+            )
+            .constant("SIDE", f64::from(side >> level))
+            .constant("ALPHA", alpha)
+            .constant("KAPPA", kappa)
+            .constant("N_SAMPLES", f64::from(n_samples(level)))
+            .target(target),
+        );
+    }
+    Chain { texture, n_levels }
+}
+
+/// The level of the environment whose texels are as large as a pixel, or out of focus.
+fn background_level(environment: &Environment, frame: &Frame<Settings>, how: Backdrop) -> f32 {
+    let side = environment.facts.side.max(1) as f32;
+    let texels_shown = match how {
+        Backdrop::Blurred => BLURRED_SIDE,
+        Backdrop::None | Backdrop::Sharp => {
+            let [_, half_height] = frame.view.half_extent();
+            // A pixel's solid angle, as the side of a map with such texels.
+            let pixel = 2.0 * half_height / f64::from(frame.view.size_px[1]);
+            ((4.0 * std::f64::consts::PI).sqrt() / pixel) as f32
+        }
+    };
+    (side / texels_shown).log2().max(0.0)
+}
+
+export_plugin! { id: "org.surfelshop.environment", renderers: [Natural] }
