@@ -82,7 +82,7 @@ mod tests {
         };
         for (x, y) in [(3.5, 6.5), (10.5, 3.5), (15.5, 15.5), (30.5, 30.5), (5.5, 25.5), (1.5, 9.5)]
         {
-            let exact: f64 = scale_and_bias((x / 31.0).powi(2), y / 31.0, 1 << 18).iter().sum();
+            let exact: f64 = scale_and_bias((x / 31.0f64).powi(2), y / 31.0, 1 << 18).iter().sum();
             let found = at(x, y);
             assert!((found - exact).abs() < 0.01 * exact, "{x} {y}: {found} for {exact}");
         }
