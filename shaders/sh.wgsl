@@ -26,18 +26,18 @@ fn order_2(n: vec3<f32>, c: Order2) -> vec3<f32> {
         + c.difference.xyz * (n.x * n.x - n.y * n.y);
 }
 
-// The nine functions of order 4, m from -4 to 4.
-fn band_4(n: vec3<f32>) -> array<f32, 9> {
+// Three channels of order 4 alone, coefficients by m from -4 to 4.
+fn order_4_alone(n: vec3<f32>, c: array<vec4<f32>, 9>) -> vec3<f32> {
     let s = n * n;
-    return array<f32, 9>(
-        2.5033429 * n.x * n.y * (s.x - s.y),
-        1.7701308 * n.y * n.z * (3.0 * s.x - s.y),
-        0.9461747 * n.x * n.y * (7.0 * s.z - 1.0),
-        0.6690465 * n.y * n.z * (7.0 * s.z - 3.0),
-        0.1057855 * (35.0 * s.z * s.z - 30.0 * s.z + 3.0),
-        0.6690465 * n.x * n.z * (7.0 * s.z - 3.0),
-        0.4730873 * (s.x - s.y) * (7.0 * s.z - 1.0),
-        1.7701308 * n.x * n.z * (s.x - 3.0 * s.y),
-        0.6258357 * (s.x * s.x - 6.0 * s.x * s.y + s.y * s.y),
-    );
+    let seven = 7.0 * s.z;
+    let across = s.x - s.y;
+    return c[0].xyz * (2.5033429 * n.x * n.y * across)
+        + c[1].xyz * (1.7701308 * n.y * n.z * (3.0 * s.x - s.y))
+        + c[2].xyz * (0.9461747 * n.x * n.y * (seven - 1.0))
+        + c[3].xyz * (0.6690465 * n.y * n.z * (seven - 3.0))
+        + c[4].xyz * (0.1057855 * (35.0 * s.z * s.z - 30.0 * s.z + 3.0))
+        + c[5].xyz * (0.6690465 * n.x * n.z * (seven - 3.0))
+        + c[6].xyz * (0.4730873 * across * (seven - 1.0))
+        + c[7].xyz * (1.7701308 * n.x * n.z * (s.x - 3.0 * s.y))
+        + c[8].xyz * (0.6258357 * (across * across - 4.0 * s.x * s.y));
 }

@@ -7,6 +7,8 @@ use clap::{ArgAction, Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 use surfelshop_api::graph::Output;
+use surfelshop_cloud::probe::Mapping;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_engine::plugins::Patience;
 
 /// Renders point clouds as surfaces of oriented discs (surfels), with renderers that are plugins.
@@ -75,6 +77,7 @@ pub(crate) enum Command {
   surfelshop render bunny.ply -r flat -o bunny.png --size 1920x1080 --camera front --zoom 1.5
   surfelshop render a.ply b.ply -o both.exr --light 0,1,0 --light -1,0,0:0.2,0.2,0.3
   surfelshop render bunny.ply -o bunny.png --camera \"0,0.1,0.6; 0,0.1,0; 0,1,0; 30\"
+  surfelshop render bunny.ply -r environment --env studio -o bunny.png
   surfelshop render bunny.ply -o depth.png --output depth
   surfelshop render room.scene.toml -o room.png --exposure 1")]
 pub(crate) struct RenderArguments {
@@ -112,6 +115,8 @@ pub(crate) struct RenderArguments {
     /// followed by `:r,g,b`, the radiance of a white diffuse surface that faces the light.
     #[arg(long, value_name = "LIGHT", value_parser = LightSpec::parse, allow_hyphen_values = true)]
     pub(crate) light: Vec<LightSpec>,
+    #[command(flatten)]
+    pub(crate) environment: EnvironmentArguments,
     /// Factor on brightness in stops: 1 doubles, -1 halves.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = values::stops,
           allow_hyphen_values = true)]
@@ -156,6 +161,34 @@ pub(crate) struct RenderArguments {
     pub(crate) device: DeviceArguments,
     #[command(flatten)]
     pub(crate) report: ReportArguments,
+}
+
+/// The light around the scene.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct EnvironmentArguments {
+    /// Light from around, for renderers that use it: a light probe (Radiance .hdr or OpenEXR),
+    /// `studio`, `sky`, or `none`.
+    ///
+    /// Renderers that use it leave lights out that follow the camera.
+    #[arg(long, value_name = "PROBE")]
+    pub(crate) env: Option<String>,
+    /// How the probe's picture shows directions, where that cannot be told by its shape: angular,
+    /// mirrored-ball, lat-long, vertical-cross, horizontal-cross or octahedral.
+    #[arg(long, value_name = "MAPPING", value_parser = values::mapping)]
+    pub(crate) env_mapping: Option<Mapping>,
+    /// The world direction that the centre of the probe's picture shows: x, -x, y, -y, z or -z
+    /// [default: -z].
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub(crate) env_forward: Option<Axis>,
+    /// The world direction that is up in the probe's picture [default: y].
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub(crate) env_up: Option<Axis>,
+    /// Turns the light about its up direction, counterclockwise seen from above.
+    #[arg(long, value_name = "DEGREES", value_parser = values::turn, allow_hyphen_values = true)]
+    pub(crate) env_rotation: Option<f64>,
+    /// Factor on the probe's light in stops.
+    #[arg(long, value_name = "STOPS", value_parser = values::stops, allow_hyphen_values = true)]
+    pub(crate) env_exposure: Option<f32>,
 }
 
 /// Where the camera stands and what it sees.

@@ -7,6 +7,7 @@ use crate::render::{write_exr, write_png};
 use crate::report::Written;
 use crate::scenes::Source;
 use crate::studio::{self, Studio};
+use crate::surroundings::{Probes, Surroundings};
 use crate::values::Backdrop;
 use crate::{camera, report, terminal};
 use anyhow::{Context as _, bail};
@@ -14,6 +15,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Scene, UnitKind, View};
+use surfelshop_cloud::scene::{ProbeSource, SceneEnvironment};
 use surfelshop_engine::RenderRequest;
 use surfelshop_engine::picture::Development;
 
@@ -35,7 +37,8 @@ pub(crate) fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
     let clouds = Clouds::read(&[Source::file(&sample)])?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
-    let stage = Stage { arguments, clouds: &clouds, scene: Scene::default() };
+    let surroundings = Probes::default().light(&SceneEnvironment::new(ProbeSource::Studio))?;
+    let stage = Stage { arguments, clouds: &clouds, scene: Scene::default(), surroundings };
     let mut written = Vec::new();
     let mut failures = Vec::new();
     for renderer in &renderers {
@@ -91,6 +94,8 @@ struct Stage<'a> {
     arguments: &'a DemoArguments,
     clouds: &'a Clouds,
     scene: Scene,
+    /// For the renderers that use light from around.
+    surroundings: Surroundings,
 }
 
 impl Stage<'_> {
@@ -119,7 +124,7 @@ impl Stage<'_> {
                 values: &values,
                 outputs,
                 frame_index: 0,
-                environment: None,
+                environment: Some(self.surroundings.view()),
                 stride: 1,
             };
             let settled = studio.settle(&mut chosen, &request)?;

@@ -1,15 +1,16 @@
 //! `surfelshop info`: what is in a cloud, and what its load repaired or estimated; what is in a
-//! scene.
+//! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::{clouds, scene_info, terminal};
+use crate::surroundings::is_probe;
+use crate::{clouds, probe_info, scene_info, terminal};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
-    let (mut objects, mut scenes) = (Vec::new(), Vec::new());
+    let (mut objects, mut scenes, mut probes) = (Vec::new(), Vec::new(), Vec::new());
     for file in &arguments.files {
         if surfelshop_cloud::scene::is_scene(file) {
             let opened = surfelshop_cloud::scene::read(file)?;
@@ -17,6 +18,15 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
                 scenes.push(scene_info::object(&opened));
             } else {
                 terminal::line(scene_info::text(&opened)?)?;
+            }
+            continue;
+        }
+        if is_probe(file) {
+            let probe = surfelshop_cloud::probe::read(file, None)?;
+            if arguments.report.json {
+                probes.push(probe_info::object(&probe));
+            } else {
+                terminal::line(probe_info::text(&probe)?)?;
             }
             continue;
         }
@@ -34,6 +44,7 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             "version": version,
             "clouds": objects,
             "scenes": scenes,
+            "probes": probes,
         }))?;
     }
     Ok(())

@@ -7,8 +7,9 @@ use crate::report::Written;
 use crate::scenes::Inputs;
 use crate::staging::{self, Staging};
 use crate::studio::{self, Studio};
+use crate::surroundings::{self, Surroundings};
 use crate::values::{Format, OutputFile};
-use crate::{camera, exr_file, files, pictures, report, terminal};
+use crate::{camera, exr_file, files, pictures, probe_info, report, terminal};
 use anyhow::Context as _;
 use serde::Serialize;
 use serde_json::json;
@@ -52,6 +53,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     timings.open_ms = since(started);
 
     let started = Instant::now();
+    let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
     let clouds = Clouds::read(&inputs.sources)?;
     timings.load_ms = since(started);
 
@@ -65,7 +67,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         values: &values,
         outputs: &wanted(arguments, staging.output.as_ref()),
         frame_index: 0,
-        environment: None,
+        environment: surroundings.as_ref().map(Surroundings::view),
         stride: 1,
     };
     let settled = studio.settle(&mut chosen, &request)?;
@@ -87,6 +89,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
         "facts": clouds.facts,
         "scene": staging.scene,
+        "environment": surroundings.as_ref().map(|light| probe_info::object(&light.probe)),
         "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
         "background": encoded(staging.how.background),
         "renderer": report::renderer(&chosen),

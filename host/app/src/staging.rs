@@ -3,11 +3,14 @@
 use crate::arguments::{RenderArguments, ToneMapChoice};
 use crate::given::Given;
 use crate::settings;
+use crate::surroundings;
 use anyhow::Context as _;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::{Camera, Scene, UnitKind};
-use surfelshop_cloud::scene::{Backdrop, OpenedScene, SceneFile, SceneView, ToneMap};
+use surfelshop_cloud::scene::{
+    Backdrop, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
+};
 use surfelshop_engine::picture::{self, Background, Development};
 use surfelshop_engine::plugins::{Registry, UnitRef};
 
@@ -48,6 +51,8 @@ pub(crate) fn renderer<'a>(
 pub(crate) struct Staging {
     /// Lights, exposure and surface settings.
     pub(crate) scene: Scene,
+    /// The light around the scene.
+    pub(crate) environment: Option<SceneEnvironment>,
     /// How the picture is developed.
     pub(crate) how: Development,
     /// What the picture shows, where that was said.
@@ -68,6 +73,8 @@ impl Staging {
     ) -> anyhow::Result<Self> {
         let file = opened.map(|opened| &opened.scene);
         let view = chosen.map(|chosen| chosen.view);
+        let environment =
+            surroundings::wanted(&arguments.environment, file.and_then(surroundings::of_scene))?;
         let scene = scene(arguments, given, file)?;
         let seen = view.map(|view| view.output.clone()).filter(|output| *output != Output::Color);
         let camera = file.and_then(|file| match view {
@@ -77,6 +84,7 @@ impl Staging {
         Ok(Self {
             how: development(arguments, given, file, scene.exposure_stops),
             scene,
+            environment,
             output: arguments.output.clone().or(seen),
             camera: camera.filter(|_| !given.has("camera")),
             parallel: given.has("orthographic").then_some(arguments.lens.orthographic),

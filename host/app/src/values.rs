@@ -6,6 +6,8 @@ use std::time::Duration;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
 use surfelshop_api::{Light, Scene};
+use surfelshop_cloud::probe::Mapping;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_engine::picture::Background;
 
 /// Width and height in pixels.
@@ -71,6 +73,22 @@ pub(crate) fn output(text: &str) -> Result<Output, String> {
     let name = if text == "colour" { "color" } else { text };
     let expected = "expected color, depth, normal, albedo, ao or debug.NAME";
     Output::from_name(name).ok_or_else(|| expected.to_owned())
+}
+
+/// Reads how a probe's picture shows directions.
+pub(crate) fn mapping(text: &str) -> Result<Mapping, String> {
+    let names = Mapping::ALL.map(Mapping::name).join(", ");
+    Mapping::from_name(text).ok_or_else(|| format!("expected one of {names}"))
+}
+
+/// Reads an axis of the world.
+pub(crate) fn axis(text: &str) -> Result<Axis, String> {
+    Axis::from_name(text).ok_or_else(|| "expected one of x, -x, y, -y, z, -z".to_owned())
+}
+
+/// Reads an angle to turn by, degrees.
+pub(crate) fn turn(text: &str) -> Result<f64, String> {
+    number(text, "an angle in degrees from -1e6 to 1e6", |n| n.abs() <= 1e6)
 }
 
 /// Reads numbers separated by commas, all finite.

@@ -24,6 +24,7 @@ mod edit;
 mod error;
 mod facts;
 mod ply;
+pub mod probe;
 mod read;
 pub mod scene;
 mod summary;

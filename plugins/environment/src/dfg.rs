@@ -5,12 +5,14 @@
 //!
 //! Source: Karis 2013, "Real Shading in Unreal Engine 4"; masking by Heitz 2014, equation 99.
 
+use surfelshop_api::glam::DVec3;
+
 /// Entries along each side of the table. Between them the interpolation is off by less than a
 /// hundredth of the value (`the_table_is_within_a_hundredth_of_the_integral`).
 pub(crate) const TABLE_SIDE: usize = 32;
 
 /// Samples of the lobe for each entry.
-const N_SAMPLES: u32 = 1024;
+const N_SAMPLES: u32 = 512;
 
 /// Scale and bias by the root of the cosine (fastest) and the roughness, both from 0 to 1.
 pub(crate) fn table() -> Vec<[f32; 2]> {
@@ -24,27 +26,36 @@ pub(crate) fn table() -> Vec<[f32; 2]> {
     (0..TABLE_SIDE * TABLE_SIDE).map(entry).collect()
 }
 
-/// The two integrals by importance sampling; a mirror at roughness 0.
+/// The two integrals, sampled by the normals of microfacets that the eye sees; a mirror at
+/// roughness 0.
+///
+/// Source: Heitz 2018, "Sampling the GGX Distribution of Visible Normals".
 pub(crate) fn scale_and_bias(cosine: f64, roughness: f64, n_samples: u32) -> [f64; 2] {
     // At exactly grazing eyes the integrand is 0 / 0; its limit is that of a little more.
     let v = cosine.max(1e-4);
-    let a2 = roughness.powi(4).max(1e-10);
-    let eye = [(1.0 - v * v).sqrt(), v];
+    let a = (roughness * roughness).max(1e-5);
+    let eye = DVec3::new((1.0 - v * v).sqrt(), 0.0, v);
+    let stretched = DVec3::new(a * eye.x, 0.0, eye.z).normalize();
+    let across = DVec3::Y;
+    let along = stretched.cross(across);
+    let smith = |cosine: f64| (a * a + (1.0 - a * a) * cosine * cosine).sqrt();
     let (mut scale, mut bias) = (0.0, 0.0);
     for i in 0..n_samples {
-        let u = (f64::from(i) + 0.5) / f64::from(n_samples);
+        let radius = ((f64::from(i) + 0.5) / f64::from(n_samples)).sqrt();
         let phi = std::f64::consts::TAU * f64::from(i.reverse_bits()) / 2f64.powi(32);
-        let half_z = ((1.0 - u) / (1.0 + (a2 - 1.0) * u)).sqrt();
-        let half_x = (1.0 - half_z * half_z).max(0.0).sqrt() * phi.cos();
-        let eye_half = eye[0] * half_x + eye[1] * half_z;
-        let light_z = 2.0 * eye_half * half_z - v;
-        if light_z <= 0.0 || eye_half <= 0.0 {
+        let t1 = radius * phi.cos();
+        let s = 0.5 * (1.0 + stretched.z);
+        let t2 = (1.0 - s) * (1.0 - t1 * t1).sqrt() + s * radius * phi.sin();
+        let up = (1.0 - t1 * t1 - t2 * t2).max(0.0).sqrt();
+        let facet = t1 * across + t2 * along + up * stretched;
+        let half = DVec3::new(a * facet.x, a * facet.y, facet.z.max(0.0)).normalize();
+        let eye_half = eye.dot(half).max(0.0);
+        let light = 2.0 * eye_half * half.z - v;
+        if light <= 0.0 {
             continue;
         }
-        let masking = light_z * (a2 + (1.0 - a2) * v * v).sqrt()
-            + v * (a2 + (1.0 - a2) * light_z * light_z).sqrt();
-        // D G F cos / (4 cos cos) over the density D cos_half / (4 eye_half).
-        let weight = 2.0 * light_z * eye_half / (masking * half_z);
+        // What remains of D G F over the density: masking of light and eye over that of the eye.
+        let weight = light * (v + smith(v)) / (light * smith(v) + v * smith(light));
         let schlick = (1.0 - eye_half).powi(5);
         scale += weight * (1.0 - schlick);
         bias += weight * schlick;

@@ -18,6 +18,8 @@ struct Settings {
     level: f32,
     // Level of the environment for the background.
     background_level: f32,
+    // A bit for each of the scene's lights that shines.
+    lights: u32,
 }
 
 struct Diffuse {
@@ -41,6 +43,7 @@ override HAS_BAND_4: bool = false;
 override HAS_SUN: bool = false;
 override HAS_LIGHTS: bool = true;
 override HAS_AO: bool = false;
+override REFLECTS_AGAIN: bool = true;
 
 const PI = 3.14159265;
 // Twin: `TABLE_SIDE` of dfg.rs.
@@ -51,10 +54,7 @@ fn white_diffuse(normal: vec3<f32>) -> vec3<f32> {
     let n = environment::probe_from_world(normal);
     var sum = sh::order_2(n, diffuse.low);
     if HAS_BAND_4 {
-        let y = sh::band_4(n);
-        for (var i = 0u; i < 9u; i++) {
-            sum += diffuse.band_4[i].xyz * y[i];
-        }
+        sum += sh::order_4_alone(n, diffuse.band_4);
     }
     if HAS_SUN {
         sum += diffuse.sun_radiance.xyz * max(dot(n, diffuse.sun_towards.xyz), 0.0);
@@ -62,23 +62,33 @@ fn white_diffuse(normal: vec3<f32>) -> vec3<f32> {
     return sum + from_lights(normal);
 }
 
-fn from_lights(normal: vec3<f32>) -> vec3<f32> {
-    if HAS_LIGHTS {
-        return light::diffuse_irradiance(normal);
-    }
-    return vec3(0.0);
+// 1 where a light shines, else 0. Factors and not branches: Mesa 22.3's lavapipe crashes over a
+// branch in a loop over the lights.
+fn share_of(i: u32) -> f32 {
+    return f32((settings.lights >> i) & 1u);
 }
 
-// Light from around the mirrored direction, as wide as the spread.
-fn reflected(normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
-    let mirrored = environment::probe_from_world(reflect(-to_eye, normal));
+fn from_lights(normal: vec3<f32>) -> vec3<f32> {
+    var sum = vec3(0.0);
+    if HAS_LIGHTS {
+        for (var i = 0u; i < light::lights.count; i++) {
+            let source = light::lights.items[i];
+            sum += source.radiance * (share_of(i) * max(dot(normal, source.towards), 0.0));
+        }
+    }
+    return sum;
+}
+
+// Light from around a direction, as wide as the spread.
+fn reflected(around: vec3<f32>) -> vec3<f32> {
+    let mirrored = environment::probe_from_world(around);
     let low = floor(settings.level);
     let share = settings.level - low;
-    var light = sample_level(mirrored, low);
+    var gathered = sample_level(mirrored, low);
     if share > 0.0 {
-        light = mix(light, sample_level(mirrored, low + 1.0), share);
+        gathered = mix(gathered, sample_level(mirrored, low + 1.0), share);
     }
-    return light * environment::environment.radiance_per_unit;
+    return gathered * environment::environment.radiance_per_unit;
 }
 
 fn sample_level(direction: vec3<f32>, level: f32) -> vec3<f32> {
@@ -95,14 +105,13 @@ fn sample_level(direction: vec3<f32>, level: f32) -> vec3<f32> {
 fn fresnel(cosine: f32, ior: f32) -> f32 {
     let c = clamp(cosine, 0.0, 1.0);
     let squared = ior * ior - 1.0 + c * c;
-    if squared <= 0.0 {
-        return select(1.0, 0.0, ior == 1.0);
-    }
-    let g = sqrt(squared);
+    let g = sqrt(max(squared, 0.0));
     let sum = g + c;
     let a = (ior * ior - 1.0) / max(sum * sum, 1e-12);
     let b = (c * sum - 1.0) / max(c * (g - c) + 1.0, 1e-6);
-    return clamp(0.5 * a * a * (1.0 + b * b), 0.0, 1.0);
+    let partial = clamp(0.5 * a * a * (1.0 + b * b), 0.0, 1.0);
+    let total = select(1.0, 0.0, ior == 1.0);
+    return select(total, partial, squared > 0.0);
 }
 
 // Trowbridge and Reitz's distribution, 1 at the peak; the square is what the thesis meant (T9).
@@ -148,16 +157,15 @@ fn specular_thesis(s: Surface) -> vec3<f32> {
     let cosine = max(dot(s.normal, s.to_eye), 0.0);
     // With the light in the mirrored direction the half vector is the normal and the distribution
     // is 1: the blur of the map is the lobe (T12).
-    var sum = reflected(s.normal, s.to_eye) * fresnel(cosine, settings.ior)
+    var sum = reflected(reflect(-s.to_eye, s.normal)) * fresnel(cosine, settings.ior)
         * specular_accessibility(s, settings.spread);
     if HAS_LIGHTS {
         for (var i = 0u; i < light::lights.count; i++) {
             let source = light::lights.items[i];
             let half_vector = half_between(source.towards, s.to_eye);
-            if dot(s.normal, source.towards) > 0.0 {
-                sum += source.radiance * fresnel(dot(s.to_eye, half_vector), settings.ior)
-                    * ellipsoids(max(dot(s.normal, half_vector), 0.0), settings.spread);
-            }
+            let lit = share_of(i) * step(0.0, dot(s.normal, source.towards));
+            sum += source.radiance * lit * fresnel(dot(s.to_eye, half_vector), settings.ior)
+                * ellipsoids(max(dot(s.normal, half_vector), 0.0), settings.spread);
         }
     }
     return sum;
@@ -167,15 +175,22 @@ fn specular_thesis(s: Surface) -> vec3<f32> {
 fn half_between(to_light: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
     let sum = to_light + to_eye;
     let squared = dot(sum, sum);
-    if squared < 1e-12 {
-        return to_eye;
-    }
-    return sum * inverseSqrt(squared);
+    return select(to_eye, sum * inverseSqrt(max(squared, 1e-12)), squared > 1e-12);
+}
+
+// Where most of the light comes from: the rougher a surface, the nearer to its normal.
+//
+// Source: Lagarde & de Rousiers 2014, listing 22.
+fn dominant_direction(s: Surface) -> vec3<f32> {
+    let alpha = settings.spread * settings.spread;
+    let smooth_share = 1.0 - alpha;
+    let mirrored = reflect(-s.to_eye, s.normal);
+    return mix(s.normal, mirrored, smooth_share * (sqrt(smooth_share) + alpha));
 }
 
 struct Ggx {
     // Light reflected, and the share of all light from everywhere that is.
-    light: vec3<f32>,
+    radiance: vec3<f32>,
     share: vec3<f32>,
 }
 
@@ -188,13 +203,16 @@ fn specular_ggx(s: Surface) -> Ggx {
     let table = scale_and_bias(cosine);
     let once = f0 * table.x + table.y;
     let all = max(table.x + table.y, 1e-3);
-    let again = 1.0 + f0 * (1.0 / all - 1.0);
+    var again = vec3(1.0);
+    if REFLECTS_AGAIN {
+        again += f0 * (1.0 / all - 1.0);
+    }
     let share = min(once * again, vec3(1.0));
-    var sum = reflected(s.normal, s.to_eye) * share * specular_accessibility(s, settings.spread);
+    var sum = reflected(dominant_direction(s)) * share * specular_accessibility(s, settings.spread);
     if HAS_LIGHTS {
         for (var i = 0u; i < light::lights.count; i++) {
             let source = light::lights.items[i];
-            sum += source.radiance * again * lobe(s, source.towards, f0, cosine);
+            sum += source.radiance * again * share_of(i) * lobe(s, source.towards, f0, cosine);
         }
     }
     return Ggx(sum, share);
@@ -205,10 +223,7 @@ fn specular_ggx(s: Surface) -> Ggx {
 // Source: Walter et al. 2007; visibility by Heitz 2014, "Understanding the Masking-Shadowing
 // Function", equation 99.
 fn lobe(s: Surface, towards: vec3<f32>, f0: vec3<f32>, normal_eye: f32) -> vec3<f32> {
-    let normal_light = dot(s.normal, towards);
-    if normal_light <= 0.0 {
-        return vec3(0.0);
-    }
+    let normal_light = max(dot(s.normal, towards), 0.0);
     let half_vector = half_between(towards, s.to_eye);
     // A sharper lobe than this is no light's: real ones have a size.
     let a = max(settings.spread * settings.spread, 0.002);
@@ -243,14 +258,14 @@ fn shade_thesis(s: Surface) -> vec4<f32> {
 }
 
 fn shade_specular_ggx(s: Surface) -> vec4<f32> {
-    return vec4(settings.ks * specular_ggx(s).light, 1.0);
+    return vec4(settings.ks * specular_ggx(s).radiance, 1.0);
 }
 
 fn shade_ggx(s: Surface) -> vec4<f32> {
     let specular = specular_ggx(s);
     // What is reflected at the surface does not reach the body below it, and a metal has none.
     let passes = (1.0 - settings.metallic) * (1.0 - settings.ks * specular.share);
-    return vec4(shade_diffuse(s).rgb * passes + settings.ks * specular.light, 1.0);
+    return vec4(shade_diffuse(s).rgb * passes + settings.ks * specular.radiance, 1.0);
 }
 
 fn background(pixel: vec2<u32>) -> vec4<f32> {

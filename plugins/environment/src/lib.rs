@@ -12,6 +12,7 @@
 //! | `ior`        | float  | 1.5     | index of refraction                                         |
 //! | `roughness`  | float  | 0.4     | of `ggx`; 0 is a mirror                                     |
 //! | `metallic`   | float  | 0       | of `ggx`; 1 reflects in the surface's own colour            |
+//! | `multiple-scattering` | bool | true | of `ggx`: count light that is reflected more than once |
 //! | `c`          | float  | 0.3     | of `thesis`: eccentricity, 0 is a mirror                    |
 //! | `sh-order`   | int    | 2       | spherical harmonics of the diffuse part                     |
 //! | `sun`        | bool   | true    | treat a dominant small light as one, beside the harmonics   |
@@ -30,7 +31,7 @@
 //! accessibility on the diffuse part and, less, on the specular one. Nothing is random.
 //!
 //! Without an environment in the scene the scene's lights alone shine, on a diffuse surface; with
-//! one they are added. No specular pass is described where `ks` is 0, no harmonics where `kd` is.
+//! one they are added, but for those that follow the camera. No specular pass is described where `ks` is 0, no harmonics where `kd` is.
 //!
 //! Limits: light is not blocked by the object itself, except by a baked `ao`; GGX is seen as along
 //! the normal when the map is filtered, so highlights do not stretch at grazing angles.
@@ -86,6 +87,8 @@ params! {
         roughness: f32 { default: 0.4, range: 0.0..=1.0 },
         /// How much of a metal the surface is, in the ggx model.
         metallic: f32 { default: 0.0, range: 0.0..=1.0 },
+        /// Whether light counts that microfacets reflect more than once.
+        multiple_scattering: bool { default: true },
         /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
         c: f32 { default: 0.3, range: 0.0..=1.0 },
         /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4.
@@ -102,7 +105,7 @@ params! {
 /// Largest side of the prefiltered map: a mirror shows a third of a degree.
 const LARGEST_SIDE: u32 = 512;
 /// Side of its smallest level.
-const SMALLEST_SIDE: u32 = 8;
+const SMALLEST_SIDE: u32 = 16;
 
 /// Width of the Gaussian, radians, that the thesis's distribution of eccentricity 1 is as wide as:
 /// the squared distribution falls to a half at 0.6436 c, mirrored directions lie twice as far, and
@@ -135,6 +138,7 @@ impl Renderer for Natural {
         let p = &frame.params;
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         let lit = frame.environment.as_ref();
+        let lights = lights_that_shine(&frame.scene.lights, lit.is_some());
         let parts = (lit, p.kd > 0.0, p.ks > 0.0, p.model);
         let entry = match parts {
             (None, ..) => "shade_lights",
@@ -146,9 +150,10 @@ impl Renderer for Natural {
         };
         let mut pass = Pass::shading("environment", include_str!("environment.wgsl"), entry)
             .surface(SurfaceMode::Blended)
-            .constant("HAS_LIGHTS", flag(!frame.scene.lights.is_empty()))
+            .constant("HAS_LIGHTS", flag(lights != 0))
+            .constant("REFLECTS_AGAIN", flag(p.multiple_scattering))
             .target(color);
-        let mut settings = Settled { level: 0.0, background_level: 0.0 };
+        let mut settings = Settled { level: 0.0, background_level: 0.0, lights };
         if let Some(environment) = lit {
             pass = pass.constant("HAS_AO", flag(frame.cloud.has("ao")));
             if p.kd > 0.0 || p.ks <= 0.0 {
@@ -185,10 +190,22 @@ fn flag(value: bool) -> f64 {
     f64::from(u8::from(value))
 }
 
+/// A bit for each light that shines. One that follows the camera is there to see by, and is left
+/// out where there is natural light.
+fn lights_that_shine(lights: &[Light], natural: bool) -> u32 {
+    let shines = |light: &Light| {
+        let Light::Directional { follows_camera, .. } = light;
+        !(natural && *follows_camera)
+    };
+    let bits = lights.iter().enumerate().filter(|(_, light)| shines(light));
+    bits.fold(0, |all, (i, _)| all | 1u32.checked_shl(i as u32).unwrap_or(0))
+}
+
 /// What of the shader's settings follows from the frame.
 struct Settled {
     level: f32,
     background_level: f32,
+    lights: u32,
 }
 
 impl Settled {
@@ -203,6 +220,7 @@ impl Settled {
             .f32(p.metallic)
             .f32(self.level)
             .f32(self.background_level)
+            .u32(self.lights)
     }
 }
 
@@ -247,7 +265,7 @@ impl Chain {
 
 /// Samples of a level's lobe: wide lobes have few texels and may have many.
 fn n_samples(level: u32) -> u32 {
-    if level == 0 { 1 } else { (32 << level).min(1024) }
+    if level == 0 { 1 } else { (64 << level).min(2048) }
 }
 
 /// Describes the passes that blur an environment; they run when it is a new one.
@@ -266,16 +284,15 @@ fn prefiltered(graph: &mut Graph, environment: &Environment, model: Model) -> Ch
             Model::Thesis => (0.0, if level == 0 { 0.0 } else { 1.0 / (sigma * sigma) }),
         };
         let target = Target { texture, mip: level, layer: 0 };
+        let lobe = Uniform::new().f32((side >> level) as f32).f32(alpha as f32).f32(kappa as f32);
+        let lobe = graph.uniform(lobe.u32(n_samples(level)));
         graph.pass(
             Pass::fullscreen(
                 &format!("prefilter {name} {level}"),
                 include_str!("prefilter.wgsl"),
                 "prefilter",
             )
-            .constant("SIDE", f64::from(side >> level))
-            .constant("ALPHA", alpha)
-            .constant("KAPPA", kappa)
-            .constant("N_SAMPLES", f64::from(n_samples(level)))
+            .bind("lobe", lobe)
             .target(target),
         );
     }

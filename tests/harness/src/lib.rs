@@ -5,5 +5,6 @@ pub mod cast;
 pub mod clouds;
 pub mod materials;
 pub mod measure;
+pub mod natural_light;
 pub mod stage;
 pub mod twin;

@@ -1,6 +1,7 @@
 //! The panes: pictures, the mouse over them, and the tools along their upper edge.
 
 use super::arrangement;
+use super::darkroom::Place;
 use super::navigation;
 use super::paint;
 use super::pane::Pane;
@@ -74,8 +75,16 @@ fn close(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
     window.settings.panes.retain(|settings| settings.id != pane);
     // Its camera stays for an undo.
     window.panes.remove(&pane);
+    let_go(window, pane);
     if window.focused == pane {
         window.focused = window.settings.panes[0].id;
+    }
+}
+
+/// Lets go of what made the pictures of a pane.
+fn let_go(window: &Window, pane: u32) {
+    for side in 0..2 {
+        window.darkroom.let_go(Place { pane, side });
     }
 }
 
@@ -89,6 +98,7 @@ pub(crate) fn follow_settings(window: &mut Window) {
                 tree.remove_recursively(tile);
             }
             window.panes.remove(&pane);
+            let_go(window, pane);
         }
     }
     let mut added = false;

@@ -15,6 +15,7 @@ use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use surfelshop_api::params::{ParamDecl, Values};
 use surfelshop_api::{Scene, View};
+use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::picture::Development;
 use surfelshop_engine::plugins::{Changed, Registry};
 use surfelshop_engine::{Counters, Image, PassReport};
@@ -33,6 +34,7 @@ pub(crate) struct Order {
     pub(crate) values: Values,
     pub(crate) clouds: Arc<Clouds>,
     pub(crate) scene: Scene,
+    pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) development: Development,
     pub(crate) view: View,
     /// How much of the clouds is drawn.
@@ -96,8 +98,8 @@ pub(crate) enum News {
     Counters(Counters),
     /// The plugins at hand, after one changed.
     Plugins(Registry),
-    /// A rebuilt renderer is in use; its parameters follow as [`News::Declared`].
-    Reloaded { renderer: String, values: Values, report: String },
+    /// A rebuilt renderer is in use, in one line; its parameters came as [`News::Declared`].
+    Reloaded(String),
     /// How units that failed behave, and which are switched off.
     Conduct(Vec<UnitConduct>),
     /// Something the user should know, in one line.
@@ -122,6 +124,8 @@ pub(crate) enum Task {
     SwitchOn(String),
     /// A renderer is not to be used.
     Avoid(String),
+    /// Nothing is shown at a place any more.
+    LetGo(Place),
     /// The device is to be lost, as a driver loses it.
     #[cfg(test)]
     LoseDevice,
@@ -206,6 +210,14 @@ impl Darkroom {
     /// Has something done before any picture.
     pub(crate) fn add(&self, task: Task) {
         self.queue.add(task);
+    }
+
+    /// Lets go of what makes the pictures of a place, and of an order for it.
+    pub(crate) fn let_go(&self, place: Place) {
+        self.queue.change(|waiting| {
+            waiting.orders.remove(&place);
+            waiting.tasks.push_back(Task::LetGo(place));
+        });
     }
 
     /// What was told since the last call; a last line where the thread has ended by a fault.

@@ -145,9 +145,15 @@ pub(crate) fn take(window: &mut Window, serial: u64, outcome: Result<Shot, Strin
         Err(reason) => {
             let (n, path) = (export.n_made, picture.path.display());
             window.messages.warn(format!("{path}: {reason}; {n} pictures were made"));
-            window.export = None;
+            end(window);
         }
     }
+}
+
+/// Ends it, and lets go of the renderer.
+fn end(window: &mut Window) {
+    window.export = None;
+    window.darkroom.let_go(PLACE);
 }
 
 /// Orders the next picture, and says what happened once all are written or one failed.
@@ -158,7 +164,7 @@ pub(crate) fn go_on(window: &mut Window) {
         if let Err(error) = result {
             let n = export.n_written;
             window.messages.warn(format!("{error:#}; {n} pictures are written"));
-            window.export = None;
+            end(window);
             return;
         }
         export.n_written += 1;
@@ -170,7 +176,7 @@ pub(crate) fn go_on(window: &mut Window) {
             1 => format!("wrote {last}"),
             n => format!("wrote {n} pictures, the last is {last}"),
         });
-        window.export = None;
+        end(window);
         return;
     }
     let ahead = export.n_ordered - export.n_written;
@@ -209,7 +215,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
             if ui.button("cancel").clicked() {
                 let n = export.n_made;
                 window.messages.tell(format!("cancelled; {n} pictures are written"));
-                window.export = None;
+                end(window);
             }
         } else if window.export_window.in_question.is_some() {
             ask(window, ui);
@@ -317,6 +323,7 @@ fn planned(window: &Window, camera: Camera) -> Result<Vec<Picture>, String> {
     let file = OutputFile::parse(state.path.trim());
     let OutputFile { path, format } =
         file.map_err(|reason| format!("`{}`: {reason}", state.path))?;
+    files::check_folder(&path).map_err(|error| format!("{error:#}"))?;
     // Relative to where the program was started, which a message must not leave open.
     let path = std::path::absolute(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     let cameras = match state.kind {
@@ -335,6 +342,7 @@ fn planned(window: &Window, camera: Camera) -> Result<Vec<Picture>, String> {
         values: settings.values_of(side),
         clouds: shown.clouds.clone(),
         scene: window.settings.scene.clone(),
+        environment: window.settings.environment.clone(),
         development: window.settings.development(),
         view: camera::framed_view(camera, &shown.extent, state.size),
         detail: Detail::FULL,

@@ -47,7 +47,8 @@ impl Memory {
         let mut lines: Vec<&str> = Vec::new();
         // A name that is no text, or has a line break, cannot stand in the list.
         for path in paths.iter().filter_map(|path| path.to_str()) {
-            if !path.contains('\n') && !lines.contains(&path) && lines.len() < MOST_RECENT {
+            let own = self.owns(Path::new(path));
+            if !own && !path.contains('\n') && !lines.contains(&path) && lines.len() < MOST_RECENT {
                 lines.push(path);
             }
         }
@@ -68,6 +69,11 @@ impl Memory {
     /// The scene of the session before, if there was one.
     pub(crate) fn scene_before(&self) -> Option<PathBuf> {
         Some(self.session_before()).filter(|path| path.is_file())
+    }
+
+    /// Whether a file is one of these.
+    pub(crate) fn owns(&self, path: &Path) -> bool {
+        [self.last_scene_path(), self.session_before()].iter().any(|own| own == path)
     }
 
     /// Where the scene that is shown is kept.
@@ -107,6 +113,10 @@ mod tests {
         let recent = memory.recent();
         assert_eq!(recent[..3], [file(5), file(11), file(10)]);
         assert_eq!(recent.len(), MOST_RECENT - 1);
+        // What the program keeps for itself is none of the user's files.
+        memory.keep(&SceneFile::default()).unwrap();
+        memory.opened(&[memory.last_scene_path()]).unwrap();
+        assert_eq!(memory.recent(), recent);
         std::fs::write(folder.path().join("state/recent"), [0xff, 0xfe]).unwrap();
         assert!(memory.recent().is_empty());
     }

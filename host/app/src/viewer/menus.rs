@@ -5,6 +5,7 @@ use super::darkroom::Task;
 use super::export;
 use super::navigation;
 use super::settings::Mode;
+use super::surroundings;
 use super::window::Window;
 use eframe::egui::{self, Context, Key, KeyboardShortcut, Modifiers, Ui};
 use std::sync::mpsc::{TryRecvError, channel};
@@ -252,6 +253,8 @@ pub(crate) enum Asked {
     SaveScene,
     /// Pictures to write.
     Pictures,
+    /// A light probe.
+    Probe,
 }
 
 /// Asks for files on a thread of its own, since the system's dialog waits.
@@ -266,7 +269,7 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
         let files = match asked {
             Asked::Open => dialog
                 .set_title("Open clouds or a scene")
-                .add_filter("clouds and scenes", &["ply", "toml"])
+                .add_filter("clouds and scenes", &["ply", "toml", "hdr", "exr"])
                 .pick_files(),
             Asked::SaveScene => dialog
                 .set_title("Save the scene")
@@ -278,6 +281,11 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
                 .set_file_name("surfelshop.png")
                 .add_filter("pictures", &["png", "exr"])
                 .save_file()
+                .map(|file| vec![file]),
+            Asked::Probe => dialog
+                .set_title("Open a light probe")
+                .add_filter("light probes", &["hdr", "exr"])
+                .pick_file()
                 .map(|file| vec![file]),
         };
         // The window may be gone already.
@@ -317,7 +325,15 @@ pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
             match (asked, chosen.first()) {
                 (_, None) => {}
                 (Asked::Open, _) => window.open(ctx, chosen),
-                (Asked::SaveScene, Some(path)) => window.save_scene(path),
+                (Asked::SaveScene, Some(path)) => {
+                    // Under another name it could not be opened as a scene.
+                    let named = match surfelshop_cloud::scene::is_scene(path) {
+                        true => path.clone(),
+                        false => path.with_added_extension("scene.toml"),
+                    };
+                    window.save_scene(&named);
+                }
+                (Asked::Probe, Some(path)) => surroundings::put(window, path),
                 (Asked::Pictures, Some(path)) => {
                     window.export_window.path = path.display().to_string();
                 }
@@ -395,10 +411,10 @@ fn ask_about_crash(window: &mut Window, ctx: &Context) {
             if ui.button("start without it").clicked() {
                 let renderer = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();
                 avoid(window, renderer);
-                window.crash = None;
+                (window.crash, window.crash_mark) = (None, None);
             }
             if ui.button("use it all the same").clicked() {
-                window.crash = None;
+                (window.crash, window.crash_mark) = (None, None);
             }
         });
     });
@@ -406,7 +422,10 @@ fn ask_about_crash(window: &mut Window, ctx: &Context) {
 
 /// Shows views with another renderer than this one.
 fn avoid(window: &mut Window, renderer: String) {
-    let other = window.renderers().into_iter().find(|name| *name != renderer);
+    // The plainest one, where it is there.
+    let mut others = window.renderers();
+    others.retain(|name| *name != renderer);
+    let other = others.iter().find(|name| *name == "flat").or(others.first()).cloned();
     for pane in &mut window.settings.panes {
         for name in &mut pane.renderers {
             if *name == renderer

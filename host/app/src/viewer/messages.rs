@@ -90,6 +90,12 @@ impl Messages {
         self.lines.back().filter(|line| !line.dismissed).map(|line| line.text.as_str())
     }
 
+    /// How often something was said that contains these words.
+    #[cfg(test)]
+    pub(crate) fn count(&self, words: &str) -> u32 {
+        self.lines.iter().filter(|line| line.text.contains(words)).map(|line| line.times).sum()
+    }
+
     /// Whether something not yet dismissed contains these words.
     #[cfg(test)]
     pub(crate) fn say(&self, words: &str) -> bool {

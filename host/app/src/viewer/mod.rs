@@ -27,6 +27,8 @@ mod presets;
 mod scene_file;
 mod settings;
 mod surfel;
+mod surroundings;
+mod timings;
 mod window;
 mod worker;
 
@@ -47,6 +49,7 @@ pub(crate) fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
             .with_app_id("surfelshop")
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([480.0, 320.0]),
+        wgpu_options: for_any_screen(),
         ..Default::default()
     };
     let arguments = arguments.clone();
@@ -69,6 +72,24 @@ pub(crate) fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
         let reason = text.rsplit(": ").next().unwrap_or_default().trim_end_matches('.');
         anyhow!("no window could be opened: {reason}; `surfelshop render` needs none")
     })
+}
+
+/// The window's own device, with pictures as large as its adapter allows: several screens side by
+/// side are wider than what every adapter has.
+fn for_any_screen() -> eframe::egui_wgpu::WgpuConfiguration {
+    use eframe::egui_wgpu::WgpuSetup;
+    let mut options = eframe::NativeOptions::default().wgpu_options;
+    if let WgpuSetup::CreateNew(setup) = &mut options.wgpu_setup {
+        let usual = setup.device_descriptor.clone();
+        setup.device_descriptor = std::sync::Arc::new(move |adapter| {
+            let mut device = usual(adapter);
+            let limits = &mut device.required_limits;
+            limits.max_texture_dimension_2d =
+                adapter.limits().max_texture_dimension_2d.max(limits.max_texture_dimension_2d);
+            device
+        });
+    }
+    options
 }
 
 /// Closes the window when the system asks the program to end: at a logout, by `kill` or Ctrl C.

@@ -1,6 +1,6 @@
 //! What the thread that makes pictures tells, and what the window does about it.
 
-use super::darkroom::{News, Print};
+use super::darkroom::{News, Print, UnitConduct};
 use super::export;
 use super::window::Window;
 use crate::settings;
@@ -34,18 +34,28 @@ impl Window {
                 }
                 News::Print(print) => self.take_print(ctx, *print),
                 News::Counters(counters) => self.counters = counters,
-                News::Plugins(registry) => self.registry = registry,
-                News::Reloaded { renderer, values, report } => {
-                    self.messages.tell(report);
-                    for pane in &mut self.settings.panes {
-                        if pane.values.contains_key(&renderer) {
-                            pane.values.insert(renderer.clone(), values.clone());
-                        }
+                News::Plugins(registry) => {
+                    self.registry = registry;
+                    self.try_again();
+                }
+                News::Reloaded(report) => self.messages.tell(report),
+                News::Conduct(conduct) => {
+                    let off = |all: &[UnitConduct]| all.iter().filter(|unit| unit.off).count();
+                    let fewer = off(&conduct) < off(&self.conduct);
+                    self.conduct = conduct;
+                    if fewer {
+                        self.try_again();
                     }
                 }
-                News::Conduct(conduct) => self.conduct = conduct,
                 News::Message(line) => self.messages.warn(line),
             }
+        }
+    }
+
+    /// Orders pictures again that could not be made: what kept them from it may be gone.
+    fn try_again(&mut self) {
+        for side in self.panes.values_mut().flat_map(|pane| &mut pane.sides) {
+            side.try_again();
         }
     }
 

@@ -1,22 +1,33 @@
 //! Clouds and scenes that are opened, saved, and kept for the next start.
 
+use super::darkroom::Place;
 use super::loading::{Loading, Read};
-use super::memory::Memory;
-use super::scene_file;
 use super::window::{Shown, Window, frame, history};
+use super::{scene_file, surroundings};
 use crate::demo;
+use crate::surroundings::is_probe;
 use eframe::egui::Context;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use surfelshop_cloud::scene::SceneCloud;
+use surfelshop_api::graph::Output;
+use surfelshop_cloud::scene::{SceneCloud, Table};
 
 /// Time between two saves of the scene for the next start.
 const BETWEEN_KEEPING: Duration = Duration::from_secs(10);
 
 impl Window {
     /// Begins to read files, which replace what is shown; the sample where there are none.
+    ///
+    /// Light probes among them are put around what is shown.
     pub(crate) fn open(&mut self, ctx: &Context, files: Vec<PathBuf>) {
+        let (probes, files): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| is_probe(file));
+        if let Some(probe) = probes.first() {
+            surroundings::put(self, probe);
+            if files.is_empty() && self.shown.is_some() {
+                return;
+            }
+        }
         // An installed program may have no sample beside it; then there is nothing to show yet.
         let sample = || demo::find_sample().into_iter().collect();
         let files = if files.is_empty() { sample() } else { files };
@@ -51,10 +62,15 @@ impl Window {
                 return;
             }
         };
-        let extent = clouds.extent(self.settings.scene.surface.radius_scale);
+        let surface = match &scene {
+            Some(opened) => opened.scene.surface.known,
+            None => self.settings.scene.surface,
+        };
+        let radius_scale = surface.radius_scale;
+        let extent = clouds.extent(radius_scale);
         let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
-        self.shown = Some(Shown { clouds: Arc::new(clouds), extent, load });
-        self.messages.dismiss_all();
+        self.shown = Some(Shown { clouds: Arc::new(clouds), extent, radius_scale, load });
+        self.let_hidden_go();
         self.looked_at = None;
         self.own_cameras.clear();
         self.camera = frame(&extent, self.up).camera;
@@ -67,6 +83,10 @@ impl Window {
         self.files = files.into_iter().filter(is_cloud).collect();
         self.scene_file = None;
         self.scene_path = None;
+        self.hidden_views.clear();
+        for pane in &mut self.settings.panes {
+            (pane.output, pane.unknown) = (Output::Color, Table::new());
+        }
         if let Some(opened) = scene {
             let warnings: Vec<String> = opened.warnings.iter().map(ToString::to_string).collect();
             warnings.into_iter().for_each(|line| self.messages.warn(line));
@@ -80,20 +100,36 @@ impl Window {
             }));
             self.scene_file = Some(file);
             // The last session is the program's own file; saving asks where to.
-            let kept = self.memory.as_ref().map(Memory::last_scene_path);
-            self.scene_path = Some(opened.path).filter(|path| Some(path) != kept.as_ref());
+            let own = self.memory.as_ref().is_some_and(|memory| memory.owns(&opened.path));
+            self.scene_path = Some(opened.path).filter(|_| !own);
         }
         self.history = history();
     }
 
+    /// Lets go of renderers that show nothing: they would hold the clouds before these.
+    fn let_hidden_go(&mut self) {
+        for settings in &self.settings.panes {
+            for side in settings.mode.sides()..2 {
+                self.darkroom.let_go(Place { pane: settings.id, side });
+            }
+        }
+    }
+
     /// Keeps what is shown for the next start, at most now and then.
-    pub(crate) fn keep(&mut self, at_once: bool) {
+    pub(crate) fn keep(&mut self, ctx: &Context, at_once: bool) {
         let recently = self.kept.as_ref().is_some_and(|(_, when)| when.elapsed() < BETWEEN_KEEPING);
         let Some(memory) = &self.memory else { return };
-        if self.shown.is_none() || (recently && !at_once) {
+        if self.shown.is_none() {
             return;
         }
         let scene = scene_file::of(self, &memory.last_scene_path());
+        if recently && !at_once {
+            // An idle window has no frames: without this one the last changes would not be kept.
+            if self.kept.as_ref().is_some_and(|(kept, _)| *kept != scene) {
+                ctx.request_repaint_after(BETWEEN_KEEPING);
+            }
+            return;
+        }
         if self.kept.as_ref().is_none_or(|(kept, _)| *kept != scene)
             && let Err(error) = memory.keep(&scene)
         {

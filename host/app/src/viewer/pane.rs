@@ -3,12 +3,14 @@
 use super::compare::Difference;
 use super::darkroom::{Order, Place, Shot};
 use super::detail::{Detail, Governor};
+use super::timings::Timings;
 use crate::clouds::Clouds;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surfelshop_api::params::Values;
 use surfelshop_api::{Scene, View};
+use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::picture::Development;
 
 /// Time without a change after which a view is drawn in full detail.
@@ -28,6 +30,7 @@ pub(crate) struct Wanted {
     pub(crate) renderer: String,
     pub(crate) values: Values,
     pub(crate) scene: Scene,
+    pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) development: Development,
     pub(crate) view: View,
     /// Counts the loads of clouds.
@@ -44,6 +47,7 @@ pub(crate) struct Side {
     answered: u64,
     changed: Option<Instant>,
     governor: Governor,
+    pub(crate) timings: Timings,
     /// Why the last order failed, in one line.
     pub(crate) error: Option<String>,
     /// A renderer whose first picture is being prepared.
@@ -51,6 +55,13 @@ pub(crate) struct Side {
 }
 
 impl Side {
+    /// Has a picture that failed ordered again.
+    pub(crate) fn try_again(&mut self) {
+        if self.error.take().is_some() {
+            self.ordered = None;
+        }
+    }
+
     /// Whether a picture is on its way.
     pub(crate) fn waits(&self) -> bool {
         self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial != self.answered)
@@ -87,6 +98,7 @@ impl Side {
             values: wanted.values.clone(),
             clouds: clouds.clone(),
             scene: wanted.scene.clone(),
+            environment: wanted.environment.clone(),
             development: wanted.development,
             view: wanted.view,
             detail,
@@ -117,6 +129,7 @@ impl Side {
             Ok(shot) => {
                 self.governor.learn(shot.detail, shot.milliseconds);
                 self.error = None;
+                self.timings.add(&renderer, &shot);
                 let size = shot.size.map(|side| side as usize);
                 let image = ColorImage::from_rgba_unmultiplied(size, &shot.levels);
                 // Pixels stay pixels where sizes agree; coarser pictures are smoothed.

@@ -3,6 +3,7 @@
 use super::memory::Memory;
 use super::parameters;
 use super::settings::Mode;
+use super::surroundings;
 use super::window::Window;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, PopupCloseBehavior, ScrollArea, Ui};
@@ -18,6 +19,7 @@ pub(crate) fn side(window: &mut Window, ui: &mut Ui) {
         section(ui, "Renderer", |ui| renderer(window, ui));
         section(ui, "Camera", |ui| camera(window, ui));
         section(ui, "Light and picture", |ui| picture(window, ui));
+        section(ui, "Environment", |ui| surroundings::show(window, ui));
         section(ui, "Surface", |ui| surface(window, ui));
         section(ui, "Passes", |ui| passes(window, ui));
     });
@@ -269,13 +271,16 @@ fn surface(window: &mut Window, ui: &mut Ui) {
 
 fn passes(window: &mut Window, ui: &mut Ui) {
     let Some(pane) = window.panes.get(&window.focused) else { return };
-    for side in &pane.sides {
+    let n_sides = window.settings.pane(window.focused).map_or(1, |pane| pane.mode.sides());
+    for (i, side) in pane.sides.iter().take(n_sides).enumerate() {
         let Some(shown) = &side.shown else { continue };
-        ui.strong(format!("{}: {:.1} ms", shown.renderer, shown.shot.milliseconds));
-        egui::Grid::new(("passes", &shown.renderer)).num_columns(2).striped(true).show(ui, |ui| {
+        let (ms, n_frames) = side.timings.whole().unwrap_or((shown.shot.milliseconds, 1));
+        ui.strong(format!("{}: {ms:.1} ms", shown.renderer))
+            .on_hover_text(format!("medians of the last {n_frames} frames of this detail"));
+        egui::Grid::new(("passes", i)).num_columns(2).striped(true).show(ui, |ui| {
             for pass in &shown.shot.passes {
                 ui.label(&pass.name);
-                match (pass.state, pass.gpu_ms) {
+                match (pass.state, side.timings.pass(&pass.name)) {
                     (PassState::Ran, Some(ms)) => ui.label(format!("{ms:.2} ms")),
                     (PassState::Ran, None) => ui.label("ran"),
                     (PassState::Culled, _) => ui.weak("left out: nobody reads it"),

@@ -8,10 +8,12 @@ use super::canvas;
 use super::settings::{Mode, PaneSettings};
 use super::window::Window;
 use crate::staging::{background_of, tone_map_of};
+use crate::surroundings;
 use std::path::Path;
-use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values, srgb_to_linear};
-use surfelshop_cloud::scene::{Backdrop, Keyed, SceneCloud, SceneFile, SceneView, ToneMap};
+use surfelshop_cloud::scene::{
+    Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
+};
 use surfelshop_engine::picture::{self, Background};
 use toml::{Table, Value as Toml};
 
@@ -19,6 +21,7 @@ use toml::{Table, Value as Toml};
 pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     let settings = &mut window.settings;
     settings.scene = file.scene();
+    settings.environment = surroundings::of_scene(file);
     settings.tone_map = tone_map_of(file);
     settings.background = background_of(file);
     window.own_cameras.clear();
@@ -44,6 +47,7 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     if !panes.is_empty() {
         settings.panes = panes;
     }
+    window.hidden_views = file.views.iter().skip(canvas::MOST_PANES).cloned().collect();
     canvas::follow_settings(window);
     let described = file.layout.get("arrangement");
     let panes = window.settings.pane_ids();
@@ -53,8 +57,9 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
         .unwrap_or_else(|| arrangement::usual(&panes));
 }
 
-fn pane_of(id: u32, view: &SceneView, layout: Option<&Table>) -> PaneSettings {
+fn pane_of(id: u32, view: &Keyed<SceneView>, layout: Option<&Table>) -> PaneSettings {
     let mut pane = PaneSettings::new(id, &view.renderer);
+    (pane.output, pane.unknown) = (view.output.clone(), view.unknown.clone());
     if !view.values.is_empty() {
         pane.values.insert(view.renderer.clone(), view.values.clone());
     }
@@ -74,7 +79,8 @@ fn pane_of(id: u32, view: &SceneView, layout: Option<&Table>) -> PaneSettings {
             pane.values.insert(second.to_owned(), values);
         }
     }
-    if let Some(wipe) = layout.get("wipe").and_then(Toml::as_float) {
+    let wipe = layout.get("wipe").and_then(Toml::as_float);
+    if let Some(wipe) = wipe.filter(|wipe| wipe.is_finite()) {
         pane.wipe = (wipe as f32).clamp(0.0, 1.0);
     }
     pane
@@ -136,6 +142,14 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
             unknown: file.lights.get(i).map(|old| old.unknown.clone()).unwrap_or_default(),
         })
         .collect();
+    file.environment = settings.environment.as_ref().map(|environment| {
+        let source = match &environment.source {
+            ProbeSource::File(path) => ProbeSource::File(file_path_in(&file.folder, path)),
+            built_in => built_in.clone(),
+        };
+        let unknown = file.environment.take().map(|old| old.unknown).unwrap_or_default();
+        Keyed { known: SceneEnvironment { source, ..environment.clone() }, unknown }
+    });
     file.exposure_stops = settings.scene.exposure_stops;
     file.tone_map = match settings.tone_map {
         picture::ToneMap::Clamp => ToneMap::Clamp,
@@ -146,21 +160,19 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
         Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
     };
     file.surface.known = settings.scene.surface;
-    let unknown = |i: usize| file.views.get(i).map(|old| old.unknown.clone()).unwrap_or_default();
-    let views = settings.panes.iter().enumerate().map(|(i, pane)| {
+    let views = settings.panes.iter().map(|pane| {
         let own = window.own_cameras.get(&pane.id).filter(|_| !pane.linked);
         let known = SceneView {
             values: pane.values_of(0),
             camera: own.map(|camera| Keyed::from(*camera)),
             // What this window cannot show it keeps as it was.
-            output: file.views.get(i).map_or(Output::Color, |old| old.output.clone()),
+            output: pane.output.clone(),
             ..SceneView::new(pane.renderers[0].clone())
         };
-        Keyed { known, unknown: unknown(i) }
+        Keyed { known, unknown: pane.unknown.clone() }
     });
     let mut views: Vec<Keyed<SceneView>> = views.collect();
-    let hidden = file.views.iter().skip(canvas::MOST_PANES);
-    views.extend(hidden.cloned());
+    views.extend(window.hidden_views.iter().cloned());
     file.views = views;
     let panes = settings.panes.iter().map(|pane| Toml::Table(layout_of(pane))).collect();
     file.layout.insert("panes".to_owned(), Toml::Array(panes));

@@ -2,7 +2,9 @@
 
 use std::collections::BTreeMap;
 use surfelshop_api::Scene;
+use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
+use surfelshop_cloud::scene::{SceneEnvironment, Table};
 use surfelshop_engine::picture::{Background, Development, ToneMap};
 
 /// How the pictures of a pane's two renderers are shown.
@@ -56,6 +58,10 @@ pub(crate) struct PaneSettings {
     pub(crate) linked: bool,
     /// Where the line of a wipe stands, in [0, 1].
     pub(crate) wipe: f32,
+    /// What the view of a scene shows: kept, since this window shows colours only.
+    pub(crate) output: Output,
+    /// Keys of the view in the scene that nobody here knows.
+    pub(crate) unknown: Table,
 }
 
 impl PaneSettings {
@@ -69,6 +75,8 @@ impl PaneSettings {
             values: BTreeMap::new(),
             linked: true,
             wipe: 0.5,
+            output: Output::Color,
+            unknown: Table::new(),
         }
     }
 
@@ -82,6 +90,8 @@ impl PaneSettings {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Settings {
     pub(crate) scene: Scene,
+    /// The light around the scene; paths can be opened from the current folder.
+    pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) tone_map: ToneMap,
     pub(crate) background: Background,
     pub(crate) panes: Vec<PaneSettings>,
@@ -93,6 +103,7 @@ impl Default for Settings {
         let background = Background::Color([41.0, 43.0, 46.0].map(|level| level / 255.0));
         Self {
             scene: Scene::default(),
+            environment: None,
             tone_map: ToneMap::default(),
             background,
             panes: vec![PaneSettings::new(0, "ewa-phong")],

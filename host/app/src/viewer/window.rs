@@ -24,14 +24,16 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 use surfelshop_api::params::ParamDecl;
 use surfelshop_api::{Camera, UnitKind};
-use surfelshop_cloud::scene::SceneFile;
+use surfelshop_cloud::scene::{Keyed, SceneFile, SceneView};
 use surfelshop_engine::Counters;
-use surfelshop_engine::plugins::{Crash, Marks, Registry};
+use surfelshop_engine::plugins::{Crash, Mark, Marks, Registry};
 
 /// The clouds on show.
 pub(crate) struct Shown {
     pub(crate) clouds: Arc<Clouds>,
     pub(crate) extent: Extent,
+    /// The factor on radii that the extent was measured with.
+    pub(crate) radius_scale: f32,
     /// Counts the loads.
     pub(crate) load: u64,
 }
@@ -52,6 +54,8 @@ pub(crate) struct Window {
     /// The scene that was opened or saved last, with all its keys.
     pub(crate) scene_file: Option<SceneFile>,
     pub(crate) scene_path: Option<PathBuf>,
+    /// Views of the scene beyond those that fit into the window.
+    pub(crate) hidden_views: Vec<Keyed<SceneView>>,
     /// Where to remember things, if anywhere.
     pub(crate) memory: Option<Memory>,
     pub(crate) recent: Vec<PathBuf>,
@@ -71,6 +75,8 @@ pub(crate) struct Window {
     pub(crate) conduct: Vec<UnitConduct>,
     /// A plugin that was at work when the program crashed, until the user decides about it.
     pub(crate) crash: Option<Crash>,
+    /// Keeps the question for the next start, should this program be killed first.
+    pub(crate) crash_mark: Option<Mark>,
     /// Draw less while something moves.
     pub(crate) adaptive: bool,
     /// The axis that points upwards in the cloud.
@@ -109,6 +115,7 @@ impl Window {
         if let Some(memory) = &memory {
             memory.begin_session();
         }
+        let crash = Marks::of_user().and_then(|marks| marks.crashed_last_time());
         let mut window = Self {
             darkroom,
             history: history(),
@@ -120,6 +127,7 @@ impl Window {
             files: Vec::new(),
             scene_file: None,
             scene_path: None,
+            hidden_views: Vec::new(),
             recent: memory.as_ref().map(Memory::recent).unwrap_or_default(),
             memory,
             kept: None,
@@ -132,7 +140,8 @@ impl Window {
             no_device: false,
             counters: Counters::default(),
             conduct: Vec::new(),
-            crash: Marks::of_user().and_then(|marks| marks.crashed_last_time()),
+            crash_mark: crash.as_ref().and_then(|crash| Marks::of_user()?.keep(crash).ok()),
+            crash,
             adaptive: true,
             up: arguments.up,
             messages: Messages::default(),
@@ -223,6 +232,7 @@ impl Window {
                     renderer: settings.renderers[side].clone(),
                     values: settings.values_of(side),
                     scene: self.settings.scene.clone(),
+                    environment: self.settings.environment.clone(),
                     development: self.settings.development(),
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     load: shown.load,
@@ -252,10 +262,21 @@ impl Window {
         self.last_frame = Instant::now();
     }
 
+    /// Measures the clouds again where the factor on radii changed.
+    fn measure(&mut self) {
+        let scale = self.settings.scene.surface.radius_scale;
+        if let Some(shown) = &mut self.shown
+            && shown.radius_scale != scale
+        {
+            (shown.extent, shown.radius_scale) = (shown.clouds.extent(scale), scale);
+        }
+    }
+
     /// One frame of the window.
     pub(crate) fn frame(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         self.pace();
+        self.measure();
         self.take_news(&ctx);
         self.take_clouds();
         export::go_on(self);
@@ -276,7 +297,7 @@ impl Window {
         if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
             let now = ctx.input(|input| input.time);
             self.history.feed_state(now, &self.settings);
-            self.keep(false);
+            self.keep(&ctx, false);
         }
     }
 }
@@ -287,7 +308,7 @@ impl eframe::App for Window {
     }
 
     fn on_exit(&mut self) {
-        self.keep(true);
+        self.keep(&Context::default(), true);
     }
 }
 

@@ -9,12 +9,14 @@ use super::darkroom::{News, Order, Place, Print, Queue, Shot, Task, Teller, Unit
 use crate::arguments::{DeviceArguments, PluginFiles};
 use crate::pictures;
 use crate::studio::{self, Studio};
+use crate::surroundings::{Probes, Surroundings};
 use anyhow::{Context as _, anyhow};
 use std::collections::HashMap;
 use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{FrameRequest, UnitKind};
+use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::plugins::{
     Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Registry, SearchPath, Standing, UnitRef,
     Watcher,
@@ -45,6 +47,9 @@ pub(super) struct Worker {
     /// Renderers the user does not want.
     avoided: Vec<String>,
     marks: Option<Marks>,
+    probes: Probes,
+    /// A probe that cannot be read, so that it is told once.
+    unreadable: Option<SceneEnvironment>,
     teller: Teller,
     /// Watches until the worker ends.
     _watcher: Option<Watcher>,
@@ -75,6 +80,8 @@ impl Worker {
                     conduct: Conduct::default(),
                     avoided: Vec::new(),
                     marks: Marks::of_user(),
+                    probes: Probes::default(),
+                    unreadable: None,
                     _watcher: watcher
                         .map_err(|error| {
                             let line = format!("rebuilt plugins will not be noticed: {error}");
@@ -106,6 +113,7 @@ impl Worker {
                 Task::Picture(place, order) => self.picture(place, *order),
                 Task::Changed(changed) => self.changed(&changed),
                 Task::Avoid(renderer) => self.avoided.push(renderer),
+                Task::LetGo(place) => drop(self.in_use.remove(&place)),
                 #[cfg(test)]
                 Task::LoseDevice => self.studio.engine.gpu().device.destroy(),
                 Task::SwitchOn(renderer) => {
@@ -207,6 +215,7 @@ impl Worker {
 
     /// Renders until the picture does not change any more.
     fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Rendered, RenderError> {
+        let surroundings = self.surroundings(order);
         let request = RenderRequest {
             clouds: &order.clouds.views(),
             facts: &order.clouds.facts,
@@ -216,10 +225,28 @@ impl Worker {
             // What lies under the pointer is only asked for of still pictures.
             outputs: if order.detail.is_full() { &OUTPUTS } else { &OUTPUTS[..1] },
             frame_index: 0,
-            environment: None,
+            environment: surroundings.as_ref().map(Surroundings::view),
             stride: order.detail.stride,
         };
         Ok(self.studio.settle_view(view, &request)?.rendered)
+    }
+
+    /// The light around the scene; none where its probe cannot be read, which is told once.
+    fn surroundings(&mut self, order: &Order) -> Option<Surroundings> {
+        let wanted = order.environment.as_ref()?;
+        let same =
+            |bad: &SceneEnvironment| (&bad.source, bad.mapping) == (&wanted.source, wanted.mapping);
+        if self.unreadable.as_ref().is_some_and(same) {
+            return None;
+        }
+        match self.probes.light(wanted) {
+            Ok(light) => Some(light),
+            Err(error) => {
+                self.teller.tell(News::Message(format!("{error:#}")));
+                self.unreadable = Some(wanted.clone());
+                None
+            }
+        }
     }
 
     fn failed(&mut self, unit: &UnitRef, contents: Contents, fault: &Fault) {
@@ -294,7 +321,7 @@ impl Worker {
             cloud: order.clouds.facts.clone(),
             frame_index: 0,
             values: order.values.clone(),
-            environment: None,
+            environment: self.surroundings(order).map(|light| light.view().environment.clone()),
         };
         let mark = self.marks.as_ref().and_then(|marks| marks.leave(&old.reference).ok());
         let host = self.studio.engine.gpu().host_info();
@@ -318,8 +345,8 @@ impl Worker {
         );
         let parameters = unit.description.params.clone();
         let renderer = old.name.clone();
-        self.teller.tell(News::Declared { renderer: renderer.clone(), parameters });
-        self.teller.tell(News::Reloaded { renderer, values: kept.values, report });
+        self.teller.tell(News::Declared { renderer, parameters });
+        self.teller.tell(News::Reloaded(report));
         self.conduct.succeeded(&old.reference, unit.contents);
         drop(mark);
         let (name, reference) = (old.name.clone(), old.reference.clone());

@@ -9,6 +9,7 @@
 //! (`scenes_are_read_back_as_they_were_and_written_alike`).
 
 mod angle;
+mod environment;
 mod error;
 mod parts;
 mod place;
@@ -23,6 +24,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Light, Scene, SurfaceSettings};
 
+pub use environment::{Axis, ProbeSource, SceneEnvironment};
 pub use error::{SceneError, SceneFault, SceneWriteError};
 pub use read::{OpenedScene, is_scene, read};
 /// A table of TOML, sorted by key.
@@ -79,6 +81,8 @@ pub struct SceneFile {
     pub camera: Option<Keyed<Camera>>,
     /// The lights, at most [`Scene::MAX_LIGHTS`].
     pub lights: Vec<Keyed<Light>>,
+    /// The light around it.
+    pub environment: Option<Keyed<SceneEnvironment>>,
     /// Factor on radiance before tone mapping in stops, from -60 to 60.
     pub exposure_stops: f32,
     /// How brightness above white is brought down.
@@ -168,6 +172,7 @@ impl Default for SceneFile {
             clouds: Vec::new(),
             camera: None,
             lights: lights.into_iter().map(Keyed::from).collect(),
+            environment: None,
             exposure_stops,
             tone_map: ToneMap::default(),
             background: Backdrop::default(),
@@ -200,6 +205,15 @@ impl SceneFile {
     #[must_use]
     pub fn path_of(&self, cloud: &SceneCloud) -> PathBuf {
         self.folder.join(&cloud.path)
+    }
+
+    /// The file of a probe, to be opened from the current folder; `None` for built-in ones.
+    #[must_use]
+    pub fn path_of_probe(&self, source: &ProbeSource) -> Option<PathBuf> {
+        match source {
+            ProbeSource::File(path) => Some(self.folder.join(path)),
+            ProbeSource::Studio | ProbeSource::Sky => None,
+        }
     }
 
     /// How the scene names a file that can be opened from the current folder: relative to the

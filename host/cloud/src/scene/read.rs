@@ -1,9 +1,9 @@
 //! Opening a scene: the file, its format, and what its sections hold.
 
 use super::error::{SceneError, SceneFault};
-use super::parts;
 use super::source::{Entry, Fault, Section, Source};
 use super::{FORMAT, Keyed, LARGEST_FILE, SceneCloud, SceneFile, SceneView};
+use super::{environment, parts};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -96,6 +96,9 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     }
     if let Some(entry) = whole.find("camera") {
         scene.camera = Some(parts::camera(entry.section()?)?);
+    }
+    if let Some(entry) = whole.find("environment") {
+        scene.environment = Some(environment::read(entry.section()?)?);
     }
     if let Some(entry) = whole.find("lights") {
         let lights = entry.sections()?;

@@ -3,8 +3,8 @@
 use super::angle::degrees;
 use super::error::SceneWriteError;
 use super::parts::channel;
-use super::{Backdrop, FORMAT, Keyed, LARGEST_FILE, SceneCloud, SceneFault, SceneFile, SceneView};
-use super::{ToneMap, is_scene, place, read};
+use super::{Backdrop, FORMAT, Keyed, LARGEST_FILE, ProbeSource, SceneCloud, SceneEnvironment};
+use super::{SceneFault, SceneFile, SceneView, ToneMap, is_scene, place, read};
 use crate::error::quoted;
 use crate::transform::{Rotation, Transform};
 use crate::write::replace;
@@ -89,6 +89,11 @@ impl SceneFile {
             true => entry("lights", Value::Array(Vec::new())),
             false => ("lights".to_owned(), Node::Tables(lights)),
         });
+        if let Some(environment) = &self.environment {
+            let probe = self.probe_text(environment, path, folder)?;
+            let entries_of = environment_entries(environment, probe);
+            entries.push(("environment".to_owned(), Node::Table(entries_of)));
+        }
         entries.push(("surface".to_owned(), Node::Table(surface_entries(&self.surface))));
         if let Some(camera) = &self.camera {
             entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
@@ -104,6 +109,46 @@ impl SceneFile {
         lines(&mut text, "", &entries);
         Ok(text)
     }
+}
+
+impl SceneFile {
+    fn probe_text(
+        &self,
+        environment: &SceneEnvironment,
+        path: &Path,
+        folder: &Path,
+    ) -> Result<String, SceneWriteError> {
+        match &environment.source {
+            ProbeSource::Studio => Ok("studio".to_owned()),
+            ProbeSource::Sky => Ok("sky".to_owned()),
+            ProbeSource::File(file) => {
+                let moved = place::moved(file, &self.folder, folder);
+                // A file of a built-in one's name is told from it by its folder.
+                let named = match path_text(&moved).as_deref() {
+                    Some(name @ ("studio" | "sky")) => Some(format!("./{name}")),
+                    _ => path_text(&moved),
+                };
+                let unnamed =
+                    || SceneWriteError::Cloud { path: path.to_owned(), cloud: file.clone() };
+                named.ok_or_else(unnamed)
+            }
+        }
+    }
+}
+
+fn environment_entries(environment: &Keyed<SceneEnvironment>, probe: String) -> Entries {
+    let mut entries = vec![entry("probe", probe)];
+    if let Some(mapping) = environment.mapping {
+        entries.push(entry("mapping", mapping.name()));
+    }
+    entries.extend([
+        entry("forward", environment.forward.name()),
+        entry("up", environment.up.name()),
+        entry("rotation", degrees(environment.rotation)),
+        entry("exposure", float(environment.stops)),
+    ]);
+    with_unknown(&mut entries, &environment.unknown);
+    entries
 }
 
 /// A path as text, with forward slashes where it is relative.

@@ -69,6 +69,20 @@ impl Marks {
     /// # Errors
     /// Where the mark cannot be written; the unit can be used all the same.
     pub fn leave(&self, unit: &UnitRef) -> io::Result<Mark> {
+        let name = format!("{} {}/{}", unit.kind.word(), unit.package, unit.id);
+        self.mark(&name, &one_line(&unit.path))
+    }
+
+    /// Keeps a crash that was found until the user has decided about it: a program that is killed
+    /// before leaves it to the next start.
+    ///
+    /// # Errors
+    /// Where the mark cannot be written.
+    pub fn keep(&self, crash: &Crash) -> io::Result<Mark> {
+        self.mark(&crash.unit, &crash.file)
+    }
+
+    fn mark(&self, name: &str, file: &str) -> io::Result<Mark> {
         fs::create_dir_all(&self.folder)?;
         let id = process::id();
         let mut unfinished = tempfile::Builder::new()
@@ -76,8 +90,7 @@ impl Marks {
             .suffix(&format!(".{UNFINISHED}"))
             .tempfile_in(&self.folder)?;
         unfinished.as_file().lock()?;
-        let name = format!("{} {}/{}", unit.kind.word(), unit.package, unit.id);
-        let text = format!("{TITLE}\n{id}\n{name}\n{}\n", one_line(&unit.path));
+        let text = format!("{TITLE}\n{id}\n{name}\n{file}\n");
         unfinished.write_all(text.as_bytes())?;
         let path = unfinished.path().with_extension(EXTENSION);
         let file = unfinished.persist(&path)?;

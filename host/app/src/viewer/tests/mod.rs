@@ -27,7 +27,8 @@ fn built_plugins() -> PluginFiles {
         assert!(path.exists(), "{} is missing: `cargo verify` builds it", path.display());
         path
     };
-    let plugin = vec![file("surfelshop_flat"), file("surfelshop_ewa_phong")];
+    let plugin =
+        ["flat", "ewa_phong", "environment"].map(|id| file(&format!("surfelshop_{id}"))).to_vec();
     PluginFiles { plugin, patience: None }
 }
 
@@ -50,7 +51,7 @@ impl Screen {
         // The harness has a context of its own; this one only wakes nobody.
         let mut window = Window::new(&Context::default(), arguments).unwrap();
         // A crash of another program is not this test's business.
-        window.crash = None;
+        (window.crash, window.crash_mark) = (None, None);
         window.memory = None;
         let harness = Harness::builder()
             .with_size(Vec2::new(900.0, 640.0))

@@ -206,3 +206,67 @@ fn a_lost_device_is_opened_again() {
     screen.settle();
     assert_ne!(levels(&mut screen), before);
 }
+
+#[test]
+fn a_rebuild_leaves_each_view_its_own_values() {
+    use surfelshop_api::params::Value;
+    let folder = tempfile::tempdir().unwrap();
+    let (mut screen, file) = showing_fine(folder.path());
+    screen.harness.get_all_by_label("split").next().unwrap().click();
+    screen.until("another view", |window| window.settings.panes.len() == 2);
+    for (pane, gain) in [(0, 0.5), (1, 2.0)] {
+        let values = screen.window().settings.panes[pane].values.entry("fine".into()).or_default();
+        values.insert("gain".to_owned(), Value::Float(gain));
+    }
+    screen.settle();
+    // Views that were closed have no part in it.
+    for n_panes in [3, 2, 3, 2] {
+        let label = if n_panes == 3 { "split" } else { "close" };
+        screen.harness.get_all_by_label(label).last().unwrap().click();
+        screen.until(label, |window| window.settings.panes.len() == n_panes);
+        screen.settle();
+    }
+    let mut bytes = std::fs::read(faulty()).unwrap();
+    bytes.extend([0; 16]);
+    std::fs::write(&file, bytes).unwrap();
+    screen.until("both builds", |window| window.messages.count("was rebuilt") >= 2);
+    screen.settle();
+    assert_eq!(screen.window().messages.count("was rebuilt"), 2);
+    for (pane, gain) in [(0, 0.5), (1, 2.0)] {
+        let values = screen.window().settings.panes[pane].values_of(0);
+        assert_eq!(values["gain"], Value::Float(gain), "view {pane}");
+    }
+}
+
+#[test]
+fn a_renderer_that_was_switched_off_comes_back_with_a_good_build() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join(faulty().file_name().unwrap());
+    std::fs::write(&file, faulty_with_fine_being("panics-in-frame", "PanicsInFrame")).unwrap();
+    let mut plugin = built_plugins().plugin;
+    plugin.push(file.clone());
+    let mut screen = Screen::with(&ViewerArguments {
+        files: vec![SAMPLE.into()],
+        up: UpAxis::Y,
+        plugins: PluginFiles { plugin, patience: None },
+        device: DeviceArguments::default(),
+    });
+    screen.window().settings.panes[0].renderers[0] = "fine".to_owned();
+    let mut stops = 0.0;
+    screen.until("the verdict", |window| {
+        stops += 0.01;
+        window.settings.scene.exposure_stops = stops;
+        window.conduct.iter().any(|unit| unit.off)
+    });
+    assert!(screen.window().panes[&0].sides[0].shown.is_none());
+    std::fs::copy(faulty(), &file).unwrap();
+    screen.settle();
+}
+
+#[test]
+fn what_was_said_before_a_cloud_came_stays() {
+    let mut screen = Screen::open(&[SAMPLE]);
+    screen.window().messages.warn("something is missing");
+    screen.settle();
+    assert!(screen.window().messages.say("something is missing"));
+}

@@ -4,16 +4,15 @@ use super::{SAMPLE, Screen, built_plugins};
 use crate::viewer::settings::Mode;
 use egui_kittest::kittest::Queryable as _;
 
+use std::path::Path;
+
 #[test]
 fn the_settled_view_is_what_render_makes_of_the_saved_scene() {
-    use crate::arguments::{Cli, Command};
-    use crate::given::Given;
-    use clap::{CommandFactory as _, FromArgMatches as _};
     use glam::DVec2;
     use surfelshop_api::params::Value;
     let mut screen = Screen::sample();
     let folder = tempfile::tempdir().unwrap();
-    let (scene, png) = (folder.path().join("a.scene.toml"), folder.path().join("a.png"));
+    let scene = folder.path().join("a.scene.toml");
     let window = screen.window();
     let mut camera = window.camera;
     crate::viewer::navigation::orbit(&mut camera, DVec2::new(0.7, 0.2));
@@ -25,6 +24,36 @@ fn the_settled_view_is_what_render_makes_of_the_saved_scene() {
     screen.settle();
     screen.window().save_scene(&scene);
     assert!(scene.exists(), "{:?}", screen.window().messages.last());
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &scene), 0);
+}
+
+#[test]
+fn large_radii_and_natural_light_are_what_render_makes_of_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("wide.scene.toml");
+    let text = format!(
+        "format = 1\n[surface]\nradius_scale = 4.0\n[environment]\nprobe = \"sky\"\n\
+         [[clouds]]\npath = '{SAMPLE}'\n[[views]]\nrenderer = \"environment\"\n"
+    );
+    std::fs::write(&scene, text).unwrap();
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    let saved = folder.path().join("saved.scene.toml");
+    screen.window().save_scene(&saved);
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved), 0);
+    // Also with radii that were changed in the window.
+    screen.window().settings.scene.surface.radius_scale = 9.0;
+    screen.settle();
+    screen.window().save_scene(&saved);
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved), 0);
+}
+
+/// Pixels of the first view that differ from what `render` makes of a scene.
+fn n_pixels_unlike_rendered(screen: &mut Screen, scene: &Path) -> usize {
+    use crate::arguments::{Cli, Command};
+    use crate::given::Given;
+    use clap::{CommandFactory as _, FromArgMatches as _};
+    let png = scene.with_extension("png");
     let shot = screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.clone();
     let [width, height] = shot.size;
     let plugins = built_plugins().plugin;
@@ -41,7 +70,7 @@ fn the_settled_view_is_what_render_makes_of_the_saved_scene() {
     crate::render::run(&arguments, &Given::of(&matches)).unwrap();
     let rendered = image::open(&png).unwrap().into_rgba8().into_raw();
     let differ = rendered.chunks(4).zip(shot.levels.chunks(4)).filter(|(a, b)| a != b).count();
-    assert_eq!(differ, 0, "pixels differ");
+    differ
 }
 
 #[test]
@@ -104,6 +133,27 @@ fn another_cloud_does_not_overwrite_the_scene_before() {
     screen.window().open(&context, vec![SAMPLE.into()]);
     screen.until("the cloud", |window| window.loading.is_none() && window.scene_file.is_none());
     assert_eq!(screen.window().scene_path, None);
+}
+
+#[test]
+fn what_the_window_cannot_show_stays_with_its_view() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("e.scene.toml");
+    let text = format!(
+        "format = 1\n[[clouds]]\npath = '{SAMPLE}'\n[[views]]\nrenderer = \"flat\"\n\
+         output = \"depth\"\nnote = \"of flat\"\n[[views]]\nrenderer = \"ewa-phong\"\n\
+         note = \"of phong\"\n[layout]\npanes = [{{ wipe = nan, mode = \"wipe\" }}]\n"
+    );
+    std::fs::write(&scene, text).unwrap();
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    assert_eq!(screen.window().settings.panes[0].wipe, 0.5);
+    screen.harness.get_all_by_label("close").next().unwrap().click();
+    screen.until("one view", |window| window.settings.panes.len() == 1);
+    screen.window().save_scene(&scene);
+    let saved = std::fs::read_to_string(&scene).unwrap();
+    assert!(saved.contains("of phong") && !saved.contains("of flat"), "{saved}");
+    assert!(!saved.contains("depth\""), "{saved}");
 }
 
 #[test]

@@ -215,8 +215,8 @@ fn unknown_keys_anywhere_are_kept_and_reported() {
 camra = { eye = [0.0, 0.0, 1.0] }
 lights = [{ towards = [0.0, 1.0, 0.0], Radiance = [2.0, 2.0, 2.0], shadow = "soft" }]
 [environment]
-path = "uffizi.exr"
-rotation = 90.0
+probe = "uffizi.exr"
+rotaton = 90.0
 [surface]
 smooth = inf
 [camera]
@@ -240,7 +240,7 @@ camera = { eye = [0.0, 0.0, 1.0], target = [0.0, 0.0, 0.0], fow = 3.0 }
         "2:1: unknown key `camra`, did you mean `camera`?",
         "3:40: unknown key `lights[1].Radiance`, did you mean `radiance`?",
         "3:68: unknown key `lights[1].shadow` is kept and has no effect",
-        "4:2: unknown key `environment` is kept and has no effect",
+        "6:1: unknown key `environment.rotaton`, did you mean `rotation`?",
         "8:1: unknown key `surface.smooth` is kept and has no effect",
         "12:1: unknown key `camera.aperture` is kept and has no effect",
         "15:1: unknown key `clouds[1].note` is kept and has no effect",
@@ -255,7 +255,7 @@ camera = { eye = [0.0, 0.0, 1.0], target = [0.0, 0.0, 0.0], fow = 3.0 }
     for kept in [
         "[camra]\neye = [0.0, 0.0, 1.0]\n",
         "Radiance = [2.0, 2.0, 2.0]\nshadow = \"soft\"\n",
-        "[environment]\npath = \"uffizi.exr\"\nrotation = 90.0\n",
+        "rotaton = 90.0\n",
         "smooth = inf\n",
         "aperture = 0.1\n",
         "note = [[1, 2.5], { \"a b\" = \"c\" }]\n",

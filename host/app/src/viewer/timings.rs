@@ -1,0 +1,85 @@
+//! How long the passes of a view took, over its last frames.
+
+use super::darkroom::Shot;
+use super::detail::Detail;
+use std::collections::VecDeque;
+
+/// Frames that count; enough that a few slow ones do not show.
+const KEPT: usize = 31;
+
+/// What frames must have in common to be compared.
+#[derive(Clone, Debug, PartialEq)]
+struct Kind {
+    renderer: String,
+    detail: Detail,
+    size: [u32; 2],
+}
+
+/// Times of the last frames of one renderer, in one detail and size.
+#[derive(Debug, Default)]
+pub(crate) struct Timings {
+    kind: Option<Kind>,
+    whole: VecDeque<f64>,
+    /// By name; passes that did not run in a frame have no time of it.
+    passes: Vec<(String, VecDeque<f64>)>,
+}
+
+impl Timings {
+    /// Adds a frame; one of another kind begins anew.
+    pub(crate) fn add(&mut self, renderer: &str, shot: &Shot) {
+        let kind = Kind { renderer: renderer.to_owned(), detail: shot.detail, size: shot.size };
+        if self.kind.as_ref() != Some(&kind) {
+            *self = Self { kind: Some(kind), ..Self::default() };
+        }
+        push(&mut self.whole, shot.milliseconds);
+        for pass in &shot.passes {
+            let Some(ms) = pass.gpu_ms else { continue };
+            match self.passes.iter_mut().find(|(name, _)| *name == pass.name) {
+                Some((_, times)) => push(times, ms),
+                None => self.passes.push((pass.name.clone(), VecDeque::from([ms]))),
+            }
+        }
+    }
+
+    /// Median time from order to picture, milliseconds, and the number of frames.
+    pub(crate) fn whole(&self) -> Option<(f64, usize)> {
+        Some((median(&self.whole)?, self.whole.len()))
+    }
+
+    /// Median time of a pass in the frames it ran in, milliseconds.
+    pub(crate) fn pass(&self, name: &str) -> Option<f64> {
+        self.passes.iter().find(|(other, _)| other == name).and_then(|(_, times)| median(times))
+    }
+}
+
+fn push(times: &mut VecDeque<f64>, ms: f64) {
+    times.push_back(ms);
+    if times.len() > KEPT {
+        times.pop_front();
+    }
+}
+
+fn median(times: &VecDeque<f64>) -> Option<f64> {
+    let mut sorted: Vec<f64> = times.iter().copied().collect();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_median_is_the_middle_of_the_last_frames() {
+        let mut times = VecDeque::new();
+        assert_eq!(median(&times), None);
+        for ms in [9.0, 1.0, 3.0] {
+            push(&mut times, ms);
+        }
+        assert_eq!(median(&times), Some(3.0));
+        for _ in 0..KEPT {
+            push(&mut times, 5.0);
+        }
+        assert_eq!((median(&times), times.len()), (Some(5.0), KEPT));
+    }
+}
