@@ -1,7 +1,7 @@
-//! Makes the sample clouds in `assets/`.
+//! Makes the sample cloud and the sample light probe in `assets/`.
 //!
-//! `cargo run --release --package surfelshop-assets` writes them again, bit for bit the same on
-//! every machine: only correctly rounded arithmetic is used (see [`portable`]), and parallel work
+//! `cargo run --release --package surfelshop-assets` writes them again, the cloud bit for bit the same
+//! on every machine: only correctly rounded arithmetic is used (see [`portable`]), and parallel work
 //! is collected in a fixed order.
 
 pub mod coverage;
@@ -22,6 +22,7 @@ use anyhow::Context;
 use glam::DVec3;
 use rayon::prelude::*;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
+use surfelshop_cloud::probe::Probe;
 use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, WriteOptions};
 
 use crate::figure::Figure;
@@ -36,6 +37,15 @@ pub fn write_sample(path: &Path) -> anyhow::Result<()> {
     let comments = vec!["A snail on a fly agaric, made by surfelshop-assets".to_owned()];
     let options = WriteOptions { comments, ..WriteOptions::default() };
     surfelshop_cloud::write(path, &cloud, &options)?;
+    Ok(())
+}
+
+/// Writes the built-in sky as a light probe of latitude and longitude, Radiance HDR.
+///
+/// # Errors
+/// Where the file cannot be written.
+pub fn write_sky(path: &Path) -> anyhow::Result<()> {
+    surfelshop_cloud::probe::write_hdr(path, &Probe::sky().picture)?;
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-//! Writes the sample clouds into `assets/`.
+//! Writes the sample cloud and the sample light probe into `assets/`.
 
 #![expect(clippy::print_stdout, reason = "the line per file is this program's output")]
 
@@ -8,6 +8,9 @@ fn main() -> anyhow::Result<()> {
     let own_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let path = own_folder.with_file_name("sample.ply");
     surfelshop_assets::write_sample(&path)?;
+    println!("{}", path.display());
+    let path = own_folder.with_file_name("sky.hdr");
+    surfelshop_assets::write_sky(&path)?;
     println!("{}", path.display());
     Ok(())
 }

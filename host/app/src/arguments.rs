@@ -166,7 +166,7 @@ pub(crate) struct RenderArguments {
 /// The light around the scene.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct EnvironmentArguments {
-    /// Light from around, for renderers that use it: a light probe (Radiance .hdr or OpenEXR),
+    /// Light from around, for renderers that use it: a light probe (.hdr or .exr),
     /// `studio`, `sky`, or `none`.
     ///
     /// Renderers that use it leave lights out that follow the camera.

@@ -145,7 +145,7 @@ fn descend(least: &impl Fn(DVec3) -> f64, mut value: f64, mut n: DVec3) -> f64 {
     let mut step = 4.0 / (N_DIRECTIONS as f64).sqrt();
     while step > 1e-4 {
         let (u, v) = n.any_orthonormal_pair();
-        let tries = [u, -u, v, -v].map(|t| (n + step * t).normalize());
+        let tries = [u, -u, v, -v].map(|t| (n + step * t).normalize_or(n));
         let better = tries.into_iter().map(|t| (least(t), t)).min_by(|a, b| a.0.total_cmp(&b.0));
         match better {
             Some((lower, t)) if lower < value => (value, n) = (lower, t),
@@ -177,7 +177,7 @@ pub fn directions(n: usize) -> impl Iterator<Item = DVec3> {
 #[must_use]
 pub fn window_against_ringing(light: &Coefficients, order: usize) -> f64 {
     let minimum = |window: f64| minimum(&of_diffuse_surface(light, order, window));
-    if minimum(0.0) >= 0.0 || light[0].iter().any(|mean| !(*mean > 0.0)) {
+    if minimum(0.0) >= 0.0 || light[0].iter().any(|mean| mean.is_nan() || *mean <= 0.0) {
         return 0.0;
     }
     // A lone point of light needs 0.178 at order 2; orders above are damped more by the same.

@@ -63,7 +63,7 @@ pub fn ggx_times_cosine(
         return 0.0;
     }
     let a2 = roughness.powi(4);
-    let half = (towards + to_eye).normalize();
+    let half = (towards + to_eye).normalize_or(normal);
     let h = normal.dot(half);
     let d = a2 / (std::f64::consts::PI * (h * h * (a2 - 1.0) + 1.0).powi(2));
     let smith = |cosine: f64| (a2 + (1.0 - a2) * cosine * cosine).sqrt();

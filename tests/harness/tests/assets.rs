@@ -69,3 +69,21 @@ fn rays_do_not_pass_the_sample() {
     // The bound of 25 leaves room for the deviation of so small a number.
     assert!(missed * 4_000 <= met, "{missed} of {met} rays passed: {:?}", coverage.missed);
 }
+
+#[test]
+fn committed_probe_is_the_built_in_sky() {
+    use surfelshop_cloud::probe::{self, Mapping, Probe};
+    let path = sample_path().with_file_name("sky.hdr");
+    assert!(bytes_of(&path).len() < 1_000_000, "it travels with every clone");
+    let read = probe::read(&path, None).expect("the sample probe loads");
+    let made = Probe::sky();
+    assert_eq!(read.mapping, Mapping::LatLong);
+    assert!(read.facts.sun.is_some());
+    for (found, expected) in read.picture.rgb.iter().zip(&made.picture.rgb) {
+        let brightest = expected.iter().fold(0.0f32, |most, value| most.max(*value));
+        for (found, expected) in found.iter().zip(expected) {
+            // The format's eight bits count from the brightest channel and are cut off.
+            assert!((found - expected).abs() <= brightest / 100.0, "{found} for {expected}");
+        }
+    }
+}

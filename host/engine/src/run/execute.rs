@@ -4,7 +4,7 @@ use super::cull::Needed;
 use super::pipelines::{Pipelines, Stage};
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_SURFACE, HOST_VIEW, Node, Plan, SHADING_TARGET, targets_of,
+    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, SHADING_TARGET, targets_of,
 };
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
@@ -68,23 +68,8 @@ pub(crate) fn execute(
             }
         }
         let group = bind(recorder.gpu, &pipeline, |name| match name {
-            HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
-            HOST_LIGHTS => Some(frame.lights_uniform.as_entire_binding()),
-            HOST_ENVIRONMENT => Some(frame.environment?.uniform.as_entire_binding()),
-            HOST_ENVIRONMENT_MAP => {
-                Some(wgpu::BindingResource::TextureView(&frame.environment?.map))
-            }
-            HOST_ENVIRONMENT_SAMPLER => {
-                Some(wgpu::BindingResource::Sampler(&frame.environment?.sampler))
-            }
-            HOST_SURFACE => {
-                let view = frame.surface?.packed(planned.surface?)?;
-                Some(wgpu::BindingResource::TextureView(view))
-            }
-            HOST_MATERIAL => {
-                Some(wgpu::BindingResource::TextureView(frame.surface?.material.as_ref()?))
-            }
             SHADING_TARGET => Some(wgpu::BindingResource::TextureView(&targets.first()?.0)),
+            _ if name.starts_with(HOST_PREFIX) => host_resource(name, frame, planned),
             _ => match pass.bindings.get(name)? {
                 Resource::Uniform(id) => {
                     let span = plan.structure.uniforms.get(id.index())?;
@@ -130,6 +115,34 @@ pub(crate) fn execute(
         written.extend(&planned.writes);
     }
     Ok(written)
+}
+
+/// Where the names of the host's own variables begin.
+const HOST_PREFIX: &str = "surfelshop::";
+
+/// What a variable of the host's modules is bound to.
+fn host_resource<'a>(
+    name: &str,
+    frame: &Frame<'a>,
+    planned: &Planned,
+) -> Option<wgpu::BindingResource<'a>> {
+    match name {
+        HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
+        HOST_LIGHTS => Some(frame.lights_uniform.as_entire_binding()),
+        HOST_ENVIRONMENT => Some(frame.environment?.uniform.as_entire_binding()),
+        HOST_ENVIRONMENT_MAP => Some(wgpu::BindingResource::TextureView(&frame.environment?.map)),
+        HOST_ENVIRONMENT_SAMPLER => {
+            Some(wgpu::BindingResource::Sampler(&frame.environment?.sampler))
+        }
+        HOST_SURFACE => {
+            let view = frame.surface?.packed(planned.surface?)?;
+            Some(wgpu::BindingResource::TextureView(view))
+        }
+        HOST_MATERIAL => {
+            Some(wgpu::BindingResource::TextureView(frame.surface?.material.as_ref()?))
+        }
+        _ => None,
+    }
 }
 
 /// Brings uniforms and uploads onto the device.

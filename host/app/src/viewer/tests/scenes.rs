@@ -69,8 +69,7 @@ fn n_pixels_unlike_rendered(screen: &mut Screen, scene: &Path) -> usize {
     };
     crate::render::run(&arguments, &Given::of(&matches)).unwrap();
     let rendered = image::open(&png).unwrap().into_rgba8().into_raw();
-    let differ = rendered.chunks(4).zip(shot.levels.chunks(4)).filter(|(a, b)| a != b).count();
-    differ
+    rendered.chunks(4).zip(shot.levels.chunks(4)).filter(|(a, b)| a != b).count()
 }
 
 #[test]
