@@ -41,6 +41,18 @@ impl Lab {
         Self { engine, renderer, cloud: sphere.cloud(), view }
     }
 
+    /// Covered pixels from two opposite sides, which show all normals: normals, directions to the
+    /// eye and colours.
+    fn all_around(&mut self, probe: &Probe, values: &Values) -> anyhow::Result<Vec<Seen>> {
+        let mut all = Vec::new();
+        for _ in 0..2 {
+            let to_eye = self.view.camera.eye.normalize_or(DVec3::Z);
+            all.extend(pixels(&self.frame(probe, values)?, to_eye));
+            self.view.camera.eye = -self.view.camera.eye;
+        }
+        Ok(all)
+    }
+
     fn frame(&mut self, probe: &Probe, values: &Values) -> anyhow::Result<Rendered> {
         let environment = around(probe);
         Ok(self.engine.render(
@@ -72,8 +84,15 @@ impl Lab {
     }
 }
 
-/// Covered pixels: normals and colours.
-fn pixels(frame: &Rendered) -> Vec<(DVec3, [f64; 3])> {
+/// A pixel.
+struct Seen {
+    normal: DVec3,
+    to_eye: DVec3,
+    color: [f64; 3],
+}
+
+/// The covered pixels.
+fn pixels(frame: &Rendered, to_eye: DVec3) -> Vec<Seen> {
     let (Some(color), Some(normal)) = (frame.image(&Output::Color), frame.image(&Output::Normal))
     else {
         return Vec::new();
@@ -82,15 +101,19 @@ fn pixels(frame: &Rendered) -> Vec<(DVec3, [f64; 3])> {
     let pairs = color.data.chunks_exact(4).zip(normal.data.chunks_exact(4));
     pairs
         .filter(|(_, normal)| normal[3] > 0.0)
-        .map(|(color, normal)| (DVec3::from(vector(normal)).normalize_or(DVec3::Z), vector(color)))
+        .map(|(color, normal)| Seen {
+            normal: DVec3::from(vector(normal)).normalize_or(DVec3::Z),
+            to_eye,
+            color: vector(color),
+        })
         .collect()
 }
 
 /// Mean and largest error as shares of the mean reference, and the smallest value found.
-fn errors(pixels: &[(DVec3, [f64; 3])], reference: impl Fn(DVec3) -> [f64; 3]) -> [f64; 3] {
+fn errors(pixels: &[Seen], reference: impl Fn(&Seen) -> [f64; 3]) -> [f64; 3] {
     let (mut sum, mut largest, mut scale, mut least) = (0.0, 0.0f64, 0.0, f64::INFINITY);
-    for (normal, color) in pixels {
-        for (found, expected) in color.iter().zip(reference(*normal)) {
+    for seen in pixels {
+        for (found, expected) in seen.color.iter().zip(reference(seen)) {
             sum += (found - expected).abs();
             largest = largest.max((found - expected).abs());
             scale += expected;
@@ -125,8 +148,9 @@ fn main() -> anyhow::Result<()> {
                     ("sun".to_owned(), Value::Bool(helped)),
                     ("window".to_owned(), Value::Bool(helped)),
                 ]);
-                let found = pixels(&small.frame(probe, &values)?);
-                let [mean, largest, least] = errors(&found, |n| truth.white_diffuse(n));
+                let found = small.all_around(probe, &values)?;
+                let [mean, largest, least] =
+                    errors(&found, |seen| truth.white_diffuse(seen.normal));
                 let ms = large.shading_ms(probe, &values)?;
                 println!(
                     "| {} | {order} | {} | {:.3} % | {:.2} % | {least:.4} | {ms:.2} |",
@@ -150,8 +174,9 @@ fn main() -> anyhow::Result<()> {
                 ("multiple-scattering".to_owned(), Value::Bool(false)),
                 ("roughness".to_owned(), Value::Float(roughness)),
             ]);
-            let found = pixels(&small.frame(probe, &values)?);
-            let [mean, largest, _] = errors(&found, |n| truth.ggx(n, DVec3::Z, roughness, 1.0));
+            let found = small.all_around(probe, &values)?;
+            let [mean, largest, _] =
+                errors(&found, |seen| truth.ggx(seen.normal, seen.to_eye, roughness, 1.0));
             let name = &probe.name;
             println!("| {name} | {roughness} | {:.2} % | {:.1} % |", 100.0 * mean, 100.0 * largest);
         }
