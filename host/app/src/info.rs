@@ -22,7 +22,7 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             continue;
         }
         if is_probe(file) {
-            let probe = surfelshop_cloud::probe::read(file, None)?;
+            let probe = crate::surroundings::read_file(file, None)?;
             if arguments.report.json {
                 probes.push(probe_info::object(&probe));
             } else {

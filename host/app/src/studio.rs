@@ -3,7 +3,7 @@
 use crate::arguments::{BackendChoice, DeviceArguments, PluginFiles};
 use crate::staging::ChosenView;
 use crate::values::Setting;
-use crate::{settings, terminal};
+use crate::{settings, surroundings, terminal};
 use anyhow::{Context as _, anyhow};
 use std::path::PathBuf;
 use std::time::Instant;
@@ -70,7 +70,8 @@ impl Studio {
         });
         let gpu = Gpu::headless(&GpuOptions { backend, adapter: device.adapter.clone() })?;
         let host = gpu.host_info();
-        let engine = Engine::new(gpu, &EngineOptions::default())?;
+        let options = EngineOptions { store: surroundings::store(), ..EngineOptions::default() };
+        let engine = Engine::new(gpu, &options)?;
         Ok(Self { engine, host, patience: plugins.patience() })
     }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use surfelshop_api::{Environment, EnvironmentView};
 use surfelshop_cloud::probe::{self, Mapping, Probe};
 use surfelshop_cloud::scene::{ProbeSource, SceneEnvironment, SceneFile};
+use surfelshop_engine::{Store, cache_folder};
 
 /// A probe that stands around the scene.
 #[derive(Clone)]
@@ -60,8 +61,49 @@ fn read((source, mapping): &Key) -> anyhow::Result<Probe> {
     match source {
         ProbeSource::Studio => Ok(Probe::studio()),
         ProbeSource::Sky => Ok(Probe::sky()),
-        ProbeSource::File(path) => probe::read(path, *mapping).map_err(Into::into),
+        ProbeSource::File(path) => read_file(path, *mapping),
     }
+}
+
+/// Where things are kept that could be made again.
+pub(crate) fn store() -> Option<Store> {
+    // Tests must not find what other programs left.
+    let folder = if cfg!(test) { None } else { cache_folder() };
+    folder.map(Store::in_folder)
+}
+
+/// Changes whenever a probe's bytes or what they say of the same file do.
+const STORED_VERSION: u32 = 1;
+
+/// Reads a file, or finds what was made of the same bytes before.
+pub(crate) fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
+    // What cannot be read is left to the reader, which says why.
+    let contents = path.metadata().ok().filter(std::fs::Metadata::is_file);
+    let contents = contents.and_then(|_| std::fs::read(path).ok()).map(|bytes| sum(&bytes));
+    let store = store();
+    let name = contents.map(|sum| {
+        let mapping = mapping.map_or("detected", Mapping::name);
+        let file = path.file_name().unwrap_or_default().to_string_lossy();
+        format!("probe {STORED_VERSION} {mapping} {file} {sum:?}")
+    });
+    if let (Some(store), Some(name)) = (&store, &name)
+        && let Some(probe) = store.load(name).and_then(|bytes| Probe::from_bytes(&bytes))
+    {
+        return Ok(probe);
+    }
+    let probe = probe::read(path, mapping)?;
+    if let (Some(store), Some(name)) = (&store, &name) {
+        store.save(name, &probe.to_bytes());
+    }
+    Ok(probe)
+}
+
+/// A sum over the bytes of a file and their number.
+fn sum(bytes: &[u8]) -> (u64, usize) {
+    use std::hash::{DefaultHasher, Hasher as _};
+    let mut hasher = DefaultHasher::new();
+    hasher.write(bytes);
+    (hasher.finish(), bytes.len())
 }
 
 /// Whether a file is a light probe, by its name.

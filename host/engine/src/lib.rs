@@ -16,9 +16,11 @@ pub mod picture;
 pub mod plugins;
 mod run;
 mod shader;
+mod store;
 mod surfels;
 
 pub use engine::{Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView};
 pub use gpu::{Backend, Gpu, GpuError, GpuOptions};
 pub use run::{CompileCounts, Image, PassReport, PassState, RenderError};
+pub use store::{Store, cache_folder};
 pub use surfels::SurfaceCounts;

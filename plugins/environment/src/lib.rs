@@ -274,7 +274,8 @@ fn prefiltered(graph: &mut Graph, environment: &Environment, model: Model) -> Ch
     let n_levels = (side / SMALLEST_SIDE).ilog2() + 1;
     let name = if model == Model::Ggx { "ggx" } else { "gaussian" };
     let key = format!("{} {name} {side}", environment.facts.key);
-    let texture = Texture::fixed(Format::Rgba16Float, side, side).mips(n_levels).persistent(key);
+    let texture =
+        Texture::fixed(Format::Rgba16Float, side, side).mips(n_levels).persistent(key).stored();
     let texture = graph.texture("prefiltered environment", texture);
     for level in 0..n_levels {
         let spread = f64::from(level) / f64::from(n_levels - 1).max(1.0);

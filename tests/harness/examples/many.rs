@@ -81,7 +81,7 @@ fn compare(n_surfels: usize) -> Result<()> {
 /// Draws the surfels with both renderers and writes the pictures' numbers to a file.
 fn draw(n_surfels: usize, chunk: u32, file: &Path) -> Result<()> {
     let cloud = wavy_sphere(n_surfels);
-    let options = EngineOptions { chunk_surfels: chunk };
+    let options = EngineOptions { chunk_surfels: chunk, ..EngineOptions::default() };
     let mut engine = stage::engine_with(&GpuOptions::default(), &options);
     let view = stage::view(DVec3::new(0.6, 0.8, 2.6), DVec3::ZERO, SIZE);
     let mut pictures = BufWriter::new(File::create(file)?);

@@ -18,7 +18,8 @@ const RENDERERS: [(&str, &str); 2] =
 const OUTPUTS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
 
 fn engine(chunk_surfels: u32) -> Engine {
-    stage::engine_with(&GpuOptions::default(), &EngineOptions { chunk_surfels })
+    let options = EngineOptions { chunk_surfels, ..EngineOptions::default() };
+    stage::engine_with(&GpuOptions::default(), &options)
 }
 
 /// The bits of all pictures of both renderers.

@@ -99,6 +99,7 @@ impl<'a> Program<'a> {
             .args(options)
             .arg(scene)
             .env("XDG_STATE_HOME", state)
+            .env("XDG_CACHE_HOME", state)
             .env("XDG_RUNTIME_DIR", state)
             .env("NODEVICE_SELECT", "1")
             .env("SURFELSHOP_LOG", "off,surfelshop=debug")

@@ -93,6 +93,10 @@ pub enum Lifetime {
     Persistent {
         /// What the contents depend on.
         key: String,
+        /// Whether they are also kept on disk for the next start: for what takes long to make and
+        /// is the same whenever its key is. Textures only.
+        #[serde(default)]
+        stored: bool,
     },
 }
 
@@ -160,7 +164,16 @@ impl Texture {
     /// Keeps the contents for as long as the key stays the same.
     #[must_use]
     pub fn persistent(mut self, key: impl Into<String>) -> Self {
-        self.lifetime = Lifetime::Persistent { key: key.into() };
+        self.lifetime = Lifetime::Persistent { key: key.into(), stored: false };
+        self
+    }
+
+    /// Keeps persistent contents on disk, too, for the next start.
+    #[must_use]
+    pub fn stored(mut self) -> Self {
+        if let Lifetime::Persistent { stored, .. } = &mut self.lifetime {
+            *stored = true;
+        }
         self
     }
 }
@@ -190,7 +203,7 @@ impl Buffer {
     /// Keeps the contents for as long as the key stays the same.
     #[must_use]
     pub fn persistent(mut self, key: impl Into<String>) -> Self {
-        self.lifetime = Lifetime::Persistent { key: key.into() };
+        self.lifetime = Lifetime::Persistent { key: key.into(), stored: false };
         self
     }
 }

@@ -16,6 +16,7 @@ mod picture;
 mod read;
 mod solid_angle;
 mod source;
+mod stored;
 mod sun;
 #[cfg(test)]
 mod tests;
@@ -38,7 +39,7 @@ pub struct Probe {
     pub mapping: Mapping,
     /// Whether the mapping was told from the picture's shape and corners rather than given.
     pub mapping_was_detected: bool,
-    /// The picture after repairs.
+    /// The picture after repairs; without texels where the probe comes from stored bytes.
     pub picture: Picture,
     /// What was repaired.
     pub repairs: Repairs,

@@ -9,6 +9,7 @@ use crate::plugins::Hosted;
 use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
+use crate::store::Store;
 use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces};
 use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
@@ -16,16 +17,18 @@ use surfelshop_api::graph::{Output, Structure};
 use surfelshop_api::params::Values;
 use surfelshop_api::{CloudFacts, CloudView, EnvironmentView, FrameRequest, Scene, View};
 
-/// How an engine works; the defaults fit everything but tests.
-#[derive(Clone, Copy, Debug)]
+/// How an engine works.
+#[derive(Clone, Debug)]
 pub struct EngineOptions {
     /// Most surfels in one chunk; fewer where the device's bindings are smaller.
     pub chunk_surfels: u32,
+    /// Where textures that graphs want stored are kept for the next start, if anywhere.
+    pub store: Option<Store>,
 }
 
 impl Default for EngineOptions {
     fn default() -> Self {
-        Self { chunk_surfels: 1 << 20 }
+        Self { chunk_surfels: 1 << 20, store: None }
     }
 }
 
@@ -139,7 +142,7 @@ impl Engine {
             pipelines: Pipelines::new(gpu.device.clone())?,
             columns: Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels),
             surfaces: Surfaces::default(),
-            resources: Resources::default(),
+            resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
             plans: 0,
             chunks: 0,
@@ -238,6 +241,7 @@ impl Engine {
         match done.and_then(|done| done) {
             Ok((rendered, Done { lent, written })) => {
                 self.resources.give_back(lent, &written);
+                self.resources.save(&self.gpu);
                 Ok(rendered)
             }
             Err(error) => {

@@ -8,6 +8,7 @@ mod plan;
 mod readback;
 mod recorder;
 mod resources;
+mod stored;
 
 pub(crate) use cull::{Needed, needed};
 pub(crate) use execute::{Frame, execute, touched};

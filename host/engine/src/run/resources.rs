@@ -1,7 +1,9 @@
 //! Textures and buffers of graphs: reused from frame to frame, or kept by key.
 
 use super::plan::{Node, Plan, wgpu_format};
+use super::stored;
 use crate::gpu::Gpu;
+use crate::store::Store;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use surfelshop_api::graph::Lifetime;
@@ -51,7 +53,26 @@ fn made_by(plan: &Plan, node: Node) -> u64 {
 struct Kept {
     made: Made,
     filled: bool,
+    /// Its name in the store, where it is not there yet and is to be.
+    to_store: Option<String>,
     last_used: u64,
+}
+
+impl Kept {
+    /// A new one, with what the store has of it.
+    fn new(gpu: &Gpu, id: &Identity, label: &str, store: Option<&Store>) -> Self {
+        let made = make(gpu, &id.shape, label);
+        let mut kept = Self { made, filled: false, to_store: None, last_used: 0 };
+        if let Some(store) = store
+            && let Made::Texture(texture) = &kept.made
+        {
+            // Another driver rounds otherwise.
+            let name = format!("texture {id:?} {}", gpu.describe());
+            kept.filled = store.load(&name).is_some_and(|bytes| stored::fill(gpu, texture, &bytes));
+            kept.to_store = (!kept.filled).then_some(name);
+        }
+        kept
+    }
 }
 
 /// Everything graphs have had made.
@@ -60,6 +81,8 @@ pub(crate) struct Resources {
     free: HashMap<Shape, Vec<(Made, u64)>>,
     persistent: HashMap<Identity, Kept>,
     frame: u64,
+    /// Where contents are kept for the next start.
+    store: Option<Store>,
 }
 
 /// A frame's resources, by node.
@@ -109,7 +132,7 @@ impl Resources {
         for &node in nodes {
             let (shape, lifetime, label) = describe(plan, node);
             let made = match lifetime {
-                Lifetime::Persistent { key } => {
+                Lifetime::Persistent { key, stored } => {
                     let id = Identity {
                         scope: scope.to_owned(),
                         key: key.clone(),
@@ -117,11 +140,11 @@ impl Resources {
                         shape: shape.clone(),
                         made_by: made_by(plan, node),
                     };
-                    let kept = self.persistent.entry(id.clone()).or_insert_with(|| Kept {
-                        made: make(gpu, &shape, label),
-                        filled: false,
-                        last_used: 0,
-                    });
+                    let store = self.store.as_ref().filter(|_| *stored);
+                    let kept = self
+                        .persistent
+                        .entry(id.clone())
+                        .or_insert_with(|| Kept::new(gpu, &id, label, store));
                     kept.last_used = self.frame;
                     if kept.filled {
                         frame.filled.push(node);
@@ -143,6 +166,24 @@ impl Resources {
             }
         }
         frame
+    }
+
+    /// With a store for contents that are kept for the next start.
+    pub(crate) fn with_store(store: Option<Store>) -> Self {
+        Self { store, ..Self::default() }
+    }
+
+    /// Stores what was filled for the first time.
+    pub(crate) fn save(&mut self, gpu: &Gpu) {
+        let Some(store) = &self.store else { return };
+        for kept in self.persistent.values_mut().filter(|kept| kept.filled) {
+            let Some(name) = kept.to_store.take() else { continue };
+            if let Made::Texture(texture) = &kept.made
+                && let Some(bytes) = stored::bytes(gpu, texture)
+            {
+                store.save(&name, &bytes);
+            }
+        }
     }
 
     /// Takes a submitted frame's resources back; `written` persistent ones now hold what their
@@ -186,6 +227,7 @@ fn make(gpu: &Gpu, shape: &Shape, label: &str) -> Made {
         Shape::Texture { format, size: [width, height, slices], volume, mips } => {
             let wanted = wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST
                 | wgpu::TextureUsages::STORAGE_BINDING
                 | wgpu::TextureUsages::RENDER_ATTACHMENT;
             let usage = gpu.allowed_usages(format) & wanted;

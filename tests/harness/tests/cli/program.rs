@@ -57,12 +57,15 @@ impl Ended {
 /// A folder with clouds and pictures of one test.
 pub(crate) struct Desk {
     folder: TempDir,
+    /// What the program keeps for its next start.
+    cache: TempDir,
     variables: Vec<(&'static str, &'static str)>,
 }
 
 impl Desk {
     pub(crate) fn new() -> Self {
-        Self { folder: tempfile::tempdir().unwrap(), variables: Vec::new() }
+        let (folder, cache) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        Self { folder, cache, variables: Vec::new() }
     }
 
     /// Runs with this variable in the environment.
@@ -132,6 +135,7 @@ impl Desk {
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")
             .env("XDG_DATA_HOME", self.folder.path())
+            .env("XDG_CACHE_HOME", self.cache.path())
             // Mesa's device selection looks for a desktop and complains that there is none.
             .env("NODEVICE_SELECT", "1")
             .envs(self.variables.iter().copied());

@@ -1,0 +1,196 @@
+//! Things on disk that could be made again: what took a while is found by the next start.
+//!
+//! Invariants: a file is whole or is taken for none: it is written aside and renamed, and begins
+//! with its length and a sum of its contents; nothing that is wrong with a file or folder is a
+//! failure, since the caller can make the thing again; the folder stays below a size.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+const MAGIC: &[u8; 16] = b"surfelshop st 1\n";
+const HEAD: usize = 16 + 8 + 8;
+
+/// Most bytes of all files; the ones used longest ago go first.
+const MOST_BYTES: u64 = 256 << 20;
+
+/// Largest thing that is stored: a map of 2048 x 2048 texels of three floats, and some more.
+const LARGEST: u64 = 64 << 20;
+
+/// A folder of such things.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Store {
+    folder: PathBuf,
+}
+
+impl Store {
+    /// One in a folder, which is made with the first thing.
+    #[must_use]
+    pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// The file of a name: a sum of it, so that any text will do.
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.join(format!(
+            "{:016x}{:016x}",
+            sum(name.as_bytes(), 1),
+            sum(name.as_bytes(), 2)
+        ))
+    }
+
+    /// What is stored under a name; `None` where there is nothing, or nothing whole.
+    #[must_use]
+    pub fn load(&self, name: &str) -> Option<Vec<u8>> {
+        let path = self.path(name);
+        if path.metadata().ok()?.len() > LARGEST + HEAD as u64 {
+            return None;
+        }
+        let mut bytes = fs::read(&path).ok()?;
+        let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
+        let (length, expected) = (number(16)?, number(24)?);
+        let contents = bytes.get(HEAD..)?;
+        let whole = bytes.starts_with(MAGIC)
+            && contents.len() as u64 == length
+            && sum(contents, 3) == expected;
+        if !whole {
+            return None;
+        }
+        // Used now: others go before it. A folder that does not allow it loses only that.
+        if let Ok(file) = fs::File::options().append(true).open(&path) {
+            drop(file.set_modified(SystemTime::now()));
+        }
+        bytes.drain(..HEAD);
+        Some(bytes)
+    }
+
+    /// Stores something under a name, instead of what was there.
+    pub fn save(&self, name: &str, contents: &[u8]) {
+        if contents.len() as u64 > LARGEST {
+            return;
+        }
+        if let Err(error) = self.try_to_save(name, contents) {
+            tracing::debug!(%error, folder = %self.folder.display(), "not stored");
+        }
+    }
+
+    fn try_to_save(&self, name: &str, contents: &[u8]) -> std::io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
+        self.make_room(contents.len() as u64);
+        let mut file = tempfile::Builder::new().suffix(".part").tempfile_in(&self.folder)?;
+        file.write_all(MAGIC)?;
+        file.write_all(&(contents.len() as u64).to_le_bytes())?;
+        file.write_all(&sum(contents, 3).to_le_bytes())?;
+        file.write_all(contents)?;
+        file.persist(self.path(name))?;
+        Ok(())
+    }
+
+    /// Removes what was used longest ago until so many bytes fit.
+    fn make_room(&self, bytes: u64) {
+        let Ok(listing) = self.folder.read_dir() else { return };
+        let mut files: Vec<(SystemTime, u64, PathBuf)> = listing
+            .flatten()
+            .filter_map(|found| {
+                let metadata = found.metadata().ok().filter(fs::Metadata::is_file)?;
+                let time = metadata.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+                Some((time, metadata.len(), found.path())).filter(|(_, _, path)| is_own(path))
+            })
+            .collect();
+        files.sort();
+        let mut total: u64 = files.iter().map(|(_, length, _)| length).sum();
+        for (_, length, path) in files {
+            if total + bytes <= MOST_BYTES {
+                return;
+            }
+            drop(fs::remove_file(path));
+            total -= length;
+        }
+    }
+}
+
+/// Whether a file's name is one that a store gives.
+fn is_own(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.len() == 32 && name.bytes().all(|byte| byte.is_ascii_hexdigit())
+}
+
+/// A sum over bytes, eight at a time: against mistakes, not against forgery.
+///
+/// Source: Fowler, Noll & Vo, "The FNV Non-Cryptographic Hash Algorithm", for the prime.
+fn sum(bytes: &[u8], seed: u64) -> u64 {
+    const PRIME: u64 = 0x0000_0100_0000_01b3;
+    let mut sum = 0xcbf2_9ce4_8422_2325_u64 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    let mut add = |word: u64| sum = (sum.rotate_left(23) ^ word).wrapping_mul(PRIME);
+    let chunks = bytes.chunks_exact(8);
+    let rest = chunks.remainder();
+    chunks.for_each(|chunk| add(chunk.iter().rev().fold(0, |word, b| (word << 8) | u64::from(*b))));
+    rest.iter().for_each(|byte| add(u64::from(*byte)));
+    add(bytes.len() as u64);
+    sum
+}
+
+/// The folder for what could be made again; `None` where the system names none.
+#[must_use]
+pub fn cache_folder() -> Option<PathBuf> {
+    let folder = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    if cfg!(windows) {
+        folder("LOCALAPPDATA").map(|data| data.join("Surfelshop").join("cache"))
+    } else if cfg!(target_os = "macos") {
+        folder("HOME").map(|home| home.join("Library/Caches/Surfelshop"))
+    } else {
+        folder("XDG_CACHE_HOME")
+            .or_else(|| folder("HOME").map(|home| home.join(".cache")))
+            .map(|cache| cache.join("surfelshop"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_stored_is_found_until_something_is_wrong_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::in_folder(folder.path().join("deep/er"));
+        assert_eq!(store.load("a"), None);
+        store.save("a", b"one");
+        store.save("b/..//\0", &[7; 1000]);
+        assert_eq!(store.load("a").unwrap(), b"one");
+        assert_eq!(store.load("b/..//\0").unwrap(), [7; 1000]);
+        store.save("a", b"");
+        assert_eq!(store.load("a").unwrap(), b"");
+        let path = store.path("b/..//\0");
+        let good = fs::read(&path).unwrap();
+        for length in [0, 10, HEAD, good.len() - 1] {
+            fs::write(&path, &good[..length]).unwrap();
+            assert_eq!(store.load("b/..//\0"), None, "{length} bytes");
+        }
+        for at in (0..good.len()).step_by(7) {
+            let mut bad = good.clone();
+            bad[at] ^= 1;
+            fs::write(&path, bad).unwrap();
+            assert_eq!(store.load("b/..//\0"), None, "byte {at}");
+        }
+    }
+
+    #[test]
+    fn what_was_used_longest_ago_makes_room() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = Store::in_folder(folder.path());
+        fs::write(folder.path().join("not ours"), "").unwrap();
+        let large = vec![1; LARGEST as usize];
+        for name in ["a", "b", "c", "d"] {
+            store.save(name, &large);
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            assert!(store.load("a").is_some());
+        }
+        // `b` is the oldest: `a` was used since.
+        store.save("e", &large);
+        assert!(store.load("b").is_none() && store.load("a").is_some());
+        assert!(folder.path().join("not ours").exists());
+        store.save("f", &vec![1; LARGEST as usize + 1]);
+        assert!(store.load("f").is_none());
+    }
+}
