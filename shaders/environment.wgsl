@@ -42,12 +42,12 @@ fn stored(direction: vec3<f32>, level: f32) -> vec3<f32> {
     let low = floor(l);
     let low_side = f32(textureDimensions(environment_map, u32(low)).x);
     let fine = textureSampleLevel(environment_map, environment_sampler, place(direction, low_side), low).rgb;
-    if l == low {
-        return fine;
-    }
-    let high_side = f32(textureDimensions(environment_map, u32(low) + 1u).x);
+    // Both levels always, also where one would do: Mesa 22.3's lavapipe crashes over some branches
+    // around a sample.
+    let high = min(low + 1.0, environment.last_level);
+    let high_side = f32(textureDimensions(environment_map, u32(high)).x);
     let coarse = textureSampleLevel(
-        environment_map, environment_sampler, place(direction, high_side), low + 1.0,
+        environment_map, environment_sampler, place(direction, high_side), high,
     ).rgb;
     return mix(fine, coarse, l - low);
 }

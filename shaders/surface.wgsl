@@ -22,6 +22,9 @@ struct Surface {
     pixel: vec2<u32>,
     // Whether a surfel covers the pixel.
     covered: bool,
+    // Half of how far normals turn from this pixel to its neighbours, squared: what the pixel shows
+    // is a mixture of such normals. Given to shading functions whose shader names it; else 0.
+    normal_variance: f32,
 }
 
 @group(0) @binding(2) var surface_packed: texture_2d<u32>;
@@ -43,7 +46,21 @@ fn surface_at(pixel: vec2<u32>) -> Surface {
         s.ao,
         pixel,
         depth > 0.0,
+        0.0,
     );
+}
+
+// The normal variance of a pixel whose surface is known; a neighbour that is not covered counts as
+// none.
+//
+// Source: Tokuyoshi & Kaplanyan 2019, "Improved Geometric Specular Antialiasing": the variance of a
+// pixel's filter, 1/4, times squared derivatives, here differences.
+fn normal_variance_at(s: Surface) -> f32 {
+    let right = textureLoad(surface_packed, s.pixel + vec2(1u, 0u), 0);
+    let below = textureLoad(surface_packed, s.pixel + vec2(0u, 1u), 0);
+    let x = packing::unpack_direction(right.y) - s.normal;
+    let y = packing::unpack_direction(below.y) - s.normal;
+    return 0.25 * (select(0.0, dot(x, x), right.x != 0u) + select(0.0, dot(y, y), below.x != 0u));
 }
 
 @group(0) @binding(3) var surface_material: texture_2d<u32>;

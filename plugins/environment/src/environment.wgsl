@@ -14,12 +14,14 @@ struct Settings {
     // Thesis model: eccentricity. GGX: roughness.
     spread: f32,
     metallic: f32,
-    // Level of the prefiltered map for this spread.
-    level: f32,
+    // Number of the prefiltered map's last level, that of spread 1.
+    last_level: f32,
     // Level of the environment for the background.
     background_level: f32,
     // A bit for each of the scene's lights that shines.
     lights: u32,
+    // 1 where highlights are widened, else 0.
+    antialiasing: f32,
 }
 
 struct Diffuse {
@@ -44,6 +46,7 @@ override HAS_SUN: bool = false;
 override HAS_LIGHTS: bool = true;
 override HAS_AO: bool = false;
 override REFLECTS_AGAIN: bool = true;
+override IS_BLURRED: bool = false;
 
 const PI = 3.14159265;
 // Twin: `TABLE_SIDE` of dfg.rs.
@@ -79,15 +82,33 @@ fn from_lights(normal: vec3<f32>) -> vec3<f32> {
     return sum;
 }
 
-// Light from around a direction, as wide as the spread.
-fn reflected(around: vec3<f32>) -> vec3<f32> {
+// Largest square of a width that is added; beyond it a picture would get dull.
+// Source: Tokuyoshi & Kaplanyan 2019, "Improved Geometric Specular Antialiasing".
+const MOST_ADDED = 0.18;
+
+// The spread of the ggx model, wider where one pixel shows several normals.
+fn spread_ggx(s: Surface) -> f32 {
+    let alpha = settings.spread * settings.spread;
+    let added = min(2.0 * s.normal_variance, MOST_ADDED) * settings.antialiasing;
+    return sqrt(sqrt(min(alpha * alpha + added, 1.0)));
+}
+
+// The same for the thesis's model: the mirrored direction turns twice as far as the normal, and the
+// Gaussian of spread 1 is 1.093 wide.
+fn spread_thesis(s: Surface) -> f32 {
+    let added = min(4.0 / 1.195 * s.normal_variance, MOST_ADDED) * settings.antialiasing;
+    return sqrt(min(settings.spread * settings.spread + added, 1.0));
+}
+
+// Light from around a direction, as wide as a spread.
+fn reflected(around: vec3<f32>, spread: f32) -> vec3<f32> {
     let mirrored = environment::probe_from_world(around);
-    let low = floor(settings.level);
-    let share = settings.level - low;
-    var gathered = sample_level(mirrored, low);
-    if share > 0.0 {
-        gathered = mix(gathered, sample_level(mirrored, low + 1.0), share);
-    }
+    let level = spread * settings.last_level;
+    let low = floor(level);
+    let share = level - low;
+    // Both levels always: Mesa 22.3's lavapipe crashes over some branches around a sample.
+    let next = min(low + 1.0, settings.last_level);
+    let gathered = mix(sample_level(mirrored, low), sample_level(mirrored, next), share);
     return gathered * environment::environment.radiance_per_unit;
 }
 
@@ -122,9 +143,9 @@ fn ellipsoids(normal_half: f32, eccentricity: f32) -> f32 {
 }
 
 // Scale and bias of the reflectance at a right angle for a cosine and the roughness.
-fn scale_and_bias(cosine: f32) -> vec2<f32> {
+fn scale_and_bias(cosine: f32, spread: f32) -> vec2<f32> {
     let last = f32(TABLE_SIDE - 1u);
-    let p = vec2(sqrt(clamp(cosine, 0.0, 1.0)), settings.spread) * last;
+    let p = vec2(sqrt(clamp(cosine, 0.0, 1.0)), spread) * last;
     let low = min(vec2<u32>(p), vec2(TABLE_SIDE - 2u));
     let share = p - vec2<f32>(low);
     let at = low.y * TABLE_SIDE + low.x;
@@ -157,7 +178,8 @@ fn specular_thesis(s: Surface) -> vec3<f32> {
     let cosine = max(dot(s.normal, s.to_eye), 0.0);
     // With the light in the mirrored direction the half vector is the normal and the distribution
     // is 1: the blur of the map is the lobe (T12).
-    var sum = reflected(reflect(-s.to_eye, s.normal)) * fresnel(cosine, settings.ior)
+    let spread = spread_thesis(s);
+    var sum = reflected(reflect(-s.to_eye, s.normal), spread) * fresnel(cosine, settings.ior)
         * specular_accessibility(s, settings.spread);
     if HAS_LIGHTS {
         for (var i = 0u; i < light::lights.count; i++) {
@@ -181,8 +203,8 @@ fn half_between(to_light: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
 // Where most of the light comes from: the rougher a surface, the nearer to its normal.
 //
 // Source: Lagarde & de Rousiers 2014, listing 22.
-fn dominant_direction(s: Surface) -> vec3<f32> {
-    let alpha = settings.spread * settings.spread;
+fn dominant_direction(s: Surface, spread: f32) -> vec3<f32> {
+    let alpha = spread * spread;
     let smooth_share = 1.0 - alpha;
     let mirrored = reflect(-s.to_eye, s.normal);
     return mix(s.normal, mirrored, smooth_share * (sqrt(smooth_share) + alpha));
@@ -200,7 +222,8 @@ struct Ggx {
 fn specular_ggx(s: Surface) -> Ggx {
     let f0 = mix(vec3(settings.f0), s.albedo, settings.metallic);
     let cosine = max(dot(s.normal, s.to_eye), 0.0);
-    let table = scale_and_bias(cosine);
+    let spread = spread_ggx(s);
+    let table = scale_and_bias(cosine, spread);
     let once = f0 * table.x + table.y;
     let all = max(table.x + table.y, 1e-3);
     var again = vec3(1.0);
@@ -208,11 +231,11 @@ fn specular_ggx(s: Surface) -> Ggx {
         again += f0 * (1.0 / all - 1.0);
     }
     let share = min(once * again, vec3(1.0));
-    var sum = reflected(dominant_direction(s)) * share * specular_accessibility(s, settings.spread);
+    var sum = reflected(dominant_direction(s, spread), spread) * share * specular_accessibility(s, spread);
     if HAS_LIGHTS {
         for (var i = 0u; i < light::lights.count; i++) {
             let source = light::lights.items[i];
-            sum += source.radiance * again * share_of(i) * lobe(s, source.towards, f0, cosine);
+            sum += source.radiance * again * share_of(i) * lobe(s, source.towards, f0, cosine, spread);
         }
     }
     return Ggx(sum, share);
@@ -222,11 +245,17 @@ fn specular_ggx(s: Surface) -> Ggx {
 //
 // Source: Walter et al. 2007; visibility by Heitz 2014, "Understanding the Masking-Shadowing
 // Function", equation 99.
-fn lobe(s: Surface, towards: vec3<f32>, f0: vec3<f32>, normal_eye: f32) -> vec3<f32> {
+fn lobe(
+    s: Surface,
+    towards: vec3<f32>,
+    f0: vec3<f32>,
+    normal_eye: f32,
+    spread: f32,
+) -> vec3<f32> {
     let normal_light = max(dot(s.normal, towards), 0.0);
     let half_vector = half_between(towards, s.to_eye);
     // A sharper lobe than this is no light's: real ones have a size.
-    let a = max(settings.spread * settings.spread, 0.002);
+    let a = max(spread * spread, 0.002);
     let a2 = a * a;
     let v = max(normal_eye, 1e-4);
     let sine = cross(s.normal, half_vector);
@@ -268,8 +297,35 @@ fn shade_ggx(s: Surface) -> vec4<f32> {
     return vec4(shade_diffuse(s).rgb * passes + settings.ks * specular.radiance, 1.0);
 }
 
+// The environment around a direction, without the edges of its coarse texels: a mean of nine
+// places a texel apart, weighted like a tent.
+fn out_of_focus(direction: vec3<f32>) -> vec3<f32> {
+    let level = settings.background_level;
+    let side = f32(textureDimensions(environment::environment_map, 0).x) / exp2(level);
+    // Four texels span a right angle's half in each direction, about.
+    let step = 3.2 / side;
+    let axis = select(vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), abs(direction.y) > 0.9);
+    let u = normalize(cross(axis, direction));
+    let v = cross(direction, u);
+    let a = step * (u + v);
+    let b = step * (u - v);
+    let near = environment::radiance(direction + step * u, level)
+        + environment::radiance(direction - step * u, level)
+        + environment::radiance(direction + step * v, level)
+        + environment::radiance(direction - step * v, level);
+    let corners = environment::radiance(direction + a, level)
+        + environment::radiance(direction - a, level)
+        + environment::radiance(direction + b, level)
+        + environment::radiance(direction - b, level);
+    return 0.25 * environment::radiance(direction, level) + 0.125 * near + 0.0625 * corners;
+}
+
 fn background(pixel: vec2<u32>) -> vec4<f32> {
     let away = -view::to_eye_in_view(view::position_in_view(vec2<f32>(pixel) + 0.5, 1.0));
     let direction = view::world_from_view_direction(away);
-    return vec4(environment::radiance(direction, settings.background_level), 1.0);
+    var light_from_there = environment::radiance(direction, settings.background_level);
+    if IS_BLURRED {
+        light_from_there = out_of_focus(direction);
+    }
+    return vec4(light_from_there, 1.0);
 }

@@ -14,6 +14,7 @@
 //! | `metallic`   | float  | 0       | of `ggx`; 1 reflects in the surface's own colour            |
 //! | `multiple-scattering` | bool | true | of `ggx`: count light that is reflected more than once |
 //! | `c`          | float  | 0.3     | of `thesis`: eccentricity, 0 is a mirror                    |
+//! | `antialias`  | bool   | true    | widen highlights where a pixel shows several normals        |
 //! | `sh-order`   | int    | 2       | spherical harmonics of the diffuse part                     |
 //! | `sun`        | bool   | true    | treat a dominant small light as one, beside the harmonics   |
 //! | `window`     | bool   | true    | damp harmonics just enough that nothing gets negative       |
@@ -91,6 +92,8 @@ params! {
         multiple_scattering: bool { default: true },
         /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
         c: f32 { default: 0.3, range: 0.0..=1.0 },
+        /// Widen highlights where one pixel shows several normals, so that they do not sparkle.
+        antialias: bool { default: true },
         /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4.
         sh_order: i32 { default: 2, range: 1..=5, quality: true },
         /// Treat a dominant small light, such as the sun, as a light of its own.
@@ -101,6 +104,19 @@ params! {
         background: Backdrop { default: Backdrop::None },
     }
 }
+
+impl Settings {
+    /// Roughness or eccentricity, as the model has it.
+    fn spread(&self) -> f32 {
+        match self.model {
+            Model::Ggx => self.roughness,
+            Model::Thesis => self.c,
+        }
+    }
+}
+
+/// From this spread on nothing sparkles that could be widened.
+const DULL: f32 = 0.7;
 
 /// Largest side of the prefiltered map: a mirror shows a third of a degree.
 const LARGEST_SIDE: u32 = 512;
@@ -153,7 +169,7 @@ impl Renderer for Natural {
             .constant("HAS_LIGHTS", flag(lights != 0))
             .constant("REFLECTS_AGAIN", flag(p.multiple_scattering))
             .target(color);
-        let mut settings = Settled { level: 0.0, background_level: 0.0, lights };
+        let mut settings = Settled { last_level: 0.0, background_level: 0.0, lights };
         if let Some(environment) = lit {
             pass = pass.constant("HAS_AO", flag(frame.cloud.has("ao")));
             if p.kd > 0.0 || p.ks <= 0.0 {
@@ -161,10 +177,7 @@ impl Renderer for Natural {
             }
             if p.ks > 0.0 {
                 let chain = prefiltered(graph, environment, p.model);
-                settings.level = chain.level(match p.model {
-                    Model::Ggx => p.roughness,
-                    Model::Thesis => p.c,
-                });
+                settings.last_level = (chain.n_levels - 1) as f32;
                 pass = pass
                     .bind("prefiltered", chain.texture)
                     .bind("prefiltered_sampler", SamplerKind::Linear);
@@ -175,7 +188,9 @@ impl Renderer for Natural {
             }
             if p.background != Backdrop::None {
                 settings.background_level = background_level(environment, frame, p.background);
-                pass = pass.elsewhere("background");
+                pass = pass
+                    .constant("IS_BLURRED", flag(p.background == Backdrop::Blurred))
+                    .elsewhere("background");
             }
         }
         let uniform = settings.uniform(p);
@@ -203,7 +218,7 @@ fn lights_that_shine(lights: &[Light], natural: bool) -> u32 {
 
 /// What of the shader's settings follows from the frame.
 struct Settled {
-    level: f32,
+    last_level: f32,
     background_level: f32,
     lights: u32,
 }
@@ -216,11 +231,12 @@ impl Settled {
             .f32(p.ks)
             .f32(p.ior)
             .f32(at_right_angle * at_right_angle)
-            .f32(if p.model == Model::Ggx { p.roughness } else { p.c })
+            .f32(p.spread())
             .f32(p.metallic)
-            .f32(self.level)
+            .f32(self.last_level)
             .f32(self.background_level)
             .u32(self.lights)
+            .f32(f32::from(u8::from(p.antialias && p.spread() < DULL)))
     }
 }
 
@@ -254,13 +270,6 @@ impl Natural {
 struct Chain {
     texture: TextureId,
     n_levels: u32,
-}
-
-impl Chain {
-    /// The level of a roughness or eccentricity in [0, 1].
-    fn level(&self, spread: f32) -> f32 {
-        spread * (self.n_levels - 1) as f32
-    }
 }
 
 /// Samples of a level's lobe: wide lobes have few texels and may have many.

@@ -172,6 +172,7 @@ fn main() -> anyhow::Result<()> {
                 ("kd".to_owned(), Value::Float(0.0)),
                 ("metallic".to_owned(), Value::Float(1.0)),
                 ("multiple-scattering".to_owned(), Value::Bool(false)),
+                ("antialias".to_owned(), Value::Bool(false)),
                 ("roughness".to_owned(), Value::Float(roughness)),
             ]);
             let found = small.all_around(probe, &values)?;

@@ -93,7 +93,13 @@ fn text(value: &str) -> Value {
 /// Mirror-like reflection of everything, in full.
 fn all_reflected(roughness: f64) -> Values {
     let number = Value::Float;
-    values(&[("kd", number(0.0)), ("metallic", number(1.0)), ("roughness", number(roughness))])
+    values(&[
+        ("kd", number(0.0)),
+        ("metallic", number(1.0)),
+        ("roughness", number(roughness)),
+        // So few pixels show so large a sphere that each shows many normals.
+        ("antialias", Value::Bool(false)),
+    ])
 }
 
 fn matte() -> Values {
@@ -400,6 +406,48 @@ fn rough_surfaces_agree_with_the_sum_where_the_split_is_exact() {
     for (mean, most, name) in errors_found {
         assert!(mean < most, "{name}: {mean}");
     }
+}
+
+#[test]
+fn every_variant_of_the_shader_draws() {
+    let mut lab = Lab::new();
+    // A light of its own, an environment with a sun, and a surface that knows its accessibility.
+    let mut sphere = clouds::sphere(2_000, 1.0);
+    sphere.ao = vec![0.5; sphere.positions.len()];
+    let open = std::mem::replace(&mut lab.cloud, sphere.cloud());
+    let light =
+        Light::Directional { towards: DVec3::X, radiance: glam::Vec3::ONE, follows_camera: false };
+    let probe = Probe::sky();
+    let environment = around(&probe);
+    let mut n_variants = 0;
+    for cloud in [open, lab.cloud.clone()] {
+        lab.cloud = cloud;
+        for lights in [vec![], vec![light]] {
+            lab.scene.lights = lights;
+            for model in ["ggx", "thesis"] {
+                for background in ["none", "sharp", "blurred"] {
+                    for (kd, ks, order) in
+                        [(1.0, 1.0, 2), (1.0, 1.0, 4), (0.0, 1.0, 2), (1.0, 0.0, 4)]
+                    {
+                        let values = values(&[
+                            ("model", text(model)),
+                            ("background", text(background)),
+                            ("kd", Value::Float(kd)),
+                            ("ks", Value::Float(ks)),
+                            ("sh-order", Value::Int(order)),
+                            ("multiple-scattering", Value::Bool(order == 2)),
+                        ]);
+                        let rendered = lab.rendered(Some((&environment, &probe)), &values);
+                        let bright =
+                            pixels(&rendered).iter().map(|p| p.color[1]).fold(0.0, f64::max);
+                        assert!(bright > 0.01, "{model} {background} {kd} {ks} {order}");
+                        n_variants += 1;
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(n_variants, 96);
 }
 
 fn ran(rendered: &Rendered, state: PassState) -> Vec<String> {

@@ -210,6 +210,11 @@ fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Resu
         }
         _ => "vec4(0.0)".to_owned(),
     };
+    // Two more loads are for those who want them.
+    let variance = match pass.wgsl.contains("normal_variance") {
+        true => "s.normal_variance = surfelshop_surface::normal_variance_at(s);",
+        false => "",
+    };
     let entry = match stage {
         naga::ShaderStage::Compute => {
             let texel = match format {
@@ -227,7 +232,8 @@ fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Resu
                  @compute @workgroup_size(8, 8)\n\
                  fn {SHADING_ENTRY}(@builtin(global_invocation_id) id: vec3<u32>) {{\n\
                      if any(id.xy >= textureDimensions({SHADING_TARGET})) {{ return; }}\n\
-                     let s = surfelshop_surface::surface_at(id.xy);\n\
+                     var s = surfelshop_surface::surface_at(id.xy);\n\
+                     {variance}\n\
                      var color = vec4(0.0);\n\
                      if s.covered {{ color = {function}(s); }} else {{ color = {elsewhere}; }}\n\
                      textureStore({SHADING_TARGET}, id.xy, color);\n\
@@ -237,7 +243,8 @@ fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Resu
         _ => format!(
             "@fragment\n\
              fn {SHADING_ENTRY}(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {{\n\
-                 let s = surfelshop_surface::surface_at(vec2<u32>(p.xy));\n\
+                 var s = surfelshop_surface::surface_at(vec2<u32>(p.xy));\n\
+                 {variance}\n\
                  if !s.covered {{ return {elsewhere}; }}\n\
                  return {function}(s);\n\
              }}\n"
