@@ -7,6 +7,7 @@
 
 #![allow(clippy::print_stdout, reason = "a program that says what its picture shows")]
 
+use glam::DVec3;
 use image::{Rgba, RgbaImage, imageops};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
@@ -14,6 +15,7 @@ use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Camera, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::probe::{self, Probe};
+use surfelshop_cloud::scene::{Axis, ProbeSource, SceneEnvironment};
 use surfelshop_engine::picture::{Background, Development, ToneMap, develop_to_8_bit};
 use surfelshop_engine::{Engine, RenderRequest};
 use surfelshop_tests::natural_light::{around, view_of};
@@ -35,13 +37,21 @@ struct Shot<'a> {
     cloud: &'a Cloud,
     probe: &'a Probe,
     values: Vec<(&'a str, Value)>,
+    /// Whether z points upwards in the model, and its front along -y.
+    z_up: bool,
 }
 
 impl Sheet {
     fn add(&mut self, shot: Shot<'_>) -> anyhow::Result<()> {
         let [library, unit] = shot.renderer;
         let mut renderer = stage::built_renderer(&self.engine, library, unit);
-        let environment = around(shot.probe);
+        let mut environment = around(shot.probe);
+        if shot.z_up {
+            let source = ProbeSource::Studio;
+            let (forward, up) = (Axis::PlusY, Axis::PlusZ);
+            let turned = SceneEnvironment { forward, up, ..SceneEnvironment::new(source) };
+            environment.probe_from_world = turned.probe_from_world();
+        }
         let list = shot.values.into_iter();
         let values: Values = list.map(|(id, value)| (id.to_owned(), value)).collect();
         let rendered = self.engine.render(
@@ -50,7 +60,7 @@ impl Sheet {
                 clouds: &[shot.cloud.view()],
                 facts: shot.cloud.facts(),
                 scene: &Scene::default(),
-                view: view(shot.cloud),
+                view: view(shot.cloud, shot.z_up),
                 values: &values,
                 outputs: &[Output::Color],
                 frame_index: 0,
@@ -84,15 +94,19 @@ impl Sheet {
 }
 
 /// From the front, a little to the side and above.
-fn view(cloud: &Cloud) -> View {
+fn view(cloud: &Cloud, z_up: bool) -> View {
     let facts = cloud.facts();
     let target = 0.5 * (facts.bounds_min + facts.bounds_max);
     let reach = (facts.bounds_max - facts.bounds_min).length();
-    let away = glam::DVec3::new(0.35, 0.2, 1.0).normalize_or(glam::DVec3::Z);
+    let (away, up) = match z_up {
+        true => (DVec3::new(0.35, -1.0, 0.2), DVec3::Z),
+        false => (DVec3::new(0.35, 0.2, 1.0), DVec3::Y),
+    };
+    let away = away.normalize_or(DVec3::Z);
     let camera = Camera {
         eye: target + 1.9 * reach * away,
         target,
-        up: glam::DVec3::Y,
+        up,
         projection: Projection::Perspective { fov_y: 0.5 },
     };
     View { camera, size_px: [SIDE; 2], near: 1e-3 * reach, far: 10.0 * reach }
@@ -128,8 +142,9 @@ fn main() -> anyhow::Result<()> {
     let thesis = |kd: f64, ks: f64, c: f64| {
         vec![("model", text("thesis")), ("kd", number(kd)), ("ks", number(ks)), ("c", number(c))]
     };
-    let mut add = |what, renderer, cloud, probe, values| {
-        sheet.add(Shot { what, renderer, cloud, probe, values })
+    let mut add = |what: &'static str, renderer, cloud, probe, values| {
+        let z_up = what.contains("mannequin") && folder.is_some();
+        sheet.add(Shot { what, renderer, cloud, probe, values, z_up })
     };
     add("figure 15: Igea, matte, rnl", natural, &igea, &rnl, matte())?;
     add("figure 17: Igea, matte, uffizi", natural, &igea, &uffizi, matte())?;

@@ -1,6 +1,6 @@
 //! Views, panels and menus.
 
-use super::Screen;
+use super::{SAMPLE, Screen};
 use crate::viewer::settings::Mode;
 use crate::viewer::window::Window;
 use egui_kittest::kittest::Queryable as _;
@@ -121,4 +121,52 @@ fn views_that_are_let_go_stay_where_they_are() {
     screen.frames();
     assert_eq!(screen.window().camera_of(1), before);
     assert_eq!(screen.window().camera_of(0), moved);
+}
+
+#[test]
+fn light_from_around_is_chosen_turned_and_dropped() {
+    use surfelshop_cloud::scene::ProbeSource;
+    let mut screen = Screen::sample();
+    // High enough that the panel lies within it.
+    screen.harness.set_size(eframe::egui::Vec2::new(900.0, 1400.0));
+    screen.window().settings.panes[0].renderers[0] = "environment".to_owned();
+    screen.settle();
+    let levels = |screen: &mut Screen| {
+        screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone()
+    };
+    let without = levels(&mut screen);
+    screen.harness.get_by_label("light around the scene").click();
+    screen.frames();
+    screen.harness.get_by_label("studio").click();
+    screen.until("the light", |window| window.settings.environment.is_some());
+    screen.settle();
+    let studio = levels(&mut screen);
+    assert_ne!(studio, without);
+    for label in ["turned by", "brightness", "centre of the picture", "up in the picture"] {
+        assert!(
+            screen.harness.query_all_by_label(label).count() > 0,
+            "nothing is called `{label}`"
+        );
+    }
+    screen.window().settings.environment.as_mut().unwrap().rotation = 1.0;
+    screen.settle();
+    let turned = levels(&mut screen);
+    assert_ne!(turned, studio);
+    // A probe that is opened takes the place of the studio and stands as that did.
+    let sky = std::path::Path::new(SAMPLE).with_file_name("sky.hdr");
+    let context = screen.harness.ctx.clone();
+    screen.window().open(&context, vec![sky.clone()]);
+    screen.settle();
+    let environment = screen.window().settings.environment.clone().unwrap();
+    assert!(matches!(environment.source, ProbeSource::File(path) if path.ends_with("sky.hdr")));
+    assert_eq!(environment.rotation, 1.0);
+    assert_ne!(levels(&mut screen), turned);
+    // One that cannot be read is told; the scene is lit without it.
+    let folder = tempfile::tempdir().unwrap();
+    let bad = folder.path().join("bad.hdr");
+    std::fs::write(&bad, "no probe").unwrap();
+    screen.window().open(&context, vec![bad]);
+    screen.until("the refusal", |window| window.messages.say("bad.hdr"));
+    screen.settle();
+    assert_eq!(levels(&mut screen), without);
 }

@@ -1,5 +1,9 @@
 use super::written;
-use crate::scene::{Backdrop, Keyed, SceneCloud, SceneFile, SceneView, Table, ToneMap, read};
+use crate::probe::Mapping;
+use crate::scene::{
+    Axis, Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, Table,
+    ToneMap, read,
+};
 use crate::{Rotation, Transform};
 use glam::{DQuat, DVec3, Vec3};
 use proptest::collection::{btree_map, vec};
@@ -124,6 +128,30 @@ fn surface() -> impl Strategy<Value = SurfaceSettings> {
     )
 }
 
+fn environment() -> impl Strategy<Value = SceneEnvironment> {
+    let source = prop_oneof![
+        Just(ProbeSource::Studio),
+        Just(ProbeSource::Sky),
+        "[a-zé ./\"]{0,8}a".prop_map(|path| ProbeSource::File(path.into())),
+    ];
+    let axes = prop_oneof![
+        Just((Axis::MinusZ, Axis::PlusY)),
+        Just((Axis::PlusY, Axis::PlusZ)),
+        Just((Axis::MinusX, Axis::MinusY)),
+    ];
+    let mapping = option::of(proptest::sample::select(Mapping::ALL.to_vec()));
+    (source, mapping, axes, -720.0..720.0f64, -60.0..=60f32).prop_map(
+        |(source, mapping, (forward, up), degrees, stops)| SceneEnvironment {
+            source,
+            mapping,
+            forward,
+            up,
+            rotation: degrees.to_radians(),
+            stops,
+        },
+    )
+}
+
 prop_compose! {
     fn scene()(
         clouds in vec(keyed(cloud()), 0..3),
@@ -133,6 +161,7 @@ prop_compose! {
         is_neutral in any::<bool>(),
         background in option::of(color(1.0)),
         surface in keyed(surface()),
+        environment in option::of(keyed(environment())),
         views in vec(keyed(view()), 0..3),
         layout in unknown(),
         unknown in unknown(),
@@ -145,6 +174,7 @@ prop_compose! {
             tone_map: if is_neutral { ToneMap::Neutral } else { ToneMap::Clamp },
             background: background.map_or(Backdrop::Transparent, Backdrop::Color),
             surface,
+            environment,
             views,
             layout,
             unknown,
