@@ -51,6 +51,10 @@ var<storage, read> color: array<vec2<u32>>;
 #ifdef AO
 var<storage, read> ao: array<f32>;
 #endif
+#ifdef LIT
+// What each surfel radiates, where surfels are shaded one by one.
+var<storage, read> lit: array<vec4<f32>>;
+#endif
 #ifdef MATERIAL
 var<storage, read> material: array<u32>;
 #endif
@@ -82,6 +86,9 @@ fn linear_channel(code: u32) -> f32 {
 #endif
 
 fn load_albedo(i: u32) -> vec3<f32> {
+#ifdef LIT
+    return lit[i].rgb;
+#else
 #ifdef COLOR8
     let codes = color[i];
     let red = linear_channel(codes & 255u);
@@ -94,6 +101,7 @@ fn load_albedo(i: u32) -> vec3<f32> {
     return vec3(unpack2x16float(bits.x), unpack2x16float(bits.y).x);
 #else
     return chunk.albedo;
+#endif
 #endif
 #endif
 }

@@ -14,6 +14,7 @@
 //! | `metallic`   | float  | 0       | of `ggx`; 1 reflects in the surface's own colour            |
 //! | `multiple-scattering` | bool | true | of `ggx`: count light that is reflected more than once |
 //! | `c`          | float  | 0.3     | of `thesis`: eccentricity, 0 is a mirror                    |
+//! | `shading`    | choice | `pixel` | light each `pixel`, or each `surfel` as in the paper        |
 //! | `antialias`  | bool   | true    | widen highlights where a pixel shows several normals        |
 //! | `sh-order`   | int    | 2       | spherical harmonics of the diffuse part                     |
 //! | `sun`        | bool   | true    | treat a dominant small light as one, beside the harmonics   |
@@ -73,6 +74,16 @@ choices! {
     }
 }
 
+choices! {
+    /// Where light is computed.
+    pub enum Rate {
+        /// For each pixel, from the blended normal.
+        Pixel = "pixel",
+        /// For each surfel, and then blended, as in the thesis.
+        Surfel = "surfel",
+    }
+}
+
 params! {
     /// Settings of the material and of the approximations.
     pub struct Settings {
@@ -92,6 +103,8 @@ params! {
         multiple_scattering: bool { default: true },
         /// Eccentricity of the thesis's model: 0 is a mirror, 1 dull.
         c: f32 { default: 0.3, range: 0.0..=1.0 },
+        /// Where light is computed.
+        shading: Rate { default: Rate::Pixel },
         /// Widen highlights where one pixel shows several normals, so that they do not sparkle.
         antialias: bool { default: true },
         /// Order of the spherical harmonics: 9 numbers at 2, 25 at 4.
@@ -166,6 +179,7 @@ impl Renderer for Natural {
         };
         let mut pass = Pass::shading("environment", include_str!("environment.wgsl"), entry)
             .surface(SurfaceMode::Blended)
+            .per_surfel(p.shading == Rate::Surfel)
             .constant("HAS_LIGHTS", flag(lights != 0))
             .constant("REFLECTS_AGAIN", flag(p.multiple_scattering))
             .target(color);

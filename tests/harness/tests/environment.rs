@@ -409,6 +409,41 @@ fn rough_surfaces_agree_with_the_sum_where_the_split_is_exact() {
 }
 
 #[test]
+fn light_on_each_surfel_is_near_that_on_each_pixel() {
+    let mut lab = Lab::new();
+    for probe in [Probe::constant([1.0, 0.5, 0.25]), Probe::studio(), Probe::sky()] {
+        for model in ["ggx", "thesis"] {
+            // A dull surface: highlights of the sun change within a surfel.
+            let mut asked = values(&[
+                ("model", text(model)),
+                ("antialias", Value::Bool(false)),
+                ("roughness", Value::Float(1.0)),
+                ("c", Value::Float(1.0)),
+            ]);
+            let by_pixel = lab.pixels(&probe, &asked);
+            asked.insert("shading".to_owned(), text("surfel"));
+            let by_surfel = lab.pixels(&probe, &asked);
+            assert_eq!(by_pixel.len(), by_surfel.len());
+            let mean = by_pixel.iter().map(|p| p.color[1]).sum::<f64>() / by_pixel.len() as f64;
+            // A surfel of this sphere spans 0.02 rad, over which smooth light hardly changes; at
+            // the silhouette surfels are seen edge on and blend over more of it.
+            let inner = by_pixel.iter().zip(&by_surfel).filter(|(p, _)| p.normal.z > 0.3);
+            for (pixel, surfel) in inner {
+                let difference = (pixel.color[1] - surfel.color[1]).abs();
+                assert!(difference < 0.03 * mean, "{} {model}: {difference}", probe.name);
+            }
+        }
+    }
+    // Background, lights and accessibility work alike.
+    let environment = around(&Probe::sky());
+    let asked = values(&[("shading", text("surfel")), ("background", text("sharp"))]);
+    let probe = Probe::sky();
+    let rendered = lab.rendered(Some((&environment, &probe)), &asked);
+    let color = rendered.image(&Output::Color).unwrap();
+    assert!(color.data.chunks_exact(4).all(|p| p[3] == 1.0 && p[0] > 0.0));
+}
+
+#[test]
 fn every_variant_of_the_shader_draws() {
     let mut lab = Lab::new();
     // A light of its own, an environment with a sun, and a surface that knows its accessibility.

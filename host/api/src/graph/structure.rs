@@ -326,6 +326,9 @@ pub enum Work {
         /// A WGSL function `fn(pixel: vec2<u32>) -> vec4<f32>` for the other pixels.
         #[serde(default)]
         elsewhere: Option<String>,
+        /// Whether the function is called for each surfel instead, and the results are blended.
+        #[serde(default)]
+        per_surfel: bool,
     },
     /// Runs a fragment entry point over the targets.
     Fullscreen {
@@ -379,7 +382,12 @@ impl Pass {
     pub fn shading(name: &str, wgsl: &str, function: &str) -> Self {
         let target = TextureId(u32::MAX);
         let surface = SurfaceMode::Blended;
-        Self::new(name, wgsl, function, Work::Shading { surface, target, elsewhere: None })
+        Self::new(
+            name,
+            wgsl,
+            function,
+            Work::Shading { surface, target, elsewhere: None, per_surfel: false },
+        )
     }
 
     /// A pass that runs a fragment entry point; add [`target`](Self::target)s.
@@ -414,6 +422,17 @@ impl Pass {
     pub fn elsewhere(mut self, function: &str) -> Self {
         if let Work::Shading { elsewhere, .. } = &mut self.work {
             *elsewhere = Some(function.to_owned());
+        }
+        self
+    }
+
+    /// Calls the function of a shading pass for each surfel, with its own centre, normal and albedo,
+    /// and blends what it returns: lighting as older hardware had it. `Surface::pixel` is then 0.
+    /// Devices that cannot blend 32-bit floats clamp the radiance at 1.9.
+    #[must_use]
+    pub fn per_surfel(mut self, yes: bool) -> Self {
+        if let Work::Shading { per_surfel, .. } = &mut self.work {
+            *per_surfel = yes;
         }
         self
     }

@@ -93,6 +93,7 @@ impl Submission<'_> {
             lights_uniform: &lights_uniform,
             surface,
             environment: environment.as_ref(),
+            surfels: &input,
         };
         let written = execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
         let mut pending: Vec<Pending> = Vec::new();
@@ -154,6 +155,7 @@ fn parts(needed: &Needed, sources: &[Source], host_mode: SurfaceMode) -> Surface
     for &mode in &needed.surfaces {
         parts.add(mode);
     }
+    parts.visibility |= needed.surfels;
     if needed.material {
         parts.visibility = true;
         parts.material = true;

@@ -4,8 +4,9 @@ use super::RenderError;
 use super::pipelines::Shader;
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, SHADING_TARGET, targets_of, wgpu_format,
+    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, targets_of, wgpu_format,
 };
+use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::gpu::Gpu;
 use crate::shader::{Binding, BindingKind};
 use surfelshop_api::graph::{Format, Groups, Pass, Resource, SurfaceMode, TextureId, Work};
@@ -108,7 +109,9 @@ impl Plan {
         planned: &mut Planned,
     ) -> Result<(), String> {
         match binding.name.as_str() {
-            HOST_VIEW | HOST_LIGHTS | SHADING_TARGET => return Ok(()),
+            HOST_VIEW | HOST_LIGHTS | SHADING_TARGET | SURFEL_RECORDS | SURFEL_RADIANCE => {
+                return Ok(());
+            }
             HOST_ENVIRONMENT | HOST_ENVIRONMENT_MAP | HOST_ENVIRONMENT_SAMPLER => {
                 planned.environment = true;
                 return Ok(());

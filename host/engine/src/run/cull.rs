@@ -13,6 +13,8 @@ pub(crate) struct Needed {
     pub(crate) surfaces: Vec<SurfaceMode>,
     /// Whether one of them reads materials.
     pub(crate) material: bool,
+    /// Whether one of them shades surfels one by one.
+    pub(crate) surfels: bool,
 }
 
 /// Walks back from the requested textures over what each pass reads and writes.
@@ -26,6 +28,7 @@ pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> Needed {
         needed.passes[i] = true;
         wanted.extend(&pass.reads);
         needed.material |= pass.material;
+        needed.surfels |= pass.surfels.is_some();
         if let Some(mode) = pass.surface
             && !needed.surfaces.contains(&mode)
         {

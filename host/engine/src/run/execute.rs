@@ -1,18 +1,19 @@
 //! Runs the needed passes of a plan.
 
 use super::cull::Needed;
-use super::pipelines::{Pipelines, Stage};
+use super::pipelines::{Pipeline, Pipelines, Stage};
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, SHADING_TARGET, targets_of,
+    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, targets_of,
 };
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
+use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use super::{RenderError, bind};
 use crate::environment::Bound;
-use crate::surfels::Surface;
+use crate::surfels::{Surface, SurfaceInput, SurfelShading, lit_surface};
 use std::collections::{BTreeSet, HashMap};
-use surfelshop_api::graph::{Groups, Resource, SamplerKind, Target, Work};
+use surfelshop_api::graph::{Groups, Pass, Resource, SamplerKind, Target, Work};
 
 /// What a frame's passes are bound to besides the graph's own resources.
 pub(crate) struct Frame<'a> {
@@ -21,6 +22,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) lights_uniform: &'a wgpu::Buffer,
     pub(crate) surface: Option<&'a Surface>,
     pub(crate) environment: Option<&'a Bound>,
+    /// What surfaces are made from.
+    pub(crate) surfels: &'a SurfaceInput<'a>,
 }
 
 /// The resources that the needed passes touch.
@@ -60,37 +63,30 @@ pub(crate) fn execute(
             continue;
         }
         let pipeline = plan.pipeline(i, pipelines)?;
-        let views = texture_views(plan, resources, i);
         let targets = target_views(plan, resources, i, &written);
         for resource in pass.bindings.values() {
             if let Resource::Sampler(kind) = resource {
                 samplers.entry(*kind).or_insert_with(|| sampler(recorder.gpu, *kind));
             }
         }
-        let group = bind(recorder.gpu, &pipeline, |name| match name {
-            SHADING_TARGET => Some(wgpu::BindingResource::TextureView(&targets.first()?.0)),
-            _ if name.starts_with(HOST_PREFIX) => host_resource(name, frame, planned),
-            _ => match pass.bindings.get(name)? {
-                Resource::Uniform(id) => {
-                    let span = plan.structure.uniforms.get(id.index())?;
-                    Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                        buffer: uniforms.as_ref()?,
-                        offset: span.offset,
-                        size: std::num::NonZeroU64::new(span.len),
-                    }))
-                }
-                Resource::Texture { .. } => {
-                    Some(wgpu::BindingResource::TextureView(views.get(name)?))
-                }
-                Resource::Buffer(id) => {
-                    Some(resources.buffers.get(id.index())?.as_ref()?.as_entire_binding())
-                }
-                Resource::Sampler(kind) => {
-                    Some(wgpu::BindingResource::Sampler(samplers.get(kind)?))
-                }
-            },
-        })
-        .map_err(|message| RenderError::pass(&pass.name, message))?;
+        let mut variables = Variables {
+            plan,
+            pass,
+            planned,
+            frame,
+            resources,
+            uniforms: uniforms.as_ref(),
+            samplers: &samplers,
+            views: texture_views(plan, resources, i),
+            target: targets.first().map(|(view, ..)| view),
+            lit: None,
+        };
+        if let Some(shader) = &planned.surfels {
+            let pipeline = plan.surfel_pipeline(i, shader, pipelines)?;
+            variables.lit = Some(shade_surfels(&variables, &pipeline, recorder, pipelines)?);
+        }
+        let group = bind(recorder.gpu, &pipeline, |name| variables.resource(name))
+            .map_err(|message| RenderError::pass(&pass.name, message))?;
         match &pipeline.stage {
             Stage::Compute(stage) => {
                 let groups = group_counts(plan, i);
@@ -120,29 +116,96 @@ pub(crate) fn execute(
 /// Where the names of the host's own variables begin.
 const HOST_PREFIX: &str = "surfelshop::";
 
-/// What a variable of the host's modules is bound to.
-fn host_resource<'a>(
-    name: &str,
-    frame: &Frame<'a>,
-    planned: &Planned,
-) -> Option<wgpu::BindingResource<'a>> {
-    match name {
-        HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
-        HOST_LIGHTS => Some(frame.lights_uniform.as_entire_binding()),
-        HOST_ENVIRONMENT => Some(frame.environment?.uniform.as_entire_binding()),
-        HOST_ENVIRONMENT_MAP => Some(wgpu::BindingResource::TextureView(&frame.environment?.map)),
-        HOST_ENVIRONMENT_SAMPLER => {
-            Some(wgpu::BindingResource::Sampler(&frame.environment?.sampler))
+/// What the variables of one pass are bound to.
+struct Variables<'a> {
+    plan: &'a Plan,
+    pass: &'a Pass,
+    planned: &'a Planned,
+    frame: &'a Frame<'a>,
+    resources: &'a FrameResources,
+    uniforms: Option<&'a wgpu::Buffer>,
+    samplers: &'a HashMap<SamplerKind, wgpu::Sampler>,
+    /// Textures by variable.
+    views: HashMap<String, wgpu::TextureView>,
+    target: Option<&'a wgpu::TextureView>,
+    /// The surface of surfels that were shaded one by one.
+    lit: Option<wgpu::TextureView>,
+}
+
+impl Variables<'_> {
+    fn resource(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
+        if name.starts_with(HOST_PREFIX) {
+            return self.of_host(name);
         }
-        HOST_SURFACE => {
-            let view = frame.surface?.packed(planned.surface?)?;
-            Some(wgpu::BindingResource::TextureView(view))
+        if name == SHADING_TARGET {
+            return Some(wgpu::BindingResource::TextureView(self.target?));
         }
-        HOST_MATERIAL => {
-            Some(wgpu::BindingResource::TextureView(frame.surface?.material.as_ref()?))
+        match self.pass.bindings.get(name)? {
+            Resource::Uniform(id) => {
+                let span = self.plan.structure.uniforms.get(id.index())?;
+                Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: self.uniforms?,
+                    offset: span.offset,
+                    size: std::num::NonZeroU64::new(span.len),
+                }))
+            }
+            Resource::Texture { .. } => {
+                Some(wgpu::BindingResource::TextureView(self.views.get(name)?))
+            }
+            Resource::Buffer(id) => {
+                Some(self.resources.buffers.get(id.index())?.as_ref()?.as_entire_binding())
+            }
+            Resource::Sampler(kind) => {
+                Some(wgpu::BindingResource::Sampler(self.samplers.get(kind)?))
+            }
         }
-        _ => None,
     }
+
+    /// A variable of the host's modules.
+    fn of_host(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
+        let frame = self.frame;
+        let texture = wgpu::BindingResource::TextureView;
+        match name {
+            HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
+            HOST_LIGHTS => Some(frame.lights_uniform.as_entire_binding()),
+            HOST_ENVIRONMENT => Some(frame.environment?.uniform.as_entire_binding()),
+            HOST_ENVIRONMENT_MAP => Some(texture(&frame.environment?.map)),
+            HOST_ENVIRONMENT_SAMPLER => {
+                Some(wgpu::BindingResource::Sampler(&frame.environment?.sampler))
+            }
+            HOST_SURFACE => match &self.lit {
+                Some(lit) => Some(texture(lit)),
+                None => Some(texture(frame.surface?.packed(self.planned.surface?)?)),
+            },
+            HOST_MATERIAL => Some(texture(frame.surface?.material.as_ref()?)),
+            _ => None,
+        }
+    }
+}
+
+/// Shades surfels one by one and blends what they radiate.
+fn shade_surfels(
+    variables: &Variables<'_>,
+    pipeline: &Pipeline,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+) -> Result<wgpu::TextureView, RenderError> {
+    let gpu = recorder.gpu;
+    let shading = SurfelShading {
+        name: &variables.pass.name,
+        pipeline,
+        bind: &|records, radiance| {
+            bind(gpu, pipeline, |name| match name {
+                SURFEL_RECORDS => Some(records.as_entire_binding()),
+                SURFEL_RADIANCE => Some(radiance.as_entire_binding()),
+                _ => variables.resource(name),
+            })
+        },
+    };
+    let missing = || RenderError::Host("the nearest surfels were not found".to_owned());
+    let surface = variables.frame.surface.ok_or_else(missing)?;
+    lit_surface(variables.frame.surfels, surface, &shading, recorder, pipelines)
+        .map_err(|message| RenderError::pass(&variables.pass.name, message))
 }
 
 /// Brings uniforms and uploads onto the device.

@@ -8,6 +8,7 @@ mod plan;
 mod readback;
 mod recorder;
 mod resources;
+mod shading;
 mod stored;
 
 pub(crate) use cull::{Needed, needed};

@@ -2,6 +2,7 @@
 
 use super::RenderError;
 use super::pipelines::{Draw, DrawKind, Pipeline, Pipelines, Shader};
+use super::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
 use crate::gpu::Gpu;
 use crate::shader::reflect;
 use std::cell::OnceCell;
@@ -41,6 +42,8 @@ pub(crate) struct Planned {
     /// cannot draw into the target's format.
     pub(crate) computes: bool,
     pipeline: OnceCell<Rc<Pipeline>>,
+    /// What shades surfels one by one, where that is asked for.
+    pub(crate) surfels: Option<Rc<Shader>>,
 }
 
 /// A checked graph.
@@ -50,11 +53,6 @@ pub(crate) struct Plan {
     /// Size of the view it was checked for.
     pub(crate) size: [u32; 2],
 }
-
-/// The entry point generated around shading functions.
-const SHADING_ENTRY: &str = "surfelshop_shade";
-/// The texture that the entry point stores into where it is a compute one.
-pub(crate) const SHADING_TARGET: &str = "surfelshop_target";
 
 impl Plan {
     /// Checks a structure for a view of this size.
@@ -108,7 +106,7 @@ impl Plan {
                 if !gpu.draws(wgpu_format(format)) {
                     stage = naga::ShaderStage::Compute;
                 }
-                (shading_source(pass, format, stage)?, SHADING_ENTRY.to_owned(), *surface)
+                (pixel_source(pass, format, stage)?, SHADING_ENTRY.to_owned(), *surface)
             }
             Work::Fullscreen { surface, .. } => (pass.wgsl.clone(), pass.entry.clone(), *surface),
             Work::Compute { surface, .. } => {
@@ -130,9 +128,22 @@ impl Plan {
             workgroup_size: point.workgroup_size,
             computes: stage == naga::ShaderStage::Compute,
             pipeline: OnceCell::new(),
+            surfels: None,
         };
         for binding in &point.bindings {
             self.check_binding(pass, binding, surface, &mut planned)?;
+        }
+        if matches!(pass.work, Work::Shading { per_surfel: true, .. }) {
+            let shader = pipelines.shader(&surfel_source(pass), &[])?;
+            let stage = naga::ShaderStage::Compute;
+            let point =
+                reflect(&shader.composed, stage, SURFEL_ENTRY).map_err(|error| error.message)?;
+            for binding in &point.bindings {
+                self.check_binding(pass, binding, surface, &mut planned)?;
+            }
+            // It has a surface of its own, for which the nearest surfels must be known.
+            planned.surface = None;
+            planned.surfels = Some(shader);
         }
         self.check_targets(pass, gpu, &mut planned)?;
         Ok(planned)
@@ -171,6 +182,23 @@ impl Plan {
         Ok(planned.pipeline.get_or_init(|| made).clone())
     }
 
+    /// The pipeline that shades surfels one by one.
+    pub(crate) fn surfel_pipeline(
+        &self,
+        index: usize,
+        shader: &Shader,
+        pipelines: &mut Pipelines,
+    ) -> Result<Rc<Pipeline>, RenderError> {
+        let pass = &self.structure.passes[index];
+        let known = |name: &String| {
+            shader.composed.module.overrides.iter().any(|(_, o)| o.name.as_ref() == Some(name))
+        };
+        let constants = pass.constants.iter().filter(|(name, _)| known(name));
+        let constants = constants.map(|(name, value)| (name.clone(), *value)).collect();
+        let made = pipelines.compute(&pass.name, shader, SURFEL_ENTRY, &constants);
+        made.map_err(|message| RenderError::pass(&pass.name, message))
+    }
+
     /// Whether a resource outlives the frame.
     pub(crate) fn persistent(&self, node: Node) -> bool {
         let lifetime = match node {
@@ -188,82 +216,6 @@ pub(crate) fn targets_of(pass: &Pass) -> Vec<Target> {
         Work::Fullscreen { targets, .. } => targets.clone(),
         Work::Compute { .. } => Vec::new(),
     }
-}
-
-/// The words that follow `fn` in a shader, comments included; enough to find a misspelt name.
-fn functions_of(wgsl: &str) -> impl Iterator<Item = &str> {
-    let mut words = wgsl.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
-    std::iter::from_fn(move || {
-        words.find(|word| *word == "fn")?;
-        words.find(|word| !word.is_empty())
-    })
-}
-
-/// The author's text with an entry point that calls their function for each covered pixel.
-fn shading_source(pass: &Pass, format: Format, stage: naga::ShaderStage) -> Result<String, String> {
-    let function = &pass.entry;
-    check_function(pass, function)?;
-    let elsewhere = match &pass.work {
-        Work::Shading { elsewhere: Some(elsewhere), .. } => {
-            check_function(pass, elsewhere)?;
-            format!("{elsewhere}(vec2<u32>(s.pixel))")
-        }
-        _ => "vec4(0.0)".to_owned(),
-    };
-    // Two more loads are for those who want them.
-    let variance = match pass.wgsl.contains("normal_variance") {
-        true => "s.normal_variance = surfelshop_surface::normal_variance_at(s);",
-        false => "",
-    };
-    let entry = match stage {
-        naga::ShaderStage::Compute => {
-            let texel = match format {
-                Format::Rgba8Unorm => "rgba8unorm",
-                Format::Rgba16Float => "rgba16float",
-                Format::R32Float => "r32float",
-                Format::Rg32Float => "rg32float",
-                Format::Rgba32Float => "rgba32float",
-                Format::R32Uint | Format::Rgba32Uint | Format::Depth32Float => {
-                    return Err(format!("a shading pass cannot write {format:?}"));
-                }
-            };
-            format!(
-                "var {SHADING_TARGET}: texture_storage_2d<{texel}, write>;\n\
-                 @compute @workgroup_size(8, 8)\n\
-                 fn {SHADING_ENTRY}(@builtin(global_invocation_id) id: vec3<u32>) {{\n\
-                     if any(id.xy >= textureDimensions({SHADING_TARGET})) {{ return; }}\n\
-                     var s = surfelshop_surface::surface_at(id.xy);\n\
-                     {variance}\n\
-                     var color = vec4(0.0);\n\
-                     if s.covered {{ color = {function}(s); }} else {{ color = {elsewhere}; }}\n\
-                     textureStore({SHADING_TARGET}, id.xy, color);\n\
-                 }}\n"
-            )
-        }
-        _ => format!(
-            "@fragment\n\
-             fn {SHADING_ENTRY}(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {{\n\
-                 var s = surfelshop_surface::surface_at(vec2<u32>(p.xy));\n\
-                 {variance}\n\
-                 if !s.covered {{ return {elsewhere}; }}\n\
-                 return {function}(s);\n\
-             }}\n"
-        ),
-    };
-    Ok(format!("{}\n#import surfelshop::surface as surfelshop_surface\n{entry}", pass.wgsl))
-}
-
-fn check_function(pass: &Pass, function: &str) -> Result<(), String> {
-    let plain = function.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
-    if function.is_empty() || !plain {
-        return Err(format!("`{function}` is no name of a WGSL function"));
-    }
-    let functions: Vec<&str> = functions_of(&pass.wgsl).collect();
-    if functions.contains(&function) {
-        return Ok(());
-    }
-    let list = super::check::list(&functions);
-    Err(format!("the shader has no function `{function}`; it has: {list}"))
 }
 
 /// The device's name of a format.

@@ -39,6 +39,16 @@ struct Chunk<'a> {
     position: usize,
     count: u32,
     uniform: wgpu::Buffer,
+    /// What its surfels radiate, where they were shaded one by one.
+    lit: Option<wgpu::Buffer>,
+}
+
+impl Chunk<'_> {
+    fn defines(&self) -> Vec<&'static str> {
+        let mut defines = self.cloud.defines.clone();
+        defines.extend(self.lit.is_some().then_some("LIT"));
+        defines
+    }
 }
 
 /// How a chunk is drawn: pipeline, bindings and number of surfels.
@@ -74,13 +84,45 @@ impl<'a> Drawing<'a> {
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
-                chunks.push(Chunk { cloud, position, count, uniform });
+                chunks.push(Chunk { cloud, position, count, uniform, lit: None });
             }
             first_of_cloud += cloud.n_surfels;
         }
         let linear_of_srgb =
             gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), wgpu::BufferUsages::UNIFORM);
         Self { input, chunks, linear_of_srgb, none: BTreeMap::new() }
+    }
+
+    /// Surfels in each chunk.
+    pub(super) fn counts(&self) -> Vec<u32> {
+        self.chunks.iter().map(|chunk| chunk.count).collect()
+    }
+
+    /// The columns that a chunk has.
+    pub(super) fn defines(&self, chunk: usize) -> &[&'static str] {
+        self.chunks.get(chunk).map_or(&[], |chunk| &chunk.cloud.defines)
+    }
+
+    /// Binds a pipeline to a chunk.
+    ///
+    /// # Errors
+    /// Where a variable has no such resource.
+    pub(super) fn bind_chunk(
+        &self,
+        gpu: &Gpu,
+        pipeline: &Pipeline,
+        chunk: usize,
+        more: &[(&str, wgpu::BindingResource<'_>)],
+    ) -> Result<wgpu::BindGroup, String> {
+        let chunk = self.chunks.get(chunk).ok_or("there is no such chunk")?;
+        self.bind(gpu, pipeline, chunk, more)
+    }
+
+    /// Has a chunk drawn with what its surfels radiate instead of their albedo.
+    pub(super) fn light(&mut self, chunk: usize, radiance: wgpu::Buffer) {
+        if let Some(chunk) = self.chunks.get_mut(chunk) {
+            chunk.lit = Some(radiance);
+        }
     }
 
     fn bind(
@@ -97,6 +139,7 @@ impl<'a> Drawing<'a> {
             match name {
                 "linear_of_srgb" => Some(self.linear_of_srgb.as_entire_binding()),
                 "chunk" => Some(chunk.uniform.as_entire_binding()),
+                "lit" => Some(chunk.lit.as_ref()?.as_entire_binding()),
                 "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
                 _ => {
                     let columns = &chunk.cloud.columns;
@@ -120,7 +163,7 @@ impl<'a> Drawing<'a> {
         let screen = pipelines.shader(RESOLVE, &[])?;
         let mut prepared = Vec::with_capacity(self.chunks.len());
         for chunk in &self.chunks {
-            let mut defines = chunk.cloud.defines.clone();
+            let mut defines = chunk.defines();
             if !gpu.keeps_reversed_depth() {
                 defines.push("EXPLICIT_DEPTH");
             }
@@ -266,7 +309,7 @@ impl<'a> Drawing<'a> {
         let mut dispatches = Vec::new();
         for chunk in &self.chunks {
             let source = format!("{DISC}\n{ACCUMULATE_FIXED}");
-            let shader = pipelines.shader(&source, &chunk.cloud.defines)?;
+            let shader = pipelines.shader(&source, &chunk.defines())?;
             let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?;
             let group = self.bind(gpu, &pipeline, chunk, &more)?;
             dispatches.push((

@@ -2,10 +2,12 @@
 
 mod columns;
 mod drawing;
+mod lit;
 mod order;
 mod surface;
 
 pub(crate) use columns::{Columns, DrawnCloud};
 pub(crate) use drawing::RESOLVE;
+pub(crate) use lit::{SurfelShading, lit_surface};
 pub use surface::SurfaceCounts;
 pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};

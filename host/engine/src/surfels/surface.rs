@@ -179,7 +179,7 @@ impl Surface {
     }
 }
 
-fn packed_texture(gpu: &Gpu, size: [u32; 2]) -> wgpu::TextureView {
+pub(super) fn packed_texture(gpu: &Gpu, size: [u32; 2]) -> wgpu::TextureView {
     texture(gpu, "surface", size, wgpu::TextureFormat::Rgba32Uint)
 }
 
