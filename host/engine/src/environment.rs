@@ -234,7 +234,7 @@ mod tests {
         let t = (-n.z).max(0.0);
         n.x -= t.copysign(n.x);
         n.y -= t.copysign(n.y);
-        n.normalize()
+        n.normalize_or(glam::DVec3::Z)
     }
 
     #[test]

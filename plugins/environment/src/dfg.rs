@@ -35,7 +35,7 @@ pub(crate) fn scale_and_bias(cosine: f64, roughness: f64, n_samples: u32) -> [f6
     let v = cosine.max(1e-4);
     let a = (roughness * roughness).max(1e-5);
     let eye = DVec3::new((1.0 - v * v).sqrt(), 0.0, v);
-    let stretched = DVec3::new(a * eye.x, 0.0, eye.z).normalize();
+    let stretched = DVec3::new(a * eye.x, 0.0, eye.z).normalize_or(DVec3::Z);
     let across = DVec3::Y;
     let along = stretched.cross(across);
     let smith = |cosine: f64| (a * a + (1.0 - a * a) * cosine * cosine).sqrt();
@@ -48,7 +48,7 @@ pub(crate) fn scale_and_bias(cosine: f64, roughness: f64, n_samples: u32) -> [f6
         let t2 = (1.0 - s) * (1.0 - t1 * t1).sqrt() + s * radius * phi.sin();
         let up = (1.0 - t1 * t1 - t2 * t2).max(0.0).sqrt();
         let facet = t1 * across + t2 * along + up * stretched;
-        let half = DVec3::new(a * facet.x, a * facet.y, facet.z.max(0.0)).normalize();
+        let half = DVec3::new(a * facet.x, a * facet.y, facet.z.max(0.0)).normalize_or(DVec3::Z);
         let eye_half = eye.dot(half).max(0.0);
         let light = 2.0 * eye_half * half.z - v;
         if light <= 0.0 {
