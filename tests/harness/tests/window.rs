@@ -232,10 +232,10 @@ fn a_session_with_mouse_and_keys() {
     std::thread::sleep(Duration::from_millis(500));
     looks_like(&screen, "window-single");
 
-    program.key("r");
-    program.picture(0, "flat");
-    program.key("r");
-    program.picture(0, "ewa-phong");
+    for renderer in ["flat", "environment", "ewa-phong"] {
+        program.key("r");
+        program.picture(0, renderer);
+    }
     program.key("n");
     program.picture(1, "ewa-phong");
     screen.xdotool("mousemove 600 500 click 1");
