@@ -37,7 +37,8 @@ pub(crate) fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
     let clouds = Clouds::read(&[Source::file(&sample)])?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
-    let surroundings = Probes::default().light(&SceneEnvironment::new(ProbeSource::Studio))?;
+    let surroundings =
+        Probes::default().light(&SceneEnvironment::new(ProbeSource::Studio), drop)?;
     let stage = Stage { arguments, clouds: &clouds, scene: Scene::default(), surroundings };
     let mut written = Vec::new();
     let mut failures = Vec::new();

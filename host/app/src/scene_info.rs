@@ -1,6 +1,7 @@
 //! What is in a scene, for `surfelshop info`; its clouds are looked for and not read.
 
 use crate::report::plain;
+use crate::surroundings;
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use surfelshop_api::{Camera, Projection, SurfaceSettings};
@@ -51,6 +52,14 @@ pub(crate) fn object(opened: &OpenedScene) -> Value {
         "views": views.map(view).collect::<Vec<_>>(),
         "camera": scene.camera.as_ref().map(|camera| camera.known),
         "scene": scene.scene(),
+        "environment": surroundings::of_scene(scene).map(|environment| json!({
+            "probe": surroundings::name(&environment.source),
+            "mapping": environment.mapping.map(|mapping| mapping.name()),
+            "forward": environment.forward.name(),
+            "up": environment.up.name(),
+            "rotation": environment.rotation,
+            "exposure": environment.stops,
+        })),
         "tone_map": tone_map(scene),
         "background": match scene.background {
             Backdrop::Transparent => None,

@@ -73,8 +73,11 @@ impl Staging {
     ) -> anyhow::Result<Self> {
         let file = opened.map(|opened| &opened.scene);
         let view = chosen.map(|chosen| chosen.view);
-        let environment =
-            surroundings::wanted(&arguments.environment, file.and_then(surroundings::of_scene))?;
+        let environment = surroundings::wanted(
+            &arguments.environment,
+            arguments.lens.up,
+            file.and_then(surroundings::of_scene),
+        )?;
         let scene = scene(arguments, given, file)?;
         let seen = view.map(|view| view.output.clone()).filter(|output| *output != Output::Color);
         let camera = file.and_then(|file| match view {

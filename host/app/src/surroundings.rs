@@ -1,11 +1,14 @@
 //! The light around what is shown: probes as renderers are given them.
 
-use crate::arguments::EnvironmentArguments;
+use crate::arguments::{EnvironmentArguments, UpAxis};
+use crate::terminal;
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::SystemTime;
 use surfelshop_api::{Environment, EnvironmentView};
-use surfelshop_cloud::probe::{self, Mapping, Probe};
-use surfelshop_cloud::scene::{ProbeSource, SceneEnvironment, SceneFile};
+use surfelshop_cloud::probe::{self, Mapping, Probe, Repairs};
+use surfelshop_cloud::scene::{Axis, ProbeSource, SceneEnvironment, SceneFile};
 use surfelshop_engine::{Store, cache_folder};
 
 /// A probe that stands around the scene.
@@ -22,8 +25,18 @@ impl Surroundings {
     }
 }
 
-/// Which picture a probe is: where it comes from, and how it is to be read.
-type Key = (ProbeSource, Option<Mapping>);
+/// Which picture a probe is: where it comes from, how it is to be read, and the length and time of
+/// the file, which may be written anew.
+type Key = (ProbeSource, Option<Mapping>, Option<(u64, SystemTime)>);
+
+fn key(wanted: &SceneEnvironment) -> Key {
+    let state = match &wanted.source {
+        ProbeSource::File(path) => path.metadata().ok(),
+        ProbeSource::Studio | ProbeSource::Sky => None,
+    };
+    let state = state.and_then(|file| Some((file.len(), file.modified().ok()?)));
+    (wanted.source.clone(), wanted.mapping, state)
+}
 
 /// Probes that were read, the last ones used.
 #[derive(Default)]
@@ -35,16 +48,27 @@ pub(crate) struct Probes {
 const KEPT: usize = 2;
 
 impl Probes {
-    /// The light that a scene asks for; paths are relative to the current folder.
+    /// The light that a scene asks for; paths are relative to the current folder. Tells in a line
+    /// what was replaced in a probe that is read for the first time.
     ///
     /// # Errors
     /// Where the probe cannot be read.
-    pub(crate) fn light(&mut self, wanted: &SceneEnvironment) -> anyhow::Result<Surroundings> {
-        let key = (wanted.source.clone(), wanted.mapping);
+    pub(crate) fn light(
+        &mut self,
+        wanted: &SceneEnvironment,
+        tell: impl FnOnce(String),
+    ) -> anyhow::Result<Surroundings> {
+        let key = key(wanted);
         let known = self.kept.iter().position(|(other, _)| *other == key);
         let probe = match known {
             Some(at) => self.kept.remove(at).1,
-            None => Arc::new(read(&key)?),
+            None => {
+                let probe = read(&key)?;
+                if let Some(line) = repairs(&probe) {
+                    tell(line);
+                }
+                Arc::new(probe)
+            }
         };
         self.kept.insert(0, (key, probe.clone()));
         self.kept.truncate(1 + KEPT);
@@ -57,7 +81,7 @@ impl Probes {
     }
 }
 
-fn read((source, mapping): &Key) -> anyhow::Result<Probe> {
+fn read((source, mapping, _): &Key) -> anyhow::Result<Probe> {
     match source {
         ProbeSource::Studio => Ok(Probe::studio()),
         ProbeSource::Sky => Ok(Probe::sky()),
@@ -72,20 +96,16 @@ pub(crate) fn store() -> Option<Store> {
     folder.map(Store::in_folder)
 }
 
-/// Changes whenever a probe's bytes or what they say of the same file do.
+/// Changes whenever the bytes of a stored probe do.
 const STORED_VERSION: u32 = 1;
+
+/// Files beyond this are not looked up, since that reads all of them.
+const LARGEST_LOOKED_UP: u64 = 1 << 30;
 
 /// Reads a file, or finds what was made of the same bytes before.
 pub(crate) fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
-    // What cannot be read is left to the reader, which says why.
-    let contents = path.metadata().ok().filter(std::fs::Metadata::is_file);
-    let contents = contents.and_then(|_| std::fs::read(path).ok()).map(|bytes| sum(&bytes));
     let store = store();
-    let name = contents.map(|sum| {
-        let mapping = mapping.map_or("detected", Mapping::name);
-        let file = path.file_name().unwrap_or_default().to_string_lossy();
-        format!("probe {STORED_VERSION} {mapping} {file} {sum:?}")
-    });
+    let name = store.as_ref().and_then(|_| stored_name(path, mapping));
     if let (Some(store), Some(name)) = (&store, &name)
         && let Some(probe) = store.load(name).and_then(|bytes| Probe::from_bytes(&bytes))
     {
@@ -98,12 +118,39 @@ pub(crate) fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result
     Ok(probe)
 }
 
-/// A sum over the bytes of a file and their number.
-fn sum(bytes: &[u8]) -> (u64, usize) {
+/// What a file is stored as; `None` for what cannot be read, which is left to the reader, who says
+/// why.
+fn stored_name(path: &Path, mapping: Option<Mapping>) -> Option<String> {
     use std::hash::{DefaultHasher, Hasher as _};
-    let mut hasher = DefaultHasher::new();
-    hasher.write(bytes);
-    (hasher.finish(), bytes.len())
+    let metadata = path.metadata().ok()?;
+    if !metadata.is_file() || metadata.len() > LARGEST_LOOKED_UP {
+        return None;
+    }
+    let mut file = std::fs::File::open(path).ok()?;
+    let (mut hasher, mut length, mut part) = (DefaultHasher::new(), 0u64, vec![0; 1 << 16]);
+    loop {
+        let n = std::io::Read::read(&mut file, &mut part).ok()?;
+        if n == 0 {
+            break;
+        }
+        hasher.write(part.get(..n)?);
+        length += n as u64;
+    }
+    let mapping = mapping.map_or("detected", Mapping::name);
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    let (version, sum) = (probe::VERSION, hasher.finish());
+    Some(format!("probe {STORED_VERSION} {version} {mapping} {file} {length} {sum:016x}"))
+}
+
+/// What was replaced in a probe, in one line, if anything was.
+pub(crate) fn repairs(probe: &Probe) -> Option<String> {
+    let Repairs { n_not_finite, n_negative } = probe.repairs;
+    (n_not_finite + n_negative > 0).then(|| {
+        format!(
+            "{}: replaced {n_not_finite} texels that are not finite and {n_negative} negative ones",
+            probe.name
+        )
+    })
 }
 
 /// Whether a file is a light probe, by its name.
@@ -121,6 +168,15 @@ pub(crate) fn source(name: &str) -> ProbeSource {
     }
 }
 
+/// What a probe is called: a path, or the name of a built-in one.
+pub(crate) fn name(source: &ProbeSource) -> String {
+    match source {
+        ProbeSource::Studio => "studio".to_owned(),
+        ProbeSource::Sky => "sky".to_owned(),
+        ProbeSource::File(path) => path.display().to_string(),
+    }
+}
+
 /// The environment of a scene file with a path that can be opened from the current folder.
 pub(crate) fn of_scene(file: &SceneFile) -> Option<SceneEnvironment> {
     let known = &file.environment.as_ref()?.known;
@@ -131,14 +187,24 @@ pub(crate) fn of_scene(file: &SceneFile) -> Option<SceneEnvironment> {
     Some(SceneEnvironment { source, ..known.clone() })
 }
 
+/// A probe as it stands in a world whose clouds have this axis upwards.
+pub(crate) fn standing(source: ProbeSource, up: UpAxis) -> SceneEnvironment {
+    let environment = SceneEnvironment::new(source);
+    match up {
+        UpAxis::Y => environment,
+        UpAxis::Z => SceneEnvironment { forward: Axis::PlusY, up: Axis::PlusZ, ..environment },
+    }
+}
+
 /// What was typed, over what the scene says.
 pub(crate) fn wanted(
     typed: &EnvironmentArguments,
+    up: UpAxis,
     scene: Option<SceneEnvironment>,
 ) -> anyhow::Result<Option<SceneEnvironment>> {
     let named = match typed.env.as_deref() {
         Some("none") => return Ok(None),
-        Some(name) => Some(SceneEnvironment::new(source(name))),
+        Some(name) => Some(standing(source(name), up)),
         None => scene,
     };
     let Some(mut environment) = named else {
@@ -153,13 +219,18 @@ pub(crate) fn wanted(
     environment.mapping = typed.env_mapping.or(environment.mapping);
     environment.forward = typed.env_forward.unwrap_or(environment.forward);
     environment.up = typed.env_up.unwrap_or(environment.up);
+    let lie_along =
+        |e: &SceneEnvironment| e.forward.direction().cross(e.up.direction()) == DVec3::ZERO;
+    if lie_along(&environment) && typed.env_forward.is_none() {
+        // The usual one of a world whose z points upwards.
+        environment.forward = Axis::PlusY;
+    }
     if let Some(degrees) = typed.env_rotation {
         environment.rotation = degrees.to_radians();
     }
     environment.stops = typed.env_exposure.unwrap_or(environment.stops);
-    let across = environment.forward.direction().cross(environment.up.direction());
     anyhow::ensure!(
-        across.length_squared() > 0.5,
+        !lie_along(&environment),
         "expected --env-forward and --env-up across each other, found {} and {}",
         environment.forward.name(),
         environment.up.name()
@@ -172,5 +243,6 @@ pub(crate) fn read_wanted(
     wanted: Option<&SceneEnvironment>,
 ) -> anyhow::Result<Option<Surroundings>> {
     let Some(wanted) = wanted else { return Ok(None) };
-    Probes::default().light(wanted).map(Some)
+    let tell = |line| terminal::note(format!("warning: {line}"));
+    Probes::default().light(wanted, tell).map(Some)
 }

@@ -13,8 +13,8 @@ const KEPT: usize = 3;
 /// Side of the smallest mip level: below it an octahedral map is no picture any more.
 const SMALLEST_SIDE: usize = 4;
 
-/// The brightest stored value, half of what half precision holds, so that sums of a few stay
-/// finite. What is brighter is stored in larger units.
+/// The value that the brightest light is stored as, half of what half precision holds: sums of a few
+/// stay finite, and the dimmest light keeps most of its digits.
 const BRIGHTEST: f32 = 32_768.0;
 
 /// A map on the device.
@@ -104,7 +104,8 @@ fn made(gpu: &Gpu, given: &EnvironmentView<'_>) -> Result<Map, RenderError> {
         )));
     }
     let bright = given.texels.iter().flatten().fold(0.0f32, |most, value| most.max(*value));
-    let unit = if bright > BRIGHTEST && bright.is_finite() { bright / BRIGHTEST } else { 1.0 };
+    // Of subnormal light nothing could be divided by so small a unit.
+    let unit = if bright.is_normal() { (bright / BRIGHTEST).max(f32::MIN_POSITIVE) } else { 1.0 };
     let levels = levels(given.texels, side);
     let sides: Vec<usize> = levels.iter().map(|level| level.len().isqrt()).collect();
     let stored: Vec<Vec<[f16; 4]>> = levels

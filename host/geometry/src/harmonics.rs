@@ -94,18 +94,38 @@ pub fn add(coefficients: &mut Coefficients, towards: DVec3, radiance_times_angle
     }
 }
 
-/// The coefficients of what a white diffuse surface radiates, by its normal, up to an order;
-/// `window` is the strength of a Laplacian window, 0 for none.
+/// How orders are weighted against ringing, for one channel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Window {
+    /// Strength of the Laplacian window `1 / (1 + strength l^2 (l + 1)^2)`; 0 for none.
+    pub strength: f64,
+    /// The first order that is weighted.
+    pub from: usize,
+}
+
+impl Window {
+    /// The weight of an order, in (0, 1].
+    #[must_use]
+    pub fn weight(self, order: usize) -> f64 {
+        let square = if order < self.from { 0.0 } else { (order * (order + 1)) as f64 };
+        1.0 / (1.0 + self.strength * square * square)
+    }
+}
+
+/// The coefficients of what a white diffuse surface radiates, by its normal, up to an order.
 #[must_use]
-pub fn of_diffuse_surface(light: &Coefficients, order: usize, window: f64) -> Coefficients {
+pub fn of_diffuse_surface(
+    light: &Coefficients,
+    order: usize,
+    windows: [Window; 3],
+) -> Coefficients {
     let mut result = [[0.0; 3]; MAX_COEFFICIENTS];
     for (i, (to, from)) in result.iter_mut().zip(light).enumerate() {
         let l = order_of(i);
         if l <= order {
-            let square = (l * (l + 1)) as f64;
-            let weight =
-                CLAMPED_COSINE[l] / std::f64::consts::PI / (1.0 + window * square * square);
-            *to = from.map(|value| value * weight);
+            for ((to, from), window) in to.iter_mut().zip(from).zip(windows) {
+                *to = from * CLAMPED_COSINE[l] / std::f64::consts::PI * window.weight(l);
+            }
         }
     }
     result
@@ -126,11 +146,14 @@ pub fn evaluate(coefficients: &Coefficients, n: DVec3) -> [f64; 3] {
 /// Directions the minimum is looked for in; order 5 has no two minima closer than they are apart.
 const N_DIRECTIONS: usize = 2048;
 
-/// The smallest value of any channel over the sphere, to about a millionth of the largest
+/// The smallest value of a channel over the sphere, to about a millionth of the largest
 /// coefficient.
 #[must_use]
-pub fn minimum(coefficients: &Coefficients) -> f64 {
-    let least = |n: DVec3| evaluate(coefficients, n).into_iter().fold(f64::INFINITY, f64::min);
+pub fn minimum(coefficients: &Coefficients, channel: usize) -> f64 {
+    let least = |n: DVec3| {
+        let sum = coefficients.iter().zip(basis(n)).map(|(value, y)| value[channel] * y);
+        sum.sum::<f64>()
+    };
     let mut found: Vec<(f64, DVec3)> = directions(N_DIRECTIONS).map(|n| (least(n), n)).collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut best = f64::INFINITY;
@@ -169,27 +192,62 @@ pub fn directions(n: usize) -> impl Iterator<Item = DVec3> {
     })
 }
 
-/// The weakest window, if any is needed, under which no diffuse surface is darker than black, to
-/// one part in a thousand of itself.
+/// Darkness below black, as a share of the mean, that is left to be cut off: where truth is dark
+/// that is nearer to it than what a window does to everything else.
+pub const CUT_OFF: f64 = 0.05;
+
+/// Windows, one for each channel that needs one, under which no diffuse surface is darker than
+/// minus [`CUT_OFF`] of the mean: of those that weight all orders and those that leave order 1 alone, the one that changes
+/// the channel less.
 ///
-/// Zero where the light needs none, and where it is black or negative everywhere, which no window
-/// mends.
+/// None where the light is black or negative everywhere, which no window mends.
+///
+/// Source: Sloan 2008, "Stupid Spherical Harmonics Tricks", for the window; finding it channel by
+/// channel is Filament's way.
 #[must_use]
-pub fn window_against_ringing(light: &Coefficients, order: usize) -> f64 {
-    let minimum = |window: f64| minimum(&of_diffuse_surface(light, order, window));
-    if minimum(0.0) >= 0.0 || light[0].iter().any(|mean| mean.is_nan() || *mean <= 0.0) {
-        return 0.0;
-    }
+pub fn windows_against_ringing(light: &Coefficients, order: usize) -> [Window; 3] {
+    [0, 1, 2].map(|channel| {
+        let plain = of_diffuse_surface(light, order, [Window::default(); 3]);
+        let mean = plain[0][channel] * basis(DVec3::Z)[0];
+        let allowed = -CUT_OFF * mean;
+        if mean.is_nan() || mean <= 0.0 || minimum(&plain, channel) >= allowed {
+            return Window::default();
+        }
+        let change = |window: Window| -> f64 {
+            let part = |(i, value): (usize, &[f64; 3])| {
+                (value[channel] * (1.0 - window.weight(order_of(i)))).powi(2)
+            };
+            plain.iter().enumerate().map(part).sum()
+        };
+        let found = [1, 2].into_iter().filter_map(|from| weakest(&plain, channel, from, allowed));
+        found.min_by(|a, b| change(*a).total_cmp(&change(*b))).unwrap_or_default()
+    })
+}
+
+/// The weakest window from an order on under which a channel stays above a value, to one part in a
+/// thousand; `None` where none suffices.
+fn weakest(plain: &Coefficients, channel: usize, from: usize, allowed: f64) -> Option<Window> {
+    let least = |strength: f64| {
+        let window = Window { strength, from };
+        let mut weighted = *plain;
+        for (i, value) in weighted.iter_mut().enumerate() {
+            value[channel] *= window.weight(order_of(i));
+        }
+        minimum(&weighted, channel)
+    };
     // A lone point of light needs 0.178 at order 2; orders above are damped more by the same.
     let (mut low, mut high) = (0.0, 0.25);
-    while minimum(high) < 0.0 && high < 1e6 {
+    while least(high) < allowed {
         (low, high) = (high, 4.0 * high);
+        if high > 1e6 {
+            return None;
+        }
     }
     while high - low > 1e-3 * high {
         let middle = 0.5 * (low + high);
-        if minimum(middle) < 0.0 { low = middle } else { high = middle }
+        if least(middle) < allowed { low = middle } else { high = middle }
     }
-    high
+    Some(Window { strength: high, from })
 }
 
 #[cfg(test)]
@@ -263,27 +321,46 @@ mod tests {
     fn a_lone_light_rings_as_derived_and_the_window_ends_it() {
         // Of a lone light's order-2 irradiance 3/32 + t/2 + 15/32 t^2 over pi, at t = -8/15.
         let light = lone_light();
-        let least = minimum(&of_diffuse_surface(&light, 2, 0.0));
+        let least = minimum(&of_diffuse_surface(&light, 2, [Window::default(); 3]), 2);
         let expected = 2.0 * (3.0 / 32.0 - 8.0 / 15.0 / 4.0) / PI;
         assert!((least - expected).abs() < 1e-6, "{least} instead of {expected}");
-        let window = window_against_ringing(&light, 2);
-        assert!((window - 0.178).abs() < 0.001, "{window}");
+        let window =
+            weakest(&of_diffuse_surface(&light, 2, [Window::default(); 3]), 2, 1, 0.0).unwrap();
+        assert!((window.strength - 0.178).abs() < 0.001, "{window:?}");
         for order in 1..=MAX_ORDER {
-            let window = window_against_ringing(&light, order);
-            let least = minimum(&of_diffuse_surface(&light, order, window));
-            assert!(least >= -1e-12, "order {order}: {least}");
+            let windows = windows_against_ringing(&light, order);
+            let surface = of_diffuse_surface(&light, order, windows);
+            for channel in 0..3 {
+                let least = minimum(&surface, channel);
+                let mean = surface[0][channel] * basis(DVec3::Z)[0];
+                assert!(least >= -1.001 * CUT_OFF * mean, "order {order}: {least}");
+            }
         }
+    }
+
+    #[test]
+    fn a_channel_that_does_not_ring_is_left_alone() {
+        let mut light = lone_light();
+        light[0] = [0.3, (4.0 * PI).sqrt() * 5.0, 0.6];
+        let [red, green, blue] = windows_against_ringing(&light, 2);
+        assert_eq!(green, Window::default());
+        assert!(red.strength > 0.0 && blue.strength > 0.0, "{red:?} {blue:?}");
+        // A little ringing costs order 1 nothing.
+        light[0][0] = 0.9 * (4.0 * PI).sqrt() * 0.25;
+        let [red, ..] = windows_against_ringing(&light, 2);
+        assert!(red.strength == 0.0 || red.from == 2, "{red:?}");
     }
 
     #[test]
     fn even_light_stays_as_it_is() {
         let mut light = [[0.0; 3]; MAX_COEFFICIENTS];
         light[0] = [(4.0 * PI).sqrt() * 0.7; 3];
-        assert_eq!(window_against_ringing(&light, 4), 0.0);
-        let surface = of_diffuse_surface(&light, 4, 0.0);
+        assert_eq!(windows_against_ringing(&light, 4), [Window::default(); 3]);
+        let surface = of_diffuse_surface(&light, 4, [Window::default(); 3]);
         for n in directions(50) {
             assert!((evaluate(&surface, n)[1] - 0.7).abs() < 1e-12);
         }
-        assert_eq!(window_against_ringing(&[[0.0; 3]; MAX_COEFFICIENTS], 2), 0.0);
+        let black = windows_against_ringing(&[[0.0; 3]; MAX_COEFFICIENTS], 2);
+        assert_eq!(black, [Window::default(); 3]);
     }
 }

@@ -3,7 +3,7 @@
 use surfelshop_api::glam::{DVec3, Vec4};
 use surfelshop_api::{EnvironmentFacts, Uniform};
 use surfelshop_geometry::harmonics::{
-    Coefficients, MAX_COEFFICIENTS, of_diffuse_surface, window_against_ringing,
+    Coefficients, MAX_COEFFICIENTS, of_diffuse_surface, windows_against_ringing,
 };
 
 /// What the coefficients depend on beside the environment.
@@ -32,12 +32,12 @@ impl Diffuse {
             Some(_) => &facts.harmonics_without_sun,
             None => &facts.harmonics,
         });
-        let window = match choice.window {
-            true => window_against_ringing(&light, choice.order),
-            false => 0.0,
+        let windows = match choice.window {
+            true => windows_against_ringing(&light, choice.order),
+            false => Default::default(),
         };
         Self {
-            surface: of_diffuse_surface(&light, choice.order, window),
+            surface: of_diffuse_surface(&light, choice.order, windows),
             sun: sun.map(|sun| (sun.towards, sun.radiance)),
         }
     }

@@ -45,6 +45,7 @@ override HAS_BAND_4: bool = false;
 override HAS_SUN: bool = false;
 override HAS_LIGHTS: bool = true;
 override HAS_AO: bool = false;
+override CUTS_OFF: bool = true;
 override REFLECTS_AGAIN: bool = true;
 override IS_BLURRED: bool = false;
 
@@ -58,6 +59,9 @@ fn white_diffuse(normal: vec3<f32>) -> vec3<f32> {
     var sum = sh::order_2(n, diffuse.low);
     if HAS_BAND_4 {
         sum += sh::order_4_alone(n, diffuse.band_4);
+    }
+    if CUTS_OFF {
+        sum = max(sum, vec3(0.0));
     }
     if HAS_SUN {
         sum += diffuse.sun_radiance.xyz * max(dot(n, diffuse.sun_towards.xyz), 0.0);

@@ -18,7 +18,7 @@
 //! | `antialias`  | bool   | true    | widen highlights where a pixel shows several normals        |
 //! | `sh-order`   | int    | 2       | spherical harmonics of the diffuse part                     |
 //! | `sun`        | bool   | true    | treat a dominant small light as one, beside the harmonics   |
-//! | `window`     | bool   | true    | damp harmonics just enough that nothing gets negative       |
+//! | `window`     | bool   | true    | damp harmonics that ring below black; cut off the rest      |
 //! | `background` | choice | `none`  | `none`, `sharp` or `blurred`                                |
 //!
 //! Method. Diffuse: `kd albedo ao E(n) / pi`, with E from harmonics that the host projected in f64
@@ -111,7 +111,7 @@ params! {
         sh_order: i32 { default: 2, range: 1..=5, quality: true },
         /// Treat a dominant small light, such as the sun, as a light of its own.
         sun: bool { default: true },
-        /// Damp the harmonics just enough that no surface gets darker than black.
+        /// Damp harmonics that ring far below black, and cut off what little is left of it.
         window: bool { default: true },
         /// What stands behind the object.
         background: Backdrop { default: Backdrop::None },
@@ -275,6 +275,7 @@ impl Natural {
         let uniform = graph.uniform(diffuse.uniform(environment.gain));
         self.known = Some((key.clone(), choice, diffuse));
         pass.constant("HAS_BAND_4", flag(order >= 4))
+            .constant("CUTS_OFF", flag(p.window))
             .constant("HAS_SUN", flag(has_sun))
             .bind("diffuse", uniform)
     }
@@ -329,10 +330,14 @@ fn background_level(environment: &Environment, frame: &Frame<Settings>, how: Bac
     let texels_shown = match how {
         Backdrop::Blurred => BLURRED_SIDE,
         Backdrop::None | Backdrop::Sharp => {
-            let [_, half_height] = frame.view.half_extent();
-            // A pixel's solid angle, as the side of a map with such texels.
-            let pixel = 2.0 * half_height / f64::from(frame.view.size_px[1]);
-            ((4.0 * std::f64::consts::PI).sqrt() / pixel) as f32
+            // A pixel's angle, as the side of a map with such texels; none where all look one way.
+            let pixel = match frame.view.camera.projection {
+                Projection::Perspective { fov_y } => {
+                    2.0 * (0.5 * fov_y).tan() / f64::from(frame.view.size_px[1])
+                }
+                Projection::Orthographic { .. } => 0.0,
+            };
+            ((4.0 * std::f64::consts::PI).sqrt() / pixel).min(f64::from(side)) as f32
         }
     };
     (side / texels_shown).log2().max(0.0)

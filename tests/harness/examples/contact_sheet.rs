@@ -3,7 +3,7 @@
 //!
 //! The folder holds `points/igea_points.ply`, `points/bun_zipper_points.ply`, `points/dragon_vrip_points.ply`,
 //! `points/mannequin_points.ply` and `probes/rnl_probe.hdr`, `probes/derived/uffizi_angular_from_latlong.hdr`;
-//! without it the sample cloud and the built-in lights take their places.
+//! without it the sample cloud and the built-in lights take the places of all of them.
 
 #![allow(clippy::print_stdout, reason = "a program that says what its picture shows")]
 
@@ -39,6 +39,7 @@ struct Shot<'a> {
     values: Vec<(&'a str, Value)>,
     /// Whether z points upwards in the model, and its front along -y.
     z_up: bool,
+    two_sided: bool,
 }
 
 impl Sheet {
@@ -54,12 +55,16 @@ impl Sheet {
         }
         let list = shot.values.into_iter();
         let values: Values = list.map(|(id, value)| (id.to_owned(), value)).collect();
+        // The scans are closed: seen from both sides they would have bright dots of their far side
+        // along their outlines.
+        let mut scene = Scene::default();
+        scene.surface.two_sided = shot.two_sided;
         let rendered = self.engine.render(
             &mut renderer,
             &RenderRequest {
                 clouds: &[shot.cloud.view()],
                 facts: shot.cloud.facts(),
-                scene: &Scene::default(),
+                scene: &scene,
                 view: view(shot.cloud, shot.z_up),
                 values: &values,
                 outputs: &[Output::Color],
@@ -77,7 +82,7 @@ impl Sheet {
         let levels = develop_to_8_bit(color, &how);
         let picture = RgbaImage::from_raw(SIDE, SIDE, levels);
         self.pictures.extend(picture);
-        println!("{:2}  {}", self.pictures.len(), shot.what);
+        println!("{:2}  {} (light of {})", self.pictures.len(), shot.what, shot.probe.name);
         Ok(())
     }
 
@@ -143,8 +148,9 @@ fn main() -> anyhow::Result<()> {
         vec![("model", text("thesis")), ("kd", number(kd)), ("ks", number(ks)), ("c", number(c))]
     };
     let mut add = |what: &'static str, renderer, cloud, probe, values| {
+        let two_sided = folder.is_none();
         let z_up = what.contains("mannequin") && folder.is_some();
-        sheet.add(Shot { what, renderer, cloud, probe, values, z_up })
+        sheet.add(Shot { what, renderer, cloud, probe, values, z_up, two_sided })
     };
     add("figure 15: Igea, matte, rnl", natural, &igea, &rnl, matte())?;
     add("figure 17: Igea, matte, uffizi", natural, &igea, &uffizi, matte())?;

@@ -135,10 +135,16 @@ fn main() -> anyhow::Result<()> {
     }
     let (mut small, mut large) = (Lab::new(48), Lab::new(512));
     println!("{}\n", small.engine.gpu().describe());
+    matte(&mut small, &mut large, &probes)?;
+    shiny(&mut small, &probes)?;
+    reading(&files)
+}
+
+fn matte(small: &mut Lab, large: &mut Lab, probes: &[Probe]) -> anyhow::Result<()> {
     println!("Matte: errors as shares of the mean; shading of 512 x 512 pixels.\n");
     println!("| probe | order | sun and window | mean | largest | least value | shading ms |");
     println!("|---|---|---|---|---|---|---|");
-    for probe in &probes {
+    for probe in probes {
         let truth = NaturalLight::of(probe);
         for order in 1..=5i64 {
             for helped in [true, false] {
@@ -162,10 +168,14 @@ fn main() -> anyhow::Result<()> {
             }
         }
     }
+    Ok(())
+}
+
+fn shiny(small: &mut Lab, probes: &[Probe]) -> anyhow::Result<()> {
     println!("\nGGX reflected once, metal: errors as shares of the mean, all view angles.\n");
     println!("| probe | roughness | mean | largest |");
     println!("|---|---|---|---|");
-    for probe in &probes {
+    for probe in probes {
         let truth = NaturalLight::of(probe);
         for roughness in [0.3, 0.5, 0.7, 1.0] {
             let values = Values::from([
@@ -182,16 +192,22 @@ fn main() -> anyhow::Result<()> {
             println!("| {name} | {roughness} | {:.2} % | {:.1} % |", 100.0 * mean, 100.0 * largest);
         }
     }
+    Ok(())
+}
+
+fn reading(files: &[String]) -> anyhow::Result<()> {
     println!("\n| probe | size | read, with harmonics | filtered (GGX) | again |");
     println!("|---|---|---|---|---|");
-    for file in &files {
+    for file in files {
         let started = Instant::now();
         let probe = probe::read(file, None)?;
         let read = started.elapsed();
         let mut lab = Lab::new(48);
         let filtered = |frame: &Rendered| -> f64 {
             let own = frame.passes.iter().filter(|pass| pass.name.starts_with("prefilter"));
-            own.filter(|pass| pass.state == PassState::Ran).filter_map(|pass| pass.gpu_ms).sum()
+            own.filter(|pass| pass.state == PassState::Ran)
+                .filter_map(|pass| pass.gpu_ms)
+                .fold(0.0, |sum, ms| sum + ms)
         };
         let first = filtered(&lab.frame(&probe, &Values::new())?);
         let second = filtered(&lab.frame(&probe, &Values::new())?);

@@ -5,6 +5,9 @@ use glam::DVec3;
 use surfelshop_api::{Environment, EnvironmentView};
 use surfelshop_cloud::probe::{Picture, Probe, solid_angles};
 
+/// Rows of parts of texels: half a degree each, where a lobe of roughness 0.3 is five wide.
+const FEWEST_ROWS: u32 = 360;
+
 /// Light from all the directions that a probe's picture shows.
 pub struct NaturalLight {
     /// Directions, probe space, and radiance times solid angle.
@@ -12,18 +15,22 @@ pub struct NaturalLight {
 }
 
 impl NaturalLight {
-    /// The light of a probe's picture, each texel as a point in its middle.
+    /// The light of a probe's picture, each texel as points in the middle of its parts: so many that
+    /// they lie closer than a lobe of roughness 0.3 is wide.
     #[must_use]
     pub fn of(probe: &Probe) -> Self {
         let Picture { width, height, rgb } = &probe.picture;
-        let angles = solid_angles(probe.mapping, *width, *height);
-        let (w, h) = (*width as usize, f64::from(*height));
-        let texel = |i: usize| {
-            let at = [(i % w) as f64 + 0.5, (i / w) as f64 + 0.5];
-            let towards = probe.mapping.direction(at[0] / w as f64, at[1] / h)?;
-            Some((towards, rgb[i].map(|value| f64::from(value) * angles[i])))
+        let parts = FEWEST_ROWS.div_ceil(*height).max(1);
+        let (w, h) = (width * parts, height * parts);
+        let angles = solid_angles(probe.mapping, w, h);
+        let part = |i: usize| {
+            let (x, y) = (i as u32 % w, i as u32 / w);
+            let at = |k: u32, n: u32| (f64::from(k) + 0.5) / f64::from(n);
+            let towards = probe.mapping.direction(at(x, w), at(y, h))?;
+            let texel = rgb[(y / parts * width + x / parts) as usize];
+            Some((towards, texel.map(|value| f64::from(value) * angles[i])))
         };
-        Self { texels: (0..rgb.len()).filter_map(texel).collect() }
+        Self { texels: (0..angles.len()).filter_map(part).collect() }
     }
 
     /// What a white diffuse surface radiates.

@@ -326,6 +326,38 @@ fn backgrounds_show_the_environment_where_nothing_else_is() {
 }
 
 #[test]
+fn parallel_views_see_the_same_background_at_any_scale() {
+    let mut lab = Lab::new();
+    let probe = Probe::sky();
+    let environment = around(&probe);
+    let mut corner = |height: f64| {
+        lab.view.camera.projection = Projection::Orthographic { height };
+        let asked = values(&[("background", text("sharp"))]);
+        let rendered = lab.rendered(Some((&environment, &probe)), &asked);
+        rendered.image(&Output::Color).unwrap().pixel(0, 0).to_vec()
+    };
+    let usual = corner(2.5);
+    assert_eq!(corner(2500.0), usual);
+    assert_eq!(corner(0.0025).len(), 4);
+}
+
+#[test]
+fn dim_light_keeps_its_digits() {
+    let mut lab = Lab::new();
+    let bright = Probe::studio();
+    let mut picture = bright.picture.clone();
+    // A power of two: nothing is lost on the way.
+    let scale = 2f32.powi(-30);
+    picture.rgb.iter_mut().flatten().for_each(|value| *value *= scale);
+    let dim = Probe::from_picture("dim", picture, None).unwrap();
+    let reference = lab.pixels(&bright, &all_reflected(0.2));
+    for (dim, bright) in lab.pixels(&dim, &all_reflected(0.2)).iter().zip(&reference) {
+        let found = dim.color[1] / f64::from(scale);
+        assert!((found - bright.color[1]).abs() < 2e-3 * bright.color[1] + 1e-6, "{found}");
+    }
+}
+
+#[test]
 fn turning_the_light_is_turning_the_world() {
     let mut lab = Lab::new();
     let mapping = Mapping::Octahedral;

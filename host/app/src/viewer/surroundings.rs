@@ -2,6 +2,7 @@
 
 use super::menus::{self, Asked};
 use super::window::Window;
+use crate::surroundings::standing;
 use eframe::egui::{self, Ui};
 use std::path::Path;
 use surfelshop_cloud::probe::Mapping;
@@ -15,7 +16,7 @@ pub(crate) fn put(window: &mut Window, path: &Path) {
 
 fn surround(window: &mut Window, source: ProbeSource) {
     let before = window.settings.environment.take();
-    let new = SceneEnvironment::new(source.clone());
+    let new = standing(source.clone(), window.up);
     // How a picture is mapped is a fact of that picture; how the light stands is the user's choice.
     let kept = before.map(|old| SceneEnvironment { source, mapping: None, ..old });
     window.settings.environment = Some(kept.unwrap_or(new));

@@ -239,7 +239,12 @@ impl Worker {
         if self.unreadable.as_ref().is_some_and(same) {
             return None;
         }
-        match self.probes.light(wanted) {
+        let mut told = None;
+        let light = self.probes.light(wanted, |line| told = Some(line));
+        if let Some(line) = told {
+            self.teller.tell(News::Message(line));
+        }
+        match light {
             Ok(light) => Some(light),
             Err(error) => {
                 self.teller.tell(News::Message(format!("{error:#}")));

@@ -102,8 +102,9 @@ fn totals(source: &Source, picture: &Picture) -> Totals {
     totals
 }
 
-/// Raised whenever the facts or the map of an equal picture change.
-const VERSION: u32 = 1;
+/// Raised whenever the facts or the map of an equal picture change: what was stored with another
+/// one is out of date.
+pub const VERSION: u32 = 1;
 
 /// A name for the light: equal for equal texels in an equal mapping.
 ///

@@ -22,6 +22,7 @@ mod sun;
 mod tests;
 
 pub use error::{ProbeError, ProbeFault};
+pub use facts::VERSION;
 pub use mapping::Mapping;
 pub use picture::{LARGEST_SIDE, Picture, Repairs, write_hdr};
 pub use read::read;

@@ -142,7 +142,7 @@ impl Lights<'_> {
 fn largest_irradiance(light: &Coefficients, sun: DVec3) -> f64 {
     /// About 6 degrees apart, over which irradiance changes by a two-hundredth.
     const DIRECTIONS: usize = 1024;
-    let surface = harmonics::of_diffuse_surface(light, harmonics::MAX_ORDER, 0.0);
+    let surface = harmonics::of_diffuse_surface(light, harmonics::MAX_ORDER, Default::default());
     harmonics::directions(DIRECTIONS)
         .chain([sun])
         .map(|n| PI * luminance(harmonics::evaluate(&surface, n)))

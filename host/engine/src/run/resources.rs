@@ -3,6 +3,7 @@
 use super::plan::{Node, Plan, wgpu_format};
 use super::stored;
 use crate::gpu::Gpu;
+use crate::shader::fingerprint;
 use crate::store::Store;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -50,6 +51,10 @@ fn made_by(plan: &Plan, node: Node) -> u64 {
     hasher.finish()
 }
 
+/// To be raised with every change to what the host's own part of a stored texture is made of and
+/// shader modules do not show, such as mip levels of the environment.
+const STORED_VERSION: u32 = 1;
+
 struct Kept {
     made: Made,
     filled: bool,
@@ -66,8 +71,10 @@ impl Kept {
         if let Some(store) = store
             && let Made::Texture(texture) = &kept.made
         {
-            // Another driver rounds otherwise.
-            let name = format!("texture {id:?} {}", gpu.describe());
+            // Another driver rounds otherwise, and another version of the host may mean something
+            // else by what the passes import.
+            let host = (env!("CARGO_PKG_VERSION"), STORED_VERSION, fingerprint());
+            let name = format!("texture {id:?} {host:?} {}", gpu.describe());
             kept.filled = store.load(&name).is_some_and(|bytes| stored::fill(gpu, texture, &bytes));
             kept.to_store = (!kept.filled).then_some(name);
         }

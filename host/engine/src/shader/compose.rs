@@ -44,6 +44,14 @@ const MODULES: &[(&str, &str)] = &[
     ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
 ];
 
+/// A sum over the text of all modules: what was made with other ones may be other.
+pub(crate) fn fingerprint() -> u64 {
+    use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+    let mut hasher = DefaultHasher::new();
+    MODULES.hash(&mut hasher);
+    hasher.finish()
+}
+
 /// Composes shaders from text and the host's modules.
 pub(crate) struct Library {
     composer: Composer,

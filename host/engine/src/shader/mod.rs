@@ -5,6 +5,6 @@ mod compose;
 mod large_stack;
 mod reflect;
 
-pub(crate) use compose::{Composed, Library};
+pub(crate) use compose::{Composed, Library, fingerprint};
 pub(crate) use large_stack::on_large_stack;
 pub(crate) use reflect::{Binding, BindingKind, reflect};

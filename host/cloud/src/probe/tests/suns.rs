@@ -102,8 +102,11 @@ fn built_ins_are_lit_as_they_say() {
     assert!((sun.towards.y.asin().to_degrees() - 40.0).abs() < 0.2, "{}", sun.towards);
     assert!((sun.angular_radius.to_degrees() - 0.8).abs() < 0.2, "{}", sun.angular_radius);
     assert!((2.3..2.7).contains(&sun.radiance[1]), "{:?}", sun.radiance);
-    let surface =
-        harmonics::of_diffuse_surface(&coefficients(&sky.facts.harmonics_without_sun), 5, 0.0);
+    let surface = harmonics::of_diffuse_surface(
+        &coefficients(&sky.facts.harmonics_without_sun),
+        5,
+        Default::default(),
+    );
     let (up, down) = (
         harmonics::evaluate(&surface, DVec3::Y)[1],
         harmonics::evaluate(&surface, DVec3::NEG_Y)[1],
