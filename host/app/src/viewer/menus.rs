@@ -182,10 +182,14 @@ pub(crate) fn take_keys(window: &mut Window, ctx: &Context) {
     if pressed(&PROJECTION) {
         toggle_projection(window);
     }
-    if pressed(&NEXT_RENDERER) {
+    // Keys that were hit several times within a frame count as often.
+    let times = |shortcut: &KeyboardShortcut| {
+        ctx.input_mut(|input| input.count_and_consume_key(shortcut.modifiers, shortcut.logical_key))
+    };
+    for _ in 0..times(&NEXT_RENDERER) {
         next_renderer(window);
     }
-    if pressed(&SPLIT) {
+    for _ in 0..times(&SPLIT) {
         split(window);
     }
     if pressed(&FLICKER)

@@ -37,8 +37,8 @@ impl Probe {
     /// A clear sky with its sun at the front left, 40 degrees high, over ground of albedo 0.2.
     ///
     /// The sun's irradiance is 2.5 pi on a surface that faces it, that of the sky on the ground
-    /// about a fifth of that, so that it is well exposed at 0 stops. Its disc is 0.8 degrees in
-    /// radius, three times the real one's, so that its texels show it.
+    /// about a fifth of that, so that what is a third as bright as white comes out well at 0 stops.
+    /// Its disc is 0.8 degrees in radius, three times the real one's, so that its texels show it.
     #[must_use]
     pub fn sky() -> Self {
         let sun = DVec3::new(-0.55, 0.0, 0.65).normalize_or_zero() * 40f64.to_radians().cos()

@@ -55,6 +55,8 @@ fn options_turn_and_scale_the_light() {
     assert_eq!(picture("--env-forward -z --env-up y --env-mapping lat-long"), plain);
     assert_ne!(picture("--env-rotation 90"), plain);
     assert_ne!(picture("--env-up z --env-forward y"), plain);
+    // A world whose z points upwards looks along y, unless it is said otherwise.
+    assert_eq!(picture("--env-up z"), picture("--env-up z --env-forward y"));
     let (dark, bright) = (picture("--env-exposure -3"), picture("--env-exposure -1"));
     assert!(dark[1] < bright[1] && bright[1] < plain[1], "{dark:?} {bright:?} {plain:?}");
     desk.run(&format!("{RENDER} --env none -o b.png")).done();
@@ -103,7 +105,8 @@ fn files_that_are_no_probes_are_refused_in_one_line() {
     desk.run(&format!("{RENDER} --env sky.hdr --env-mapping angular -o a.png"))
         .failed(&["sky.hdr", "angular"]);
     desk.run(&format!("{RENDER} --env-rotation 3 -o a.png")).failed(&["--env PROBE"]);
-    desk.run(&format!("{RENDER} --env sky --env-up z -o a.png")).failed(&["across"]);
+    desk.run(&format!("{RENDER} --env sky --env-up z --env-forward -z -o a.png"))
+        .failed(&["across"]);
     desk.run(&format!("{RENDER} --env sky --env-mapping cube -o a.png")).misused(&["lat-long"]);
 }
 
@@ -114,6 +117,8 @@ fn info_says_what_a_probe_is() {
     for words in ["512 x 256", "lat-long", "detected", "sun", "mean radiance"] {
         assert!(text.contains(words), "`{words}` is missing in: {text}");
     }
+    let built_in = desk.run("info studio").done().stdout;
+    assert!(built_in.contains("512 x 256") && built_in.contains("none that dominates"));
     let report = desk.run("info sky.hdr --json").json();
     assert!(report["probes"][0]["sun"]["angular_radius"].as_f64().unwrap() < 0.1);
 }
