@@ -4,6 +4,7 @@
 //! left alone on its thread: the thread is abandoned, nothing joins it, and the process ends
 //! without waiting for it.
 
+use std::cell::Cell;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::thread;
 use std::time::Duration;
@@ -43,12 +44,27 @@ pub(super) fn within<T: Send + 'static>(
     limit: Duration,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Fault> {
+    get_ready_to_wait();
     let (send, receive) = mpsc::sync_channel(1);
     on_own_thread(move || {
         // Nobody receives where the host stopped waiting.
         drop(send.send(work()));
     })?;
     receive.recv_timeout(limit).map_err(|error| missing(error, limit))
+}
+
+/// Does what a thread's first wait on a channel does once: it registers the end of a thread-local
+/// value, for which the C library takes the lock of its loader. A library whose initialiser never
+/// ends holds that lock for ever, so this must have happened before.
+fn get_ready_to_wait() {
+    thread_local! {
+        static READY: Cell<bool> = const { Cell::new(false) };
+    }
+    if !READY.replace(true) {
+        let (_send, receive) = mpsc::sync_channel::<()>(1);
+        // Shorter waits may end before they begin.
+        let _timed_out = receive.recv_timeout(Duration::from_millis(1));
+    }
 }
 
 /// Starts a thread that nobody waits for.
