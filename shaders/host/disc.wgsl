@@ -52,7 +52,7 @@ var<storage, read> color: array<vec2<u32>>;
 var<storage, read> ao: array<f32>;
 #endif
 #ifdef LIT
-// What each surfel radiates, where surfels are shaded one by one.
+// What each surfel that is drawn radiates, where surfels are shaded one by one.
 var<storage, read> lit: array<vec4<f32>>;
 #endif
 #ifdef MATERIAL
@@ -87,7 +87,7 @@ fn linear_channel(code: u32) -> f32 {
 
 fn load_albedo(i: u32) -> vec3<f32> {
 #ifdef LIT
-    return lit[i].rgb;
+    return lit[i / chunk.stride].rgb;
 #else
 #ifdef COLOR8
     let codes = color[i];

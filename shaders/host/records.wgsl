@@ -1,4 +1,4 @@
-// What shading functions are told of each surfel of a chunk, one invocation per surfel.
+// What shading functions are told of each surfel of a chunk that is drawn, one invocation each.
 
 struct Record {
     // As the surface buffer packs a pixel; depth 0 where the surfel is not drawn.
@@ -16,7 +16,8 @@ fn record(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let i = (id.x + id.y * groups.x * 64u) * chunk.stride;
+    let drawn = id.x + id.y * groups.x * 64u;
+    let i = drawn * chunk.stride;
     if i < chunk.count {
         let disc = load_disc(i);
         let center = (chunk.view_from_chunk * vec4(position[3u * i], position[3u * i + 1u], position[3u * i + 2u], 1.0)).xyz;
@@ -24,7 +25,7 @@ fn record(
         let seen = disc.visible && -center.z > 0.0;
         let depth = select(0.0, -center.z, seen);
         let to_eye = view::world_from_view_direction(view::to_eye_in_view(center));
-        records[i] = Record(
+        records[drawn] = Record(
             packing::pack_surface(depth, disc.normal, load_albedo(i), load_ao(i)),
             view::world_from_view_direction(center),
             packing::pack_direction(to_eye),

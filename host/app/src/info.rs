@@ -2,11 +2,9 @@
 //! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::surroundings::{is_probe, read_file};
-use crate::{clouds, probe_info, scene_info, terminal};
+use crate::{clouds, probe_info, scene_info, surroundings, terminal};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use surfelshop_cloud::probe::Probe;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 
 /// Runs the command.
@@ -22,16 +20,8 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             }
             continue;
         }
-        let built_in = match file.to_str() {
-            Some("studio") if !file.exists() => Some(Probe::studio()),
-            Some("sky") if !file.exists() => Some(Probe::sky()),
-            _ => None,
-        };
-        if built_in.is_some() || is_probe(file) {
-            let probe = match built_in {
-                Some(probe) => probe,
-                None => read_file(file, None)?,
-            };
+        if let Some(source) = surroundings::probe_named(file) {
+            let probe = surroundings::read(&source, None)?;
             if arguments.report.json {
                 probes.push(probe_info::object(&probe));
             } else {

@@ -1,8 +1,8 @@
-//! What `info` says of light probes.
+//! What there is to say of light probes.
 
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::probe::{Probe, Repairs};
 
 /// Everything as one object.
 pub(crate) fn object(probe: &Probe) -> Value {
@@ -44,13 +44,16 @@ pub(crate) fn text(probe: &Probe) -> Result<String, std::fmt::Error> {
         }
         None => text.push_str("\n  sun            none that dominates"),
     }
-    let repairs = &probe.repairs;
-    if repairs.n_not_finite + repairs.n_negative > 0 {
-        write!(
-            text,
-            "\n  replaced       {} texels that are not finite, {} negative ones",
-            repairs.n_not_finite, repairs.n_negative
-        )?;
+    if let Some(line) = repairs(probe) {
+        write!(text, "\n  repaired       {line}")?;
     }
     Ok(text)
+}
+
+/// What was replaced in a probe, in a few words, if anything was.
+pub(crate) fn repairs(probe: &Probe) -> Option<String> {
+    let Repairs { n_not_finite, n_negative } = probe.repairs;
+    (n_not_finite + n_negative > 0).then(|| {
+        format!("replaced {n_not_finite} texels that are not finite and {n_negative} negative ones")
+    })
 }

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use surfelshop_api::{Camera, Projection, SurfaceSettings};
 use surfelshop_cloud::scene::{
-    Backdrop, FORMAT, OpenedScene, SceneCloud, SceneFile, SceneView, ToneMap,
+    Backdrop, FORMAT, OpenedScene, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
 use surfelshop_cloud::{Rotation, Transform};
 
@@ -97,6 +97,9 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
     let n_lights = scene.lights.len();
     let tone_map = tone_map(scene);
     row("light", format!("{n_lights} directional, exposure {stops} stops, tone map {tone_map}"))?;
+    if let Some(environment) = surroundings::of_scene(scene) {
+        row("around", environment_line(&environment))?;
+    }
     row("surface", surface_line(&scene.surface))?;
     for warning in &opened.warnings {
         row("warning", warning.clone())?;
@@ -161,6 +164,16 @@ fn camera_line(camera: &Camera) -> String {
     };
     let [eye, target] = [camera.eye, camera.target].map(|place| spaced(place.to_array()));
     format!("at {eye}, towards {target}, {lens}")
+}
+
+fn environment_line(environment: &SceneEnvironment) -> String {
+    let mut line = surroundings::name(&environment.source);
+    if let Some(mapping) = environment.mapping {
+        line += &format!(", {}", mapping.name());
+    }
+    let (forward, up) = (environment.forward.name(), environment.up.name());
+    let (turn, stops) = (degrees(environment.rotation), environment.stops);
+    line + &format!(", centre at {forward}, up at {up}, turned by {turn} degrees, {stops} stops")
 }
 
 fn surface_line(surface: &SurfaceSettings) -> String {

@@ -1,18 +1,17 @@
 //! The light around what is shown: probes as renderers are given them.
 
 use crate::arguments::{EnvironmentArguments, UpAxis};
-use crate::terminal;
-use glam::DVec3;
+use crate::{probe_info, terminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 use surfelshop_api::{Environment, EnvironmentView};
-use surfelshop_cloud::probe::{self, Mapping, Probe, Repairs};
+use surfelshop_cloud::probe::{self, Mapping, Probe};
 use surfelshop_cloud::scene::{Axis, ProbeSource, SceneEnvironment, SceneFile};
-use surfelshop_engine::{Store, cache_folder};
+use surfelshop_engine::Store;
+use surfelshop_engine::plugins::cache_folder;
 
 /// A probe that stands around the scene.
-#[derive(Clone)]
 pub(crate) struct Surroundings {
     pub(crate) probe: Arc<Probe>,
     environment: Environment,
@@ -42,12 +41,30 @@ fn key(wanted: &SceneEnvironment) -> Key {
 #[derive(Default)]
 pub(crate) struct Probes {
     kept: Vec<(Key, Arc<Probe>)>,
+    /// The last one that could not be read, which is not tried again until its file changes.
+    unreadable: Option<Key>,
 }
 
 /// Probes kept beside the one in use; each takes 12 MB and its picture.
 const KEPT: usize = 2;
 
 impl Probes {
+    /// The light that a scene asks for, or none where its probe cannot be read; paths are relative
+    /// to the current folder. Tells why not in a line, once for a file as it is.
+    pub(crate) fn light_or_none(
+        &mut self,
+        wanted: &SceneEnvironment,
+        mut tell: impl FnMut(String),
+    ) -> Option<Surroundings> {
+        let key = key(wanted);
+        if self.unreadable.as_ref() == Some(&key) {
+            return None;
+        }
+        let light = self.light(wanted, &mut tell);
+        self.unreadable = light.is_err().then_some(key);
+        light.map_err(|error| tell(format!("{error:#}"))).ok()
+    }
+
     /// The light that a scene asks for; paths are relative to the current folder. Tells in a line
     /// what was replaced in a probe that is read for the first time.
     ///
@@ -63,9 +80,9 @@ impl Probes {
         let probe = match known {
             Some(at) => self.kept.remove(at).1,
             None => {
-                let probe = read(&key)?;
-                if let Some(line) = repairs(&probe) {
-                    tell(line);
+                let probe = read(&wanted.source, wanted.mapping)?;
+                if let Some(line) = probe_info::repairs(&probe) {
+                    tell(format!("{}: {line}", probe.name));
                 }
                 Arc::new(probe)
             }
@@ -81,11 +98,15 @@ impl Probes {
     }
 }
 
-fn read((source, mapping, _): &Key) -> anyhow::Result<Probe> {
+/// Reads a probe, or makes a built-in one.
+///
+/// # Errors
+/// Where the file cannot be read.
+pub(crate) fn read(source: &ProbeSource, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
     match source {
         ProbeSource::Studio => Ok(Probe::studio()),
         ProbeSource::Sky => Ok(Probe::sky()),
-        ProbeSource::File(path) => read_file(path, *mapping),
+        ProbeSource::File(path) => read_file(path, mapping),
     }
 }
 
@@ -97,13 +118,13 @@ pub(crate) fn store() -> Option<Store> {
 }
 
 /// Changes whenever the bytes of a stored probe do.
-const STORED_VERSION: u32 = 1;
+const STORED_VERSION: u32 = 2;
 
 /// Files beyond this are not looked up, since that reads all of them.
 const LARGEST_LOOKED_UP: u64 = 1 << 30;
 
 /// Reads a file, or finds what was made of the same bytes before.
-pub(crate) fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
+fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
     let store = store();
     let name = store.as_ref().and_then(|_| stored_name(path, mapping));
     if let (Some(store), Some(name)) = (&store, &name)
@@ -121,13 +142,14 @@ pub(crate) fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result
 /// What a file is stored as; `None` for what cannot be read, which is left to the reader, who says
 /// why.
 fn stored_name(path: &Path, mapping: Option<Mapping>) -> Option<String> {
-    use std::hash::{DefaultHasher, Hasher as _};
+    use siphasher::sip128::{Hasher128 as _, SipHasher13};
+    use std::hash::Hasher as _;
     let metadata = path.metadata().ok()?;
     if !metadata.is_file() || metadata.len() > LARGEST_LOOKED_UP {
         return None;
     }
     let mut file = std::fs::File::open(path).ok()?;
-    let (mut hasher, mut length, mut part) = (DefaultHasher::new(), 0u64, vec![0; 1 << 16]);
+    let (mut hasher, mut length, mut part) = (SipHasher13::new(), 0u64, vec![0; 1 << 16]);
     loop {
         let n = std::io::Read::read(&mut file, &mut part).ok()?;
         if n == 0 {
@@ -138,19 +160,17 @@ fn stored_name(path: &Path, mapping: Option<Mapping>) -> Option<String> {
     }
     let mapping = mapping.map_or("detected", Mapping::name);
     let file = path.file_name().unwrap_or_default().to_string_lossy();
-    let (version, sum) = (probe::VERSION, hasher.finish());
-    Some(format!("probe {STORED_VERSION} {version} {mapping} {file} {length} {sum:016x}"))
+    let (version, sum) = (probe::VERSION, hasher.finish128().as_u128());
+    Some(format!("probe {STORED_VERSION} {version} {mapping} {file} {length} {sum:032x}"))
 }
 
-/// What was replaced in a probe, in one line, if anything was.
-pub(crate) fn repairs(probe: &Probe) -> Option<String> {
-    let Repairs { n_not_finite, n_negative } = probe.repairs;
-    (n_not_finite + n_negative > 0).then(|| {
-        format!(
-            "{}: replaced {n_not_finite} texels that are not finite and {n_negative} negative ones",
-            probe.name
-        )
-    })
+/// The light probe that an argument among clouds and scenes names: a file, by its ending, or a
+/// built-in one that no file is called like.
+pub(crate) fn probe_named(path: &Path) -> Option<ProbeSource> {
+    let source = path.to_str().map_or_else(|| ProbeSource::File(path.to_owned()), source);
+    let is_file = matches!(source, ProbeSource::File(_));
+    let is_probe = if is_file { is_probe(path) } else { !path.exists() };
+    is_probe.then_some(source)
 }
 
 /// Whether a file is a light probe, by its name.
@@ -219,9 +239,7 @@ pub(crate) fn wanted(
     environment.mapping = typed.env_mapping.or(environment.mapping);
     environment.forward = typed.env_forward.unwrap_or(environment.forward);
     environment.up = typed.env_up.unwrap_or(environment.up);
-    let lie_along =
-        |e: &SceneEnvironment| e.forward.direction().cross(e.up.direction()) == DVec3::ZERO;
-    if lie_along(&environment) && typed.env_forward.is_none() {
+    if !environment.up.is_across(environment.forward) && typed.env_forward.is_none() {
         // The usual one of a world whose z points upwards.
         environment.forward = Axis::PlusY;
     }
@@ -230,7 +248,7 @@ pub(crate) fn wanted(
     }
     environment.stops = typed.env_exposure.unwrap_or(environment.stops);
     anyhow::ensure!(
-        !lie_along(&environment),
+        environment.up.is_across(environment.forward),
         "expected --env-forward and --env-up across each other, found {} and {}",
         environment.forward.name(),
         environment.up.name()

@@ -97,7 +97,7 @@ fn made(gpu: &Gpu, given: &EnvironmentView<'_>) -> Result<Map, RenderError> {
     let side = given.environment.facts.side as usize;
     let largest = gpu.device.limits().max_texture_dimension_2d as usize;
     if side < SMALLEST_SIDE || side > largest || given.texels.len() != side * side {
-        return Err(RenderError::Host(format!(
+        return Err(RenderError::Environment(format!(
             "an environment map of {side} x {side} texels was announced, {} were given; a side is \
              {SMALLEST_SIDE} to {largest}",
             given.texels.len()

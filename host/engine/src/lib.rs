@@ -22,5 +22,5 @@ mod surfels;
 pub use engine::{Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView};
 pub use gpu::{Backend, Gpu, GpuError, GpuOptions};
 pub use run::{CompileCounts, Image, PassReport, PassState, RenderError};
-pub use store::{Store, cache_folder};
+pub use store::Store;
 pub use surfels::SurfaceCounts;

@@ -4,13 +4,18 @@
 //! with its length and a sum of its contents; nothing that is wrong with a file or folder is a
 //! failure, since the caller can make the thing again; the folder stays below a size.
 
+use siphasher::sip128::SipHasher13;
 use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-const MAGIC: &[u8; 16] = b"surfelshop st 1\n";
-const HEAD: usize = 16 + 8 + 8;
+const MAGIC: &[u8; 16] = b"surfelshop st 2\n";
+/// Bytes before the contents: these, their length, and their sum.
+const HEAD: usize = 16 + 8 + 16;
+
+/// How names of files end that are being written.
+const UNFINISHED: &str = ".part";
 
 /// Most bytes of all files; the ones used longest ago go first.
 const MOST_BYTES: u64 = 256 << 20;
@@ -35,11 +40,7 @@ impl Store {
 
     /// The file of a name: a sum of it, so that any text will do.
     fn path(&self, name: &str) -> PathBuf {
-        self.folder.join(format!(
-            "{:016x}{:016x}",
-            sum(name.as_bytes(), 1),
-            sum(name.as_bytes(), 2)
-        ))
+        self.folder.join(format!("{:032x}", sum(name.as_bytes())))
     }
 
     /// What is stored under a name; `None` where there is nothing, or nothing whole.
@@ -50,12 +51,12 @@ impl Store {
             return None;
         }
         let mut bytes = fs::read(&path).ok()?;
-        let number = |at: usize| Some(u64::from_le_bytes(bytes.get(at..at + 8)?.try_into().ok()?));
-        let (length, expected) = (number(16)?, number(24)?);
+        let length = u64::from_le_bytes(bytes.get(16..24)?.try_into().ok()?);
+        let expected = u128::from_le_bytes(bytes.get(24..HEAD)?.try_into().ok()?);
         let contents = bytes.get(HEAD..)?;
         let whole = bytes.starts_with(MAGIC)
             && contents.len() as u64 == length
-            && sum(contents, 3) == expected;
+            && sum(contents) == expected;
         if !whole {
             return None;
         }
@@ -80,10 +81,10 @@ impl Store {
     fn try_to_save(&self, name: &str, contents: &[u8]) -> std::io::Result<()> {
         fs::create_dir_all(&self.folder)?;
         self.make_room(contents.len() as u64);
-        let mut file = tempfile::Builder::new().suffix(".part").tempfile_in(&self.folder)?;
+        let mut file = tempfile::Builder::new().suffix(UNFINISHED).tempfile_in(&self.folder)?;
         file.write_all(MAGIC)?;
         file.write_all(&(contents.len() as u64).to_le_bytes())?;
-        file.write_all(&sum(contents, 3).to_le_bytes())?;
+        file.write_all(&sum(contents).to_le_bytes())?;
         file.write_all(contents)?;
         file.persist(self.path(name))?;
         Ok(())
@@ -112,40 +113,16 @@ impl Store {
     }
 }
 
-/// Whether a file's name is one that a store gives.
+/// Whether a file's name is one that a store gives, finished or left behind by a crash.
 fn is_own(path: &Path) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    name.len() == 32 && name.bytes().all(|byte| byte.is_ascii_hexdigit())
+    let finished = name.len() == 32 && name.bytes().all(|byte| byte.is_ascii_hexdigit());
+    finished || name.ends_with(UNFINISHED)
 }
 
-/// A sum over bytes, eight at a time: against mistakes, not against forgery.
-///
-/// Source: Fowler, Noll & Vo, "The FNV Non-Cryptographic Hash Algorithm", for the prime.
-fn sum(bytes: &[u8], seed: u64) -> u64 {
-    const PRIME: u64 = 0x0000_0100_0000_01b3;
-    let mut sum = 0xcbf2_9ce4_8422_2325_u64 ^ seed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let mut add = |word: u64| sum = (sum.rotate_left(23) ^ word).wrapping_mul(PRIME);
-    let chunks = bytes.chunks_exact(8);
-    let rest = chunks.remainder();
-    chunks.for_each(|chunk| add(chunk.iter().rev().fold(0, |word, b| (word << 8) | u64::from(*b))));
-    rest.iter().for_each(|byte| add(u64::from(*byte)));
-    add(bytes.len() as u64);
-    sum
-}
-
-/// The folder for what could be made again; `None` where the system names none.
-#[must_use]
-pub fn cache_folder() -> Option<PathBuf> {
-    let folder = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    if cfg!(windows) {
-        folder("LOCALAPPDATA").map(|data| data.join("Surfelshop").join("cache"))
-    } else if cfg!(target_os = "macos") {
-        folder("HOME").map(|home| home.join("Library/Caches/Surfelshop"))
-    } else {
-        folder("XDG_CACHE_HOME")
-            .or_else(|| folder("HOME").map(|home| home.join(".cache")))
-            .map(|cache| cache.join("surfelshop"))
-    }
+/// A sum over bytes: against mistakes, not against forgery.
+fn sum(bytes: &[u8]) -> u128 {
+    SipHasher13::new().hash(bytes).as_u128()
 }
 
 #[cfg(test)]

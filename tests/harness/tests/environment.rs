@@ -47,6 +47,16 @@ impl Lab {
     }
 
     fn rendered(&mut self, light: Option<(&Environment, &Probe)>, values: &Values) -> Rendered {
+        self.rendered_of(light, values, 1)
+    }
+
+    /// Of one surfel of so many.
+    fn rendered_of(
+        &mut self,
+        light: Option<(&Environment, &Probe)>,
+        values: &Values,
+        stride: u32,
+    ) -> Rendered {
         let request = RenderRequest {
             clouds: &[self.cloud.view()],
             facts: self.cloud.facts(),
@@ -56,7 +66,7 @@ impl Lab {
             outputs: &[Output::Color, Output::Normal],
             frame_index: 0,
             environment: light.map(|(environment, probe)| view_of(environment, probe)),
-            stride: 1,
+            stride,
         };
         self.engine.render(&mut self.renderer, &request).unwrap()
     }
@@ -115,7 +125,7 @@ fn probes() -> [Probe; 4] {
     [Probe::constant([1.0; 3]), Probe::studio(), Probe::sky(), sun()]
 }
 
-/// Mean and largest absolute error of the first two channels, as shares of the mean reference.
+/// Mean and largest absolute error over all channels, as shares of the mean reference.
 fn errors(pixels: &[Pixel], reference: impl Fn(&Pixel) -> [f64; 3]) -> [f64; 2] {
     let (mut sum, mut largest, mut scale) = (0.0, 0.0f64, 0.0);
     for pixel in pixels {
@@ -330,6 +340,9 @@ fn parallel_views_see_the_same_background_at_any_scale() {
     let mut lab = Lab::new();
     let probe = Probe::sky();
     let environment = around(&probe);
+    // Past the sphere, so that nothing else is seen.
+    lab.view.camera.eye = DVec3::new(10.0, 0.0, 4.0);
+    lab.view.camera.target = DVec3::new(10.0, 0.5, 0.0);
     let mut corner = |height: f64| {
         lab.view.camera.projection = Projection::Orthographic { height };
         let asked = values(&[("background", text("sharp"))]);
@@ -337,8 +350,10 @@ fn parallel_views_see_the_same_background_at_any_scale() {
         rendered.image(&Output::Color).unwrap().pixel(0, 0).to_vec()
     };
     let usual = corner(2.5);
-    assert_eq!(corner(2500.0), usual);
-    assert_eq!(corner(0.0025).len(), 4);
+    assert!(usual[0] > 0.0);
+    for height in [0.0025, 12.0] {
+        assert_eq!(corner(height), usual, "{height}");
+    }
 }
 
 #[test]
@@ -465,6 +480,16 @@ fn light_on_each_surfel_is_near_that_on_each_pixel() {
                 assert!(difference < 0.03 * mean, "{} {model}: {difference}", probe.name);
             }
         }
+    }
+    // Of a subset that is drawn larger, each surfel still has its own light.
+    let probe = Probe::constant([1.0, 0.5, 0.25]);
+    let environment = around(&probe);
+    let mut asked = matte();
+    asked.insert("shading".to_owned(), text("surfel"));
+    let subset = pixels(&lab.rendered_of(Some((&environment, &probe)), &asked, 8));
+    assert!(subset.len() > 900);
+    for pixel in subset {
+        assert!((pixel.color[1] - 0.5).abs() < 1e-3, "{:?}", pixel.color);
     }
     // Background, lights and accessibility work alike.
     let environment = around(&Probe::sky());

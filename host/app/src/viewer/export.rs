@@ -158,7 +158,6 @@ fn end(window: &mut Window) {
 
 /// Orders the next picture, and says what happened once all are written or one failed.
 pub(crate) fn go_on(window: &mut Window) {
-    let serial = window.next_serial();
     let Some(export) = &mut window.export else { return };
     for result in export.written.try_iter().collect::<Vec<_>>() {
         if let Err(error) = result {
@@ -184,9 +183,13 @@ pub(crate) fn go_on(window: &mut Window) {
         && ahead < MOST_AHEAD
         && let Some(picture) = export.pictures.get(export.n_ordered)
     {
-        window.darkroom.order(PLACE, Order { serial, ..picture.order.clone() });
-        export.making = Some(serial);
+        let order = picture.order.clone();
         export.n_ordered += 1;
+        let serial = window.next_serial();
+        window.darkroom.order(PLACE, Order { serial, ..order });
+        if let Some(export) = &mut window.export {
+            export.making = Some(serial);
+        }
     }
 }
 

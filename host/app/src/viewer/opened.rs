@@ -122,14 +122,12 @@ impl Window {
         if self.shown.is_none() {
             return;
         }
-        let scene = scene_file::of(self, &memory.last_scene_path());
         if recently && !at_once {
             // An idle window has no frames: without this one the last changes would not be kept.
-            if self.kept.as_ref().is_some_and(|(kept, _)| *kept != scene) {
-                ctx.request_repaint_after(BETWEEN_KEEPING);
-            }
+            ctx.request_repaint_after(BETWEEN_KEEPING);
             return;
         }
+        let scene = scene_file::of(self, &memory.last_scene_path());
         if self.kept.as_ref().is_none_or(|(kept, _)| *kept != scene)
             && let Err(error) = memory.keep(&scene)
         {

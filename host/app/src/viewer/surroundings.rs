@@ -2,7 +2,7 @@
 
 use super::menus::{self, Asked};
 use super::window::Window;
-use crate::surroundings::standing;
+use crate::surroundings::{name, standing};
 use eframe::egui::{self, Ui};
 use std::path::Path;
 use surfelshop_cloud::probe::Mapping;
@@ -22,20 +22,19 @@ fn surround(window: &mut Window, source: ProbeSource) {
     window.settings.environment = Some(kept.unwrap_or(new));
 }
 
-/// What the light is called.
-fn name(source: &ProbeSource) -> String {
+/// What the light is called, without its folder.
+fn short_name(source: &ProbeSource) -> String {
     match source {
-        ProbeSource::Studio => "studio".to_owned(),
-        ProbeSource::Sky => "sky".to_owned(),
         ProbeSource::File(path) => {
             path.file_name().unwrap_or_default().to_string_lossy().into_owned()
         }
+        built_in => name(built_in),
     }
 }
 
 /// The panel.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
-    let chosen = window.settings.environment.as_ref().map(|known| name(&known.source));
+    let chosen = window.settings.environment.as_ref().map(|known| short_name(&known.source));
     let text = chosen.unwrap_or_else(|| "none".to_owned());
     let mut asked = None;
     let combo = egui::ComboBox::from_id_salt("environment").selected_text(text);
@@ -87,7 +86,7 @@ fn axis(ui: &mut Ui, label: &str, chosen: &mut Axis, across: Axis) {
     let combo = egui::ComboBox::from_label(label).selected_text(chosen.name());
     combo.show_ui(ui, |ui| {
         for axis in Axis::ALL {
-            if axis.direction().cross(across.direction()).length_squared() > 0.5 {
+            if axis.is_across(across) {
                 ui.selectable_value(chosen, axis, axis.name());
             }
         }

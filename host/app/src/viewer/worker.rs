@@ -16,7 +16,6 @@ use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{FrameRequest, UnitKind};
-use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::plugins::{
     Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Registry, SearchPath, Standing, UnitRef,
     Watcher,
@@ -48,8 +47,6 @@ pub(super) struct Worker {
     avoided: Vec<String>,
     marks: Option<Marks>,
     probes: Probes,
-    /// A probe that cannot be read, so that it is told once.
-    unreadable: Option<SceneEnvironment>,
     teller: Teller,
     /// Watches until the worker ends.
     _watcher: Option<Watcher>,
@@ -81,7 +78,6 @@ impl Worker {
                     avoided: Vec::new(),
                     marks: Marks::of_user(),
                     probes: Probes::default(),
-                    unreadable: None,
                     _watcher: watcher
                         .map_err(|error| {
                             let line = format!("rebuilt plugins will not be noticed: {error}");
@@ -233,25 +229,8 @@ impl Worker {
 
     /// The light around the scene; none where its probe cannot be read, which is told once.
     fn surroundings(&mut self, order: &Order) -> Option<Surroundings> {
-        let wanted = order.environment.as_ref()?;
-        let same =
-            |bad: &SceneEnvironment| (&bad.source, bad.mapping) == (&wanted.source, wanted.mapping);
-        if self.unreadable.as_ref().is_some_and(same) {
-            return None;
-        }
-        let mut told = None;
-        let light = self.probes.light(wanted, |line| told = Some(line));
-        if let Some(line) = told {
-            self.teller.tell(News::Message(line));
-        }
-        match light {
-            Ok(light) => Some(light),
-            Err(error) => {
-                self.teller.tell(News::Message(format!("{error:#}")));
-                self.unreadable = Some(wanted.clone());
-                None
-            }
-        }
+        let (probes, teller) = (&mut self.probes, &self.teller);
+        probes.light_or_none(order.environment.as_ref()?, |line| teller.tell(News::Message(line)))
     }
 
     fn failed(&mut self, unit: &UnitRef, contents: Contents, fault: &Fault) {

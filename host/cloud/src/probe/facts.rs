@@ -6,7 +6,9 @@ use super::picture::Picture;
 use super::source::Source;
 use super::sun;
 use rayon::prelude::*;
+use siphasher::sip128::{Hasher128 as _, SipHasher13};
 use std::f64::consts::PI;
+use std::hash::Hasher as _;
 use surfelshop_api::EnvironmentFacts;
 use surfelshop_geometry::harmonics::{Coefficients, MAX_COEFFICIENTS};
 
@@ -104,24 +106,15 @@ fn totals(source: &Source, picture: &Picture) -> Totals {
 
 /// Raised whenever the facts or the map of an equal picture change: what was stored with another
 /// one is out of date.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
-/// A name for the light: equal for equal texels in an equal mapping.
-///
-/// Two sums over the words of the picture, FNV-1a and one that rotates, as 64 bits alone could meet
-/// by chance in a large cache. It guards against mistakes, not against forgery.
-///
-/// Source: Fowler, Noll & Vo, "The FNV Non-Cryptographic Hash Algorithm", for offset and prime.
+/// A name for the light: equal for equal texels in an equal mapping. It guards against mistakes, not
+/// against forgery.
 fn key(mapping: Mapping, picture: &Picture) -> String {
-    const PRIME: u64 = 0x0000_0100_0000_01b3;
-    let (mut a, mut b) = (0xcbf2_9ce4_8422_2325_u64, 0x6c62_272e_07bb_0142_u64);
-    let mut add = |word: u32| {
-        a = (a ^ u64::from(word)).wrapping_mul(PRIME);
-        b = (b.rotate_left(23) ^ u64::from(word)).wrapping_mul(PRIME);
-    };
-    mapping.name().bytes().for_each(|byte| add(u32::from(byte)));
-    add(picture.width);
-    add(picture.height);
-    picture.rgb.as_flattened().iter().for_each(|c| add(c.to_bits()));
-    format!("probe-{VERSION}-{a:016x}{b:016x}")
+    let mut hasher = SipHasher13::new();
+    hasher.write(mapping.name().as_bytes());
+    hasher.write_u32(picture.width);
+    hasher.write_u32(picture.height);
+    hasher.write(bytemuck::cast_slice(&picture.rgb));
+    format!("probe-{VERSION}-{:032x}", hasher.finish128().as_u128())
 }

@@ -60,6 +60,12 @@ impl Axis {
         Self::ALL.into_iter().find(|axis| axis.name() == name)
     }
 
+    /// Whether two axes are at a right angle.
+    #[must_use]
+    pub fn is_across(self, other: Self) -> bool {
+        self.direction().cross(other.direction()) != DVec3::ZERO
+    }
+
     /// The unit vector.
     #[must_use]
     pub fn direction(self) -> DVec3 {
@@ -107,7 +113,7 @@ impl SceneEnvironment {
     pub fn probe_from_world(&self) -> DMat3 {
         let up = self.up.direction();
         let mut forward = self.forward.direction();
-        if forward.cross(up).length_squared() < 0.5 {
+        if !self.forward.is_across(self.up) {
             forward = if up.z.abs() > 0.5 { DVec3::Y } else { DVec3::NEG_Z };
         }
         let right = forward.cross(up);
@@ -143,7 +149,7 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Keyed<SceneEnvironment>, 
     }
     if let Some(entry) = section.find("up") {
         environment.up = axis(&entry)?;
-        if environment.up.direction().cross(environment.forward.direction()) == DVec3::ZERO {
+        if !environment.up.is_across(environment.forward) {
             return Err(entry.wrong("an axis across `forward`, which is -z where it is not given"));
         }
     }

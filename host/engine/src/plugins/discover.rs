@@ -135,17 +135,13 @@ pub(super) fn has_library_extension(path: &Path) -> bool {
 
 /// The folder for plugins among the user's data; `None` where the system names none.
 fn user_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    // An empty or relative folder would depend on where the program was started.
-    let folder = |name| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    if cfg!(windows) {
-        folder("APPDATA").map(|data| data.join("Surfelshop").join("plugins"))
-    } else if cfg!(target_os = "macos") {
-        folder("HOME").map(|home| home.join("Library/Application Support/Surfelshop/plugins"))
-    } else {
-        folder("XDG_DATA_HOME")
-            .or_else(|| folder("HOME").map(|home| home.join(".local/share")))
-            .map(|data| data.join("surfelshop/plugins"))
-    }
+    let base = Base {
+        windows: ("APPDATA", "Surfelshop"),
+        macos: "Library/Application Support/Surfelshop",
+        variable: "XDG_DATA_HOME",
+        home: ".local/share",
+    };
+    base.folder(variable).map(|data| data.join("plugins"))
 }
 
 /// The folder for what the program remembers from one start to the next; `None` where the system
@@ -156,15 +152,51 @@ pub fn state_folder() -> Option<PathBuf> {
 }
 
 fn state_folder_of(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
-    let folder = |name| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
-    if cfg!(windows) {
-        folder("LOCALAPPDATA").map(|data| data.join("Surfelshop"))
-    } else if cfg!(target_os = "macos") {
-        folder("HOME").map(|home| home.join("Library/Application Support/Surfelshop"))
-    } else {
-        folder("XDG_STATE_HOME")
-            .or_else(|| folder("HOME").map(|home| home.join(".local/state")))
-            .map(|state| state.join("surfelshop"))
+    let base = Base {
+        windows: ("LOCALAPPDATA", "Surfelshop"),
+        macos: "Library/Application Support/Surfelshop",
+        variable: "XDG_STATE_HOME",
+        home: ".local/state",
+    };
+    base.folder(variable)
+}
+
+/// The folder for what could be made again; `None` where the system names none.
+#[must_use]
+pub fn cache_folder() -> Option<PathBuf> {
+    let base = Base {
+        windows: ("LOCALAPPDATA", "Surfelshop/cache"),
+        macos: "Library/Caches/Surfelshop",
+        variable: "XDG_CACHE_HOME",
+        home: ".cache",
+    };
+    base.folder(|name| std::env::var_os(name))
+}
+
+/// Where systems have a folder of one kind.
+struct Base {
+    /// Variable, and path from what it names.
+    windows: (&'static str, &'static str),
+    /// Path from the home folder.
+    macos: &'static str,
+    /// Elsewhere: the variable of the base directory rules, and the usual path from the home folder.
+    variable: &'static str,
+    home: &'static str,
+}
+
+impl Base {
+    fn folder(&self, variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
+        // An empty or relative folder would depend on where the program was started.
+        let folder = |name| variable(name).map(PathBuf::from).filter(|path| path.is_absolute());
+        if cfg!(windows) {
+            folder(self.windows.0).map(|base| base.join(self.windows.1))
+        } else if cfg!(target_os = "macos") {
+            folder("HOME").map(|home| home.join(self.macos))
+        } else {
+            folder(self.variable)
+                .or_else(|| folder("HOME").map(|home| home.join(self.home)))
+                .map(|base| base.join("surfelshop"))
+        }
     }
 }
 

@@ -32,7 +32,7 @@ mod reload;
 mod watch;
 
 pub use conduct::{Barred, Conduct, Record, STRIKES, Standing};
-pub use discover::{Origin, Place, SearchPath, state_folder};
+pub use discover::{Origin, Place, SearchPath, cache_folder, state_folder};
 pub use find::{FindError, UnitRef};
 pub use hosted::Hosted;
 pub use inspect::{Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes};

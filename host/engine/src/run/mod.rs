@@ -52,6 +52,9 @@ pub enum RenderError {
     /// A cloud cannot be drawn.
     #[error("the cloud cannot be drawn: {0}")]
     Cloud(String),
+    /// The light around the scene cannot be used.
+    #[error("the environment cannot be used: {0}")]
+    Environment(String),
     /// The device failed.
     #[error("graphics device: {0}")]
     Device(String),

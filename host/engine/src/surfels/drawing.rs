@@ -10,7 +10,7 @@ use std::rc::Rc;
 use surfelshop_api::Uniform;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
 
-const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
+pub(super) const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
 const DRAW: &str = include_str!("../../../../shaders/host/draw_surfels.wgsl");
 const ACCUMULATE_FIXED: &str = include_str!("../../../../shaders/host/accumulate_fixed.wgsl");
 pub(crate) const RESOLVE: &str = include_str!("../../../../shaders/host/resolve.wgsl");
@@ -94,8 +94,8 @@ impl<'a> Drawing<'a> {
     }
 
     /// Surfels in each chunk.
-    pub(super) fn counts(&self) -> Vec<u32> {
-        self.chunks.iter().map(|chunk| chunk.count).collect()
+    pub(super) fn counts(&self) -> impl Iterator<Item = u32> {
+        self.chunks.iter().map(|chunk| chunk.count)
     }
 
     /// The columns that a chunk has.
@@ -312,20 +312,11 @@ impl<'a> Drawing<'a> {
             let shader = pipelines.shader(&source, &chunk.defines())?;
             let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?;
             let group = self.bind(gpu, &pipeline, chunk, &more)?;
-            dispatches.push((
-                pipeline,
-                group,
-                chunk.count.div_ceil(self.input.stride.saturating_mul(64)),
-            ));
+            dispatches.push((pipeline, group, chunk.count.div_ceil(self.input.stride)));
         }
         recorder.compute(name, |pass| {
-            for (pipeline, group, groups) in &dispatches {
-                if let Stage::Compute(stage) = &pipeline.stage {
-                    pass.set_pipeline(stage);
-                    pass.set_bind_group(0, group, &[]);
-                    let rows = groups.div_ceil(MAX_GROUPS);
-                    pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
-                }
+            for (pipeline, group, surfels) in &dispatches {
+                each_of(pass, pipeline, group, *surfels);
             }
         });
         let more = [("fixed_sums", sums.as_entire_binding()), ("band", band.as_entire_binding())];
@@ -373,6 +364,24 @@ impl<'a> Drawing<'a> {
 
 /// WebGPU's smallest limit of workgroups per direction.
 const MAX_GROUPS: u32 = 65_535;
+
+/// Runs an entry point with groups of 64 for each of so many surfels.
+pub(super) fn each_of(
+    pass: &mut wgpu::ComputePass<'_>,
+    pipeline: &Pipeline,
+    group: &wgpu::BindGroup,
+    surfels: u32,
+) {
+    let groups = surfels.div_ceil(64);
+    if let Stage::Compute(stage) = &pipeline.stage
+        && groups > 0
+    {
+        let rows = groups.div_ceil(MAX_GROUPS);
+        pass.set_pipeline(stage);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
+    }
+}
 
 fn set(pass: &mut wgpu::RenderPass<'_>, pipeline: &Pipeline, group: &wgpu::BindGroup) {
     if let Stage::Render(stage) = &pipeline.stage {

@@ -1,11 +1,10 @@
 //! Surfels that are shaded one by one and then blended: a surface whose albedo is their radiance.
 
-use super::drawing::Drawing;
+use super::drawing::{DISC, Drawing, each_of};
 use super::surface::{Surface, SurfaceInput, packed_texture};
-use crate::run::{Pipeline, Pipelines, Recorder, Stage};
+use crate::run::{Pipeline, Pipelines, Recorder};
 use std::collections::BTreeMap;
 
-const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
 const RECORDS: &str = include_str!("../../../../shaders/host/records.wgsl");
 
 /// Bytes of a record, and of a surfel's radiance.
@@ -42,7 +41,8 @@ pub(crate) fn lit_surface(
         })
     };
     let mut drawing = Drawing::new(input, gpu);
-    let counts = drawing.counts();
+    // Surfels drawn of each chunk.
+    let counts: Vec<u32> = drawing.counts().map(|n| n.div_ceil(input.stride)).collect();
     let largest = counts.iter().copied().max().unwrap_or(0);
     let records = buffer("surfel records", u64::from(largest) * RECORD_BYTES);
     let none = BTreeMap::new();
@@ -57,9 +57,9 @@ pub(crate) fn lit_surface(
             chunk,
             &[("records", records.as_entire_binding())],
         )?;
-        dispatch(recorder, "surfels: records", &pipeline, &group, count.div_ceil(input.stride));
+        recorder.compute("surfels: records", |pass| each_of(pass, &pipeline, &group, count));
         let group = (shading.bind)(&records, &radiance)?;
-        dispatch(recorder, shading.name, shading.pipeline, &group, count);
+        recorder.compute(shading.name, |pass| each_of(pass, shading.pipeline, &group, count));
         drawing.light(chunk, radiance);
     }
     let target = packed_texture(gpu, input.size);
@@ -69,26 +69,4 @@ pub(crate) fn lit_surface(
         drawing.blend_fixed(surface, &target, recorder, pipelines)?;
     }
     Ok(target)
-}
-
-/// WebGPU's smallest limit of workgroups per direction.
-const MAX_GROUPS: u32 = 65_535;
-
-/// Runs groups of 64 invocations.
-fn dispatch(
-    recorder: &mut Recorder<'_>,
-    name: &str,
-    pipeline: &Pipeline,
-    group: &wgpu::BindGroup,
-    invocations: u32,
-) {
-    let groups = invocations.div_ceil(64);
-    let rows = groups.div_ceil(MAX_GROUPS).max(1);
-    recorder.compute(name, |pass| {
-        if let Stage::Compute(stage) = &pipeline.stage {
-            pass.set_pipeline(stage);
-            pass.set_bind_group(0, group, &[]);
-            pass.dispatch_workgroups(groups.div_ceil(rows), rows, 1);
-        }
-    });
 }
