@@ -207,6 +207,10 @@ pub struct CloudView<'a> {
     pub len: usize,
     /// The columns.
     pub columns: Vec<ColumnView<'a>>,
+    /// Triangles between the surfels, as indices of their corners counterclockwise seen from
+    /// outside, where the cloud came from a file of a mesh; else empty. Every index is below
+    /// `len`.
+    pub faces: &'a [[u32; 3]],
 }
 
 impl<'a> CloudView<'a> {

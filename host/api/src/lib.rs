@@ -55,10 +55,10 @@ mod error;
 mod export;
 mod frame;
 pub mod graph;
+pub mod job;
 pub mod manifest;
 pub mod params;
 mod scene;
-/// Edits a tool stages, and its line to the host.
 pub mod tool;
 mod uniform;
 mod unit;
@@ -70,8 +70,9 @@ pub use error::{Error, Result};
 pub use frame::{CloudFacts, Frame, FrameRequest, HostInfo};
 pub use glam;
 pub use graph::Graph;
+pub use job::Job;
 pub use scene::{Light, Scene, SurfaceSettings};
-pub use tool::{Edit, Job, Tile};
+pub use tool::{Edit, Tile};
 pub use uniform::Uniform;
 pub use unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
 

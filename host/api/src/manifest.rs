@@ -12,7 +12,7 @@ pub const SYMBOL: &str = "SURFELSHOP_MANIFEST";
 /// First bytes of a manifest.
 pub const MAGIC: [u8; 16] = *b"SURFELSHOP-PLUG\n";
 /// Plugins with another major version are refused.
-pub const ABI_MAJOR: u16 = 1;
+pub const ABI_MAJOR: u16 = 2;
 /// Plugins with a larger minor version are refused: they may need what this host lacks.
 pub const ABI_MINOR: u16 = 0;
 /// Bytes before the text.
@@ -300,10 +300,13 @@ mod tests {
         let mut bytes = BYTES;
         bytes[16] = 9;
         let text = decode(&bytes).unwrap_err().to_string();
-        assert!(text.contains("ABI 9.0") && text.contains("speaks 1.0"), "{text}");
-        bytes[16] = 1;
+        let host = format!("speaks {ABI_MAJOR}.{ABI_MINOR}");
+        assert!(text.contains("ABI 9.0") && text.contains(&host), "{text}");
+        bytes[16] = ABI_MAJOR as u8;
         bytes[18] = 200;
-        assert!(matches!(decode(&bytes), Err(Refusal::Incompatible { plugin: (1, 200), .. })));
+        let plugin = (ABI_MAJOR, 200);
+        let newer = Refusal::Incompatible { plugin, host: (ABI_MAJOR, ABI_MINOR) };
+        assert_eq!(decode(&bytes), Err(newer));
     }
 
     #[test]

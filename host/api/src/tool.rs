@@ -1,5 +1,6 @@
+//! Edits a tool stages, and the tiles a tracer fills.
+
 use crate::columns::Element;
-use crate::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -71,108 +72,4 @@ pub enum EditHeader {
         /// The columns.
         columns: Vec<ColumnHeader>,
     },
-}
-
-/// What a host offers a running job.
-pub trait JobHost {
-    /// Takes progress in [0, 1] and what is being done.
-    fn progress(&self, fraction: f64, message: &str);
-    /// Whether the user asked to stop.
-    fn cancelled(&self) -> bool;
-    /// Takes a staged edit.
-    ///
-    /// # Errors
-    /// Where the edit does not fit the cloud.
-    fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<()>;
-}
-
-/// A running tool's or tracer's line to the host.
-pub struct Job<'a> {
-    host: &'a dyn JobHost,
-}
-
-impl<'a> Job<'a> {
-    /// A job that reports to `host`.
-    #[must_use]
-    pub fn new(host: &'a dyn JobHost) -> Self {
-        Self { host }
-    }
-
-    /// Tells how far the work is, in [0, 1], and what is being done.
-    pub fn progress(&self, fraction: f64, message: &str) {
-        self.host.progress(fraction, message);
-    }
-
-    /// Whether the user asked to stop; a job that sees it returns soon.
-    #[must_use]
-    pub fn cancelled(&self) -> bool {
-        self.host.cancelled()
-    }
-
-    /// Returns an error where the user asked to stop, for use with `?` in loops.
-    ///
-    /// # Errors
-    /// "cancelled", where the user asked to stop.
-    pub fn check(&self) -> Result<()> {
-        if self.cancelled() { Err(Error::new("cancelled")) } else { Ok(()) }
-    }
-
-    /// Stages an edit; it is committed when the tool returns `Ok`.
-    ///
-    /// # Errors
-    /// Where a column's length does not fit the cloud.
-    pub fn edit(&self, edit: &Edit<'_>) -> Result<()> {
-        let describe = |columns: &[NewColumn<'_>]| -> Vec<ColumnHeader> {
-            columns
-                .iter()
-                .map(|column| ColumnHeader {
-                    name: column.name.to_owned(),
-                    components: column.components,
-                    element: column.values.element(),
-                })
-                .collect()
-        };
-        match edit {
-            Edit::Columns(columns) => {
-                let bytes: Vec<Vec<u8>> =
-                    columns.iter().map(|c| little_endian(&c.values)).collect();
-                self.stage(&EditHeader::Columns(describe(columns)), &bytes)
-            }
-            Edit::Keep(mask) => {
-                let bytes = mask.iter().map(|&keep| u8::from(keep)).collect();
-                self.stage(&EditHeader::Keep, &[bytes])
-            }
-            Edit::NewCloud { origin, columns } => {
-                let bytes: Vec<Vec<u8>> =
-                    columns.iter().map(|c| little_endian(&c.values)).collect();
-                let header = EditHeader::NewCloud { origin: *origin, columns: describe(columns) };
-                self.stage(&header, &bytes)
-            }
-        }
-    }
-
-    fn stage(&self, header: &EditHeader, values: &[Vec<u8>]) -> Result<()> {
-        let slices: Vec<&[u8]> = values.iter().map(Vec::as_slice).collect();
-        self.host.stage(header, &slices)
-    }
-}
-
-/// The values' bytes, least significant first.
-fn little_endian(values: &crate::columns::Values<'_>) -> Vec<u8> {
-    use crate::columns::Values;
-    macro_rules! bytes {
-        ($slice:expr) => {
-            $slice.iter().flat_map(|value| value.to_le_bytes()).collect()
-        };
-    }
-    match values {
-        Values::I8(slice) => bytes!(slice),
-        Values::U8(slice) => slice.to_vec(),
-        Values::I16(slice) => bytes!(slice),
-        Values::U16(slice) => bytes!(slice),
-        Values::I32(slice) => bytes!(slice),
-        Values::U32(slice) => bytes!(slice),
-        Values::F32(slice) => bytes!(slice),
-        Values::F64(slice) => bytes!(slice),
-    }
 }

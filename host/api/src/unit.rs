@@ -2,8 +2,9 @@ use crate::columns::CloudView;
 use crate::error::Result;
 use crate::frame::{Frame, HostInfo};
 use crate::graph::Graph;
+use crate::job::Job;
 use crate::params::ParamSet;
-use crate::tool::{Job, Tile};
+use crate::tool::Tile;
 use serde::{Deserialize, Serialize};
 
 /// What a unit is.

@@ -2,12 +2,14 @@
 //! Miri can check its pointers.
 
 use std::cell::{Cell, RefCell};
-use surfelshop_api::abi::host_side::{Fault, Plugin};
+use std::ops::Range;
+use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Plugin};
 use surfelshop_api::columns::{AO, POSITION, Values};
 use surfelshop_api::graph::Structure;
+use surfelshop_api::job::JobHost;
 use surfelshop_api::params::{Value, Values as ParamValues};
 use surfelshop_api::prelude::*;
-use surfelshop_api::tool::{EditHeader, JobHost, NewColumn};
+use surfelshop_api::tool::{EditHeader, NewColumn};
 use surfelshop_api::{CloudFacts, FrameRequest, Scene, UnitKind, View, glam::DVec3, manifest};
 
 params! {
@@ -94,17 +96,47 @@ impl Tool for Stager {
     }
 }
 
+/// Squares indices in a parallel loop, which goes wrong at item number `gain`, and has a graph run.
+struct Looper;
+
+impl Tool for Looper {
+    const INFO: UnitInfo = UnitInfo::new("looper", "Looper", "Loops.");
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn run(&mut self, cloud: &CloudView<'_>, params: &Settings, job: &Job<'_>) -> Result<()> {
+        let squares = job.map(cloud.len, 0.25..0.75, |i| {
+            assert!(i + 1 != params.gain as usize, "{i} goes wrong");
+            (i * i) as u32
+        })?;
+        let mut graph = Graph::new();
+        let [a, b] = [1, 2].map(|byte| graph.upload("upload", &[byte; 4]));
+        let read = job.compute(&graph, &[b, a])?;
+        assert_eq!(read, [[1; 4], [0; 4]], "the host below answers with the positions");
+        let faces: Vec<u32> = cloud.faces.iter().flatten().copied().collect();
+        let columns = vec![
+            NewColumn { name: "squares", components: 1, values: Values::U32(&squares) },
+            NewColumn { name: "faces", components: 1, values: Values::U32(&faces) },
+        ];
+        job.edit(&Edit::Columns(columns))
+    }
+}
+
 surfelshop_api::static_plugin! {
     id: "org.surfelshop.test.static",
     renderers: [Plain],
     tracers: [Sum],
-    tools: [Stager],
+    tools: [Stager, Looper],
 }
 
-/// Positions of the renderer, tracer and tool in the manifest.
+/// Positions of the units in the manifest.
 const PLAIN: u32 = 0;
 const SUM: u32 = 1;
 const STAGER: u32 = 2;
+const LOOPER: u32 = 3;
 
 /// A host that accepts edits until it is told not to.
 #[derive(Default)]
@@ -131,6 +163,29 @@ impl JobHost for Desk {
         let values = values.iter().map(|bytes| bytes.to_vec()).collect();
         self.staged.borrow_mut().push((header.clone(), values));
         Ok(())
+    }
+
+    fn parallel(
+        &self,
+        count: usize,
+        share: Range<f64>,
+        work: &(dyn Fn(Range<usize>) + Sync),
+    ) -> bool {
+        self.progress(share.end, "looped");
+        std::thread::scope(|scope| {
+            for start in (0..count).rev().step_by(3) {
+                scope.spawn(move || work((start + 1).saturating_sub(3)..start + 1));
+            }
+        });
+        !self.cancelled()
+    }
+
+    fn compute(&self, graph: &EncodedGraph, buffers: &[u32]) -> Result<Vec<Vec<u8>>> {
+        if self.refuses {
+            return Err(Error::new("no device"));
+        }
+        assert_eq!(graph.data, [1, 1, 1, 1, 2, 2, 2, 2]);
+        Ok(buffers.iter().map(|&buffer| vec![buffer as u8; 4]).collect())
     }
 }
 
@@ -169,8 +224,12 @@ fn cloud(positions: &[f32]) -> CloudView<'_> {
 fn manifest_lists_the_units_in_the_order_of_their_positions() {
     let manifest = manifest::decode(&SURFELSHOP_STATIC_MANIFEST).unwrap();
     let units: Vec<_> = manifest.units.iter().map(|u| (u.kind, u.id.as_str())).collect();
-    let expected =
-        [(UnitKind::Renderer, "plain"), (UnitKind::Tracer, "sum"), (UnitKind::Tool, "stager")];
+    let expected = [
+        (UnitKind::Renderer, "plain"),
+        (UnitKind::Tracer, "sum"),
+        (UnitKind::Tool, "stager"),
+        (UnitKind::Tool, "looper"),
+    ];
     assert_eq!(units, expected);
     assert_eq!(manifest.license, env!("CARGO_PKG_LICENSE"));
 }
@@ -179,8 +238,8 @@ fn manifest_lists_the_units_in_the_order_of_their_positions() {
 fn units_describe_their_parameters() {
     assert_eq!(plugin().describe(PLAIN).unwrap().params[0].id, "gain");
     assert!(plugin().describe(SUM).unwrap().params.is_empty());
-    let fault = plugin().describe(3).unwrap_err();
-    assert_eq!(fault, Fault::Error("unit 3 was asked for, the plugin has 3".to_owned()));
+    let fault = plugin().describe(4).unwrap_err();
+    assert_eq!(fault, Fault::Error("unit 4 was asked for, the plugin has 4".to_owned()));
 }
 
 #[test]
@@ -262,4 +321,41 @@ fn calls_of_another_kind_are_errors() {
     let mut instance = plugin().create(STAGER, &host()).unwrap();
     let fault = instance.frame(&request()).unwrap_err();
     assert_eq!(fault, Fault::Error("this unit is not a renderer".to_owned()));
+}
+
+#[test]
+fn loop_covers_every_index_once_on_other_threads_and_a_graph_runs() {
+    let mut instance = plugin().create(LOOPER, &host()).unwrap();
+    let (desk, positions) = (Desk::default(), [0.0; 30]);
+    let mesh = CloudView { faces: &[[0, 1, 2], [2, 1, 3]], ..cloud(&positions) };
+    let values = ParamValues::from([("gain".to_owned(), Value::Float(0.0))]);
+    instance.run(&values, &mesh, &desk).unwrap();
+    let squares: Vec<u8> = (0..10u32).flat_map(|i| (i * i).to_le_bytes()).collect();
+    let corners: Vec<u8> = [0u32, 1, 2, 2, 1, 3].into_iter().flat_map(u32::to_le_bytes).collect();
+    assert_eq!(desk.staged.borrow()[0].1, [squares, corners]);
+    assert_eq!(*desk.progress.borrow(), [(0.75, "looped".to_owned())]);
+}
+
+#[test]
+fn panic_in_a_loop_on_another_thread_is_contained() {
+    let mut instance = plugin().create(LOOPER, &host()).unwrap();
+    let values = ParamValues::from([("gain".to_owned(), Value::Float(4.0))]);
+    let (desk, positions) = (Desk::default(), [0.0; 30]);
+    let fault = instance.run(&values, &cloud(&positions), &desk).unwrap_err();
+    let Fault::Panic(line) = fault else { panic!("expected a panic, got {fault:?}") };
+    assert!(line.contains("static_plugin.rs:") && line.ends_with("3 goes wrong"), "{line}");
+    assert!(desk.staged.borrow().is_empty());
+}
+
+#[test]
+fn cancelled_loop_and_refused_graph_are_errors() {
+    let mut instance = plugin().create(LOOPER, &host()).unwrap();
+    let values = ParamValues::from([("gain".to_owned(), Value::Float(0.0))]);
+    let positions = [0.0; 30];
+    let desk = Desk { refuses: true, ..Desk::default() };
+    let refused = instance.run(&values, &cloud(&positions), &desk);
+    assert_eq!(refused, Err(Fault::Error("no device".to_owned())));
+    let desk = Desk { cancelled: Cell::new(true), ..Desk::default() };
+    let cancelled = instance.run(&values, &cloud(&positions), &desk);
+    assert_eq!(cancelled, Err(Fault::Error("cancelled".to_owned())));
 }

@@ -127,7 +127,7 @@ impl Cloud {
     #[must_use]
     pub fn view(&self) -> CloudView<'_> {
         let columns = self.columns.iter().map(Column::view).collect();
-        CloudView { origin: self.origin, len: self.len, columns }
+        CloudView { origin: self.origin, len: self.len, columns, faces: &[] }
     }
 
     /// Facts of the cloud, computed on the first call.

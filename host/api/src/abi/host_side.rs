@@ -1,12 +1,14 @@
 //! The safe calls a host makes into a loaded plugin.
 
+use super::host_job::raw_job;
 use super::plugin_side::{self, Description, Package};
-use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawColumn, RawJob, Sink, channel, status};
+use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawColumn, Sink, channel, status};
 use crate::columns::CloudView;
 use crate::frame::{FrameRequest, HostInfo};
+use crate::job::JobHost;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::params::Values;
-use crate::tool::{EditHeader, JobHost, Tile};
+use crate::tool::Tile;
 use core::ffi::c_void;
 use std::fmt;
 use std::time::Duration;
@@ -244,7 +246,7 @@ fn encode(value: &impl serde::Serialize) -> Result<Vec<u8>, Fault> {
         .map_err(|error| Fault::Error(format!("the request could not be encoded: {error}")))
 }
 
-fn borrow(bytes: &[u8]) -> Bytes {
+pub(super) fn borrow(bytes: &[u8]) -> Bytes {
     Bytes { ptr: bytes.as_ptr(), len: bytes.len() }
 }
 
@@ -269,59 +271,14 @@ fn raw_cloud(cloud: &CloudView<'_>, columns: &[RawColumn]) -> RawCloud {
         len: cloud.len,
         columns: columns.as_ptr(),
         n_columns: columns.len(),
+        faces: cloud.faces.as_ptr(),
+        n_faces: cloud.faces.len(),
     }
-}
-
-/// The C form of a job; `job` must outlive every use of it.
-fn raw_job(job: &&dyn JobHost) -> RawJob {
-    unsafe extern "C" fn progress(context: *mut c_void, fraction: f64, message: Bytes) {
-        // SAFETY: the context is the reference passed to `raw_job`, alive for the call; the
-        // plugin lends the message for the call.
-        let (job, message) = unsafe { (*context.cast::<&dyn JobHost>(), lent(message)) };
-        job.progress(fraction, &String::from_utf8_lossy(message));
-    }
-    unsafe extern "C" fn cancelled(context: *mut c_void) -> u32 {
-        // SAFETY: the context is the reference passed to `raw_job`, alive for the call.
-        u32::from(unsafe { *context.cast::<&dyn JobHost>() }.cancelled())
-    }
-    unsafe extern "C" fn stage(
-        context: *mut c_void,
-        header: Bytes,
-        values: *const Bytes,
-        n_values: usize,
-        sink: Sink,
-    ) -> i32 {
-        // SAFETY: the context is the reference passed to `raw_job`; the plugin lends header and
-        // values for the call.
-        let (job, header, values) = unsafe {
-            let values = match n_values {
-                0 => &[],
-                n => std::slice::from_raw_parts(values, n),
-            };
-            (*context.cast::<&dyn JobHost>(), lent(header), values)
-        };
-        // SAFETY: as above.
-        let values: Vec<&[u8]> = values.iter().map(|&value| unsafe { lent(value) }).collect();
-        let staged = rmp_serde::from_slice::<EditHeader>(header)
-            .map_err(crate::Error::from)
-            .and_then(|header| job.stage(&header, &values));
-        match staged {
-            Ok(()) => status::OK,
-            Err(error) => {
-                // SAFETY: the plugin's sink lives for the call.
-                unsafe {
-                    (sink.write)(sink.context, channel::ERROR, borrow(error.message().as_bytes()));
-                }
-                status::ERROR
-            }
-        }
-    }
-    RawJob { context: std::ptr::from_ref(job).cast_mut().cast(), progress, cancelled, stage }
 }
 
 /// # Safety
 /// The bytes are alive and unchanged for `'a`.
-unsafe fn lent<'a>(bytes: Bytes) -> &'a [u8] {
+pub(super) unsafe fn lent<'a>(bytes: Bytes) -> &'a [u8] {
     if bytes.len == 0 || bytes.ptr.is_null() {
         return &[];
     }

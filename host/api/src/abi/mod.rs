@@ -15,6 +15,8 @@
     reason = "the C boundary itself: raw pointers are turned into checked slices and back here"
 )]
 
+mod host_job;
 pub mod host_side;
+mod plugin_job;
 pub mod plugin_side;
 pub mod table;

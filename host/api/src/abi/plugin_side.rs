@@ -1,19 +1,22 @@
 //! What runs inside a plugin: decodes requests, calls the author's code, catches its panics and
 //! writes the results to the host's sink.
 
+use super::plugin_job::RemoteJob;
 use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, channel, status};
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameRequest, HostInfo};
 use crate::graph::Graph;
+use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::params::{ParamDecl, ParamSet, Values};
-use crate::tool::{EditHeader, Job, JobHost, Tile};
+use crate::tool::Tile;
 use crate::unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
 use core::ffi::c_void;
 use serde::{Deserialize, Serialize};
+use std::any::Any;
 use std::cell::{Cell, RefCell};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Once;
 
 /// What a unit says of itself once it is loaded.
@@ -246,51 +249,13 @@ unsafe extern "C" fn run(
     })
 }
 
-/// The host's side of a job, called through its C functions.
-struct RemoteJob(RawJob);
-
-impl JobHost for RemoteJob {
-    fn progress(&self, fraction: f64, message: &str) {
-        // SAFETY: the host's function takes its own context and borrows the message.
-        unsafe { (self.0.progress)(self.0.context, fraction, bytes(message.as_bytes())) };
-    }
-
-    fn cancelled(&self) -> bool {
-        // SAFETY: the host's function takes its own context.
-        unsafe { (self.0.cancelled)(self.0.context) != 0 }
-    }
-
-    fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<()> {
-        let header = rmp_serde::to_vec_named(header)?;
-        let slices: Vec<Bytes> = values.iter().map(|value| bytes(value)).collect();
-        let refusal = RefCell::new(Vec::new());
-        let sink = Sink { context: (&raw const refusal).cast_mut().cast(), write: collect };
-        // SAFETY: the host's function takes its own context and borrows header, slices and sink.
-        let status = unsafe {
-            (self.0.stage)(self.0.context, bytes(&header), slices.as_ptr(), slices.len(), sink)
-        };
-        match status {
-            status::OK => Ok(()),
-            _ => Err(Error::new(String::from_utf8_lossy(&refusal.borrow()).into_owned())),
-        }
-    }
-}
-
-/// Collects what the host writes into a `RefCell<Vec<u8>>`.
-unsafe extern "C" fn collect(context: *mut c_void, _channel: u32, written: Bytes) {
-    // SAFETY: `stage` passes a pointer to its own cell, alive for the duration of the call.
-    let cell = unsafe { &*context.cast::<RefCell<Vec<u8>>>() };
-    // SAFETY: the host keeps the bytes alive and unchanged for the duration of the call.
-    *cell.borrow_mut() = unsafe { slice(written) }.to_vec();
-}
-
-fn bytes(slice: &[u8]) -> Bytes {
+pub(super) fn bytes(slice: &[u8]) -> Bytes {
     Bytes { ptr: slice.as_ptr(), len: slice.len() }
 }
 
 /// # Safety
 /// The bytes are alive and unchanged for `'a`.
-unsafe fn slice<'a>(bytes: Bytes) -> &'a [u8] {
+pub(super) unsafe fn slice<'a>(bytes: Bytes) -> &'a [u8] {
     if bytes.len == 0 || bytes.ptr.is_null() {
         return &[];
     }
@@ -334,7 +299,12 @@ unsafe fn cloud_view<'a>(raw: &RawCloud) -> Result<CloudView<'a>> {
         let (components, generation) = (column.components, column.generation);
         columns.push(ColumnView { name, components, generation, values });
     }
-    Ok(CloudView { origin: raw.origin.into(), len: raw.len, columns })
+    let faces = match raw.n_faces {
+        0 => &[],
+        // SAFETY: the host passes `n_faces` triangles, alive as long as the columns.
+        n => unsafe { std::slice::from_raw_parts(raw.faces, n) },
+    };
+    Ok(CloudView { origin: raw.origin.into(), len: raw.len, columns, faces })
 }
 
 fn write(sink: Sink, channel: u32, contents: &[u8]) {
@@ -345,6 +315,28 @@ fn write(sink: Sink, channel: u32, contents: &[u8]) {
 thread_local! {
     static INSIDE: Cell<bool> = const { Cell::new(false) };
     static PANICKED_AT: RefCell<String> = const { RefCell::new(String::new()) };
+}
+
+/// What a panic left behind: its payload and where it was.
+pub(super) struct Panicked {
+    payload: Box<dyn Any + Send>,
+    place: String,
+}
+
+impl Panicked {
+    /// Goes on with the panic on this thread, inside the author's code.
+    pub(super) fn resume(self) -> ! {
+        PANICKED_AT.set(self.place);
+        resume_unwind(self.payload)
+    }
+}
+
+/// Runs a part of the author's code on a thread of the host.
+pub(super) fn aside(work: impl FnOnce()) -> Result<(), Panicked> {
+    let was_inside = INSIDE.replace(true);
+    let result = catch_unwind(AssertUnwindSafe(work));
+    INSIDE.set(was_inside);
+    result.map_err(|payload| Panicked { payload, place: PANICKED_AT.take() })
 }
 
 /// Runs the author's code; an error or a panic becomes a status and a line on the error channel.

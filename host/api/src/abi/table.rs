@@ -27,6 +27,8 @@ pub mod channel {
     pub const STRUCTURE: u32 = 3;
     /// The bytes of a graph's uniforms and uploads.
     pub const DATA: u32 = 4;
+    /// The bytes of the first buffer of a computation; those of the others follow.
+    pub const BUFFERS: u32 = 16;
 }
 
 /// Where a plugin writes what it produces; the host owns the memory.
@@ -79,6 +81,10 @@ pub struct RawCloud {
     pub columns: *const RawColumn,
     /// Number of columns.
     pub n_columns: usize,
+    /// First triangle: indices of three surfels.
+    pub faces: *const [u32; 3],
+    /// Number of triangles.
+    pub n_faces: usize,
 }
 
 /// A running job's line to the host.
@@ -98,6 +104,28 @@ pub struct RawJob {
         header: Bytes,
         values: *const Bytes,
         n_values: usize,
+        sink: Sink,
+    ) -> i32,
+    /// Calls `work` with ranges, start and end, that cover `0..count` without overlap, on any
+    /// threads; progress goes from `from` to `to`. Returns 1 where ranges were left out since the
+    /// user asked to stop, else 0. `work` does not unwind.
+    pub parallel: unsafe extern "C" fn(
+        context: *mut c_void,
+        count: usize,
+        from: f64,
+        to: f64,
+        work: unsafe extern "C" fn(work_context: *const c_void, start: usize, end: usize),
+        work_context: *const c_void,
+    ) -> u32,
+    /// Runs a graph's structure and data on the device and writes the bytes of the buffers, named
+    /// by their positions, to the channels [`channel::BUFFERS`] and following. Returns a status; on
+    /// failure the reason is written to the sink.
+    pub compute: unsafe extern "C" fn(
+        context: *mut c_void,
+        structure: Bytes,
+        data: Bytes,
+        buffers: *const u32,
+        n_buffers: usize,
         sink: Sink,
     ) -> i32,
 }

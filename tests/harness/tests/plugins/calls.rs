@@ -5,8 +5,9 @@ use crate::fixture::{assert_makes_graph, assert_says, faulty_registry, load, pan
 use std::sync::Mutex;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::columns::{AO, CloudView, ColumnView, Element, POSITION, Values};
+use surfelshop_api::job::JobHost;
 use surfelshop_api::params::{Value, Values as ParamValues};
-use surfelshop_api::tool::{ColumnHeader, EditHeader, JobHost};
+use surfelshop_api::tool::{ColumnHeader, EditHeader};
 use surfelshop_api::{Error, HostInfo, Result, Tile, UnitKind};
 
 /// A host that keeps what a tool stages if it fits the cloud.

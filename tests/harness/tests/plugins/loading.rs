@@ -174,7 +174,7 @@ fn quiet_program() {
     }
     assert!(load(UnitKind::Renderer, "panics-in-new").create(&host).is_err());
     struct Idle;
-    impl surfelshop_api::tool::JobHost for Idle {
+    impl surfelshop_api::job::JobHost for Idle {
         fn progress(&self, _fraction: f64, _message: &str) {}
         fn cancelled(&self) -> bool {
             false
