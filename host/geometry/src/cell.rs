@@ -1,4 +1,9 @@
-use glam::DVec2;
+use crate::neighbours::Neighbours;
+use glam::{DVec2, DVec3, Vec3};
+
+/// Cosine between normals below which a neighbour lies on the back of a thin sheet; sharp edges
+/// reach zero, acute ones somewhat less.
+const BACK_SIDE: f32 = -0.5;
 
 /// The Voronoi cell of the origin of a plane, cut from an octagon by the bisectors to neighbours.
 pub(crate) struct Cell {
@@ -51,9 +56,42 @@ impl Cell {
         self.corners.iter().map(|corner| corner.at.length_squared()).fold(0.0, f64::max).sqrt()
     }
 
+    /// Its area.
+    pub(crate) fn area(&self) -> f64 {
+        let next = self.corners.iter().cycle().skip(1);
+        0.5 * self.corners.iter().zip(next).map(|(a, b)| a.at.perp_dot(b.at)).sum::<f64>()
+    }
+
     /// Whether bisectors bound it on all sides.
     pub(crate) fn is_closed(&self) -> bool {
         self.corners.iter().all(|corner| corner.bisector)
+    }
+
+    /// Makes it at most twice as wide as it is towards its bisectors, on average.
+    fn even_out(&mut self) {
+        let next = self.corners.iter().cycle().skip(1);
+        let sides = self.corners.iter().zip(next).filter(|(corner, _)| corner.bisector);
+        let (sum, count) = sides
+            .filter_map(|(a, b)| Some((b.at - a.at).try_normalize()?.perp_dot(a.at).abs()))
+            .fold((0.0, 0.0), |(sum, count), side| (sum + side, count + 1.0));
+        if count == 0.0 {
+            return;
+        }
+        for i in 0..8 {
+            let across = DVec2::from_angle(f64::from(i) * std::f64::consts::FRAC_PI_4);
+            self.cut(across * (4.0 * sum / count));
+        }
+    }
+
+    /// Whether a ray from the origin leaves through a side that no bisector bounds.
+    fn is_open_towards(&self, direction: DVec2) -> bool {
+        let next = self.corners.iter().cycle().skip(1);
+        let mut sides = self.corners.iter().zip(next);
+        // Corners go round counterclockwise.
+        let leaves = |(a, b): &(&Corner, &Corner)| {
+            a.at.perp_dot(direction) >= 0.0 && direction.perp_dot(b.at) > 0.0
+        };
+        sides.find(leaves).is_some_and(|(corner, _)| !corner.bisector)
     }
 
     /// Distance of the farthest corner where two bisectors meet. Where there is none, as for points
@@ -81,6 +119,81 @@ impl Cell {
     }
 }
 
+/// The cell of a point in its tangent plane among others, which are given with their distances,
+/// nearest first; at most as wide as the farthest is away.
+pub(crate) fn of(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    place: usize,
+    near: &[(u32, f64)],
+) -> Cell {
+    let mut cell = Cell::new(near.last().map_or(0.0, |&(_, farthest)| farthest));
+    for neighbour in in_plane(neighbours, normals, place, near) {
+        // The bisector to this and all that are farther lies beyond the cell.
+        if neighbour.length() >= 2.0 * cell.reach() {
+            break;
+        }
+        cell.cut(neighbour);
+    }
+    cell
+}
+
+/// [`of`], with open sides closed by mirror images of the neighbours on the other side: as at the
+/// border of a surface, which goes half a step beyond its last points.
+pub(crate) fn closed(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    place: usize,
+    near: &[(u32, f64)],
+) -> Cell {
+    let mut cell = of(neighbours, normals, place, near);
+    if cell.is_closed() {
+        return cell;
+    }
+    let open = Cell { corners: cell.corners.clone() };
+    for neighbour in in_plane(neighbours, normals, place, near) {
+        if open.is_open_towards(-neighbour) {
+            cell.cut(-neighbour);
+        }
+    }
+    // Points on a line are open to both sides.
+    if !cell.is_closed() {
+        cell.even_out();
+    }
+    cell
+}
+
+/// Where the points near a point lie in its tangent plane: at their distances in space, so that
+/// around a crease a cell has the size it has on the surface. Points on the back of a thin sheet
+/// are left out.
+fn in_plane(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    place: usize,
+    near: &[(u32, f64)],
+) -> impl Iterator<Item = DVec2> {
+    let normal_of =
+        |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
+    let normal = normal_of(place);
+    let (u, v) = tangents(normal.as_dvec3());
+    let points = neighbours.distinct();
+    near.iter().filter_map(move |&(other, distance)| {
+        if normal_of(other as usize).dot(normal) < BACK_SIDE {
+            return None;
+        }
+        let offset = points[other as usize] - points[place];
+        let direction = DVec2::new(offset.dot(u), offset.dot(v));
+        // A point straight above has no direction in the plane and bounds nothing there.
+        Some(direction.try_normalize()? * distance)
+    })
+}
+
+/// Two unit vectors that span the plane perpendicular to a normal; any plane where it is invalid.
+fn tangents(normal: DVec3) -> (DVec3, DVec3) {
+    let normal = normal.try_normalize().unwrap_or(DVec3::Z);
+    normal.any_orthonormal_pair()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -103,6 +216,14 @@ mod tests {
     fn the_cell_on_a_line_is_as_wide_as_a_square() {
         let cell = cell(&[(1.0, 0.0), (-1.0, 0.0)]);
         assert!((cell.radius().unwrap() - 0.5f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn areas_are_those_of_a_square_and_of_the_octagon() {
+        let cut = cell(&[(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]);
+        assert!((cut.area() - 1.0).abs() < 1e-12);
+        let octagon = 8.0 * std::f64::consts::FRAC_PI_8.tan() * 100.0;
+        assert!((cell(&[]).area() - octagon).abs() < 1e-9);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Geometry of point clouds: bounds, neighbours, normals and radii; and light on the sphere in
+//! Geometry of point clouds: bounds, neighbours, normals, radii and areas, discs to trace rays at; and light on the sphere in
 //! spherical harmonics.
 //!
 //! Everything works on a slice of positions in any unit and at any scale: distances are computed
@@ -8,6 +8,7 @@
 //! Invariants: this crate knows no file, no graphics API and no user interface; its results do
 //! not depend on the number of threads (`results_do_not_depend_on_the_number_of_threads`).
 
+pub mod areas;
 pub mod bounds;
 mod cell;
 mod eigen;

@@ -1,10 +1,10 @@
 //! The Voronoi cell of each point in its tangent plane, and the disc that covers it.
 
 use super::COMPARED;
-use crate::cell::Cell;
+use crate::cell;
 use crate::neighbours::Neighbours;
 use crate::progress::{Cancelled, Progress, flat_map, part, sort};
-use glam::{DVec2, DVec3, Vec3};
+use glam::Vec3;
 
 /// Neighbours that bound a point's cell. In a random sampling a corner of a cell lies farther away
 /// than the 20th neighbour with probability e^-20, so that practically every corner is found.
@@ -14,10 +14,6 @@ pub(super) const CELL_NEIGHBOURS: usize = 20;
 /// p / 2 where half the chord to the neighbour is its sine; the ratio is 1.14 for neighbours one
 /// radian apart and less for all finer samplings.
 pub(super) const COVER: f64 = 1.15;
-
-/// Cosine between normals below which a neighbour lies on the back of a thin sheet; sharp edges
-/// reach zero, acute ones somewhat less.
-const BACK_SIDE: f32 = -0.5;
 
 const NOBODY: u32 = u32::MAX;
 
@@ -104,41 +100,8 @@ pub(super) fn cover(
     let (Some(&(_, closest)), Some(&(_, farthest))) = (near.first(), near.last()) else {
         return Covering { radius: 0.0, farthest: 0.0, open_to: 0.0, nearest };
     };
-    let cell = cell(neighbours, normals, place, &near);
+    let cell = cell::of(neighbours, normals, place, &near);
     let radius = COVER * cell.radius().unwrap_or(closest).min(farthest);
     let open_to = if cell.is_closed() { 2.0 * cell.reach() } else { f64::INFINITY };
     Covering { radius, farthest, open_to, nearest }
-}
-
-/// The cell of a point among others, which are given with their distances, nearest first; at most
-/// as wide as the farthest is away.
-fn cell(neighbours: &Neighbours, normals: &[Vec3], place: usize, near: &[(u32, f64)]) -> Cell {
-    let normal_of =
-        |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
-    let normal = normal_of(place);
-    let (u, v) = tangents(normal.as_dvec3());
-    let points = neighbours.distinct();
-    let mut cell = Cell::new(near.last().map_or(0.0, |&(_, farthest)| farthest));
-    for &(other, distance) in near {
-        // The bisector to this and all that are farther lies beyond the cell.
-        if distance >= 2.0 * cell.reach() {
-            break;
-        }
-        if normal_of(other as usize).dot(normal) < BACK_SIDE {
-            continue;
-        }
-        let offset = points[other as usize] - points[place];
-        let direction = DVec2::new(offset.dot(u), offset.dot(v));
-        // A point straight above has no direction in the plane and bounds nothing there.
-        if let Some(direction) = direction.try_normalize() {
-            cell.cut(direction * distance);
-        }
-    }
-    cell
-}
-
-/// Two unit vectors that span the plane perpendicular to a normal; any plane where it is invalid.
-fn tangents(normal: DVec3) -> (DVec3, DVec3) {
-    let normal = normal.try_normalize().unwrap_or(DVec3::Z);
-    normal.any_orthonormal_pair()
 }
