@@ -11,10 +11,12 @@
 pub mod areas;
 pub mod bounds;
 mod cell;
+pub mod discs;
 mod eigen;
 pub mod harmonics;
 mod neighbours;
 pub mod normals;
+pub mod octree;
 mod orientation;
 mod progress;
 pub mod radii;

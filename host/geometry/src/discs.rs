@@ -1,0 +1,184 @@
+//! Discs to trace rays at.
+
+use crate::progress::{Cancelled, Progress, aside};
+use glam::{Vec3, Vec3A};
+use obvhs::aabb::Aabb;
+use obvhs::cwbvh::CwBvh;
+use obvhs::cwbvh::builder::build_cwbvh;
+use obvhs::ray::Ray;
+use obvhs::{Boundable, BvhBuildParams};
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A flat round piece of surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Disc {
+    /// Its centre.
+    pub centre: Vec3,
+    /// Its unit normal.
+    pub normal: Vec3,
+    /// Its radius, in the unit of the centre; nothing hits a radius that is not positive.
+    pub radius: f32,
+}
+
+impl Boundable for Disc {
+    fn aabb(&self) -> Aabb {
+        let n = self.normal;
+        // Half the size along an axis is the radius times the sine between axis and normal.
+        let half = self.radius.max(0.0) * (Vec3::ONE - n * n).max(Vec3::ZERO).map(f32::sqrt);
+        // A few rounding steps more, so that rays along a face of the box do not miss it.
+        let half = half + 4.0 * f32::EPSILON * (self.centre.abs() + half);
+        Aabb { min: Vec3A::from(self.centre - half), max: Vec3A::from(self.centre + half) }
+    }
+}
+
+/// Where a ray meets a disc.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// Distance along the ray, in lengths of its direction.
+    pub distance: f32,
+    /// Whether the ray comes from the side the normal points to.
+    pub front: bool,
+    /// The disc's radius.
+    pub radius: f32,
+}
+
+/// Discs in a hierarchy of boxes, eight to a node (Ylitie et al. 2017).
+pub struct Discs {
+    bvh: CwBvh,
+    /// In the order of the hierarchy's leaves.
+    discs: Vec<Disc>,
+}
+
+impl Discs {
+    /// Builds the hierarchy: O(n log n) time, about 60 bytes a disc.
+    ///
+    /// Where `progress` asks to stop, this returns at once; a thread that nobody waits for finishes
+    /// the hierarchy and drops it. Discs that are not finite are left out.
+    ///
+    /// # Errors
+    /// Where `progress` asks to stop.
+    pub fn build(discs: &[Disc], progress: Progress<'_>) -> Result<Self, Cancelled> {
+        let is_finite = |disc: &&Disc| {
+            disc.centre.is_finite() && disc.normal.is_finite() && disc.radius.is_finite()
+        };
+        let finite: Arc<[Disc]> = discs.iter().filter(is_finite).copied().collect();
+        // Measured: about 300 ns a disc.
+        let usually = Duration::from_nanos(300 * finite.len() as u64);
+        let theirs = Arc::clone(&finite);
+        let bvh = aside(progress, usually, move || {
+            // The builder wants something to build.
+            let nothing = theirs.is_empty();
+            (!nothing).then(|| {
+                build_cwbvh(&theirs[..], BvhBuildParams::fast_build(), &mut Duration::default())
+            })
+        })?;
+        let bvh = bvh.unwrap_or_default();
+        let discs = bvh.primitive_indices.iter().map(|&index| finite[index as usize]).collect();
+        Ok(Self { bvh, discs })
+    }
+
+    /// Whether a ray meets a disc within `reach` (lengths of its direction) that `counts`.
+    #[must_use]
+    pub fn is_hit(
+        &self,
+        origin: Vec3,
+        direction: Vec3,
+        reach: Range<f32>,
+        counts: impl Fn(Meeting) -> bool,
+    ) -> bool {
+        if self.discs.is_empty() {
+            return false;
+        }
+        // The hierarchy tells directions by comparing with zero and inverts by the sign bit, which
+        // differ for the negative zero; adding zero makes it positive.
+        let direction = direction + Vec3::ZERO;
+        let ray = Ray::new(origin.into(), direction.into(), reach.start, reach.end);
+        !self.bvh.ray_traverse_miss(ray, |ray, place| {
+            let disc = &self.discs[place];
+            let slope = disc.normal.dot(direction);
+            let distance = disc.normal.dot(disc.centre - origin) / slope;
+            let offset = origin + distance * direction - disc.centre;
+            // A ray within the disc's own plane has no distance, which is in no range.
+            let meets = distance > ray.tmin
+                && distance < ray.tmax
+                && offset.length_squared() < disc.radius * disc.radius
+                && disc.radius > 0.0
+                && counts(Meeting { distance, front: slope < 0.0, radius: disc.radius });
+            if meets { distance } else { f32::INFINITY }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::progress::silent;
+    use crate::samples::Random;
+
+    fn random_discs(count: usize) -> Vec<Disc> {
+        let mut random = Random::new(3);
+        (0..count)
+            .map(|_| Disc {
+                centre: random.in_ball().as_vec3(),
+                normal: random.on_sphere().as_vec3(),
+                radius: 0.1 * random.unit() as f32,
+            })
+            .collect()
+    }
+
+    /// The same question to one disc after the other, in f64.
+    fn brute_force(discs: &[Disc], origin: Vec3, direction: Vec3, reach: Range<f32>) -> bool {
+        let (origin, direction) = (origin.as_dvec3(), direction.as_dvec3());
+        discs.iter().any(|disc| {
+            let (centre, normal) = (disc.centre.as_dvec3(), disc.normal.as_dvec3());
+            let distance = normal.dot(centre - origin) / normal.dot(direction);
+            let meets = (origin + distance * direction).distance(centre) < f64::from(disc.radius);
+            meets && distance > f64::from(reach.start) && distance < f64::from(reach.end)
+        })
+    }
+
+    #[test]
+    fn hits_are_those_of_a_full_search() {
+        let discs = random_discs(500);
+        let built = Discs::build(&discs, &silent).unwrap();
+        let mut random = Random::new(8);
+        let mut n_hits = 0;
+        let mut n_different = 0;
+        for _ in 0..5000 {
+            let origin = random.in_ball().as_vec3();
+            let direction = random.on_sphere().as_vec3();
+            let hit = built.is_hit(origin, direction, 0.0..1.0, |_| true);
+            let expected = brute_force(&discs, origin, direction, 0.0..1.0);
+            n_hits += i32::from(hit);
+            n_different += i32::from(hit != expected);
+        }
+        assert!((500..4500).contains(&n_hits), "{n_hits}");
+        // Rays within a rounding error of a disc's edge.
+        assert!(n_different <= 1, "{n_different}");
+    }
+
+    #[test]
+    fn sides_and_reach_are_told() {
+        let disc = Disc { centre: Vec3::Z, normal: Vec3::Z, radius: 0.5 };
+        let discs = Discs::build(&[disc], &silent).unwrap();
+        let front = |m: Meeting| m.front;
+        assert!(!discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..9.0, front));
+        assert!(discs.is_hit(2.0 * Vec3::Z, -Vec3::Z, 0.0..9.0, front));
+        assert!(discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..9.0, |m| !m.front && m.distance == 1.0));
+        assert!(!discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..0.9, |_| true));
+        assert!(!discs.is_hit(Vec3::ZERO, Vec3::Z, 1.1..9.0, |_| true));
+        assert!(!discs.is_hit(Vec3::ZERO, -Vec3::Z, 0.0..9.0, |_| true));
+    }
+
+    #[test]
+    fn no_disc_and_discs_without_size_are_never_hit() {
+        let nothing = Discs::build(&[], &silent).unwrap();
+        assert!(!nothing.is_hit(Vec3::ZERO, Vec3::Z, 0.0..9.0, |_| true));
+        let radii = [0.0, -1.0, f32::NAN, f32::INFINITY];
+        let discs = radii.map(|radius| Disc { centre: Vec3::Z, normal: Vec3::Z, radius });
+        let discs = Discs::build(&discs, &silent).unwrap();
+        assert!(!discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..9.0, |_| true));
+    }
+}
