@@ -1,13 +1,18 @@
 //! The area that each surfel stands for, without overlap.
 
-use crate::cell;
-use crate::neighbours::{Neighbours, SEARCH_SHARE};
-use crate::progress::{Cancelled, Progress, map, part};
-use glam::Vec3;
+use crate::bounds::Bounds;
+use crate::cell::{self, Near};
+use crate::octree::{Node, Octree};
+use crate::progress::{Cancelled, Progress, flat_map, map, part};
+use glam::{DVec3, Vec3};
 
 /// Neighbours that bound a point's cell. Of a random sampling one cell in a thousand has a corner
 /// that a farther point would cut off, by a few percent of its area.
 const CELL_NEIGHBOURS: usize = 14;
+
+/// Most points of a leaf: they look for their neighbours together, so fewer look in vain more often
+/// and more have more to look through.
+const LEAF: usize = 24;
 
 /// Estimates the area of surface that each position stands for, squared scene units.
 ///
@@ -31,40 +36,154 @@ pub fn effective(
     normals: &[Vec3],
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let neighbours = Neighbours::build(positions, &part(progress, 0.0..SEARCH_SHARE))?;
-    effective_with(&neighbours, normals, &part(progress, SEARCH_SHARE..1.0))
-}
-
-/// [`effective`] for a search structure that exists already.
-///
-/// # Errors
-/// Where `progress` asks to stop.
-pub fn effective_with(
-    neighbours: &Neighbours,
-    normals: &[Vec3],
-    progress: Progress<'_>,
-) -> Result<Vec<f32>, Cancelled> {
-    let n = neighbours.n_distinct();
-    let cells = map(n, &part(progress, 0.0..0.98), |place| area(neighbours, normals, place))?;
-    let mut copies = vec![0u32; n];
-    for place in (0..neighbours.len()).filter_map(|index| neighbours.place_of(index)) {
-        copies[place] += 1;
+    let bounds = Bounds::of_positions(positions);
+    let bounds = bounds.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
+    // A power of two, so that scaling rounds nothing and equal distances stay equal.
+    let extent = bounds.extent();
+    let scale = if extent > 0.0 { 2f64.powi(extent.log2().ceil() as i32) } else { 1.0 };
+    let centre = bounds.centre();
+    let boxed = map(positions.len(), &part(progress, 0.0..0.02), |i| {
+        ((positions[i].as_dvec3() - centre) / scale).as_vec3()
+    })?;
+    let tree = Octree::build(&boxed, LEAF, &part(progress, 0.02..0.1))?;
+    let search = Search { positions: &boxed, normals, tree: &tree };
+    let leaves = leaves(&tree);
+    let found = flat_map(leaves.len(), &part(progress, 0.1..1.0), |i| {
+        search.areas(leaves[i].0, leaves[i].1).into_iter()
+    })?;
+    let mut areas = vec![0.0; positions.len()];
+    for (index, area) in found {
+        // Areas of clouds beyond 1e19 units overflow; the largest number keeps sums infinite
+        // rather than undefined.
+        areas[index as usize] = (area * scale * scale).min(f64::from(f32::MAX)) as f32;
     }
-    let unit = neighbours.scale() * neighbours.scale();
-    map(neighbours.len(), &part(progress, 0.98..1.0), |index| {
-        neighbours.place_of(index).map_or(0.0, |place| {
-            let area = cells[place] * unit / f64::from(copies[place]);
-            // Areas of clouds beyond 1e19 units overflow; the largest number keeps sums infinite
-            // rather than undefined.
-            area.min(f64::from(f32::MAX)) as f32
-        })
-    })
+    Ok(areas)
 }
 
-/// The area of a point's cell, square units of the box; 0 where there is no other point.
-fn area(neighbours: &Neighbours, normals: &[Vec3], place: usize) -> f64 {
-    let near = neighbours.around(place, CELL_NEIGHBOURS);
-    cell::closed(neighbours, normals, place, &near).area()
+/// The leaves, and how far their points will have to look for neighbours, about.
+fn leaves(tree: &Octree) -> Vec<(&Node, f32)> {
+    let size = |node: &Node| node.min.distance(node.max);
+    let mut around = vec![0.0; tree.nodes().len()];
+    let mut leaves = Vec::new();
+    for (node, around_it) in tree.nodes().iter().zip(0..) {
+        let children = node.children.start as usize..node.children.end as usize;
+        around[children].fill(size(node));
+        if node.children.is_empty() {
+            let around: f32 = around[around_it];
+            leaves.push((node, (0.5 * size(node)).max(0.2 * around)));
+        }
+    }
+    leaves
+}
+
+/// What the points of a leaf find their neighbours in.
+struct Search<'a> {
+    /// Scaled to a box of about unit size.
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+    tree: &'a Octree,
+}
+
+/// The points that the points of a leaf choose their neighbours from.
+#[derive(Default)]
+struct Candidates {
+    points: Vec<(Vec3, u32)>,
+    /// All that is this close to the leaf's box is among them.
+    reach: f32,
+    /// Square of the distance within which the next point will find enough, probably.
+    usual: f32,
+    /// The nearest of the last point that asked: squared distances and indices.
+    near: Vec<(f32, u32)>,
+}
+
+impl Search<'_> {
+    /// The areas of a leaf's points by index, squared units of the box.
+    fn areas(&self, leaf: &Node, reach: f32) -> Vec<(u32, f64)> {
+        let own = &self.tree.order()[leaf.surfels.start as usize..leaf.surfels.end as usize];
+        let mut candidates = Candidates { reach, usual: f32::INFINITY, ..Candidates::default() };
+        self.collect(leaf, &mut candidates);
+        if leaf.min == leaf.max {
+            // They coincide and share one cell, be they one or a million.
+            let area = self.area(own[0], leaf, &mut candidates);
+            return own.iter().map(|&index| (index, area / own.len() as f64)).collect();
+        }
+        let at = |index: u32| self.positions[index as usize];
+        let copies = |index: u32| own.iter().filter(|&&other| at(other) == at(index)).count();
+        own.iter()
+            .map(|&index| (index, self.area(index, leaf, &mut candidates) / copies(index) as f64))
+            .collect()
+    }
+
+    /// The area of the cell at the place of a point.
+    fn area(&self, index: u32, leaf: &Node, candidates: &mut Candidates) -> f64 {
+        let near = self.nearest(index, leaf, candidates);
+        if near.is_empty() {
+            return 0.0;
+        }
+        let at = |index: u32| self.positions[index as usize].as_dvec3();
+        let normal_of = |index: u32| self.normals.get(index as usize).copied().unwrap_or(Vec3::Z);
+        let near = near.iter().map(|&(_, other)| {
+            let offset = at(other) - at(index);
+            Near { offset, distance: offset.length(), normal: normal_of(other) }
+        });
+        cell::closed(normal_of(index), near).area()
+    }
+
+    /// Squared distances and indices of the nearest points at other places, nearest first.
+    fn nearest<'b>(
+        &self,
+        index: u32,
+        leaf: &Node,
+        candidates: &'b mut Candidates,
+    ) -> &'b [(f32, u32)] {
+        let at = |index: u32| self.positions[index as usize];
+        let here = at(index);
+        loop {
+            let all = candidates.reach * candidates.reach;
+            let Candidates { points, near, usual, .. } = &mut *candidates;
+            // Neighbours of neighbours are about as far away; where they are not, all are looked at.
+            let within = usual.min(all);
+            *usual = f32::INFINITY;
+            near.clear();
+            near.extend(points.iter().filter_map(|&(position, other)| {
+                let squared = position.distance_squared(here);
+                (squared <= within && position != here).then_some((squared, other))
+            }));
+            let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
+            // Only the nearest need sorting; copies among them may hide others, so a few more.
+            if near.len() > 2 * CELL_NEIGHBOURS {
+                near.select_nth_unstable_by(2 * CELL_NEIGHBOURS, order);
+                near.truncate(2 * CELL_NEIGHBOURS);
+            }
+            near.sort_unstable_by(order);
+            near.dedup_by(|a, b| a.0 == b.0 && at(a.1) == at(b.1));
+            near.truncate(CELL_NEIGHBOURS);
+            if near.len() == CELL_NEIGHBOURS {
+                candidates.usual = 1.5 * near[CELL_NEIGHBOURS - 1].0;
+                return &candidates.near;
+            }
+            if within < all {
+                continue;
+            }
+            // The box has about unit size; twice of that reaches everything.
+            if candidates.reach > 2.0 {
+                return &candidates.near;
+            }
+            candidates.reach = (1.6 * candidates.reach).max(1e-6);
+            self.collect(leaf, candidates);
+        }
+    }
+
+    /// Finds all points within reach; of those that coincide in a leaf, one.
+    fn collect(&self, leaf: &Node, candidates: &mut Candidates) {
+        let Candidates { points, reach, .. } = candidates;
+        points.clear();
+        self.tree.leaves_near((leaf.min, leaf.max), *reach, |node| {
+            let own = &self.tree.order()[node.surfels.start as usize..node.surfels.end as usize];
+            let own = if node.min == node.max { &own[..1] } else { own };
+            points.extend(own.iter().map(|&index| (self.positions[index as usize], index)));
+        });
+    }
 }
 
 #[cfg(test)]

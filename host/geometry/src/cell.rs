@@ -1,4 +1,3 @@
-use crate::neighbours::Neighbours;
 use glam::{DVec2, DVec3, Vec3};
 
 /// Cosine between normals below which a neighbour lies on the back of a thin sheet; sharp edges
@@ -8,6 +7,8 @@ const BACK_SIDE: f32 = -0.5;
 /// The Voronoi cell of the origin of a plane, cut from an octagon by the bisectors to neighbours.
 pub(crate) struct Cell {
     corners: Vec<Corner>,
+    /// The corners before the last cut, kept for their room.
+    spare: Vec<Corner>,
 }
 
 /// A corner and what bounds the cell from here to the next one.
@@ -26,7 +27,7 @@ impl Cell {
         let corners = (0..8)
             .map(|i| Corner { at: DVec2::from_angle(angle(i)) * reach, bisector: false })
             .collect();
-        Self { corners }
+        Self { corners, spare: Vec::new() }
     }
 
     /// Cuts off what is nearer to `neighbour` than to the origin.
@@ -36,7 +37,8 @@ impl Cell {
         if self.corners.iter().all(|corner| beyond(corner) <= 0.0) {
             return;
         }
-        let mut kept = Vec::with_capacity(self.corners.len() + 1);
+        let mut kept = std::mem::take(&mut self.spare);
+        kept.clear();
         for (i, corner) in self.corners.iter().enumerate() {
             let next = &self.corners[(i + 1) % self.corners.len()];
             let (here, there) = (beyond(corner), beyond(next));
@@ -48,7 +50,7 @@ impl Cell {
                 kept.push(Corner { at, bisector: here <= 0.0 || corner.bisector });
             }
         }
-        self.corners = kept;
+        self.spare = std::mem::replace(&mut self.corners, kept);
     }
 
     /// Distance of the farthest corner.
@@ -119,16 +121,22 @@ impl Cell {
     }
 }
 
-/// The cell of a point in its tangent plane among others, which are given with their distances,
-/// nearest first; at most as wide as the farthest is away.
-pub(crate) fn of(
-    neighbours: &Neighbours,
-    normals: &[Vec3],
-    place: usize,
-    near: &[(u32, f64)],
-) -> Cell {
-    let mut cell = Cell::new(near.last().map_or(0.0, |&(_, farthest)| farthest));
-    for neighbour in in_plane(neighbours, normals, place, near) {
+/// A point near another one.
+#[derive(Clone, Copy)]
+pub(crate) struct Near {
+    /// From the other point to this one.
+    pub(crate) offset: DVec3,
+    /// Length of the offset.
+    pub(crate) distance: f64,
+    /// The surface's normal here.
+    pub(crate) normal: Vec3,
+}
+
+/// The cell of a point in the plane perpendicular to its normal, among the points near to it, nearest
+/// first; at most as wide as the farthest is away.
+pub(crate) fn of(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> + Clone) -> Cell {
+    let mut cell = Cell::new(near.clone().next_back().map_or(0.0, |farthest| farthest.distance));
+    for neighbour in in_plane(normal, near) {
         // The bisector to this and all that are farther lies beyond the cell.
         if neighbour.length() >= 2.0 * cell.reach() {
             break;
@@ -140,18 +148,13 @@ pub(crate) fn of(
 
 /// [`of`], with open sides closed by mirror images of the neighbours on the other side: as at the
 /// border of a surface, which goes half a step beyond its last points.
-pub(crate) fn closed(
-    neighbours: &Neighbours,
-    normals: &[Vec3],
-    place: usize,
-    near: &[(u32, f64)],
-) -> Cell {
-    let mut cell = of(neighbours, normals, place, near);
+pub(crate) fn closed(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> + Clone) -> Cell {
+    let mut cell = of(normal, near.clone());
     if cell.is_closed() {
         return cell;
     }
-    let open = Cell { corners: cell.corners.clone() };
-    for neighbour in in_plane(neighbours, normals, place, near) {
+    let open = Cell { corners: cell.corners.clone(), spare: Vec::new() };
+    for neighbour in in_plane(normal, near) {
         if open.is_open_towards(-neighbour) {
             cell.cut(-neighbour);
         }
@@ -166,25 +169,15 @@ pub(crate) fn closed(
 /// Where the points near a point lie in its tangent plane: at their distances in space, so that
 /// around a crease a cell has the size it has on the surface. Points on the back of a thin sheet
 /// are left out.
-fn in_plane(
-    neighbours: &Neighbours,
-    normals: &[Vec3],
-    place: usize,
-    near: &[(u32, f64)],
-) -> impl Iterator<Item = DVec2> {
-    let normal_of =
-        |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
-    let normal = normal_of(place);
+fn in_plane(normal: Vec3, near: impl Iterator<Item = Near>) -> impl Iterator<Item = DVec2> {
     let (u, v) = tangents(normal.as_dvec3());
-    let points = neighbours.distinct();
-    near.iter().filter_map(move |&(other, distance)| {
-        if normal_of(other as usize).dot(normal) < BACK_SIDE {
+    near.filter_map(move |near| {
+        if near.normal.dot(normal) < BACK_SIDE {
             return None;
         }
-        let offset = points[other as usize] - points[place];
-        let direction = DVec2::new(offset.dot(u), offset.dot(v));
+        let direction = DVec2::new(near.offset.dot(u), near.offset.dot(v));
         // A point straight above has no direction in the plane and bounds nothing there.
-        Some(direction.try_normalize()? * distance)
+        Some(direction.try_normalize()? * near.distance)
     })
 }
 

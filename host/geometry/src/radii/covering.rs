@@ -1,7 +1,7 @@
 //! The Voronoi cell of each point in its tangent plane, and the disc that covers it.
 
 use super::COMPARED;
-use crate::cell;
+use crate::cell::{self, Near};
 use crate::neighbours::Neighbours;
 use crate::progress::{Cancelled, Progress, flat_map, part, sort};
 use glam::Vec3;
@@ -100,7 +100,14 @@ pub(super) fn cover(
     let (Some(&(_, closest)), Some(&(_, farthest))) = (near.first(), near.last()) else {
         return Covering { radius: 0.0, farthest: 0.0, open_to: 0.0, nearest };
     };
-    let cell = cell::of(neighbours, normals, place, &near);
+    let normal_of =
+        |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
+    let near = near.iter().map(|&(other, distance)| Near {
+        offset: points[other as usize] - points[place],
+        distance,
+        normal: normal_of(other as usize),
+    });
+    let cell = cell::of(normal_of(place), near);
     let radius = COVER * cell.radius().unwrap_or(closest).min(farthest);
     let open_to = if cell.is_closed() { 2.0 * cell.reach() } else { f64::INFINITY };
     Covering { radius, farthest, open_to, nearest }

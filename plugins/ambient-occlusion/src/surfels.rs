@@ -1,0 +1,84 @@
+//! The surfels of a cloud, made ready: scaled to a box of unit size, sorted along a curve, with
+//! their effective areas.
+
+use std::ops::ControlFlow;
+use surfelshop_api::columns::{NORMAL, POSITION};
+use surfelshop_api::glam::{DVec3, Vec3};
+use surfelshop_api::prelude::*;
+use surfelshop_geometry::octree::Octree;
+use surfelshop_geometry::{Bounds, Cancelled, areas, normals, part};
+
+/// Most surfels in a leaf of the tree: fewer are summed one by one at less cost than a node.
+const LEAF: usize = 8;
+
+/// Surfels in the order of the tree; lengths in units of the box.
+pub(crate) struct Surfels {
+    /// For each surfel its index in the cloud.
+    pub(crate) order: Vec<u32>,
+    pub(crate) positions: Vec<Vec3>,
+    /// Unit vectors that point outwards.
+    pub(crate) normals: Vec<Vec3>,
+    /// Effective areas; what has none casts no shadow.
+    pub(crate) areas: Vec<f32>,
+    /// Its ranges are of the places here.
+    pub(crate) tree: Octree,
+    /// Scene units per unit of the box.
+    pub(crate) unit: f64,
+    /// Surfels left out, since their position or normal is not finite or the normal is zero.
+    pub(crate) n_refused: usize,
+}
+
+/// How much of the preparation is which part, by measured time.
+const AREAS: f64 = 0.8;
+
+impl Surfels {
+    /// Reads a cloud; progress goes from 0 to `share`.
+    pub(crate) fn of(cloud: &CloudView<'_>, share: f64, job: &Job<'_>) -> Result<Self> {
+        job.progress(0.0, "measuring the area of each surfel");
+        let missing = |name: &str, what: &str| {
+            Error::new(format!("expected a column `{name}` ({what}), found none"))
+        };
+        let floats = cloud.floats(POSITION, 3);
+        floats.ok_or_else(|| missing(POSITION, "3 x f32"))?;
+        let floats = cloud.floats(NORMAL, 3);
+        floats.ok_or_else(|| missing(NORMAL, "3 x f32; the tool `normals` makes one"))?;
+        let positions: Vec<Vec3> = cloud.vectors(POSITION).collect();
+        let given: Vec<Vec3> = cloud.vectors(NORMAL).collect();
+        let sound = |i: usize| positions[i].is_finite() && normals::is_valid(given[i]);
+        let kept: Vec<u32> = (0..positions.len()).filter(|&i| sound(i)).map(|i| i as u32).collect();
+
+        // A box of unit size, so that neither squares nor products of areas overflow.
+        let at = |i: u32| positions[i as usize];
+        let bounds = Bounds::of(kept.iter().map(|&i| at(i).as_dvec3()));
+        let bounds = bounds.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
+        let unit = if bounds.extent() > 0.0 { bounds.extent() } else { 1.0 };
+        let boxed: Vec<Vec3> =
+            kept.iter().map(|&i| ((at(i).as_dvec3() - bounds.centre()) / unit).as_vec3()).collect();
+        let given: Vec<Vec3> =
+            kept.iter().map(|&i| normals::normalised(given[i as usize])).collect();
+
+        let progress = |fraction: f64| {
+            job.progress(share * fraction, "");
+            if job.cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let stopped = |Cancelled| Error::new(surfelshop_api::job::CANCELLED);
+        let areas =
+            areas::effective(&boxed, &given, &part(&progress, 0.0..AREAS)).map_err(stopped)?;
+        let tree = Octree::build(&boxed, LEAF, &part(&progress, AREAS..1.0)).map_err(stopped)?;
+        let places = || tree.order().iter().map(|&place| place as usize);
+        Ok(Self {
+            order: places().map(|place| kept[place]).collect(),
+            positions: places().map(|place| boxed[place]).collect(),
+            normals: places().map(|place| given[place]).collect(),
+            areas: places().map(|place| areas[place]).collect(),
+            n_refused: positions.len() - kept.len(),
+            tree,
+            unit,
+        })
+    }
+
+    /// Number of surfels.
+    pub(crate) fn len(&self) -> usize {
+        self.positions.len()
+    }
+}
