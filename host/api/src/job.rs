@@ -12,7 +12,7 @@ pub const CANCELLED: &str = "cancelled";
 
 /// What a host offers a running job.
 pub trait JobHost {
-    /// Takes progress in [0, 1] and what is being done.
+    /// Takes progress in [0, 1] and what is being done; an empty message keeps the last.
     fn progress(&self, fraction: f64, message: &str);
     /// Whether the user asked to stop.
     fn cancelled(&self) -> bool;
@@ -54,7 +54,7 @@ pub trait JobHost {
 
 /// Most items in a range of a parallel loop: few enough that a loop over all pairs of a million
 /// surfels still asks several times a second whether to stop.
-pub const RANGE: usize = 64;
+pub const RANGE: usize = 16;
 
 /// A running tool's or tracer's line to the host.
 pub struct Job<'a> {
@@ -68,7 +68,8 @@ impl<'a> Job<'a> {
         Self { host }
     }
 
-    /// Tells how far the work is, in [0, 1], and what is being done.
+    /// Tells how far the work is, in [0, 1], and what is being done; an empty message keeps the
+    /// last. The last message of all is what the host shows of the result.
     pub fn progress(&self, fraction: f64, message: &str) {
         self.host.progress(fraction, message);
     }

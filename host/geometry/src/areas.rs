@@ -1,14 +1,23 @@
 //! The area that each surfel stands for, without overlap.
 
 use crate::bounds::Bounds;
-use crate::cell::{self, Near};
+use crate::cell::{self, BACK_SIDE, Near};
 use crate::octree::{Node, Octree};
-use crate::progress::{Cancelled, Progress, flat_map, map, part};
+use crate::progress::{Cancelled, Progress, flat_map, map, part, tell};
 use glam::{DVec3, Vec3};
 
 /// Neighbours that bound a point's cell. Of a random sampling one cell in a thousand has a corner
 /// that a farther point would cut off, by a few percent of its area.
 const CELL_NEIGHBOURS: usize = 14;
+
+/// Nearest points that a cell is compared with: the first ring of a square grid.
+const COMPARED: usize = 8;
+
+/// A cell larger than this many times the median of those around spans empty space: three times as
+/// wide, as for radii.
+const OUTLIER: f64 = 9.0;
+
+const NOBODY: u32 = u32::MAX;
 
 /// Most points of a leaf: they look for their neighbours together, so fewer look in vain more often
 /// and more have more to look through.
@@ -19,7 +28,8 @@ const LEAF: usize = 24;
 /// A disc that overlaps its neighbours counts their surface twice; sums over surfels, as for light
 /// transfer, need weights that add up to the area of the surface. That of a point is the area of
 /// its Voronoi cell in the tangent plane, among the points nearest to it, laid out at their distances
-/// in space. At a border the cell reaches half a step beyond the last points. Points on the back of a thin sheet, told by their normals, do not count.
+/// in space. At a border the cell reaches half a step beyond the last points.
+/// A stray point gets no more than nine times the median of its nearest. Points on the back of a thin sheet, told by their normals, do not count.
 ///
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
 /// positions share their cell evenly. Positions that are not finite, and the only distinct
@@ -41,23 +51,55 @@ pub fn effective(
     // A power of two, so that scaling rounds nothing and equal distances stay equal.
     let extent = bounds.extent();
     let scale = if extent > 0.0 { 2f64.powi(extent.log2().ceil() as i32) } else { 1.0 };
-    let centre = bounds.centre();
     let boxed = map(positions.len(), &part(progress, 0.0..0.02), |i| {
-        ((positions[i].as_dvec3() - centre) / scale).as_vec3()
+        (positions[i].as_dvec3() / scale).as_vec3()
     })?;
     let tree = Octree::build(&boxed, LEAF, &part(progress, 0.02..0.1))?;
     let search = Search { positions: &boxed, normals, tree: &tree };
     let leaves = leaves(&tree);
-    let found = flat_map(leaves.len(), &part(progress, 0.1..1.0), |i| {
+    let found = flat_map(leaves.len(), &part(progress, 0.1..0.9), |i| {
         search.areas(leaves[i].0, leaves[i].1).into_iter()
     })?;
+    let mut own = vec![0.0; positions.len()];
+    for found in &found {
+        own[found.index as usize] = found.area;
+    }
+    let limited = map(found.len(), &part(progress, 0.9..0.98), |i| found[i].limited(&own))?;
     let mut areas = vec![0.0; positions.len()];
-    for (index, area) in found {
+    for (found, area) in found.iter().zip(limited) {
         // Areas of clouds beyond 1e19 units overflow; the largest number keeps sums infinite
         // rather than undefined.
-        areas[index as usize] = (area * scale * scale).min(f64::from(f32::MAX)) as f32;
+        let share = area * scale * scale / f64::from(found.copies);
+        areas[found.index as usize] = share.min(f64::from(f32::MAX)) as f32;
     }
+    tell(progress, 1.0)?;
     Ok(areas)
+}
+
+/// The cell of one point.
+#[derive(Clone, Copy)]
+struct Found {
+    index: u32,
+    /// The area of the cell at the point's place, squared units of the box.
+    area: f64,
+    /// Points at this place.
+    copies: u32,
+    /// The nearest points at other places.
+    nearest: [u32; COMPARED],
+}
+
+impl Found {
+    /// The area, but for cells that span empty space rather than surface: no more than a multiple of
+    /// the median around.
+    fn limited(&self, areas: &[f64]) -> f64 {
+        let near = self.nearest.iter().filter(|&&other| other != NOBODY);
+        let mut around: Vec<f64> = near.map(|&other| areas[other as usize]).collect();
+        if around.is_empty() {
+            return self.area;
+        }
+        around.sort_unstable_by(f64::total_cmp);
+        self.area.min(OUTLIER * around[around.len() / 2])
+    }
 }
 
 /// The leaves, and how far their points will have to look for neighbours, about.
@@ -87,7 +129,8 @@ struct Search<'a> {
 /// The points that the points of a leaf choose their neighbours from.
 #[derive(Default)]
 struct Candidates {
-    points: Vec<(Vec3, u32)>,
+    /// Position, normal and index.
+    points: Vec<(Vec3, Vec3, u32)>,
     /// All that is this close to the leaf's box is among them.
     reach: f32,
     /// Square of the distance within which the next point will find enough, probably.
@@ -98,35 +141,50 @@ struct Candidates {
 
 impl Search<'_> {
     /// The areas of a leaf's points by index, squared units of the box.
-    fn areas(&self, leaf: &Node, reach: f32) -> Vec<(u32, f64)> {
+    fn areas(&self, leaf: &Node, reach: f32) -> Vec<Found> {
         let own = &self.tree.order()[leaf.surfels.start as usize..leaf.surfels.end as usize];
         let mut candidates = Candidates { reach, usual: f32::INFINITY, ..Candidates::default() };
         self.collect(leaf, &mut candidates);
         if leaf.min == leaf.max {
             // They coincide and share one cell, be they one or a million.
-            let area = self.area(own[0], leaf, &mut candidates);
-            return own.iter().map(|&index| (index, area / own.len() as f64)).collect();
+            let cell = self.cell(own[0], leaf, &mut candidates);
+            let copies = own.len() as u32;
+            let nearest = cell.nearest;
+            let copy = |&index: &u32| Found { index, area: cell.area, copies, nearest };
+            return own.iter().map(copy).collect();
         }
         let at = |index: u32| self.positions[index as usize];
         let copies = |index: u32| own.iter().filter(|&&other| at(other) == at(index)).count();
         own.iter()
-            .map(|&index| (index, self.area(index, leaf, &mut candidates) / copies(index) as f64))
+            .map(|&index| {
+                let mut found = self.cell(index, leaf, &mut candidates);
+                found.copies = copies(index) as u32;
+                found
+            })
             .collect()
     }
 
-    /// The area of the cell at the place of a point.
-    fn area(&self, index: u32, leaf: &Node, candidates: &mut Candidates) -> f64 {
+    /// The cell at the place of a point, which has it to itself.
+    fn cell(&self, index: u32, leaf: &Node, candidates: &mut Candidates) -> Found {
         let near = self.nearest(index, leaf, candidates);
+        let mut found = Found { index, area: 0.0, copies: 1, nearest: [NOBODY; COMPARED] };
         if near.is_empty() {
-            return 0.0;
+            return found;
+        }
+        for (slot, &(_, other)) in found.nearest.iter_mut().zip(near) {
+            *slot = other;
         }
         let at = |index: u32| self.positions[index as usize].as_dvec3();
-        let normal_of = |index: u32| self.normals.get(index as usize).copied().unwrap_or(Vec3::Z);
         let near = near.iter().map(|&(_, other)| {
             let offset = at(other) - at(index);
-            Near { offset, distance: offset.length(), normal: normal_of(other) }
+            Near { offset, distance: offset.length(), normal: self.normal(other) }
         });
-        cell::closed(normal_of(index), near).area()
+        found.area = cell::closed(self.normal(index), near).area();
+        found
+    }
+
+    fn normal(&self, index: u32) -> Vec3 {
+        self.normals.get(index as usize).copied().unwrap_or(Vec3::Z)
     }
 
     /// Squared distances and indices of the nearest points at other places, nearest first.
@@ -138,6 +196,7 @@ impl Search<'_> {
     ) -> &'b [(f32, u32)] {
         let at = |index: u32| self.positions[index as usize];
         let here = at(index);
+        let facing = self.normal(index);
         loop {
             let all = candidates.reach * candidates.reach;
             let Candidates { points, near, usual, .. } = &mut *candidates;
@@ -145,9 +204,11 @@ impl Search<'_> {
             let within = usual.min(all);
             *usual = f32::INFINITY;
             near.clear();
-            near.extend(points.iter().filter_map(|&(position, other)| {
+            near.extend(points.iter().filter_map(|&(position, normal, other)| {
                 let squared = position.distance_squared(here);
-                (squared <= within && position != here).then_some((squared, other))
+                let counts = squared <= within && position != here;
+                // The back of a thin sheet would take the places of neighbours.
+                (counts && normal.dot(facing) >= BACK_SIDE).then_some((squared, other))
             }));
             let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
             // Only the nearest need sorting; copies among them may hide others, so a few more.
@@ -174,14 +235,20 @@ impl Search<'_> {
         }
     }
 
-    /// Finds all points within reach; of those that coincide in a leaf, one.
+    /// Finds all points within reach; of those that coincide, one.
     fn collect(&self, leaf: &Node, candidates: &mut Candidates) {
         let Candidates { points, reach, .. } = candidates;
         points.clear();
         self.tree.leaves_near((leaf.min, leaf.max), *reach, |node| {
             let own = &self.tree.order()[node.surfels.start as usize..node.surfels.end as usize];
             let own = if node.min == node.max { &own[..1] } else { own };
-            points.extend(own.iter().map(|&index| (self.positions[index as usize], index)));
+            for &index in own {
+                // Copies follow each other, since their keys are equal.
+                let position = self.positions[index as usize];
+                if points.last().is_none_or(|&(last, ..)| last != position) {
+                    points.push((position, self.normal(index), index));
+                }
+            }
         });
     }
 }
@@ -204,7 +271,7 @@ mod tests {
     /// Share of a sphere's area by which the cells may miss it: the chord between neighbours 2 a apart
     /// is shorter than the arc by a^2 / 6, which a thousand points keep below 0.1 %, and so are the
     /// sides of the cells; the rest is corners that a farther point cuts off.
-    const SPHERE: f64 = 0.01;
+    const SPHERE: f64 = 0.005;
 
     #[test]
     fn areas_add_up_to_that_of_a_sphere() {

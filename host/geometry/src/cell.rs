@@ -2,7 +2,7 @@ use glam::{DVec2, DVec3, Vec3};
 
 /// Cosine between normals below which a neighbour lies on the back of a thin sheet; sharp edges
 /// reach zero, acute ones somewhat less.
-const BACK_SIDE: f32 = -0.5;
+pub(crate) const BACK_SIDE: f32 = -0.5;
 
 /// The Voronoi cell of the origin of a plane, cut from an octagon by the bisectors to neighbours.
 pub(crate) struct Cell {

@@ -9,19 +9,6 @@ use std::ops::Range;
 /// a millionth of the total.
 const BLOCK: usize = 1024;
 
-/// The emitters with the share of each that casts a shadow.
-pub(crate) fn emitters(surfels: &Surfels, left: impl Fn(usize) -> f32) -> Vec<Emitter> {
-    (0..surfels.len())
-        .map(|place| Emitter {
-            at: surfels.positions[place].to_array(),
-            normal: surfels.normals[place].to_array(),
-            area: surfels.areas[place],
-            weight: surfels.areas[place] * left(place),
-        })
-        .filter(|emitter| emitter.weight > 0.0)
-        .collect()
-}
-
 /// What all emitters cover of the sky of at most sixteen receivers.
 pub(crate) fn gather(
     surfels: &Surfels,

@@ -12,18 +12,37 @@ use std::f32::consts::PI;
 use std::ops::Range;
 use surfelshop_api::glam::Vec3;
 
-/// Square of the distance, in units of the box, below which two surfels coincide: a millionth of
-/// the extent, as far as f32 coordinates tell points apart (extreme cases: coincident points).
-const COINCIDENT: f32 = 1e-12;
+/// Square of the distance, as a share of the emitter's area, below which two surfels coincide: a
+/// thousandth of its size. Closer ones are one point, measured or stored twice; eq. 9 would have
+/// the upper one hide all from the lower.
+const COINCIDENT: f32 = 1e-6;
+
+/// cos^2 of half the thesis's cone of 150 degrees (section 4.1, erratum T23).
+const CONE: f32 = 0.066_987_3;
 
 /// Which emitters count.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
-    /// Square of the distance beyond which nothing casts a shadow, units of the box.
+    /// Distance beyond which nothing casts a shadow, units of the box.
+    pub(crate) distance: f32,
+    /// Square of the distance.
     pub(crate) distance_squared: f32,
     /// Square of the least cosine between the receiver's normal and an emitter: 0 for all above
-    /// the horizon, cos^2 75 degrees for the thesis's cone.
-    pub(crate) cosine_squared: f32,
+    /// the horizon.
+    cosine_squared: f32,
+}
+
+impl Reach {
+    /// All within a distance, or only those in the thesis's cone.
+    pub(crate) fn new(distance: f32, cone: bool) -> Self {
+        let cosine_squared = if cone { CONE } else { 0.0 };
+        Self { distance, distance_squared: distance * distance, cosine_squared }
+    }
+
+    /// Whether a direction at this cosine to the receiver's normal counts.
+    pub(crate) fn has(&self, cosine: f32) -> bool {
+        cosine * cosine > self.cosine_squared
+    }
 }
 
 /// Sixteen receivers.
@@ -91,6 +110,8 @@ pub(crate) fn single(receivers: &Receivers, emitter: &Emitter, reach: Reach) -> 
     let above = to.dot(receivers.normal).max(0.0);
     let across = to.along(emitter.normal);
     let factor = above * emitter.weight / ((squared * PI + emitter.area) * squared);
+    let coincident = Lanes::splat(COINCIDENT * emitter.area);
+    let factor = squared.where_above(coincident, factor, Lanes::ZERO);
     let factor = within(squared, above, factor, reach);
     Sums { signed: factor * across, absolute: factor * across.abs() }
 }
@@ -98,7 +119,6 @@ pub(crate) fn single(receivers: &Receivers, emitter: &Emitter, reach: Reach) -> 
 /// `factor` where an emitter counts, else 0.
 #[inline(always)]
 pub(crate) fn within(squared: Lanes, above: Lanes, factor: Lanes, reach: Reach) -> Lanes {
-    let factor = squared.where_above(Lanes::splat(COINCIDENT), factor, Lanes::ZERO);
     let limit = Lanes::splat(reach.distance_squared);
     let factor = limit.where_above(squared, factor, Lanes::ZERO);
     (above * above).where_above(squared * reach.cosine_squared, factor, Lanes::ZERO)

@@ -7,8 +7,9 @@ use std::f32::consts::PI;
 use std::ops::Range;
 use surfelshop_api::glam::Vec3;
 
-/// A node is never taken whole from nearer than this many times its radius: the moments describe it
-/// to second order, and the third is the cube of the ratio.
+/// A node is never taken whole from nearer than this many times its radius. Its moments describe it
+/// to second order; what they leave out grows by the cube of the ratio, which the tolerance does not
+/// see where little is left of a node's area.
 const NEAREST: f32 = 1.25;
 
 /// What the node criterion knows of a group of receivers.
@@ -40,7 +41,7 @@ impl Group {
             return false;
         }
         // Whether a node at the edge of what counts is inside is for its surfels to say.
-        let limit = reach.distance_squared.sqrt();
+        let limit = reach.distance;
         if nearest + 2.0 * self.radius + node.radius > limit && nearest - node.radius < limit {
             return false;
         }
@@ -50,20 +51,13 @@ impl Group {
     }
 }
 
-/// Counts of one traversal, for reports.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Work {
-    pub(crate) nodes: u64,
-    pub(crate) surfels: u64,
-}
-
 /// What the hierarchy covers of the sky of at most sixteen receivers.
 pub(crate) fn gather(
     hierarchy: &Hierarchy<'_>,
     places: Range<usize>,
     tolerance: f32,
     reach: Reach,
-) -> (Sums, Work) {
+) -> Sums {
     on_best(
         #[inline(always)]
         || {
@@ -72,7 +66,6 @@ pub(crate) fn gather(
             let group = Group::of(&surfels.positions[places]);
             let nodes = surfels.tree.nodes();
             let mut sums = Sums::ZERO;
-            let mut work = Work::default();
             let mut open = Vec::with_capacity(64);
             open.push(0u32);
             while let Some(next) = open.pop() {
@@ -82,18 +75,16 @@ pub(crate) fn gather(
                 }
                 if group.takes(moments, tolerance, reach) {
                     sums.add(moments.cast(&receivers, reach));
-                    work.nodes += 1;
                 } else if node.children.is_empty() {
                     let range = node.surfels.start as usize..node.surfels.end as usize;
                     for emitter in &hierarchy.emitters[range] {
                         sums.add(single(&receivers, emitter, reach));
                     }
-                    work.surfels += node.surfels.len() as u64;
                 } else {
                     open.extend(node.children.clone());
                 }
             }
-            (sums, work)
+            sums
         },
     )
 }

@@ -4,6 +4,7 @@
 //! Sobol' points, scrambled for each surfel by a hash of its index and the seed: every prefix of
 //! a power of two is stratified, so that more rays refine what fewer began.
 
+use crate::form_factor::Reach;
 use crate::surfels::Surfels;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use surfelshop_api::glam::Vec2;
@@ -26,9 +27,10 @@ const NEAR: f32 = 3.0;
 /// Discs and what rays start from.
 pub(crate) struct Tracing<'a> {
     surfels: &'a Surfels,
+    /// The discs' radii, units of the box.
+    radii: Vec<f32>,
     discs: Discs,
-    /// Longest ray, units of the box.
-    reach: f32,
+    reach: Reach,
     seed: u32,
 }
 
@@ -43,28 +45,37 @@ pub(crate) struct Budget {
     pub(crate) error: f32,
 }
 
+impl Budget {
+    /// As many rays for every surfel.
+    pub(crate) fn fixed(rays: u32) -> Self {
+        Self { least: rays, most: rays, error: 0.0 }
+    }
+}
+
 impl<'a> Tracing<'a> {
     pub(crate) fn new(
         surfels: &'a Surfels,
-        reach: f32,
+        distance: f32,
+        cone: bool,
         seed: u32,
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let discs: Vec<Disc> = (0..surfels.len())
-            .map(|place| Disc {
-                centre: surfels.positions[place],
-                normal: surfels.normals[place],
-                radius: radius(surfels, place),
-            })
-            .collect();
-        Ok(Self { surfels, discs: Discs::build(&discs, progress)?, reach, seed })
+        let radii = radii(surfels);
+        let disc = |place: usize| Disc {
+            centre: surfels.positions[place],
+            normal: surfels.normals[place],
+            radius: radii[place],
+        };
+        let discs: Vec<Disc> = (0..surfels.len()).map(disc).collect();
+        let reach = Reach::new(distance, cone);
+        Ok(Self { surfels, radii, discs: Discs::build(&discs, progress)?, reach, seed })
     }
 
     /// The share of rays that hit, and how many there were.
     pub(crate) fn occlusion(&self, place: usize, budget: Budget) -> (f32, u32) {
         let normal = self.surfels.normals[place];
         let (u, v) = normal.any_orthonormal_pair();
-        let origin = self.surfels.positions[place] + START * radius(self.surfels, place) * normal;
+        let origin = self.surfels.positions[place] + START * self.radii[place] * normal;
         let scramble = scramble(self.surfels.order[place], self.seed);
         let (mut n, mut n_hits) = (0, 0);
         while n < budget.most {
@@ -75,12 +86,16 @@ impl<'a> Tracing<'a> {
                 let height = (1.0 - across.length_squared()).max(0.0).sqrt();
                 let direction = across.x * u + across.y * v + height * normal;
                 let shades = |m: Meeting| m.front || m.distance > NEAR * m.radius;
-                n_hits += u32::from(self.discs.is_hit(origin, direction, 0.0..self.reach, shades));
+                let distance = 0.0..self.reach.distance;
+                let hits = self.reach.has(height)
+                    && self.discs.is_hit(origin, direction, distance, shades);
+                n_hits += u32::from(hits);
             }
             n = until;
-            // One hit more and one less than counted: all or none of a few says little.
+            // As if there had been one hit and one miss more: that all of a few rays agree does not
+            // mean that all will.
             let share = (n_hits as f32 + 1.0) / (n as f32 + 2.0);
-            // Stratified points err less than the binomial share at large; see the plugin's tests.
+            // The error of independent rays, which bounds that of stratified ones.
             if (share * (1.0 - share) / n as f32).sqrt() <= budget.error {
                 break;
             }
@@ -89,8 +104,16 @@ impl<'a> Tracing<'a> {
     }
 }
 
-fn radius(surfels: &Surfels, place: usize) -> f32 {
-    COVER * (surfels.areas[place] / PI).sqrt()
+/// The radii of the discs. Surfels at one place, which share its area among them, get discs of
+/// all of it: they lie side by side in the order.
+fn radii(surfels: &Surfels) -> Vec<f32> {
+    let mut radii = Vec::with_capacity(surfels.len());
+    for copies in surfels.positions.chunk_by(|a, b| a == b) {
+        let first = radii.len();
+        let area: f32 = surfels.areas[first..first + copies.len()].iter().sum();
+        radii.resize(first + copies.len(), COVER * (area / PI).sqrt());
+    }
+    radii
 }
 
 /// Two random words for a surfel.

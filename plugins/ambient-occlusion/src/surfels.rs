@@ -52,8 +52,9 @@ impl Surfels {
         let bounds = Bounds::of(kept.iter().map(|&i| at(i).as_dvec3()));
         let bounds = bounds.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
         let unit = if bounds.extent() > 0.0 { bounds.extent() } else { 1.0 };
+        let middle = middle(kept.iter().map(|&i| at(i)).collect());
         let boxed: Vec<Vec3> =
-            kept.iter().map(|&i| ((at(i).as_dvec3() - bounds.centre()) / unit).as_vec3()).collect();
+            kept.iter().map(|&i| ((at(i).as_dvec3() - middle) / unit).as_vec3()).collect();
         let given: Vec<Vec3> =
             kept.iter().map(|&i| normals::normalised(given[i as usize])).collect();
 
@@ -81,4 +82,19 @@ impl Surfels {
     pub(crate) fn len(&self) -> usize {
         self.positions.len()
     }
+}
+
+/// The middle of most positions: the median along each axis. Strays move the middle of the bounds
+/// far away from everything else, where f32 would lose its digits.
+fn middle(mut positions: Vec<Vec3>) -> DVec3 {
+    let half = positions.len() / 2;
+    if positions.is_empty() {
+        return DVec3::ZERO;
+    }
+    let mut median = |axis: usize| {
+        let (_, &mut middle, _) =
+            positions.select_nth_unstable_by(half, |a, b| a[axis].total_cmp(&b[axis]));
+        f64::from(middle[axis])
+    };
+    DVec3::new(median(0), median(1), median(2))
 }

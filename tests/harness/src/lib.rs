@@ -6,5 +6,6 @@ pub mod clouds;
 pub mod materials;
 pub mod measure;
 pub mod natural_light;
+pub mod occlusion;
 pub mod stage;
 pub mod twin;

@@ -88,7 +88,7 @@ fn output_of(command: &mut Command) -> Result<String> {
 
 /// Processor time of this process so far. `/proc/self/stat` counts in hundredths of a second, too
 /// coarse for work that takes ten of them; the scheduler's own account is in nanoseconds.
-fn cpu_seconds() -> Result<f64> {
+pub(crate) fn cpu_seconds() -> Result<f64> {
     // The account of a running thread is brought up to date when it lets others run.
     std::thread::yield_now();
     let mut nanoseconds = 0.0;

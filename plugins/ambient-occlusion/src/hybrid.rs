@@ -1,0 +1,65 @@
+//! Form factors where they can know, rays where they cannot.
+//!
+//! A line of sight leaves every closed body that it enters, so the fronts of emitters cover as much
+//! of a sky as their backs do (Gauss). Where the two sums differ, something is open: a sheet casts
+//! nothing from its back, the wall of a room nothing from its front. Those surfels are traced.
+
+use crate::bake::{Found, tracing};
+use crate::passes::{self, Passes};
+use crate::rays::Budget;
+use crate::surfels::Surfels;
+use crate::{Settings, Side};
+use std::ops::Range;
+use surfelshop_api::prelude::*;
+
+/// Difference of the sums, as a share of the sky, that uneven sampling makes at closed bodies.
+/// Source: state of the art, measured on four scenes; half of it traces 6 % more of an open scene
+/// for 15 % less error there.
+const DIFFERENCE: f32 = 0.03;
+
+/// The same, as a share of the larger sum.
+const RELATIVE: f32 = 0.1;
+
+/// Rays that each doubtful surfel gets.
+const LEAST_RAYS: u32 = 64;
+
+/// Standard error, a share of the sky, at which a doubtful surfel gets no more rays: about that of
+/// the form factors elsewhere, since stratified rays err by a third of it.
+const ENOUGH: f32 = 0.03;
+
+pub(crate) fn find(
+    surfels: &Surfels,
+    settings: &Settings,
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Found> {
+    let half = 0.5 * (share.start + share.end);
+    let settings = Settings { cast_from: Side::Back, ..settings.clone() };
+    let Passes { first, mut occlusion } = passes::run(surfels, &settings, share.start..half, job)?;
+    let doubtful: Vec<usize> = (0..surfels.len())
+        .filter(|&place| {
+            let (front, back) = (first.front[place], first.back[place]);
+            (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
+        })
+        .collect();
+    let mut n_rays = 0;
+    if !doubtful.is_empty() {
+        let share = half..share.end;
+        let tracing = tracing(surfels, &settings, &share, job)?;
+        let start = share.start + 0.1 * (share.end - share.start);
+        job.progress(start, &format!("tracing rays for {} surfels", doubtful.len()));
+        let budget = Budget { least: LEAST_RAYS, most: settings.rays, error: ENOUGH };
+        let found =
+            job.map(doubtful.len(), start..share.end, |i| tracing.occlusion(doubtful[i], budget))?;
+        for (&place, (share, rays)) in doubtful.iter().zip(found) {
+            occlusion[place] = share;
+            n_rays += u64::from(rays);
+        }
+    }
+    let how = format!(
+        "gathered an octree of {} surfels, and traced {n_rays} rays for {} of them",
+        surfels.len(),
+        doubtful.len()
+    );
+    Ok((occlusion, how))
+}

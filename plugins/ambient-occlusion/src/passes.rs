@@ -1,0 +1,102 @@
+//! Passes of form factors: eq. 10 and 11 of the thesis.
+
+use crate::bake::{Found, max_distance};
+use crate::form_factor::{Emitter, Reach, Sums};
+use crate::hierarchy::Hierarchy;
+use crate::lanes::WIDTH;
+use crate::surfels::Surfels;
+use crate::{Method, Settings, Side, brute_force, octree};
+use std::ops::Range;
+use surfelshop_api::prelude::*;
+
+/// What covers each surfel's sky, by place; sums, that may exceed 1.
+pub(crate) struct Gathered {
+    /// Fronts of emitters.
+    pub(crate) front: Vec<f32>,
+    /// Backs of emitters.
+    pub(crate) back: Vec<f32>,
+}
+
+/// Every pass and what the first gathered.
+pub(crate) struct Passes {
+    /// What the first pass gathered.
+    pub(crate) first: Gathered,
+    /// What the last pass left, in [0, 1].
+    pub(crate) occlusion: Vec<f32>,
+}
+
+pub(crate) fn find(
+    surfels: &Surfels,
+    settings: &Settings,
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Found> {
+    let Passes { occlusion, .. } = run(surfels, settings, share, job)?;
+    let how = match settings.method {
+        Method::BruteForce => "all pairs",
+        _ => "an octree",
+    };
+    Ok((
+        occlusion,
+        format!("gathered {how} of {} surfels, passes: {}", surfels.len(), settings.passes),
+    ))
+}
+
+pub(crate) fn run(
+    surfels: &Surfels,
+    settings: &Settings,
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Passes> {
+    let step = (share.end - share.start) / f64::from(settings.passes);
+    let mut first = None;
+    let mut occlusion = vec![0.0f32; surfels.len()];
+    for i in 0..settings.passes {
+        let start = share.start + f64::from(i) * step;
+        job.progress(start, &format!("pass {} of {}", i + 1, settings.passes));
+        let gathered = gather(surfels, settings, &occlusion, start..start + step, job)?;
+        let cast = match settings.cast_from {
+            Side::Back => &gathered.back,
+            Side::Front => &gathered.front,
+        };
+        // Eq. 10 and 11 with min for max (erratum T1).
+        occlusion = cast.iter().map(|sum| sum.clamp(0.0, 1.0)).collect();
+        first.get_or_insert(gathered);
+    }
+    let nothing = Gathered { front: Vec::new(), back: Vec::new() };
+    Ok(Passes { first: first.unwrap_or(nothing), occlusion })
+}
+
+/// One pass: what covers each sky where an emitter counts by the share of it that is open.
+fn gather(
+    surfels: &Surfels,
+    settings: &Settings,
+    occlusion: &[f32],
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Gathered> {
+    let reach = Reach::new(max_distance(surfels, settings), settings.cone);
+    let emitters: Vec<Emitter> = (0..surfels.len())
+        .map(|place| Emitter {
+            at: surfels.positions[place].to_array(),
+            normal: surfels.normals[place].to_array(),
+            area: surfels.areas[place],
+            weight: surfels.areas[place] * (1.0 - occlusion[place]),
+        })
+        .collect();
+    let n_groups = surfels.len().div_ceil(WIDTH);
+    let places = |group: usize| group * WIDTH..((group + 1) * WIDTH).min(surfels.len());
+    let sums: Vec<Sums> = if settings.method == Method::BruteForce {
+        job.map(n_groups, share, |group| {
+            brute_force::gather(surfels, &emitters, places(group), reach)
+        })?
+    } else {
+        let hierarchy = Hierarchy::new(surfels, emitters);
+        job.map(n_groups, share, |group| {
+            octree::gather(&hierarchy, places(group), settings.tolerance, reach)
+        })?
+    };
+    let all =
+        |side: fn(&Sums) -> [f32; WIDTH]| sums.iter().flat_map(side).take(surfels.len()).collect();
+    Ok(Gathered { front: all(Sums::front), back: all(Sums::back) })
+}
