@@ -72,8 +72,12 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     {
         tracing::debug!("{error:#}");
         let left_behind = error.downcast_ref::<LeftBehind>();
-        let why = left_behind.map_or_else(String::new, |why| format!("; {why}"));
-        bail!("cancelled; {} was not written{why}", arguments.out.display());
+        let out = arguments.out.display();
+        if let Some(why) = left_behind {
+            // The usual end of the program would take the graphics driver from under the tool.
+            terminal::leave(&anyhow!("cancelled; {out} was not written; {why}"));
+        }
+        bail!("cancelled; {out} was not written");
     }
     let (loaded, cloud, baked) = baked?;
     if arguments.report.json {
@@ -173,7 +177,8 @@ fn bake(
     tracing::debug!("writing {}", arguments.out.display());
     let progress = Progress::new(format!("writing {}", arguments.out.display()));
     let tell = |fraction| asked(progress.tell(fraction));
-    let options = WriteOptions { progress: &tell, ..WriteOptions::default() };
+    let comments = loaded.summary.comments.clone();
+    let options = WriteOptions { comments, progress: &tell, ..WriteOptions::default() };
     surfelshop_cloud::write(&arguments.out, &cloud, &options)?;
     Ok((loaded, cloud, baked))
 }

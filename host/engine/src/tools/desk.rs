@@ -43,6 +43,11 @@ impl Desk {
         }
     }
 
+    /// Notes that the tool has returned.
+    pub(super) fn end(&self) {
+        self.shared.end();
+    }
+
     /// What the tool staged.
     pub(super) fn into_staged(self) -> Staged {
         self.staged.into_inner()

@@ -123,6 +123,7 @@ impl Running {
             };
             let desk = Desk::new(at_work, cloud.clone(), options_given);
             let ran = instance.run(&given, &cloud.view(), &desk);
+            desk.end();
             // Nobody receives where the host stopped waiting. The instance ends after that: it may
             // take its time.
             drop(answer.send(ran.map(|()| desk.into_staged())));
@@ -198,7 +199,7 @@ impl Running {
         Done {
             edited: staged.commit(made),
             values: self.values.clone(),
-            took: self.shared.elapsed(),
+            took: self.shared.took(),
             device: self.shared.device(),
         }
     }

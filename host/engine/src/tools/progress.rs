@@ -29,6 +29,8 @@ const MESSAGE: usize = 120;
 pub(super) struct Shared {
     started: Instant,
     begun: AtomicBool,
+    /// Time from the start to the end.
+    took: OnceLock<Duration>,
     cancelled: AtomicBool,
     /// The bits of the share done, which are in the order of the numbers: none is negative.
     fraction: AtomicU64,
@@ -41,6 +43,7 @@ impl Shared {
         Self {
             started: Instant::now(),
             begun: AtomicBool::new(false),
+            took: OnceLock::new(),
             cancelled: AtomicBool::new(false),
             fraction: AtomicU64::new(0),
             message: Mutex::default(),
@@ -55,6 +58,17 @@ impl Shared {
     /// Notes that the instance is made.
     pub(super) fn begin(&self) {
         self.begun.store(true, Ordering::Relaxed);
+    }
+
+    /// Notes that the tool has returned.
+    pub(super) fn end(&self) {
+        // It returns once.
+        let _once = self.took.set(self.elapsed());
+    }
+
+    /// Time from the start to the end; until now where there was none yet.
+    pub(super) fn took(&self) -> Duration {
+        self.took.get().copied().unwrap_or_else(|| self.elapsed())
     }
 
     pub(super) fn has_begun(&self) -> bool {
