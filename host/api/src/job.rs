@@ -140,8 +140,10 @@ impl<'a> Job<'a> {
 
     /// Runs a graph of compute passes on the GPU and returns the bytes of these of its buffers.
     ///
-    /// Nothing of the graph stays on the device. The passes that feed none of the buffers still
-    /// run: a tool asks for what it needs.
+    /// There is no view: numbers of workgroups and sizes of textures are fixed, and nothing of the
+    /// host's view, lights or surfels can be read; there are no outputs. Nothing of the graph stays
+    /// on the device, so no resource is persistent; shaders are compiled once in a run. The passes
+    /// that feed none of the buffers still run: a tool asks for what it needs.
     ///
     /// # Errors
     /// Where the machine has no GPU, or the graph is refused or fails; a tool that can do without
@@ -155,8 +157,12 @@ impl<'a> Job<'a> {
 
     /// Stages an edit; it is committed when the tool returns `Ok`.
     ///
+    /// A run stages columns as often as it likes, a later one of a name in the place of an earlier,
+    /// and then at most one mask; or it stages one new cloud and nothing else. Lengths are those of
+    /// the cloud that the tool was given.
+    ///
     /// # Errors
-    /// Where a column's length does not fit the cloud.
+    /// Where the edit does not fit the cloud or what was staged before; it is then left out.
     pub fn edit(&self, edit: &Edit<'_>) -> Result<()> {
         let describe = |columns: &[NewColumn<'_>]| -> Vec<ColumnHeader> {
             columns

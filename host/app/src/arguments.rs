@@ -60,6 +60,8 @@ pub(crate) struct ViewerArguments {
 pub(crate) enum Command {
     /// Render clouds or a scene to a PNG or EXR picture.
     Render(Box<RenderArguments>),
+    /// Run tools over a cloud, one after the other, and write what comes of it.
+    Bake(Box<BakeArguments>),
     /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
     /// shows.
     Info(InfoArguments),
@@ -163,6 +165,42 @@ pub(crate) struct RenderArguments {
     pub(crate) report: ReportArguments,
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop bake scan.ply -t ambient-occlusion -o shaded.ply
+  surfelshop bake scan.ply -t outliers -t ambient-occlusion --set ambient-occlusion:rays=256 \\
+      -o clean.ply --json
+The file appears whole or not at all: after a failure or Ctrl-C, what stood there before still does.
+`surfelshop info` shows which tools made a file, with which parameters.")]
+pub(crate) struct BakeArguments {
+    /// The cloud, or a scene (.scene.toml) that shows one; then the cloud is taken where it stands.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// A tool, by its id or as PACKAGE/ID; may be repeated: each works on what the one before made.
+    /// `surfelshop plugins` lists them.
+    #[arg(short, long, required = true, value_name = "TOOL")]
+    pub(crate) tool: Vec<String>,
+    /// The file to write, .ply.
+    #[arg(short, long, value_name = "FILE", value_parser = values::cloud_file)]
+    pub(crate) out: PathBuf,
+    /// A parameter of a tool, as id=value, or as TOOL:id=value where there are several; may be
+    /// repeated.
+    ///
+    /// An id that does not exist is answered with the list of those that do, and their ranges.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) set: Vec<Setting>,
+    /// Threads the tools work on; as many as the machine has where 0. The result is the same.
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, hide_default_value = true,
+          value_parser = values::threads)]
+    pub(crate) threads: usize,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
 /// The light around the scene.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct EnvironmentArguments {
@@ -230,7 +268,7 @@ pub(crate) struct PluginFiles {
     #[arg(long = "plugin", value_name = "FILE")]
     pub(crate) plugin: Vec<PathBuf>,
     /// How long the program waits for a plugin's own code before it gives it up [default: 10 to
-    /// start, 5 for a frame].
+    /// start, 5 for a frame, 3 for a tool to stop].
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
     pub(crate) patience: Option<Duration>,
 }

@@ -50,8 +50,13 @@ impl Clouds {
             }
             loaded.push(cloud);
         }
+        Ok(Self::of(loaded))
+    }
+
+    /// Clouds that are at hand.
+    pub(crate) fn of(loaded: Vec<Loaded>) -> Self {
         let facts = together(loaded.iter().map(|loaded| loaded.cloud.facts()));
-        Ok(Self { loaded, facts })
+        Self { loaded, facts }
     }
 
     /// The clouds as renderers see them.

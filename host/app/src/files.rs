@@ -23,6 +23,14 @@ pub(crate) fn check_folder(path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Says early, before long work, that the folder of a file takes no new files.
+pub(crate) fn check_writable(path: &Path) -> anyhow::Result<()> {
+    check_folder(path)?;
+    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let made = tempfile::Builder::new().prefix(".surfelshop-").tempfile_in(folder_of(&target));
+    made.map(drop).with_context(|| format!("{}: cannot be written", path.display()))
+}
+
 /// Writes a file beside its target and renames it when it is complete, so that a failure leaves
 /// what stood there before.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {

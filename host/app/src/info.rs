@@ -2,7 +2,7 @@
 //! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::{clouds, probe_info, scene_info, surroundings, terminal};
+use crate::{clouds, made, probe_info, scene_info, surroundings, terminal};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
@@ -75,6 +75,7 @@ fn object(Loaded { cloud, summary }: &Loaded) -> Value {
                 "components": column.components(),
                 "type": column.values().element().name(),
                 "bytes": bytes(column),
+                "made": column.made().map(|made| made::object(made)),
             })
         })
         .collect();
@@ -83,6 +84,7 @@ fn object(Loaded { cloud, summary }: &Loaded) -> Value {
         "facts": cloud.facts(),
         "radius_range": radii(cloud),
         "columns": columns,
+        "history": cloud.history().iter().map(made::cloud_object).collect::<Vec<_>>(),
         "bytes": total_bytes(cloud),
     })
 }
@@ -120,6 +122,9 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
         .map(|c| format!("{} {} x {}", c.name(), c.components(), c.values().element().name()))
         .collect();
     row("columns", columns.join(", "))?;
+    for line in made::lines(cloud) {
+        row("made", line)?;
+    }
     row("memory", size_in_words(total_bytes(cloud)))?;
     row("read in", format!("{:.2} s", summary.seconds))?;
     for warning in &summary.warnings {

@@ -5,6 +5,7 @@
 //! is 0 where the work is done, 1 where it failed, 2 where the command line was not understood.
 
 mod arguments;
+mod bake;
 mod camera;
 mod clouds;
 mod convert;
@@ -13,6 +14,7 @@ mod exr_file;
 mod files;
 mod given;
 mod info;
+mod made;
 mod pictures;
 mod plugins;
 mod probe_info;
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
     };
     let done = match cli.command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
+        Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),

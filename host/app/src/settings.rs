@@ -1,4 +1,4 @@
-//! Parameters typed with `--set` or given by a scene, checked against what the renderer declares.
+//! Parameters typed with `--set` or given by a scene, checked against what the unit declares.
 
 use crate::staging::ChosenView;
 use crate::values::Setting;
@@ -7,10 +7,10 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 use surfelshop_engine::plugins::UnitRef;
 
 /// The values meant for a unit; the last one of an id counts.
-pub(crate) fn values(
+pub(crate) fn values<'a>(
     unit: &UnitRef,
     declared: &[ParamDecl],
-    typed: &[Setting],
+    typed: impl IntoIterator<Item = &'a Setting>,
 ) -> anyhow::Result<Values> {
     let mut values = Values::new();
     for setting in typed {
@@ -19,8 +19,9 @@ pub(crate) fn values(
         {
             let (id, value) = (&setting.id, &setting.value);
             bail!(
-                "--set {meant}:{id}={value} is meant for `{meant}`, which is not rendered with; \
-                 the renderer is `{}`",
+                "--set {meant}:{id}={value} is meant for `{meant}`, which is not used; the {} is \
+                 `{}`",
+                unit.kind.word(),
                 unit.id
             );
         }
@@ -30,10 +31,37 @@ pub(crate) fn values(
             .ok_or_else(|| anyhow!(unknown(unit, declared, &setting.id)))?;
         let value = declaration
             .parse(&setting.value)
-            .map_err(|line| anyhow!("renderer `{}`: {line}", unit.id))?;
+            .map_err(|line| anyhow!("{} `{}`: {line}", unit.kind.word(), unit.id))?;
         values.insert(setting.id.clone(), value);
     }
     Ok(values)
+}
+
+/// The settings meant for each of several units that are used one after the other; where there are
+/// several, each setting says for which.
+pub(crate) fn dealt<'a>(
+    units: &[UnitRef],
+    typed: &'a [Setting],
+) -> anyhow::Result<Vec<Vec<&'a Setting>>> {
+    for Setting { unit, id, value } in typed {
+        let ids = || units.iter().map(|unit| unit.id.as_str()).collect::<Vec<_>>().join(", ");
+        match unit {
+            None if units.len() > 1 => {
+                let first = units.first().map_or("", |unit| unit.id.as_str());
+                bail!("--set {id}={value} could be meant for {}; say {first}:{id}={value}", ids())
+            }
+            Some(meant) if !units.iter().any(|unit| names(unit, meant)) => bail!(
+                "--set {meant}:{id}={value} is meant for `{meant}`, which is not used; used: {}",
+                ids()
+            ),
+            _ => {}
+        }
+    }
+    let is_for = |unit: &UnitRef, setting: &&Setting| {
+        setting.unit.as_ref().is_none_or(|meant| names(unit, meant))
+    };
+    let of = |unit| typed.iter().filter(|setting| is_for(unit, setting)).collect();
+    Ok(units.iter().map(of).collect())
 }
 
 /// The values of a scene's view, and a line for each that the renderer does not know: it may be
@@ -117,7 +145,7 @@ fn unknown(unit: &UnitRef, declared: &[ParamDecl], id: &str) -> String {
         .map(|declaration| format!("{} ({})", declaration.id, declaration.expectation()))
         .collect();
     let known = if known.is_empty() { "none".to_owned() } else { known.join("; ") };
-    format!("renderer `{}` has no parameter `{id}`; it has: {known}", unit.id)
+    format!("{} `{}` has no parameter `{id}`; it has: {known}", unit.kind.word(), unit.id)
 }
 
 #[cfg(test)]
@@ -150,6 +178,22 @@ mod tests {
         }
         assert!(read(&["other:some-gain=1"]).unwrap_err().to_string().contains("`other`"));
         assert_eq!(read(&["some-gain=1", "some-gain=2"]).unwrap()["some-gain"], Value::Float(2.0));
+    }
+
+    #[test]
+    fn settings_reach_the_unit_they_name_among_several() {
+        let other = UnitRef { id: "other".to_owned(), ..unit() };
+        let dealt = |typed: &[&str]| {
+            let typed: Vec<Setting> = typed.iter().map(|t| Setting::parse(t).unwrap()).collect();
+            let units = [unit(), other.clone()];
+            dealt(&units, &typed)
+                .map(|dealt| dealt.iter().map(|d| d.len()).collect::<Vec<_>>())
+                .map_err(|error| error.to_string())
+        };
+        assert_eq!(dealt(&["mine:a=1", "org.example/other:b=2", "mine:c=3"]), Ok(vec![2, 1]));
+        let unsaid = dealt(&["a=1"]).unwrap_err();
+        assert_eq!(unsaid, "--set a=1 could be meant for mine, other; say mine:a=1");
+        assert!(dealt(&["third:a=1"]).unwrap_err().ends_with("is not used; used: mine, other"));
     }
 
     #[test]

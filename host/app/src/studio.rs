@@ -37,6 +37,25 @@ pub(crate) fn registry(plugin_files: &[PathBuf]) -> anyhow::Result<Registry> {
     Ok(registry)
 }
 
+/// Loads a unit; ends the program where the system is still loading it after that.
+pub(crate) fn load(reference: &UnitRef, patience: &Patience) -> anyhow::Result<LoadedUnit> {
+    match reference.load(patience) {
+        Err(error) if plugins::loader_is_busy() => terminal::leave(&error.into()),
+        loaded => Ok(loaded?),
+    }
+}
+
+/// The device that was asked for.
+pub(crate) fn gpu_options(device: &DeviceArguments) -> GpuOptions {
+    let backend = device.backend.map(|choice| match choice {
+        BackendChoice::Vulkan => Backend::Vulkan,
+        BackendChoice::Gl => Backend::Gl,
+        BackendChoice::Metal => Backend::Metal,
+        BackendChoice::Dx12 => Backend::Dx12,
+    });
+    GpuOptions { backend, adapter: device.adapter.clone() }
+}
+
 /// Makes pictures on one device.
 pub(crate) struct Studio {
     pub(crate) engine: Engine,
@@ -62,13 +81,7 @@ pub(crate) struct Settled {
 impl Studio {
     /// Opens the device.
     pub(crate) fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<Self> {
-        let backend = device.backend.map(|choice| match choice {
-            BackendChoice::Vulkan => Backend::Vulkan,
-            BackendChoice::Gl => Backend::Gl,
-            BackendChoice::Metal => Backend::Metal,
-            BackendChoice::Dx12 => Backend::Dx12,
-        });
-        let gpu = Gpu::headless(&GpuOptions { backend, adapter: device.adapter.clone() })?;
+        let gpu = Gpu::headless(&gpu_options(device))?;
         let host = gpu.host_info();
         let options = EngineOptions { store: surroundings::store(), ..EngineOptions::default() };
         let engine = Engine::new(gpu, &options)?;
@@ -93,10 +106,7 @@ impl Studio {
         view: Option<&ChosenView<'_>>,
         typed: &[Setting],
     ) -> anyhow::Result<Chosen> {
-        let unit = match reference.load(&self.patience) {
-            Err(error) if plugins::loader_is_busy() => terminal::leave(&error.into()),
-            loaded => loaded?,
-        };
+        let unit = load(&reference, &self.patience)?;
         let declared = &unit.description.params;
         let typed = settings::values(&reference, declared, typed)?;
         let mut values = Values::new();

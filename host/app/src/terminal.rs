@@ -9,6 +9,7 @@ use std::io::{self, IsTerminal as _, Write};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use surfelshop_engine::tools;
 use tracing_subscriber::EnvFilter;
 
 /// Filter of the log, such as `debug` or `surfelshop_engine=trace`.
@@ -105,11 +106,28 @@ impl Progress {
 
     /// Tells how far the work is, in [0, 1].
     pub(crate) fn tell(&self, fraction: f64) -> ControlFlow<()> {
-        if self.started.elapsed() > PATIENCE && io::stderr().is_terminal() {
-            let bar = self.bar.get_or_init(|| bar(&self.what));
-            bar.set_position((fraction.clamp(0.0, 1.0) * 1000.0) as u64);
+        if let Some(bar) = self.shown() {
+            let done = self.started.elapsed().as_secs_f64();
+            let left = done * (1.0 - fraction) / fraction;
+            show(bar, fraction, Duration::try_from_secs_f64(left).ok());
         }
         ControlFlow::Continue(())
+    }
+
+    /// Tells how far a tool is.
+    pub(crate) fn tell_tool(&self, progress: &tools::Progress) {
+        if let Some(bar) = self.shown() {
+            let what = [self.what.as_str(), &progress.message].into_iter();
+            let what: Vec<&str> = what.filter(|part| !part.is_empty()).collect();
+            bar.set_message(what.join(": "));
+            show(bar, progress.fraction, progress.left);
+        }
+    }
+
+    /// The bar, once the work has taken a moment.
+    fn shown(&self) -> Option<&ProgressBar> {
+        let is_shown = self.started.elapsed() > PATIENCE && io::stderr().is_terminal();
+        is_shown.then(|| self.bar.get_or_init(|| bar(&self.what)))
     }
 }
 
@@ -123,9 +141,24 @@ impl Drop for Progress {
 
 fn bar(what: &str) -> ProgressBar {
     let bar = ProgressBar::new(1000).with_message(what.to_owned());
-    match ProgressStyle::with_template("{msg} [{bar:40}] {percent} %, {eta} left") {
+    match ProgressStyle::with_template("{msg} [{bar:40}] {percent} %{prefix}") {
         Ok(style) => bar.with_style(style.progress_chars("=> ")),
         Err(_) => bar,
+    }
+}
+
+fn show(bar: &ProgressBar, fraction: f64, left: Option<Duration>) {
+    let left = left.map_or_else(String::new, |left| format!(", {} left", in_words(left)));
+    bar.set_prefix(left);
+    bar.set_position((fraction.clamp(0.0, 1.0) * 1000.0) as u64);
+}
+
+/// A time to wait: as many seconds as matter.
+pub(crate) fn in_words(time: Duration) -> String {
+    match time.as_secs() {
+        seconds @ 0..120 => format!("{} s", seconds.max(1)),
+        seconds @ 120..7200 => format!("{} min", seconds.div_ceil(60)),
+        seconds => format!("{:.1} h", seconds as f64 / 3600.0),
     }
 }
 
@@ -136,6 +169,12 @@ mod tests {
     #[test]
     fn failures_take_one_line() {
         assert_eq!(one_line("a.wgsl:\n   expected `;`\n\t^ here\n"), "a.wgsl: expected `;` ^ here");
+    }
+
+    #[test]
+    fn times_to_wait_are_short() {
+        let words = |seconds| in_words(Duration::from_secs(seconds));
+        assert_eq!([0, 119, 121, 7200].map(words), ["1 s", "119 s", "3 min", "2.0 h"]);
     }
 
     #[test]

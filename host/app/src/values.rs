@@ -68,6 +68,24 @@ impl OutputFile {
     }
 }
 
+/// Takes the path of a cloud to write.
+pub(crate) fn cloud_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).as_deref() {
+        Some("ply") => Ok(path),
+        Some(other) => Err(format!("expected a name ending in .ply, found .{other}")),
+        None => Err("expected a name ending in .ply, found no ending".to_owned()),
+    }
+}
+
+/// Reads a number of threads.
+pub(crate) fn threads(text: &str) -> Result<usize, String> {
+    number(text, "a whole number from 0 to 1024", |n| {
+        n.fract() == 0.0 && (0.0..=1024.0).contains(&n)
+    })
+    .map(|n| n as usize)
+}
+
 /// Reads the name of an output.
 pub(crate) fn output(text: &str) -> Result<Output, String> {
     let name = if text == "colour" { "color" } else { text };

@@ -71,21 +71,6 @@ impl Buffer {
         }
     }
 
-    /// A copy of borrowed values.
-    #[must_use]
-    pub fn from_values(values: &Values<'_>) -> Self {
-        match values {
-            Values::I8(slice) => Self::I8(slice.to_vec()),
-            Values::U8(slice) => Self::U8(slice.to_vec()),
-            Values::I16(slice) => Self::I16(slice.to_vec()),
-            Values::U16(slice) => Self::U16(slice.to_vec()),
-            Values::I32(slice) => Self::I32(slice.to_vec()),
-            Values::U32(slice) => Self::U32(slice.to_vec()),
-            Values::F32(slice) => Self::F32(slice.to_vec()),
-            Values::F64(slice) => Self::F64(slice.to_vec()),
-        }
-    }
-
     /// Values from bytes, least significant first; an incomplete last value is left out.
     #[must_use]
     pub fn from_little_endian(element: Element, bytes: &[u8]) -> Self {

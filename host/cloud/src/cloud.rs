@@ -1,6 +1,7 @@
 use crate::buffer::Buffer;
 use crate::column::Column;
 use crate::error::CloudError;
+use crate::provenance::CloudMade;
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
 use std::sync::OnceLock;
@@ -18,13 +19,15 @@ pub struct Cloud {
     len: usize,
     columns: Vec<Column>,
     facts: OnceLock<CloudFacts>,
+    history: Vec<CloudMade>,
 }
 
 impl Default for Cloud {
     /// An empty cloud: a `position` column without surfels.
     fn default() -> Self {
         let position = Column::new(POSITION, 3, Buffer::F32(Vec::new()));
-        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], facts: OnceLock::new() }
+        let (facts, history) = Default::default();
+        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], facts, history }
     }
 }
 
@@ -48,7 +51,7 @@ impl Cloud {
                 return Err(CloudError::Twice { column: column.name().to_owned() });
             }
         }
-        Ok(Self { origin, len, columns, facts: OnceLock::new() })
+        Ok(Self { origin, len, columns, facts: OnceLock::new(), history: Vec::new() })
     }
 
     /// The cloud with columns added, or replaced where the name exists; all others are shared.
@@ -64,7 +67,7 @@ impl Cloud {
                 None => columns.push(column),
             }
         }
-        Ok(Self { origin: self.origin, len: self.len, columns, facts: OnceLock::new() })
+        Ok(self.with_origin(self.origin, columns))
     }
 
     /// The cloud without a column; `position` stays, and an unknown name changes nothing.
@@ -72,7 +75,7 @@ impl Cloud {
     pub fn without_column(&self, name: &str) -> Self {
         let mut columns = self.columns.clone();
         columns.retain(|column| column.name() == POSITION || column.name() != name);
-        Self { origin: self.origin, len: self.len, columns, facts: OnceLock::new() }
+        self.with_origin(self.origin, columns)
     }
 
     /// The cloud of the surfels whose entry is true.
@@ -85,12 +88,26 @@ impl Cloud {
         }
         let columns = self.columns.iter().map(|column| column.select(mask)).collect();
         let len = mask.iter().filter(|&&keep| keep).count();
-        Ok(Self { origin: self.origin, len, columns, facts: OnceLock::new() })
+        Ok(Self { len, ..self.with_origin(self.origin, columns) })
     }
 
     /// The cloud around another origin; the columns must be of its length.
     pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
-        Self { origin, len: self.len, columns, facts: OnceLock::new() }
+        let (facts, history) = (OnceLock::new(), self.history.clone());
+        Self { origin, len: self.len, columns, facts, history }
+    }
+
+    /// What tools did to the cloud as a whole, oldest first; what they did to a column is in
+    /// [`Column::made`].
+    #[must_use]
+    pub fn history(&self) -> &[CloudMade] {
+        &self.history
+    }
+
+    /// The same cloud with another past.
+    #[must_use]
+    pub fn with_history(&self, history: Vec<CloudMade>) -> Self {
+        Self { history, ..self.clone() }
     }
 
     /// Number of surfels.

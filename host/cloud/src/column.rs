@@ -1,5 +1,6 @@
 use crate::buffer::Buffer;
 use crate::error::CloudError;
+use crate::provenance::Made;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use surfelshop_api::ColumnView;
@@ -16,6 +17,7 @@ pub struct Column {
     components: u32,
     generation: u64,
     values: Arc<Buffer>,
+    made: Option<Arc<Made>>,
 }
 
 impl Column {
@@ -23,7 +25,19 @@ impl Column {
     #[must_use]
     pub fn new(name: impl Into<Arc<str>>, components: u32, values: Buffer) -> Self {
         let generation = NEXT_GENERATION.fetch_add(1, Ordering::Relaxed);
-        Self { name: name.into(), components, generation, values: Arc::new(values) }
+        Self { name: name.into(), components, generation, values: Arc::new(values), made: None }
+    }
+
+    /// The column as the work of a tool, or of nobody known; the values are shared.
+    #[must_use]
+    pub fn made_by(&self, made: Option<Arc<Made>>) -> Self {
+        Self { made, ..self.clone() }
+    }
+
+    /// The run of a tool that made the column, where one did.
+    #[must_use]
+    pub fn made(&self) -> Option<&Arc<Made>> {
+        self.made.as_ref()
     }
 
     /// The column's name.
@@ -64,7 +78,7 @@ impl Column {
     /// The column with the surfels whose entry in `mask` is true.
     pub(crate) fn select(&self, mask: &[bool]) -> Self {
         let values = self.values.select(self.components as usize, mask);
-        Self::new(Arc::clone(&self.name), self.components, values)
+        Self::new(Arc::clone(&self.name), self.components, values).made_by(self.made.clone())
     }
 
     /// Checks the column against the cloud's length and the rules of well-known names.

@@ -56,6 +56,14 @@ pub enum CloudError {
         /// Entries given.
         found: usize,
     },
+    /// An edit of a tool cannot be taken.
+    #[error("edit: expected {expected}, found {found}")]
+    Edit {
+        /// What would be right.
+        expected: String,
+        /// What was staged.
+        found: String,
+    },
     /// The origin is not finite.
     #[error("expected a finite origin, found {origin}")]
     Origin {

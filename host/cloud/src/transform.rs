@@ -129,7 +129,8 @@ impl Cloud {
             _ => Some(column.clone()),
         };
         let columns = self.columns().iter().map(|column| {
-            turn(column).ok_or_else(|| CloudError::Transform {
+            let turned = turn(column).map(|turned| turned.made_by(column.made().cloned()));
+            turned.ok_or_else(|| CloudError::Transform {
                 expected: "a scale that single precision can hold",
                 found: format!("{scale:e}, which column `{}` cannot hold", column.name()),
             })

@@ -1,6 +1,6 @@
 //! Loads plugins; checks, compiles, culls, runs and times their graphs on wgpu; draws surfels.
 //!
-//! [`plugins`] finds and loads renderers, tracers and tools. An [`Engine`] owns the device side:
+//! [`plugins`] finds and loads renderers, tracers and tools; [`tools`] runs tools over clouds. An [`Engine`] owns the device side:
 //! it takes what a renderer describes for a frame, checks every name and size in it, compiles
 //! what is new, runs the passes that requested outputs depend on, and times each. Surfels are
 //! drawn here and nowhere else: every renderer reads the surface buffer that is made once per
@@ -18,6 +18,7 @@ mod run;
 mod shader;
 mod store;
 mod surfels;
+pub mod tools;
 
 pub use engine::{Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView};
 pub use gpu::{Backend, Gpu, GpuError, GpuOptions};

@@ -252,6 +252,11 @@ pub(crate) fn was_abandoned() -> bool {
     ABANDONED.load(Ordering::Relaxed)
 }
 
+/// Notes that a thread of a plugin is left behind.
+pub(crate) fn abandon() {
+    ABANDONED.store(true, Ordering::Relaxed);
+}
+
 impl Drop for Darkroom {
     /// Lets the thread end after the picture it is at, and waits for that a little.
     fn drop(&mut self) {
@@ -264,7 +269,7 @@ impl Drop for Darkroom {
                 Err(RecvTimeoutError::Timeout) => break,
             }
         }
-        ABANDONED.store(true, Ordering::Relaxed);
+        abandon();
     }
 }
 

@@ -5,8 +5,8 @@
 
 use super::darkroom::{Order, Place, Shot};
 use super::detail::Detail;
+use super::dialogs;
 use super::film;
-use super::menus;
 use super::settings::PaneSettings;
 use super::window::Window;
 use crate::values::{Format, OutputFile};
@@ -303,7 +303,7 @@ fn form(window: &mut Window, ui: &mut Ui) {
         }
     });
     if choose {
-        menus::dialog(window, ui.ctx(), menus::Asked::Pictures);
+        dialogs::dialog(window, ui.ctx(), dialogs::Asked::Pictures);
     }
     if ui.button("save").clicked() {
         match planned(window, camera) {

@@ -1,7 +1,7 @@
 //! Clouds being read on a thread of their own.
 
 use crate::clouds::Clouds;
-use crate::scenes::Inputs;
+use crate::scenes::{Inputs, Source};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -15,6 +15,9 @@ pub(crate) struct Read {
     pub(crate) clouds: Clouds,
     /// The scene, where one was among the files.
     pub(crate) scene: Option<OpenedScene>,
+    /// For each cloud its place among all clouds of the scene, hidden ones too, and the files that
+    /// were opened beside it, which follow them.
+    pub(crate) entries: Vec<usize>,
 }
 
 /// Files on their way into memory.
@@ -97,7 +100,20 @@ fn read_all(files: &[PathBuf], shared: &Shared, wake: &dyn Fn()) -> Result<Read,
         loaded
     };
     let clouds = Clouds::read_with(&inputs.sources, read).map_err(|error| format!("{error:#}"))?;
-    Ok(Read { clouds, scene: inputs.opened })
+    let entries = entries(&inputs);
+    Ok(Read { clouds, scene: inputs.opened, entries })
+}
+
+fn entries(inputs: &Inputs) -> Vec<usize> {
+    let of_scene = inputs.opened.iter().flat_map(|opened| &opened.scene.clouds);
+    let n_in_scene = of_scene.clone().count();
+    let mut shown = of_scene.enumerate().filter(|(_, cloud)| cloud.visible).map(|(i, _)| i);
+    let mut beside = n_in_scene..;
+    let entry = |source: &Source| {
+        let next = if source.place.is_some() { shown.next() } else { beside.next() };
+        next.unwrap_or(n_in_scene)
+    };
+    inputs.sources.iter().map(entry).collect()
 }
 
 #[cfg(test)]

@@ -1,15 +1,17 @@
-//! The menu, the keys that do the same, file dialogs and the windows that menus open.
+//! The menu, the keys that do the same, and the windows that menus open.
 
 use super::canvas;
-use super::darkroom::Task;
+use super::darkroom::{Task, UnitConduct};
+use super::dialogs::{open_dialog, save_cloud, save_scene, scene_dialog};
 use super::export;
+use super::history::State;
 use super::navigation;
 use super::settings::Mode;
-use super::surroundings;
+use super::tool_window;
 use super::window::Window;
 use eframe::egui::{self, Context, Key, KeyboardShortcut, Modifiers, Ui};
-use std::sync::mpsc::{TryRecvError, channel};
-use surfelshop_engine::plugins::State;
+use surfelshop_api::UnitKind;
+use surfelshop_engine::plugins;
 
 /// Windows beside the panels, open or not.
 #[derive(Default)]
@@ -66,6 +68,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             if item(ui, "Save scene as …", &SAVE_AS) {
                 scene_dialog(window, &ctx);
             }
+            save_cloud(window, ui, &ctx);
             if item(ui, "Save pictures …", &PICTURE) {
                 window.export_window.open = true;
             }
@@ -75,10 +78,8 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             }
         });
         ui.menu_button("Edit", |ui| {
-            let (undo, redo) = (
-                window.history.has_undo(&window.settings),
-                window.history.has_redo(&window.settings),
-            );
+            let now = window.state();
+            let (undo, redo) = (window.history.has_undo(&now), window.history.has_redo(&now));
             ui.add_enabled_ui(undo, |ui| {
                 if item(ui, "Undo", &UNDO) {
                     step_back(window);
@@ -90,6 +91,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
                 }
             });
         });
+        ui.menu_button("Tools", |ui| tool_window::menu(window, ui));
         ui.menu_button("View", |ui| {
             if item(ui, "See everything", &FRAME) {
                 window.frame_all();
@@ -208,16 +210,22 @@ pub(crate) fn take_keys(window: &mut Window, ctx: &Context) {
 }
 
 fn step_back(window: &mut Window) {
-    if let Some(settings) = window.history.undo(&window.settings) {
-        window.settings = settings.clone();
-        canvas::follow_settings(window);
-    }
+    let state = window.history.undo(&window.state());
+    show_again(window, state);
 }
 
 fn step_forward(window: &mut Window) {
-    if let Some(settings) = window.history.redo(&window.settings) {
-        window.settings = settings.clone();
-        canvas::follow_settings(window);
+    let state = window.history.redo(&window.state());
+    show_again(window, state);
+}
+
+/// Shows what was shown before.
+fn show_again(window: &mut Window, state: Option<State>) {
+    let Some(State { settings, stock }) = state else { return };
+    window.settings = settings;
+    canvas::follow_settings(window);
+    if let Some(stock) = stock {
+        window.restock(stock);
     }
 }
 
@@ -248,109 +256,10 @@ fn next_renderer(window: &mut Window) {
     }
 }
 
-/// What a file dialog is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Asked {
-    /// Clouds or a scene to look at.
-    Open,
-    /// A scene to write.
-    SaveScene,
-    /// Pictures to write.
-    Pictures,
-    /// A light probe.
-    Probe,
-}
-
-/// Asks for files on a thread of its own, since the system's dialog waits.
-pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
-    if window.dialog.is_some() {
-        return;
-    }
-    let (send, receive) = channel();
-    let wake = ctx.clone();
-    let thread = std::thread::Builder::new().name("dialog".to_owned()).spawn(move || {
-        let dialog = rfd::FileDialog::new();
-        let files = match asked {
-            Asked::Open => dialog
-                .set_title("Open clouds or a scene")
-                .add_filter("clouds and scenes", &["ply", "toml", "hdr", "exr"])
-                .pick_files(),
-            Asked::SaveScene => dialog
-                .set_title("Save the scene")
-                .set_file_name("surfelshop.scene.toml")
-                .save_file()
-                .map(|file| vec![file]),
-            Asked::Pictures => dialog
-                .set_title("Save pictures")
-                .set_file_name("surfelshop.png")
-                .add_filter("pictures", &["png", "exr"])
-                .save_file()
-                .map(|file| vec![file]),
-            Asked::Probe => dialog
-                .set_title("Open a light probe")
-                .add_filter("light probes", &["hdr", "exr"])
-                .pick_file()
-                .map(|file| vec![file]),
-        };
-        // The window may be gone already.
-        drop(send.send(files));
-        wake.request_repaint();
-    });
-    match thread {
-        Ok(_) => window.dialog = Some((asked, receive)),
-        Err(error) => window.messages.warn(format!("no dialog could be opened: {error}")),
-    }
-}
-
-fn open_dialog(window: &mut Window, ctx: &Context) {
-    dialog(window, ctx, Asked::Open);
-}
-
-fn scene_dialog(window: &mut Window, ctx: &Context) {
-    dialog(window, ctx, Asked::SaveScene);
-}
-
-/// Saves the scene where it came from, or asks where to.
-fn save_scene(window: &mut Window, ctx: &Context) {
-    match window.scene_path.clone() {
-        Some(path) => window.save_scene(&path),
-        None => scene_dialog(window, ctx),
-    }
-}
-
-/// Takes the files chosen in a dialog.
-pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
-    let Some((asked, dialog)) = &window.dialog else { return };
-    let asked = *asked;
-    match dialog.try_recv() {
-        Ok(chosen) => {
-            window.dialog = None;
-            let chosen = chosen.unwrap_or_default();
-            match (asked, chosen.first()) {
-                (_, None) => {}
-                (Asked::Open, _) => window.open(ctx, chosen),
-                (Asked::SaveScene, Some(path)) => {
-                    // Under another name it could not be opened as a scene.
-                    let named = match surfelshop_cloud::scene::is_scene(path) {
-                        true => path.clone(),
-                        false => path.with_added_extension("scene.toml"),
-                    };
-                    window.save_scene(&named);
-                }
-                (Asked::Probe, Some(path)) => surroundings::put(window, path),
-                (Asked::Pictures, Some(path)) => {
-                    window.export_window.path = path.display().to_string();
-                }
-            }
-        }
-        Err(TryRecvError::Disconnected) => window.dialog = None,
-        Err(TryRecvError::Empty) => {}
-    }
-}
-
 /// The windows that are open.
 pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
     export::show(window, ctx);
+    tool_window::show(window, ctx);
     ask_about_crash(window, ctx);
     window.messages.show_all(ctx);
     let mut open = window.open_windows.plugins;
@@ -376,12 +285,14 @@ fn plugins(window: &mut Window, ui: &mut Ui) {
         ui.end_row();
         for entry in window.registry.entries() {
             let (id, version, state) = match &entry.state {
-                State::Available(m) => (m.id.clone(), m.version.clone(), "available".to_owned()),
-                State::Shadowed { manifest: m, by } => {
+                plugins::State::Available(m) => {
+                    (m.id.clone(), m.version.clone(), "available".to_owned())
+                }
+                plugins::State::Shadowed { manifest: m, by } => {
                     let state = format!("{} is used instead", by.display());
                     (m.id.clone(), m.version.clone(), state)
                 }
-                State::Refused(reason) => (String::new(), String::new(), reason.clone()),
+                plugins::State::Refused(reason) => (String::new(), String::new(), reason.clone()),
             };
             ui.label(id);
             ui.label(version);
@@ -390,14 +301,23 @@ fn plugins(window: &mut Window, ui: &mut Ui) {
             ui.end_row();
         }
     });
-    for unit in &window.conduct {
-        ui.horizontal(|ui| {
+    let row = |ui: &mut Ui, unit: &UnitConduct| {
+        let row = ui.horizontal(|ui| {
             ui.strong(&unit.renderer);
             ui.label(&unit.text);
-            if unit.off && ui.button("switch on").clicked() {
-                window.darkroom.add(Task::SwitchOn(unit.renderer.clone()));
-            }
+            unit.off && ui.button("switch on").clicked()
         });
+        row.inner
+    };
+    for unit in &window.conduct {
+        if row(ui, unit) {
+            window.darkroom.add(Task::SwitchOn(unit.renderer.clone()));
+        }
+    }
+    for unit in window.tools.conduct() {
+        if row(ui, &unit) {
+            window.tools.switch_on(&window.registry, &unit.renderer);
+        }
     }
 }
 
@@ -413,8 +333,11 @@ fn ask_about_crash(window: &mut Window, ctx: &Context) {
         ));
         ui.horizontal(|ui| {
             if ui.button("start without it").clicked() {
-                let renderer = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();
-                avoid(window, renderer);
+                let unit = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();
+                match crash.unit.starts_with(UnitKind::Tool.word()) {
+                    true => window.tools.avoid(unit),
+                    false => avoid(window, unit),
+                }
                 (window.crash, window.crash_mark) = (None, None);
             }
             if ui.button("use it all the same").clicked() {

@@ -1,17 +1,19 @@
 //! The window: look at clouds, switch renderers, put two beside each other.
 //!
-//! What is shown and how is in `settings`, which undo covers. `window` runs each frame and places
+//! What is shown and how is in `settings`, the clouds are in `stock`; `history` undoes changes of both. `window` runs each frame and places
 //! the orders, `worker` makes the pictures on a thread of its own, which `darkroom` leads to, `news`
 //! takes those that come back, `pane` keeps them, `canvas` takes the mouse and `paint` shows them.
-//! `opened` reads and writes clouds and scenes, `panels` and `menus` are what stands around.
+//! `tools` runs tools over clouds. `opened` and `saving` read and write clouds and scenes, `panels`, `menus`, `dialogs` and `tool_window` are what stands around.
 
 mod arrangement;
 mod canvas;
 mod compare;
 mod darkroom;
 mod detail;
+mod dialogs;
 mod export;
 mod film;
+mod history;
 mod loading;
 mod memory;
 mod menus;
@@ -24,11 +26,15 @@ mod pane;
 mod panels;
 mod parameters;
 mod presets;
+mod saving;
 mod scene_file;
 mod settings;
+mod stock;
 mod surfel;
 mod surroundings;
 mod timings;
+mod tool_window;
+mod tools;
 mod window;
 mod worker;
 

@@ -2,16 +2,16 @@
 
 use super::darkroom::Place;
 use super::loading::{Loading, Read};
-use super::window::{Shown, Window, frame, history};
+use super::stock::Stock;
+use super::window::{Shown, Window, frame};
 use super::{scene_file, surroundings};
 use crate::demo;
 use crate::surroundings::is_probe;
 use eframe::egui::Context;
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surfelshop_api::graph::Output;
-use surfelshop_cloud::scene::{SceneCloud, Table};
+use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 
 /// Time between two saves of the scene for the next start.
 const BETWEEN_KEEPING: Duration = Duration::from_secs(10);
@@ -55,7 +55,7 @@ impl Window {
     pub(crate) fn take_clouds(&mut self) {
         let Some(result) = self.loading.as_ref().and_then(Loading::finished) else { return };
         let files = self.loading.take().map(|loading| loading.files.clone()).unwrap_or_default();
-        let Read { clouds, scene } = match result {
+        let Read { clouds, scene, entries } = match result {
             Ok(read) => read,
             Err(reason) => {
                 self.messages.warn(reason);
@@ -67,9 +67,13 @@ impl Window {
             None => self.settings.scene.surface,
         };
         let radius_scale = surface.radius_scale;
-        let extent = clouds.extent(radius_scale);
         let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
-        self.shown = Some(Shown { clouds: Arc::new(clouds), extent, radius_scale, load });
+        let shown = Shown::new(Stock::read(clouds, &entries), radius_scale, load);
+        let extent = shown.extent;
+        self.shown = Some(shown);
+        self.n_opened += 1;
+        self.tools.cancel();
+        self.tools.item = 0;
         self.let_hidden_go();
         self.looked_at = None;
         self.own_cameras.clear();
@@ -103,7 +107,7 @@ impl Window {
             let own = self.memory.as_ref().is_some_and(|memory| memory.owns(&opened.path));
             self.scene_path = Some(opened.path).filter(|_| !own);
         }
-        self.history = history();
+        self.history.begin_anew();
     }
 
     /// Lets go of renderers that show nothing: they would hold the clouds before these.
@@ -136,13 +140,31 @@ impl Window {
         self.kept = Some((scene, Instant::now()));
     }
 
+    /// Says which edits a scene that was written does not show when it is opened again.
+    fn tell_unsaved(&mut self, path: &std::path::Path) {
+        let items = self.shown.iter().flat_map(|shown| shown.stock.items());
+        let names: Vec<String> =
+            items.filter(|item| item.is_unsaved()).map(super::stock::Item::name).collect();
+        if !names.is_empty() {
+            self.messages.warn(format!(
+                "{} names files, and edits of {} are in none yet; \"File > Save cloud as\" \
+                 writes them, and the scene saved after that has them",
+                path.display(),
+                names.join(", ")
+            ));
+        }
+    }
+
     /// Writes what is shown to a scene file.
     pub(crate) fn save_scene(&mut self, path: &std::path::Path) {
         let file = scene_file::of(self, path);
         match file.write(path) {
             Ok(()) => {
                 self.messages.tell(format!("wrote {}", path.display()));
-                self.scene_file = Some(file);
+                self.tell_unsaved(path);
+                // Clouds as they are now are put in the place of these anew with every save.
+                let clouds = scene_file::opened_clouds(self, &file.folder);
+                self.scene_file = Some(SceneFile { clouds, ..file });
                 self.scene_path = Some(path.to_owned());
             }
             Err(error) => self.messages.warn(error.to_string()),

@@ -5,10 +5,12 @@ use super::parameters;
 use super::settings::Mode;
 use super::surroundings;
 use super::window::Window;
+use crate::made;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
-use eframe::egui::{self, PopupCloseBehavior, ScrollArea, Ui};
+use eframe::egui::{self, PopupCloseBehavior, RichText, ScrollArea, Ui};
 use surfelshop_api::params::{Values, linear_to_srgb, srgb_to_linear};
 use surfelshop_api::{Light, Projection};
+use surfelshop_cloud::Loaded;
 use surfelshop_engine::PassState;
 use surfelshop_engine::picture::{Background, ToneMap};
 
@@ -49,20 +51,34 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
         }
         return;
     };
-    // Names that a scene gives; those of the files typed beside it follow and have none.
-    let scene = window.scene_file.iter().flat_map(|file| &file.clouds);
-    let mut named = scene.filter(|cloud| cloud.visible).map(|cloud| cloud.name.clone());
-    for loaded in &shown.clouds.loaded {
-        let summary = &loaded.summary;
-        let file = std::path::Path::new(&summary.file).file_name();
-        let file = file.map_or(summary.file.clone(), |name| name.to_string_lossy().into_owned());
-        let name = named.next().flatten().unwrap_or(file);
-        ui.strong(name).on_hover_text(summary.to_string());
-        ui.label(match summary.n_surfels {
+    let mut changed = None;
+    for (i, item) in shown.stock.items().iter().enumerate() {
+        let Loaded { cloud, summary } = &item.loaded;
+        // The name that a scene gives.
+        let entry = item.entry.and_then(|i| window.scene_file.as_ref()?.clouds.get(i));
+        let name = entry.and_then(|entry| entry.name.clone()).unwrap_or_else(|| item.name());
+        let mut visible = item.visible;
+        let about = std::iter::once(summary.to_string()).chain(made::lines(cloud));
+        let name = RichText::new(name).strong();
+        // One cloud alone is always on show.
+        match shown.stock.items().len() == 1 && visible {
+            true => ui.label(name),
+            false => ui.checkbox(&mut visible, name),
+        }
+        .on_hover_text(about.collect::<Vec<_>>().join("\n"));
+        if visible != item.visible {
+            changed = Some(shown.stock.showing(i, visible));
+        }
+        ui.label(match cloud.len() as u64 {
             0 => "no points".to_owned(),
             1 => "1 surfel".to_owned(),
             n => format!("{} surfels", grouped(n)),
         });
+        if item.is_unsaved() {
+            let text = "edited, not saved";
+            ui.colored_label(ui.visuals().warn_fg_color, text)
+                .on_hover_text("File > Save cloud as … writes it with all its columns");
+        }
         // What was done to the points, as `info` says it.
         let done = [
             (summary.n_dropped, "dropped: not finite"),
@@ -85,6 +101,9 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
         ui.label(format!("size {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
     }
     ui.weak(facts.columns.join(", "));
+    if let Some(stock) = changed {
+        window.restock(stock);
+    }
 }
 
 /// A number with spaces between groups of three digits.

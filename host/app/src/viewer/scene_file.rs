@@ -122,14 +122,8 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
     let base = window.scene_file.clone();
     let mut file = base.clone().unwrap_or_default();
     file.folder = path.parent().map(Path::to_owned).unwrap_or_default();
-    file.clouds = match &base {
-        Some(base) => base.clouds.clone(),
-        None => window.files.iter().map(|path| Keyed::from(SceneCloud::new(path))).collect(),
-    };
-    for cloud in &mut file.clouds {
-        let opened = base.as_ref().map_or_else(|| cloud.path.clone(), |base| base.path_of(cloud));
-        cloud.path = file_path_in(&file.folder, &opened);
-    }
+    file.clouds = opened_clouds(window, &file.folder);
+    put_clouds(window, &mut file);
     match &mut file.camera {
         Some(camera) => camera.known = window.camera,
         None => file.camera = Some(Keyed::from(window.camera)),
@@ -181,6 +175,43 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
         None => file.layout.remove("arrangement"),
     };
     file
+}
+
+/// The clouds of the scene and the files beside it as they were opened, hidden ones too, for a scene
+/// in this folder.
+pub(crate) fn opened_clouds(window: &Window, folder: &Path) -> Vec<Keyed<SceneCloud>> {
+    let moved = |cloud: &Keyed<SceneCloud>, path: &Path| {
+        let mut cloud = cloud.clone();
+        cloud.path = file_path_in(folder, path);
+        cloud
+    };
+    match &window.scene_file {
+        Some(base) => base.clouds.iter().map(|cloud| moved(cloud, &base.path_of(cloud))).collect(),
+        None => {
+            window.files.iter().map(|path| moved(&SceneCloud::new(path).into(), path)).collect()
+        }
+    }
+}
+
+/// Puts the clouds as they are now in the place of those that were opened: which are hidden, and
+/// those that were saved to other files, as they stand. Clouds that are in no file are left out.
+fn put_clouds(window: &Window, file: &mut SceneFile) {
+    for item in window.shown.iter().flat_map(|shown| shown.stock.items()) {
+        let saved = item.saved_as.as_ref().map(|path| file_path_in(&file.folder, path));
+        match (item.entry.and_then(|entry| file.clouds.get_mut(entry)), saved) {
+            (Some(cloud), saved) => {
+                cloud.visible = item.visible;
+                if let Some(path) = saved {
+                    (cloud.path, cloud.transform) = (path, None);
+                }
+            }
+            (None, Some(path)) => {
+                let cloud = SceneCloud { visible: item.visible, ..SceneCloud::new(path) };
+                file.clouds.push(cloud.into());
+            }
+            (None, None) => {}
+        }
+    }
 }
 
 fn file_path_in(folder: &Path, opened: &Path) -> std::path::PathBuf {

@@ -1,6 +1,6 @@
 //! The panel of the light around the scene.
 
-use super::menus::{self, Asked};
+use super::dialogs::{self, Asked};
 use super::window::Window;
 use crate::surroundings::{name, standing};
 use eframe::egui::{self, Ui};
@@ -52,7 +52,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
         Some("none") => window.settings.environment = None,
         Some("studio") => surround(window, ProbeSource::Studio),
         Some("sky") => surround(window, ProbeSource::Sky),
-        Some(_) => menus::dialog(window, ui.ctx(), Asked::Probe),
+        Some(_) => dialogs::dialog(window, ui.ctx(), Asked::Probe),
         None => {}
     }
     let Some(environment) = &mut window.settings.environment else {

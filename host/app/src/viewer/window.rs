@@ -3,17 +3,20 @@
 use super::arrangement;
 use super::darkroom::{Darkroom, Place, UnitConduct};
 use super::export::{self, Export, ExportWindow};
+use super::history::{History, State};
 use super::loading::Loading;
 use super::memory::Memory;
 use super::messages::Messages;
 use super::pane::{Pane, Side, Wanted};
+use super::saving::Saving;
 use super::settings::Settings;
-use super::{menus, panels};
+use super::stock::Stock;
+use super::tools::Tools;
+use super::{dialogs, menus, panels};
 use crate::arguments::{LensArguments, UpAxis, ViewerArguments};
 use crate::camera::{self, CameraSpec, Extent};
 use crate::clouds::Clouds;
 use crate::studio;
-use eframe::egui::util::undoer::{self, Undoer};
 use eframe::egui::{self, Context, Ui};
 use egui_tiles::Tree;
 use glam::DVec3;
@@ -30,19 +33,34 @@ use surfelshop_engine::plugins::{Crash, Mark, Marks, Registry};
 
 /// The clouds on show.
 pub(crate) struct Shown {
+    /// All that are open; those on show are [`Shown::clouds`].
+    pub(crate) stock: Stock,
     pub(crate) clouds: Arc<Clouds>,
     pub(crate) extent: Extent,
     /// The factor on radii that the extent was measured with.
     pub(crate) radius_scale: f32,
-    /// Counts the loads.
+    /// Counts the loads and edits.
     pub(crate) load: u64,
+}
+
+impl Shown {
+    pub(crate) fn new(stock: Stock, radius_scale: f32, load: u64) -> Self {
+        let clouds = stock.clouds.clone();
+        let extent = clouds.extent(radius_scale);
+        Self { stock, clouds, extent, radius_scale, load }
+    }
 }
 
 /// Everything the window knows.
 pub(crate) struct Window {
     pub(crate) darkroom: Darkroom,
     pub(crate) settings: Settings,
-    pub(crate) history: Undoer<Settings>,
+    pub(crate) history: History,
+    pub(crate) tools: Tools,
+    /// A cloud that is being written.
+    pub(crate) saving: Option<Saving>,
+    /// Counts the openings of files.
+    pub(crate) n_opened: u64,
     /// The camera that linked panes share.
     pub(crate) camera: Camera,
     /// Cameras of panes that are not linked.
@@ -86,7 +104,7 @@ pub(crate) struct Window {
     /// The name typed for a preset.
     pub(crate) preset: String,
     /// A file dialog that is open.
-    pub(crate) dialog: Option<(menus::Asked, Receiver<Option<Vec<PathBuf>>>)>,
+    pub(crate) dialog: Option<(dialogs::Asked, Receiver<Option<Vec<PathBuf>>>)>,
     pub(crate) open_windows: menus::OpenWindows,
     pub(crate) export_window: ExportWindow,
     pub(crate) export: Option<Export>,
@@ -118,7 +136,10 @@ impl Window {
         let crash = Marks::of_user().and_then(|marks| marks.crashed_last_time());
         let mut window = Self {
             darkroom,
-            history: history(),
+            history: History::default(),
+            tools: Tools::new(&arguments.device, &arguments.plugins),
+            saving: None,
+            n_opened: 0,
             settings,
             camera: frame(&Extent::new(DVec3::ZERO, 1.0), arguments.up).camera,
             own_cameras: HashMap::new(),
@@ -262,6 +283,32 @@ impl Window {
         self.last_frame = Instant::now();
     }
 
+    /// What undo covers.
+    pub(crate) fn state(&self) -> State {
+        let stock = self.shown.as_ref().map(|shown| shown.stock.clone());
+        State { settings: self.settings.clone(), stock }
+    }
+
+    /// Shows other clouds, or the same ones otherwise; the camera stays.
+    pub(crate) fn restock(&mut self, stock: Stock) {
+        let Some(shown) = &self.shown else { return };
+        if shown.stock == stock {
+            return;
+        }
+        self.shown = Some(Shown::new(stock, shown.radius_scale, shown.load + 1));
+        self.looked_at = None;
+    }
+
+    /// Takes what the tool at work has done.
+    fn take_edits(&mut self, ctx: &Context) {
+        let stock = self.shown.as_ref().map(|shown| &shown.stock);
+        if let Some(edited) = self.tools.go_on(ctx, stock, &mut self.messages) {
+            // What was changed before the edit is a step of its own.
+            self.history.feed(&self.state());
+            self.restock(edited);
+        }
+    }
+
     /// Measures the clouds again where the factor on radii changed.
     fn measure(&mut self) {
         let scale = self.settings.scene.surface.radius_scale;
@@ -279,9 +326,11 @@ impl Window {
         self.measure();
         self.take_news(&ctx);
         self.take_clouds();
+        self.take_saved();
+        self.take_edits(&ctx);
         export::go_on(self);
         self.take_dropped_files(&ctx);
-        menus::take_dialog(self, &ctx);
+        dialogs::take_dialog(self, &ctx);
         menus::take_keys(self, &ctx);
         egui::Panel::top("menu").show(ui, |ui| menus::show(self, ui));
         egui::Panel::bottom("status").show(ui, |ui| panels::status(self, ui));
@@ -295,8 +344,7 @@ impl Window {
         self.let_go();
         self.place_orders(&ctx);
         if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
-            let now = ctx.input(|input| input.time);
-            self.history.feed_state(now, &self.settings);
+            self.history.feed(&self.state());
             self.keep(&ctx, false);
         }
     }
@@ -320,13 +368,4 @@ pub(crate) fn frame(extent: &Extent, up: UpAxis) -> surfelshop_api::View {
     let camera = CameraSpec::three_quarter();
     let lens = LensArguments { camera, up, fov: None, orthographic: false, zoom: 1.0 };
     camera::view(&lens, extent, [4, 3])
-}
-
-/// A history that begins with what it is fed next. A drag is one step: nothing is fed meanwhile.
-pub(crate) fn history() -> Undoer<Settings> {
-    Undoer::with_settings(undoer::Settings {
-        max_undos: 200,
-        stable_time: 0.0,
-        ..Default::default()
-    })
 }

@@ -10,6 +10,7 @@ use crate::buffer::Buffer;
 use crate::cloud::Cloud;
 use crate::column::Column;
 use crate::error::ReadFault;
+use crate::provenance::of_comments;
 use crate::read::{Loaded, ReadOptions};
 use crate::summary::Summary;
 use crate::table::{NORMALS, RADII, Table};
@@ -54,12 +55,30 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         expected: "columns that make a cloud".to_owned(),
         found: error.to_string(),
     })?;
+    let cloud = with_provenance(&cloud, &table.comments, &summary);
     summary.n_surfels = cloud.len() as u64;
     summary.origin = placed.origin.to_array();
     summary.columns = cloud.columns().iter().map(|column| column.name().to_owned()).collect();
     summary.comments =
         table.comments.into_iter().filter(|comment| !comment.starts_with("surfelshop ")).collect();
     Ok(Loaded { cloud, summary })
+}
+
+/// The cloud with what the file's comments say of who made it. Columns that were not in the file
+/// are this load's own, whatever the comments say.
+fn with_provenance(cloud: &Cloud, comments: &[String], summary: &Summary) -> Cloud {
+    let (made, history) = of_comments(comments);
+    if made.is_empty() && history.is_empty() {
+        return cloud.clone();
+    }
+    let is_of_file = |name: &str| match name {
+        NORMAL => summary.normals.given + summary.normals.normalised > 0,
+        RADIUS => summary.radii.given > 0,
+        _ => true,
+    };
+    let of = |column: &Column| made.get(column.name()).filter(|_| is_of_file(column.name()));
+    let columns = cloud.columns().iter().map(|column| column.made_by(of(column).cloned()));
+    cloud.with_origin(cloud.origin(), columns.collect()).with_history(history)
 }
 
 /// Vectors as a flat buffer; nothing is copied.

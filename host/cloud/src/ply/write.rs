@@ -4,6 +4,7 @@ use super::lists::scalar_type;
 use crate::buffer::{Buffer, with_vec};
 use crate::cloud::Cloud;
 use crate::error::WriteError;
+use crate::provenance;
 use crate::write::WriteOptions;
 use glam::DVec3;
 use ply_rs_bw::ply::{
@@ -140,6 +141,7 @@ fn header(cloud: &Cloud, fields: &[Field<'_>], options: &WriteOptions<'_>) -> He
             header.comments.push(format!("surfelshop column {name} {components}"));
         }
     }
+    header.comments.extend(provenance::comments(cloud.columns(), cloud.history()));
     let mut vertex = ElementDef::new("vertex".to_owned());
     vertex.count = cloud.len();
     for field in fields {

@@ -26,9 +26,11 @@ use surfelshop_api::{Camera, Light, Scene, SurfaceSettings};
 
 pub use environment::{Axis, ProbeSource, SceneEnvironment};
 pub use error::{SceneError, SceneFault, SceneWriteError};
+pub(crate) use read::toml_values;
 pub use read::{OpenedScene, is_scene, read};
 /// A table of TOML, sorted by key.
 pub use toml::Table;
+pub(crate) use write::toml_text;
 
 /// The version of the format, the value of the key `format`.
 pub const FORMAT: i64 = 1;

@@ -233,13 +233,7 @@ fn view_entries(view: &Keyed<SceneView>) -> Entries {
         entries.push(entry("output", view.output.name()));
     }
     if !view.values.is_empty() {
-        let values = view.values.iter().map(|(id, value)| match value {
-            params::Value::Bool(value) => entry(id, *value),
-            params::Value::Int(value) => entry(id, *value),
-            params::Value::Float(value) => entry(id, *value),
-            params::Value::Text(value) => entry(id, value.as_str()),
-            params::Value::Color(value) => entry(id, color(Vec3::from(*value))),
-        });
+        let values = view.values.iter().map(|(id, value)| entry(id, parameter(value)));
         entries.push(("values".to_owned(), Node::Table(values.collect())));
     }
     if let Some(camera) = &view.camera {
@@ -247,6 +241,24 @@ fn view_entries(view: &Keyed<SceneView>) -> Entries {
     }
     with_unknown(&mut entries, &view.unknown);
     entries
+}
+
+fn parameter(value: &params::Value) -> Value {
+    match value {
+        params::Value::Bool(value) => (*value).into(),
+        params::Value::Int(value) => (*value).into(),
+        params::Value::Float(value) => (*value).into(),
+        params::Value::Text(value) => value.as_str().into(),
+        params::Value::Color(value) => color(Vec3::from(*value)),
+    }
+}
+
+/// Parameters on one line, as an inline table.
+pub(crate) fn toml_text(values: &params::Values) -> String {
+    let table = values.iter().map(|(id, value)| (id.clone(), parameter(value))).collect();
+    let mut text = String::new();
+    value_text(&mut text, &Value::Table(table));
+    text
 }
 
 fn vector<const N: usize>(numbers: [f64; N]) -> Value {

@@ -1,9 +1,6 @@
 use crate::{Buffer, Cloud, CloudError, Column, NEUTRAL_ALBEDO};
 use glam::{DVec3, Vec3};
-use std::borrow::Cow;
-use surfelshop_api::Edit;
 use surfelshop_api::columns::Values;
-use surfelshop_api::tool::NewColumn;
 
 fn floats(name: &str, components: u32, values: &[f32]) -> Column {
     Column::new(name, components, Buffer::F32(values.to_vec()))
@@ -98,21 +95,6 @@ fn a_mask_keeps_rows_of_every_column() {
     assert_eq!(kept.facts().n_surfels, 2);
     assert!(three().keep(&[true]).is_err());
     assert!(three().keep(&[false; 3]).unwrap().is_empty());
-}
-
-#[test]
-fn edits_of_tools_are_applied_whole_or_not_at_all() {
-    let cloud = three();
-    let ao = NewColumn { name: "ao", components: 1, values: Values::F32(&[0.5; 3]) };
-    let edited = cloud.edited(&Edit::Columns(vec![ao])).unwrap();
-    assert_eq!(edited.floats("ao", 1), [0.5; 3]);
-    let kept = cloud.edited(&Edit::Keep(Cow::Borrowed(&[false, true, false]))).unwrap();
-    assert_eq!(kept.len(), 1);
-    let position = NewColumn { name: "position", components: 3, values: Values::F32(&[0.0; 3]) };
-    let edit = Edit::NewCloud { origin: DVec3::X, columns: vec![position] };
-    assert_eq!(cloud.edited(&edit).unwrap().world_position(0), Some(DVec3::X));
-    let short = NewColumn { name: "ao", components: 1, values: Values::F32(&[0.5]) };
-    assert!(cloud.edited(&Edit::Columns(vec![short])).is_err());
 }
 
 #[test]

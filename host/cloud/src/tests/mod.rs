@@ -3,6 +3,7 @@
 mod assembly;
 mod clouds;
 mod damaged;
+mod edits;
 mod files;
 mod formats;
 mod scene;

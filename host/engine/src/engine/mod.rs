@@ -1,5 +1,6 @@
 //! One frame from request to pictures.
 
+mod compute;
 mod submission;
 mod uniforms;
 

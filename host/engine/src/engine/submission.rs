@@ -8,7 +8,7 @@ use crate::environment::Environments;
 use crate::gpu::Gpu;
 use crate::run::{
     Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Needed, Node, Pending, Pipelines, Plan,
-    Recorder, RenderError, Resources, Stage, bind, copy, execute, needed, touched,
+    Recorder, RenderError, Resources, Seen, Stage, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
 use glam::{DMat4, DVec3};
@@ -87,14 +87,14 @@ impl Submission<'_> {
         };
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let lent = self.resources.lend(self.gpu, self.plan, &nodes, self.scope);
-        let frame = Frame {
-            data: self.data,
+        let seen = Seen {
             view_uniform: &view_uniform,
             lights_uniform: &lights_uniform,
             surface,
             environment: environment.as_ref(),
             surfels: &input,
         };
+        let frame = Frame { data: self.data, seen: Some(seen) };
         let written = execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
         let mut pending: Vec<Pending> = Vec::new();
         for source in &sources {

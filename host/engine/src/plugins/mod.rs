@@ -40,6 +40,7 @@ pub use load::{LoadError, LoadTimes, LoadedUnit};
 pub use marks::{Crash, Mark, Marks};
 pub use open::{leave, loader_is_busy};
 pub use patience::Patience;
+pub(crate) use patience::on_own_thread;
 pub use registry::{Entry, Registry, State};
 pub use reload::{Kept, ReloadTimes, Reloaded, keep_values};
 pub use watch::{Changed, QUIET, Watcher};

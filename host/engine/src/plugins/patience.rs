@@ -22,12 +22,14 @@ pub struct Patience {
     pub create: Duration,
     /// For a frame to be described.
     pub frame: Duration,
+    /// For a tool to stop, once it was asked to; while it works, it has all the time it needs.
+    pub cancel: Duration,
 }
 
 impl Default for Patience {
     fn default() -> Self {
         let (start, frame) = (Duration::from_secs(10), Duration::from_secs(5));
-        Self { load: start, create: start, frame }
+        Self { load: start, create: start, frame, cancel: Duration::from_secs(3) }
     }
 }
 
@@ -35,7 +37,7 @@ impl Patience {
     /// The same for every call.
     #[must_use]
     pub fn of(limit: Duration) -> Self {
-        Self { load: limit, create: limit, frame: limit }
+        Self { load: limit, create: limit, frame: limit, cancel: limit }
     }
 }
 
@@ -68,7 +70,7 @@ fn get_ready_to_wait() {
 }
 
 /// Starts a thread that nobody waits for.
-pub(super) fn on_own_thread(work: impl FnOnce() + Send + 'static) -> Result<(), Fault> {
+pub(crate) fn on_own_thread(work: impl FnOnce() + Send + 'static) -> Result<(), Fault> {
     let builder = thread::Builder::new().name("plugin".to_owned()).stack_size(STACK_BYTES);
     match builder.spawn(work) {
         Ok(_abandoned) => Ok(()),

@@ -4,7 +4,7 @@ use super::cull::Needed;
 use super::pipelines::{Pipeline, Pipelines, Stage};
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, targets_of,
+    HOST_PREFIX, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, targets_of,
 };
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
@@ -18,6 +18,12 @@ use surfelshop_api::graph::{Groups, Pass, Resource, SamplerKind, Target, Work};
 /// What a frame's passes are bound to besides the graph's own resources.
 pub(crate) struct Frame<'a> {
     pub(crate) data: &'a [u8],
+    /// What a view shows; nothing where a graph computes without one.
+    pub(crate) seen: Option<Seen<'a>>,
+}
+
+/// What a view shows.
+pub(crate) struct Seen<'a> {
     pub(crate) view_uniform: &'a wgpu::Buffer,
     pub(crate) lights_uniform: &'a wgpu::Buffer,
     pub(crate) surface: Option<&'a Surface>,
@@ -113,9 +119,6 @@ pub(crate) fn execute(
     Ok(written)
 }
 
-/// Where the names of the host's own variables begin.
-const HOST_PREFIX: &str = "surfelshop::";
-
 /// What the variables of one pass are bound to.
 struct Variables<'a> {
     plan: &'a Plan,
@@ -163,7 +166,7 @@ impl Variables<'_> {
 
     /// A variable of the host's modules.
     fn of_host(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
-        let frame = self.frame;
+        let frame = self.frame.seen.as_ref()?;
         let texture = wgpu::BindingResource::TextureView;
         match name {
             HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
@@ -203,8 +206,9 @@ fn shade_surfels(
         },
     };
     let missing = || RenderError::Host("the nearest surfels were not found".to_owned());
-    let surface = variables.frame.surface.ok_or_else(missing)?;
-    lit_surface(variables.frame.surfels, surface, &shading, recorder, pipelines)
+    let seen = variables.frame.seen.as_ref().ok_or_else(missing)?;
+    let surface = seen.surface.ok_or_else(missing)?;
+    lit_surface(seen.surfels, surface, &shading, recorder, pipelines)
         .map_err(|message| RenderError::pass(&variables.pass.name, message))
 }
 

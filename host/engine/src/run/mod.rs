@@ -12,12 +12,12 @@ mod shading;
 mod stored;
 
 pub(crate) use cull::{Needed, needed};
-pub(crate) use execute::{Frame, execute, touched};
+pub(crate) use execute::{Frame, Seen, execute, touched};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, DrawKind, Pipeline, Pipelines, Stage, checked};
 pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Node, Plan};
 pub use readback::Image;
-pub(crate) use readback::{Pending, copy};
+pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
 pub(crate) use resources::{FrameResources, Resources};

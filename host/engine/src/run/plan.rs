@@ -9,6 +9,8 @@ use std::cell::OnceCell;
 use std::rc::Rc;
 use surfelshop_api::graph::{Extent, Format, Lifetime, Pass, Structure, SurfaceMode, Target, Work};
 
+/// Where the names of the host's own variables begin.
+pub(crate) const HOST_PREFIX: &str = "surfelshop::";
 pub(crate) const HOST_VIEW: &str = "surfelshop::view::view";
 pub(crate) const HOST_LIGHTS: &str = "surfelshop::light::lights";
 pub(crate) const HOST_ENVIRONMENT: &str = "surfelshop::environment::environment";
@@ -37,6 +39,8 @@ pub(crate) struct Planned {
     pub(crate) material: bool,
     /// Whether it reads the environment.
     pub(crate) environment: bool,
+    /// A variable of the host that it reads.
+    pub(crate) of_host: Option<String>,
     pub(crate) workgroup_size: [u32; 3],
     /// Whether it runs as a compute pass: compute passes, and shading passes on devices that
     /// cannot draw into the target's format.
@@ -125,6 +129,7 @@ impl Plan {
             surface: None,
             material: false,
             environment: false,
+            of_host: None,
             workgroup_size: point.workgroup_size,
             computes: stage == naga::ShaderStage::Compute,
             pipeline: OnceCell::new(),

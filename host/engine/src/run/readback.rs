@@ -68,6 +68,22 @@ pub(crate) fn copy(
     Pending { buffer, width, height, row_bytes, format }
 }
 
+/// Records the copy of a buffer to one that can be read.
+pub(crate) fn copy_buffer(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    buffer: &wgpu::Buffer,
+) -> wgpu::Buffer {
+    let read = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    encoder.copy_buffer_to_buffer(buffer, 0, &read, 0, buffer.size());
+    read
+}
+
 /// Waits for the device and returns a buffer's bytes.
 ///
 /// # Errors

@@ -2,8 +2,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod bake;
 mod environments;
 mod faulty;
+mod interrupted;
 mod listing;
 mod machines;
 mod messages;

@@ -51,7 +51,10 @@ fn unknown_name_is_answered_with_what_there_is() {
     let (_shelf, registry) = both();
     let error = registry.find(UnitKind::Tool, "stage-ao").unwrap_err().to_string();
     assert_says(&error, &["there is no tool `stage-ao`", "did you mean `stages-ao`?"]);
-    assert_says(&error, &["installed: panics-in-run, stages-ao, wrong-length-edit"]);
+    assert_says(
+        &error,
+        &["installed: doubles-on-gpu, ", ", stages-ao, works-slowly, wrong-length"],
+    );
     let error = registry.find(UnitKind::Tool, "something-else").unwrap_err().to_string();
     assert!(!error.contains("did you mean"), "{error}");
 }

@@ -3,6 +3,7 @@
 mod files;
 mod plugins;
 mod scenes;
+mod tools;
 mod views;
 
 use super::window::Window;

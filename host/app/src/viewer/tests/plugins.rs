@@ -81,7 +81,7 @@ fn a_renderer_that_cannot_be_had_leaves_the_old_one() {
 }
 
 /// The fixture library with all misbehaving renderers, as a file of the build.
-fn faulty() -> PathBuf {
+pub(super) fn faulty() -> PathBuf {
     let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let test = std::env::current_exe().unwrap();
     let path = test.ancestors().nth(2).unwrap().join(format!("examples/{prefix}faulty{suffix}"));

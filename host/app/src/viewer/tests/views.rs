@@ -85,7 +85,7 @@ fn changes_of_parameters_are_seen_and_undone() {
         screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone()
     };
     assert_ne!(levels(&mut screen), before);
-    screen.until("a step to undo", |window| window.history.has_undo(&window.settings));
+    screen.until("a step to undo", |window| window.history.has_undo(&window.state()));
     use eframe::egui::{Key, Modifiers};
     screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     screen.until("the old values", |window| window.settings.panes[0].values.is_empty());

@@ -1,0 +1,346 @@
+//! `surfelshop bake`: a cloud and tools in, a cloud out.
+
+use crate::arguments::BakeArguments;
+use crate::clouds::Clouds;
+use crate::report::plain;
+use crate::scenes::{Inputs, Source};
+use crate::terminal::Progress;
+use crate::{files, made, settings, studio, terminal};
+use anyhow::{anyhow, bail};
+use serde_json::{Map, Value, json};
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+use surfelshop_api::UnitKind;
+use surfelshop_api::params::Values;
+use surfelshop_cloud::{Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, WriteOptions};
+use surfelshop_engine::plugins::{self, LoadedUnit, UnitRef};
+use surfelshop_engine::tools::{Done, Ended, Running, ToolOptions};
+
+/// How often the bar and the wish to stop are looked at.
+const TICK: Duration = Duration::from_millis(50);
+
+/// Exit code of a program that was interrupted twice, as shells count it: 128 and the signal's
+/// number.
+const INTERRUPTED: i32 = 130;
+
+/// A tool with the parameters it is to run with.
+struct Step {
+    reference: UnitRef,
+    unit: LoadedUnit,
+    values: Values,
+}
+
+/// A tool that has run.
+struct Baked {
+    done: Done,
+    n_before: usize,
+    n_after: usize,
+    cpu: Option<Duration>,
+    columns: Vec<NewColumn>,
+}
+
+/// A column that a tool made.
+struct NewColumn {
+    name: String,
+    components: u32,
+    element: &'static str,
+    /// Smallest, largest and mean value, and how many are not finite; of floats alone.
+    spread: Option<Spread>,
+}
+
+/// What the values of a column are like.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Spread {
+    min: f64,
+    max: f64,
+    mean: f64,
+    n_not_finite: usize,
+}
+
+/// Runs the command.
+pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
+    let stop = watch();
+    // What can fail at once is tried before a large cloud is read.
+    files::check_writable(&arguments.out)?;
+    let steps = steps(arguments)?;
+    let source = source(&arguments.file)?;
+    let baked = bake(arguments, &steps, source, stop);
+    if stop.load(Ordering::Relaxed)
+        && let Err(error) = &baked
+    {
+        tracing::debug!("{error:#}");
+        let left_behind = error.downcast_ref::<LeftBehind>();
+        let out = arguments.out.display();
+        if let Some(why) = left_behind {
+            // The usual end of the program would take the graphics driver from under the tool.
+            terminal::leave(&anyhow!("cancelled; {out} was not written; {why}"));
+        }
+        bail!("cancelled; {out} was not written");
+    }
+    let (loaded, cloud, baked) = baked?;
+    if arguments.report.json {
+        let steps = steps.iter().zip(&baked).map(|(step, baked)| object(step, baked));
+        return terminal::json(&json!({
+            "command": "bake",
+            "version": env!("CARGO_PKG_VERSION"),
+            "file": arguments.out.display().to_string(),
+            "cloud": loaded.summary,
+            "steps": steps.collect::<Vec<_>>(),
+            "surfels": cloud.len(),
+            "columns": cloud.columns().iter().map(Column::name).collect::<Vec<_>>(),
+        }));
+    }
+    for (step, baked) in steps.iter().zip(&baked) {
+        terminal::line(line(step, baked))?;
+    }
+    let columns: Vec<&str> = cloud.columns().iter().map(Column::name).collect();
+    let (out, n_surfels) = (arguments.out.display(), cloud.len());
+    terminal::line(format!("{out}: {n_surfels} surfels with {}", columns.join(", ")))
+}
+
+/// Notices that the user or the system asks the program to end. A second request ends it at once.
+fn watch() -> &'static AtomicBool {
+    static ASKED: AtomicBool = AtomicBool::new(false);
+    let handled = ctrlc::set_handler(|| {
+        if ASKED.swap(true, Ordering::Relaxed) {
+            plugins::leave(INTERRUPTED);
+        }
+    });
+    if let Err(error) = handled {
+        tracing::debug!("requests to end will not be noticed: {error}");
+    }
+    &ASKED
+}
+
+/// Finds all tools and checks all parameters, before anything runs.
+fn steps(arguments: &BakeArguments) -> anyhow::Result<Vec<Step>> {
+    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let find = |name: &String| Ok(registry.find(UnitKind::Tool, name)?);
+    let units: Vec<UnitRef> = arguments.tool.iter().map(find).collect::<anyhow::Result<_>>()?;
+    let typed = settings::dealt(&units, &arguments.set)?;
+    let patience = arguments.plugins.patience();
+    let step = |(reference, typed): (UnitRef, Vec<_>)| {
+        let unit = studio::load(&reference, &patience)?;
+        let values = settings::values(&reference, &unit.description.params, typed)?;
+        Ok(Step { reference, unit, values })
+    };
+    units.into_iter().zip(typed).map(step).collect()
+}
+
+/// The one cloud of a file or scene.
+fn source(file: &Path) -> anyhow::Result<Source> {
+    let mut sources = Inputs::open(std::slice::from_ref(&file.to_owned()))?.sources;
+    match (sources.pop(), sources.len()) {
+        (Some(source), 0) => Ok(source),
+        (last, n_others) => bail!(
+            "{}: expected a scene that shows one cloud, found {}; name the cloud's own file",
+            file.display(),
+            n_others + usize::from(last.is_some())
+        ),
+    }
+}
+
+/// Reads, runs the tools and writes.
+fn bake(
+    arguments: &BakeArguments,
+    steps: &[Step],
+    source: Source,
+    stop: &AtomicBool,
+) -> anyhow::Result<(Loaded, Cloud, Vec<Baked>)> {
+    let asked = |flow| if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { flow };
+    let read = |file: &Path| -> Result<Loaded, ReadError> {
+        let progress = Progress::new(format!("reading {}", file.display()));
+        let tell = |fraction| asked(progress.tell(fraction));
+        surfelshop_cloud::read(file, &ReadOptions { progress: &tell, ..ReadOptions::default() })
+    };
+    let loaded = Clouds::read_with(&[source], read)?.loaded.pop();
+    let loaded = loaded.ok_or_else(|| anyhow!("no cloud was read"))?;
+    let (mut cloud, mut baked) = (loaded.cloud.clone(), Vec::new());
+    let options = ToolOptions {
+        patience: arguments.plugins.patience(),
+        threads: arguments.threads,
+        device: studio::gpu_options(&arguments.device),
+    };
+    for step in steps {
+        let n_before = cloud.len();
+        let (done, cpu) = run_step(step, &cloud, &options, stop)?;
+        let mut columns = Vec::new();
+        if let Some(edited) = &done.edited {
+            cloud = edited.cloud.clone();
+            let made = edited.columns.iter().filter_map(|name| cloud.column(name));
+            columns = made.map(NewColumn::of).collect();
+        }
+        baked.push(Baked { done, n_before, n_after: cloud.len(), cpu, columns });
+    }
+    tracing::debug!("writing {}", arguments.out.display());
+    let progress = Progress::new(format!("writing {}", arguments.out.display()));
+    let tell = |fraction| asked(progress.tell(fraction));
+    let comments = loaded.summary.comments.clone();
+    let options = WriteOptions { comments, progress: &tell, ..WriteOptions::default() };
+    surfelshop_cloud::write(&arguments.out, &cloud, &options)?;
+    Ok((loaded, cloud, baked))
+}
+
+/// A tool that did not stop when it was asked to.
+#[derive(Debug)]
+struct LeftBehind(String);
+
+impl std::fmt::Display for LeftBehind {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for LeftBehind {}
+
+/// Runs one tool to its end.
+fn run_step(
+    step: &Step,
+    cloud: &Cloud,
+    options: &ToolOptions,
+    stop: &AtomicBool,
+) -> anyhow::Result<(Done, Option<Duration>)> {
+    let Step { reference, unit, values } = step;
+    let cpu = cpu_time();
+    let mut running = Running::start(unit, values, cloud, options)
+        .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
+    tracing::debug!("running {reference}");
+    let progress = Progress::new(reference.id.clone());
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            running.cancel();
+        }
+        match running.wait(TICK) {
+            None => progress.tell_tool(&running.progress()),
+            Some(Ended::Done(done)) => {
+                let cpu = cpu_time().zip(cpu).map(|(now, then)| now.saturating_sub(then));
+                return Ok((*done, cpu));
+            }
+            Some(Ended::Cancelled) => bail!("{reference} was cancelled"),
+            Some(Ended::Failed(fault)) => bail!("{reference} failed: {fault}"),
+            Some(Ended::LeftBehind(limit)) => bail!(LeftBehind(format!(
+                "{reference} did not stop within {} s and was left behind",
+                limit.as_secs_f64()
+            ))),
+        }
+    }
+}
+
+/// The processor time of the program so far, where the system tells.
+fn cpu_time() -> Option<Duration> {
+    #[cfg(unix)]
+    {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+        let seconds = u64::try_from(time.tv_sec).ok()?;
+        Some(Duration::new(seconds, u32::try_from(time.tv_nsec).ok()?))
+    }
+    #[cfg(not(unix))]
+    None
+}
+
+impl NewColumn {
+    fn of(column: &Column) -> Self {
+        let spread = match column.values() {
+            Buffer::F32(values) => Spread::of(values.iter().map(|&value| f64::from(value))),
+            Buffer::F64(values) => Spread::of(values.iter().copied()),
+            _ => None,
+        };
+        Self {
+            name: column.name().to_owned(),
+            components: column.components(),
+            element: column.values().element().name(),
+            spread,
+        }
+    }
+}
+
+impl Spread {
+    /// What these values are like; `None` where none is finite.
+    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+        let (mut n, mut sum, mut n_not_finite) = (0u64, 0.0, 0);
+        let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values {
+            if value.is_finite() {
+                (n, sum) = (n + 1, sum + value);
+                (min, max) = (min.min(value), max.max(value));
+            } else {
+                n_not_finite += 1;
+            }
+        }
+        (n > 0).then(|| Self { min, max, mean: sum / n as f64, n_not_finite })
+    }
+}
+
+/// A run in JSON.
+fn object(step: &Step, baked: &Baked) -> Value {
+    let Baked { done, n_before, n_after, cpu, columns } = baked;
+    let parameters: Map<String, Value> =
+        done.values.iter().map(|(id, value)| (id.clone(), plain(value))).collect();
+    let column = |column: &NewColumn| {
+        json!({
+            "name": column.name,
+            "components": column.components,
+            "type": column.element,
+            "min": column.spread.map(|spread| spread.min),
+            "max": column.spread.map(|spread| spread.max),
+            "mean": column.spread.map(|spread| spread.mean),
+            "not_finite": column.spread.map(|spread| spread.n_not_finite),
+        })
+    };
+    json!({
+        "tool": {
+            "package": step.reference.package,
+            "id": step.reference.id,
+            "version": step.unit.manifest.version,
+            "file": step.reference.path.display().to_string(),
+            "parameters": parameters,
+        },
+        "wall_seconds": done.took.as_secs_f64(),
+        "cpu_seconds": cpu.map(|cpu| cpu.as_secs_f64()),
+        "adapter": done.device,
+        "surfels_in": n_before,
+        "surfels_out": n_after,
+        "whole_cloud": done.edited.as_ref().and_then(|edited| edited.whole).map(made::word),
+        "columns": columns.iter().map(column).collect::<Vec<_>>(),
+    })
+}
+
+/// A run in words.
+fn line(step: &Step, baked: &Baked) -> String {
+    let Baked { done, n_before, n_after, cpu, columns } = baked;
+    let mut parts = Vec::new();
+    match done.edited.as_ref().map(|edited| edited.whole) {
+        None => parts.push("changed nothing".to_owned()),
+        Some(Some(How::Kept)) => parts.push(format!("kept {n_after} of {n_before} surfels")),
+        Some(Some(How::Derived)) => {
+            parts.push(format!("made a cloud of {n_after} surfels from {n_before}"));
+        }
+        Some(None) => {}
+    }
+    for NewColumn { name, spread, .. } in columns {
+        parts.push(match spread {
+            Some(Spread { min, max, mean, .. }) => {
+                format!("{name} from {min:.6} to {max:.6}, mean {mean:.6}")
+            }
+            None => name.clone(),
+        });
+    }
+    let cpu = cpu.map_or_else(String::new, |cpu| format!(" ({:.2} s CPU)", cpu.as_secs_f64()));
+    let seconds = done.took.as_secs_f64();
+    format!("{}: {}; {seconds:.2} s{cpu}", step.reference.id, parts.join("; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn spreads_leave_out_what_is_not_finite() {
+        let spread = Spread::of([1.0, f64::NAN, 3.0, f64::INFINITY].into_iter());
+        let expected = Spread { min: 1.0, max: 3.0, mean: 2.0, n_not_finite: 2 };
+        assert_eq!(spread, Some(expected));
+        assert_eq!(Spread::of([f64::NAN].into_iter()), None);
+    }
+}

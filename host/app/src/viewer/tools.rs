@@ -1,0 +1,307 @@
+//! Tools at work in the window: loaded on threads of their own, run over one cloud at a time, and
+//! what comes of it.
+
+use super::darkroom::{self, UnitConduct};
+use super::messages::Messages;
+use super::stock::{Stock, generations};
+use crate::arguments::{DeviceArguments, PluginFiles};
+use crate::studio;
+use eframe::egui::Context;
+use std::collections::HashMap;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::Duration;
+use surfelshop_api::UnitKind;
+use surfelshop_api::abi::host_side::Fault;
+use surfelshop_api::params::Values;
+use surfelshop_cloud::{Cloud, How};
+use surfelshop_engine::plugins::{
+    Conduct, Contents, LoadError, LoadedUnit, Mark, Marks, Registry, Standing, UnitRef,
+};
+use surfelshop_engine::tools::{Done, Ended, Progress, Running, ToolOptions};
+
+/// Time between two looks at a tool that works.
+const TICK: Duration = Duration::from_millis(100);
+
+/// Everything about tools.
+pub(crate) struct Tools {
+    options: ToolOptions,
+    /// The tool whose window is open, as [`Registry::names`] calls it.
+    pub(crate) open: Option<String>,
+    /// Parameters by tool, those at their default left out.
+    pub(crate) values: HashMap<String, Values>,
+    /// The cloud to work on.
+    pub(crate) item: usize,
+    units: HashMap<String, Unit>,
+    work: Option<Work>,
+    conduct: Conduct,
+    /// Tools that the user does not want since the program crashed.
+    avoided: Vec<String>,
+}
+
+/// A tool's code.
+enum Unit {
+    Coming(Receiver<Result<LoadedUnit, LoadError>>),
+    Here(Box<LoadedUnit>),
+    Refused(String),
+}
+
+/// What the window of a tool shows of its code.
+pub(crate) enum Readiness<'a> {
+    Loading,
+    Ready(&'a LoadedUnit),
+    Refused(&'a str),
+}
+
+/// A tool at work.
+struct Work {
+    name: String,
+    reference: UnitRef,
+    contents: Contents,
+    running: Running,
+    item: usize,
+    /// The cloud it works on, as it was.
+    base: Cloud,
+    /// Says in a file that the tool is at work.
+    _mark: Option<Mark>,
+}
+
+/// Without the mark a crash is not noticed, which is no reason not to use the tool.
+fn mark(unit: &UnitRef) -> Option<Mark> {
+    Marks::of_user().and_then(|marks| marks.leave(unit).ok())
+}
+
+impl Tools {
+    pub(crate) fn new(device: &DeviceArguments, plugins: &PluginFiles) -> Self {
+        let device = studio::gpu_options(device);
+        Self {
+            options: ToolOptions { patience: plugins.patience(), device, threads: 0 },
+            open: None,
+            values: HashMap::new(),
+            item: 0,
+            units: HashMap::new(),
+            work: None,
+            conduct: Conduct::default(),
+            avoided: Vec::new(),
+        }
+    }
+
+    /// Loads a tool's code unless it is there.
+    pub(crate) fn prepare(&mut self, ctx: &Context, registry: &Registry, name: &str) {
+        if !self.units.contains_key(name) {
+            let unit = match self.load(ctx, registry, name) {
+                Ok(coming) => coming,
+                Err(reason) => Unit::Refused(reason),
+            };
+            self.units.insert(name.to_owned(), unit);
+        }
+        let Some(unit) = self.units.get_mut(name) else { return };
+        let Unit::Coming(coming) = unit else { return };
+        let arrived = match coming.try_recv() {
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => Unit::Refused("loading ended without a word".into()),
+            Ok(Ok(loaded)) => Unit::Here(Box::new(loaded)),
+            Ok(Err(error)) => {
+                if let (Some(fault), Ok(unit)) =
+                    (error.fault(), registry.find(UnitKind::Tool, name))
+                {
+                    self.conduct.failed(&unit, Contents::of_file(&unit.path), fault);
+                }
+                Unit::Refused(error.to_string())
+            }
+        };
+        *unit = arrived;
+    }
+
+    fn load(&self, ctx: &Context, registry: &Registry, name: &str) -> Result<Unit, String> {
+        let reference = registry.find(UnitKind::Tool, name).map_err(|error| error.to_string())?;
+        if self.avoided.contains(&reference.id) {
+            return Err(format!(
+                "{reference} was at work when the program crashed; the plugin list switches it on"
+            ));
+        }
+        self.conduct.check(&reference).map_err(|barred| barred.to_string())?;
+        let mark = mark(&reference);
+        let (send, coming) = channel();
+        let (wake, patience) = (ctx.clone(), self.options.patience);
+        let thread = std::thread::Builder::new().name("tool".to_owned()).spawn(move || {
+            // The window may be gone already.
+            drop(send.send(reference.load(&patience)));
+            drop(mark);
+            wake.request_repaint();
+        });
+        match thread {
+            Ok(_) => Ok(Unit::Coming(coming)),
+            Err(error) => Err(format!("nothing can be loaded: {error}")),
+        }
+    }
+
+    /// How far a tool is from being used.
+    pub(crate) fn readiness(&self, name: &str) -> Readiness<'_> {
+        match self.units.get(name) {
+            Some(Unit::Here(unit)) => Readiness::Ready(unit),
+            Some(Unit::Refused(reason)) => Readiness::Refused(reason),
+            Some(Unit::Coming(_)) | None => Readiness::Loading,
+        }
+    }
+
+    /// Has all tools loaded again: their files may have changed.
+    pub(crate) fn forget(&mut self) {
+        self.units.clear();
+    }
+
+    /// Does not use a tool until it is switched on.
+    pub(crate) fn avoid(&mut self, id: String) {
+        self.avoided.push(id);
+    }
+
+    /// Uses a tool again that was switched off.
+    pub(crate) fn switch_on(&mut self, registry: &Registry, id: &str) {
+        self.avoided.retain(|avoided| avoided != id);
+        if let Ok(unit) = registry.find(UnitKind::Tool, id) {
+            self.conduct.switch_on(&unit);
+        }
+        self.units.clear();
+    }
+
+    /// How tools that failed behave.
+    pub(crate) fn conduct(&self) -> Vec<UnitConduct> {
+        let of = |record: &surfelshop_engine::plugins::Record| UnitConduct {
+            renderer: record.unit.id.clone(),
+            text: record.to_string(),
+            off: record.standing == Standing::Off,
+        };
+        let avoided = self.avoided.iter().map(|id| UnitConduct {
+            renderer: id.clone(),
+            text: "not used, since it was at work when the program crashed".to_owned(),
+            off: true,
+        });
+        self.conduct.records().iter().map(of).chain(avoided).collect()
+    }
+
+    /// The tool at work and how far it is.
+    pub(crate) fn at_work(&self) -> Option<(&str, Progress, bool)> {
+        let work = self.work.as_ref()?;
+        Some((&work.name, work.running.progress(), work.running.is_cancelled()))
+    }
+
+    /// Starts a tool over one of the clouds.
+    pub(crate) fn run(
+        &mut self,
+        registry: &Registry,
+        stock: &Stock,
+        name: &str,
+    ) -> Result<(), String> {
+        let reference = registry.find(UnitKind::Tool, name).map_err(|error| error.to_string())?;
+        self.conduct.check(&reference).map_err(|barred| barred.to_string())?;
+        let (Some(Unit::Here(unit)), None) = (self.units.get(name), &self.work) else {
+            return Err(format!("{name} cannot run now"));
+        };
+        let item = stock.items().get(self.item).ok_or("there is no cloud to work on")?;
+        let base = item.loaded.cloud.clone();
+        let values = self.values.get(name).cloned().unwrap_or_default();
+        let running = Running::start(unit, &values, &base, &self.options)
+            .map_err(|fault| format!("{reference} could not start: {fault}"))?;
+        let (name, contents, item) = (name.to_owned(), unit.contents, self.item);
+        let mark = mark(&reference);
+        self.work = Some(Work { name, reference, contents, running, item, base, _mark: mark });
+        Ok(())
+    }
+
+    /// Asks the tool at work to stop.
+    pub(crate) fn cancel(&mut self) {
+        if let Some(work) = &mut self.work {
+            work.running.cancel();
+        }
+    }
+
+    /// Looks at the tool at work; returns the clouds after its edit, where it has done one.
+    pub(crate) fn go_on(
+        &mut self,
+        ctx: &Context,
+        stock: Option<&Stock>,
+        messages: &mut Messages,
+    ) -> Option<Stock> {
+        let work = self.work.as_mut()?;
+        let Some(ended) = work.running.wait(Duration::ZERO) else {
+            ctx.request_repaint_after(TICK);
+            return None;
+        };
+        let work = self.work.take()?;
+        match ended.fault() {
+            Some(fault) => self.failed(&work, &fault),
+            None => self.conduct.succeeded(&work.reference, work.contents),
+        }
+        match ended {
+            Ended::Done(done) => return commit(&work, *done, stock, messages),
+            Ended::Cancelled => {
+                messages.tell(format!("{} was cancelled; nothing was changed", work.name));
+            }
+            Ended::Failed(fault) => {
+                messages.warn(format!("{} failed, nothing was changed: {fault}", work.reference));
+            }
+            Ended::LeftBehind(limit) => {
+                darkroom::abandon();
+                messages.warn(format!(
+                    "{} did not stop within {} s; it was left behind and is switched off, and \
+                     nothing was changed",
+                    work.reference,
+                    limit.as_secs_f64()
+                ));
+            }
+        }
+        None
+    }
+
+    fn failed(&mut self, work: &Work, fault: &Fault) {
+        if self.conduct.failed(&work.reference, work.contents, fault) == Standing::Off {
+            self.units.remove(&work.name);
+        }
+    }
+}
+
+impl Drop for Tools {
+    /// A tool that still works would have its graphics driver taken from under it.
+    fn drop(&mut self) {
+        if self.work.is_some() {
+            darkroom::abandon();
+        }
+    }
+}
+
+/// The clouds after a run, and a line that says what it did.
+fn commit(
+    work: &Work,
+    done: Done,
+    stock: Option<&Stock>,
+    messages: &mut Messages,
+) -> Option<Stock> {
+    let (name, took) = (&work.name, done.took.as_secs_f64());
+    let Some(edited) = done.edited else {
+        messages.tell(format!("{name} found nothing to change, in {took:.1} s"));
+        return None;
+    };
+    let item = stock.and_then(|stock| stock.items().get(work.item));
+    let is_same = |cloud: &Cloud| generations(cloud) == generations(&work.base);
+    let (Some(stock), Some(item)) = (stock, item.filter(|item| is_same(&item.loaded.cloud))) else {
+        messages.warn(format!(
+            "{name} is done, but its cloud was changed or closed meanwhile; its result was dropped"
+        ));
+        return None;
+    };
+    let (columns, cloud) = (edited.columns.join(", "), item.name());
+    let (n_now, n_before) = (edited.cloud.len(), work.base.len());
+    messages.tell(match edited.whole {
+        None => format!("{name} made {columns} of {cloud} in {took:.1} s"),
+        Some(How::Kept) => {
+            format!("{name} kept {n_now} of {n_before} surfels of {cloud} in {took:.1} s")
+        }
+        Some(How::Derived) => format!(
+            "{name} made a cloud of {n_now} surfels from {n_before} in {took:.1} s; {cloud} is \
+             hidden now, the list of clouds shows it again"
+        ),
+    });
+    Some(match edited.whole {
+        Some(How::Derived) => stock.derived(work.item, edited.cloud, name),
+        _ => stock.edited(work.item, edited.cloud),
+    })
+}

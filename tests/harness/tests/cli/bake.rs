@@ -1,0 +1,153 @@
+//! `surfelshop bake`: what it writes and says, and that a failure writes nothing.
+
+use crate::program::{Desk, Ended, facing_front};
+use serde_json::json;
+use surfelshop_tests::stage::build_folder;
+
+/// The library of tools that misbehave, and of a few that do not.
+pub(crate) fn faulty() -> String {
+    let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let path = build_folder().join("examples").join(format!("{prefix}faulty{suffix}"));
+    assert!(path.is_file(), "{} is not built; `cargo verify` builds it", path.display());
+    path.to_string_lossy().into_owned()
+}
+
+/// A folder with `in.ply`, a row of surfels with a column of 16-bit numbers, and `out.ply`, which
+/// is to be replaced or left alone.
+pub(crate) fn desk(n_surfels: usize) -> Desk {
+    let desk = Desk::new();
+    let mut text = format!("ply\nformat ascii 1.0\nelement vertex {n_surfels}\n");
+    for property in ["x", "y", "z", "nx", "ny", "nz", "radius"] {
+        text += &format!("property float {property}\n");
+    }
+    text += "property ushort class\nend_header\n";
+    for i in 0..n_surfels {
+        text += &format!("{i} 0 0 0 0 1 0.5 {}\n", i % 1000);
+    }
+    desk.put("in.ply", &text);
+    desk.put("out.ply", OLD);
+    desk
+}
+
+/// What stands where the result is to be written.
+pub(crate) const OLD: &str = "what stood there before\n";
+
+/// Bakes `in.ply` to `out.ply` with the faulty plugin.
+fn bake(desk: &Desk, arguments: &str) -> Ended {
+    let plugin = faulty();
+    let line = ["bake", "in.ply", "-o", "out.ply", "--plugin", &plugin];
+    desk.run_with(&line.into_iter().chain(arguments.split_whitespace()).collect::<Vec<_>>())
+}
+
+/// Expects that nothing was written.
+#[track_caller]
+pub(crate) fn assert_untouched(desk: &Desk) {
+    assert_eq!(desk.files(), ["in.ply", "out.ply"]);
+    assert_eq!(std::fs::read_to_string(desk.at("out.ply")).unwrap(), OLD);
+}
+
+#[test]
+fn tools_run_one_after_the_other_and_all_is_told() {
+    let desk = desk(10);
+    let told = bake(&desk, "-t scatters -t keeps-half --set scatters:seed=7 --json").json();
+    assert_eq!(told["surfels"], 5);
+    assert_eq!(told["columns"], json!(["position", "normal", "radius", "class", "noise"]));
+    let [scatters, half] = &told["steps"].as_array().unwrap()[..] else { panic!("{told}") };
+    assert_eq!(scatters["tool"]["parameters"], json!({ "seed": 7 }));
+    assert_eq!(scatters["tool"]["id"], "scatters");
+    assert_eq!((&scatters["surfels_in"], &scatters["surfels_out"]), (&json!(10), &json!(10)));
+    let noise = &scatters["columns"][0];
+    assert_eq!((&noise["name"], &noise["type"]), (&json!("noise"), &json!("f32")));
+    let number = |key: &str| noise[key].as_f64().unwrap();
+    assert!(0.0 <= number("min") && number("min") < number("mean"), "{noise}");
+    assert!(number("mean") < number("max") && number("max") < 1.0, "{noise}");
+    assert_eq!((&half["whole_cloud"], &half["surfels_out"]), (&json!("kept"), &json!(5)));
+    assert!(half["wall_seconds"].as_f64().unwrap() >= 0.0);
+    let info = desk.run("info out.ply --json").json();
+    let columns = info["clouds"][0]["columns"].as_array().unwrap();
+    let class = columns.iter().find(|column| column["name"] == "class").unwrap();
+    assert_eq!((&class["type"], &class["made"]), (&json!("u16"), &json!(null)));
+    let noise = columns.iter().find(|column| column["name"] == "noise").unwrap();
+    assert_eq!(noise["made"]["tool"], "org.surfelshop.test.faulty/scatters");
+    assert_eq!((&noise["made"]["seed"], &noise["type"]), (&json!(7), &json!("f32")));
+    let kept = &info["clouds"][0]["history"][0];
+    assert_eq!((&kept["surfels"], &kept["surfels_before"]), (&json!(5), &json!(10)));
+    let text = desk.run("info out.ply").done().stdout;
+    assert!(text.contains("noise by org.surfelshop.test.faulty/scatters"), "{text}");
+    assert!(
+        text.contains("5 of 10 surfels kept by org.surfelshop.test.faulty/keeps-half"),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_result_is_in_words_too() {
+    let desk = desk(10);
+    let told = bake(&desk, "-t stages-ao").done().stdout;
+    let [tool, file] = told.lines().collect::<Vec<_>>()[..] else { panic!("{told}") };
+    assert!(tool.starts_with("stages-ao: ao from 0.500000 to 0.500000, mean 0.500000; "), "{tool}");
+    assert_eq!(file, "out.ply: 10 surfels with position, normal, radius, class, ao");
+    assert_eq!(desk.files(), ["in.ply", "out.ply"]);
+}
+
+#[test]
+fn a_scene_with_one_cloud_is_baked_where_it_stands() {
+    let desk = desk(10);
+    let cloud = "[[clouds]]\npath = \"in.ply\"\n[clouds.transform]\nscale = 2.0\n";
+    desk.put("a.scene.toml", &format!("format = 1\n{cloud}"));
+    desk.put("b.scene.toml", &format!("format = 1\n{cloud}{cloud}"));
+    let plugin = faulty();
+    let bake = |scene| {
+        desk.run_with(&["bake", scene, "-t", "stages-ao", "-o", "new.ply", "--plugin", &plugin])
+    };
+    bake("b.scene.toml").failed(&["b.scene.toml", "shows one cloud, found 2"]);
+    bake("a.scene.toml").done();
+    let info = desk.run("info new.ply --json").json();
+    assert_eq!(info["clouds"][0]["radius_range"], json!([1.0, 1.0]));
+}
+
+#[test]
+fn mistakes_are_found_before_anything_runs() {
+    let desk = desk(3);
+    bake(&desk, "-t stage-ao").failed(&["there is no tool `stage-ao`", "`stages-ao`?"]);
+    bake(&desk, "-t ewa-phong").failed(&["there is no tool", "`ewa-phong` is a renderer"]);
+    bake(&desk, "-t scatters --set sed=1").failed(&["tool `scatters`", "it has: seed"]);
+    bake(&desk, "-t scatters --set seed=-1").failed(&["`seed` takes a whole number from 0 to"]);
+    bake(&desk, "-t scatters --set ao:seed=1").failed(&["meant for `ao`", "used: scatters"]);
+    bake(&desk, "-t scatters -t stages-ao --set seed=1").failed(&["say scatters:seed=1"]);
+    bake(&desk, "").misused(&["--tool"]);
+    assert_untouched(&desk);
+    let line = ["bake", "in.ply", "-t", "stages-ao", "--plugin", &faulty(), "-o"];
+    let to = |out: &str| desk.run_with(&[&line[..], &[out]].concat());
+    to("out.xyz").misused(&["ending in .ply, found .xyz"]);
+    to("no/out.ply").failed(&["no such folder"]);
+    assert_untouched(&desk);
+}
+
+#[test]
+fn a_tool_that_fails_writes_nothing() {
+    let desk = desk(3);
+    for (tool, words) in [
+        ("stages-and-fails", "the tide is out"),
+        ("panics-in-run", "run goes wrong"),
+        ("wrong-length-edit", "column `ao`: expected 3 values, found 4"),
+        // What ran before it is not written either.
+        ("stages-ao -t panics-in-run", "run goes wrong"),
+    ] {
+        bake(&desk, &format!("-t {tool}")).failed(&["tool `org.surfelshop.test.faulty/", words]);
+        assert_untouched(&desk);
+    }
+}
+
+#[test]
+fn the_input_may_be_the_output() {
+    let desk = Desk::new();
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
+    let plugin = faulty();
+    let line = ["bake", "one.ply", "-t", "stages-ao", "-o", "one.ply", "--plugin", &plugin];
+    desk.run_with(&line).done();
+    desk.run_with(&line).done();
+    assert_eq!(desk.files(), ["one.ply"]);
+    let text = desk.run("info one.ply").done().stdout;
+    assert_eq!(text.matches("ao by org.surfelshop.test.faulty/stages-ao").count(), 1, "{text}");
+}
