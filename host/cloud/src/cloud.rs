@@ -1,9 +1,10 @@
 use crate::buffer::Buffer;
 use crate::column::Column;
 use crate::error::CloudError;
+use crate::faces;
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::{CloudFacts, CloudView};
 
@@ -11,12 +12,14 @@ use surfelshop_api::{CloudFacts, CloudView};
 ///
 /// `position` holds f32 offsets from the origin in scene units, right-handed and y up; the other
 /// columns are described in [`surfelshop_api::columns`]. Columns are shared: a clone or an edit
-/// copies none but those that change.
+/// copies none but those that change. Triangles between the surfels, where the cloud comes from a
+/// mesh, are shared alike.
 #[derive(Clone, Debug)]
 pub struct Cloud {
     origin: DVec3,
     len: usize,
     columns: Vec<Column>,
+    faces: Arc<[[u32; 3]]>,
     facts: OnceLock<CloudFacts>,
 }
 
@@ -24,7 +27,13 @@ impl Default for Cloud {
     /// An empty cloud: a `position` column without surfels.
     fn default() -> Self {
         let position = Column::new(POSITION, 3, Buffer::F32(Vec::new()));
-        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], facts: OnceLock::new() }
+        Self {
+            origin: DVec3::ZERO,
+            len: 0,
+            columns: vec![position],
+            faces: Arc::default(),
+            facts: OnceLock::new(),
+        }
     }
 }
 
@@ -48,7 +57,21 @@ impl Cloud {
                 return Err(CloudError::Twice { column: column.name().to_owned() });
             }
         }
-        Ok(Self { origin, len, columns, facts: OnceLock::new() })
+        Ok(Self { origin, len, columns, faces: Arc::default(), facts: OnceLock::new() })
+    }
+
+    /// The cloud with these triangles between its surfels, counterclockwise seen from outside,
+    /// instead of those it had.
+    ///
+    /// # Errors
+    /// Where a triangle names a surfel that is not there.
+    pub fn with_faces(mut self, faces: Vec<[u32; 3]>) -> Result<Self, CloudError> {
+        let is_there = |corner: &u32| (*corner as usize) < self.len;
+        if let Some(triangle) = faces.iter().position(|face| !face.iter().all(is_there)) {
+            return Err(CloudError::Face { triangle, len: self.len });
+        }
+        self.faces = faces.into();
+        Ok(self)
     }
 
     /// The cloud with columns added, or replaced where the name exists; all others are shared.
@@ -64,7 +87,7 @@ impl Cloud {
                 None => columns.push(column),
             }
         }
-        Ok(Self { origin: self.origin, len: self.len, columns, facts: OnceLock::new() })
+        Ok(self.with_origin(self.origin, columns))
     }
 
     /// The cloud without a column; `position` stays, and an unknown name changes nothing.
@@ -72,10 +95,10 @@ impl Cloud {
     pub fn without_column(&self, name: &str) -> Self {
         let mut columns = self.columns.clone();
         columns.retain(|column| column.name() == POSITION || column.name() != name);
-        Self { origin: self.origin, len: self.len, columns, facts: OnceLock::new() }
+        self.with_origin(self.origin, columns)
     }
 
-    /// The cloud of the surfels whose entry is true.
+    /// The cloud of the surfels whose entry is true, with the triangles all of whose corners stay.
     ///
     /// # Errors
     /// Where there is not one entry per surfel.
@@ -85,12 +108,18 @@ impl Cloud {
         }
         let columns = self.columns.iter().map(|column| column.select(mask)).collect();
         let len = mask.iter().filter(|&&keep| keep).count();
-        Ok(Self { origin: self.origin, len, columns, facts: OnceLock::new() })
+        // A mask that keeps all keeps the triangles as they are.
+        let faces = match len == self.len {
+            true => Arc::clone(&self.faces),
+            false => faces::kept(&self.faces, mask).into(),
+        };
+        Ok(Self { origin: self.origin, len, columns, faces, facts: OnceLock::new() })
     }
 
     /// The cloud around another origin; the columns must be of its length.
     pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
-        Self { origin, len: self.len, columns, facts: OnceLock::new() }
+        let faces = Arc::clone(&self.faces);
+        Self { origin, len: self.len, columns, faces, facts: OnceLock::new() }
     }
 
     /// Number of surfels.
@@ -117,6 +146,13 @@ impl Cloud {
         &self.columns
     }
 
+    /// Triangles between the surfels, as indices of their corners counterclockwise seen from
+    /// outside; none where the cloud does not come from a mesh.
+    #[must_use]
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
     /// The column of this name.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&Column> {
@@ -127,7 +163,7 @@ impl Cloud {
     #[must_use]
     pub fn view(&self) -> CloudView<'_> {
         let columns = self.columns.iter().map(Column::view).collect();
-        CloudView { origin: self.origin, len: self.len, columns, faces: &[] }
+        CloudView { origin: self.origin, len: self.len, columns, faces: &self.faces }
     }
 
     /// Facts of the cloud, computed on the first call.

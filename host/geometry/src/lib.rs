@@ -14,6 +14,7 @@ mod cell;
 pub mod discs;
 mod eigen;
 pub mod harmonics;
+pub mod mesh;
 mod neighbours;
 pub mod normals;
 pub mod octree;
