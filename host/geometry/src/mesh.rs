@@ -4,11 +4,15 @@
 //! index out of range or a corner that is not finite count for nothing. All sums run in the order of
 //! the faces, in f64, so that results do not depend on threads.
 
+mod scatter;
+
 use crate::bounds::Bounds;
 use crate::normals::{is_valid, normalised};
 use crate::radii::{COVER, in_range};
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+
+pub use scatter::{OnMesh, scatter};
 
 /// The corners of a face; `None` where it counts for nothing.
 fn corners(positions: &[Vec3], face: &[u32; 3]) -> Option<[DVec3; 3]> {
