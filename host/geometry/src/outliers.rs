@@ -100,12 +100,18 @@ fn median(values: &mut [f64]) -> Option<f64> {
 /// a regular sampling varies by less, at a thousand points along an edge in single precision.
 const ROUNDING: f64 = 1e-3;
 
+/// The least deviation that counts, as a share of the middle: nearly all points of a regular
+/// sampling have the same distances, and those at its borders and poles, which are up to 1.4 times
+/// as far from their nearest, would be many deviations off.
+const EVEN: f64 = 0.1;
+
 impl Usual {
-    /// The largest value that still is usual: `factor` deviations above the middle, and at least a
-    /// thousandth of it.
+    /// The largest value that still is usual: `factor` deviations, of at least a tenth of the middle,
+    /// above it, and at least a thousandth of it.
     #[must_use]
     pub fn limit(&self, factor: f64) -> f64 {
-        self.middle + (factor * self.deviation).max(ROUNDING * self.middle)
+        let deviation = self.deviation.max(EVEN * self.middle);
+        self.middle + (factor * deviation).max(ROUNDING * self.middle)
     }
 }
 

@@ -77,15 +77,15 @@ pub(super) fn read<R: Read>(
                 Kind::List { length, item } => {
                     let bytes = &mut piece[..length.size()];
                     body.read_exact(bytes).map_err(|error| at_end(error, element))?;
-                    let length = u64::try_from(integer(length, bytes, big));
-                    (item, length.map_err(|_| negative(element, record))?)
+                    let length = u64::try_from(integer(length, bytes, big)).ok();
+                    (item, length.ok_or_else(|| negative(element, record))?)
                 }
             };
             let size = length.saturating_mul(item.size() as u64);
             if size > body.remaining {
                 return Err(shrunk(element));
             }
-            let mut left = usize::try_from(size).map_err(|_| shrunk(element))?;
+            let mut left = usize::try_from(size).ok().ok_or_else(|| shrunk(element))?;
             while left > 0 {
                 if left > PIECE {
                     body.tell(progress)?;
