@@ -43,7 +43,7 @@ fn globe() -> Given {
             };
             (0..4).map(flip)
         })
-        .map(Vec3::normalize)
+        .map(Vec3::normalize_or_zero)
         .collect();
     let mut faces = Vec::new();
     for a in 0..12u32 {
@@ -64,7 +64,8 @@ fn globe() -> Given {
             .iter()
             .flat_map(|&[a, b, c]| {
                 let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(from, to)| {
-                    let middle = (corners[from as usize] + corners[to as usize]).normalize();
+                    let middle =
+                        (corners[from as usize] + corners[to as usize]).normalize_or_zero();
                     let known = corners.iter().position(|corner| corner.distance(middle) < 1e-4);
                     known.unwrap_or_else(|| {
                         corners.push(middle);
