@@ -6,7 +6,6 @@
 use crate::bounds::Bounds;
 use crate::grid::Grid;
 use crate::hashing;
-use crate::neighbours::Neighbours;
 use crate::progress::{Cancelled, Progress, each, flat_map, map, part, sort, tell};
 use glam::{DVec3, Vec3};
 use std::cmp::Ordering;
@@ -248,29 +247,6 @@ fn eliminated(
         }
     })?;
     Ok(stays)
-}
-
-/// Nearest points that a point's share of the surface is taken from: a ring.
-const RING: usize = 6;
-
-/// About the area of the surface that points lie on, squared scene units; 0 for fewer than two
-/// different points.
-///
-/// The circle about a point that ends between its sixth and its seventh nearest has the area of
-/// seven points. This is 3 % low for points in equilateral triangles, 10 % in squares, and 7 % for
-/// random ones; a border counts as if the surface went on to it.
-///
-/// # Errors
-/// Where `progress` asks to stop.
-pub fn area(neighbours: &Neighbours, progress: Progress<'_>) -> Result<f64, Cancelled> {
-    let shares = map(neighbours.n_distinct(), progress, |place| {
-        let near = neighbours.around(place, RING + 1);
-        let Some(last) = near.last() else { return 0.0 };
-        let before = near[near.len().saturating_sub(2)].1;
-        let radius = 0.5 * (last.1 + before) * neighbours.scale();
-        std::f64::consts::PI * radius * radius / near.len() as f64
-    })?;
-    Ok(shares.iter().sum())
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ use crate::surfels::{count, finite, normals, positions, stage_radii, told};
 use surfelshop_api::columns::RADIUS;
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::{Neighbours, radii, spread, thinning};
+use surfelshop_geometry::{areas, radii, spread, thinning};
 
 choices! {
     /// Which surfels stay.
@@ -92,7 +92,8 @@ impl Tool for Thin {
                 params.count
             )));
         }
-        let kept = chosen(&positions, params, spacing, job)?;
+        let normals = normals(cloud);
+        let kept = chosen(&positions, &normals, params, spacing, job)?;
         let n_kept = count(&kept);
         if n_kept == 0 {
             return Err(Error::new("expected finite positions, found none"));
@@ -107,7 +108,7 @@ impl Tool for Thin {
             }
             (Radius::Cover, Some(before)) => {
                 let part: Vec<Vec3> = of(&positions, &kept);
-                let found = radii::estimate(&part, &of(&normals(cloud), &kept), &progress)?;
+                let found = radii::estimate(&part, &of(&normals, &kept), &progress)?;
                 let mut found = found.into_iter();
                 let grow = |(&before, &stays): (&f32, &bool)| match stays {
                     true => found.next().map_or(before, |radius| radius.max(before)),
@@ -126,7 +127,13 @@ impl Tool for Thin {
 }
 
 /// Which surfels stay.
-fn chosen(positions: &[Vec3], params: &Settings, spacing: f64, job: &Job<'_>) -> Result<Vec<bool>> {
+fn chosen(
+    positions: &[Vec3],
+    normals: &[Vec3],
+    params: &Settings,
+    spacing: f64,
+    job: &Job<'_>,
+) -> Result<Vec<bool>> {
     let wanted = match params.count {
         0 => positions.len().div_ceil(2),
         count => count as usize,
@@ -145,9 +152,8 @@ fn chosen(positions: &[Vec3], params: &Settings, spacing: f64, job: &Job<'_>) ->
         }
         (Method::BlueNoise, true) => spread::apart(positions, spacing, seed, &all)?,
         (Method::BlueNoise, false) => {
-            let neighbours = Neighbours::build(positions, &told(job, 0.0..0.2, "measuring"))?;
-            let progress = told(job, 0.2..0.3, "measuring the surface");
-            let area = spread::area(&neighbours, &progress)?;
+            let shares = areas::effective(positions, normals, &first)?;
+            let area = shares.into_iter().map(f64::from).sum();
             spread::evenly(positions, wanted, area, seed, &then)?
         }
     })
