@@ -4,7 +4,7 @@
 //! |--------------|--------|----------|--------------------------------------------------------------|
 //! | `method`     | choice | `robust` | `robust`, `statistical` or `radius`                          |
 //! | `neighbours` | int    | 16       | nearest points whose mean distance counts                    |
-//! | `deviations` | float  | 4        | deviations from the usual distance that are too many          |
+//! | `deviations` | float  | 8        | deviations from the usual distance that are too many          |
 //! | `radius`     | float  | 0        | of `radius`: how far companions may be; 0: four times the usual distance |
 //! | `companions` | int    | 4        | of `radius`: fewer points than this within it are too few     |
 //!
@@ -21,7 +21,7 @@
 //! for the statistics of mean distances; Rousseeuw & Croux 1993 for the robust ones.
 //!
 //! ```text
-//! surfelshop bake scan.ply -t outliers --set deviations=6 -o clean.ply
+//! surfelshop bake scan.ply -t outliers --set deviations=4 -o clean.ply
 //! ```
 
 use crate::surfels::{count, finite, positions, told};
@@ -53,7 +53,7 @@ params! {
         /// Nearest points whose mean distance counts.
         neighbours: u32 { default: 16, range: 1..=256, logarithmic: true },
         /// Deviations above the usual distance that are too many.
-        deviations: f64 { default: 4.0, range: 0.0..=1000.0, logarithmic: true },
+        deviations: f64 { default: 8.0, range: 0.0..=1000.0, logarithmic: true },
         /// How far companions may be, for method radius; 0 for four times the usual distance to the
         /// nearest point.
         radius: f64 { default: 0.0, range: 0.0..=1e30, unit: "scene units" },
