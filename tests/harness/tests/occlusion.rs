@@ -105,9 +105,12 @@ fn same(found: &[f32], expected: &[f32], what: &str) {
     }
 }
 
-/// Holds that each part of the light is darkened as told, for parts that are settings of the
-/// renderer: which, whether of lights, and from which choice on it is darkened.
-fn parts_are_darkened(lab: &mut Lab, parts: &[(Vec<(&'static str, Value)>, bool, usize)]) {
+/// A part of the light: the settings that leave no other, whether it is of lights, and from which
+/// choice on it is darkened.
+type Part = (Vec<(&'static str, Value)>, bool, usize);
+
+/// Holds that each part of the light is darkened as told.
+fn parts_are_darkened(lab: &mut Lab, parts: &[Part]) {
     let (open, closed) = (sphere(false), sphere(true));
     for (settings, of_lights, from) in parts {
         let bright = lab.part(&open, settings, *of_lights);
