@@ -85,7 +85,7 @@ fn outliers_go_and_the_rest_stays() {
     for method in
         [outliers::Method::Robust, outliers::Method::Statistical, outliers::Method::Radius]
     {
-        let params = outliers::Settings { method, ..Default::default() };
+        let params = outliers::Settings { method, deviations: 4.0, ..Default::default() };
         let ran = run::<Outliers>(&given, &params).unwrap();
         assert_eq!(count(&ran.mask()), 2000, "{}", ran.message);
         assert!(ran.mask()[..2000].iter().all(|kept| *kept));
