@@ -57,6 +57,7 @@ mod frame;
 pub mod graph;
 pub mod job;
 pub mod manifest;
+mod occlusion;
 pub mod params;
 mod scene;
 pub mod tool;
@@ -71,6 +72,7 @@ pub use frame::{CloudFacts, Frame, FrameRequest, HostInfo};
 pub use glam;
 pub use graph::Graph;
 pub use job::Job;
+pub use occlusion::AoAffects;
 pub use scene::{Light, Scene, SurfaceSettings};
 pub use tool::{Edit, Tile};
 pub use uniform::Uniform;
@@ -83,7 +85,7 @@ pub mod prelude {
         Buffer, Format, Graph, Groups, Output, Pass, SamplerKind, SurfaceMode, Texture,
     };
     pub use crate::{
-        Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection, Renderer,
-        Result, Tile, Tool, Tracer, Uniform, UnitInfo, choices, export_plugin, params,
+        AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection,
+        Renderer, Result, Tile, Tool, Tracer, Uniform, UnitInfo, choices, export_plugin, params,
     };
 }

@@ -55,7 +55,8 @@ fn bytes(column: &Column) -> u64 {
 }
 
 fn total_bytes(cloud: &Cloud) -> u64 {
-    cloud.columns().iter().map(bytes).sum()
+    let triangles = size_of_val(cloud.faces()) as u64;
+    cloud.columns().iter().map(bytes).sum::<u64>() + triangles
 }
 
 /// Smallest and largest radius.
@@ -95,9 +96,17 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
     let mut row = |name: &str, value: String| write!(text, "\n  {name:<9} {value}");
     row("format", summary.format.clone())?;
     row("points", points(summary))?;
+    if summary.n_triangles > 0 {
+        row("triangles", summary.n_triangles.to_string())?;
+    }
     row("normals", counted(&normal_counts(summary)))?;
     let r = &summary.radii;
-    let counts = [(r.given, "given"), (r.estimated, "estimated"), (r.clamped, "clamped")];
+    let counts = [
+        (r.given, "given"),
+        (r.from_triangles, "from triangles"),
+        (r.estimated, "estimated"),
+        (r.clamped, "clamped"),
+    ];
     let range = match radii(cloud) {
         Some([low, high]) if low < high => format!(", {low} to {high}"),
         Some([low, _]) => format!(", all {low}"),
@@ -143,11 +152,12 @@ fn points(summary: &Summary) -> String {
     }
 }
 
-fn normal_counts(summary: &Summary) -> [(u64, &'static str); 5] {
+fn normal_counts(summary: &Summary) -> [(u64, &'static str); 6] {
     let n = &summary.normals;
     [
         (n.given, "given"),
         (n.normalised, "made unit length"),
+        (n.from_triangles, "from triangles"),
         (n.repaired, "repaired"),
         (n.estimated, "estimated"),
         (n.degenerate, "without a plane around them"),

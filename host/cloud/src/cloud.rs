@@ -1,10 +1,11 @@
 use crate::buffer::Buffer;
 use crate::column::Column;
 use crate::error::CloudError;
+use crate::faces;
 use crate::provenance::CloudMade;
 use glam::{DVec3, Vec3};
 use std::collections::HashSet;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::{CloudFacts, CloudView};
 
@@ -12,12 +13,14 @@ use surfelshop_api::{CloudFacts, CloudView};
 ///
 /// `position` holds f32 offsets from the origin in scene units, right-handed and y up; the other
 /// columns are described in [`surfelshop_api::columns`]. Columns are shared: a clone or an edit
-/// copies none but those that change.
+/// copies none but those that change. Triangles between the surfels, where the cloud comes from a
+/// mesh, are shared alike.
 #[derive(Clone, Debug)]
 pub struct Cloud {
     origin: DVec3,
     len: usize,
     columns: Vec<Column>,
+    faces: Arc<[[u32; 3]]>,
     facts: OnceLock<CloudFacts>,
     history: Vec<CloudMade>,
 }
@@ -26,8 +29,8 @@ impl Default for Cloud {
     /// An empty cloud: a `position` column without surfels.
     fn default() -> Self {
         let position = Column::new(POSITION, 3, Buffer::F32(Vec::new()));
-        let (facts, history) = Default::default();
-        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], facts, history }
+        let (faces, facts, history) = Default::default();
+        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], faces, facts, history }
     }
 }
 
@@ -51,7 +54,22 @@ impl Cloud {
                 return Err(CloudError::Twice { column: column.name().to_owned() });
             }
         }
-        Ok(Self { origin, len, columns, facts: OnceLock::new(), history: Vec::new() })
+        let (faces, facts, history) = Default::default();
+        Ok(Self { origin, len, columns, faces, facts, history })
+    }
+
+    /// The cloud with these triangles between its surfels, counterclockwise seen from outside,
+    /// instead of those it had.
+    ///
+    /// # Errors
+    /// Where a triangle names a surfel that is not there.
+    pub fn with_faces(mut self, faces: Vec<[u32; 3]>) -> Result<Self, CloudError> {
+        let is_there = |corner: &u32| (*corner as usize) < self.len;
+        if let Some(triangle) = faces.iter().position(|face| !face.iter().all(is_there)) {
+            return Err(CloudError::Face { triangle, len: self.len });
+        }
+        self.faces = faces.into();
+        Ok(self)
     }
 
     /// The cloud with columns added, or replaced where the name exists; all others are shared.
@@ -78,7 +96,7 @@ impl Cloud {
         self.with_origin(self.origin, columns)
     }
 
-    /// The cloud of the surfels whose entry is true.
+    /// The cloud of the surfels whose entry is true, with the triangles all of whose corners stay.
     ///
     /// # Errors
     /// Where there is not one entry per surfel.
@@ -88,13 +106,18 @@ impl Cloud {
         }
         let columns = self.columns.iter().map(|column| column.select(mask)).collect();
         let len = mask.iter().filter(|&&keep| keep).count();
-        Ok(Self { len, ..self.with_origin(self.origin, columns) })
+        // A mask that keeps all keeps the triangles as they are.
+        let faces = match len == self.len {
+            true => Arc::clone(&self.faces),
+            false => faces::kept(&self.faces, mask).into(),
+        };
+        Ok(Self { len, faces, ..self.with_origin(self.origin, columns) })
     }
 
     /// The cloud around another origin; the columns must be of its length.
     pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
-        let (facts, history) = (OnceLock::new(), self.history.clone());
-        Self { origin, len: self.len, columns, facts, history }
+        let (faces, history) = (Arc::clone(&self.faces), self.history.clone());
+        Self { origin, len: self.len, columns, faces, facts: OnceLock::new(), history }
     }
 
     /// What tools did to the cloud as a whole, oldest first; what they did to a column is in
@@ -134,6 +157,13 @@ impl Cloud {
         &self.columns
     }
 
+    /// Triangles between the surfels, as indices of their corners counterclockwise seen from
+    /// outside; none where the cloud does not come from a mesh.
+    #[must_use]
+    pub fn faces(&self) -> &[[u32; 3]] {
+        &self.faces
+    }
+
     /// The column of this name.
     #[must_use]
     pub fn column(&self, name: &str) -> Option<&Column> {
@@ -144,7 +174,7 @@ impl Cloud {
     #[must_use]
     pub fn view(&self) -> CloudView<'_> {
         let columns = self.columns.iter().map(Column::view).collect();
-        CloudView { origin: self.origin, len: self.len, columns, faces: &[] }
+        CloudView { origin: self.origin, len: self.len, columns, faces: &self.faces }
     }
 
     /// Facts of the cloud, computed on the first call.

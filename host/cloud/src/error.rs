@@ -64,6 +64,14 @@ pub enum CloudError {
         /// What was staged.
         found: String,
     },
+    /// A triangle has a corner that is no surfel.
+    #[error("triangle {triangle}: expected corners below {len}")]
+    Face {
+        /// Index of the first such triangle.
+        triangle: usize,
+        /// Surfels of the cloud.
+        len: usize,
+    },
     /// The origin is not finite.
     #[error("expected a finite origin, found {origin}")]
     Origin {
@@ -110,7 +118,7 @@ pub enum ReadFault {
     #[error("expected a point cloud, found a Git LFS pointer; fetch the file with `git lfs pull`")]
     LfsPointer,
     /// No supported format begins like this.
-    #[error("expected a PLY file that begins with `ply`, found {found}; convert it to PLY first")]
+    #[error("expected a PLY, OBJ or OFF file, found {found}; convert it to PLY first")]
     UnknownFormat {
         /// The first bytes.
         found: String,

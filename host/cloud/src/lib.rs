@@ -2,8 +2,8 @@
 //!
 //! A [`Cloud`] is a set of named typed columns around an f64 origin, shared by reference and edited
 //! by copy on write. [`read()`] loads one from a file of any supported format, recognised by content,
-//! fills in what a renderer needs and the file lacks (normals and radii are estimated), drops what
-//! cannot be drawn, and counts all of it in a [`Summary`]. [`write()`] saves one so that a failure
+//! fills in what a renderer needs and the file lacks (normals and radii, from triangles where it is a
+//! mesh), drops what cannot be drawn, and counts all of it in a [`Summary`]. [`write()`] saves one so that a failure
 //! leaves the old file as it was.
 //!
 //! A [`scene`] says which clouds stand where and how they are seen.
@@ -16,13 +16,18 @@
 //! (`every_loaded_cloud_can_be_drawn`).
 
 mod assemble;
+mod body;
 mod buffer;
 mod cloud;
 mod color;
 mod column;
 mod edit;
 mod error;
+mod faces;
 mod facts;
+mod lines;
+mod obj;
+mod off;
 mod ply;
 pub mod probe;
 mod provenance;

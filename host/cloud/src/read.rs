@@ -1,8 +1,10 @@
 use crate::assemble;
+use crate::body::Body;
 use crate::cloud::Cloud;
 use crate::error::{ReadError, ReadFault, quoted};
-use crate::ply;
 use crate::summary::Summary;
+use crate::table::Table;
+use crate::{obj, off, ply};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -36,7 +38,7 @@ pub struct Loaded {
     pub summary: Summary,
 }
 
-/// Bytes that tell the format.
+/// Bytes shown of a file whose format is unknown.
 const MAGIC: usize = 64;
 
 /// Reads a cloud from a file, recognising the format by content.
@@ -48,7 +50,7 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     let started = Instant::now();
     let load = || -> Result<Loaded, ReadFault> {
         let file = open(path)?;
-        let reading = assemble::share_of_reading(file.names(), options);
+        let reading = file.share_of_reading(options);
         let table = file.read(&part(options.progress, 0.0..reading))?;
         let options = ReadOptions { progress: &part(options.progress, reading..1.0), ..*options };
         let loaded = assemble::cloud(table, &options)?;
@@ -60,8 +62,36 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     Ok(loaded)
 }
 
+/// A file whose format is known.
+enum Opened {
+    Ply(Box<ply::File<BufReader<File>>>),
+    Obj(Body<BufReader<File>>),
+    Off(Body<BufReader<File>>),
+}
+
+impl Opened {
+    /// Share of the work that is reading rather than estimating.
+    fn share_of_reading(&self, options: &ReadOptions<'_>) -> f64 {
+        match self {
+            Self::Ply(file) => assemble::share_of_reading(file.names(), file.has_faces(), options),
+            // What is in them shows when they are read; they are meshes, as a rule.
+            Self::Obj(_) | Self::Off(_) => {
+                assemble::share_of_reading(std::iter::empty(), true, options)
+            }
+        }
+    }
+
+    fn read(self, progress: Progress<'_>) -> Result<Table, ReadFault> {
+        match self {
+            Self::Ply(file) => file.read(progress),
+            Self::Obj(body) => obj::read(body, progress),
+            Self::Off(body) => off::read(body, progress),
+        }
+    }
+}
+
 /// Opens a file and finds out what points it has.
-fn open(path: &Path) -> Result<ply::File<BufReader<File>>, ReadFault> {
+fn open(path: &Path) -> Result<Opened, ReadFault> {
     // Before it is opened, which would wait for somebody to write into a pipe.
     let metadata = path.metadata()?;
     if metadata.is_dir() {
@@ -75,15 +105,22 @@ fn open(path: &Path) -> Result<ply::File<BufReader<File>>, ReadFault> {
     let metadata = file.metadata()?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let head = reader.fill_buf()?;
-    let head = &head[..head.len().min(MAGIC)];
     if head.is_empty() {
         return Err(ReadFault::Empty);
     }
     if head.starts_with(b"version https://git-lfs") {
         return Err(ReadFault::LfsPointer);
     }
-    if !ply::is_ply(head) {
-        return Err(ReadFault::UnknownFormat { found: quoted(head) });
+    let length = metadata.len();
+    if ply::is_ply(head) {
+        return Ok(Opened::Ply(Box::new(ply::File::open(reader, length)?)));
     }
-    ply::File::open(reader, metadata.len())
+    if off::is_off(head) {
+        return Ok(Opened::Off(Body::new(reader, length)));
+    }
+    let ending = path.extension().unwrap_or_default();
+    if obj::is_obj(head, ending.eq_ignore_ascii_case("obj")) {
+        return Ok(Opened::Obj(Body::new(reader, length)));
+    }
+    Err(ReadFault::UnknownFormat { found: quoted(&head[..head.len().min(MAGIC)]) })
 }

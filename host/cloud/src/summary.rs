@@ -8,9 +8,11 @@ pub struct NormalCounts {
     pub given: u64,
     /// Vectors of the file that were made unit length.
     pub normalised: u64,
+    /// Absent in the file; means of the triangles around, weighted by their areas.
+    pub from_triangles: u64,
     /// Zero or not finite in the file; replaced from valid ones nearby or estimated.
     pub repaired: u64,
-    /// Absent in the file; estimated from positions.
+    /// Absent in the file; estimated from positions or, in a mesh, from normals nearby.
     pub estimated: u64,
     /// Estimated ones whose surroundings do not span a plane.
     pub degenerate: u64,
@@ -21,6 +23,8 @@ pub struct NormalCounts {
 pub struct RadiusCounts {
     /// Radii of the file, kept as they are.
     pub given: u64,
+    /// Absent in the file; they cover the triangles around.
+    pub from_triangles: u64,
     /// Absent, zero, negative or not finite in the file; estimated from neighbours.
     pub estimated: u64,
     /// Larger than the cloud in the file; made the diagonal of its bounds.
@@ -51,6 +55,8 @@ pub struct Summary {
     pub n_surfels: u64,
     /// Points left out because a coordinate is not finite in single precision.
     pub n_dropped: u64,
+    /// Triangles between the surfels.
+    pub n_triangles: u64,
     /// World position that the positions are relative to.
     pub origin: [f64; 3],
     /// Normals.
@@ -89,17 +95,25 @@ impl fmt::Display for Summary {
                 "\n  dropped {n_dropped} of {n_in_file} points without finite coordinates"
             )?;
         }
+        if self.n_triangles > 0 {
+            write!(out, "\n  {} triangles", self.n_triangles)?;
+        }
         let n = &self.normals;
         let normals = counts(&[
             (n.given, "given"),
             (n.normalised, "made unit length"),
+            (n.from_triangles, "from triangles"),
             (n.repaired, "repaired"),
             (n.estimated, "estimated"),
             (n.degenerate, "without a plane"),
         ]);
         let r = &self.radii;
-        let radii =
-            counts(&[(r.given, "given"), (r.estimated, "estimated"), (r.clamped, "clamped")]);
+        let radii = counts(&[
+            (r.given, "given"),
+            (r.from_triangles, "from triangles"),
+            (r.estimated, "estimated"),
+            (r.clamped, "clamped"),
+        ]);
         let c = &self.colors;
         let colors =
             counts(&[(c.given, "given"), (c.neutral, "neutral"), (c.replaced, "replaced")]);

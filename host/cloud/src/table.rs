@@ -1,4 +1,7 @@
 use crate::buffer::{Buffer, unweave};
+use crate::faces;
+use glam::DVec3;
+use surfelshop_geometry::Bounds;
 
 /// Spellings of normals.
 pub(crate) const NORMALS: [[&str; 3]; 3] =
@@ -47,6 +50,24 @@ impl Field {
     }
 }
 
+impl Field {
+    /// Coordinates of points from a text file, three per point.
+    ///
+    /// Decimals are no exact numbers of either type. They are kept in single precision unless the
+    /// points lie so far from zero, in terms of their extent, that it would round them coarsely.
+    pub(crate) fn coordinates(numbers: Vec<f64>) -> Self {
+        const FAR: f64 = 256.0;
+        let (points, _) = numbers.as_chunks::<3>();
+        let bounds = Bounds::of(points.iter().map(|&point| DVec3::from_array(point)));
+        let is_far = bounds.is_some_and(|b| b.extent() > 0.0 && b.reach() > FAR * b.extent());
+        let values = match is_far {
+            true => Buffer::F64(numbers),
+            false => Buffer::F32(numbers.iter().map(|&number| number as f32).collect()),
+        };
+        Self { names: ["x", "y", "z"].map(str::to_owned).to_vec(), values }
+    }
+}
+
 /// The points of a file before they are a cloud: scalar columns under the file's own names.
 #[derive(Debug, Default)]
 pub(crate) struct Table {
@@ -57,6 +78,8 @@ pub(crate) struct Table {
     pub(crate) n_rows: usize,
     /// The columns, in the file's order.
     pub(crate) fields: Vec<Field>,
+    /// Triangles between the rows, where the file has faces.
+    pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) comments: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
@@ -126,6 +149,7 @@ impl Table {
         for field in &mut self.fields {
             field.values = field.values.select(field.names.len(), mask);
         }
+        self.faces = faces::kept(&self.faces, mask);
         self.n_rows = mask.iter().filter(|&&keep| keep).count();
     }
 

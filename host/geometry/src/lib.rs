@@ -1,5 +1,5 @@
-//! Geometry of point clouds: bounds, neighbours, normals, radii and areas, discs to trace rays at; and light on the sphere in
-//! spherical harmonics.
+//! Geometry of point clouds: bounds, neighbours, normals, radii and areas, discs to trace rays at,
+//! outliers and even subsets; of triangle meshes; and light on the sphere in spherical harmonics.
 //!
 //! Everything works on a slice of positions in any unit and at any scale: distances are computed
 //! in f64 in a box of unit size, so that neither 1e-20 nor 1e28 underflows or overflows. Positions
@@ -13,15 +13,21 @@ pub mod bounds;
 mod cell;
 pub mod discs;
 mod eigen;
+mod grid;
 pub mod harmonics;
+mod hashing;
+pub mod mesh;
 mod neighbours;
 pub mod normals;
 pub mod octree;
 mod orientation;
+pub mod outliers;
 mod progress;
 pub mod radii;
 #[cfg(test)]
 mod samples;
+pub mod spread;
+pub mod thinning;
 
 pub use bounds::Bounds;
 pub use neighbours::{Neighbour, Neighbours};

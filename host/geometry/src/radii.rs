@@ -5,6 +5,7 @@ mod standing;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
 use crate::progress::{Cancelled, Progress, map, part};
+pub(crate) use covering::COVER;
 use covering::{Further, cover};
 use glam::Vec3;
 
@@ -108,7 +109,7 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 
 /// The nearest f32 that is positive, finite and not subnormal, since graphics hardware flushes
 /// subnormal numbers to zero.
-fn in_range(radius: f64) -> f32 {
+pub(crate) fn in_range(radius: f64) -> f32 {
     radius.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32
 }
 

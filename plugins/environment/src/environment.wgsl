@@ -2,6 +2,7 @@
 #import surfelshop::surface::Surface
 #import surfelshop::environment
 #import surfelshop::light
+#import surfelshop::occlusion
 #import surfelshop::sh
 #import surfelshop::view
 
@@ -22,6 +23,9 @@ struct Settings {
     lights: u32,
     // 1 where highlights are widened, else 0.
     antialiasing: f32,
+    // How much of the ambient occlusion counts, and the last part of the light that it darkens.
+    ao_strength: f32,
+    ao_affects: u32,
 }
 
 struct Diffuse {
@@ -53,7 +57,7 @@ const PI = 3.14159265;
 // Twin: `TABLE_SIDE` of dfg.rs.
 const TABLE_SIDE = 32u;
 
-// Radiance of a white diffuse surface under the environment and the scene's lights.
+// Radiance of a white diffuse surface under the environment, unshadowed.
 fn white_diffuse(normal: vec3<f32>) -> vec3<f32> {
     let n = environment::probe_from_world(normal);
     var sum = sh::order_2(n, diffuse.low);
@@ -66,7 +70,7 @@ fn white_diffuse(normal: vec3<f32>) -> vec3<f32> {
     if HAS_SUN {
         sum += diffuse.sun_radiance.xyz * max(dot(n, diffuse.sun_towards.xyz), 0.0);
     }
-    return sum + from_lights(normal);
+    return sum;
 }
 
 // 1 where a light shines, else 0. Factors and not branches: Mesa 22.3's lavapipe crashes over a
@@ -166,14 +170,20 @@ fn scale_and_bias(cosine: f32, spread: f32) -> vec2<f32> {
 fn specular_accessibility(s: Surface, roughness: f32) -> f32 {
     if HAS_AO {
         let cosine = clamp(dot(s.normal, s.to_eye), 0.0, 1.0);
-        return clamp(pow(cosine + s.ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + s.ao, 0.0, 1.0);
+        let open = pow(cosine + s.ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + s.ao;
+        return left(clamp(open, 0.0, 1.0), occlusion::REFLECTIONS);
     }
     return 1.0;
 }
 
-fn accessibility(s: Surface) -> f32 {
+// What is left of a part of the light.
+fn left(open: f32, part: u32) -> f32 {
+    return occlusion::share(open, settings.ao_strength, part, settings.ao_affects);
+}
+
+fn accessibility(s: Surface, part: u32) -> f32 {
     if HAS_AO {
-        return s.ao;
+        return left(s.ao, part);
     }
     return 1.0;
 }
@@ -186,10 +196,11 @@ fn specular_thesis(s: Surface) -> vec3<f32> {
     var sum = reflected(reflect(-s.to_eye, s.normal), spread) * fresnel(cosine, settings.ior)
         * specular_accessibility(s, settings.spread);
     if HAS_LIGHTS {
+        let shown = accessibility(s, occlusion::HIGHLIGHTS);
         for (var i = 0u; i < light::lights.count; i++) {
             let source = light::lights.items[i];
             let half_vector = half_between(source.towards, s.to_eye);
-            let lit = share_of(i) * step(0.0, dot(s.normal, source.towards));
+            let lit = shown * share_of(i) * step(0.0, dot(s.normal, source.towards));
             sum += source.radiance * lit * fresnel(dot(s.to_eye, half_vector), settings.ior)
                 * ellipsoids(max(dot(s.normal, half_vector), 0.0), settings.spread);
         }
@@ -237,9 +248,10 @@ fn specular_ggx(s: Surface) -> Ggx {
     let share = min(once * again, vec3(1.0));
     var sum = reflected(dominant_direction(s, spread), spread) * share * specular_accessibility(s, spread);
     if HAS_LIGHTS {
+        let shown = again * accessibility(s, occlusion::HIGHLIGHTS);
         for (var i = 0u; i < light::lights.count; i++) {
             let source = light::lights.items[i];
-            sum += source.radiance * again * share_of(i) * lobe(s, source.towards, f0, cosine, spread);
+            sum += source.radiance * shown * share_of(i) * lobe(s, source.towards, f0, cosine, spread);
         }
     }
     return Ggx(sum, share);
@@ -275,11 +287,14 @@ fn lobe(
 
 // Without an environment: the scene's lights on a diffuse surface.
 fn shade_lights(s: Surface) -> vec4<f32> {
-    return vec4(settings.kd * s.albedo * from_lights(s.normal), 1.0);
+    let diffuse = from_lights(s.normal) * accessibility(s, occlusion::DIFFUSE);
+    return vec4(settings.kd * s.albedo * diffuse, 1.0);
 }
 
 fn shade_diffuse(s: Surface) -> vec4<f32> {
-    return vec4(settings.kd * s.albedo * accessibility(s) * white_diffuse(s.normal), 1.0);
+    let diffuse = white_diffuse(s.normal) * accessibility(s, occlusion::AMBIENT)
+        + from_lights(s.normal) * accessibility(s, occlusion::DIFFUSE);
+    return vec4(settings.kd * s.albedo * diffuse, 1.0);
 }
 
 fn shade_specular_thesis(s: Surface) -> vec4<f32> {

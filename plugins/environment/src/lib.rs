@@ -19,6 +19,8 @@
 //! | `sh-order`   | int    | 2       | spherical harmonics of the diffuse part                     |
 //! | `sun`        | bool   | true    | treat a dominant small light as one, beside the harmonics   |
 //! | `window`     | bool   | true    | damp harmonics that ring below black; cut off the rest      |
+//! | `ao-strength` | float | 1      | how much of the cloud's ambient occlusion counts            |
+//! | `ao-affects` | choice | `reflections` | `ambient`, `diffuse`, `reflections` or `all`         |
 //! | `background` | choice | `none`  | `none`, `sharp` or `blurred`                                |
 //!
 //! Method. Diffuse: `kd albedo ao E(n) / pi`, with E from harmonics that the host projected in f64
@@ -30,7 +32,8 @@
 //!
 //! Deviations from the paper: errata T2 to T17; in short, signs and constants of the harmonics,
 //! a solid angle per texel, Fresnel with its half, the distribution squared and used once, and
-//! accessibility on the diffuse part and, less, on the specular one. Nothing is random.
+//! accessibility on the diffuse part and, less, on the specular one (`ao-affects` says on which
+//! terms; highlights of the scene's lights only with `all`). Nothing is random.
 //!
 //! Without an environment in the scene the scene's lights alone shine, on a diffuse surface; with
 //! one they are added, but for those that follow the camera. No specular pass is described where `ks` is 0, no harmonics where `kd` is.
@@ -113,6 +116,12 @@ params! {
         sun: bool { default: true },
         /// Damp harmonics that ring far below black, and cut off what little is left of it.
         window: bool { default: true },
+        /// How much of the cloud's ambient occlusion counts, where it has any: 0 is none.
+        ao_strength: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// What ambient occlusion darkens: light from everywhere around on matte surfaces, all
+        /// light on them (diffuse), reflections of the surroundings too, or all, highlights
+        /// included.
+        ao_affects: AoAffects { default: AoAffects::Reflections },
         /// What stands behind the object.
         background: Backdrop { default: Backdrop::None },
     }
@@ -181,11 +190,11 @@ impl Renderer for Natural {
             .surface(SurfaceMode::Blended)
             .per_surfel(p.shading == Rate::Surfel)
             .constant("HAS_LIGHTS", flag(lights != 0))
+            .constant("HAS_AO", flag(frame.cloud.has("ao")))
             .constant("REFLECTS_AGAIN", flag(p.multiple_scattering))
             .target(color);
         let mut settings = Settled { last_level: 0.0, background_level: 0.0, lights };
         if let Some(environment) = lit {
-            pass = pass.constant("HAS_AO", flag(frame.cloud.has("ao")));
             if p.kd > 0.0 || p.ks <= 0.0 {
                 pass = self.with_diffuse(environment, p, graph, pass);
             }
@@ -208,6 +217,7 @@ impl Renderer for Natural {
             }
         }
         let uniform = settings.uniform(p);
+        let uniform = uniform.occlusion(p.ao_strength, p.ao_affects, &frame.cloud);
         pass = pass.bind("settings", graph.uniform(uniform));
         graph.pass(pass);
         graph.output(Output::Color, color);

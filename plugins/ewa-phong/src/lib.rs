@@ -10,8 +10,11 @@
 //! | `specular`  | float | 0.25    | radiance of the highlight's peak under a white light     |
 //! | `shininess` | float | 64      | exponent of the highlight, 1 to 1024                      |
 //! | `ambient`   | float | 0.08    | radiance of an unlit white surface                       |
+//! | `ao-strength` | float | 1     | how much of the cloud's ambient occlusion counts         |
+//! | `ao-affects` | choice | `ambient` | `ambient`, `diffuse`, or `all` for highlights too      |
 //!
-//! Method. `radiance = albedo (diffuse L max(n.l, 0) + ambient ao) + specular L max(n.h, 0)^m`
+//! Method. `radiance = albedo (diffuse L max(n.l, 0) + ambient ao) + specular L max(n.h, 0)^m`, `ao`
+//! on the other terms as well where `ao-affects` says so,
 //! summed over the lights, with unit vectors and h the normalised sum of the vectors to light and
 //! eye. The power is evaluated as `exp2(m log2 x)` from the sine of the angle, which keeps an
 //! exponent of 1024 smooth (its lobe is 2 degrees wide).
@@ -48,6 +51,12 @@ params! {
         /// Light that reaches every surface from everywhere, as a fraction of white; ambient
         /// accessibility darkens it where the cloud has any.
         ambient: f32 { default: 0.08, range: 0.0..=1.0 },
+        /// How much of the cloud's ambient occlusion counts, where it has any: 0 is none.
+        ao_strength: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// What ambient occlusion darkens: light from everywhere around on matte surfaces, all
+        /// light on them (diffuse), reflections of the surroundings too, or all, highlights
+        /// included.
+        ao_affects: AoAffects { default: AoAffects::Ambient },
     }
 }
 
@@ -67,8 +76,9 @@ impl Renderer for EwaPhong {
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
         let p = &frame.params;
-        let settings = graph
-            .uniform(Uniform::new().f32(p.diffuse).f32(p.specular).f32(p.shininess).f32(p.ambient));
+        let uniform = Uniform::new().f32(p.diffuse).f32(p.specular).f32(p.shininess).f32(p.ambient);
+        let uniform = uniform.occlusion(p.ao_strength, p.ao_affects, &frame.cloud);
+        let settings = graph.uniform(uniform);
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("phong", include_str!("ewa_phong.wgsl"), "shade")

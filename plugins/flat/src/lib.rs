@@ -1,12 +1,14 @@
 //! # `flat`: one colour per surfel
 //!
 //! The nearest surfel covers its disc with one normal and one albedo under the scene's lights. No
-//! blending, no parameters beyond the ambient floor: the smallest complete renderer, to copy when
+//! blending, and few parameters: the smallest complete renderer, to copy when
 //! writing one.
 //!
-//! | parameter | type  | default | meaning                                          |
-//! |-----------|-------|---------|--------------------------------------------------|
-//! | `ambient` | float | 0.08    | radiance of an unlit white surface, as a fraction |
+//! | parameter     | type   | default   | meaning                                           |
+//! |---------------|--------|-----------|---------------------------------------------------|
+//! | `ambient`     | float  | 0.08      | radiance of an unlit white surface, as a fraction |
+//! | `ao-strength` | float  | 1         | how much of the cloud's ambient occlusion counts  |
+//! | `ao-affects`  | choice | `ambient` | `ambient`, or `diffuse` and more for all light     |
 //!
 //! Limits: edges of discs show; that is what blending renderers are compared with.
 //!
@@ -21,6 +23,12 @@ params! {
     pub struct Settings {
         /// Light that reaches every surface from everywhere, as a fraction of white.
         ambient: f32 { default: 0.08, range: 0.0..=1.0 },
+        /// How much of the cloud's ambient occlusion counts, where it has any: 0 is none.
+        ao_strength: f32 { default: 1.0, range: 0.0..=1.0 },
+        /// What ambient occlusion darkens: light from everywhere around on matte surfaces, all
+        /// light on them (diffuse), reflections of the surroundings too, or all, highlights
+        /// included.
+        ao_affects: AoAffects { default: AoAffects::Ambient },
     }
 }
 
@@ -36,7 +44,10 @@ impl Renderer for Flat {
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
-        let settings = graph.uniform(Uniform::new().f32(frame.params.ambient));
+        let p = &frame.params;
+        let uniform = Uniform::new().f32(p.ambient);
+        let uniform = uniform.occlusion(p.ao_strength, p.ao_affects, &frame.cloud);
+        let settings = graph.uniform(uniform);
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("shade", include_str!("flat.wgsl"), "shade")

@@ -1,489 +1,203 @@
-//! Ambient occlusion against known answers, and on clouds that are hard.
+//! `ao-strength` and `ao-affects`, which three renderers have alike.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 use glam::{DVec3, Vec3};
-use surfelshop_ambient_occlusion::SurfelshopPackage;
-use surfelshop_api::HostInfo;
-use surfelshop_api::abi::host_side::{Fault, Plugin};
-use surfelshop_api::columns::{ColumnView, NORMAL, POSITION, Values};
-use surfelshop_tests::clouds::{self, Surfels};
-use surfelshop_tests::occlusion::{Desk, Mesh, bake, blob, room, sheet, truth, values};
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::{Value, Values};
+use surfelshop_api::{Environment, Light, Scene, View};
+use surfelshop_cloud::Cloud;
+use surfelshop_cloud::probe::Probe;
+use surfelshop_engine::{Engine, RenderRequest, RendererView};
+use surfelshop_tests::natural_light::{around, view_of};
+use surfelshop_tests::{clouds, stage};
 
-/// Every method at its defaults.
-const METHODS: [&str; 4] = ["method=hybrid", "method=rays", "method=octree", "method=brute-force"];
+/// Accessibility everywhere.
+const OPEN: f32 = 0.25;
 
-/// Accessibility with these settings.
-fn baked(surfels: &Surfels, settings: &str) -> Vec<f32> {
-    let baked = bake(&surfels.cloud().view(), &values(settings));
-    let ao = baked.expect("the settings are good").ao;
-    assert_eq!(ao.len(), surfels.positions.len());
-    assert!(ao.iter().all(|ao| (0.0..=1.0).contains(ao)), "{settings}: {ao:?}");
-    ao
+/// What of the light `ao-affects` takes in, in its order.
+const AFFECTS: [&str; 4] = ["ambient", "diffuse", "reflections", "all"];
+
+/// A renderer over a sphere.
+struct Lab {
+    engine: Engine,
+    renderer: RendererView,
+    view: View,
+    /// Whether a light shines.
+    lit: bool,
+    probe: Option<(Environment, Probe)>,
 }
 
-/// Root mean square of a difference.
-fn rms(a: &[f32], b: &[f32]) -> f64 {
-    let squares = a.iter().zip(b).map(|(a, b)| f64::from(a - b).powi(2));
-    (squares.sum::<f64>() / a.len().max(1) as f64).sqrt()
-}
-
-/// Surfels of a sphere that a test keeps, seen from inside or outside.
-fn part_of_sphere(n: usize, keep: impl Fn(Vec3) -> bool, outward: bool) -> Surfels {
-    let mut part = Surfels::default();
-    for position in clouds::sphere(n, 1.0).positions.into_iter().filter(|&p| keep(p)) {
-        part.push(position, if outward { position } else { -position }, 0.01);
+impl Lab {
+    fn new(library: &str, unit: &str, probe: Option<Probe>) -> Self {
+        let engine = stage::engine();
+        let renderer = stage::built_renderer(&engine, library, unit);
+        let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 48);
+        let probe = probe.map(|probe| (around(&probe), probe));
+        Self { engine, renderer, view, lit: true, probe }
     }
-    part
-}
 
-/// A disc of surfels at a height that faces up.
-fn disc(rings: u32, radius: f32, height: f32) -> Surfels {
-    let mut disc = Surfels::default();
-    let step = radius / (rings as f32 + 0.5);
-    disc.push(Vec3::Y * height, Vec3::Y, step);
-    for ring in 1..=rings {
-        // Rings of equal width whose surfels have equal areas.
-        for i in 0..6 * ring {
-            let angle = std::f32::consts::TAU * i as f32 / (6 * ring) as f32;
-            let at = Vec3::new(angle.cos(), 0.0, angle.sin()) * (ring as f32 * step);
-            disc.push(at + Vec3::Y * height, Vec3::Y, step);
-        }
-    }
-    disc
-}
-
-fn joined(parts: &[Surfels]) -> Surfels {
-    let mut all = Surfels::default();
-    for part in parts {
-        all.positions.extend(&part.positions);
-        all.normals.extend(&part.normals);
-        all.radii.extend(&part.radii);
-    }
-    all
-}
-
-#[test]
-fn convex_body_is_open_everywhere() {
-    let sphere = clouds::sphere(5000, 1.0);
-    for method in METHODS {
-        let least = baked(&sphere, method).into_iter().fold(1.0, f32::min);
-        // Nothing is above any horizon, and rays start above the neighbours' planes.
-        assert!(least > 0.999, "{method}: {least}");
-    }
-}
-
-#[test]
-fn every_surfel_of_a_bowl_sees_the_share_of_the_sphere_that_the_bowl_is() {
-    // Inside a sphere every pair has the form factor A / (4 pi R^2), wherever the two are; so half
-    // a sphere covers half of the sky of each of its surfels.
-    let bowl = part_of_sphere(20_000, |p| p.y < 0.0, false);
-    for method in ["brute-force", "octree"] {
-        let ao =
-            baked(&bowl, &format!("method={method} passes=1 cast-from=front tolerance=0.0002"));
-        let worst = ao.iter().map(|ao| (ao - 0.5).abs()).fold(0.0, f32::max);
-        // The area that eq. 9 adds to pi r^2 takes the near ones' share away: for n surfels
-        // about (1 + ln n) / n of the whole; cells at the rim reach half a step, 1 % of the area,
-        // beyond it.
-        assert!(worst < 0.01, "{method}: {worst}");
-    }
-    let ao = baked(&bowl, "method=rays rays=1024");
-    let mean = ao.iter().sum::<f32>() / ao.len() as f32;
-    // Discs overlap the rim by their own radius, again 1 %; the noise of the mean is far less.
-    assert!((mean - 0.5).abs() < 0.02, "{mean}");
-}
-
-#[test]
-fn closed_sphere_from_inside_sees_nothing() {
-    let sphere = part_of_sphere(20_000, |_| true, false);
-    let ao = baked(&sphere, "method=brute-force passes=1 cast-from=front");
-    assert!(ao.iter().all(|&ao| ao < 0.002), "the sum of A / (4 pi R^2) is 1");
-}
-
-#[test]
-fn disc_opposite_covers_what_theory_says() {
-    // From the middle of a disc, another of radius a at height h covers a^2 / (a^2 + h^2).
-    for (radius, height) in [(1.0f32, 0.5f32), (1.0, 1.0), (0.5, 1.0)] {
-        let expected = 1.0 - radius.powi(2) / (radius.powi(2) + height.powi(2));
-        let discs = joined(&[disc(30, 1.0, 0.0), disc(30, radius, height)]);
-        for settings in [
-            "method=brute-force passes=1",
-            "method=octree passes=1",
-            "method=rays rays=4096",
-            "method=hybrid rays=4096",
-        ] {
-            let ao = baked(&discs, settings)[0];
-            // The upper disc's edge lies half a step, 1.6 % of its radius, beyond its last ring and
-            // the discs of rays one radius; that is at most 1.6 % of the sky.
-            assert!((ao - expected).abs() < 0.02, "{settings}: {ao}, expected {expected}");
-        }
-    }
-}
-
-#[test]
-fn dome_over_a_plane_covers_what_theory_says() {
-    // A cap that spans an angle t about the zenith covers sin^2 t of the sky below its middle.
-    for degrees in [20.0f32, 45.0, 70.0] {
-        let t = degrees.to_radians();
-        let cap = part_of_sphere(30_000, |p| p.y > t.cos(), true);
-        let scene = joined(&[disc(10, 0.2, 0.0), cap]);
-        for settings in [
-            "method=brute-force passes=1",
-            "method=octree passes=1 tolerance=0.0002",
-            "method=rays rays=4096",
-        ] {
-            let ao = baked(&scene, settings)[0];
-            let expected = 1.0 - t.sin().powi(2);
-            // The rim is half a step, 0.01 radians, uncertain: sin(2 t) times that; rays add as much
-            // for the discs' own radius.
-            assert!((ao - expected).abs() < 0.02, "{degrees} {settings}: {ao}, not {expected}");
-        }
-    }
-}
-
-#[test]
-fn dome_down_to_the_ground_leaves_nothing_open() {
-    let dome = part_of_sphere(30_000, |p| p.y > -0.02, true);
-    let scene = joined(&[disc(10, 0.2, 0.0), dome]);
-    for method in METHODS {
-        let ao = baked(&scene, &format!("{method} passes=1"))[0];
-        assert!(ao < 0.02, "{method}: {ao}");
-    }
-}
-
-#[test]
-fn closed_room_is_dark_where_rays_are_traced() {
-    let mesh = room(20_000);
-    for method in ["method=hybrid", "method=rays"] {
-        let ao = bake(&mesh.cloud().view(), &values(method)).unwrap().ao;
-        // Regular walls leak only where four discs meet.
-        assert!(rms(&ao, &vec![0.0; ao.len()]) < 0.02, "{method}");
-    }
-}
-
-#[test]
-fn lone_plane_is_open() {
-    let mut plane = clouds::plane(40, 1.0);
-    for method in METHODS {
-        assert!(baked(&plane, method).iter().all(|&ao| ao == 1.0), "{method}");
-    }
-    // Tilted, the neighbours' heights are rounding errors.
-    let turn = glam::Quat::from_axis_angle(Vec3::new(0.48, 0.6, 0.64), 1.0);
-    plane.positions.iter_mut().for_each(|p| *p = turn * *p);
-    plane.normals.iter_mut().for_each(|n| *n = turn * *n);
-    for method in METHODS {
-        assert!(baked(&plane, method).iter().all(|&ao| ao > 0.9999), "{method}");
-    }
-}
-
-#[test]
-fn octree_agrees_with_all_pairs() {
-    let surfels = blob(20_000);
-    let cloud = surfels.cloud();
-    let ao = |settings: &str| bake(&cloud.view(), &values(settings)).unwrap().ao;
-    let pairs = ao("method=brute-force");
-    let mut last = f64::INFINITY;
-    for (tolerance, bound) in [(0.1, 0.02), (0.005, 0.003), (0.001, 0.002), (0.0, 1e-5)] {
-        let error = rms(&ao(&format!("method=octree tolerance={tolerance:?}")), &pairs);
-        // 0.003 at the default is what is promised; with no tolerance only the order of sums differs.
-        assert!(error < bound && error < last, "{tolerance}: {error}");
-        last = error;
-    }
-}
-
-#[test]
-fn default_is_near_the_truth_on_a_closed_body_and_an_open_sheet() {
-    for (mesh, bound) in [(blob(20_000), 0.012), (sheet(10_000), 0.02)] {
-        let truth = truth(&mesh, 256, 1.0);
-        let ao = bake(&mesh.cloud().view(), &values("")).unwrap().ao;
-        let mut errors: Vec<f32> = ao.iter().zip(&truth.ao).map(|(a, b)| (a - b).abs()).collect();
-        errors.sort_by(f32::total_cmp);
-        errors.truncate(errors.len() * 99 / 100);
-        let trimmed = rms(&errors, &vec![0.0; errors.len()]);
-        assert!(trimmed < bound, "{trimmed}, truth's own noise {}", truth.noise);
-    }
-}
-
-#[test]
-fn second_pass_takes_double_shadows_away() {
-    // The lower of two discs above hides the upper one nearly, so both cover little more than one.
-    let discs = joined(&[disc(20, 1.0, 0.0), disc(20, 1.0, 0.5), disc(20, 1.0, 0.6)]);
-    let ao = |settings: &str| baked(&discs, settings)[0];
-    let traced = ao("method=rays rays=4096");
-    for method in ["octree", "brute-force"] {
-        let [one, two] = [1, 2].map(|passes| ao(&format!("method={method} passes={passes}")));
-        // One pass adds 0.8 and 0.74; the second counts a tenth of the lower one.
-        assert!(one == 0.0 && (two - traced).abs() < 0.08, "{one}, {two}, traced {traced}");
-    }
-}
-
-#[test]
-fn what_is_farther_than_asked_casts_no_shadow() {
-    let discs = joined(&[disc(20, 1.0, 0.0), disc(20, 1.0, 0.5)]);
-    for method in METHODS {
-        let near = baked(&discs, &format!("{method} max-distance=0.4"));
-        assert!(near.iter().all(|&ao| ao > 0.999), "{method}");
-        // What lies within 1.0 is a disc of radius sqrt(0.75) at height 0.5: 3/4 of the sky.
-        let some = baked(&discs, &format!("{method} passes=1 rays=4096 max-distance=1.0"))[0];
-        assert!((some - 0.25).abs() < 0.04, "{method}: {some}");
-    }
-    let pairs = baked(&discs, "method=brute-force max-distance=0.8");
-    let tree = baked(&discs, "method=octree max-distance=0.8");
-    assert!(rms(&pairs, &tree) < 0.003);
-}
-
-#[test]
-fn cone_leaves_out_what_is_low() {
-    let bowl = part_of_sphere(5000, |p| p.y < 0.0, false);
-    for method in METHODS {
-        let with = |cone: bool| {
-            let settings = format!("{method} passes=1 rays=1024 cast-from=front cone={cone}");
-            let ao = baked(&bowl, &settings);
-            ao.iter().sum::<f32>() / ao.len() as f32
+    /// Linear colour of all pixels.
+    fn picture(&mut self, cloud: &Cloud, values: &[(&str, Value)]) -> Vec<f32> {
+        let values: Values = values.iter().map(|(id, v)| ((*id).to_owned(), v.clone())).collect();
+        let towards = DVec3::new(0.5, 0.5, 0.7).normalize_or(DVec3::Z);
+        let light = Light::Directional { towards, radiance: Vec3::ONE, follows_camera: false };
+        let lights = if self.lit { vec![light] } else { vec![] };
+        let request = RenderRequest {
+            clouds: &[cloud.view()],
+            facts: cloud.facts(),
+            scene: &Scene { lights, ..Scene::default() },
+            view: self.view,
+            values: &values,
+            outputs: &[Output::Color],
+            frame_index: 0,
+            environment: self.probe.as_ref().map(|(around, probe)| view_of(around, probe)),
+            stride: 1,
         };
-        let share = with(true) - with(false);
-        // cos^2 75 degrees is the share of the sky outside of the cone (erratum T23).
-        assert!((0.02..0.07).contains(&share), "{method}: {share}");
+        let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
+        rendered.image(&Output::Color).unwrap().data.clone()
+    }
+
+    /// The picture of a part of the light: what the scene's light adds, or what is there without.
+    fn part(&mut self, cloud: &Cloud, values: &[(&str, Value)], of_lights: bool) -> Vec<f32> {
+        self.lit = false;
+        let without = self.picture(cloud, values);
+        self.lit = true;
+        match of_lights {
+            false => without,
+            true => {
+                let with = self.picture(cloud, values);
+                with.iter().zip(&without).map(|(with, without)| with - without).collect()
+            }
+        }
+    }
+}
+
+fn sphere(ao: bool) -> Cloud {
+    let mut surfels = clouds::sphere(3_000, 1.0);
+    if ao {
+        surfels.ao = vec![OPEN; surfels.positions.len()];
+    }
+    surfels.cloud()
+}
+
+fn occlusion(strength: f64, affects: &str) -> [(&'static str, Value); 2] {
+    let affects = Value::Text(affects.to_owned());
+    [("ao-strength", Value::Float(strength)), ("ao-affects", affects)]
+}
+
+fn number(id: &'static str, value: f64) -> (&'static str, Value) {
+    (id, Value::Float(value))
+}
+
+/// Holds that two pictures are one but for rounding: sums of a few numbers of 24 bits, and
+/// accessibility of 16.
+fn same(found: &[f32], expected: &[f32], what: &str) {
+    assert_eq!(found.len(), expected.len());
+    assert!(found.iter().any(|value| *value > 0.01));
+    for (place, (found, expected)) in found.iter().zip(expected).enumerate() {
+        let far = (found - expected).abs();
+        // Alpha comes with colour, and differences of pictures have none.
+        assert!(
+            place % 4 == 3 || far < 1e-4 * expected.abs().max(0.1),
+            "{what}: {found} {expected}"
+        );
+    }
+}
+
+/// A part of the light: the settings that leave no other, whether it is of lights, and from which
+/// choice on it is darkened.
+type Part = (Vec<(&'static str, Value)>, bool, usize);
+
+/// Holds that each part of the light is darkened as told.
+fn parts_are_darkened(lab: &mut Lab, parts: &[Part]) {
+    let (open, closed) = (sphere(false), sphere(true));
+    for (settings, of_lights, from) in parts {
+        let bright = lab.part(&open, settings, *of_lights);
+        for (place, affects) in AFFECTS.iter().enumerate() {
+            for strength in [0.0, 0.5, 1.0] {
+                let asked = [&settings[..], &occlusion(strength, affects)].concat();
+                let found = lab.part(&closed, &asked, *of_lights);
+                let left = if place >= *from { 1.0 - strength * 0.75 } else { 1.0 } as f32;
+                let expected: Vec<f32> = bright.iter().map(|value| value * left).collect();
+                same(&found, &expected, &format!("{settings:?} {affects} {strength}"));
+            }
+        }
     }
 }
 
 #[test]
-fn seed_and_number_of_threads_decide_alone() {
-    let mesh = sheet(4000);
-    let cloud = mesh.cloud();
-    let with = |threads: usize, settings: &str| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| bake(&cloud.view(), &values(settings)).unwrap().ao)
+fn flat_darkens_what_it_is_told_to() {
+    let mut lab = Lab::new("surfelshop_flat", "flat", None);
+    let parts = [(vec![number("ambient", 0.5)], false, 0), (vec![number("ambient", 0.0)], true, 1)];
+    parts_are_darkened(&mut lab, &parts);
+}
+
+#[test]
+fn blended_splats_darken_what_they_are_told_to() {
+    let mut lab = Lab::new("surfelshop_ewa_phong", "ewa-phong", None);
+    let only = |ambient, diffuse, specular| {
+        let [ambient, diffuse] = [number("ambient", ambient), number("diffuse", diffuse)];
+        vec![ambient, diffuse, number("specular", specular), number("shininess", 8.0)]
     };
-    for method in METHODS {
-        let bits = |ao: Vec<f32>| ao.into_iter().map(f32::to_bits).collect::<Vec<_>>();
-        let one = bits(with(1, method));
-        assert_eq!(one, bits(with(2, method)), "{method}");
-        let other = bits(with(2, &format!("{method} seed=7")));
-        let is_random = matches!(method, "method=rays" | "method=hybrid");
-        assert_eq!(one != other, is_random, "{method}");
-    }
+    let parts = [
+        (only(0.5, 0.0, 0.0), false, 0),
+        (only(0.0, 1.0, 0.0), true, 1),
+        (only(0.0, 0.0, 1.0), true, 3),
+    ];
+    parts_are_darkened(&mut lab, &parts);
 }
 
 #[test]
-fn cancelled_bake_stops_at_once_and_stages_nothing() {
-    let mesh = sheet(10_000);
-    let cloud = mesh.cloud();
-    for method in METHODS {
-        let all = Desk::default();
-        let run = |desk: &Desk| {
-            let mut tool =
-                Plugin::of::<SurfelshopPackage>().create(0, &HostInfo::default()).unwrap();
-            tool.run(&values(method), &cloud.view(), desk)
+fn natural_light_darkens_what_it_is_told_to() {
+    for model in ["ggx", "thesis"] {
+        let mut lab = Lab::new("surfelshop_environment", "environment", Some(Probe::sky()));
+        let model = ("model", Value::Text(model.to_owned()));
+        let matte = vec![number("ks", 0.0), model.clone()];
+        let shiny = vec![number("kd", 0.0), number("roughness", 0.5), model];
+        let parts = [(matte.clone(), false, 0), (matte, true, 1), (shiny.clone(), true, 3)];
+        parts_are_darkened(&mut lab, &parts);
+        // How open the mirrored direction is differs from how open all are: less is taken.
+        let (open, closed) = (sphere(false), sphere(true));
+        let mut mirrored = |strength, affects| {
+            let asked = [&shiny[..], &occlusion(strength, affects)].concat();
+            lab.part(&closed, &asked, false)
         };
-        run(&all).unwrap();
-        let n_ranges = all.ranges.into_inner();
-        let desk = Desk { cancel_after: n_ranges / 2, ..Desk::default() };
-        assert_eq!(run(&desk), Err(Fault::Error("cancelled".to_owned())), "{method}");
-        assert!(desk.staged.into_inner().unwrap().is_empty());
-        // Each thread may have one range in its hands, and asks once more for the next.
-        let allowed = n_ranges / 2 + 2 * rayon::current_num_threads();
-        assert!(desk.ranges.into_inner() <= allowed, "{method}");
+        let (none, half, all) =
+            (mirrored(0.0, "all"), mirrored(0.5, "reflections"), mirrored(1.0, "reflections"));
+        let before = mirrored(1.0, "diffuse");
+        let bright = lab.part(&open, &shiny, false);
+        same(&none, &bright, "no strength");
+        same(&before, &bright, "matte parts only");
+        let mean: Vec<f32> = none.iter().zip(&all).map(|(a, b)| f32::midpoint(*a, *b)).collect();
+        same(&half, &mean, "half of the strength");
+        let sum = |picture: &[f32]| picture.iter().map(|value| f64::from(*value)).sum::<f64>();
+        assert!(sum(&all) < 0.9 * sum(&bright) && sum(&all) > 0.25 * sum(&bright));
     }
-}
-
-/// Bakes columns that no cloud of the host's would have.
-fn baked_raw(positions: &[f32], normals: &[f32], settings: &str) -> Result<Vec<f32>, Fault> {
-    let column = |name, values| ColumnView {
-        name,
-        components: 3,
-        generation: 1,
-        values: Values::F32(values),
-    };
-    let cloud = surfelshop_api::CloudView {
-        len: positions.len() / 3,
-        columns: vec![column(POSITION, positions), column(NORMAL, normals)],
-        ..surfelshop_api::CloudView::default()
-    };
-    Ok(bake(&cloud, &values(settings))?.ao)
+    // Without an environment the scene's lights alone shine, and are darkened alike.
+    let mut lab = Lab::new("surfelshop_environment", "environment", None);
+    parts_are_darkened(&mut lab, &[(vec![], true, 1)]);
 }
 
 #[test]
-fn empty_cloud_and_single_points_are_open() {
-    for method in METHODS {
-        assert!(baked_raw(&[], &[], method).unwrap().is_empty());
-        assert_eq!(baked_raw(&[1.0, 2.0, 3.0], &[0.0, 0.0, 1.0], method).unwrap(), [1.0]);
-    }
-}
-
-#[test]
-fn duplicates_count_once() {
-    let discs = joined(&[disc(8, 1.0, 0.0), disc(8, 1.0, 0.5)]);
-    let tenfold = joined(&vec![discs.clone(); 10]);
-    let heap = joined(&[discs.clone(), {
-        let mut heap = Surfels::default();
-        (0..20_000).for_each(|_| heap.push(Vec3::Y * 0.5, Vec3::Y, 0.1));
-        heap
-    }]);
-    for method in METHODS {
-        let once = baked(&discs, method)[0];
-        for (what, many) in [("tenfold", &tenfold), ("heap", &heap)] {
-            let ao = baked(many, method)[0];
-            assert!((ao - once).abs() < 0.01, "{method} {what}: {ao}, once {once}");
+fn without_accessibility_the_parameters_change_nothing() {
+    let open = sphere(false);
+    for (library, unit) in [
+        ("surfelshop_flat", "flat"),
+        ("surfelshop_ewa_phong", "ewa-phong"),
+        ("surfelshop_environment", "environment"),
+    ] {
+        let probe = (unit == "environment").then(Probe::studio);
+        let mut lab = Lab::new(library, unit, probe);
+        let plain = lab.picture(&open, &[]);
+        let before = lab.engine.counters();
+        for affects in AFFECTS {
+            for strength in [0.0, 1.0] {
+                assert!(lab.picture(&open, &occlusion(strength, affects)) == plain, "{unit}");
+            }
         }
+        let after = lab.engine.counters();
+        assert_eq!((after.compiled, after.plans), (before.compiled, before.plans), "{unit}");
+        assert_eq!(after.uploads, before.uploads, "{unit}: no column is bound for it");
     }
-}
-
-#[test]
-fn lines_and_planes_of_points_are_no_trouble() {
-    let mut line = Surfels::default();
-    let mut upright = Surfels::default();
-    for i in 0..3000 {
-        line.push(Vec3::X * i as f32, Vec3::Y, 1.0);
-        upright.push(Vec3::Y * i as f32, Vec3::Y, 1.0);
-    }
-    for method in METHODS {
-        assert!(baked(&line, method).iter().all(|&ao| ao > 0.99), "{method}");
-        // Above each other they hide each other, somewhat.
-        baked(&upright, method);
-    }
-}
-
-#[test]
-fn radii_do_not_matter() {
-    let mut discs = joined(&[disc(8, 1.0, 0.0), disc(8, 1.0, 0.5)]);
-    let expected = baked(&discs, "");
-    for radius in [0.0, -1.0, 1e30] {
-        discs.radii.fill(radius);
-        assert_eq!(baked(&discs, ""), expected);
-    }
-}
-
-#[test]
-fn what_has_no_direction_or_place_is_left_open_and_counted() {
-    let discs = joined(&[disc(8, 1.0, 0.0), disc(8, 1.0, 0.5)]);
-    let flat = |list: &[Vec3]| list.iter().flat_map(Vec3::to_array).collect::<Vec<_>>();
-    let (mut positions, mut normals) = (flat(&discs.positions), flat(&discs.normals));
-    let clean = baked_raw(&positions, &normals, "").unwrap();
-    for (position, normal) in [(f32::NAN, 1.0), (f32::INFINITY, 1.0), (0.1, f32::NAN), (0.1, 0.0)] {
-        positions.extend([position; 3]);
-        normals.extend([normal; 3]);
-    }
-    for method in METHODS {
-        let ao = baked_raw(&positions, &normals, method).unwrap();
-        assert_eq!(ao[clean.len()..], [1.0; 4], "{method}");
-        assert!(ao.iter().all(|ao| (0.0..=1.0).contains(ao)));
-    }
-    assert_eq!(baked_raw(&positions, &normals, "").unwrap()[..clean.len()], clean);
-    let cloud = surfelshop_api::CloudView {
-        len: positions.len() / 3,
-        columns: vec![
-            ColumnView {
-                name: POSITION,
-                components: 3,
-                generation: 1,
-                values: Values::F32(&positions),
-            },
-            ColumnView {
-                name: NORMAL,
-                components: 3,
-                generation: 1,
-                values: Values::F32(&normals),
-            },
-        ],
-        ..surfelshop_api::CloudView::default()
-    };
-    let last = bake(&cloud, &values("")).unwrap().messages.pop().unwrap();
-    assert!(last.contains("4 surfels without a position or normal"), "{last}");
-}
-
-#[test]
-fn missing_columns_are_named() {
-    let nothing = surfelshop_api::CloudView::default();
-    let Err(Fault::Error(line)) = bake(&nothing, &values("")) else { panic!("expected an error") };
-    assert!(line.contains("`position`"), "{line}");
-    let positions = [0.0; 3];
-    let cloud = surfelshop_api::CloudView {
-        len: 1,
-        columns: vec![ColumnView {
-            name: POSITION,
-            components: 3,
-            generation: 1,
-            values: Values::F32(&positions),
-        }],
-        ..nothing
-    };
-    let Err(Fault::Error(line)) = bake(&cloud, &values("")) else { panic!("expected an error") };
-    assert!(line.contains("`normal`") && line.contains("tool `normals`"), "{line}");
-}
-
-#[test]
-fn normals_that_cancel_in_a_node_cast_as_all_pairs_do() {
-    // A double-sided sheet: two layers of surfels back to back, 0.001 apart, above a plane.
-    let (up, mut down) = (disc(40, 1.0, 0.5), disc(40, 1.0, 0.499));
-    down.normals.iter_mut().for_each(|n| *n = -*n);
-    let scene = joined(&[disc(40, 1.0, 0.0), up, down]);
-    let pairs = baked(&scene, "method=brute-force");
-    let tree = baked(&scene, "method=octree");
-    assert!(rms(&pairs, &tree) < 0.002, "{}", rms(&pairs, &tree));
-    // It hides four fifths of the sky from the middle below, seen as a closed body.
-    let hybrid = baked(&scene, "method=hybrid");
-    assert!((hybrid[0] - 0.2).abs() < 0.05, "{}", hybrid[0]);
-}
-
-#[test]
-fn scale_and_place_do_not_matter() {
-    let mesh = blob(3000);
-    let base = Surfels {
-        radii: vec![0.1; mesh.positions.len()],
-        positions: mesh.positions.clone(),
-        normals: mesh.normals.clone(),
-        ..Surfels::default()
-    };
-    for method in ["method=hybrid", "method=octree", "method=brute-force"] {
-        let expected = baked(&base, method);
-        for scale in [1e-6f32, 1e-20, 1e6, 1e18] {
-            let mut scaled = base.clone();
-            scaled.positions.iter_mut().for_each(|p| *p *= scale);
-            // Only the rounding of f32 positions differs.
-            let error = rms(&baked(&scaled, method), &expected);
-            assert!(error < 1e-3, "{method} at {scale:e}: {error}");
-        }
-        let far = Surfels { origin: DVec3::new(1e6, -2e6, 5e5), ..base.clone() };
-        assert_eq!(baked(&far, method), expected);
-        let mut offset = base.clone();
-        // Without an origin, a million units away f32 keeps 1/16: on a body of 100 units that is
-        // a noise of a thousandth.
-        offset.positions.iter_mut().for_each(|p| *p = *p * 100.0 + Vec3::splat(1e6));
-        let error = rms(&baked(&offset, method), &expected);
-        assert!(error < 0.05, "{method} with an offset: {error}");
-    }
-}
-
-#[test]
-fn strays_do_not_slow_the_octree_down_or_change_what_is_near() {
-    let mesh = blob(3000);
-    let base = Surfels {
-        radii: vec![0.1; 3000],
-        positions: mesh.positions,
-        normals: mesh.normals,
-        ..Surfels::default()
-    };
-    let expected = baked(&base, "method=octree");
-    let mut strays = base.clone();
-    for stray in [Vec3::splat(1e4), Vec3::new(-3e4, 1e3, 0.0)] {
-        strays.push(stray, Vec3::Y, 0.1);
-    }
-    let ao = baked(&strays, "method=octree");
-    assert!(rms(&ao[..3000], &expected) < 0.01, "{}", rms(&ao[..3000], &expected));
-}
-
-/// The mesh's surfels keep their places, whatever the tests above do to copies.
-#[test]
-fn scenes_have_the_areas_they_say() {
-    let area = |mesh: &Mesh| -> f64 {
-        let corner = |i: u32| mesh.corners[i as usize].as_dvec3();
-        let double = mesh
-            .faces
-            .iter()
-            .map(|&[a, b, c]| (corner(b) - corner(a)).cross(corner(c) - corner(a)).length());
-        double.sum::<f64>() / 2.0
-    };
-    assert!((area(&room(1000)) - 24.0).abs() < 1e-4);
-    let balls = 4.0 * std::f64::consts::PI * (0.09 + 0.04);
-    // Balls of 200 meridians lack a thousandth.
-    assert!((area(&sheet(1000)) - (4.0 + balls + 0.16 + 0.8 + 0.4)).abs() < 0.005);
 }

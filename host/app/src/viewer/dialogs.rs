@@ -32,7 +32,7 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
         let files = match asked {
             Asked::Open => dialog
                 .set_title("Open clouds or a scene")
-                .add_filter("clouds and scenes", &["ply", "toml", "hdr", "exr"])
+                .add_filter("clouds and scenes", &["ply", "obj", "off", "toml", "hdr", "exr"])
                 .pick_files(),
             Asked::SaveScene => dialog
                 .set_title("Save the scene")

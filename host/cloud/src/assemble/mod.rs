@@ -3,6 +3,7 @@
 
 mod appearance;
 mod foreign;
+mod mesh;
 mod position;
 mod shape;
 
@@ -21,12 +22,18 @@ use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 /// has columns of these names.
 pub(crate) fn share_of_reading<'a>(
     names: impl Iterator<Item = &'a str> + Clone,
+    has_faces: bool,
     options: &ReadOptions<'_>,
 ) -> f64 {
     let has = |name: &str| names.clone().any(|own| own.eq_ignore_ascii_case(name));
     let normals = NORMALS.iter().any(|spelling| spelling.iter().all(|name| has(name)));
     let radii = options.radius.is_some() || RADII.iter().any(|[name]| has(name));
-    if normals && radii { 0.9 } else { 0.03 }
+    match (normals && radii, has_faces) {
+        (true, _) => 0.9,
+        // Points without a face need estimates, which only shows when all is read.
+        (false, true) => 0.5,
+        (false, false) => 0.03,
+    }
 }
 
 /// A cloud of the table's points.
@@ -38,6 +45,7 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         ..Summary::default()
     };
     let placed = position::take(&mut table, &mut summary)?;
+    mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
     let shape = shape::take(&mut table, &placed, options, &mut summary)?;
     position::warn_if_coarse(&placed, &shape.radii, &mut summary);
     let mut columns = vec![
@@ -50,13 +58,16 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
     columns.extend(foreign::take(&mut table, &mut summary));
     // Every rule that `Cloud::new` checks is established above; were one missed, the load fails
     // with the column's name rather than hand out a cloud that cannot be drawn.
-    let cloud = Cloud::new(placed.origin, columns).map_err(|error| ReadFault::Value {
+    let cloud = Cloud::new(placed.origin, columns);
+    let cloud = cloud.and_then(|cloud| cloud.with_faces(table.faces));
+    let cloud = cloud.map_err(|error| ReadFault::Value {
         place: "columns".to_owned(),
         expected: "columns that make a cloud".to_owned(),
         found: error.to_string(),
     })?;
     let cloud = with_provenance(&cloud, &table.comments, &summary);
     summary.n_surfels = cloud.len() as u64;
+    summary.n_triangles = cloud.faces().len() as u64;
     summary.origin = placed.origin.to_array();
     summary.columns = cloud.columns().iter().map(|column| column.name().to_owned()).collect();
     summary.comments =

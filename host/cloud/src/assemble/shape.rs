@@ -1,7 +1,7 @@
 //! Normals, radii and tangents.
 
 use super::position::Placed;
-use super::{flat, take_vectors};
+use super::{flat, mesh, take_vectors};
 use crate::column::Column;
 use crate::error::ReadFault;
 use crate::read::ReadOptions;
@@ -32,14 +32,8 @@ pub(super) fn take(
     options: &ReadOptions<'_>,
     summary: &mut Summary,
 ) -> Result<Shape, ReadFault> {
-    let given_normals = NORMALS.iter().find_map(|names| take_vectors(table, *names));
-    // Some programs write zeros for normals that they do not have.
-    let mut given_normals =
-        given_normals.filter(|given| given.iter().any(|&normal| normals::is_valid(normal)));
-    let given_radii = table.take_any(&RADII).map(|[radius]| radius.into_f32());
-    let given_radii = given_radii.filter(|radii| radii.iter().any(|&radius| usable(radius)));
-    let chosen = options.radius.filter(|&radius| usable(radius));
-    let given_radii = given_radii.or_else(|| Some(vec![chosen?; placed.positions.len()]));
+    let Given { normals: mut given_normals, radii: given_radii, of_triangles } =
+        given(table, placed, options);
     let given_tangents = take_tangents(table);
     let needs_radii =
         given_radii.as_ref().is_none_or(|radii| !radii.iter().all(|&radius| usable(radius)));
@@ -66,10 +60,60 @@ pub(super) fn take(
     };
     let diagonal = placed.bounds.map_or(0.0, |bounds| bounds.diagonal());
     let radii = finish_radii(given_radii, estimates, diagonal, summary);
+    of_triangles.count(summary);
     let tangents = given_tangents
         .map(|[u, v]| finish_tangents([u, v], &normals, &radii, diagonal, summary))
         .unwrap_or_default();
     Ok(Shape { normals, radii, tangents })
+}
+
+/// What a file says of the shape of its surface.
+struct Given {
+    normals: Option<Vec<Vec3>>,
+    radii: Option<Vec<f32>>,
+    of_triangles: OfTriangles,
+}
+
+/// What follows from triangles where the file does not say it.
+struct OfTriangles {
+    normals: bool,
+    radii: bool,
+}
+
+impl OfTriangles {
+    /// Gives what was counted as if it were of the file its right name.
+    fn count(&self, summary: &mut Summary) {
+        let (normals, radii) = (&mut summary.normals, &mut summary.radii);
+        if self.normals {
+            normals.from_triangles = normals.given + normals.normalised;
+            normals.estimated = normals.repaired;
+            (normals.given, normals.normalised, normals.repaired) = (0, 0, 0);
+        }
+        if self.radii {
+            radii.from_triangles = std::mem::take(&mut radii.given);
+        }
+    }
+}
+
+/// Takes normals and radii out of the table, or from its triangles: they say more of a surface than
+/// points nearby, which may lie on another sheet of it.
+fn given(table: &mut Table, placed: &Placed, options: &ReadOptions<'_>) -> Given {
+    let positions = &placed.positions;
+    let normals = NORMALS.iter().find_map(|names| take_vectors(table, *names));
+    // Some programs write zeros for normals that they do not have.
+    let normals = normals.filter(|given| given.iter().any(|&normal| normals::is_valid(normal)));
+    let radii = table.take_any(&RADII).map(|[radius]| radius.into_f32());
+    let radii = radii.filter(|radii| radii.iter().any(|&radius| usable(radius)));
+    let chosen = options.radius.filter(|&radius| usable(radius));
+    let radii = radii.or_else(|| Some(vec![chosen?; positions.len()]));
+    let (has_normals, has_radii) = (normals.is_some(), radii.is_some());
+    let normals = normals.or_else(|| mesh::normals(table, positions));
+    let radii = radii.or_else(|| mesh::radii(table, positions, normals.as_deref()));
+    let of_triangles = OfTriangles {
+        normals: !has_normals && normals.is_some(),
+        radii: !has_radii && radii.is_some(),
+    };
+    Given { normals, radii, of_triangles }
 }
 
 /// The shares of the work, from `done` on, of building the search structure, of normals and of

@@ -1,99 +1,81 @@
 //! Values as text, a line per record. `ply-rs-bw` reads text too, but neither `nan` nor `.5`.
 
 use super::binary::{has_lists, shrunk};
-use super::header::{ElementDef, Header, Kind};
-use super::{Body, empty_fields};
+use super::empty_fields;
+use super::faces::Corners;
+use super::header::{ElementDef, Kind};
+use crate::body::Body;
 use crate::error::{ReadFault, quoted};
-use crate::table::{Field, Table};
+use crate::faces::Faces;
+use crate::lines::{Lines, number};
+use crate::table::Field;
 use std::io::BufRead;
-use surfelshop_api::columns::Element;
 use surfelshop_geometry::Progress;
 
 /// Lines between two questions whether to stop.
 const BLOCK: u64 = 4096;
 
-/// Lines of a body; blank ones are passed over.
-struct Lines<R> {
-    body: Body<R>,
-    text: Vec<u8>,
-    /// Line of the file, counted from 1.
-    line: usize,
-    /// Whether the last line ended with a carriage return, to which a line feed may belong.
-    after_return: bool,
-}
-
-impl<R: BufRead> Lines<R> {
-    /// Reads the next line that is not blank into `text`; whether there was one.
-    fn next(&mut self) -> Result<bool, ReadFault> {
-        loop {
-            self.text.clear();
-            if !self.any_line()? {
-                return Ok(false);
-            }
-            if !self.text.trim_ascii().is_empty() {
-                return Ok(true);
-            }
-        }
-    }
-
-    /// Reads a line that ends with a line feed, a carriage return or both.
-    fn any_line(&mut self) -> Result<bool, ReadFault> {
-        let mut found = false;
-        loop {
-            let bytes = self.body.reader.fill_buf()?;
-            if bytes.is_empty() {
-                self.line += usize::from(found);
-                return Ok(found);
-            }
-            if std::mem::take(&mut self.after_return) && bytes[0] == b'\n' {
-                self.consume(1);
-                continue;
-            }
-            found = true;
-            let end = bytes.iter().position(|&byte| byte == b'\n' || byte == b'\r');
-            self.text.extend_from_slice(&bytes[..end.unwrap_or(bytes.len())]);
-            let n_bytes = bytes.len();
-            match end {
-                Some(end) => {
-                    self.after_return = bytes[end] == b'\r';
-                    self.consume(end + 1);
-                    self.line += 1;
-                    return Ok(true);
-                }
-                None => self.consume(n_bytes),
-            }
-        }
-    }
-
-    fn consume(&mut self, n_bytes: usize) {
-        self.body.reader.consume(n_bytes);
-        self.body.remaining = self.body.remaining.saturating_sub(n_bytes as u64);
-    }
-}
-
-/// Reads the scalar properties of `element`, passing over the elements `before` it.
-pub(super) fn read<R: BufRead>(
-    body: Body<R>,
-    header: &Header,
-    before: &[ElementDef],
+/// Passes over an element, taking the faces along that it has.
+pub(super) fn pass<R: BufRead>(
+    lines: &mut Lines<R>,
     element: &ElementDef,
-    table: &mut Table,
+    faces: &mut Faces,
+    progress: Progress<'_>,
+) -> Result<(), ReadFault> {
+    let list = Corners::of(element);
+    if list.is_none() {
+        check_count(&lines.body, element)?;
+    }
+    // An element without properties has no lines that could be told from blank ones.
+    let n_lines = if element.properties.is_empty() { 0 } else { element.count };
+    let mut corners = Vec::new();
+    for record in 0..n_lines {
+        if record % BLOCK == 0 {
+            lines.body.tell(progress)?;
+        }
+        if !lines.next()? {
+            return Err(shrunk(element));
+        }
+        let Some(list) = list else { continue };
+        match corners_of(&lines.text, element, list, &mut corners) {
+            Some(()) => list.add(&mut corners, faces),
+            None => faces.add_bad(),
+        }
+    }
+    Ok(())
+}
+
+/// Reads the corners that a line names; `None` where it is not made as it should be.
+fn corners_of(
+    text: &[u8],
+    element: &ElementDef,
+    list: Corners,
+    corners: &mut Vec<i64>,
+) -> Option<()> {
+    corners.clear();
+    let mut words = text.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty());
+    let whole = |word: &[u8]| std::str::from_utf8(word).ok()?.parse::<i64>().ok();
+    for (place, property) in element.properties.iter().enumerate().take(list.property + 1) {
+        let word = words.next()?;
+        if let Kind::List { .. } = property.kind {
+            for _ in 0..whole(word)? {
+                let item = words.next()?;
+                if place == list.property {
+                    corners.push(whole(item)?);
+                }
+            }
+        }
+    }
+    Some(())
+}
+
+/// Reads the scalar properties of the element that holds points.
+pub(super) fn read<R: BufRead>(
+    lines: &mut Lines<R>,
+    element: &ElementDef,
+    warnings: &mut Vec<String>,
     progress: Progress<'_>,
 ) -> Result<Vec<Field>, ReadFault> {
-    let mut lines = Lines { body, text: Vec::new(), line: header.n_lines, after_return: false };
-    for skipped in before {
-        check_count(&lines.body, skipped)?;
-        // An element without properties has no lines that could be told from blank ones.
-        let n_lines = if skipped.properties.is_empty() { 0 } else { skipped.count };
-        for record in 0..n_lines {
-            if record % BLOCK == 0 {
-                lines.body.tell(progress)?;
-            }
-            if !lines.next()? {
-                return Err(shrunk(skipped));
-            }
-        }
-    }
     check_count(&lines.body, element)?;
     let mut fields = empty_fields(element, false);
     let mut n_longer = 0u64;
@@ -108,11 +90,11 @@ pub(super) fn read<R: BufRead>(
                 found: format!("{record}"),
             });
         }
-        n_longer += u64::from(record_of(&lines, element, &mut fields)?);
+        n_longer += u64::from(record_of(lines, element, &mut fields)?);
     }
     if n_longer > 0 {
         let name = &element.name;
-        table.warnings.push(format!(
+        warnings.push(format!(
             "{n_longer} lines of element `{name}` have more values than the header declares; \
              the first ones were read"
         ));
@@ -177,20 +159,4 @@ fn record_of<R>(
         }
     }
     Ok(words.next().is_some())
-}
-
-/// A number as C programs print it, with their words for what is not finite.
-fn number(word: &str, scalar: Element) -> Option<f64> {
-    // Rounding to f64 first and to f32 then could miss the nearest f32.
-    let parsed = if scalar == Element::F32 {
-        word.parse::<f32>().ok().map(f64::from)
-    } else {
-        word.parse().ok()
-    };
-    parsed.or_else(|| {
-        // Older Microsoft libraries print 1.#INF, -1.#IND and 1.#QNAN.
-        let (sign, rest) = word.strip_prefix('-').map_or((1.0, word), |rest| (-1.0, rest));
-        let mark = rest.strip_prefix("1.#")?;
-        if mark.starts_with("INF") { Some(sign * f64::INFINITY) } else { Some(f64::NAN) }
-    })
 }

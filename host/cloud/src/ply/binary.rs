@@ -1,8 +1,11 @@
 //! Binary records: elements of scalars are decoded in bulk, elements with lists one by one.
 
+use super::faces::{self, Corners};
 use super::header::{ElementDef, Kind};
-use super::{Body, empty_fields, lists};
+use super::{empty_fields, lists};
+use crate::body::Body;
 use crate::error::ReadFault;
+use crate::faces::Faces;
 use crate::table::Field;
 use std::io::Read;
 use surfelshop_geometry::Progress;
@@ -50,13 +53,17 @@ fn check_count<R>(body: &Body<R>, element: &ElementDef) -> Result<u64, ReadFault
     }
 }
 
-/// Passes over an element.
-pub(super) fn skip<R: Read>(
+/// Passes over an element, taking the faces along that it has.
+pub(super) fn pass<R: Read>(
     body: &mut Body<R>,
     element: &ElementDef,
     big: bool,
+    faces: &mut Faces,
     progress: Progress<'_>,
 ) -> Result<(), ReadFault> {
+    if let Some(corners) = Corners::of(element) {
+        return faces::read(body, element, corners, big, faces, progress);
+    }
     let mut left = check_count(body, element)?;
     if has_lists(element) {
         return lists::skip(body, element, big, progress);

@@ -1,9 +1,9 @@
 //! Binary elements with lists, whose records have no fixed size: read by `ply-rs-bw`, which caps
 //! what it allocates for a list before it has seen its items.
 
-use super::Body;
 use super::binary::at_end;
 use super::header::{ElementDef, Kind};
+use crate::body::Body;
 use crate::error::ReadFault;
 use crate::table::Field;
 use ply_rs_bw::parser::Parser;

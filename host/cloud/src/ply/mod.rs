@@ -3,16 +3,21 @@
 
 mod ascii;
 mod binary;
+mod faces;
 mod header;
 mod lists;
 mod write;
 
+use crate::body::Body;
 use crate::buffer::Buffer;
 use crate::error::{ReadFault, listed};
+use crate::faces::Faces;
+use crate::lines::Lines;
 use crate::table::{Field, Table, n_together};
-use header::{Encoding, Header, Kind};
+use faces::Corners;
+use header::{ElementDef, Encoding, Header, Kind};
 use std::collections::HashSet;
-use std::io::{BufRead, Read};
+use std::io::BufRead;
 use surfelshop_geometry::Progress;
 
 pub(crate) use write::write;
@@ -21,32 +26,6 @@ pub(crate) use write::write;
 pub(crate) fn is_ply(head: &[u8]) -> bool {
     let head = head.strip_prefix(header::BYTE_ORDER_MARK).unwrap_or(head);
     head.strip_prefix(b"ply").is_some_and(|rest| rest.first().is_none_or(u8::is_ascii_whitespace))
-}
-
-/// What is left of a file after its header; knows how much that is.
-struct Body<R> {
-    reader: R,
-    remaining: u64,
-    total: u64,
-}
-
-impl<R: Read> Read for Body<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let n_read = self.reader.read(buffer)?;
-        self.remaining = self.remaining.saturating_sub(n_read as u64);
-        Ok(n_read)
-    }
-}
-
-impl<R> Body<R> {
-    /// Asks whether to go on, telling how much of the body is read.
-    fn tell(&self, progress: Progress<'_>) -> Result<(), ReadFault> {
-        let done = 1.0 - self.remaining as f64 / self.total.max(1) as f64;
-        if progress(done.clamp(0.0, 1.0)).is_break() {
-            return Err(ReadFault::Cancelled);
-        }
-        Ok(())
-    }
 }
 
 /// A PLY file whose header is read.
@@ -62,8 +41,8 @@ impl<R: BufRead> File<R> {
     pub(crate) fn open(mut reader: R, length: u64) -> Result<Self, ReadFault> {
         let header = header::read(&mut reader)?;
         let vertices = vertex_element(&header)?;
-        let remaining = length.saturating_sub(header.length);
-        Ok(Self { header, vertices, body: Body { reader, remaining, total: remaining } })
+        let body = Body::new(reader, length.saturating_sub(header.length));
+        Ok(Self { header, vertices, body })
     }
 
     /// The names of the points' properties.
@@ -71,7 +50,13 @@ impl<R: BufRead> File<R> {
         self.header.elements[self.vertices].properties.iter().map(|property| property.name.as_str())
     }
 
-    /// Reads the points; other elements are skipped, and what follows the points is not looked at.
+    /// Whether the points are joined to faces.
+    pub(crate) fn has_faces(&self) -> bool {
+        self.header.elements.iter().any(|element| Corners::of(element).is_some())
+    }
+
+    /// Reads the points and the faces between them; other elements are skipped. What follows the
+    /// points may be damaged: the faces before the damage are kept.
     pub(crate) fn read(self, progress: Progress<'_>) -> Result<Table, ReadFault> {
         let Self { header, vertices, mut body } = self;
         let element = &header.elements[vertices];
@@ -80,23 +65,66 @@ impl<R: BufRead> File<R> {
             element: element.name.clone(),
             ..Table::default()
         };
+        let n_rows = usize::try_from(element.count).unwrap_or(usize::MAX);
+        let mut faces = Faces::new(n_rows);
         let before = &header.elements[..vertices];
-        table.fields = match header.encoding {
-            Encoding::Ascii => ascii::read(body, &header, before, element, &mut table, progress)?,
-            Encoding::Binary { big } => {
-                for skipped in before {
-                    binary::skip(&mut body, skipped, big, progress)?;
+        let after = after(&header.elements[vertices + 1..]);
+        match header.encoding {
+            Encoding::Ascii => {
+                let mut lines = Lines::new(body, header.n_lines);
+                for other in before {
+                    ascii::pass(&mut lines, other, &mut faces, progress)?;
                 }
-                binary::read(&mut body, element, big, progress)?
+                table.fields = ascii::read(&mut lines, element, &mut table.warnings, progress)?;
+                for other in after {
+                    let passed = ascii::pass(&mut lines, other, &mut faces, progress);
+                    if !goes_on(passed, &mut table.warnings)? {
+                        break;
+                    }
+                }
             }
-        };
+            Encoding::Binary { big } => {
+                for other in before {
+                    binary::pass(&mut body, other, big, &mut faces, progress)?;
+                }
+                table.fields = binary::read(&mut body, element, big, progress)?;
+                for other in after {
+                    let passed = binary::pass(&mut body, other, big, &mut faces, progress);
+                    if !goes_on(passed, &mut table.warnings)? {
+                        break;
+                    }
+                }
+            }
+        }
         if progress(1.0).is_break() {
             return Err(ReadFault::Cancelled);
         }
         table.n_rows =
             table.fields.first().map_or(0, |field| field.values.len() / field.names.len());
         table.comments = header.comments;
+        let (triangles, warning) = faces.finish();
+        table.faces = triangles;
+        table.warnings.extend(warning);
         Ok(table)
+    }
+}
+
+/// The elements after the points up to the last one that has faces; nobody looks at the rest.
+fn after(elements: &[ElementDef]) -> &[ElementDef] {
+    let last = elements.iter().rposition(|element| Corners::of(element).is_some());
+    &elements[..last.map_or(0, |last| last + 1)]
+}
+
+/// Whether there is more to read after an element that followed the points. Damage becomes a
+/// warning, since the points are complete.
+fn goes_on(passed: Result<(), ReadFault>, warnings: &mut Vec<String>) -> Result<bool, ReadFault> {
+    match passed {
+        Ok(()) => Ok(true),
+        Err(fault @ (ReadFault::Cancelled | ReadFault::Io(_))) => Err(fault),
+        Err(fault) => {
+            warnings.push(format!("the faces are incomplete: {fault}"));
+            Ok(false)
+        }
     }
 }
 
@@ -137,7 +165,7 @@ fn vertex_element(header: &Header) -> Result<usize, ReadFault> {
 
 /// Empty fields for the scalar properties of an element, with room for its rows; where `woven`,
 /// neighbours of one type that belong together share one.
-fn empty_fields(element: &header::ElementDef, woven: bool) -> Vec<Field> {
+fn empty_fields(element: &ElementDef, woven: bool) -> Vec<Field> {
     let n_rows = usize::try_from(element.count).unwrap_or(0);
     let mut fields = Vec::new();
     let mut rest = &element.properties[..];

@@ -8,7 +8,8 @@ use crate::provenance;
 use crate::write::WriteOptions;
 use glam::DVec3;
 use ply_rs_bw::ply::{
-    Addable, DefaultElement, ElementDef, Encoding, Header, PropertyDef, PropertyType, Version,
+    Addable, DefaultElement, ElementDef, Encoding, Header, PropertyDef, PropertyType, ScalarType,
+    Version,
 };
 use ply_rs_bw::writer::Writer;
 use std::collections::HashSet;
@@ -41,7 +42,7 @@ impl Source<'_> {
 /// Records between two questions whether to stop.
 const BLOCK: usize = 4096;
 
-/// Writes the header and all surfels; `path` is for messages only.
+/// Writes the header, all surfels and the triangles between them; `path` is for messages only.
 pub(crate) fn write(
     out: &mut impl Write,
     path: &Path,
@@ -54,10 +55,13 @@ pub(crate) fn write(
     let header = header(cloud, &fields, options);
     Writer::<DefaultElement>::new().write_header(out, &header).map_err(failed)?;
     let mut block = Vec::new();
+    let n_records = (cloud.len() + cloud.faces().len()) as f64;
+    let tell = |record: usize| match (options.progress)(record as f64 / n_records).is_break() {
+        true => Err(WriteError::Cancelled { path: path.to_owned() }),
+        false => Ok(()),
+    };
     for start in (0..cloud.len()).step_by(BLOCK) {
-        if (options.progress)(start as f64 / cloud.len() as f64).is_break() {
-            return Err(WriteError::Cancelled { path: path.to_owned() });
-        }
+        tell(start)?;
         block.clear();
         for surfel in start..(start + BLOCK).min(cloud.len()) {
             if options.ascii {
@@ -66,6 +70,15 @@ pub(crate) fn write(
                 fields.iter().for_each(|field| binary_value(&mut block, &field.source, surfel));
             }
         }
+        out.write_all(&block).map_err(failed)?;
+    }
+    for (i, faces) in cloud.faces().chunks(BLOCK).enumerate() {
+        tell(cloud.len() + i * BLOCK)?;
+        block.clear();
+        faces
+            .iter()
+            .try_for_each(|face| face_record(&mut block, face, options.ascii))
+            .map_err(failed)?;
         out.write_all(&block).map_err(failed)?;
     }
     out.flush().map_err(failed)
@@ -149,7 +162,28 @@ fn header(cloud: &Cloud, fields: &[Field<'_>], options: &WriteOptions<'_>) -> He
         vertex.properties.add(PropertyDef::new(field.name.clone(), kind));
     }
     header.elements.add(vertex);
+    if !cloud.faces().is_empty() {
+        let mut face = ElementDef::new("face".to_owned());
+        face.count = cloud.faces().len();
+        // Signed, as programs expect it, unless there are more surfels than that can count.
+        let signed = i32::try_from(cloud.len()).is_ok();
+        let index = if signed { ScalarType::Int } else { ScalarType::UInt };
+        let corners = PropertyType::List(ScalarType::UChar, index);
+        face.properties.add(PropertyDef::new("vertex_indices".to_owned(), corners));
+        header.elements.add(face);
+    }
     header
+}
+
+/// Appends a triangle: how many corners, and which.
+fn face_record(block: &mut Vec<u8>, face: &[u32; 3], ascii: bool) -> io::Result<()> {
+    let [a, b, c] = face;
+    if ascii {
+        return writeln!(block, "3 {a} {b} {c}");
+    }
+    block.push(3);
+    face.iter().for_each(|corner| block.extend_from_slice(&corner.to_le_bytes()));
+    Ok(())
 }
 
 /// Appends a value, least significant byte first.

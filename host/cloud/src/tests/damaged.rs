@@ -74,7 +74,7 @@ fn headers_that_break_the_rules_are_refused_with_their_line() {
         ("float x", "float u", "found `u`, `y`, `z`"),
         ("float x", "list uchar int x", "expected properties x, y and z"),
         ("end_header", "comment", "header line 8"),
-        ("ply\n", "plx\n", "expected a PLY file that begins with `ply`, found `plx"),
+        ("ply\n", "plx\n", "expected a PLY, OBJ or OFF file, found `plx"),
         ("format binary_little_endian 1.0\n", "", "expected a line `format`"),
     ] {
         let message = refusal(&replaced(&bytes, from, to));
@@ -96,7 +96,7 @@ fn what_is_no_point_cloud_says_so() {
     let pointer = b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n";
     assert!(refusal(pointer).contains("git lfs pull"));
     assert!(refusal(b"\x89PNG\r\n\x1a\n").contains("found `\u{fffd}PNG"));
-    assert!(refusal(&[0; 100]).contains("expected a PLY file"));
+    assert!(refusal(&[0; 100]).contains("expected a PLY, OBJ or OFF file"));
     let folder = TempDir::new().unwrap();
     let message = read(folder.path(), &ReadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("found a folder"), "{message}");

@@ -90,7 +90,7 @@ fn nothing_is_done_after_a_wish_to_stop() {
 }
 
 /// Files that need work of every kind: bare points, points whose normals and radii are no good,
-/// and points that come after faces, in text as well.
+/// points that come after faces, and meshes, in text as well.
 fn files_to_work_on() -> Vec<Vec<u8>> {
     let rows: Vec<Vec<f64>> = (0..200)
         .map(|i| {
@@ -113,7 +113,19 @@ fn files_to_work_on() -> Vec<Vec<u8>> {
         files.push(ply().element("vertex", &XYZ, &rows).bytes());
         files.push(ply().element("vertex", &shaped, &holes).bytes());
         files.push(ply().element("face", &indices, &faces).element("vertex", &XYZ, &rows).bytes());
+        let mut mesh = ply()
+            .element("vertex", &XYZ, &rows)
+            .line("element face 50")
+            .line("property list uchar int vertex_indices");
+        for i in 0..50 {
+            mesh.value("uchar", 3.0);
+            (i..i + 3).for_each(|corner| mesh.value("int", f64::from(corner)));
+            mesh.end_row();
+        }
+        files.push(mesh.bytes());
     }
+    let text = |row: &Vec<f64>| format!("v {} {} {}\n", row[0], row[1], row[2]);
+    files.push(rows.iter().map(text).collect::<String>().into_bytes());
     files
 }
 

@@ -6,6 +6,8 @@ mod damaged;
 mod edits;
 mod files;
 mod formats;
+mod meshes;
+mod objects;
 mod scene;
 mod transforms;
 mod writing;
@@ -44,8 +46,8 @@ pub(crate) fn load(bytes: &[u8]) -> Loaded {
     assert_eq!(summary.n_surfels, len);
     assert_eq!(summary.n_in_file, len + summary.n_dropped);
     let (n, r, c) = (&summary.normals, &summary.radii, &summary.colors);
-    assert_eq!(n.given + n.normalised + n.repaired + n.estimated, len);
-    assert_eq!(r.given + r.estimated + r.clamped, len);
+    assert_eq!(n.given + n.normalised + n.repaired + n.from_triangles + n.estimated, len);
+    assert_eq!(r.given + r.from_triangles + r.estimated + r.clamped, len);
     assert_eq!(c.given + c.neutral + c.replaced, len);
     loaded
 }

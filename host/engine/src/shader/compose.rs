@@ -42,6 +42,7 @@ const MODULES: &[(&str, &str)] = &[
     ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
     ("sh.wgsl", include_str!("../../../../shaders/sh.wgsl")),
     ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
+    ("occlusion.wgsl", include_str!("../../../../shaders/occlusion.wgsl")),
 ];
 
 /// A sum over the text of all modules: what was made with other ones may be other.

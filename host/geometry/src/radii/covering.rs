@@ -13,7 +13,7 @@ pub(super) const CELL_NEIGHBOURS: usize = 20;
 /// Factor on the radius of a cell. On a sphere the disc at angle p has to reach to the tangent of
 /// p / 2 where half the chord to the neighbour is its sine; the ratio is 1.14 for neighbours one
 /// radian apart and less for all finer samplings.
-pub(super) const COVER: f64 = 1.15;
+pub(crate) const COVER: f64 = 1.15;
 
 const NOBODY: u32 = u32::MAX;
 

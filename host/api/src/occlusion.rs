@@ -1,0 +1,51 @@
+//! What ambient occlusion darkens: one choice for all renderers that know it.
+
+use crate::choices;
+use crate::frame::CloudFacts;
+use crate::uniform::Uniform;
+
+choices! {
+    /// What of the light on a surface its ambient accessibility darkens. Each choice takes in those
+    /// before it; a renderer that has no such light does without.
+    #[derive(PartialOrd, Ord)]
+    pub enum AoAffects {
+        /// Light from everywhere around, on matte surfaces.
+        Ambient = "ambient",
+        /// All light on matte surfaces, that of lights included.
+        Diffuse = "diffuse",
+        /// What is mirrored of the surroundings, too.
+        Reflections = "reflections",
+        /// Everything, highlights of lights included.
+        All = "all",
+    }
+}
+
+impl Uniform {
+    /// Appends `ao_strength: f32, ao_affects: u32` for `share` of the WGSL module
+    /// `surfelshop::occlusion`.
+    ///
+    /// Without a column `ao` there is nothing to darken by, and what is appended does not depend on
+    /// the parameters.
+    #[must_use]
+    pub fn occlusion(self, strength: f32, affects: AoAffects, cloud: &CloudFacts) -> Self {
+        match cloud.has(crate::columns::AO) {
+            true => self.f32(strength).u32(affects as u32),
+            false => self.f32(0.0).u32(0),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_accessibility_parameters_change_nothing() {
+        let without = CloudFacts::default();
+        let with = CloudFacts { columns: vec!["ao".to_owned()], ..CloudFacts::default() };
+        let uniform = |strength, affects, cloud| Uniform::new().occlusion(strength, affects, cloud);
+        let nothing = uniform(0.0, AoAffects::Ambient, &without);
+        assert_eq!(uniform(1.0, AoAffects::All, &without), nothing);
+        assert_eq!(uniform(0.5, AoAffects::All, &with), Uniform::new().f32(0.5).u32(3));
+    }
+}

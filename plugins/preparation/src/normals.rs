@@ -1,0 +1,129 @@
+//! # `normals`: normals from positions
+//!
+//! | parameter     | type   | default    | meaning                                                 |
+//! |---------------|--------|------------|---------------------------------------------------------|
+//! | `neighbours`  | int    | 16         | nearest points that a plane is fitted to, 3 to 256       |
+//! | `orientation` | choice | `outwards` | `outwards`, `towards`, `keep` or `flip`                  |
+//! | `towards-x`, `-y`, `-z` | float | 0 | the place that normals face, for `towards`; scene units  |
+//!
+//! Method. The normal is the direction of least spread of the nearest points. `outwards` makes
+//! signs agree along a minimum spanning tree of neighbours and turns each connected part outwards;
+//! `towards` turns each normal to a place, such as where a scanner stood; `keep` takes the sign of
+//! the normal that is there; `flip` estimates nothing and turns the normals that are there round.
+//!
+//! Limits: a flat sheet has no outside, and parts that nearly touch may be taken for one. Tangents
+//! of elliptical surfels stay as they are.
+//!
+//! Source: Hoppe et al., "Surface reconstruction from unorganized points", SIGGRAPH 1992.
+//!
+//! ```text
+//! surfelshop bake scan.ply -t normals --set orientation=towards --set towards-z=2.5 -o out.ply
+//! ```
+
+use crate::surfels::{finite, flat, floats, normals, positions, told};
+use surfelshop_api::columns::NORMAL;
+use surfelshop_api::glam::{DVec3, Vec3};
+use surfelshop_api::prelude::*;
+use surfelshop_geometry::normals::{estimate, is_valid};
+
+choices! {
+    /// Which of its two sides a surface shows.
+    pub enum Orientation {
+        /// The outer one, part by part.
+        Outwards = "outwards",
+        /// The one that a place sees.
+        Towards = "towards",
+        /// The one that the normals there show.
+        Keep = "keep",
+        /// The other one than the normals there show.
+        Flip = "flip",
+    }
+}
+
+params! {
+    /// Settings of `normals`.
+    pub struct Settings {
+        /// Nearest points that a plane is fitted to: more are smoother, fewer keep detail.
+        neighbours: u32 { default: 16, range: 3..=256, quality: true, logarithmic: true },
+        /// Which side normals show: outwards part by part, towards a place, as the normals that
+        /// are there (keep), or those turned round without estimating any (flip).
+        orientation: Orientation { default: Orientation::Outwards },
+        /// The place that normals face, for orientation towards.
+        towards_x: f64 { default: 0.0, unit: "scene units" },
+        /// The place that normals face, for orientation towards.
+        towards_y: f64 { default: 0.0, unit: "scene units" },
+        /// The place that normals face, for orientation towards.
+        towards_z: f64 { default: 0.0, unit: "scene units" },
+    }
+}
+
+/// The tool.
+pub(crate) struct Normals;
+
+impl Tool for Normals {
+    const INFO: UnitInfo =
+        UnitInfo::new("normals", "Estimate normals", "Fits normals to the points around each.");
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn run(&mut self, cloud: &CloudView<'_>, params: &Settings, job: &Job<'_>) -> Result<()> {
+        let positions = positions(cloud)?;
+        let given = normals(cloud);
+        let needs_given = matches!(params.orientation, Orientation::Keep | Orientation::Flip);
+        if needs_given && given.is_empty() {
+            return Err(Error::new(
+                "expected normals whose sides to go by, found none; estimate them with \
+                 `orientation=outwards`",
+            ));
+        }
+        let place = place(cloud, params)?;
+        if params.orientation == Orientation::Flip {
+            job.check()?;
+            let turned: Vec<Vec3> = given.iter().map(|&normal| -normal).collect();
+            job.progress(1.0, &format!("{} normals turned round", turned.len()));
+            return job.edit(&Edit::Columns(vec![floats(NORMAL, 3, &flat(&turned))]));
+        }
+        let k = params.neighbours.max(3) as usize;
+        let progress = told(job, 0.0..0.98, "fitting normals");
+        let mut found = estimate(&positions, k, &progress)?;
+        match params.orientation {
+            Orientation::Towards => {
+                for (normal, position) in found.normals.iter_mut().zip(&positions) {
+                    face(normal, (place - position.as_dvec3()).as_vec3());
+                }
+            }
+            Orientation::Keep => {
+                for (normal, given) in found.normals.iter_mut().zip(&given) {
+                    face(normal, *given);
+                }
+            }
+            Orientation::Outwards | Orientation::Flip => {}
+        }
+        let (n, n_degenerate) = (found.normals.len(), found.n_degenerate);
+        let parts = match params.orientation {
+            Orientation::Outwards => format!(", {} parts turned outwards", found.n_components),
+            _ => String::new(),
+        };
+        let message = format!("{n} normals, {n_degenerate} without a plane around them{parts}");
+        job.progress(1.0, &message);
+        job.edit(&Edit::Columns(vec![floats(NORMAL, 3, &flat(&found.normals))]))
+    }
+}
+
+/// Turns a normal to the side of a direction; it stays where that lies in the surface, or is none.
+fn face(normal: &mut Vec3, direction: Vec3) {
+    if is_valid(direction) && normal.as_dvec3().dot(direction.as_dvec3()) < 0.0 {
+        *normal = -*normal;
+    }
+}
+
+/// The place that normals face, relative to the cloud's origin.
+fn place(cloud: &CloudView<'_>, params: &Settings) -> Result<DVec3> {
+    let x = finite("towards-x", params.towards_x)?;
+    let y = finite("towards-y", params.towards_y)?;
+    let z = finite("towards-z", params.towards_z)?;
+    Ok(DVec3::new(x, y, z) - cloud.origin)
+}
