@@ -27,10 +27,10 @@ impl Cost {
     /// # Errors
     /// The work's own, or where the system does not tell.
     pub fn of<T>(work: impl FnOnce() -> Result<T>) -> Result<(T, Self)> {
-        let (cpu, started) = (cpu_seconds()?, Instant::now());
+        let (cpu, started) = (cpu_seconds(), Instant::now());
         let done = work()?;
         let wall = started.elapsed().as_secs_f64();
-        Ok((done, Self { cpu: cpu_seconds()? - cpu, wall, peak: peak_bytes()? }))
+        Ok((done, Self { cpu: cpu_seconds() - cpu, wall, peak: peak_bytes()? }))
     }
 
     /// The line by which a child tells its parent.
@@ -86,17 +86,10 @@ fn output_of(command: &mut Command) -> Result<String> {
     Ok(String::from_utf8(output.stdout)?)
 }
 
-/// Processor time of this process so far. `/proc/self/stat` counts in hundredths of a second, too
-/// coarse for work that takes ten of them; the scheduler's own account is in nanoseconds.
-pub(crate) fn cpu_seconds() -> Result<f64> {
-    // The account of a running thread is brought up to date when it lets others run.
-    std::thread::yield_now();
-    let mut nanoseconds = 0.0;
-    for thread in std::fs::read_dir("/proc/self/task").context("processor time is Linux's")? {
-        let account = std::fs::read_to_string(thread?.path().join("schedstat"))?;
-        nanoseconds += account.split(' ').next().unwrap_or_default().parse::<f64>()?;
-    }
-    Ok(nanoseconds * 1e-9)
+/// Processor time of this process so far, threads that have ended included.
+pub(crate) fn cpu_seconds() -> f64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9
 }
 
 /// The most memory this process had so far.

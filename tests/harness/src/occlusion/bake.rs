@@ -72,7 +72,7 @@ impl JobHost for Desk {
 pub struct Baked {
     /// Accessibility of each surfel.
     pub ao: Vec<f32>,
-    /// User and system time of all threads, seconds; not a number where the system does not tell.
+    /// User and system time of all threads, seconds.
     pub cpu: f64,
     /// Elapsed time, seconds.
     pub wall: f64,
@@ -90,10 +90,9 @@ pub struct Baked {
 pub fn bake(cloud: &CloudView<'_>, values: &Values) -> Result<Baked, Fault> {
     let desk = Desk::default();
     let mut tool = Plugin::of::<SurfelshopPackage>().create(0, &HostInfo::default())?;
-    let cpu = || cpu_seconds().unwrap_or(f64::NAN);
-    let (started, before) = (Instant::now(), cpu());
+    let (started, before) = (Instant::now(), cpu_seconds());
     tool.run(values, cloud, &desk)?;
-    let (cpu, wall) = (cpu() - before, started.elapsed().as_secs_f64());
+    let (cpu, wall) = (cpu_seconds() - before, started.elapsed().as_secs_f64());
     let ao = desk.staged.into_inner().expect("no thread panics");
     let messages = desk.messages.into_inner().expect("no thread panics");
     Ok(Baked { ao, cpu, wall, messages: messages.into_iter().map(|(_, m)| m).collect() })

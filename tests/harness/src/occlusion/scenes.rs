@@ -3,6 +3,8 @@
 use crate::clouds::{Surfels, sphere};
 use glam::{DVec3, Vec3};
 use surfelshop_cloud::Cloud;
+use surfelshop_geometry::mesh::{self, OnMesh};
+use surfelshop_geometry::{silent, spread};
 
 /// Surfels on a surface, and the surface's triangles, whose corners need not be surfels.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +30,39 @@ impl Mesh {
             corners: cloud.positions().to_vec(),
             faces: view.faces.to_vec(),
         }
+    }
+
+    /// `count` surfels spread evenly over the triangles, with normals blended from the corners,
+    /// which must be the surfels.
+    ///
+    /// # Panics
+    /// Never: nobody stops the work.
+    #[must_use]
+    pub fn resampled(&self, count: usize) -> Self {
+        let areas = mesh::areas(&self.corners, &self.faces);
+        let places = mesh::scatter(&areas, 5 * count, 1, &silent).expect("nobody stops it");
+        let at: Vec<Vec3> =
+            places.iter().map(|p| p.mean(&self.corners, &self.faces).as_vec3()).collect();
+        let kept = spread::evenly(&at, count, areas.iter().sum(), 1, &silent);
+        let kept = kept.expect("nobody stops it");
+        let normal = |place: &OnMesh| place.mean(&self.normals, &self.faces);
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        for i in (0..at.len()).filter(|&i| kept[i]) {
+            positions.push(at[i]);
+            normals.push(normal(&places[i]).normalize_or(DVec3::Z).as_vec3());
+        }
+        Self { positions, normals, corners: self.corners.clone(), faces: self.faces.clone() }
+    }
+
+    /// Whether each surfel is a corner of a triangle, where there are as many corners as surfels;
+    /// those that are not lie loose in the file and say nothing of an error.
+    #[must_use]
+    pub fn is_used(&self) -> Vec<bool> {
+        let mut used = vec![self.corners.len() != self.positions.len(); self.positions.len()];
+        if self.corners.len() == self.positions.len() {
+            self.faces.iter().flatten().for_each(|&corner| used[corner as usize] = true);
+        }
+        used
     }
 
     /// The surfels as a cloud. The tool does not read radii; they are a spacing of one hundredth.
