@@ -69,7 +69,7 @@ impl<'a> Job<'a> {
     }
 
     /// Tells how far the work is, in [0, 1], and what is being done; an empty message keeps the
-    /// last. The last message of all is what the host shows of the result.
+    /// last. A message with 1 is what the host shows beside the result.
     pub fn progress(&self, fraction: f64, message: &str) {
         self.host.progress(fraction, message);
     }

@@ -300,6 +300,7 @@ fn object(step: &Step, baked: &Baked) -> Value {
         "wall_seconds": done.took.as_secs_f64(),
         "cpu_seconds": cpu.map(|cpu| cpu.as_secs_f64()),
         "adapter": done.device,
+        "said": done.said,
         "surfels_in": n_before,
         "surfels_out": n_after,
         "whole_cloud": done.edited.as_ref().and_then(|edited| edited.whole).map(made::word),
@@ -326,6 +327,9 @@ fn line(step: &Step, baked: &Baked) -> String {
             }
             None => name.clone(),
         });
+    }
+    if !done.said.is_empty() {
+        parts.push(done.said.clone());
     }
     let cpu = cpu.map_or_else(String::new, |cpu| format!(" ({:.2} s CPU)", cpu.as_secs_f64()));
     let seconds = done.took.as_secs_f64();

@@ -276,8 +276,9 @@ fn commit(
     messages: &mut Messages,
 ) -> Option<Stock> {
     let (name, took) = (&work.name, done.took.as_secs_f64());
+    let said = if done.said.is_empty() { String::new() } else { format!(" ({})", done.said) };
     let Some(edited) = done.edited else {
-        messages.tell(format!("{name} found nothing to change, in {took:.1} s"));
+        messages.tell(format!("{name} found nothing to change, in {took:.1} s{said}"));
         return None;
     };
     let item = stock.and_then(|stock| stock.items().get(work.item));
@@ -291,13 +292,13 @@ fn commit(
     let (columns, cloud) = (edited.columns.join(", "), item.name());
     let (n_now, n_before) = (edited.cloud.len(), work.base.len());
     messages.tell(match edited.whole {
-        None => format!("{name} made {columns} of {cloud} in {took:.1} s"),
+        None => format!("{name} made {columns} of {cloud} in {took:.1} s{said}"),
         Some(How::Kept) => {
-            format!("{name} kept {n_now} of {n_before} surfels of {cloud} in {took:.1} s")
+            format!("{name} kept {n_now} of {n_before} surfels of {cloud} in {took:.1} s{said}")
         }
         Some(How::Derived) => format!(
             "{name} made a cloud of {n_now} surfels from {n_before} in {took:.1} s; {cloud} is \
-             hidden now, the list of clouds shows it again"
+             hidden now, the list of clouds shows it again{said}"
         ),
     });
     Some(match edited.whole {

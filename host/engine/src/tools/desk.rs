@@ -82,7 +82,7 @@ impl Desk {
 impl JobHost for Desk {
     fn progress(&self, fraction: f64, message: &str) {
         self.shared.set(fraction);
-        self.shared.say(message);
+        self.shared.say(fraction, message);
     }
 
     fn cancelled(&self) -> bool {

@@ -74,6 +74,8 @@ pub struct Done {
     pub took: Duration,
     /// The device its graphs ran on, where there were any.
     pub device: Option<String>,
+    /// What the tool said of its result, on one line; empty where it said nothing.
+    pub said: String,
 }
 
 /// A tool at work; dropping this asks it to stop and does not wait.
@@ -201,6 +203,7 @@ impl Running {
             values: self.values.clone(),
             took: self.shared.took(),
             device: self.shared.device(),
+            said: self.shared.conclusion(),
         }
     }
 }

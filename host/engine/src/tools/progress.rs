@@ -23,7 +23,7 @@ const FIRST_ESTIMATE: Duration = Duration::from_secs(1);
 /// Nor is there one from a share smaller than this.
 const SMALLEST_SHARE: f64 = 0.005;
 /// Characters of a message that are kept.
-const MESSAGE: usize = 120;
+const MESSAGE: usize = 200;
 
 /// What the tool's threads and the host's share.
 pub(super) struct Shared {
@@ -35,6 +35,8 @@ pub(super) struct Shared {
     /// The bits of the share done, which are in the order of the numbers: none is negative.
     fraction: AtomicU64,
     message: Mutex<String>,
+    /// What the tool said when it was done.
+    conclusion: Mutex<String>,
     device: OnceLock<String>,
 }
 
@@ -47,6 +49,7 @@ impl Shared {
             cancelled: AtomicBool::new(false),
             fraction: AtomicU64::new(0),
             message: Mutex::default(),
+            conclusion: Mutex::default(),
             device: OnceLock::new(),
         }
     }
@@ -97,15 +100,23 @@ impl Shared {
         }
     }
 
-    /// Takes what is being done; an empty text leaves what was said before.
-    pub(super) fn say(&self, message: &str) {
+    /// Takes what is being done, or at the end what was; an empty text leaves what was said before.
+    pub(super) fn say(&self, fraction: f64, message: &str) {
         if message.trim().is_empty() {
             return;
         }
         let words = message.split_whitespace().collect::<Vec<_>>().join(" ");
-        let line = words.chars().filter(|c| !c.is_control()).take(MESSAGE).collect();
-        // A text is only ever put there whole.
+        let line: String = words.chars().filter(|c| !c.is_control()).take(MESSAGE).collect();
+        // Texts are only ever put there whole.
+        if fraction >= 1.0 {
+            self.conclusion.lock().unwrap_or_else(PoisonError::into_inner).clone_from(&line);
+        }
         *self.message.lock().unwrap_or_else(PoisonError::into_inner) = line;
+    }
+
+    /// What the tool said when it was done; empty where it said nothing.
+    pub(super) fn conclusion(&self) -> String {
+        self.conclusion.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     pub(super) fn set_device(&self, description: String) {
@@ -162,8 +173,8 @@ mod tests {
     #[test]
     fn messages_are_one_line_and_stay_until_the_next() {
         let shared = Shared::new();
-        shared.say("tracing\n\trays\u{1b}[2J");
-        shared.say(" ");
+        shared.say(0.5, "tracing\n\trays\u{1b}[2J");
+        shared.say(0.5, " ");
         assert_eq!(shared.progress().message, "tracing rays[2J");
     }
 }
