@@ -145,6 +145,9 @@ impl<'a> Job<'a> {
     /// on the device, so no resource is persistent; shaders are compiled once in a run. The passes
     /// that feed none of the buffers still run: a tool asks for what it needs.
     ///
+    /// Some devices end loops early without a word: Mesa's software device after 65,535 rounds of all
+    /// loops of an invocation together. Longer work is divided over invocations and dispatches.
+    ///
     /// # Errors
     /// Where the machine has no GPU, or the graph is refused or fails; a tool that can do without
     /// goes on without.

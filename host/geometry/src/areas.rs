@@ -129,8 +129,11 @@ struct Search<'a> {
 /// The points that the points of a leaf choose their neighbours from.
 #[derive(Default)]
 struct Candidates {
-    /// Position, normal and index.
-    points: Vec<(Vec3, Vec3, u32)>,
+    indices: Vec<u32>,
+    /// Their coordinates, apart, so that several distances are computed at a time.
+    coordinates: [Vec<f32>; 3],
+    /// Squares of their distances from the last point that asked.
+    squared: Vec<f32>,
     /// All that is this close to the leaf's box is among them.
     reach: f32,
     /// Square of the distance within which the next point will find enough, probably.
@@ -199,17 +202,26 @@ impl Search<'_> {
         let facing = self.normal(index);
         loop {
             let all = candidates.reach * candidates.reach;
-            let Candidates { points, near, usual, .. } = &mut *candidates;
+            let Candidates { indices, coordinates: [x, y, z], squared, near, usual, .. } =
+                &mut *candidates;
             // Neighbours of neighbours are about as far away; where they are not, all are looked at.
             let within = usual.min(all);
             *usual = f32::INFINITY;
-            near.clear();
-            near.extend(points.iter().filter_map(|&(position, normal, other)| {
-                let squared = position.distance_squared(here);
-                let counts = squared <= within && position != here;
-                // The back of a thin sheet would take the places of neighbours.
-                (counts && normal.dot(facing) >= BACK_SIDE).then_some((squared, other))
+            squared.clear();
+            squared.extend(x.iter().zip(&*y).zip(&*z).map(|((x, y), z)| {
+                let (x, y, z) = (x - here.x, y - here.y, z - here.z);
+                x * x + y * y + z * z
             }));
+            near.clear();
+            for (&squared, &other) in squared.iter().zip(&*indices) {
+                // The back of a thin sheet would take the places of neighbours.
+                if squared <= within
+                    && at(other) != here
+                    && self.normal(other).dot(facing) >= BACK_SIDE
+                {
+                    near.push((squared, other));
+                }
+            }
             let order = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
             // Only the nearest need sorting; copies among them may hide others, so a few more.
             if near.len() > 2 * CELL_NEIGHBOURS {
@@ -220,7 +232,7 @@ impl Search<'_> {
             near.dedup_by(|a, b| a.0 == b.0 && at(a.1) == at(b.1));
             near.truncate(CELL_NEIGHBOURS);
             if near.len() == CELL_NEIGHBOURS {
-                candidates.usual = 1.5 * near[CELL_NEIGHBOURS - 1].0;
+                candidates.usual = 1.3 * near[CELL_NEIGHBOURS - 1].0;
                 return &candidates.near;
             }
             if within < all {
@@ -237,16 +249,22 @@ impl Search<'_> {
 
     /// Finds all points within reach; of those that coincide, one.
     fn collect(&self, leaf: &Node, candidates: &mut Candidates) {
-        let Candidates { points, reach, .. } = candidates;
-        points.clear();
+        let Candidates { indices, coordinates, reach, .. } = candidates;
+        indices.clear();
+        coordinates.iter_mut().for_each(Vec::clear);
+        let mut last = Vec3::NAN;
         self.tree.leaves_near((leaf.min, leaf.max), *reach, |node| {
             let own = &self.tree.order()[node.surfels.start as usize..node.surfels.end as usize];
             let own = if node.min == node.max { &own[..1] } else { own };
             for &index in own {
                 // Copies follow each other, since their keys are equal.
                 let position = self.positions[index as usize];
-                if points.last().is_none_or(|&(last, ..)| last != position) {
-                    points.push((position, self.normal(index), index));
+                if position != last {
+                    last = position;
+                    indices.push(index);
+                    for (list, value) in coordinates.iter_mut().zip(position.to_array()) {
+                        list.push(value);
+                    }
                 }
             }
         });

@@ -7,9 +7,8 @@ use std::f32::consts::PI;
 use std::ops::Range;
 use surfelshop_api::glam::Vec3;
 
-/// A node is never taken whole from nearer than this many times its radius. Its moments describe it
-/// to second order; what they leave out grows by the cube of the ratio, which the tolerance does not
-/// see where little is left of a node's area.
+/// A node is never taken whole from nearer than this many times its radius, whatever the tolerance:
+/// the moments expand about its centre, which means nothing from inside of it.
 const NEAREST: f32 = 1.25;
 
 /// What the node criterion knows of a group of receivers.

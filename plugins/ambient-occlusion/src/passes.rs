@@ -84,19 +84,44 @@ fn gather(
             weight: surfels.areas[place] * (1.0 - occlusion[place]),
         })
         .collect();
-    let n_groups = surfels.len().div_ceil(WIDTH);
-    let places = |group: usize| group * WIDTH..((group + 1) * WIDTH).min(surfels.len());
+    let groups = groups(surfels);
     let sums: Vec<Sums> = if settings.method == Method::BruteForce {
-        job.map(n_groups, share, |group| {
-            brute_force::gather(surfels, &emitters, places(group), reach)
+        job.map(groups.len(), share, |i| {
+            brute_force::gather(surfels, &emitters, groups[i].clone(), reach)
         })?
     } else {
         let hierarchy = Hierarchy::new(surfels, emitters);
-        job.map(n_groups, share, |group| {
-            octree::gather(&hierarchy, places(group), settings.tolerance, reach)
+        job.map(groups.len(), share, |i| {
+            octree::gather(&hierarchy, groups[i].clone(), settings.tolerance, reach)
         })?
     };
-    let all =
-        |side: fn(&Sums) -> [f32; WIDTH]| sums.iter().flat_map(side).take(surfels.len()).collect();
+    let all = |side: fn(&Sums) -> [f32; WIDTH]| {
+        let found = groups.iter().zip(&sums);
+        found.flat_map(|(group, sums)| side(sums).into_iter().take(group.len())).collect()
+    };
     Ok(Gathered { front: all(Sums::front), back: all(Sums::back) })
+}
+
+/// Surfels of a node whose receivers are gathered for together. Groups of sixteen that cross the
+/// border of larger nodes may reach from one end of the cloud to the other, and open all nodes
+/// between: one group in twenty took a fifth of the time.
+const TOGETHER: usize = 512;
+
+/// Ranges of at most sixteen receivers that lie close together, in their order.
+fn groups(surfels: &Surfels) -> Vec<Range<usize>> {
+    let nodes = surfels.tree.nodes();
+    let mut groups = Vec::with_capacity(surfels.len() / WIDTH * 5 / 4 + 1);
+    let mut open: Vec<u32> = if nodes.is_empty() { Vec::new() } else { vec![0] };
+    while let Some(next) = open.pop() {
+        let node = &nodes[next as usize];
+        let places = node.surfels.start as usize..node.surfels.end as usize;
+        if node.children.is_empty() || places.len() <= TOGETHER {
+            let starts = places.clone().step_by(WIDTH);
+            groups.extend(starts.map(|start| start..(start + WIDTH).min(places.end)));
+        } else {
+            // Taken from the end, so that places stay in order.
+            open.extend(node.children.clone().rev());
+        }
+    }
+    groups
 }

@@ -246,6 +246,7 @@ fn plot(path: &Path, title: &str, rows: &[Row]) -> Result<()> {
         .configure_mesh()
         .x_desc("CPU seconds")
         .y_desc("RMSE to rays against triangles")
+        .light_line_style(TRANSPARENT)
         .y_label_formatter(&|value| format!("{value:.4}"))
         .draw()?;
     let methods = ["method=hybrid", "method=octree", "method=rays", "method=brute-force"];

@@ -181,9 +181,10 @@ fn octree_agrees_with_all_pairs() {
     let ao = |settings: &str| bake(&cloud.view(), &values(settings)).unwrap().ao;
     let pairs = ao("method=brute-force");
     let mut last = f64::INFINITY;
-    for (tolerance, bound) in [(0.1, 0.02), (0.005, 0.003), (0.001, 0.002), (0.0, 1e-5)] {
+    for (tolerance, bound) in [(0.1, 0.02), (0.008, 0.004), (0.001, 0.002), (0.0, 1e-5)] {
         let error = rms(&ao(&format!("method=octree tolerance={tolerance:?}")), &pairs);
-        // 0.003 at the default is what is promised; with no tolerance only the order of sums differs.
+        // At the default 0.001 on a scan (Igea), three times that on this smooth body; with no
+        // tolerance only the order of sums differs.
         assert!(error < bound && error < last, "{tolerance}: {error}");
         last = error;
     }
