@@ -121,7 +121,7 @@ const STEEPEST: f64 = 0.5;
 /// of any extent.
 ///
 /// A triangle is covered where each of its points lies in the disc of the nearest corner. So the
-/// radius reaches the farthest of these points in every face around, times [`COVER`] for curvature,
+/// radius reaches the farthest of these points in every face around, times 1.15 for curvature,
 /// and is divided by the cosine between the face and the disc, which lies askew at a sharp edge. The
 /// longest edge around would do as well, but with more than twice the area: in an equilateral
 /// triangle the farthest point is 0.58 of an edge away. `normals` are vectors of any length, one per

@@ -323,7 +323,9 @@ fn duplicates_count_once() {
         let once = baked(&discs, method)[0];
         for (what, many) in [("tenfold", &tenfold), ("heap", &heap)] {
             let ao = baked(many, method)[0];
-            assert!((ao - once).abs() < 0.01, "{method} {what}: {ao}, once {once}");
+            // Eq. 9 adds the emitter's area to pi r^2, and that of a copy is a tenth: at this
+            // distance and spacing 1.7 % of the shadow.
+            assert!((ao - once).abs() < 0.02, "{method} {what}: {ao}, once {once}");
         }
     }
 }
