@@ -32,7 +32,7 @@ const LEAF: usize = 24;
 /// A stray point gets no more than nine times the median of its nearest. Points on the back of a thin sheet, told by their normals, do not count.
 ///
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
-/// positions share their cell evenly. Positions that are not finite, and the only distinct
+/// positions of one side share their cell evenly. Positions that are not finite, and the only distinct
 /// position of a cloud, get 0: one point spans no surface. Points on a line get about twice the square
 /// of their spacing.
 ///
@@ -82,7 +82,7 @@ struct Found {
     index: u32,
     /// The area of the cell at the point's place, squared units of the box.
     area: f64,
-    /// Points at this place.
+    /// Points at this place that face this way.
     copies: u32,
     /// The nearest points at other places.
     nearest: [u32; COMPARED],
@@ -149,22 +149,31 @@ impl Search<'_> {
         let mut candidates = Candidates { reach, usual: f32::INFINITY, ..Candidates::default() };
         self.collect(leaf, &mut candidates);
         if leaf.min == leaf.max {
-            // They coincide and share one cell, be they one or a million.
-            let cell = self.cell(own[0], leaf, &mut candidates);
-            let copies = own.len() as u32;
-            let nearest = cell.nearest;
-            let copy = |&index: &u32| Found { index, area: cell.area, copies, nearest };
-            return own.iter().map(copy).collect();
+            // They coincide and share the cell of their side, be they two or a million.
+            let first = self.normal(own[0]);
+            let (front, back): (Vec<u32>, Vec<u32>) =
+                own.iter().partition(|&&index| self.normal(index).dot(first) >= BACK_SIDE);
+            let sides = [front, back].into_iter().filter(|side| !side.is_empty());
+            return sides.flat_map(|side| self.shared(&side, leaf, &mut candidates)).collect();
         }
         let at = |index: u32| self.positions[index as usize];
-        let copies = |index: u32| own.iter().filter(|&&other| at(other) == at(index)).count();
+        let is_copy = |of: u32, other: u32| {
+            at(other) == at(of) && self.normal(other).dot(self.normal(of)) >= BACK_SIDE
+        };
         own.iter()
             .map(|&index| {
                 let mut found = self.cell(index, leaf, &mut candidates);
-                found.copies = copies(index) as u32;
+                found.copies = own.iter().filter(|&&other| is_copy(index, other)).count() as u32;
                 found
             })
             .collect()
+    }
+
+    /// The cells of points that share one.
+    fn shared(&self, side: &[u32], leaf: &Node, candidates: &mut Candidates) -> Vec<Found> {
+        let cell = self.cell(side[0], leaf, candidates);
+        let (area, nearest, copies) = (cell.area, cell.nearest, side.len() as u32);
+        side.iter().map(|&index| Found { index, area, copies, nearest }).collect()
     }
 
     /// The cell at the place of a point, which has it to itself.
@@ -247,20 +256,19 @@ impl Search<'_> {
         }
     }
 
-    /// Finds all points within reach; of those that coincide, one.
+    /// Finds all points within reach; of those that coincide, one for each side.
     fn collect(&self, leaf: &Node, candidates: &mut Candidates) {
         let Candidates { indices, coordinates, reach, .. } = candidates;
         indices.clear();
         coordinates.iter_mut().for_each(Vec::clear);
-        let mut last = Vec3::NAN;
+        let (mut last, mut side) = (Vec3::NAN, Vec3::ZERO);
         self.tree.leaves_near((leaf.min, leaf.max), *reach, |node| {
-            let own = &self.tree.order()[node.surfels.start as usize..node.surfels.end as usize];
-            let own = if node.min == node.max { &own[..1] } else { own };
-            for &index in own {
+            for place in node.surfels.start as usize..node.surfels.end as usize {
+                let index = self.tree.order()[place];
                 // Copies follow each other, since their keys are equal.
-                let position = self.positions[index as usize];
-                if position != last {
-                    last = position;
+                let (position, normal) = (self.positions[index as usize], self.normal(index));
+                if position != last || normal.dot(side) < BACK_SIDE {
+                    (last, side) = (position, normal);
                     indices.push(index);
                     for (list, value) in coordinates.iter_mut().zip(position.to_array()) {
                         list.push(value);

@@ -55,13 +55,14 @@ impl Discs {
     /// Builds the hierarchy: O(n log n) time, about 60 bytes a disc.
     ///
     /// Where `progress` asks to stop, this returns at once; a thread that nobody waits for finishes
-    /// the hierarchy and drops it. Discs that are not finite are left out.
+    /// the hierarchy and drops it. Discs that are not finite or have no size are left out.
     ///
     /// # Errors
     /// Where `progress` asks to stop.
     pub fn build(discs: &[Disc], progress: Progress<'_>) -> Result<Self, Cancelled> {
         let is_finite = |disc: &&Disc| {
-            disc.centre.is_finite() && disc.normal.is_finite() && disc.radius.is_finite()
+            let finite = disc.centre.is_finite() && disc.normal.is_finite();
+            finite && disc.radius.is_finite() && disc.radius > 0.0
         };
         let finite: Arc<[Disc]> = discs.iter().filter(is_finite).copied().collect();
         // Measured: about 300 ns a disc.
@@ -104,7 +105,6 @@ impl Discs {
             let meets = distance > ray.tmin
                 && distance < ray.tmax
                 && offset.length_squared() < disc.radius * disc.radius
-                && disc.radius > 0.0
                 && counts(Meeting { distance, front: slope < 0.0, radius: disc.radius });
             if meets { distance } else { f32::INFINITY }
         })

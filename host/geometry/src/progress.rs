@@ -151,6 +151,10 @@ pub(crate) fn sort<T: Ord + Copy + Send + Sync>(
 /// Time between two questions whether to stop while work is done aside.
 const PULSE: Duration = Duration::from_millis(50);
 
+/// Room for calls within calls, of which only what is used becomes memory: hierarchies that others
+/// build may be as deep as there are points, where many of them all but coincide.
+const STACK: usize = 512 << 20;
+
 /// Does work that tells nothing of itself on a thread of its own, asking `progress` meanwhile. The
 /// fractions told follow the time it `usually` takes.
 ///
@@ -169,7 +173,8 @@ pub(crate) fn aside<T: Send + 'static>(
     let theirs = Arc::clone(&work);
     // Nobody listens any more where the work was left behind. Should the thread not start, the
     // sender is gone at once.
-    drop(thread::Builder::new().spawn(move || drop(sender.send(theirs()))));
+    let thread = thread::Builder::new().stack_size(STACK);
+    drop(thread.spawn(move || drop(sender.send(theirs()))));
     loop {
         match receiver.recv_timeout(PULSE) {
             Ok(result) => {

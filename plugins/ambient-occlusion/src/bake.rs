@@ -31,11 +31,13 @@ pub(crate) fn bake(cloud: &CloudView<'_>, settings: &Settings, job: &Job<'_>) ->
     }
     let values = Values::F32(&accessibility);
     job.edit(&Edit::Columns(vec![NewColumn { name: AO, components: 1, values }]))?;
-    let refused = match surfels.n_refused {
+    let left_open = |n: usize, why: &str| match n {
         0 => String::new(),
-        n => format!("; {n} surfels without a position or normal were left open"),
+        n => format!("; left open: {n} {why}"),
     };
-    job.progress(1.0, &format!("{how}{refused}"));
+    let refused = left_open(surfels.n_refused, "without a position or normal");
+    let strays = left_open(surfels.n_strays, "far outside (`outliers` removes them)");
+    job.progress(1.0, &format!("{how}{refused}{strays}"));
     Ok(())
 }
 

@@ -20,7 +20,8 @@
 //! together, from their moments, where the node's form factor times the square of its angular
 //! radius is below `tolerance`. `rays` traces cosine-distributed, stratified rays against discs.
 //! `hybrid` gathers from the octree, and traces where what the fronts of emitters cover differs
-//! from what their backs do, so that the surface cannot be closed there: open scans, rooms.
+//! from what their backs do, so that the surface cannot be closed there: open scans, rooms. Where
+//! that is a third of a cloud, all of it is traced.
 //!
 //! Every method honours `max-distance` and `cone`, uses the *effective* area of surfels, found from
 //! their neighbours (not `radius`, which overlaps), and is the same on any number of threads. The
@@ -38,7 +39,8 @@
 //! Limits: form factors do not know what hides what, so deep folds are off by some 0.1, whatever
 //! the tolerance; where both sides of a surface agree by chance, `hybrid` does not trace them.
 //! Discs leak where a surface is sampled unevenly. Surfels without a finite position or a normal
-//! are left open (1), and counted.
+//! are left open (1), and counted; so are those that lie a thousand times farther out than the bulk
+//! of the cloud.
 //!
 //! Source: Liu 2006, "High Quality Rendering for Point Sampled Geometry", sections 2.8 and 4;
 //! Bunnell 2005, "Dynamic ambient occlusion and indirect lighting".

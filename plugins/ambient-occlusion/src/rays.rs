@@ -66,7 +66,9 @@ impl<'a> Tracing<'a> {
             normal: surfels.normals[place],
             radius: radii[place],
         };
-        let discs: Vec<Disc> = (0..surfels.len()).map(disc).collect();
+        // A ray needs one of a thousand copies; they follow each other.
+        let mut discs: Vec<Disc> = (0..surfels.len()).map(disc).collect();
+        discs.dedup();
         let reach = Reach::new(distance, cone);
         Ok(Self { surfels, radii, discs: Discs::build(&discs, progress)?, reach, seed })
     }
@@ -104,14 +106,23 @@ impl<'a> Tracing<'a> {
     }
 }
 
-/// The radii of the discs. Surfels at one place, which share its area among them, get discs of
-/// all of it: they lie side by side in the order.
+/// The radii of the discs. Surfels at one place that face the same way, which share its area among
+/// them, get discs of all of it: they lie side by side in the order.
 fn radii(surfels: &Surfels) -> Vec<f32> {
     let mut radii = Vec::with_capacity(surfels.len());
     for copies in surfels.positions.chunk_by(|a, b| a == b) {
-        let first = radii.len();
-        let area: f32 = surfels.areas[first..first + copies.len()].iter().sum();
-        radii.resize(first + copies.len(), COVER * (area / PI).sqrt());
+        let places = radii.len()..radii.len() + copies.len();
+        let front = surfels.normals[places.start];
+        let is_front = |place: usize| surfels.normals[place].dot(front) >= 0.0;
+        let area = |side: bool| -> f32 {
+            let same = places.clone().filter(|&place| is_front(place) == side);
+            same.map(|place| surfels.areas[place]).sum()
+        };
+        let [back, front] = [area(false), area(true)];
+        radii.extend(places.clone().map(|place| {
+            let area = if is_front(place) { front } else { back };
+            COVER * (area / PI).sqrt()
+        }));
     }
     radii
 }

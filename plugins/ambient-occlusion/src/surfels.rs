@@ -26,6 +26,8 @@ pub(crate) struct Surfels {
     pub(crate) unit: f64,
     /// Surfels left out, since their position or normal is not finite or the normal is zero.
     pub(crate) n_refused: usize,
+    /// Surfels left out, since they lie far away from the bulk of the cloud.
+    pub(crate) n_strays: usize,
 }
 
 /// How much of the preparation is which part, by measured time.
@@ -47,14 +49,16 @@ impl Surfels {
         let sound = |i: usize| positions[i].is_finite() && normals::is_valid(given[i]);
         let kept: Vec<u32> = (0..positions.len()).filter(|&i| sound(i)).map(|i| i as u32).collect();
 
-        // A box of unit size, so that neither squares nor products of areas overflow.
+        // The bulk of the cloud gets about unit size, so that neither squares nor products of areas
+        // leave the range of f32, whatever strays there are.
         let at = |i: u32| positions[i as usize];
-        let bounds = Bounds::of(kept.iter().map(|&i| at(i).as_dvec3()));
-        let bounds = bounds.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
-        let unit = if bounds.extent() > 0.0 { bounds.extent() } else { 1.0 };
-        let middle = middle(kept.iter().map(|&i| at(i)).collect());
-        let boxed: Vec<Vec3> =
-            kept.iter().map(|&i| ((at(i).as_dvec3() - middle) / unit).as_vec3()).collect();
+        let (middle, unit) = bulk(kept.iter().map(|&i| at(i)).collect());
+        let in_box = |i: u32| ((at(i).as_dvec3() - middle) / unit).as_vec3();
+        let n_sound = kept.len();
+        let kept: Vec<u32> =
+            kept.into_iter().filter(|&i| in_box(i).abs().max_element() <= FARTHEST).collect();
+        let n_strays = n_sound - kept.len();
+        let boxed: Vec<Vec3> = kept.iter().map(|&i| in_box(i)).collect();
         let given: Vec<Vec3> =
             kept.iter().map(|&i| normals::normalised(given[i as usize])).collect();
 
@@ -72,7 +76,8 @@ impl Surfels {
             positions: places().map(|place| boxed[place]).collect(),
             normals: places().map(|place| given[place]).collect(),
             areas: places().map(|place| areas[place]).collect(),
-            n_refused: positions.len() - kept.len(),
+            n_refused: positions.len() - n_sound,
+            n_strays,
             tree,
             unit,
         })
@@ -84,17 +89,31 @@ impl Surfels {
     }
 }
 
-/// The middle of most positions: the median along each axis. Strays move the middle of the bounds
-/// far away from everything else, where f32 would lose its digits.
-fn middle(mut positions: Vec<Vec3>) -> DVec3 {
-    let half = positions.len() / 2;
+/// Coordinates in the box beyond which surfels stray: at a thousand times the size of the bulk, f32
+/// and the hierarchies' grids still resolve a thousandth of it.
+const FARTHEST: f32 = 1000.0;
+
+/// The middle of most positions, and the size of what holds all but a hundredth on either side. Strays
+/// move the bounds far away from everything else, where f32 would lose its digits.
+fn bulk(mut positions: Vec<Vec3>) -> (DVec3, f64) {
+    let last = positions.len().saturating_sub(1);
     if positions.is_empty() {
-        return DVec3::ZERO;
+        return (DVec3::ZERO, 1.0);
     }
-    let mut median = |axis: usize| {
-        let (_, &mut middle, _) =
-            positions.select_nth_unstable_by(half, |a, b| a[axis].total_cmp(&b[axis]));
-        f64::from(middle[axis])
+    let bounds = Bounds::of_positions(&positions);
+    let mut at = |axis: usize, rank: usize| {
+        let order = |a: &Vec3, b: &Vec3| a[axis].total_cmp(&b[axis]);
+        f64::from(positions.select_nth_unstable_by(rank, order).1[axis])
     };
-    DVec3::new(median(0), median(1), median(2))
+    let hundredth = last / 100;
+    let (mut middle, mut size) = (DVec3::ZERO, 0.0f64);
+    for axis in 0..3 {
+        middle[axis] = at(axis, last / 2);
+        size = size.max(at(axis, last - hundredth) - at(axis, hundredth));
+    }
+    // Nearly all in one place: then all that is beside it is the bulk.
+    if size <= 0.0 {
+        size = bounds.map_or(0.0, |bounds| bounds.extent());
+    }
+    (middle, if size > 0.0 { size } else { 1.0 })
 }

@@ -241,8 +241,9 @@ fn cone_leaves_out_what_is_low() {
             ao.iter().sum::<f32>() / ao.len() as f32
         };
         let share = with(true) - with(false);
-        // cos^2 75 degrees is the share of the sky outside of the cone (erratum T23).
-        assert!((0.02..0.07).contains(&share), "{method}: {share}");
+        // cos^2 75 degrees, 0.067, is the share of the sky outside of the cone (erratum T23); the
+        // bowl fills half of that ring, and more of it low down.
+        assert!((0.03..0.067).contains(&share), "{method}: {share}");
     }
 }
 
@@ -390,7 +391,7 @@ fn what_has_no_direction_or_place_is_left_open_and_counted() {
         ..surfelshop_api::CloudView::default()
     };
     let last = bake(&cloud, &values("")).unwrap().messages.pop().unwrap();
-    assert!(last.contains("4 surfels without a position or normal"), "{last}");
+    assert!(last.contains("left open: 4 without a position or normal"), "{last}");
 }
 
 #[test]
@@ -457,24 +458,51 @@ fn scale_and_place_do_not_matter() {
 }
 
 #[test]
-fn strays_do_not_slow_the_octree_down_or_change_what_is_near() {
-    let mesh = blob(3000);
-    let base = Surfels {
-        radii: vec![0.1; 3000],
-        positions: mesh.positions,
-        normals: mesh.normals,
-        ..Surfels::default()
-    };
-    let expected = baked(&base, "method=octree");
-    let mut strays = base.clone();
-    for stray in [Vec3::splat(1e4), Vec3::new(-3e4, 1e3, 0.0)] {
-        strays.push(stray, Vec3::Y, 0.1);
+fn strays_do_not_change_what_is_near() {
+    // Seen from inside, a closed sphere is dark.
+    let sphere = part_of_sphere(3000, |_| true, false);
+    for distance in [1e2f32, 1e4, 1e5, 1e8, 1e16, 1e25, 1e30] {
+        let mut strays = sphere.clone();
+        strays.push(Vec3::X * distance, Vec3::Y, 0.1);
+        strays.push(Vec3::splat(-distance), Vec3::Y, 0.1);
+        for method in ["method=hybrid", "method=rays rays=64"] {
+            let ao = baked(&strays, method);
+            // Unevenly placed discs leak a thousandth of the rays.
+            let mean = ao[..3000].iter().sum::<f32>() / 3000.0;
+            assert!(mean < 0.01, "{distance:e} {method}: {mean}");
+            assert_eq!(ao[3000..], [1.0; 2], "{distance:e} {method}");
+        }
     }
-    let ao = baked(&strays, "method=octree");
-    assert!(rms(&ao[..3000], &expected) < 0.01, "{}", rms(&ao[..3000], &expected));
 }
 
-/// The mesh's surfels keep their places, whatever the tests above do to copies.
+#[test]
+fn heaps_of_copies_end_and_cast_one_shadow() {
+    // Cameras write points they did not measure as (0, 0, 0), thousands of them.
+    let mut scene = clouds::plane(100, 1.0);
+    for i in 0..30_000 {
+        let normal = if i % 3 == 0 { -Vec3::Y } else { Vec3::Y };
+        scene.push(Vec3::ZERO, normal, 0.1);
+    }
+    let mut heap = Surfels::default();
+    (0..30_000).for_each(|_| heap.push(Vec3::ONE, Vec3::Y, 0.1));
+    for method in ["method=hybrid", "method=octree", "method=rays rays=16"] {
+        assert!(baked(&scene, method)[..10_000].iter().all(|&ao| ao > 0.99), "{method}");
+        assert!(baked(&heap, method).iter().all(|&ao| ao == 1.0), "{method}");
+    }
+}
+
+#[test]
+fn two_sides_at_the_same_places_keep_their_areas() {
+    let (up, mut down) = (disc(30, 1.0, 0.5), disc(30, 1.0, 0.5));
+    down.normals.iter_mut().for_each(|n| *n = -*n);
+    let scene = joined(&[disc(30, 1.0, 0.0), up, down]);
+    for method in ["method=brute-force", "method=octree", "method=rays rays=4096"] {
+        let ao = baked(&scene, method)[0];
+        // As for a disc opposite: a^2 / (a^2 + h^2) is 0.8.
+        assert!((ao - 0.2).abs() < 0.02, "{method}: {ao}");
+    }
+}
+
 #[test]
 fn scenes_have_the_areas_they_say() {
     let area = |mesh: &Mesh| -> f64 {
