@@ -5,7 +5,7 @@ use crate::clouds::Clouds;
 use crate::report::plain;
 use crate::scenes::{Inputs, Source};
 use crate::terminal::Progress;
-use crate::{files, made, settings, studio, terminal};
+use crate::{files, info, made, settings, studio, terminal};
 use anyhow::{anyhow, bail};
 use serde_json::{Map, Value, json};
 use std::ops::ControlFlow;
@@ -91,6 +91,9 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
             "surfels": cloud.len(),
             "columns": cloud.columns().iter().map(Column::name).collect::<Vec<_>>(),
         }));
+    }
+    for repair in info::repairs(&loaded.summary) {
+        terminal::line(format!("{}: {repair}", loaded.summary.file))?;
     }
     for (step, baked) in steps.iter().zip(&baked) {
         terminal::line(line(step, baked))?;

@@ -152,6 +152,19 @@ fn points(summary: &Summary) -> String {
     }
 }
 
+/// What the load left out or replaced, a line each; nothing where the file was sound.
+pub(crate) fn repairs(summary: &Summary) -> Vec<String> {
+    let mut lines = Vec::new();
+    if summary.n_dropped > 0 {
+        lines.push(format!("points {}", points(summary)));
+    }
+    if summary.normals.repaired + summary.normals.estimated > 0 {
+        lines.push(format!("normals {}", counted(&normal_counts(summary))));
+    }
+    lines.extend(summary.warnings.iter().map(|warning| format!("warning: {warning}")));
+    lines
+}
+
 fn normal_counts(summary: &Summary) -> [(u64, &'static str); 6] {
     let n = &summary.normals;
     [
