@@ -4,123 +4,40 @@
 
 #![allow(clippy::print_stdout, reason = "a program that prints a table")]
 
-use glam::DVec3;
 use std::time::Instant;
-use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
-use surfelshop_api::{Camera, Projection, Scene, View};
-use surfelshop_cloud::Cloud;
 use surfelshop_cloud::probe::{self, Probe};
-use surfelshop_engine::{Engine, PassState, RenderRequest, Rendered, RendererView};
-use surfelshop_tests::natural_light::{NaturalLight, around, lone_sun, view_of};
-use surfelshop_tests::{clouds, stage};
+use surfelshop_engine::{PassState, Rendered};
+use surfelshop_tests::natural_light::{Errors, Lab, NaturalLight, Pixel, around, lone_sun};
 
 /// Frames that are timed.
 const N_FRAMES: usize = 15;
 
-struct Lab {
-    engine: Engine,
-    renderer: RendererView,
-    cloud: Cloud,
-    view: View,
+/// Covered pixels from two opposite sides, which show all normals.
+fn all_around(lab: &mut Lab, probe: &Probe, values: &Values) -> anyhow::Result<Vec<Pixel>> {
+    let mut all = Vec::new();
+    for _ in 0..2 {
+        all.extend(lab.pixels(probe, values)?);
+        lab.view.camera.eye = -lab.view.camera.eye;
+    }
+    Ok(all)
 }
 
-impl Lab {
-    fn new(size: u32) -> Self {
-        let engine = stage::engine();
-        let renderer = stage::built_renderer(&engine, "surfelshop-environment", "environment");
-        let mut sphere = clouds::sphere(40_000, 1.0);
-        sphere.colors = vec![[255; 3]; sphere.positions.len()];
-        let camera = Camera {
-            eye: DVec3::new(0.0, 0.0, 4.0),
-            target: DVec3::ZERO,
-            up: DVec3::Y,
-            projection: Projection::Orthographic { height: 2.1 },
-        };
-        let view = View { camera, size_px: [size; 2], near: 0.1, far: 10.0 };
-        Self { engine, renderer, cloud: sphere.cloud(), view }
-    }
-
-    /// Covered pixels from two opposite sides, which show all normals: normals, directions to the
-    /// eye and colours.
-    fn all_around(&mut self, probe: &Probe, values: &Values) -> anyhow::Result<Vec<Seen>> {
-        let mut all = Vec::new();
-        for _ in 0..2 {
-            let to_eye = self.view.camera.eye.normalize_or(DVec3::Z);
-            all.extend(pixels(&self.frame(probe, values)?, to_eye));
-            self.view.camera.eye = -self.view.camera.eye;
-        }
-        Ok(all)
-    }
-
-    fn frame(&mut self, probe: &Probe, values: &Values) -> anyhow::Result<Rendered> {
-        let environment = around(probe);
-        Ok(self.engine.render(
-            &mut self.renderer,
-            &RenderRequest {
-                clouds: &[self.cloud.view()],
-                facts: self.cloud.facts(),
-                scene: &Scene::default(),
-                view: self.view,
-                values,
-                outputs: &[Output::Color, Output::Normal],
-                frame_index: 0,
-                environment: Some(view_of(&environment, probe)),
-                stride: 1,
-            },
-        )?)
-    }
-
-    /// Median milliseconds of the shading pass.
-    fn shading_ms(&mut self, probe: &Probe, values: &Values) -> anyhow::Result<f64> {
-        let mut times = Vec::new();
-        for _ in 0..N_FRAMES {
-            let frame = self.frame(probe, values)?;
-            let pass = frame.passes.iter().find(|pass| pass.name == "environment");
-            times.extend(pass.and_then(|pass| pass.gpu_ms));
-        }
-        times.sort_by(f64::total_cmp);
-        Ok(times.get(times.len() / 2).copied().unwrap_or(f64::NAN))
-    }
+/// A frame in the light of a probe.
+fn frame(lab: &mut Lab, probe: &Probe, values: &Values) -> anyhow::Result<Rendered> {
+    lab.frame(Some((&around(probe), probe)), values, 1)
 }
 
-/// A pixel.
-struct Seen {
-    normal: DVec3,
-    to_eye: DVec3,
-    color: [f64; 3],
-}
-
-/// The covered pixels.
-fn pixels(frame: &Rendered, to_eye: DVec3) -> Vec<Seen> {
-    let (Some(color), Some(normal)) = (frame.image(&Output::Color), frame.image(&Output::Normal))
-    else {
-        return Vec::new();
-    };
-    let vector = |texel: &[f32]| [0, 1, 2].map(|k| f64::from(texel[k]));
-    let pairs = color.data.chunks_exact(4).zip(normal.data.chunks_exact(4));
-    pairs
-        .filter(|(_, normal)| normal[3] > 0.0)
-        .map(|(color, normal)| Seen {
-            normal: DVec3::from(vector(normal)).normalize_or(DVec3::Z),
-            to_eye,
-            color: vector(color),
-        })
-        .collect()
-}
-
-/// Mean and largest error as shares of the mean reference, and the smallest value found.
-fn errors(pixels: &[Seen], reference: impl Fn(&Seen) -> [f64; 3]) -> [f64; 3] {
-    let (mut sum, mut largest, mut scale, mut least) = (0.0, 0.0f64, 0.0, f64::INFINITY);
-    for seen in pixels {
-        for (found, expected) in seen.color.iter().zip(reference(seen)) {
-            sum += (found - expected).abs();
-            largest = largest.max((found - expected).abs());
-            scale += expected;
-            least = least.min(*found);
-        }
+/// Median milliseconds of the shading pass.
+fn shading_ms(lab: &mut Lab, probe: &Probe, values: &Values) -> anyhow::Result<f64> {
+    let mut times = Vec::new();
+    for _ in 0..N_FRAMES {
+        let frame = frame(lab, probe, values)?;
+        let pass = frame.passes.iter().find(|pass| pass.name == "environment");
+        times.extend(pass.and_then(|pass| pass.gpu_ms));
     }
-    [sum / scale, largest * 3.0 * pixels.len() as f64 / scale, least]
+    times.sort_by(f64::total_cmp);
+    Ok(times.get(times.len() / 2).copied().unwrap_or(f64::NAN))
 }
 
 fn main() -> anyhow::Result<()> {
@@ -133,7 +50,7 @@ fn main() -> anyhow::Result<()> {
     for file in &files {
         probes.push(probe::read(file, None)?);
     }
-    let (mut small, mut large) = (Lab::new(48), Lab::new(512));
+    let (mut small, mut large) = (Lab::new(40_000, 48), Lab::new(40_000, 512));
     println!("{}\n", small.engine.gpu().describe());
     matte(&mut small, &mut large, &probes)?;
     shiny(&mut small, &probes)?;
@@ -154,10 +71,10 @@ fn matte(small: &mut Lab, large: &mut Lab, probes: &[Probe]) -> anyhow::Result<(
                     ("sun".to_owned(), Value::Bool(helped)),
                     ("window".to_owned(), Value::Bool(helped)),
                 ]);
-                let found = small.all_around(probe, &values)?;
-                let [mean, largest, least] =
-                    errors(&found, |seen| truth.white_diffuse(seen.normal));
-                let ms = large.shading_ms(probe, &values)?;
+                let found = all_around(small, probe, &values)?;
+                let Errors { mean, largest, least } =
+                    Errors::of(&found, |seen| truth.white_diffuse(seen.normal));
+                let ms = shading_ms(large, probe, &values)?;
                 println!(
                     "| {} | {order} | {} | {:.3} % | {:.2} % | {least:.4} | {ms:.2} |",
                     probe.name,
@@ -185,9 +102,9 @@ fn shiny(small: &mut Lab, probes: &[Probe]) -> anyhow::Result<()> {
                 ("antialias".to_owned(), Value::Bool(false)),
                 ("roughness".to_owned(), Value::Float(roughness)),
             ]);
-            let found = small.all_around(probe, &values)?;
-            let [mean, largest, _] =
-                errors(&found, |seen| truth.ggx(seen.normal, seen.to_eye, roughness, 1.0));
+            let found = all_around(small, probe, &values)?;
+            let Errors { mean, largest, .. } =
+                Errors::of(&found, |seen| truth.ggx(seen.normal, seen.to_eye, roughness, 1.0));
             let name = &probe.name;
             println!("| {name} | {roughness} | {:.2} % | {:.1} % |", 100.0 * mean, 100.0 * largest);
         }
@@ -202,15 +119,15 @@ fn reading(files: &[String]) -> anyhow::Result<()> {
         let started = Instant::now();
         let probe = probe::read(file, None)?;
         let read = started.elapsed();
-        let mut lab = Lab::new(48);
+        let mut lab = Lab::new(40_000, 48);
         let filtered = |frame: &Rendered| -> f64 {
             let own = frame.passes.iter().filter(|pass| pass.name.starts_with("prefilter"));
             own.filter(|pass| pass.state == PassState::Ran)
                 .filter_map(|pass| pass.gpu_ms)
                 .fold(0.0, |sum, ms| sum + ms)
         };
-        let first = filtered(&lab.frame(&probe, &Values::new())?);
-        let second = filtered(&lab.frame(&probe, &Values::new())?);
+        let first = filtered(&frame(&mut lab, &probe, &Values::new())?);
+        let second = filtered(&frame(&mut lab, &probe, &Values::new())?);
         println!(
             "| {} | {} x {} | {:.0} ms | {first:.0} ms | {second:.0} ms |",
             probe.name,

@@ -3,6 +3,7 @@
 
 pub mod cast;
 pub mod clouds;
+pub mod desk;
 pub mod materials;
 pub mod measure;
 pub mod natural_light;

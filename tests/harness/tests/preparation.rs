@@ -3,18 +3,16 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
-use rayon::ThreadPool;
-use rayon::prelude::*;
-use std::cell::RefCell;
-use std::ops::Range;
-use surfelshop_api::HostInfo;
-use surfelshop_api::job::{JobHost, RANGE};
 use surfelshop_api::params::{Value, Values};
-use surfelshop_api::tool::EditHeader;
-use surfelshop_api::{Error, UnitKind};
+use surfelshop_api::tool::{ColumnHeader, EditHeader};
+use surfelshop_api::{HostInfo, UnitKind};
 use surfelshop_cloud::{Buffer, Cloud, Column, ReadOptions};
 use surfelshop_engine::plugins::{LoadedUnit, Origin, Place, Registry, SearchPath};
+use surfelshop_tests::desk::Desk;
 use surfelshop_tests::stage;
+
+/// Edits with the bytes of their columns.
+type Staged = Vec<(EditHeader, Vec<Vec<u8>>)>;
 
 const TOOLS: [&str; 5] = ["normals", "radii", "outliers", "thin", "sample"];
 
@@ -29,53 +27,15 @@ fn tools() -> Vec<LoadedUnit> {
     TOOLS.iter().map(load).collect()
 }
 
-/// A host with so many threads.
-struct Desk {
-    pool: ThreadPool,
-    staged: RefCell<Vec<(EditHeader, Vec<Vec<u8>>)>>,
-}
-
-impl Desk {
-    fn new(threads: usize) -> Self {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        Self { pool, staged: RefCell::default() }
-    }
-}
-
-impl JobHost for Desk {
-    fn progress(&self, _fraction: f64, _message: &str) {}
-
-    fn cancelled(&self) -> bool {
-        false
-    }
-
-    fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<(), Error> {
-        let values = values.iter().map(|bytes| bytes.to_vec()).collect();
-        self.staged.borrow_mut().push((header.clone(), values));
-        Ok(())
-    }
-
-    fn parallel(
-        &self,
-        count: usize,
-        _share: Range<f64>,
-        work: &(dyn Fn(Range<usize>) + Sync),
-    ) -> bool {
-        let starts: Vec<usize> = (0..count).step_by(RANGE).collect();
-        self.pool.install(|| {
-            starts.into_par_iter().rev().for_each(|start| work(start..(start + RANGE).min(count)));
-        });
-        true
-    }
-}
-
 /// What a tool stages.
-fn run(tool: &LoadedUnit, cloud: &Cloud, values: &Values, threads: usize) -> Desk {
-    let desk = Desk::new(threads);
+fn run(tool: &LoadedUnit, cloud: &Cloud, values: &Values, threads: usize) -> Staged {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let desk = Desk::default();
     let mut instance = tool.create(&HostInfo::default()).unwrap();
-    instance.run(values, &cloud.view(), &desk).unwrap();
-    assert!(!desk.staged.borrow().is_empty(), "{}", tool.unit.id);
-    desk
+    pool.install(|| instance.run(values, &cloud.view(), &desk)).unwrap();
+    let staged = desk.staged.into_inner().unwrap();
+    assert!(!staged.is_empty(), "{}", tool.unit.id);
+    staged
 }
 
 /// A bumpy patch with colours, as an OBJ file.
@@ -109,7 +69,7 @@ fn results_are_the_same_on_any_number_of_threads() {
         let one = run(&tool, &cloud, &values, 1);
         for threads in [2, 5] {
             let other = run(&tool, &cloud, &values, threads);
-            assert!(*one.staged.borrow() == *other.staged.borrow(), "{}", tool.unit.id);
+            assert!(one == other, "{}", tool.unit.id);
         }
     }
 }
@@ -119,10 +79,9 @@ fn a_sampled_mesh_can_be_drawn() {
     let cloud = patch();
     let tools = tools();
     let values = Values::from([("count".to_owned(), Value::Int(5000))]);
-    let desk = run(&tools[4], &cloud, &values, 2);
-    let staged = desk.staged.borrow();
+    let staged = run(&tools[4], &cloud, &values, 2);
     let (EditHeader::NewCloud { origin, columns }, values) = &staged[0] else { panic!() };
-    let column = |(header, bytes): (&surfelshop_api::tool::ColumnHeader, &Vec<u8>)| {
+    let column = |(header, bytes): (&ColumnHeader, &Vec<u8>)| {
         let values = Buffer::from_little_endian(header.element, bytes);
         Column::new(header.name.as_str(), header.components, values)
     };

@@ -4,12 +4,16 @@
 //! feed no requested output do not run. The structure travels apart from the bytes of uniforms
 //! and uploads, so an unchanged structure is recognised by comparison.
 
+mod passes;
+mod resources;
 mod structure;
 
-pub use structure::{
-    Buffer, BufferId, Extent, Format, Groups, Lifetime, Output, Pass, Resource, SamplerKind, Span,
-    Structure, SurfaceMode, Target, Texture, TextureId, UniformId, Work,
+pub use passes::{Groups, Pass, SurfaceMode, Target, Work};
+pub use resources::{
+    Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,
+    UniformId,
 };
+pub use structure::{Output, Structure};
 
 use crate::uniform::Uniform;
 

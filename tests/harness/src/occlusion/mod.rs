@@ -5,6 +5,6 @@ mod bake;
 mod scenes;
 mod truth;
 
-pub use bake::{Baked, Desk, bake, values};
+pub use bake::{Baked, bake, values};
 pub use scenes::{Mesh, blob, room, sheet};
 pub use truth::{Truth, truth};

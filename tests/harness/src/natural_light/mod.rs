@@ -1,6 +1,10 @@
 //! What a surface under a light probe looks like, summed over every texel of the probe in f64: slow
 //! and without any of the renderer's approximations.
 
+mod lab;
+
+pub use lab::{Errors, Lab, Pixel, pixels};
+
 use glam::DVec3;
 use surfelshop_api::{Environment, EnvironmentView};
 use surfelshop_cloud::probe::{Picture, Probe, solid_angles};
