@@ -1,5 +1,10 @@
-// The half-vector highlight, stable up to any exponent and at every angle.
+// The lighting of the thesis's baseline, and its highlights, stable up to any exponent and at every
+// angle.
 #define_import_path surfelshop::phong
+
+#import surfelshop::surface::Surface
+#import surfelshop::light
+#import surfelshop::occlusion
 
 // cos(angle)^exponent for the angle between the normal and the half vector of two unit vectors;
 // 0 where the light is behind the surface.
@@ -30,4 +35,61 @@ fn half_vector_highlight(
         return 0.0;
     }
     return exp2(0.5 * exponent * log2(cosine_squared));
+}
+
+// cos(angle)^exponent for the angle between the light and the eye's mirror image, of unit vectors; 0
+// where the light is behind the surface.
+//
+// Source: Liu 2006, section 5.1 (`reflect(-viewVec, normal)`).
+fn mirrored_highlight(
+    normal: vec3<f32>,
+    to_light: vec3<f32>,
+    to_eye: vec3<f32>,
+    exponent: f32,
+) -> f32 {
+    let mirrored = reflect(-to_eye, normal);
+    if dot(normal, to_light) <= 0.0 || dot(mirrored, to_light) <= 0.0 {
+        return 0.0;
+    }
+    let sine = cross(mirrored, to_light);
+    let cosine_squared = max(1.0 - dot(sine, sine), 0.0);
+    if cosine_squared <= 0.0 {
+        return 0.0;
+    }
+    return exp2(0.5 * exponent * log2(cosine_squared));
+}
+
+// What a surface is made of.
+struct Material {
+    // Linear Rec. 709.
+    albedo: vec3<f32>,
+    // Factor on the diffuse term.
+    diffuse: f32,
+    // Radiance of the highlight's peak under a white light.
+    specular: vec3<f32>,
+    // Exponent of the highlight.
+    shininess: f32,
+    // Radiance of an unlit white surface.
+    ambient: f32,
+    // How much of the ambient occlusion counts, and the last part of the light that it darkens.
+    ao_strength: f32,
+    ao_affects: u32,
+}
+
+// Diffuse light and half-vector highlights of all lights, and the same light from everywhere.
+fn lit(s: Surface, m: Material) -> vec3<f32> {
+    var radiance = m.albedo * m.ambient * left(s, m, occlusion::AMBIENT);
+    let matte = m.albedo * m.diffuse * left(s, m, occlusion::DIFFUSE);
+    let shine = m.specular * left(s, m, occlusion::HIGHLIGHTS);
+    for (var i = 0u; i < light::lights.count; i++) {
+        let source = light::lights.items[i];
+        let cosine = max(dot(s.normal, source.towards), 0.0);
+        let highlight = half_vector_highlight(s.normal, source.towards, s.to_eye, m.shininess);
+        radiance += source.radiance * (matte * cosine + shine * highlight);
+    }
+    return radiance;
+}
+
+fn left(s: Surface, m: Material, part: u32) -> f32 {
+    return occlusion::share(s.ao, m.ao_strength, part, m.ao_affects);
 }

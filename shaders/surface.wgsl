@@ -70,3 +70,35 @@ fn normal_variance_at(s: Surface) -> f32 {
 fn material_at(pixel: vec2<u32>) -> u32 {
     return textureLoad(surface_material, pixel, 0).x;
 }
+
+@group(0) @binding(9) var surface_object: texture_2d<u32>;
+
+// Which of the scene's clouds the nearest surfel at a pixel belongs to, from 0 in the order of
+// `CloudFacts::objects`; 0 where nothing is. For pixels, not for surfels that are shaded one by one.
+fn object_at(pixel: vec2<u32>) -> u32 {
+    // One pixel stands for all where there is one cloud.
+    let last = textureDimensions(surface_object) - 1u;
+    return textureLoad(surface_object, min(pixel, last), 0).x;
+}
+
+// How far a pixel reaches over the surface: the two axes of its outline in the tangent plane,
+// world-oriented, scene units, the first across the direction of view and the second along it. Their
+// lengths are a pixel's width there, and that over the cosine to the eye, at most 16 times as much:
+// what is seen at a flatter angle than that is the edge of a disc.
+struct Footprint {
+    across: vec3<f32>,
+    along: vec3<f32>,
+}
+
+fn footprint(s: Surface) -> Footprint {
+    let width = 2.0 * view::view.half_extent.y / view::view.size_px.y
+        * select(s.depth, 1.0, view::view.orthographic == 1u);
+    let cosine = clamp(dot(s.normal, s.to_eye), 0.0625, 1.0);
+    let side = cross(s.normal, s.to_eye);
+    let squared = dot(side, side);
+    // Seen straight on every direction across is as good.
+    let axis = select(vec3(0.0, 1.0, 0.0), vec3(1.0, 0.0, 0.0), abs(s.normal.y) > 0.7);
+    let other = cross(s.normal, axis);
+    let across = select(normalize(other), side * inverseSqrt(max(squared, 1e-20)), squared > 1e-10);
+    return Footprint(across * width, cross(across, s.normal) * (width / cosine));
+}

@@ -24,6 +24,8 @@ struct Chunk {
     tangent_scale: f32,
     // One surfel of so many is drawn.
     stride: u32,
+    // Which of the scene's clouds it belongs to.
+    object: u32,
     // The albedo of all surfels where there is no `color` column, linear Rec. 709.
     albedo: vec3<f32>,
 }

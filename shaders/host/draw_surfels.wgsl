@@ -154,3 +154,13 @@ fn material_fragment(@builtin(position) p: vec4<f32>) -> @location(0) u32 {
     return 0u;
 #endif
 }
+
+// The cloud of the nearest surfel, for the pixels of this chunk.
+@fragment
+fn object_fragment(@builtin(position) p: vec4<f32>) -> @location(0) u32 {
+    let i = nearest_in_chunk(textureLoad(nearest, vec2<u32>(p.xy), 0).xy);
+    if i >= chunk.count {
+        discard;
+    }
+    return chunk.object;
+}

@@ -3,6 +3,7 @@
 //! A cloud is a set of named columns of equal length around an origin in f64. Positions are f32
 //! offsets from that origin, so millimetres survive at coordinates of a million metres.
 
+use crate::object::ObjectFrame;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -211,6 +212,8 @@ pub struct CloudView<'a> {
     /// outside, where the cloud came from a file of a mesh; else empty. Every index is below
     /// `len`.
     pub faces: &'a [[u32; 3]],
+    /// The cloud's own box, which textures are fastened to.
+    pub object: ObjectFrame,
 }
 
 impl<'a> CloudView<'a> {

@@ -1,5 +1,6 @@
 use crate::camera::View;
 use crate::environment::Environment;
+use crate::object::ObjectFrame;
 use crate::params::{ParamSet, Values};
 use crate::scene::Scene;
 use glam::DVec3;
@@ -21,6 +22,9 @@ pub struct CloudFacts {
     pub equal_radius: Option<f32>,
     /// The colour all surfels share (linear albedo), where they do.
     pub equal_color: Option<[f32; 3]>,
+    /// The box of each cloud, in the order in which `object_at` of the WGSL module
+    /// `surfelshop::surface` counts them.
+    pub objects: Vec<ObjectFrame>,
 }
 
 impl CloudFacts {

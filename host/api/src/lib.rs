@@ -57,6 +57,7 @@ mod frame;
 pub mod graph;
 pub mod job;
 pub mod manifest;
+mod object;
 mod occlusion;
 pub mod params;
 mod scene;
@@ -72,6 +73,7 @@ pub use frame::{CloudFacts, Frame, FrameRequest, HostInfo};
 pub use glam;
 pub use graph::Graph;
 pub use job::Job;
+pub use object::ObjectFrame;
 pub use occlusion::AoAffects;
 pub use scene::{Light, Scene, SurfaceSettings};
 pub use tool::{Edit, Tile};
@@ -84,6 +86,7 @@ pub mod prelude {
     pub use crate::graph::{
         Buffer, Format, Graph, Groups, Output, Pass, SamplerKind, SurfaceMode, Texture,
     };
+    pub use crate::params::FilePath;
     pub use crate::{
         AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection,
         Renderer, Result, Tile, Tool, Tracer, Uniform, UnitInfo, choices, export_plugin, params,

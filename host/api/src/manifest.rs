@@ -12,7 +12,7 @@ pub const SYMBOL: &str = "SURFELSHOP_MANIFEST";
 /// First bytes of a manifest.
 pub const MAGIC: [u8; 16] = *b"SURFELSHOP-PLUG\n";
 /// Plugins with another major version are refused.
-pub const ABI_MAJOR: u16 = 2;
+pub const ABI_MAJOR: u16 = 3;
 /// Plugins with a larger minor version are refused: they may need what this host lacks.
 pub const ABI_MINOR: u16 = 0;
 /// Bytes before the text.

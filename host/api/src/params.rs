@@ -38,6 +38,12 @@ pub enum ParamKind {
     Color,
     /// One of several ids.
     Choice(Vec<String>),
+    /// The path of a file, or nothing; the host makes relative ones absolute, and draws anew when
+    /// the file changes.
+    File {
+        /// Endings of such files, without the dot; any where there are none.
+        endings: Vec<String>,
+    },
 }
 
 /// One declared parameter.
@@ -112,6 +118,14 @@ impl ParamDecl {
         self
     }
 
+    /// Names the endings, without the dot, that the files of a path have.
+    #[must_use]
+    pub fn endings(mut self, endings: &[&str]) -> Self {
+        let endings = endings.iter().map(|&ending| ending.to_owned()).collect();
+        self.kind = ParamKind::File { endings };
+        self
+    }
+
     /// Says whether the parameter trades time for quality.
     #[must_use]
     pub fn quality(mut self, quality: bool) -> Self {
@@ -138,6 +152,8 @@ impl ParamDecl {
             ParamKind::Int => numbers("a whole number"),
             ParamKind::Float => numbers("a number"),
             ParamKind::Text => "text".to_owned(),
+            ParamKind::File { endings } if endings.is_empty() => "the path of a file".to_owned(),
+            ParamKind::File { endings } => format!("the path of a .{} file", endings.join(" or .")),
             ParamKind::Color => "a colour as #rrggbb or r,g,b (linear)".to_owned(),
             ParamKind::Choice(ids) => format!("one of {}", ids.join(", ")),
         }
@@ -157,7 +173,7 @@ impl ParamDecl {
             },
             ParamKind::Int => text.parse().ok().map(Value::Int),
             ParamKind::Float => text.parse().ok().filter(|v: &f64| v.is_finite()).map(Value::Float),
-            ParamKind::Text => Some(Value::Text(text.to_owned())),
+            ParamKind::Text | ParamKind::File { .. } => Some(Value::Text(text.to_owned())),
             ParamKind::Color => parse_color(text).map(Value::Color),
             ParamKind::Choice(ids) => {
                 ids.iter().find(|id| *id == text).map(|id| Value::Text(id.clone()))
@@ -202,9 +218,8 @@ impl ParamDecl {
                 v.iter().all(|c| c.is_finite()).then(|| value.clone())
             }
             (ParamKind::Choice(ids), Value::Text(v)) => ids.contains(v).then(|| value.clone()),
-            (ParamKind::Bool, Value::Bool(_)) | (ParamKind::Text, Value::Text(_)) => {
-                Some(value.clone())
-            }
+            (ParamKind::Bool, Value::Bool(_))
+            | (ParamKind::Text | ParamKind::File { .. }, Value::Text(_)) => Some(value.clone()),
             _ => None,
         }
     }
@@ -291,6 +306,25 @@ param_type!(i32, Int, Value::Int(v) => Self::try_from(*v).ok(), v => Value::Int(
 param_type!(String, Text, Value::Text(v) => Some(v.clone()), v => Value::Text(v.clone()));
 param_type!([f32; 3], Color, Value::Color(v) => Some(*v), v => Value::Color(*v));
 
+/// The path of a file that a parameter names; empty where it names none.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FilePath(pub String);
+
+impl ParamType for FilePath {
+    fn kind() -> ParamKind {
+        ParamKind::File { endings: Vec::new() }
+    }
+    fn to_value(&self) -> Value {
+        Value::Text(self.0.clone())
+    }
+    fn from_value(value: &Value) -> Option<Self> {
+        match value {
+            Value::Text(path) => Some(Self(path.clone())),
+            _ => None,
+        }
+    }
+}
+
 /// A structure declared with [`params!`](crate::params!).
 pub trait ParamSet: Default + Clone + Send + 'static {
     /// The declarations, in the order of the fields.
@@ -310,8 +344,9 @@ impl ParamSet for () {
 /// Declares a unit's parameters as a structure.
 ///
 /// Each field has a documentation comment (the help text), a type (`bool`, `f32`, `f64`, `u32`,
-/// `i32`, `String`, `[f32; 3]` for a colour, or a type made with [`choices!`](crate::choices!))
-/// and, in braces, `default` followed by any of `range`, `unit`, `quality`, `logarithmic`, `id`.
+/// `i32`, `String`, [`FilePath`], `[f32; 3]` for a colour, or a type made with
+/// [`choices!`](crate::choices!)) and, in braces, `default` followed by any of `range`, `unit`,
+/// `quality`, `logarithmic`, `endings`, `id`.
 ///
 /// ```
 /// surfelshop_api::params! {

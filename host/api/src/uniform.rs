@@ -55,6 +55,13 @@ impl Uniform {
         self.floats(16, &value.to_array())
     }
 
+    /// Appends a `vec3<u32>`.
+    #[must_use]
+    pub fn uvec3(self, value: [u32; 3]) -> Self {
+        let bytes: Vec<u8> = value.iter().flat_map(|v| v.to_le_bytes()).collect();
+        self.member(16, &bytes)
+    }
+
     /// Appends a `vec4<f32>`.
     #[must_use]
     pub fn vec4(self, value: Vec4) -> Self {

@@ -111,11 +111,12 @@ fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
                 whole.columns.insert(place, column.clone());
             }
         }
+        whole.objects.extend(&facts.objects);
         if facts.n_surfels == 0 {
             continue;
         }
         if whole.n_surfels == 0 {
-            whole = CloudFacts { columns: whole.columns, ..facts.clone() };
+            whole = CloudFacts { columns: whole.columns, objects: whole.objects, ..facts.clone() };
             continue;
         }
         whole.n_surfels += facts.n_surfels;
@@ -130,6 +131,7 @@ fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surfelshop_api::ObjectFrame;
 
     fn facts(n_surfels: u64, at: f64, columns: &[&str]) -> CloudFacts {
         CloudFacts {
@@ -139,6 +141,7 @@ mod tests {
             columns: columns.iter().map(|&name| name.to_owned()).collect(),
             equal_radius: Some(0.5),
             equal_color: Some([0.1; 3]),
+            objects: vec![ObjectFrame { size: at, ..ObjectFrame::default() }],
         }
     }
 

@@ -119,7 +119,7 @@ fn accepted(declaration: &ParamDecl, value: &Value) -> Result<Value, String> {
     let found = written(value);
     match (&declaration.kind, value) {
         (ParamKind::Bool, Value::Bool(_))
-        | (ParamKind::Text, Value::Text(_))
+        | (ParamKind::Text | ParamKind::File { .. }, Value::Text(_))
         | (ParamKind::Color, Value::Color(_)) => Ok(value.clone()),
         // These are written alike in scenes and behind `--set`.
         (ParamKind::Int | ParamKind::Float, Value::Int(_) | Value::Float(_))

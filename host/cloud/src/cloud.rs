@@ -7,7 +7,7 @@ use glam::{DVec3, Vec3};
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
-use surfelshop_api::{CloudFacts, CloudView};
+use surfelshop_api::{CloudFacts, CloudView, ObjectFrame};
 
 /// Named typed columns of equal length around an f64 origin.
 ///
@@ -23,14 +23,16 @@ pub struct Cloud {
     faces: Arc<[[u32; 3]]>,
     facts: OnceLock<CloudFacts>,
     history: Vec<CloudMade>,
+    /// The cloud's own box, where the scene moved it; else the box around it.
+    object: Option<ObjectFrame>,
 }
 
 impl Default for Cloud {
     /// An empty cloud: a `position` column without surfels.
     fn default() -> Self {
         let position = Column::new(POSITION, 3, Buffer::F32(Vec::new()));
-        let (faces, facts, history) = Default::default();
-        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], faces, facts, history }
+        let (faces, facts, history, object) = Default::default();
+        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], faces, facts, history, object }
     }
 }
 
@@ -54,8 +56,8 @@ impl Cloud {
                 return Err(CloudError::Twice { column: column.name().to_owned() });
             }
         }
-        let (faces, facts, history) = Default::default();
-        Ok(Self { origin, len, columns, faces, facts, history })
+        let (faces, facts, history, object) = Default::default();
+        Ok(Self { origin, len, columns, faces, facts, history, object })
     }
 
     /// The cloud with these triangles between its surfels, counterclockwise seen from outside,
@@ -117,7 +119,8 @@ impl Cloud {
     /// The cloud around another origin; the columns must be of its length.
     pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
         let (faces, history) = (Arc::clone(&self.faces), self.history.clone());
-        Self { origin, len: self.len, columns, faces, facts: OnceLock::new(), history }
+        let (len, object, facts) = (self.len, self.object, OnceLock::new());
+        Self { origin, len, columns, faces, facts, history, object }
     }
 
     /// What tools did to the cloud as a whole, oldest first; what they did to a column is in
@@ -174,7 +177,25 @@ impl Cloud {
     #[must_use]
     pub fn view(&self) -> CloudView<'_> {
         let columns = self.columns.iter().map(Column::view).collect();
-        CloudView { origin: self.origin, len: self.len, columns, faces: &self.faces }
+        let (faces, object) = (&*self.faces, self.object());
+        CloudView { origin: self.origin, len: self.len, columns, faces, object }
+    }
+
+    /// The cloud's own box: around the surfels as they were loaded, moved, turned and scaled with
+    /// them since. Edits leave it where it is in a cloud that was moved.
+    #[must_use]
+    pub fn object(&self) -> ObjectFrame {
+        self.object.unwrap_or_else(|| self.facts().objects.first().copied().unwrap_or_default())
+    }
+
+    /// The same cloud with a box of its own.
+    pub(crate) fn with_object(self, object: ObjectFrame) -> Self {
+        Self { object: Some(object), facts: OnceLock::new(), ..self }
+    }
+
+    /// The box that transforms have moved.
+    pub(crate) fn moved_object(&self) -> Option<ObjectFrame> {
+        self.object
     }
 
     /// Facts of the cloud, computed on the first call.

@@ -1,9 +1,9 @@
 use crate::buffer::with_vec;
 use crate::cloud::Cloud;
 use glam::DVec3;
-use surfelshop_api::CloudFacts;
 use surfelshop_api::columns::COLOR;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
+use surfelshop_api::{CloudFacts, ObjectFrame};
 use surfelshop_geometry::Bounds;
 
 /// What can be said of a cloud as a whole.
@@ -12,15 +12,21 @@ pub(crate) fn of(cloud: &Cloud) -> CloudFacts {
     let corner = |corner: fn(&Bounds) -> DVec3| {
         bounds.as_ref().map_or(DVec3::ZERO, |bounds| cloud.origin() + corner(bounds))
     };
+    let (bounds_min, bounds_max) = (corner(|bounds| bounds.min), corner(|bounds| bounds.max));
+    let object = cloud.moved_object().unwrap_or_else(|| {
+        let largest = cloud.radii().iter().copied().fold(0.0, f32::max);
+        ObjectFrame::around(bounds_min, bounds_max, 2.0 * f64::from(largest))
+    });
     let mut columns: Vec<String> = cloud.columns().iter().map(|c| c.name().to_owned()).collect();
     columns.sort_unstable();
     CloudFacts {
         n_surfels: cloud.len() as u64,
-        bounds_min: corner(|bounds| bounds.min),
-        bounds_max: corner(|bounds| bounds.max),
+        bounds_min,
+        bounds_max,
         columns,
         equal_radius: equal_radius(cloud.radii()),
         equal_color: equal_color(cloud),
+        objects: vec![object],
     }
 }
 

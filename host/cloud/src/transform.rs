@@ -4,6 +4,7 @@ use crate::column::Column;
 use crate::error::CloudError;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use rayon::prelude::*;
+use surfelshop_api::ObjectFrame;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V};
 use surfelshop_geometry::Bounds;
 
@@ -92,14 +93,21 @@ impl Cloud {
         let quaternion =
             rotation.quaternion().ok_or_else(|| wrong("a rotation", format!("{rotation:?}")))?;
         let is_turned = quaternion.xyz() != DVec3::ZERO;
-        if is_turned || scale.to_bits() != 1f64.to_bits() {
-            return self.turned(DMat3::from_quat(quaternion), scale, translation)?.in_range();
-        }
-        if translation == DVec3::ZERO {
+        let scaled_or_turned = is_turned || scale.to_bits() != 1f64.to_bits();
+        if !scaled_or_turned && translation == DVec3::ZERO {
             return Ok(self.clone());
         }
-        let origin = self.origin() + translation;
-        self.with_origin(origin, self.columns().to_vec()).in_range()
+        let moved = match scaled_or_turned {
+            true => self.turned(DMat3::from_quat(quaternion), scale, translation)?,
+            false => self.with_origin(self.origin() + translation, self.columns().to_vec()),
+        };
+        let object = self.object();
+        let object = ObjectFrame {
+            center: quaternion * (object.center * scale) + translation,
+            size: object.size * scale,
+            rotation: (quaternion * object.rotation).normalize(),
+        };
+        moved.with_object(object).in_range()
     }
 
     /// The cloud under a linear map and a translation.

@@ -48,22 +48,8 @@
 //! surfelshop render model.ply -r environment --env uffizi.hdr --set roughness=0.2 -o model.png
 //! ```
 
-mod dfg;
-mod diffuse;
-
-use diffuse::{Choice, Diffuse};
-use surfelshop_api::graph::{BufferId, Target, TextureId};
 use surfelshop_api::prelude::*;
-
-choices! {
-    /// How light is reflected at the surface.
-    pub enum Model {
-        /// Microfacets by Trowbridge and Reitz, with all that they reflect among each other.
-        Ggx = "ggx",
-        /// Fresnel's term times a blurred environment.
-        Thesis = "thesis",
-    }
-}
+use surfelshop_shading::{Model, NaturalLight, NaturalLighting};
 
 choices! {
     /// What stands behind the object.
@@ -135,28 +121,43 @@ impl Settings {
             Model::Thesis => self.c,
         }
     }
+
+    fn lighting(&self) -> NaturalLighting {
+        NaturalLighting {
+            model: self.model,
+            diffuse: self.kd > 0.0,
+            specular: self.ks > 0.0,
+            sh_order: self.sh_order,
+            sun: self.sun,
+            window: self.window,
+            multiple_scattering: self.multiple_scattering,
+            antialias: self.antialias && self.spread() < DULL,
+            ao_strength: self.ao_strength,
+            ao_affects: self.ao_affects,
+        }
+    }
+
+    fn uniform(&self, background_level: f32) -> Uniform {
+        let at_right_angle = (self.ior - 1.0) / (self.ior + 1.0);
+        Uniform::new()
+            .f32(self.kd)
+            .f32(self.ks)
+            .f32(self.ior)
+            .f32(at_right_angle * at_right_angle)
+            .f32(self.spread())
+            .f32(self.metallic)
+            .f32(background_level)
+    }
 }
 
 /// From this spread on nothing sparkles that could be widened.
 const DULL: f32 = 0.7;
 
-/// Largest side of the prefiltered map: a mirror shows a third of a degree.
-const LARGEST_SIDE: u32 = 512;
-/// Side of its smallest level.
-const SMALLEST_SIDE: u32 = 16;
-
-/// Width of the Gaussian, radians, that the thesis's distribution of eccentricity 1 is as wide as:
-/// the squared distribution falls to a half at 0.6436 c, mirrored directions lie twice as far, and
-/// a Gaussian falls to a half at 1.1774 sigma.
-const SIGMA_PER_ECCENTRICITY: f64 = 2.0 * 0.6436 / 1.1774;
-
 /// Texels along the side of what a blurred background shows.
 const BLURRED_SIDE: f32 = 64.0;
 
 struct Natural {
-    table: Vec<u8>,
-    /// The last harmonics, and what they were made of.
-    known: Option<(String, Choice, Diffuse)>,
+    light: NaturalLight,
 }
 
 impl Renderer for Natural {
@@ -168,15 +169,13 @@ impl Renderer for Natural {
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {
-        let table = dfg::table().into_iter().flatten().flat_map(f32::to_le_bytes).collect();
-        Ok(Self { table, known: None })
+        Ok(Self { light: NaturalLight::new() })
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
         let p = &frame.params;
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         let lit = frame.environment.as_ref();
-        let lights = lights_that_shine(&frame.scene.lights, lit.is_some());
         let parts = (lit, p.kd > 0.0, p.ks > 0.0, p.model);
         let entry = match parts {
             (None, ..) => "shade_lights",
@@ -186,152 +185,25 @@ impl Renderer for Natural {
             (Some(_), false, true, Model::Ggx) => "shade_specular_ggx",
             (Some(_), true, true, Model::Ggx) => "shade_ggx",
         };
-        let mut pass = Pass::shading("environment", include_str!("environment.wgsl"), entry)
+        let pass = Pass::shading("environment", include_str!("environment.wgsl"), entry)
             .surface(SurfaceMode::Blended)
             .per_surfel(p.shading == Rate::Surfel)
-            .constant("HAS_LIGHTS", flag(lights != 0))
-            .constant("HAS_AO", flag(frame.cloud.has("ao")))
-            .constant("REFLECTS_AGAIN", flag(p.multiple_scattering))
             .target(color);
-        let mut settings = Settled { last_level: 0.0, background_level: 0.0, lights };
-        if let Some(environment) = lit {
-            if p.kd > 0.0 || p.ks <= 0.0 {
-                pass = self.with_diffuse(environment, p, graph, pass);
-            }
-            if p.ks > 0.0 {
-                let chain = prefiltered(graph, environment, p.model);
-                settings.last_level = (chain.n_levels - 1) as f32;
-                pass = pass
-                    .bind("prefiltered", chain.texture)
-                    .bind("prefiltered_sampler", SamplerKind::Linear);
-                if p.model == Model::Ggx {
-                    let table: BufferId = graph.upload("reflectance", &self.table);
-                    pass = pass.bind("reflectance", table);
-                }
-            }
-            if p.background != Backdrop::None {
-                settings.background_level = background_level(environment, frame, p.background);
-                pass = pass
-                    .constant("IS_BLURRED", flag(p.background == Backdrop::Blurred))
-                    .elsewhere("background");
-            }
+        let mut pass = self.light.light(frame, &p.lighting(), graph, pass);
+        let mut background = 0.0;
+        if let Some(environment) = lit
+            && p.background != Backdrop::None
+        {
+            background = background_level(environment, frame, p.background);
+            let blurred = p.background == Backdrop::Blurred;
+            pass =
+                pass.constant("IS_BLURRED", f64::from(u8::from(blurred))).elsewhere("background");
         }
-        let uniform = settings.uniform(p);
-        let uniform = uniform.occlusion(p.ao_strength, p.ao_affects, &frame.cloud);
-        pass = pass.bind("settings", graph.uniform(uniform));
+        pass = pass.bind("settings", graph.uniform(p.uniform(background)));
         graph.pass(pass);
         graph.output(Output::Color, color);
         Ok(())
     }
-}
-
-fn flag(value: bool) -> f64 {
-    f64::from(u8::from(value))
-}
-
-/// A bit for each light that shines. One that follows the camera is there to see by, and is left
-/// out where there is natural light.
-fn lights_that_shine(lights: &[Light], natural: bool) -> u32 {
-    let shines = |light: &Light| {
-        let Light::Directional { follows_camera, .. } = light;
-        !(natural && *follows_camera)
-    };
-    let bits = lights.iter().enumerate().filter(|(_, light)| shines(light));
-    bits.fold(0, |all, (i, _)| all | 1u32.checked_shl(i as u32).unwrap_or(0))
-}
-
-/// What of the shader's settings follows from the frame.
-struct Settled {
-    last_level: f32,
-    background_level: f32,
-    lights: u32,
-}
-
-impl Settled {
-    fn uniform(&self, p: &Settings) -> Uniform {
-        let at_right_angle = (p.ior - 1.0) / (p.ior + 1.0);
-        Uniform::new()
-            .f32(p.kd)
-            .f32(p.ks)
-            .f32(p.ior)
-            .f32(at_right_angle * at_right_angle)
-            .f32(p.spread())
-            .f32(p.metallic)
-            .f32(self.last_level)
-            .f32(self.background_level)
-            .u32(self.lights)
-            .f32(f32::from(u8::from(p.antialias && p.spread() < DULL)))
-    }
-}
-
-impl Natural {
-    /// Gives a pass the light on a diffuse surface.
-    fn with_diffuse(
-        &mut self,
-        environment: &Environment,
-        p: &Settings,
-        graph: &mut Graph,
-        pass: Pass,
-    ) -> Pass {
-        let order = usize::try_from(p.sh_order).unwrap_or(2);
-        let choice = Choice { order, sun: p.sun, window: p.window };
-        let key = &environment.facts.key;
-        let same = |(of, chosen, _): &(String, Choice, Diffuse)| of == key && *chosen == choice;
-        let diffuse = match self.known.take().filter(same) {
-            Some((_, _, diffuse)) => diffuse,
-            None => Diffuse::new(&environment.facts, choice),
-        };
-        let has_sun = diffuse.sun.is_some();
-        let uniform = graph.uniform(diffuse.uniform(environment.gain));
-        self.known = Some((key.clone(), choice, diffuse));
-        pass.constant("HAS_BAND_4", flag(order >= 4))
-            .constant("CUTS_OFF", flag(p.window))
-            .constant("HAS_SUN", flag(has_sun))
-            .bind("diffuse", uniform)
-    }
-}
-
-/// The environment, blurred more from level to level.
-struct Chain {
-    texture: TextureId,
-    n_levels: u32,
-}
-
-/// Samples of a level's lobe: wide lobes have few texels and may have many.
-fn n_samples(level: u32) -> u32 {
-    if level == 0 { 1 } else { (64 << level).min(2048) }
-}
-
-/// Describes the passes that blur an environment; they run when it is a new one.
-fn prefiltered(graph: &mut Graph, environment: &Environment, model: Model) -> Chain {
-    let side = environment.facts.side.clamp(SMALLEST_SIDE, LARGEST_SIDE);
-    let n_levels = (side / SMALLEST_SIDE).ilog2() + 1;
-    let name = if model == Model::Ggx { "ggx" } else { "gaussian" };
-    let key = format!("{} {name} {side}", environment.facts.key);
-    let texture =
-        Texture::fixed(Format::Rgba16Float, side, side).mips(n_levels).persistent(key).stored();
-    let texture = graph.texture("prefiltered environment", texture);
-    for level in 0..n_levels {
-        let spread = f64::from(level) / f64::from(n_levels - 1).max(1.0);
-        let sigma = SIGMA_PER_ECCENTRICITY * spread;
-        let (alpha, kappa) = match model {
-            Model::Ggx => (spread * spread, 0.0),
-            Model::Thesis => (0.0, if level == 0 { 0.0 } else { 1.0 / (sigma * sigma) }),
-        };
-        let target = Target { texture, mip: level, layer: 0 };
-        let lobe = Uniform::new().f32((side >> level) as f32).f32(alpha as f32).f32(kappa as f32);
-        let lobe = graph.uniform(lobe.u32(n_samples(level)));
-        graph.pass(
-            Pass::fullscreen(
-                &format!("prefilter {name} {level}"),
-                include_str!("prefilter.wgsl"),
-                "prefilter",
-            )
-            .bind("lobe", lobe)
-            .target(target),
-        );
-    }
-    Chain { texture, n_levels }
 }
 
 /// The level of the environment whose texels are as large as a pixel, or out of focus.

@@ -1,7 +1,5 @@
 // The lighting of the thesis's appendix over the blended surface.
 #import surfelshop::surface::Surface
-#import surfelshop::light
-#import surfelshop::occlusion
 #import surfelshop::phong
 
 struct Settings {
@@ -16,19 +14,9 @@ struct Settings {
 var<uniform> settings: Settings;
 
 fn shade(s: Surface) -> vec4<f32> {
-    var radiance = s.albedo * settings.ambient * left(s, occlusion::AMBIENT);
-    let diffuse = s.albedo * settings.diffuse * left(s, occlusion::DIFFUSE);
-    let specular = settings.specular * left(s, occlusion::HIGHLIGHTS);
-    for (var i = 0u; i < light::lights.count; i++) {
-        let source = light::lights.items[i];
-        let cosine = max(dot(s.normal, source.towards), 0.0);
-        let highlight =
-            phong::half_vector_highlight(s.normal, source.towards, s.to_eye, settings.shininess);
-        radiance += source.radiance * (diffuse * cosine + specular * highlight);
-    }
-    return vec4(radiance, 1.0);
-}
-
-fn left(s: Surface, part: u32) -> f32 {
-    return occlusion::share(s.ao, settings.ao_strength, part, settings.ao_affects);
+    let p = settings;
+    let material = phong::Material(
+        s.albedo, p.diffuse, vec3(p.specular), p.shininess, p.ambient, p.ao_strength, p.ao_affects,
+    );
+    return vec4(phong::lit(s, material), 1.0);
 }

@@ -8,5 +8,6 @@ pub mod materials;
 pub mod measure;
 pub mod natural_light;
 pub mod occlusion;
+pub mod procedural;
 pub mod stage;
 pub mod twin;

@@ -8,7 +8,9 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Projection, Scene, UnitKind, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_engine::plugins::{Hosted, Origin, Patience, Place, Registry, SearchPath};
+use surfelshop_engine::plugins::{
+    Hosted, LoadedUnit, Origin, Patience, Place, Registry, SearchPath,
+};
 use surfelshop_engine::{
     Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered, RendererView,
 };
@@ -70,12 +72,12 @@ pub fn build_folder() -> PathBuf {
     deps.parent().expect("which lies in the build folder").to_owned()
 }
 
-/// A renderer of a plugin library of this build, in a view of its own.
+/// A unit of a plugin library of this build.
 ///
 /// # Panics
 /// Where the library was not built or does not work.
 #[must_use]
-pub fn built_renderer(engine: &Engine, library: &str, unit: &str) -> RendererView {
+pub fn built_unit(library: &str, kind: UnitKind, unit: &str) -> LoadedUnit {
     let file = format!(
         "{}{}{}",
         std::env::consts::DLL_PREFIX,
@@ -87,8 +89,17 @@ pub fn built_renderer(engine: &Engine, library: &str, unit: &str) -> RendererVie
     let files = vec![Place::new(path, Origin::CommandLine)];
     let search = SearchPath { files, ..SearchPath::default() };
     let registry = Registry::scan(&search);
-    let found = registry.find(UnitKind::Renderer, unit).expect("the library has the renderer");
-    let loaded = registry.load(&found).expect("the library loads");
+    let found = registry.find(kind, unit).expect("the library has the unit");
+    registry.load(&found).expect("the library loads")
+}
+
+/// A renderer of a plugin library of this build, in a view of its own.
+///
+/// # Panics
+/// Where the library was not built or does not work.
+#[must_use]
+pub fn built_renderer(engine: &Engine, library: &str, unit: &str) -> RendererView {
+    let loaded = built_unit(library, UnitKind::Renderer, unit);
     let host = engine.gpu().host_info();
     let hosted = loaded.start(&host, &Patience::default()).expect("the renderer starts");
     RendererView::new(hosted, unit)

@@ -7,6 +7,7 @@ use crate::columns::CloudView;
 use crate::frame::{FrameRequest, HostInfo};
 use crate::job::JobHost;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
+use crate::object::ObjectFrame;
 use crate::params::Values;
 use crate::tool::Tile;
 use core::ffi::c_void;
@@ -265,6 +266,11 @@ fn raw_columns(cloud: &CloudView<'_>) -> Vec<RawColumn> {
         .collect()
 }
 
+fn raw_object(object: &ObjectFrame) -> [f64; 8] {
+    let ([x, y, z], [qx, qy, qz, qw]) = (object.center.to_array(), object.rotation.to_array());
+    [x, y, z, object.size, qx, qy, qz, qw]
+}
+
 fn raw_cloud(cloud: &CloudView<'_>, columns: &[RawColumn]) -> RawCloud {
     RawCloud {
         origin: cloud.origin.to_array(),
@@ -273,6 +279,7 @@ fn raw_cloud(cloud: &CloudView<'_>, columns: &[RawColumn]) -> RawCloud {
         n_columns: columns.len(),
         faces: cloud.faces.as_ptr(),
         n_faces: cloud.faces.len(),
+        object: raw_object(&cloud.object),
     }
 }
 

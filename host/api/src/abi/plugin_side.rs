@@ -9,10 +9,12 @@ use crate::frame::{Frame, FrameRequest, HostInfo};
 use crate::graph::Graph;
 use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
+use crate::object::ObjectFrame;
 use crate::params::{ParamDecl, ParamSet, Values};
 use crate::tool::Tile;
 use crate::unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
 use core::ffi::c_void;
+use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::cell::{Cell, RefCell};
@@ -304,7 +306,10 @@ unsafe fn cloud_view<'a>(raw: &RawCloud) -> Result<CloudView<'a>> {
         // SAFETY: the host passes `n_faces` triangles, alive as long as the columns.
         n => unsafe { std::slice::from_raw_parts(raw.faces, n) },
     };
-    Ok(CloudView { origin: raw.origin.into(), len: raw.len, columns, faces })
+    let [x, y, z, size, qx, qy, qz, qw] = raw.object;
+    let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
+    let object = ObjectFrame { center: DVec3::new(x, y, z), size, rotation };
+    Ok(CloudView { origin: raw.origin.into(), len: raw.len, columns, faces, object })
 }
 
 fn write(sink: Sink, channel: u32, contents: &[u8]) {

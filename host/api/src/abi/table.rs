@@ -85,6 +85,9 @@ pub struct RawCloud {
     pub faces: *const [u32; 3],
     /// Number of triangles.
     pub n_faces: usize,
+    /// The cloud's own box: the middle, the largest extent, and the rotation as a quaternion x, y,
+    /// z, w.
+    pub object: [f64; 8],
 }
 
 /// A running job's line to the host.

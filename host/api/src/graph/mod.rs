@@ -8,7 +8,7 @@ mod passes;
 mod resources;
 mod structure;
 
-pub use passes::{Groups, Pass, SurfaceMode, Target, Work};
+pub use passes::{Groups, Module, Pass, SurfaceMode, Target, Work};
 pub use resources::{
     Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,
     UniformId,

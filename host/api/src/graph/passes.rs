@@ -79,6 +79,17 @@ pub enum Work {
     },
 }
 
+/// A WGSL module that a pass brings along, for its shader and later modules to import.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Module {
+    /// The path it is imported by, such as `marble::veins`; not below `surfelshop`.
+    pub path: String,
+    /// What messages call its text, such as the name of its file.
+    pub file: String,
+    /// Its text. Resources are bound to a pass under `path::variable`.
+    pub wgsl: String,
+}
+
 /// A pass of the graph.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
@@ -88,6 +99,10 @@ pub struct Pass {
     pub work: Work,
     /// WGSL source; resources need no `@group` and `@binding`.
     pub wgsl: String,
+    /// Modules that it imports besides those of the host, in the order in which they import each
+    /// other.
+    #[serde(default)]
+    pub modules: Vec<Module>,
     /// The entry point, or the shading function.
     pub entry: String,
     /// Values of WGSL `override` constants by name.
@@ -104,6 +119,7 @@ impl Pass {
             name: name.to_owned(),
             work,
             wgsl: wgsl.to_owned(),
+            modules: Vec::new(),
             entry: entry.to_owned(),
             constants: BTreeMap::new(),
             bindings: BTreeMap::new(),
@@ -185,6 +201,15 @@ impl Pass {
     #[must_use]
     pub fn bind(mut self, variable: &str, resource: impl Into<Resource>) -> Self {
         self.bindings.insert(variable.to_owned(), resource.into());
+        self
+    }
+
+    /// Brings a module along, which the shader and modules added later may import as `path`;
+    /// `file` is what messages call it.
+    #[must_use]
+    pub fn module(mut self, path: &str, file: &str, wgsl: &str) -> Self {
+        let [path, file, wgsl] = [path, file, wgsl].map(str::to_owned);
+        self.modules.push(Module { path, file, wgsl });
         self
     }
 

@@ -160,6 +160,10 @@ fn parts(needed: &Needed, sources: &[Source], host_mode: SurfaceMode) -> Surface
         parts.visibility = true;
         parts.material = true;
     }
+    if needed.object {
+        parts.visibility = true;
+        parts.object = true;
+    }
     for source in sources {
         match source {
             Source::Surface("depth_only") => parts.visibility = true,

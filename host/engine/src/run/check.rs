@@ -4,7 +4,7 @@ use super::RenderError;
 use super::pipelines::Shader;
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_PREFIX, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, targets_of, wgpu_format,
+    HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, is_given, targets_of, wgpu_format,
 };
 use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::gpu::Gpu;
@@ -78,7 +78,7 @@ impl Plan {
             .global_variables
             .iter()
             .filter_map(|(_, variable)| variable.name.as_deref())
-            .filter(|name| !name.starts_with(HOST_PREFIX))
+            .filter(|name| !is_given(name))
             .collect();
         for name in pass.bindings.keys() {
             if !variables.contains(&name.as_str()) {
@@ -108,7 +108,7 @@ impl Plan {
         surface: SurfaceMode,
         planned: &mut Planned,
     ) -> Result<(), String> {
-        if binding.name.starts_with(HOST_PREFIX) {
+        if is_given(&binding.name) {
             planned.of_host.get_or_insert_with(|| binding.name.clone());
         }
         match binding.name.as_str() {
@@ -125,6 +125,10 @@ impl Plan {
             }
             HOST_MATERIAL => {
                 planned.material = true;
+                return Ok(());
+            }
+            HOST_OBJECT => {
+                planned.object = true;
                 return Ok(());
             }
             _ => {}

@@ -13,6 +13,8 @@ pub(crate) struct Needed {
     pub(crate) surfaces: Vec<SurfaceMode>,
     /// Whether one of them reads materials.
     pub(crate) material: bool,
+    /// Whether one of them reads which cloud a pixel shows.
+    pub(crate) object: bool,
     /// Whether one of them shades surfels one by one.
     pub(crate) surfels: bool,
 }
@@ -28,6 +30,7 @@ pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> Needed {
         needed.passes[i] = true;
         wanted.extend(&pass.reads);
         needed.material |= pass.material;
+        needed.object |= pass.object;
         needed.surfels |= pass.surfels.is_some();
         if let Some(mode) = pass.surface
             && !needed.surfaces.contains(&mode)

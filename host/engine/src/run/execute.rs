@@ -4,7 +4,7 @@ use super::cull::Needed;
 use super::pipelines::{Pipeline, Pipelines, Stage};
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_PREFIX, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, targets_of,
+    HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, is_given, targets_of,
 };
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
@@ -137,7 +137,7 @@ struct Variables<'a> {
 
 impl Variables<'_> {
     fn resource(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
-        if name.starts_with(HOST_PREFIX) {
+        if is_given(name) {
             return self.of_host(name);
         }
         if name == SHADING_TARGET {
@@ -181,6 +181,7 @@ impl Variables<'_> {
                 None => Some(texture(frame.surface?.packed(self.planned.surface?)?)),
             },
             HOST_MATERIAL => Some(texture(frame.surface?.material.as_ref()?)),
+            HOST_OBJECT => Some(texture(frame.surface?.object.as_ref()?)),
             _ => None,
         }
     }

@@ -5,6 +5,7 @@ use crate::shader::{Binding, BindingKind, Composed, Library, on_large_stack, ref
 use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
+use surfelshop_api::graph::Module;
 
 /// How many things were compiled since the engine was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -71,11 +72,14 @@ pub(crate) struct Draw<'a> {
     pub(crate) kind: DrawKind,
 }
 
+/// A text, the modules it brings along and the names set for `#ifdef`.
+type ShaderKey = (String, Vec<Module>, Vec<String>);
+
 /// All shaders and pipelines of a device.
 pub(crate) struct Pipelines {
     device: wgpu::Device,
     library: Library,
-    shaders: HashMap<(String, Vec<String>), Result<Rc<Shader>, String>>,
+    shaders: HashMap<ShaderKey, Result<Rc<Shader>, String>>,
     render: HashMap<RenderKey, Rc<Pipeline>>,
     compute: HashMap<ComputeKey, Rc<Pipeline>>,
     pub(crate) counts: CompileCounts,
@@ -96,22 +100,38 @@ impl Pipelines {
 
     /// The checked shader of this text; the same text is composed once, mistakes included.
     pub(crate) fn shader(&mut self, source: &str, defines: &[&str]) -> Result<Rc<Shader>, String> {
-        let key =
-            (source.to_owned(), defines.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>());
+        self.shader_with(source, &[], defines)
+    }
+
+    /// The same of a text that brings modules along.
+    pub(crate) fn shader_with(
+        &mut self,
+        source: &str,
+        modules: &[Module],
+        defines: &[&str],
+    ) -> Result<Rc<Shader>, String> {
+        let defined = defines.iter().map(|name| (*name).to_owned()).collect();
+        let key = (source.to_owned(), modules.to_vec(), defined);
         if let Some(known) = self.shaders.get(&key) {
             return known.clone();
         }
         self.counts.modules += 1;
-        let made = self.make_shader(source, defines).map(Rc::new);
+        let made = self.make_shader(source, modules, defines).map(Rc::new);
         self.shaders.insert(key, made.clone());
         made
     }
 
-    fn make_shader(&mut self, source: &str, defines: &[&str]) -> Result<Shader, String> {
+    fn make_shader(
+        &mut self,
+        source: &str,
+        modules: &[Module],
+        defines: &[&str],
+    ) -> Result<Shader, String> {
         let serial = u64::from(self.counts.modules);
         let (library, device) = (&mut self.library, &self.device);
         on_large_stack(|| {
-            let composed = library.compose(source, defines).map_err(|error| error.message)?;
+            let composed = library.compose(source, modules, defines);
+            let composed = composed.map_err(|error| error.message)?;
             let module = checked(device, || {
                 device.create_shader_module(wgpu::ShaderModuleDescriptor {
                     label: None,

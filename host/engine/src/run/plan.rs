@@ -9,8 +9,6 @@ use std::cell::OnceCell;
 use std::rc::Rc;
 use surfelshop_api::graph::{Extent, Format, Lifetime, Pass, Structure, SurfaceMode, Target, Work};
 
-/// Where the names of the host's own variables begin.
-pub(crate) const HOST_PREFIX: &str = "surfelshop::";
 pub(crate) const HOST_VIEW: &str = "surfelshop::view::view";
 pub(crate) const HOST_LIGHTS: &str = "surfelshop::light::lights";
 pub(crate) const HOST_ENVIRONMENT: &str = "surfelshop::environment::environment";
@@ -18,6 +16,24 @@ pub(crate) const HOST_ENVIRONMENT_MAP: &str = "surfelshop::environment::environm
 pub(crate) const HOST_ENVIRONMENT_SAMPLER: &str = "surfelshop::environment::environment_sampler";
 pub(crate) const HOST_SURFACE: &str = "surfelshop::surface::surface_packed";
 pub(crate) const HOST_MATERIAL: &str = "surfelshop::surface::surface_material";
+pub(crate) const HOST_OBJECT: &str = "surfelshop::surface::surface_object";
+
+/// The variables of the host's modules that the host itself gives; authors bind all others.
+const GIVEN: [&str; 8] = [
+    HOST_VIEW,
+    HOST_LIGHTS,
+    HOST_ENVIRONMENT,
+    HOST_ENVIRONMENT_MAP,
+    HOST_ENVIRONMENT_SAMPLER,
+    HOST_SURFACE,
+    HOST_MATERIAL,
+    HOST_OBJECT,
+];
+
+/// Whether the host itself gives a variable of this name.
+pub(crate) fn is_given(name: &str) -> bool {
+    GIVEN.contains(&name)
+}
 
 /// A resource as passes depend on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -37,6 +53,8 @@ pub(crate) struct Planned {
     pub(crate) surface: Option<SurfaceMode>,
     /// Whether it reads materials.
     pub(crate) material: bool,
+    /// Whether it reads which cloud a pixel shows.
+    pub(crate) object: bool,
     /// Whether it reads the environment.
     pub(crate) environment: bool,
     /// A variable of the host that it reads.
@@ -118,7 +136,7 @@ impl Plan {
                 (pass.wgsl.clone(), pass.entry.clone(), *surface)
             }
         };
-        let shader = pipelines.shader(&source, &[])?;
+        let shader = pipelines.shader_with(&source, &pass.modules, &[])?;
         let point = reflect(&shader.composed, stage, &entry).map_err(|error| error.message)?;
         self.check_names(pass, &shader)?;
         let mut planned = Planned {
@@ -128,6 +146,7 @@ impl Plan {
             writes: Vec::new(),
             surface: None,
             material: false,
+            object: false,
             environment: false,
             of_host: None,
             workgroup_size: point.workgroup_size,
@@ -139,7 +158,7 @@ impl Plan {
             self.check_binding(pass, binding, surface, &mut planned)?;
         }
         if matches!(pass.work, Work::Shading { per_surfel: true, .. }) {
-            let shader = pipelines.shader(&surfel_source(pass), &[])?;
+            let shader = pipelines.shader_with(&surfel_source(pass), &pass.modules, &[])?;
             let stage = naga::ShaderStage::Compute;
             let point =
                 reflect(&shader.composed, stage, SURFEL_ENTRY).map_err(|error| error.message)?;

@@ -42,7 +42,7 @@ fn made_by(plan: &Plan, node: Node) -> u64 {
     let mut hasher = DefaultHasher::new();
     for (pass, planned) in plan.structure.passes.iter().zip(&plan.passes) {
         if planned.writes.contains(&node) {
-            (&pass.wgsl, &pass.entry).hash(&mut hasher);
+            (&pass.wgsl, &pass.modules, &pass.entry).hash(&mut hasher);
             for (name, value) in &pass.constants {
                 (name, value.to_bits()).hash(&mut hasher);
             }

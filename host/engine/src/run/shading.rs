@@ -61,7 +61,9 @@ pub(crate) fn pixel_source(
         false => format!("{}(s)", pass.entry),
     };
     // Two more loads are for those who want them.
-    let variance = match pass.wgsl.contains("normal_variance") && !per_surfel {
+    let texts = pass.modules.iter().map(|module| &module.wgsl).chain([&pass.wgsl]);
+    let wants_variance = texts.into_iter().any(|text| text.contains("normal_variance"));
+    let variance = match wants_variance && !per_surfel {
         true => "s.normal_variance = surfelshop_surface::normal_variance_at(s);",
         false => "",
     };

@@ -6,9 +6,11 @@
 
 use super::bound_loops;
 use super::large_stack::{MAX_ELSE, MAX_WGSL_BYTES};
+use super::numbered::{member_with_digit, numbered};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
 };
+use surfelshop_api::graph::Module;
 use thiserror::Error;
 
 /// Why WGSL was refused.
@@ -24,6 +26,9 @@ impl ShaderError {
         Self { message: message.into() }
     }
 }
+
+/// What the composer calls a pass's own text.
+const OWN_FILE: &str = "shader";
 
 /// A validated module.
 pub(crate) struct Composed {
@@ -41,8 +46,10 @@ const MODULES: &[(&str, &str)] = &[
     ("environment.wgsl", include_str!("../../../../shaders/environment.wgsl")),
     ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
     ("sh.wgsl", include_str!("../../../../shaders/sh.wgsl")),
-    ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
+    ("filtered.wgsl", include_str!("../../../../shaders/filtered.wgsl")),
+    ("noise.wgsl", include_str!("../../../../shaders/noise.wgsl")),
     ("occlusion.wgsl", include_str!("../../../../shaders/occlusion.wgsl")),
+    ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
 ];
 
 /// A sum over the text of all modules: what was made with other ones may be other.
@@ -80,34 +87,74 @@ impl Library {
         Ok(Self { composer })
     }
 
-    /// Composes and validates; `defines` are set for `#ifdef`. To be called on a large stack.
+    /// Composes a text with the modules it brings along, and validates; `defines` are set for
+    /// `#ifdef`. To be called on a large stack.
     ///
     /// # Errors
-    /// One line with the position where the text does not parse, import or validate.
+    /// One line with the position where a text does not parse, import or validate.
     pub(crate) fn compose(
         &mut self,
         source: &str,
+        modules: &[Module],
         defines: &[&str],
     ) -> Result<Composed, ShaderError> {
-        if source.len() > MAX_WGSL_BYTES {
-            return Err(ShaderError::new(format!(
-                "the shader has {} bytes, at most {MAX_WGSL_BYTES} are compiled",
-                source.len()
-            )));
+        check_size(source, modules)?;
+        check_imports(source, modules)?;
+        let composed = self.add(modules).and_then(|()| self.compose_checked(source, defines));
+        // They belong to this text alone; another may bring others of the same path.
+        for module in modules {
+            self.composer.remove_composable_module(&module.path);
         }
-        let n_else = source.matches("else").count();
-        if n_else > MAX_ELSE {
-            return Err(ShaderError::new(format!(
-                "the shader has {n_else} `else`, at most {MAX_ELSE} are compiled"
-            )));
+        composed
+    }
+
+    /// Adds the modules of a text, each of which may import those before it.
+    fn add(&mut self, modules: &[Module]) -> Result<(), ShaderError> {
+        for (i, module) in modules.iter().enumerate() {
+            let words = module.path.split("::").collect::<Vec<_>>();
+            let is_word = |word: &&str| {
+                let mut letters = word.chars();
+                letters.next().is_some_and(|c| c.is_ascii_alphabetic())
+                    && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+            };
+            let of_host = words[0] == "surfelshop";
+            let twice = modules[..i].iter().any(|other| other.path == module.path);
+            if of_host || twice || !words.iter().all(is_word) {
+                return Err(ShaderError::new(format!(
+                    "a module cannot be called `{}`; it takes words joined by `::`, each once, not \
+                     below `surfelshop`",
+                    module.path.escape_debug()
+                )));
+            }
+            check_imports(&module.wgsl, &modules[..i])
+                .map_err(|error| ShaderError::new(format!("{}: {error}", module.file)))?;
+            if let Some(name) = member_with_digit(&module.wgsl) {
+                return Err(ShaderError::new(format!(
+                    "{}: members of structures in modules cannot end in a digit, as `{name}` does",
+                    module.file
+                )));
+            }
+            let added = self.composer.add_composable_module(ComposableModuleDescriptor {
+                source: &numbered(&module.wgsl, i),
+                file_path: &module.file,
+                language: ShaderLanguage::Wgsl,
+                as_name: Some(module.path.clone()),
+                ..Default::default()
+            });
+            if let Err(error) = added.map(|_| ()) {
+                return Err(one_line(&error.emit_to_string(&self.composer)));
+            }
         }
-        check_imports(source)?;
+        Ok(())
+    }
+
+    fn compose_checked(&mut self, source: &str, defines: &[&str]) -> Result<Composed, ShaderError> {
         let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
         let composer = &mut self.composer;
         let composed = composer
             .make_naga_module(NagaModuleDescriptor {
                 source,
-                file_path: "shader",
+                file_path: OWN_FILE,
                 shader_defs: defines.collect(),
                 ..Default::default()
             })
@@ -132,19 +179,38 @@ impl Library {
     }
 }
 
+/// Refuses texts that would take too long.
+fn check_size(source: &str, modules: &[Module]) -> Result<(), ShaderError> {
+    let texts = || modules.iter().map(|module| module.wgsl.as_str()).chain([source]);
+    let n_bytes: usize = texts().map(str::len).sum();
+    if n_bytes > MAX_WGSL_BYTES {
+        return Err(ShaderError::new(format!(
+            "the shader has {n_bytes} bytes, at most {MAX_WGSL_BYTES} are compiled"
+        )));
+    }
+    let n_else: usize = texts().map(|text| text.matches("else").count()).sum();
+    if n_else > MAX_ELSE {
+        return Err(ShaderError::new(format!(
+            "the shader has {n_else} `else`, at most {MAX_ELSE} are compiled"
+        )));
+    }
+    Ok(())
+}
+
 /// Names a misspelt import where it stands; the composer would only miss it where it is used, by
 /// its last word.
-fn check_imports(source: &str) -> Result<(), ShaderError> {
+fn check_imports(source: &str, modules: &[Module]) -> Result<(), ShaderError> {
     for (number, line) in source.lines().enumerate() {
         let Some(import) = line.trim_start().strip_prefix("#import ") else { continue };
         let path = import.split(['{', ',', ';']).next().unwrap_or_default();
         let path = path.split_whitespace().next().unwrap_or_default().trim_end_matches("::");
-        let known = |(_, source): &(&str, &str)| {
-            let module = import_path(source);
-            path == module || path.strip_prefix(module).is_some_and(|item| item.starts_with("::"))
+        let own = modules.iter().map(|module| module.path.as_str());
+        let all: Vec<_> =
+            MODULES.iter().map(|(_, source)| import_path(source)).chain(own).collect();
+        let known = |module: &&str| {
+            path == *module || path.strip_prefix(*module).is_some_and(|item| item.starts_with("::"))
         };
-        if !MODULES.iter().any(known) {
-            let all: Vec<_> = MODULES.iter().map(|(_, source)| import_path(source)).collect();
+        if !all.iter().any(known) {
             return Err(ShaderError::new(format!(
                 "line {}: there is no module `{path}`; there are: {}",
                 number + 1,
@@ -172,8 +238,12 @@ fn one_line(report: &str) -> ShaderError {
     let place = report
         .lines()
         .find_map(|line| line.trim_start().strip_prefix("┌─ "))
-        .and_then(|place| place.rsplit(':').nth(1))
-        .map(|line| format!("line {line}: "))
+        .and_then(|place| {
+            let (file, line) = place.rsplit_once(':')?.0.rsplit_once(':')?;
+            // The pass's own text has no name but the pass's.
+            let file = if file == OWN_FILE { String::new() } else { format!("{file}, ") };
+            Some(format!("{file}line {line}: "))
+        })
         .unwrap_or_default();
     let note = report
         .lines()
@@ -189,6 +259,11 @@ fn one_line(report: &str) -> ShaderError {
 fn restore_names(module: &mut naga::Module) {
     for (_, variable) in module.global_variables.iter_mut() {
         if let Some(name) = &mut variable.name {
+            *name = undecorated(name);
+        }
+    }
+    for (_, constant) in module.overrides.iter_mut() {
+        if let Some(name) = &mut constant.name {
             *name = undecorated(name);
         }
     }
@@ -262,7 +337,7 @@ mod tests {
                 let s = surface_at(vec2<u32>(p.xy));
                 return vec4(diffuse_irradiance(s.normal) * s.albedo, 1.0);
             }";
-        let composed = library.compose(source, &[]).unwrap();
+        let composed = library.compose(source, &[], &[]).unwrap();
         let names: Vec<_> =
             composed.module.global_variables.iter().filter_map(|(_, v)| v.name.clone()).collect();
         assert!(names.contains(&"surfelshop::view::view".to_owned()), "{names:?}");
@@ -271,14 +346,14 @@ mod tests {
     #[test]
     fn mistakes_are_one_line_with_their_position() {
         let mut library = Library::new().unwrap();
-        let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[]);
+        let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[], &[]);
         let message = unknown.err().unwrap().message;
         assert!(message.contains("nothing") && message.contains("line 2"), "{message}");
-        let import = library.compose("fn f() {}\n#import surfelshop::lihgt\n", &[]);
+        let import = library.compose("fn f() {}\n#import surfelshop::lihgt\n", &[], &[]);
         let message = import.err().unwrap().message;
         assert!(message.contains("line 2: there is no module `surfelshop::lihgt`"), "{message}");
         let types = "@fragment fn f() -> @location(0) vec4<f32> {\n  return vec4<u32>(1u);\n}";
-        let message = library.compose(types, &[]).err().unwrap().message;
+        let message = library.compose(types, &[], &[]).err().unwrap().message;
         assert!(message.contains('f') && !message.contains('\n'), "{message}");
     }
 

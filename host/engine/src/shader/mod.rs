@@ -3,6 +3,7 @@
 mod bound_loops;
 mod compose;
 mod large_stack;
+mod numbered;
 mod reflect;
 
 pub(crate) use compose::{Composed, Library, fingerprint};

@@ -22,6 +22,8 @@ pub(super) enum Lookup {
     Surface,
     /// The material's index.
     Material,
+    /// The cloud's number, from 0.
+    Object,
 }
 
 /// A draw of every chunk.
@@ -67,7 +69,7 @@ impl<'a> Drawing<'a> {
         let mut chunks = Vec::new();
         // Number 0 is left for "no surfel".
         let mut first_of_cloud = 1;
-        for cloud in input.clouds {
+        for (object, cloud) in input.clouds.iter().enumerate() {
             let view_from_chunk = (input.view_from_offset)(cloud.origin);
             for (position, (first, count)) in cloud.chunks().enumerate() {
                 let bytes = Uniform::new()
@@ -81,6 +83,7 @@ impl<'a> Drawing<'a> {
                     .f32(input.unit as f32)
                     .f32(input.settings.radius_scale)
                     .u32(input.stride)
+                    .u32(u32::try_from(object).unwrap_or(u32::MAX))
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
@@ -217,6 +220,7 @@ impl<'a> Drawing<'a> {
             Lookup::Material => {
                 ("surfels: material", "material_fragment", wgpu::TextureFormat::R32Uint)
             }
+            Lookup::Object => ("surfels: object", "object_fragment", wgpu::TextureFormat::R32Uint),
         };
         let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
         let entries = ["cover_screen", entry];

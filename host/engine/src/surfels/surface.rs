@@ -22,6 +22,8 @@ pub(crate) struct SurfaceParts {
     pub(crate) blended: bool,
     /// The material of the nearest surfels.
     pub(crate) material: bool,
+    /// The cloud of the nearest surfels.
+    pub(crate) object: bool,
 }
 
 impl SurfaceParts {
@@ -53,6 +55,7 @@ pub(crate) struct Surface {
     nearest: Option<wgpu::TextureView>,
     blended: Option<wgpu::TextureView>,
     pub(crate) material: Option<wgpu::TextureView>,
+    pub(crate) object: Option<wgpu::TextureView>,
     visible: bool,
 }
 
@@ -155,6 +158,21 @@ impl Surfaces {
                 surface.material = Some(view);
             }
         }
+        if parts.object {
+            if surface.object.is_some() {
+                reused(recorder, "surfels: object");
+            } else {
+                let format = wgpu::TextureFormat::R32Uint;
+                // Where there is one cloud, a single pixel says so; textures begin as zeros.
+                let one = input.clouds.len() <= 1;
+                let size = if one { [1, 1] } else { input.size };
+                let view = texture(recorder.gpu, "object", size, format);
+                if !one {
+                    drawing.lookup(Lookup::Object, &surface, &view, recorder, pipelines)?;
+                }
+                surface.object = Some(view);
+            }
+        }
         self.kept.insert(0, (input.key.clone(), surface));
         self.kept.truncate(KEPT_SURFACES);
         Ok(&self.kept[0].1)
@@ -174,6 +192,7 @@ impl Surface {
             nearest: None,
             blended: None,
             material: None,
+            object: None,
             visible: false,
         }
     }

@@ -77,7 +77,7 @@ impl Given {
             })
             .collect();
         let len = self.positions.len() / 3;
-        CloudView { origin: self.origin, len, columns, faces: &self.faces }
+        CloudView { origin: self.origin, len, columns, faces: &self.faces, ..CloudView::default() }
     }
 }
 

@@ -1,0 +1,8 @@
+//! Patterns computed in f64, and the plugin's own through its tool.
+
+mod bench;
+pub mod filtered;
+pub mod noise;
+pub mod patterns;
+
+pub use bench::{Bench, Spot};
