@@ -78,6 +78,17 @@ fn line(x: Filtered, width: f32) -> f32 {
     return width * inverseSqrt(wide) * exp(-min(x.mean * x.mean / wide, 80.0));
 }
 
+// Such lines at every whole number, of a width far below 1.
+fn lines(x: Filtered, width: f32) -> f32 {
+    let m = fract(x.mean);
+    var sum = 0.0;
+    for (var k = -1; k <= 2; k++) {
+        sum += line(Filtered(m - f32(k), x.deviation), width);
+    }
+    // As with the pulse below; the mean of them all is the area of one.
+    return mix(sum, 1.77245385 * width, smoothstep(0.3, 0.45, x.deviation));
+}
+
 // sin(2 pi x).
 fn wave(x: Filtered) -> f32 {
     let faded = exp(-min(19.7392088 * x.deviation * x.deviation, 80.0));

@@ -74,6 +74,21 @@ impl Filtered {
         width / wide.sqrt() * (-self.mean.powi(2) / wide).exp()
     }
 
+    /// Such lines at every whole number.
+    #[must_use]
+    pub fn lines(self, width: f64) -> f64 {
+        let m = self.mean - self.mean.floor();
+        let sum: f64 =
+            (-1..=2).map(|k| Self::new(m - f64::from(k), self.deviation).line(width)).sum();
+        sum + (PI.sqrt() * width - sum) * self.blurred()
+    }
+
+    /// How little of anything of period 1 is left to be seen.
+    fn blurred(self) -> f64 {
+        let t = ((self.deviation - 0.3) / 0.15).clamp(0.0, 1.0);
+        t * t * (3.0 - 2.0 * t)
+    }
+
     /// sin(2 pi x).
     #[must_use]
     pub fn wave(self) -> f64 {
@@ -86,9 +101,7 @@ impl Filtered {
         let one = Self::new(self.mean - self.mean.floor(), self.deviation);
         let share: f64 =
             (-1..=1).map(|k| one.above(f64::from(k)) - one.above(f64::from(k) + duty)).sum();
-        let t = ((self.deviation - 0.3) / 0.15).clamp(0.0, 1.0);
-        let blended = t * t * (3.0 - 2.0 * t);
-        share + (duty - share) * blended
+        share + (duty - share) * self.blurred()
     }
 }
 
@@ -134,6 +147,12 @@ mod tests {
                 let x = Filtered::new(mean, deviation);
                 let expected = mean_of(x, |x| f64::from(u8::from(x - x.floor() < 0.36)));
                 let found = x.pulse(0.36);
+                assert!((found - expected).abs() < tolerance, "{x:?}: {found} for {expected}");
+                let expected = mean_of(x, |x| {
+                    let to_line = x - x.round();
+                    (-1..=1).map(|k| (-((to_line + f64::from(k)) / 0.1).powi(2)).exp()).sum()
+                });
+                let found = x.lines(0.1);
                 assert!((found - expected).abs() < tolerance, "{x:?}: {found} for {expected}");
             }
         }

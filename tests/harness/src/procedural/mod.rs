@@ -4,5 +4,6 @@ mod bench;
 pub mod filtered;
 pub mod noise;
 pub mod patterns;
+pub mod plane;
 
 pub use bench::{Bench, Spot};

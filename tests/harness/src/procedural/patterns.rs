@@ -279,13 +279,11 @@ impl Settings {
 impl Settings {
     fn veined_marble(&self, at: &Place, albedo: DVec3) -> Look {
         let folds = self.fbm(at);
-        let layers = phase(at, self.frequency() * Vec3::new(0.22, 0.30, 0.12));
-        let folded = layers.sum(folds.scaled(0.9, 0.0));
-        let faded = (-(std::f64::consts::TAU * folded.deviation).powi(2)).exp();
-        let wave = Filtered::new(folded.wave(), (0.5 * (1.0 - faded)).sqrt());
+        let layers = phase(at, self.frequency() * Vec3::new(0.44, 0.60, 0.24));
+        let folded = layers.sum(folds.scaled(1.8, 0.0));
         let strength = self.octave(at, 0.6 * self.frequency(), 19).ramp(-0.25, 0.30);
-        let vein = strength * wave.line(0.07);
-        let shade = (0.3 + 0.7 * strength) * wave.line(0.45);
+        let vein = strength * folded.lines(0.022);
+        let shade = (0.3 + 0.7 * strength) * folded.lines(0.14);
         let thread = (1.0 - strength) * self.octave(at, 1.1 * self.frequency(), 17).line(0.012);
         let grey = v(0.16, 0.17, 0.20);
         let color = mix(v(0.84, 0.82, 0.78), grey, 0.30 * shade);

@@ -4,4 +4,6 @@
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 mod agreement;
+mod filter;
 mod places;
+mod statistics;

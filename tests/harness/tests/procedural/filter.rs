@@ -1,0 +1,60 @@
+//! What filtering leaves of a pattern that is finer than its pixels.
+
+use surfelshop_api::params::{Value, Values};
+use surfelshop_tests::procedural::patterns::{ALL, Settings};
+use surfelshop_tests::procedural::plane::{Plane, Sight, rmse, unlit};
+
+/// From every octave as large as pixels to the coarsest one finer than they are: with 4 cells a
+/// unit and 0.0063 units a pixel at distance 1, base cells are 40 to 0.15 pixels wide.
+const DISTANCES: [f64; 5] = [1.0, 4.0, 16.0, 64.0, 256.0];
+
+fn unfiltered(values: &Values) -> Values {
+    let mut values = values.clone();
+    values.insert("filter".to_owned(), Value::Bool(false));
+    values
+}
+
+#[test]
+fn filtered_patterns_are_what_256_samples_see() {
+    let mut plane = Plane::new();
+    for pattern in ALL {
+        let values = unlit(&Settings::default(), pattern, 4.0);
+        for tilt in [0.0, 1.2] {
+            let mut ratio = 0.0;
+            for distance in DISTANCES {
+                let sight = Sight { distance, tilt, size: 64 };
+                let truth = plane.truth(sight, &values).unwrap();
+                let filtered = plane.picture(sight, &values).unwrap().pixels;
+                let points = plane.picture(sight, &unfiltered(&values)).unwrap().pixels;
+                let [filtered, points] = [filtered, points].map(|pixels| rmse(&pixels, &truth));
+                ratio = filtered / points;
+                // A filter that loses more than it saves would be one too many; where next to nothing
+                // is finer than a pixel there is next to nothing to be saved.
+                assert!(
+                    filtered <= 1.05 * points + 1e-3,
+                    "{pattern} at {distance}, tilt {tilt}: {filtered} filtered, {points} not"
+                );
+            }
+            assert!(ratio <= 1.0 / 3.0, "{pattern}, tilt {tilt}: {ratio} at the farthest");
+        }
+    }
+}
+
+#[test]
+fn zooming_makes_patterns_flicker_as_little_as_samples_do() {
+    let mut plane = Plane::new();
+    for pattern in ALL {
+        let values = unlit(&Settings::default(), pattern, 4.0);
+        let mut change = |filter: bool| -> f64 {
+            let values = if filter { values.clone() } else { unfiltered(&values) };
+            let mut frame = |i: i32| {
+                let sight = Sight { distance: 256.0 * 1.005f64.powi(i), tilt: 0.6, size: 64 };
+                plane.picture(sight, &values).unwrap().pixels
+            };
+            let frames: Vec<_> = (0..6).map(&mut frame).collect();
+            frames.windows(2).map(|pair| rmse(&pair[0], &pair[1])).sum::<f64>() / 5.0
+        };
+        let (filtered, points) = (change(true), change(false));
+        assert!(filtered <= points / 3.0, "{pattern}: {filtered} filtered, {points} not");
+    }
+}
