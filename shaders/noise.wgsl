@@ -36,8 +36,8 @@ struct Lattice {
     rest: vec3<f32>,
 }
 
-// Cells beyond this are taken for it: nothing that large is seen, and sums of them stay in 32 bits.
-const FARTHEST_CELL = 268435456.0;
+// After so many cells noise repeats, a power of two: sums of a few such numbers stay in 32 bits.
+const LONGEST_PERIOD = 268435456.0;
 
 // A frequency as it counts: its 12 leading bits.
 fn counted(frequency: vec3<f32>) -> vec3<f32> {
@@ -51,12 +51,14 @@ fn lattice(at: Place, frequency: vec3<f32>) -> Lattice {
     let a = at.anchor_high * f;
     let b = at.anchor_middle * f;
     let c = at.anchor_low * f;
-    let whole = clamped(floor(a)) + clamped(floor(b)) + clamped(floor(c));
+    let whole = wrapped(floor(a)) + wrapped(floor(b)) + wrapped(floor(c));
     return moved(Lattice(whole, vec3(0.0)), (a - floor(a)) + (b - floor(b)) + (c - floor(c)) + at.offset * f);
 }
 
-fn clamped(whole: vec3<f32>) -> vec3<i32> {
-    return vec3<i32>(clamp(whole, vec3(-FARTHEST_CELL), vec3(FARTHEST_CELL)));
+// Whole numbers in the longest period; exact, since they are multiples of their last bit.
+fn wrapped(whole: vec3<f32>) -> vec3<i32> {
+    let w = clamp(whole, vec3(-1e30), vec3(1e30));
+    return vec3<i32>(w - round(w / LONGEST_PERIOD) * LONGEST_PERIOD);
 }
 
 // The lattice's place moved by so many cells.
@@ -65,7 +67,7 @@ fn moved(l: Lattice, by: vec3<f32>) -> Lattice {
     let steps = floor(by);
     let rest = l.rest + (by - steps);
     let whole = floor(rest);
-    let cell = l.cell + clamped(steps) + clamped(whole);
+    let cell = l.cell + wrapped(steps) + wrapped(whole);
     return Lattice(cell, clamp(rest - whole, vec3(0.0), vec3(1.0)));
 }
 
@@ -86,8 +88,8 @@ fn pcg3d(seed: vec3<u32>) -> vec3<u32> {
 struct Seed {
     // Moves the hash.
     key: vec3<u32>,
-    // Bits of the cells' numbers that count: all, or those below a power of two, after which the
-    // noise repeats.
+    // Bits of the cells' numbers that count, below a power of two after which the noise repeats: at
+    // most 28 of them.
     mask: u32,
 }
 

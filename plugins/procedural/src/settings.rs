@@ -41,6 +41,9 @@ pub(crate) struct Chosen {
     pub(crate) seed: u32,
 }
 
+/// Bits of the cells' numbers that count: all that `noise.wgsl` keeps.
+const MASK: u32 = (1 << 28) - 1;
+
 impl Chosen {
     /// What moves the hash of the noise.
     pub(crate) fn key(&self) -> [u32; 3] {
@@ -55,7 +58,7 @@ impl Chosen {
         let to_one_octave = if power > 0.0 { power.sqrt().recip() } else { 0.0 };
         Uniform::new()
             .uvec3(self.key())
-            .u32(u32::MAX)
+            .u32(MASK)
             .f32(self.frequency)
             .u32(self.octaves)
             .f32(self.lacunarity)

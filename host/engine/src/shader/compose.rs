@@ -25,6 +25,19 @@ impl ShaderError {
     pub(crate) fn new(message: impl Into<String>) -> Self {
         Self { message: message.into() }
     }
+
+    /// The same with the name of the file in front whose function it names, where it names one
+    /// without a line.
+    fn in_file(self, modules: &[Module]) -> Self {
+        let named = |module: &&Module| {
+            let function = format!("'{}::", module.path);
+            self.message.contains(&function) && !self.message.contains(&module.file)
+        };
+        match modules.iter().find(named) {
+            Some(module) => Self::new(format!("{}: {}", module.file, self.message)),
+            None => self,
+        }
+    }
 }
 
 /// What the composer calls a pass's own text.
@@ -101,6 +114,7 @@ impl Library {
         check_size(source, modules)?;
         check_imports(source, modules)?;
         let composed = self.add(modules).and_then(|()| self.compose_checked(source, defines));
+        let composed = composed.map_err(|error| error.in_file(modules));
         // They belong to this text alone; another may bring others of the same path.
         for module in modules {
             self.composer.remove_composable_module(&module.path);

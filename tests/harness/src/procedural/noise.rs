@@ -54,7 +54,8 @@ impl Lattice {
     pub fn moved(&self, by: DVec3) -> Self {
         let rest = self.rest + by;
         let whole = rest.floor();
-        let added = whole.to_array().map(|cells| cells as i64 as u32);
+        // In the shader's longest period, 2^28 cells.
+        let added = whole.to_array().map(|cells| cells.rem_euclid(268_435_456.0) as u32);
         let cell = UVec3::from_array([0, 1, 2].map(|k| self.cell[k].wrapping_add(added[k])));
         Self { cell, rest: rest - whole }
     }

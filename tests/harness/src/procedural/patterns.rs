@@ -83,7 +83,7 @@ fn fract(x: f64) -> f64 {
 impl Settings {
     fn seed(&self) -> Seed {
         let key = [0x9e37_79b9u32, 0x85eb_ca6b, 0xc2b2_ae35].map(|odd| odd.wrapping_mul(self.seed));
-        Seed { key, mask: u32::MAX }
+        Seed { key, mask: (1 << 28) - 1 }
     }
 
     fn frequency(&self) -> Vec3 {

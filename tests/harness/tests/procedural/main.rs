@@ -4,6 +4,8 @@
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
 mod agreement;
+mod conduct;
+mod extremes;
 mod filter;
 mod places;
 mod statistics;
