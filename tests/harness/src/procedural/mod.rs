@@ -4,6 +4,7 @@ mod bench;
 pub mod filtered;
 pub mod noise;
 pub mod patterns;
+pub mod places;
 pub mod plane;
 
 pub use bench::{Bench, Spot};

@@ -1,6 +1,5 @@
 //! Noise and patterns equal their twins in f64, on every device.
 
-use crate::places::{boxed, spots};
 use glam::DVec3;
 use std::path::Path;
 use surfelshop_api::ObjectFrame;
@@ -8,6 +7,7 @@ use surfelshop_api::params::Value;
 use surfelshop_engine::{Backend, GpuOptions};
 use surfelshop_tests::procedural::noise::Place;
 use surfelshop_tests::procedural::patterns::{ALL, FAINTEST, Settings};
+use surfelshop_tests::procedural::places::{boxed, spots};
 use surfelshop_tests::procedural::{Bench, Spot};
 
 /// Units in the last place of 1 in f32.

@@ -1,7 +1,6 @@
 //! Far places, close looks, degenerate boxes and parameters at their ends.
 
 use crate::agreement::compare;
-use crate::places::{boxed, spots};
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
@@ -11,6 +10,7 @@ use surfelshop_engine::{Engine, GpuOptions, RenderRequest, RendererView};
 use surfelshop_tests::clouds::Surfels;
 use surfelshop_tests::procedural::Bench;
 use surfelshop_tests::procedural::patterns::{ALL, Settings};
+use surfelshop_tests::procedural::places::{boxed, spots};
 use surfelshop_tests::stage;
 
 /// A million metres away and in pieces of a thousandth of a millimetre: what f32 coordinates would

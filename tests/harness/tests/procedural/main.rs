@@ -7,5 +7,4 @@ mod agreement;
 mod conduct;
 mod extremes;
 mod filter;
-mod places;
 mod statistics;

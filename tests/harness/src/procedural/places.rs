@@ -1,14 +1,14 @@
 //! Places to look at patterns.
 
+use super::{Spot, noise};
 use glam::{DVec3, Vec3};
 use surfelshop_api::ObjectFrame;
-use surfelshop_tests::procedural::Spot;
 
 /// Numbers that look random, the same every time, in 0 to 1.
-pub(crate) fn numbers(seed: u32) -> impl FnMut() -> f32 {
+pub fn numbers(seed: u32) -> impl FnMut() -> f32 {
     let mut state = seed;
     move || {
-        let [x, y, _] = surfelshop_tests::procedural::noise::pcg3d([state, 7, seed]);
+        let [x, y, _] = noise::pcg3d([state, 7, seed]);
         state = x;
         (y >> 8) as f32 / (1 << 24) as f32
     }
@@ -16,7 +16,8 @@ pub(crate) fn numbers(seed: u32) -> impl FnMut() -> f32 {
 
 /// Spots all over a cube of this size around the origin, in every direction, as wide as a share of
 /// it up to `widest`.
-pub(crate) fn spots(n: usize, size: f32, widest: f32, seed: u32) -> Vec<Spot> {
+#[must_use]
+pub fn spots(n: usize, size: f32, widest: f32, seed: u32) -> Vec<Spot> {
     let mut next = numbers(seed);
     let mut vector = || Vec3::new(next(), next(), next()) - 0.5;
     (0..n)
@@ -31,6 +32,7 @@ pub(crate) fn spots(n: usize, size: f32, widest: f32, seed: u32) -> Vec<Spot> {
 }
 
 /// A box around a point, of this size.
-pub(crate) fn boxed(center: DVec3, size: f64) -> ObjectFrame {
+#[must_use]
+pub fn boxed(center: DVec3, size: f64) -> ObjectFrame {
     ObjectFrame { center, size, ..ObjectFrame::default() }
 }
