@@ -3,6 +3,7 @@
 use crate::staging::ChosenView;
 use crate::values::Setting;
 use anyhow::{anyhow, bail};
+use std::path::{Path, PathBuf};
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 use surfelshop_engine::plugins::UnitRef;
 
@@ -69,7 +70,7 @@ pub(crate) fn dealt<'a>(
 pub(crate) fn of_view(
     unit: &UnitRef,
     declared: &[ParamDecl],
-    ChosenView { view, place }: &ChosenView<'_>,
+    ChosenView { view, place, folder }: &ChosenView<'_>,
 ) -> anyhow::Result<(Values, Vec<String>)> {
     let (mut values, mut unknown_ids) = (Values::new(), Vec::new());
     for (id, value) in &view.values {
@@ -77,21 +78,26 @@ pub(crate) fn of_view(
             unknown_ids.push(format!("{place}: {}", unknown(unit, declared, id)));
             continue;
         };
-        let value = accepted(declaration, value)
+        let value = accepted(declaration, value, folder)
             .map_err(|line| anyhow!("{place}: renderer `{}`: {line}", unit.id))?;
         values.insert(id.clone(), value);
     }
     Ok((values, unknown_ids))
 }
 
-/// Brings values of a scene to the declared kinds and ranges, and returns a line for each that
-/// the scene did not mean so; those that the renderer does not know are kept as they are.
-pub(crate) fn fit(renderer: &str, declared: &[ParamDecl], values: &mut Values) -> Vec<String> {
+/// Brings values of a scene in a folder to the declared kinds and ranges, and returns a line for each
+/// that the scene did not mean so; those that the renderer does not know are kept as they are.
+pub(crate) fn fit(
+    renderer: &str,
+    declared: &[ParamDecl],
+    values: &mut Values,
+    folder: &Path,
+) -> Vec<String> {
     let mut lines = Vec::new();
     for (id, value) in values {
         match declared.iter().find(|declaration| declaration.id == *id) {
             None => lines.push(format!("renderer `{renderer}` has no parameter `{id}`")),
-            Some(declaration) => match accepted(declaration, value) {
+            Some(declaration) => match accepted(declaration, value, folder) {
                 Ok(fitted) => *value = fitted,
                 Err(line) => {
                     *value = declaration.sanitise(Some(value));
@@ -114,10 +120,31 @@ fn written(value: &Value) -> String {
     }
 }
 
-/// The value of a parameter as a scene gives it, where it is of the kind and in the range.
-fn accepted(declaration: &ParamDecl, value: &Value) -> Result<Value, String> {
+/// The paths among a renderer's values, as `change` makes them; empty ones stay.
+pub(crate) fn with_paths(
+    declared: &[ParamDecl],
+    mut values: Values,
+    change: impl Fn(&Path) -> PathBuf,
+) -> Values {
+    for declaration in declared {
+        if let ParamKind::File { .. } = declaration.kind
+            && let Some(Value::Text(path)) = values.get_mut(&declaration.id)
+            && !path.is_empty()
+        {
+            *path = change(Path::new(path)).display().to_string();
+        }
+    }
+    values
+}
+
+/// The value of a parameter as a scene in a folder gives it, where it is of the kind and in the range.
+fn accepted(declaration: &ParamDecl, value: &Value, folder: &Path) -> Result<Value, String> {
     let found = written(value);
     match (&declaration.kind, value) {
+        // From the scene's folder, as all paths of a scene.
+        (ParamKind::File { .. }, Value::Text(path)) if !path.is_empty() => {
+            Ok(Value::Text(folder.join(path).display().to_string()))
+        }
         (ParamKind::Bool, Value::Bool(_))
         | (ParamKind::Text | ParamKind::File { .. }, Value::Text(_))
         | (ParamKind::Color, Value::Color(_)) => Ok(value.clone()),
@@ -152,6 +179,7 @@ fn unknown(unit: &UnitRef, declared: &[ParamDecl], id: &str) -> String {
 mod tests {
     use super::*;
     use surfelshop_api::UnitKind;
+    use surfelshop_api::params::FilePath;
     use surfelshop_api::params::Value;
     use surfelshop_cloud::scene::SceneView;
 
@@ -215,7 +243,7 @@ mod tests {
             ("tint".to_owned(), Value::Text("#ff0000".to_owned())),
             ("mood".to_owned(), Value::Bool(true)),
         ]);
-        let lines = fit("mine", &declared, &mut values);
+        let lines = fit("mine", &declared, &mut values, Path::new(""));
         assert_eq!(lines.len(), 2, "{lines:?}");
         assert!(lines[0].contains("from 0 to 2, found `3.0`; 2.0 is used"), "{lines:?}");
         assert!(lines[1].contains("no parameter `mood`"), "{lines:?}");
@@ -223,7 +251,7 @@ mod tests {
         assert_eq!(values["tint"], Value::Color([1.0, 0.0, 0.0]));
         assert_eq!(values["mood"], Value::Bool(true));
         // What fits now is not told again.
-        assert_eq!(fit("mine", &declared, &mut values).len(), 1);
+        assert_eq!(fit("mine", &declared, &mut values, Path::new("")).len(), 1);
     }
 
     #[test]
@@ -233,11 +261,15 @@ mod tests {
             ParamDecl::new("count", &1u32, "A count."),
             ParamDecl::new("tint", &[0.0f32; 3], "A tint."),
             ParamDecl::new("on", &true, "A switch."),
+            ParamDecl::new("file", &FilePath::default(), "A file.").endings(&["wgsl"]),
         ];
+        let path = |path: &str| Value::Text(path.to_owned());
         let given = |id: &str, value: Value| {
             let mut view = SceneView::new("mine");
             view.values.insert(id.to_owned(), value);
-            of_view(&unit(), &declared, &ChosenView { view: &view, place: "a.scene.toml:7".into() })
+            let place = "a.scene.toml:7".to_owned();
+            let chosen = ChosenView { view: &view, place, folder: PathBuf::from("scenes") };
+            of_view(&unit(), &declared, &chosen)
         };
         for (id, value, expected) in [
             ("gain", Value::Int(2), Value::Float(2.0)),
@@ -246,6 +278,10 @@ mod tests {
             ("tint", Value::Color([0.5; 3]), Value::Color([0.5; 3])),
             ("tint", Value::Text("#ffffff".into()), Value::Color([1.0; 3])),
             ("on", Value::Bool(false), Value::Bool(false)),
+            // Paths are from the scene's folder, as all paths of a scene.
+            ("file", path(""), path("")),
+            ("file", path("a.wgsl"), path("scenes/a.wgsl")),
+            ("file", path("/tmp/a.wgsl"), path("/tmp/a.wgsl")),
         ] {
             assert_eq!(given(id, value).unwrap().0[id], expected);
         }
@@ -255,6 +291,7 @@ mod tests {
             ("count", Value::Float(2.5), "takes a whole number, found `2.5`"),
             ("tint", Value::Text("red".into()), "found `red`"),
             ("on", Value::Int(1), "takes true or false, found `1`"),
+            ("file", Value::Int(1), "takes the path of a .wgsl file, found `1`"),
         ] {
             let error = given(id, value).unwrap_err().to_string();
             assert!(error.starts_with("a.scene.toml:7: renderer `mine`: parameter"), "{error}");

@@ -5,6 +5,7 @@ use crate::given::Given;
 use crate::settings;
 use crate::surroundings;
 use anyhow::Context as _;
+use std::path::PathBuf;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::{Camera, Scene, UnitKind};
@@ -19,6 +20,8 @@ pub(crate) struct ChosenView<'a> {
     pub(crate) view: &'a SceneView,
     /// File and line of its renderer.
     pub(crate) place: String,
+    /// The scene's folder.
+    pub(crate) folder: PathBuf,
 }
 
 /// The renderer, and the view of the scene whose parameters, camera and output count: the first of
@@ -32,11 +35,13 @@ pub(crate) fn renderer<'a>(
     let views = opened.into_iter().flat_map(|opened| {
         let place = |line: &usize| format!("{}:{line}", opened.path.display());
         let places = opened.view_lines.iter().map(place);
-        opened.scene.views.iter().zip(places).map(|(view, place)| ChosenView { view, place })
+        let folder = || opened.scene.folder.clone();
+        let views = opened.scene.views.iter().zip(places);
+        views.map(move |(view, place)| ChosenView { view, place, folder: folder() })
     });
     let views: Vec<ChosenView<'_>> = views.collect();
     let reference = match views.first() {
-        Some(ChosenView { view, place }) if !given.has("renderer") => {
+        Some(ChosenView { view, place, .. }) if !given.has("renderer") => {
             registry.find(UnitKind::Renderer, &view.renderer).with_context(|| place.clone())?
         }
         _ => registry.find(UnitKind::Renderer, &arguments.renderer)?,
@@ -199,7 +204,8 @@ mod tests {
             cloud_lines: Vec::new(),
             view_lines: Vec::new(),
         };
-        let chosen = view.map(|view| ChosenView { view, place: String::new() });
+        let chosen =
+            view.map(|view| ChosenView { view, place: String::new(), folder: PathBuf::new() });
         Staging::new(&arguments, &Given::of(&matches), Some(&opened), chosen.as_ref()).unwrap()
     }
 

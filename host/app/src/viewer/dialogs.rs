@@ -3,10 +3,12 @@
 use super::surroundings;
 use super::window::Window;
 use eframe::egui::{Context, Ui};
+use std::path::Path;
 use std::sync::mpsc::{TryRecvError, channel};
+use surfelshop_api::params::{ParamDecl, ParamKind, Value};
 
 /// What a file dialog is for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Asked {
     /// Clouds or a scene to look at.
     Open,
@@ -18,6 +20,43 @@ pub(crate) enum Asked {
     Pictures,
     /// A light probe.
     Probe,
+    /// The file of a parameter.
+    Value { whose: Whose, id: String, endings: Vec<String> },
+}
+
+/// Whose parameter a file is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Whose {
+    /// A renderer's in a view.
+    Renderer { pane: u32, renderer: String },
+    /// A tool's.
+    Tool(String),
+}
+
+/// Asks for the file of a parameter.
+pub(crate) fn value_dialog(
+    window: &mut Window,
+    ctx: &Context,
+    whose: Whose,
+    parameter: &ParamDecl,
+) {
+    let ParamKind::File { endings } = &parameter.kind else { return };
+    let (id, endings) = (parameter.id.clone(), endings.clone());
+    dialog(window, ctx, Asked::Value { whose, id, endings });
+}
+
+/// Sets a parameter to a path.
+fn put_value(window: &mut Window, whose: &Whose, id: &str, path: &Path) {
+    let values = match whose {
+        Whose::Renderer { pane, renderer } => {
+            let pane = window.settings.pane_mut(*pane);
+            pane.map(|pane| pane.values.entry(renderer.clone()).or_default())
+        }
+        Whose::Tool(tool) => Some(window.tools.values.entry(tool.clone()).or_default()),
+    };
+    if let Some(values) = values {
+        values.insert(id.to_owned(), Value::Text(path.display().to_string()));
+    }
 }
 
 /// Asks for files on a thread of its own, since the system's dialog waits.
@@ -27,9 +66,10 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
     }
     let (send, receive) = channel();
     let wake = ctx.clone();
+    let what = asked.clone();
     let thread = std::thread::Builder::new().name("dialog".to_owned()).spawn(move || {
         let dialog = rfd::FileDialog::new();
-        let files = match asked {
+        let files = match what {
             Asked::Open => dialog
                 .set_title("Open clouds or a scene")
                 .add_filter("clouds and scenes", &["ply", "obj", "off", "toml", "hdr", "exr"])
@@ -56,6 +96,14 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
                 .add_filter("light probes", &["hdr", "exr"])
                 .pick_file()
                 .map(|file| vec![file]),
+            Asked::Value { id, endings, .. } => {
+                let dialog = dialog.set_title(format!("Choose a file for {id}"));
+                let dialog = match endings.is_empty() {
+                    true => dialog,
+                    false => dialog.add_filter(endings.join(", "), &endings),
+                };
+                dialog.pick_file().map(|file| vec![file])
+            }
         };
         // The window may be gone already.
         drop(send.send(files));
@@ -86,7 +134,7 @@ pub(crate) fn save_scene(window: &mut Window, ctx: &Context) {
 /// Takes the files chosen in a dialog.
 pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
     let Some((asked, dialog)) = &window.dialog else { return };
-    let asked = *asked;
+    let asked = asked.clone();
     match dialog.try_recv() {
         Ok(chosen) => {
             window.dialog = None;
@@ -104,6 +152,9 @@ pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
                 }
                 (Asked::SaveCloud(item), Some(path)) => window.save_cloud(ctx, item, path),
                 (Asked::Probe, Some(path)) => surroundings::put(window, path),
+                (Asked::Value { whose, id, .. }, Some(path)) => {
+                    put_value(window, &whose, &id, path);
+                }
                 (Asked::Pictures, Some(path)) => {
                     window.export_window.path = path.display().to_string();
                 }

@@ -63,8 +63,9 @@ impl Window {
     /// Brings the values of a renderer to what it declares, and says which were meant otherwise.
     pub(crate) fn fit_values(&mut self, renderer: &str) {
         let Some(declared) = self.declared.get(renderer) else { return };
+        let folder = self.scene_file.as_ref().map(|file| file.folder.clone()).unwrap_or_default();
         for values in self.settings.panes.iter_mut().filter_map(|p| p.values.get_mut(renderer)) {
-            for line in settings::fit(renderer, declared, values) {
+            for line in settings::fit(renderer, declared, values, &folder) {
                 self.messages.warn(line);
             }
         }

@@ -1,5 +1,6 @@
 //! The panels at the left and the status line.
 
+use super::dialogs::{self, Whose};
 use super::memory::Memory;
 use super::parameters;
 use super::settings::Mode;
@@ -121,6 +122,7 @@ fn grouped(number: u64) -> String {
 
 fn renderer(window: &mut Window, ui: &mut Ui) {
     let focused = window.focused;
+    let mut chooses = None;
     let Some(pane) = window.settings.pane_mut(focused) else { return };
     for side in 0..pane.mode.sides() {
         let name = pane.renderers[side].clone();
@@ -128,7 +130,9 @@ fn renderer(window: &mut Window, ui: &mut Ui) {
         match window.declared.get(&name) {
             Some(declared) => {
                 let values = pane.values.entry(name.clone()).or_default();
-                ui.push_id(side, |ui| parameters::show(ui, declared, values));
+                let asked = ui.push_id(side, |ui| parameters::show(ui, declared, values)).inner;
+                let whose = Whose::Renderer { pane: focused, renderer: name.clone() };
+                chooses = asked.map(|parameter| (whose, parameter)).or(chooses);
                 let chosen = presets(ui, &name, values, &mut window.preset, &window.memory);
                 match chosen {
                     Some(Ok(chosen)) => *values = chosen,
@@ -154,6 +158,9 @@ fn renderer(window: &mut Window, ui: &mut Ui) {
         if let Some(error) = error {
             ui.colored_label(ui.visuals().error_fg_color, error);
         }
+    }
+    if let Some((whose, parameter)) = chooses {
+        dialogs::value_dialog(window, ui.ctx(), whose, &parameter);
     }
 }
 

@@ -5,17 +5,27 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 
 /// Shows every parameter with its help, unit, range and a button that sets it back; changes
 /// `values`, from which parameters at their default are left out.
-pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) {
+///
+/// Returns the parameter whose file is to be chosen in a dialog.
+pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> Option<ParamDecl> {
     if declared.is_empty() {
         ui.weak("no parameters");
-        return;
+        return None;
     }
+    let mut asked = None;
     egui::Grid::new("parameters").num_columns(3).spacing([8.0, 6.0]).show(ui, |ui| {
         for parameter in declared {
             let mut value = parameter.sanitise(values.get(&parameter.id));
             let before = value.clone();
             let label = ui.label(&parameter.id).on_hover_text(help(parameter));
-            let response = edit(ui, parameter, &mut value);
+            let response = match (&parameter.kind, &mut value) {
+                (ParamKind::File { .. }, Value::Text(path)) => {
+                    let (response, chooses) = edit_path(ui, path);
+                    asked = chooses.then(|| parameter.clone()).or(asked.take());
+                    response
+                }
+                _ => edit(ui, parameter, &mut value),
+            };
             response.labelled_by(label.id).on_hover_text(help(parameter));
             let is_default = value == parameter.default;
             let reset = ui.add_enabled(!is_default, egui::Button::new("reset").small());
@@ -34,6 +44,17 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) {
             ui.end_row();
         }
     });
+    asked
+}
+
+/// A line for a path, and whether the button beside it was clicked.
+fn edit_path(ui: &mut Ui, path: &mut String) -> (egui::Response, bool) {
+    ui.horizontal(|ui| {
+        let line = egui::TextEdit::singleline(path).hint_text("none").desired_width(140.0);
+        let response = ui.add(line);
+        (response, ui.button("…").on_hover_text("choose a file").clicked())
+    })
+    .inner
 }
 
 fn help(parameter: &ParamDecl) -> String {

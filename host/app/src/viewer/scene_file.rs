@@ -7,6 +7,7 @@ use super::arrangement;
 use super::canvas;
 use super::settings::{Mode, PaneSettings};
 use super::window::Window;
+use crate::settings;
 use crate::staging::{background_of, tone_map_of};
 use crate::surroundings;
 use std::path::Path;
@@ -157,7 +158,12 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
     let views = settings.panes.iter().map(|pane| {
         let own = window.own_cameras.get(&pane.id).filter(|_| !pane.linked);
         let known = SceneView {
-            values: pane.values_of(0),
+            values: match window.declared.get(&pane.renderers[0]) {
+                Some(declared) => settings::with_paths(declared, pane.values_of(0), |path| {
+                    file_path_in(&file.folder, path)
+                }),
+                None => pane.values_of(0),
+            },
             camera: own.map(|camera| Keyed::from(*camera)),
             // What this window cannot show it keeps as it was.
             output: pane.output.clone(),

@@ -1,5 +1,6 @@
 //! The menu of tools and the window of one: what it does, its parameters, the cloud, how far it is.
 
+use super::dialogs::{self, Whose};
 use super::parameters;
 use super::tools::Readiness;
 use super::window::Window;
@@ -74,7 +75,10 @@ fn form(window: &mut Window, ui: &mut Ui, name: &str) {
     let at_work = window.tools.at_work().map(|(n, p, stops)| (n.to_owned(), p, stops));
     ui.add_enabled_ui(at_work.is_none(), |ui| {
         let values = window.tools.values.entry(name.to_owned()).or_default();
-        parameters::show(ui, &declared, values);
+        if let Some(parameter) = parameters::show(ui, &declared, values) {
+            let whose = Whose::Tool(name.to_owned());
+            dialogs::value_dialog(window, ui.ctx(), whose, &parameter);
+        }
         choose_cloud(window, ui);
     });
     match at_work {

@@ -11,14 +11,16 @@ use crate::pictures;
 use crate::studio::{self, Studio};
 use crate::surroundings::{Probes, Surroundings};
 use anyhow::{Context as _, anyhow};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
+use surfelshop_api::params::{ParamKind, Value};
 use surfelshop_api::{FrameRequest, UnitKind};
 use surfelshop_engine::plugins::{
-    Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Registry, SearchPath, Standing, UnitRef,
-    Watcher,
+    self, Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Origin, Registry, SearchPath,
+    Standing, UnitRef, Watcher,
 };
 use surfelshop_engine::{RenderError, RenderRequest, Rendered, RendererView};
 
@@ -36,6 +38,18 @@ struct InUse {
     order: Order,
 }
 
+impl InUse {
+    /// The files that its parameters name.
+    fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let declared = self.unit.description.params.iter();
+        let paths = declared.filter(|p| matches!(p.kind, ParamKind::File { .. }));
+        paths.filter_map(|parameter| match self.order.values.get(&parameter.id)? {
+            Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
+            _ => None,
+        })
+    }
+}
+
 pub(super) struct Worker {
     studio: Studio,
     device: DeviceArguments,
@@ -49,7 +63,9 @@ pub(super) struct Worker {
     probes: Probes,
     teller: Teller,
     /// Watches until the worker ends.
-    _watcher: Option<Watcher>,
+    watcher: Option<Watcher>,
+    /// Files that parameters name, which are watched, too.
+    followed: HashSet<PathBuf>,
 }
 
 impl Worker {
@@ -78,7 +94,8 @@ impl Worker {
                     avoided: Vec::new(),
                     marks: Marks::of_user(),
                     probes: Probes::default(),
-                    _watcher: watcher
+                    followed: HashSet::new(),
+                    watcher: watcher
                         .map_err(|error| {
                             let line = format!("rebuilt plugins will not be noticed: {error}");
                             teller.tell(News::Message(line));
@@ -107,6 +124,9 @@ impl Worker {
         while let Some(task) = queue.next() {
             match task {
                 Task::Picture(place, order) => self.picture(place, *order),
+                Task::Changed(changed) if self.followed.contains(&changed.path) => {
+                    self.file_changed(&changed.path);
+                }
                 Task::Changed(changed) => self.changed(&changed),
                 Task::Avoid(renderer) => self.avoided.push(renderer),
                 Task::LetGo(place) => drop(self.in_use.remove(&place)),
@@ -151,6 +171,7 @@ impl Worker {
             self.in_use.extend(before.map(|before| (place, before)));
             return Err(barred.into());
         }
+        self.follow(&in_use);
         match self.render(&mut in_use.view, order) {
             Ok(rendered) => {
                 in_use.mark = None;
@@ -171,6 +192,32 @@ impl Worker {
                 }
                 Err(error.into())
             }
+        }
+    }
+
+    /// Watches the files that a renderer's parameters name.
+    fn follow(&mut self, in_use: &InUse) {
+        for path in in_use.files() {
+            // A file that is not there yet is named in the error, and again when it is.
+            if path.is_file()
+                && let Some(watcher) = &self.watcher
+                && self.followed.insert(path.clone())
+            {
+                watcher.add(plugins::Place::new(path, Origin::CommandLine));
+            }
+        }
+    }
+
+    /// Makes the pictures again that a file is part of. What failed before the change counts no more.
+    fn file_changed(&mut self, path: &Path) {
+        let affected = self.in_use.iter().filter(|(_, used)| used.files().any(|file| file == path));
+        let affected: Vec<(Place, Order, UnitRef)> = affected
+            .map(|(place, used)| (*place, used.order.clone(), used.reference.clone()))
+            .collect();
+        for (place, order, reference) in affected {
+            self.conduct.switch_on(&reference);
+            self.tell_conduct();
+            self.picture(place, order);
         }
     }
 
@@ -239,7 +286,7 @@ impl Worker {
     }
 
     fn tell_conduct(&self) {
-        let of = |record: &surfelshop_engine::plugins::Record| UnitConduct {
+        let of = |record: &plugins::Record| UnitConduct {
             renderer: record.unit.id.clone(),
             text: record.to_string(),
             off: record.standing == Standing::Off,

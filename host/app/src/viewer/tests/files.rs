@@ -2,9 +2,11 @@
 
 use super::Screen;
 use crate::viewer::settings::Mode;
+use crate::viewer::window::Window;
 use eframe::egui::DroppedFile;
 use egui_kittest::kittest::Queryable as _;
 use std::path::{Path, PathBuf};
+use surfelshop_api::params::Value;
 
 #[test]
 fn a_file_that_cannot_be_read_is_named_and_the_cloud_stays() {
@@ -153,4 +155,54 @@ fn files_dropped_onto_the_window_are_opened() {
         window.shown.as_ref().is_some_and(|shown| shown.clouds.facts.n_surfels == 3)
     });
     screen.settle();
+}
+
+/// A file that a parameter names is a part of the picture: what is written into it is shown, what is
+/// wrong with it is said, however often, and a scene names it from its own folder.
+#[test]
+fn a_pattern_is_drawn_again_when_its_file_changes() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("mine.wgsl");
+    let write = |albedo: &str| {
+        let wgsl = format!(
+            "#import surfelshop::noise::Place\n#import procedural::pattern::Look\n\
+             fn look(at: Place, albedo: vec3<f32>) -> Look {{\n\
+             return Look({albedo}, 0.0, 1.0, 0.0);\n}}\n"
+        );
+        std::fs::write(&file, wgsl).unwrap();
+    };
+    write("vec3(1.0, 0.0, 0.0)");
+    let mut screen = Screen::sample();
+    let pane = &mut screen.window().settings.panes[0];
+    pane.renderers[0] = "procedural".to_owned();
+    let text = |text: &str| Value::Text(text.to_owned());
+    let values = [("file", text(&file.display().to_string())), ("lighting", text("none"))];
+    let values = values.map(|(id, value)| (id.to_owned(), value));
+    pane.values.insert("procedural".to_owned(), values.into());
+    screen.settle();
+    let middle = |window: &Window| {
+        let shot = &window.panes[&0].sides[0].shown.as_ref().unwrap().shot;
+        let [w, h] = shot.size.map(|side| side as usize);
+        let at = 4 * (h / 2 * w + w / 2);
+        [shot.levels[at], shot.levels[at + 1], shot.levels[at + 2]]
+    };
+    let [r, g, _] = middle(screen.window());
+    assert!(r > 200 && g == 0, "{r} {g}");
+    write("vec3(0.0, 1.0, 0.0)");
+    screen.until("the green picture", |window| middle(window)[1] > 200);
+    // More failures than a plugin may have in a row: they are the file's.
+    for i in 0..4 {
+        screen.window().messages.dismiss_all();
+        write(&format!("nothing{i}"));
+        let words = format!("nothing{i}");
+        screen.until("the mistake", |window| window.messages.say(&words));
+        assert!(middle(screen.window())[1] > 200, "the last good picture stays");
+    }
+    write("vec3(0.0, 0.0, 1.0)");
+    screen.until("the blue picture", |window| middle(window)[2] > 200);
+    assert!(screen.window().conduct.iter().all(|unit| !unit.off));
+    let scene = folder.path().join("mine.scene.toml");
+    screen.window().save_scene(&scene);
+    let saved = std::fs::read_to_string(&scene).unwrap();
+    assert!(saved.contains("file = \"mine.wgsl\""), "{saved}");
 }

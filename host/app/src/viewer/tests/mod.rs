@@ -28,8 +28,9 @@ fn built_plugins() -> PluginFiles {
         assert!(path.exists(), "{} is missing: `cargo verify` builds it", path.display());
         path
     };
-    let plugin =
-        ["flat", "ewa_phong", "environment"].map(|id| file(&format!("surfelshop_{id}"))).to_vec();
+    let plugin = ["flat", "ewa_phong", "environment", "procedural"]
+        .map(|id| file(&format!("surfelshop_{id}")));
+    let plugin = plugin.to_vec();
     PluginFiles { plugin, patience: None }
 }
 
