@@ -15,7 +15,7 @@ pub struct BufferId(pub(crate) u32);
 pub struct UniformId(pub(crate) u32);
 
 impl TextureId {
-    /// Position in [`Structure::textures`].
+    /// Position in [`Structure::textures`](super::Structure::textures).
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -23,7 +23,7 @@ impl TextureId {
 }
 
 impl BufferId {
-    /// Position in [`Structure::buffers`].
+    /// Position in [`Structure::buffers`](super::Structure::buffers).
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -31,7 +31,7 @@ impl BufferId {
 }
 
 impl UniformId {
-    /// Position in [`Structure::uniforms`].
+    /// Position in [`Structure::uniforms`](super::Structure::uniforms).
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize

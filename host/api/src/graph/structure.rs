@@ -63,9 +63,9 @@ impl Output {
 pub struct Structure {
     /// Textures, by [`TextureId`].
     pub textures: Vec<Texture>,
-    /// Buffers, by [`BufferId`].
+    /// Buffers, by [`BufferId`](super::BufferId).
     pub buffers: Vec<Buffer>,
-    /// Where each uniform's bytes lie, by [`UniformId`].
+    /// Where each uniform's bytes lie, by [`UniformId`](super::UniformId).
     pub uniforms: Vec<Span>,
     /// Passes in the order they run.
     pub passes: Vec<Pass>,

@@ -1,5 +1,6 @@
 //! Patterns on a plane that fills the picture, with what they look like over each pixel.
 
+use super::noise::Place;
 use super::patterns::Settings;
 use crate::clouds::Surfels;
 use crate::stage;
@@ -13,6 +14,9 @@ use surfelshop_engine::{Engine, PassReport, RenderRequest, RendererView};
 
 /// Radius of the disc that is the plane, scene units.
 const RADIUS: f32 = 8192.0;
+
+/// How the pattern is turned about x and y, degrees.
+const TURN: [f64; 2] = [25.0, 40.0];
 
 /// Samples along a pixel of the reference.
 pub const SAMPLES: u32 = 16;
@@ -36,6 +40,22 @@ pub struct Sight {
     pub size: u32,
 }
 
+impl Sight {
+    fn view(&self) -> View {
+        // Off the middle, so that no lattice stands symmetrically in the picture.
+        let target = self.distance.min(1.0) * DVec3::new(0.137, 0.071, 0.0);
+        let away = DQuat::from_rotation_x(-self.tilt) * DVec3::Z;
+        let camera = Camera {
+            eye: target + self.distance * away,
+            target,
+            up: DVec3::Y,
+            projection: Projection::Perspective { fov_y: 0.4 },
+        };
+        let near = 1e-3 * self.distance;
+        View { camera, size_px: [self.size; 2], near, far: 1e3 * self.distance }
+    }
+}
+
 /// A picture, linear radiance, row by row, and its passes.
 pub struct Picture {
     /// The pixels.
@@ -45,14 +65,49 @@ pub struct Picture {
 }
 
 impl Plane {
+    /// The largest extent of its box, scene units.
+    pub const SIZE: f32 = 2.0 * RADIUS;
+
     /// A plane and the renderer on the default adapter.
     #[must_use]
     pub fn new() -> Self {
-        let engine = stage::engine();
-        let renderer = stage::built_renderer(&engine, "surfelshop-procedural", "procedural");
         let mut surfels = Surfels::default();
         surfels.push(Vec3::ZERO, Vec3::Z, RADIUS);
+        Self::of(&surfels)
+    }
+
+    /// The same box around a disc of this radius, for looks so close that the plane itself would be
+    /// drawn inexactly.
+    #[must_use]
+    pub fn close(radius: f32) -> Self {
+        let mut surfels = Surfels::default();
+        surfels.push(Vec3::ZERO, Vec3::Z, radius);
+        surfels.push(Vec3::X * RADIUS, Vec3::Z, radius);
+        surfels.push(Vec3::X * -RADIUS, Vec3::Z, radius);
+        Self::of(&surfels)
+    }
+
+    fn of(surfels: &Surfels) -> Self {
+        let engine = stage::engine();
+        let renderer = stage::built_renderer(&engine, "surfelshop-procedural", "procedural");
         Self { engine, renderer, cloud: surfels.cloud() }
+    }
+
+    /// Where the centre of a pixel lies in the pattern of [`unlit`], in f64.
+    #[must_use]
+    pub fn place(sight: Sight, pixel: [u32; 2]) -> Place {
+        let view = sight.view();
+        let [half_x, half_y] = view.half_extent();
+        let ndc = |k: usize| (2.0 * f64::from(pixel[k]) + 1.0) / f64::from(sight.size) - 1.0;
+        let in_view = DVec3::new(ndc(0) * half_x, -ndc(1) * half_y, -1.0);
+        let ray = view.camera.view_from_world().transpose() * in_view;
+        let eye = view.camera.eye;
+        let on_plane = eye - ray * (eye.z / ray.z);
+        let in_box = on_plane / (2.0 * f64::from(RADIUS));
+        let turn = DQuat::from_rotation_y(TURN[1].to_radians())
+            * DQuat::from_rotation_x(TURN[0].to_radians());
+        let [across, along, jitter] = [DVec3::ZERO; 3];
+        Place { position: turn.inverse() * in_box + 0.5, across, along, jitter }
     }
 
     /// The plane in a picture.
@@ -60,22 +115,11 @@ impl Plane {
     /// # Errors
     /// Where it cannot be rendered, or does not fill the picture.
     pub fn picture(&mut self, sight: Sight, values: &Values) -> Result<Picture> {
-        // Off the middle, so that no lattice stands symmetrically in the picture.
-        let target = DVec3::new(0.137, 0.071, 0.0);
-        let away = DQuat::from_rotation_x(-sight.tilt) * DVec3::Z;
-        let camera = Camera {
-            eye: target + sight.distance * away,
-            target,
-            up: DVec3::Y,
-            projection: Projection::Perspective { fov_y: 0.4 },
-        };
-        let near = 1e-3 * sight.distance;
-        let view = View { camera, size_px: [sight.size; 2], near, far: 1e3 * sight.distance };
         let request = RenderRequest {
             clouds: &[self.cloud.view()],
             facts: self.cloud.facts(),
             scene: &Scene::default(),
-            view,
+            view: sight.view(),
             values,
             outputs: &[Output::Color],
             frame_index: 0,
@@ -119,12 +163,12 @@ impl Default for Plane {
 /// The parameters of a pattern, unlit, with so many cells of the coarsest noise per scene unit.
 #[must_use]
 pub fn unlit(settings: &Settings, pattern: &str, cells_per_unit: f32) -> Values {
-    let settings = Settings { frequency: cells_per_unit * 2.0 * RADIUS, ..*settings };
+    let settings = Settings { frequency: cells_per_unit * Plane::SIZE, ..*settings };
     let mut values = settings.values(pattern);
     values.insert("lighting".to_owned(), Value::Text("none".to_owned()));
     // No lattice lies in the plane.
-    values.insert("rotation-x".to_owned(), Value::Float(25.0));
-    values.insert("rotation-y".to_owned(), Value::Float(40.0));
+    values.insert("rotation-x".to_owned(), Value::Float(TURN[0]));
+    values.insert("rotation-y".to_owned(), Value::Float(TURN[1]));
     values
 }
 

@@ -151,3 +151,18 @@ fn the_input_may_be_the_output() {
     let text = desk.run("info one.ply").done().stdout;
     assert_eq!(text.matches("ao by org.surfelshop.test.faulty/stages-ao").count(), 1, "{text}");
 }
+
+/// A pattern is written as linear floats, and one that is not there is named.
+#[test]
+fn patterns_are_baked_into_colours() {
+    let desk = desk(8);
+    let line = ["bake", "in.ply", "-o", "out.ply", "-t", "procedural"];
+    let told = desk.run_with(
+        &[&line[..], &["--set", "pattern=checker", "--set", "frequency=7"], &["--json"]].concat(),
+    );
+    let told = told.json();
+    assert_eq!(told["columns"], json!(["position", "normal", "radius", "class", "color"]));
+    assert_eq!(told["steps"][0]["columns"][0]["type"], json!("f32"));
+    desk.run_with(&[&line[..], &["--set", "file=none.wgsl"]].concat())
+        .failed(&["none.wgsl: No such file"]);
+}

@@ -56,7 +56,7 @@ fn plugins_lists_units_and_the_places_searched() {
         let plugin = plugins.iter().find(|p| p["manifest"]["units"][0]["id"] == id).unwrap();
         assert_eq!(plugin["state"], "available");
         assert_eq!(plugin["manifest"]["units"][0]["kind"], "renderer");
-        assert_eq!(plugin["manifest"]["abi_major"], 2);
+        assert_eq!(plugin["manifest"]["abi_major"], 3);
     }
     let searched = list["searched"].as_array().unwrap();
     let beside = build_folder().display().to_string();

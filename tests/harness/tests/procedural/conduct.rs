@@ -365,3 +365,19 @@ fn accessibility_darkens_patterns() {
         [&open, &closed].map(|cloud| mean(&lab.frame(&[cloud], front(), &values, None).unwrap()));
     assert_eq!(a, b);
 }
+
+/// What the README offers as a pattern to begin with is one.
+#[test]
+fn the_pattern_of_the_readme_works() {
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
+    let readme = std::fs::read_to_string(readme).unwrap();
+    let blocks = readme.split("```wgsl\n").skip(1).filter_map(|rest| rest.split("```").next());
+    let patterns: Vec<&str> = blocks.filter(|block| block.contains("fn look(")).collect();
+    let [pattern] = patterns[..] else { panic!("{} patterns", patterns.len()) };
+    let folder = tempfile::tempdir().unwrap();
+    let mut lab = Lab::new();
+    let pixels = lab.pixels(&[&sphere(3000, 1.0)], front(), &own(folder.path(), pattern));
+    let reds: Vec<f32> = pixels.iter().filter(|p| p[3] > 0.0).map(|p| p[0]).collect();
+    let (least, most) = reds.iter().fold((1.0f32, 0.0f32), |(a, b), &r| (a.min(r), b.max(r)));
+    assert!(least < 0.4 && most > 0.5, "{least} to {most}");
+}

@@ -11,6 +11,7 @@ use surfelshop_tests::clouds::Surfels;
 use surfelshop_tests::procedural::Bench;
 use surfelshop_tests::procedural::patterns::{ALL, Settings};
 use surfelshop_tests::procedural::places::{boxed, spots};
+use surfelshop_tests::procedural::plane::{Plane, Sight, unlit};
 use surfelshop_tests::stage;
 
 /// A million metres away and in pieces of a thousandth of a millimetre: what f32 coordinates would
@@ -127,5 +128,38 @@ fn pictures_of_degenerate_clouds_are_finite() {
                 stage.finite(cloud, view(eyes[2]), values);
             }
         }
+    }
+}
+
+/// From as close as a hundred-millionth of the plane the picture is the smooth one of f64, not the steps
+/// that f32 coordinates would make of it: one of those is as wide as three hundred of these pictures.
+#[test]
+fn close_looks_show_no_steps() {
+    let settings = Settings { octaves: 8, ..Settings::default() };
+    let values = unlit(&settings, "simple-marble", 4.0);
+    let values =
+        Values::from_iter(values.into_iter().chain([("filter".to_owned(), Value::Bool(false))]));
+    for distance in [1.0, 1e-2, 1e-4] {
+        let sight = Sight { distance, tilt: 0.3, size: 48 };
+        let mut plane = Plane::close(4.0 * distance as f32);
+        let pixels = plane.picture(sight, &values).unwrap().pixels;
+        let scaled = Settings { frequency: 4.0 * Plane::SIZE, ..settings };
+        let exact: Vec<f64> = (0..48 * 48)
+            .map(|i| {
+                let at = Plane::place(sight, [i % 48, i / 48]);
+                scaled.look("simple-marble", &at, DVec3::ONE).albedo.x
+            })
+            .collect();
+        // The place on the surface is known to some units of the distance's last place, and the
+        // finest octave has 512 cells a unit, of contrast 1 / 128 and slope 5.
+        let places = 16.0 * f64::from(f32::EPSILON) * distance;
+        let bound = 2.5 * 5.0 * 4.0 * 8.0 * places + 3e-5;
+        let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+        for (pixel, exact) in pixels.iter().zip(&exact) {
+            let difference = (f64::from(pixel.x) - exact).abs();
+            assert!(difference < bound, "{distance}: {pixel} for {exact}, bound {bound:e}");
+            range = (range.0.min(*exact), range.1.max(*exact));
+        }
+        assert!(range.1 - range.0 > 3.0 * bound, "{distance}: something is to be seen, {range:?}");
     }
 }
