@@ -52,7 +52,8 @@ fn lattice(at: Place, frequency: vec3<f32>) -> Lattice {
     let b = at.anchor_middle * f;
     let c = at.anchor_low * f;
     let whole = wrapped(floor(a)) + wrapped(floor(b)) + wrapped(floor(c));
-    return moved(Lattice(whole, vec3(0.0)), (a - floor(a)) + (b - floor(b)) + (c - floor(c)) + at.offset * f);
+    let broken = (a - floor(a)) + (b - floor(b)) + (c - floor(c));
+    return moved(Lattice(whole, vec3(0.0)), broken + at.offset * f);
 }
 
 // Whole numbers in the longest period; exact, since they are multiples of their last bit.

@@ -20,7 +20,7 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
             let label = ui.label(&parameter.id).on_hover_text(help(parameter));
             let response = match (&parameter.kind, &mut value) {
                 (ParamKind::File { .. }, Value::Text(path)) => {
-                    let (response, chooses) = edit_path(ui, path);
+                    let (response, chooses) = edit_path(ui, &parameter.id, path);
                     asked = chooses.then(|| parameter.clone()).or(asked.take());
                     response
                 }
@@ -47,11 +47,22 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
     asked
 }
 
-/// A line for a path, and whether the button beside it was clicked.
-fn edit_path(ui: &mut Ui, path: &mut String) -> (egui::Response, bool) {
+/// A line for a path, and whether the button beside it was clicked. The path changes when the line is
+/// left, since half of one names no file.
+fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool) {
     ui.horizontal(|ui| {
-        let line = egui::TextEdit::singleline(path).hint_text("none").desired_width(140.0);
+        let id = ui.id().with(id);
+        let mut typed = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| path.clone());
+        let line = egui::TextEdit::singleline(&mut typed).hint_text("none").desired_width(140.0);
         let response = ui.add(line);
+        if response.has_focus() {
+            ui.data_mut(|data| data.insert_temp(id, typed));
+        } else {
+            ui.data_mut(|data| data.remove_temp::<String>(id));
+            if response.lost_focus() {
+                *path = typed.trim().to_owned();
+            }
+        }
         (response, ui.button("…").on_hover_text("choose a file").clicked())
     })
     .inner

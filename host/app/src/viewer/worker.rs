@@ -39,6 +39,14 @@ struct InUse {
 }
 
 impl InUse {
+    /// Whether an error is put down to a file that a parameter names: what is wrong with that is no
+    /// failure of the plugin, however often.
+    fn is_of_a_file(&self, error: &RenderError) -> bool {
+        let refused =
+            matches!(error, RenderError::Pass { .. } | RenderError::Plugin(Fault::Error(_)));
+        refused && self.files().next().is_some()
+    }
+
     /// The files that its parameters name.
     fn files(&self) -> impl Iterator<Item = PathBuf> {
         let declared = self.unit.description.params.iter();
@@ -181,7 +189,9 @@ impl Worker {
             }
             Err(error) => {
                 let lost = matches!(error, RenderError::DeviceLost(_));
-                self.failed(&in_use.reference, in_use.unit.contents, &fault_of(&error));
+                if !in_use.is_of_a_file(&error) {
+                    self.failed(&in_use.reference, in_use.unit.contents, &fault_of(&error));
+                }
                 let stays = before.is_none();
                 self.in_use.extend(before.map(|before| (place, before)));
                 if stays {
@@ -198,9 +208,7 @@ impl Worker {
     /// Watches the files that a renderer's parameters name.
     fn follow(&mut self, in_use: &InUse) {
         for path in in_use.files() {
-            // A file that is not there yet is named in the error, and again when it is.
-            if path.is_file()
-                && let Some(watcher) = &self.watcher
+            if let Some(watcher) = &self.watcher
                 && self.followed.insert(path.clone())
             {
                 watcher.add(plugins::Place::new(path, Origin::CommandLine));
@@ -208,15 +216,12 @@ impl Worker {
         }
     }
 
-    /// Makes the pictures again that a file is part of. What failed before the change counts no more.
+    /// Makes the pictures again that a file is part of.
     fn file_changed(&mut self, path: &Path) {
         let affected = self.in_use.iter().filter(|(_, used)| used.files().any(|file| file == path));
-        let affected: Vec<(Place, Order, UnitRef)> = affected
-            .map(|(place, used)| (*place, used.order.clone(), used.reference.clone()))
-            .collect();
-        for (place, order, reference) in affected {
-            self.conduct.switch_on(&reference);
-            self.tell_conduct();
+        let affected: Vec<(Place, Order)> =
+            affected.map(|(place, used)| (*place, used.order.clone())).collect();
+        for (place, order) in affected {
             self.picture(place, order);
         }
     }

@@ -6,7 +6,7 @@
 //! paths, kinds and completeness of its events differ from system to system, and some file
 //! systems have none.
 
-use super::discover::{Place, SearchPath, has_library_extension, libraries_in};
+use super::discover::{Place, SearchPath, libraries_in};
 use notify::{RecommendedWatcher, RecursiveMode, Watcher as _};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -204,9 +204,9 @@ impl Watch {
     }
 }
 
-/// Whether a place is a file or will be one.
+/// Whether a place is a file or will be one: what is missing and has an extension.
 fn is_file(place: &Place) -> bool {
-    place.path.is_file() || (!place.path.is_dir() && has_library_extension(&place.path))
+    place.path.is_file() || (!place.path.is_dir() && place.path.extension().is_some())
 }
 
 /// The files of a place as they are now.

@@ -3,7 +3,7 @@
 use super::Screen;
 use crate::viewer::settings::Mode;
 use crate::viewer::window::Window;
-use eframe::egui::DroppedFile;
+use eframe::egui::{self, DroppedFile};
 use egui_kittest::kittest::Queryable as _;
 use std::path::{Path, PathBuf};
 use surfelshop_api::params::Value;
@@ -201,6 +201,26 @@ fn a_pattern_is_drawn_again_when_its_file_changes() {
     write("vec3(0.0, 0.0, 1.0)");
     screen.until("the blue picture", |window| middle(window)[2] > 200);
     assert!(screen.window().conduct.iter().all(|unit| !unit.off));
+    // Typed into the panel, a path counts once it is whole.
+    let of = |window: &mut Window| window.settings.panes[0].values["procedural"]["file"].clone();
+    let before = of(screen.window());
+    screen.frames();
+    let field = |screen: &Screen| {
+        let node = screen.harness.get_by_role_and_label(egui::accesskit::Role::TextInput, "file");
+        node.focus();
+        node.type_text("x");
+    };
+    field(&screen);
+    screen.frames();
+    assert_eq!(of(screen.window()), before);
+    screen.harness.key_press(egui::Key::Enter);
+    screen.frames();
+    let typed = of(screen.window());
+    assert_ne!(typed, before);
+    screen.until("the refusal", |window| window.messages.say("No such file"));
+    let pane = &mut screen.window().settings.panes[0];
+    pane.values.get_mut("procedural").unwrap().insert("file".to_owned(), before);
+    screen.settle();
     let scene = folder.path().join("mine.scene.toml");
     screen.window().save_scene(&scene);
     let saved = std::fs::read_to_string(&scene).unwrap();
