@@ -76,7 +76,7 @@ pub use job::Job;
 pub use object::ObjectFrame;
 pub use occlusion::AoAffects;
 pub use scene::{Light, Scene, SurfaceSettings};
-pub use tool::{Edit, Tile};
+pub use tool::{Edit, Tile, Traced};
 pub use uniform::Uniform;
 pub use unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
 
@@ -89,6 +89,7 @@ pub mod prelude {
     pub use crate::params::FilePath;
     pub use crate::{
         AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection,
-        Renderer, Result, Tile, Tool, Tracer, Uniform, UnitInfo, choices, export_plugin, params,
+        Renderer, Result, Tile, Tool, Traced, Tracer, Uniform, UnitInfo, choices, export_plugin,
+        params,
     };
 }

@@ -1,6 +1,6 @@
 //! Edits a tool stages, and the tiles a tracer fills.
 
-use crate::columns::Element;
+use crate::columns::{CloudView, Element};
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -18,6 +18,17 @@ pub struct Tile {
     pub height: u32,
     /// Which sample of the pixel this call computes, counted from 0.
     pub sample: u32,
+}
+
+/// What a tracer sees of the scene besides its frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Traced<'a> {
+    /// The clouds in view, in the order of `CloudFacts::objects`.
+    pub clouds: &'a [CloudView<'a>],
+    /// The light around the scene, radiance before its gain, linear Rec. 709, finite and not
+    /// negative: an octahedral map of `facts.side` squared texels, row by row, whose outermost
+    /// centres lie on its border. Empty where there is none.
+    pub texels: &'a [[f32; 3]],
 }
 
 /// A new or replaced column of an edit.

@@ -4,7 +4,7 @@ use crate::frame::{Frame, HostInfo};
 use crate::graph::Graph;
 use crate::job::Job;
 use crate::params::ParamSet;
-use crate::tool::Tile;
+use crate::tool::{Tile, Traced};
 use serde::{Deserialize, Serialize};
 
 /// What a unit is.
@@ -97,14 +97,20 @@ pub trait Tracer: Send + Sync + Sized + 'static {
     /// Where the host lacks something the tracer cannot do without.
     fn new(host: &HostInfo) -> Result<Self>;
 
-    /// Writes one tile: linear Rec. 709 radiance and coverage, four floats a pixel, row by row.
+    /// Writes one sample of a tile: linear Rec. 709 radiance, weighted by coverage, and coverage,
+    /// four floats a pixel, row by row. Calls run on several threads at once.
+    ///
+    /// The host takes the mean over as many samples as the parameter `samples` says, where the
+    /// tracer declares a whole number of that name, and else over one. What a sample is depends on
+    /// the frame, the pixel and the sample's number alone, so that it is the same on any number of
+    /// threads.
     ///
     /// # Errors
     /// Where the tile cannot be computed; the line is shown on the view.
     fn tile(
         &self,
         frame: &Frame<Self::Params>,
-        clouds: &[CloudView<'_>],
+        scene: &Traced<'_>,
         tile: Tile,
         pixels: &mut [f32],
         job: &Job<'_>,

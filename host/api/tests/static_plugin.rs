@@ -60,13 +60,13 @@ impl Tracer for Sum {
     fn tile(
         &self,
         _frame: &Frame<()>,
-        clouds: &[CloudView<'_>],
+        scene: &Traced<'_>,
         tile: Tile,
         pixels: &mut [f32],
         job: &Job<'_>,
     ) -> Result<()> {
         job.check()?;
-        let positions = clouds.iter().flat_map(|cloud| cloud.vectors(POSITION));
+        let positions = scene.clouds.iter().flat_map(|cloud| cloud.vectors(POSITION));
         let sum: f32 = positions.map(|position| position.element_sum()).sum();
         pixels.fill(sum + tile.x as f32);
         Ok(())
@@ -274,7 +274,7 @@ fn tracer_reads_clouds_and_writes_its_tile_from_several_threads() {
             scope.spawn(move || {
                 let tile = Tile { x: x.into(), y: 0, width: 1, height: 2, sample: 0 };
                 let mut pixels = [0.0; 8];
-                instance.tile(&request(), &clouds, tile, &mut pixels, &Desk::default()).unwrap();
+                instance.tile(&request(), &scene, tile, &mut pixels, &Desk::default()).unwrap();
                 assert_eq!(pixels, [45.0 + f32::from(x); 8]);
             });
         }
@@ -286,10 +286,10 @@ fn tracer_without_clouds_or_pixels_is_fine_and_sees_the_cancellation() {
     let instance = plugin().create(SUM, &host()).unwrap();
     let tile = Tile { x: 0, y: 0, width: 0, height: 3, sample: 0 };
     let desk = Desk::default();
-    instance.tile(&request(), &[], tile, &mut [], &desk).unwrap();
-    assert!(instance.tile(&request(), &[], tile, &mut [0.0], &desk).is_err());
+    instance.tile(&request(), &Traced::default(), tile, &mut [], &desk).unwrap();
+    assert!(instance.tile(&request(), &Traced::default(), tile, &mut [0.0], &desk).is_err());
     desk.cancelled.set(true);
-    let cancelled = instance.tile(&request(), &[], tile, &mut [], &desk);
+    let cancelled = instance.tile(&request(), &Traced::default(), tile, &mut [], &desk);
     assert_eq!(cancelled, Err(Fault::Error("cancelled".to_owned())));
 }
 

@@ -27,6 +27,7 @@ mod staging;
 mod studio;
 mod surroundings;
 mod terminal;
+mod traced;
 mod values;
 mod viewer;
 

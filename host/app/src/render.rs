@@ -9,14 +9,14 @@ use crate::staging::{self, Staging};
 use crate::studio::{self, Studio};
 use crate::surroundings::{self, Surroundings};
 use crate::values::{Format, OutputFile};
-use crate::{camera, exr_file, files, pictures, probe_info, report, terminal};
+use crate::{camera, exr_file, files, pictures, probe_info, report, terminal, traced};
 use anyhow::Context as _;
 use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
-use surfelshop_api::View;
 use surfelshop_api::graph::Output;
+use surfelshop_api::{UnitKind, View};
 use surfelshop_engine::picture::{Background, Development};
 use surfelshop_engine::{RenderRequest, Rendered};
 
@@ -48,6 +48,9 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
     let seen = seen.as_ref();
     let staging = Staging::new(arguments, given, opened, seen)?;
+    if reference.kind == UnitKind::Tracer {
+        return traced::render(arguments, &inputs, &reference, seen, &staging);
+    }
     let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
     let mut chosen = studio.choose_for(reference, seen, &arguments.set)?;
     timings.open_ms = since(started);
@@ -110,7 +113,7 @@ fn encoded(background: Background) -> Option<[f32; 3]> {
 }
 
 /// The view through the scene's camera, or through the one that was typed.
-fn view(arguments: &RenderArguments, staging: &Staging, clouds: &Clouds) -> View {
+pub(crate) fn view(arguments: &RenderArguments, staging: &Staging, clouds: &Clouds) -> View {
     let extent = clouds.extent(staging.scene.surface.radius_scale);
     let (lens, size) = (&arguments.lens, arguments.size.0);
     match &staging.camera {
@@ -120,7 +123,7 @@ fn view(arguments: &RenderArguments, staging: &Staging, clouds: &Clouds) -> View
 }
 
 /// Writes every file asked for.
-fn write_all(
+pub(crate) fn write_all(
     arguments: &RenderArguments,
     staging: &Staging,
     rendered: &Rendered,
@@ -150,7 +153,7 @@ fn wanted(arguments: &RenderArguments, shown: Option<&Output>) -> Vec<Output> {
 }
 
 /// Counts pixels that are not finite and says so: they are a fault of the renderer.
-fn check_finite(rendered: &Rendered) -> usize {
+pub(crate) fn check_finite(rendered: &Rendered) -> usize {
     let mut total = 0;
     for (output, image) in &rendered.images {
         let n_pixels = pictures::not_finite(image);

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{View, params};
+use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
 
 /// A file that was written.
 #[derive(Clone, Debug, Serialize)]
@@ -45,13 +46,18 @@ impl Written {
         }
     }
 
+    /// What is in the file, for people.
+    pub(crate) fn what(&self) -> String {
+        let Self { path, outputs, width, height, bits, .. } = self;
+        format!("{path}: {} {width} x {height}, {bits} bit", outputs.join(" + "))
+    }
+
     /// The line for people.
     pub(crate) fn line(&self, studio: &Studio, chosen: &Chosen, settled: &Settled) -> String {
-        let Self { path, outputs, width, height, bits, .. } = self;
         let adapter = &studio.engine.gpu().info;
         format!(
-            "{path}: {} {width} x {height}, {bits} bit, {} in {:.0} ms on {}, {}",
-            outputs.join(" + "),
+            "{}, {} in {:.0} ms on {}, {}",
+            self.what(),
             chosen.reference.id,
             settled.milliseconds,
             adapter.name,
@@ -77,16 +83,19 @@ pub(crate) fn adapter(studio: &Studio) -> Value {
 
 /// The renderer and its parameters in JSON.
 pub(crate) fn renderer(chosen: &Chosen) -> Value {
-    let declared = &chosen.unit.description.params;
-    let parameters: serde_json::Map<String, Value> = declared
-        .iter()
-        .map(|p| (p.id.clone(), plain(&p.sanitise(chosen.values.get(&p.id)))))
-        .collect();
+    unit(&chosen.reference, &chosen.unit, &chosen.values)
+}
+
+/// A unit and its parameters in JSON.
+pub(crate) fn unit(reference: &UnitRef, unit: &LoadedUnit, values: &params::Values) -> Value {
+    let declared = unit.description.params.iter();
+    let parameters: serde_json::Map<String, Value> =
+        declared.map(|p| (p.id.clone(), plain(&p.sanitise(values.get(&p.id))))).collect();
     json!({
-        "package": chosen.reference.package,
-        "id": chosen.reference.id,
-        "version": chosen.unit.manifest.version,
-        "file": chosen.reference.path.display().to_string(),
+        "package": reference.package,
+        "id": reference.id,
+        "version": unit.manifest.version,
+        "file": reference.path.display().to_string(),
         "parameters": parameters,
     })
 }

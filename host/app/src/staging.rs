@@ -13,7 +13,7 @@ use surfelshop_cloud::scene::{
     Backdrop, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
 use surfelshop_engine::picture::{self, Background, Development};
-use surfelshop_engine::plugins::{Registry, UnitRef};
+use surfelshop_engine::plugins::{FindError, Registry, UnitRef};
 
 /// A view of a scene and where the file says so.
 pub(crate) struct ChosenView<'a> {
@@ -42,13 +42,19 @@ pub(crate) fn renderer<'a>(
     let views: Vec<ChosenView<'_>> = views.collect();
     let reference = match views.first() {
         Some(ChosenView { view, place, .. }) if !given.has("renderer") => {
-            registry.find(UnitKind::Renderer, &view.renderer).with_context(|| place.clone())?
+            drawer(registry, &view.renderer).with_context(|| place.clone())?
         }
-        _ => registry.find(UnitKind::Renderer, &arguments.renderer)?,
+        _ => drawer(registry, &arguments.renderer)?,
     };
     let mut views = views.into_iter();
     let view = views.find(|chosen| settings::names(&reference, &chosen.view.renderer));
     Ok((reference, view))
+}
+
+/// What draws under a name: a renderer, or else a tracer.
+fn drawer(registry: &Registry, name: &str) -> Result<UnitRef, FindError> {
+    let renderer = registry.find(UnitKind::Renderer, name);
+    renderer.or_else(|unknown| registry.find(UnitKind::Tracer, name).map_err(|_| unknown))
 }
 
 /// Everything about the picture but clouds, renderer and size.

@@ -1,6 +1,7 @@
 //! Loads plugins; checks, compiles, culls, runs and times their graphs on wgpu; draws surfels.
 //!
-//! [`plugins`] finds and loads renderers, tracers and tools; [`tools`] runs tools over clouds. An [`Engine`] owns the device side:
+//! [`plugins`] finds and loads renderers, tracers and tools; [`tools`] runs tools over clouds and
+//! [`trace`] tracers over pictures. An [`Engine`] owns the device side:
 //! it takes what a renderer describes for a frame, checks every name and size in it, compiles
 //! what is new, runs the passes that requested outputs depend on, and times each. Surfels are
 //! drawn here and nowhere else: every renderer reads the surface buffer that is made once per
@@ -19,6 +20,7 @@ mod shader;
 mod store;
 mod surfels;
 pub mod tools;
+pub mod trace;
 
 pub use engine::{Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView};
 pub use gpu::{Backend, Gpu, GpuError, GpuOptions};

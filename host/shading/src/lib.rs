@@ -10,3 +10,4 @@ mod natural;
 mod reflectance;
 
 pub use natural::{Model, NaturalLight, NaturalLighting};
+pub use reflectance::Reflectance;

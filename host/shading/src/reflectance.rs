@@ -26,6 +26,39 @@ pub(crate) fn table() -> Vec<[f32; 2]> {
     (0..TABLE_SIDE * TABLE_SIDE).map(entry).collect()
 }
 
+/// The table, to be asked on the CPU.
+#[derive(Clone, Debug)]
+pub struct Reflectance {
+    table: Vec<[f32; 2]>,
+}
+
+impl Default for Reflectance {
+    fn default() -> Self {
+        Self { table: table() }
+    }
+}
+
+impl Reflectance {
+    /// Scale and bias of the reflectance at a right angle, for the cosine to the eye and a roughness,
+    /// both in [0, 1]: what `scale_and_bias` of the shader gives.
+    #[must_use]
+    pub fn at(&self, cosine: f32, roughness: f32) -> [f32; 2] {
+        let last = (TABLE_SIDE - 1) as f32;
+        let place = |v: f32| {
+            let p = v.clamp(0.0, 1.0) * last;
+            let low = (p as usize).min(TABLE_SIDE - 2);
+            (low, p - low as f32)
+        };
+        let ((x, across), (y, along)) = (place(cosine.max(0.0).sqrt()), place(roughness));
+        let entry = |x: usize, y: usize| self.table[y * TABLE_SIDE + x];
+        [0, 1].map(|k| {
+            let mix = |a: f32, b: f32, t: f32| a + (b - a) * t;
+            let row = |y: usize| mix(entry(x, y)[k], entry(x + 1, y)[k], across);
+            mix(row(y), row(y + 1), along)
+        })
+    }
+}
+
 /// The two integrals, sampled by the normals of microfacets that the eye sees; a mirror at
 /// roughness 0.
 ///

@@ -9,7 +9,7 @@ use crate::job::JobHost;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::object::ObjectFrame;
 use crate::params::Values;
-use crate::tool::Tile;
+use crate::tool::{Tile, Traced};
 use core::ffi::c_void;
 use std::fmt;
 use std::time::Duration;
@@ -166,7 +166,7 @@ impl Instance {
     pub fn tile(
         &self,
         request: &FrameRequest,
-        clouds: &[CloudView<'_>],
+        scene: &Traced<'_>,
         tile: Tile,
         pixels: &mut [f32],
         job: &dyn JobHost,
@@ -181,9 +181,13 @@ impl Instance {
             )));
         }
         let request = encode(request)?;
-        let columns: Vec<Vec<RawColumn>> = clouds.iter().map(raw_columns).collect();
-        let raw: Vec<RawCloud> =
-            clouds.iter().zip(&columns).map(|(cloud, columns)| raw_cloud(cloud, columns)).collect();
+        let columns: Vec<Vec<RawColumn>> = scene.clouds.iter().map(raw_columns).collect();
+        let raw: Vec<RawCloud> = scene
+            .clouds
+            .iter()
+            .zip(&columns)
+            .map(|(cloud, columns)| raw_cloud(cloud, columns))
+            .collect();
         let job = raw_job(&job);
         let mut outputs = Outputs::default();
         // SAFETY: the instance is alive and shared only by `tile` calls; everything lent lives
@@ -194,6 +198,8 @@ impl Instance {
                 borrow(&request),
                 raw.as_ptr(),
                 raw.len(),
+                scene.texels.as_ptr(),
+                scene.texels.len(),
                 &raw const tile,
                 pixels.as_mut_ptr(),
                 pixels.len(),

@@ -11,7 +11,7 @@ use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::object::ObjectFrame;
 use crate::params::{ParamDecl, ParamSet, Values};
-use crate::tool::Tile;
+use crate::tool::{Tile, Traced};
 use crate::unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
 use core::ffi::c_void;
 use glam::{DQuat, DVec3};
@@ -53,7 +53,7 @@ trait Instance {
     fn tile(
         &self,
         _request: FrameRequest,
-        _clouds: &[CloudView<'_>],
+        _scene: &Traced<'_>,
         _tile: Tile,
         _pixels: &mut [f32],
         _job: &Job<'_>,
@@ -81,12 +81,12 @@ impl<T: Tracer> Instance for TracerInstance<T> {
     fn tile(
         &self,
         request: FrameRequest,
-        clouds: &[CloudView<'_>],
+        scene: &Traced<'_>,
         tile: Tile,
         pixels: &mut [f32],
         job: &Job<'_>,
     ) -> Result<()> {
-        self.0.tile(&Frame::from(request), clouds, tile, pixels, job)
+        self.0.tile(&Frame::from(request), scene, tile, pixels, job)
     }
 }
 
@@ -205,6 +205,8 @@ unsafe extern "C" fn tile(
     request: Bytes,
     clouds: *const RawCloud,
     n_clouds: usize,
+    texels: *const [f32; 3],
+    n_texels: usize,
     tile: *const Tile,
     pixels: *mut f32,
     n_floats: usize,
@@ -221,13 +223,19 @@ unsafe extern "C" fn tile(
             // SAFETY: the host keeps the columns alive and unchanged for the duration of the call.
             .map(|raw| unsafe { cloud_view(raw) })
             .collect::<Result<Vec<_>>>()?;
+        let texels = match n_texels {
+            0 => &[],
+            // SAFETY: the host passes `n_texels` texels, alive for the duration of the call.
+            n => unsafe { std::slice::from_raw_parts(texels, n) },
+        };
         // SAFETY: the host lends `n_floats` initialised floats to this call alone.
         let pixels = unsafe { std::slice::from_raw_parts_mut(pixels, n_floats) };
         // SAFETY: the pointer comes from `create`; tracers are `Sync`, so calls may overlap.
         let instance = unsafe { &*instance.cast::<Box<dyn Instance>>() };
         // SAFETY: the host passes a valid job and a valid tile for the duration of the call.
         let (job, tile) = unsafe { (*job, *tile) };
-        instance.tile(request, &clouds, tile, pixels, &Job::new(&RemoteJob(job)))
+        let scene = Traced { clouds: &clouds, texels };
+        instance.tile(request, &scene, tile, pixels, &Job::new(&RemoteJob(job)))
     })
 }
 

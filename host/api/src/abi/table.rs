@@ -156,12 +156,14 @@ pub struct PluginTable {
     pub destroy: unsafe extern "C" fn(instance: *mut c_void, sink: Sink) -> i32,
     /// Describes a frame from msgpack of [`FrameRequest`](crate::FrameRequest).
     pub frame: unsafe extern "C" fn(instance: *mut c_void, request: Bytes, sink: Sink) -> i32,
-    /// Traces a tile into `pixels`, four floats each.
+    /// Traces a tile into `pixels`, four floats each. Texels of the environment are three floats.
     pub tile: unsafe extern "C" fn(
         instance: *const c_void,
         request: Bytes,
         clouds: *const RawCloud,
         n_clouds: usize,
+        texels: *const [f32; 3],
+        n_texels: usize,
         tile: *const crate::tool::Tile,
         pixels: *mut f32,
         n_floats: usize,

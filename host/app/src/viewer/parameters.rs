@@ -51,7 +51,7 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
 /// left, since half of one names no file.
 fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool) {
     ui.horizontal(|ui| {
-        let id = ui.id().with(id);
+        let id = ui.scope_id().with(id);
         let mut typed = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| path.clone());
         let line = egui::TextEdit::singleline(&mut typed).hint_text("none").desired_width(140.0);
         let response = ui.add(line);

@@ -8,7 +8,7 @@ use surfelshop_api::columns::{AO, CloudView, ColumnView, Element, POSITION, Valu
 use surfelshop_api::job::JobHost;
 use surfelshop_api::params::{Value, Values as ParamValues};
 use surfelshop_api::tool::{ColumnHeader, EditHeader};
-use surfelshop_api::{Error, HostInfo, Result, Tile, UnitKind};
+use surfelshop_api::{Error, HostInfo, Result, Tile, Traced, UnitKind};
 
 /// A host that keeps what a tool stages if it fits the cloud.
 #[derive(Default)]
@@ -99,7 +99,13 @@ fn panic_in_tile() {
     let unit = load(UnitKind::Tracer, "panics-in-tile");
     let instance = unit.create(&HostInfo::default()).unwrap();
     let mut pixels = [0.0; 8];
-    let line = panic_line(instance.tile(&request(), &[], TILE, &mut pixels, &Desk::default()));
+    let line = panic_line(instance.tile(
+        &request(),
+        &Traced::default(),
+        TILE,
+        &mut pixels,
+        &Desk::default(),
+    ));
     assert_says(&line, &["panicked at", "calls.rs:", "tile goes wrong"]);
 }
 
@@ -113,7 +119,8 @@ fn panics_in_many_threads_keep_their_own_lines() {
             scope.spawn(|| {
                 for _ in 0..50 {
                     let desk = Desk::default();
-                    let traced = tracer.tile(&request(), &[], TILE, &mut [0.0; 8], &desk);
+                    let traced =
+                        tracer.tile(&request(), &Traced::default(), TILE, &mut [0.0; 8], &desk);
                     assert_says(&panic_line(traced), &["tile goes wrong"]);
                 }
             });
@@ -177,12 +184,13 @@ fn good_tracer_fills_its_tile() {
     let instance = unit.create(&HostInfo::default()).unwrap();
     let mut pixels = [0.0; 8];
     let desk = Desk::default();
-    instance.tile(&request(), &[], TILE, &mut pixels, &desk).unwrap();
+    instance.tile(&request(), &Traced::default(), TILE, &mut pixels, &desk).unwrap();
     assert_eq!(pixels, [0.625, 0.75, 0.0, 1.0, 0.875, 0.75, 0.0, 1.0]);
-    let short = instance.tile(&request(), &[], TILE, &mut pixels[..4], &desk).unwrap_err();
+    let short =
+        instance.tile(&request(), &Traced::default(), TILE, &mut pixels[..4], &desk).unwrap_err();
     assert_says(&short.to_string(), &["2 x 1 needs 8 floats, 4 given"]);
     let desk = Desk { cancelled: true, ..desk };
-    let cancelled = instance.tile(&request(), &[], TILE, &mut pixels, &desk);
+    let cancelled = instance.tile(&request(), &Traced::default(), TILE, &mut pixels, &desk);
     assert_eq!(cancelled, Err(Fault::Error("cancelled".to_owned())));
 }
 
@@ -190,7 +198,7 @@ fn good_tracer_fills_its_tile() {
 fn calls_of_another_kind_of_unit_are_errors() {
     let mut renderer = load(UnitKind::Renderer, "fine").create(&HostInfo::default()).unwrap();
     let desk = Desk::default();
-    let tile = renderer.tile(&request(), &[], TILE, &mut [0.0; 8], &desk);
+    let tile = renderer.tile(&request(), &Traced::default(), TILE, &mut [0.0; 8], &desk);
     assert_says(&tile.unwrap_err().to_string(), &["not a tracer"]);
     let run = renderer.run(&ParamValues::new(), &cloud(&[]), &desk);
     assert_says(&run.unwrap_err().to_string(), &["not a tool"]);

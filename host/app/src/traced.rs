@@ -1,0 +1,111 @@
+//! `surfelshop render` with a tracer: no graphics device, on all processors.
+
+use crate::arguments::RenderArguments;
+use crate::clouds::Clouds;
+use crate::report::{self, Written};
+use crate::scenes::Inputs;
+use crate::staging::{ChosenView, Staging};
+use crate::surroundings;
+use crate::{render, settings, studio, terminal};
+use anyhow::{anyhow, bail};
+use serde_json::json;
+use std::sync::Arc;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{FrameRequest, View};
+use surfelshop_engine::Rendered;
+use surfelshop_engine::plugins::UnitRef;
+use surfelshop_engine::trace::{TraceOrder, TracedPicture, samples_of, trace};
+
+/// What a tracer offers besides its colour: the variance of each pixel's mean.
+const VARIANCE: &str = "variance";
+
+/// Traces a picture and writes it.
+pub(crate) fn render(
+    arguments: &RenderArguments,
+    inputs: &Inputs,
+    reference: &UnitRef,
+    seen: Option<&ChosenView<'_>>,
+    staging: &Staging,
+) -> anyhow::Result<()> {
+    let variance = Output::Debug(VARIANCE.to_owned());
+    if let Some(wanted) = &staging.output
+        && ![Output::Color, variance.clone()].contains(wanted)
+    {
+        let wanted = wanted.name();
+        bail!("{reference} offers no output `{wanted}`; it offers color, {}", variance.name());
+    }
+    let unit = studio::load(reference, &arguments.plugins.patience())?;
+    let declared = &unit.description.params;
+    let mut values = Values::new();
+    if let Some(view) = seen {
+        let (of_view, unknown) = settings::of_view(reference, declared, view)?;
+        unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
+        values = of_view;
+    }
+    values.extend(settings::values(reference, declared, &arguments.set)?);
+    let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
+    let clouds = Clouds::read(&inputs.sources)?;
+    let view = render::view(arguments, staging, &clouds);
+    let texels: Arc<[[f32; 3]]> = surroundings
+        .as_ref()
+        .map(|surroundings| Arc::from(surroundings.view().texels))
+        .unwrap_or_default();
+    let order = TraceOrder {
+        clouds: clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
+        request: FrameRequest {
+            view,
+            scene: staging.scene.clone(),
+            cloud: clouds.facts.clone(),
+            frame_index: 0,
+            values: values.clone(),
+            environment: surroundings.as_ref().map(|light| light.view().environment.clone()),
+        },
+        texels,
+        samples: samples_of(&unit, &values),
+        threads: 0,
+    };
+    let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
+    let goes_on = |done| progress.tell(done).is_continue();
+    let picture = trace(&unit, order, &arguments.plugins.patience(), goes_on)
+        .map_err(|fault| anyhow!("{reference}: {fault}"))?;
+    drop(progress);
+    let images = vec![(Output::Color, picture.color.clone()), (variance, picture.variance.clone())];
+    let rendered = Rendered { images, passes: Vec::new(), wants_another_frame: false };
+    let n_not_finite = render::check_finite(&rendered);
+    let written = render::write_all(arguments, staging, &rendered)?;
+    if !arguments.report.json {
+        return written.iter().try_for_each(|file| terminal::line(line(file, reference, &picture)));
+    }
+    terminal::json(&json!({
+        "command": "render",
+        "version": env!("CARGO_PKG_VERSION"),
+        "files": written,
+        "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
+        "facts": clouds.facts,
+        "scene": staging.scene,
+        "renderer": report::unit(reference, &unit, &values),
+        "frame": frame(&picture, &view),
+        "pixels_not_finite": n_not_finite,
+    }))
+}
+
+fn line(file: &Written, reference: &UnitRef, picture: &TracedPicture) -> String {
+    format!(
+        "{}, {}, {} samples in {:.1} s, standard error {:.5}",
+        file.what(),
+        reference.id,
+        picture.samples,
+        picture.took.as_secs_f64(),
+        picture.standard_error()
+    )
+}
+
+fn frame(picture: &TracedPicture, view: &View) -> serde_json::Value {
+    json!({
+        "size": view.size_px,
+        "samples": picture.samples,
+        "seconds": picture.took.as_secs_f64(),
+        "standard_error": picture.standard_error(),
+    })
+}

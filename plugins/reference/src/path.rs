@@ -1,0 +1,92 @@
+//! Light along paths.
+
+use crate::material::Material;
+use crate::random::Random;
+use crate::sky::Sky;
+use crate::surface::{Point, Ray, Surface};
+use std::f32::consts::PI;
+use surfelshop_api::SurfaceSettings;
+use surfelshop_api::glam::Vec3;
+
+/// A scene to follow paths in.
+pub(crate) struct Scene<'a> {
+    pub(crate) surface: &'a Surface,
+    pub(crate) settings: &'a SurfaceSettings,
+    pub(crate) material: &'a Material,
+    pub(crate) sky: Option<Sky<'a>>,
+    /// Unit vector towards each light, and its radiance.
+    pub(crate) lights: &'a [(Vec3, Vec3)],
+    /// Times that light may be reflected before it is reflected to the eye.
+    pub(crate) bounces: u32,
+    /// Whether points are blended of the surfels that overlap there.
+    pub(crate) blend: bool,
+}
+
+impl Scene<'_> {
+    /// The first point of a ray.
+    pub(crate) fn met(&self, ray: &Ray) -> Option<Point> {
+        self.surface.met(ray, self.settings, self.blend)
+    }
+
+    /// Whether the way from a point in a direction is free, 1 or 0.
+    pub(crate) fn accessibility(&self, point: &Point, direction: Vec3) -> f32 {
+        let blocked = self.surface.blocks(&point.towards(direction), self.settings);
+        if blocked { 0.0 } else { 1.0 }
+    }
+
+    /// A sample of the radiance that a point sends towards the eye.
+    pub(crate) fn radiance(&self, first: Point, to_eye: Vec3, random: &mut Random) -> Vec3 {
+        let (mut sum, mut throughput) = (Vec3::ZERO, Vec3::ONE);
+        let (mut point, mut eye) = (first, to_eye);
+        for bounce in 0..=self.bounces {
+            sum += throughput * self.direct(&point, eye, random);
+            let direction = self.material.sample(&point, eye, random);
+            let density = self.material.density(&point, eye, direction);
+            let response = self.material.response(&point, eye, direction);
+            if density <= 0.0 || response == Vec3::ZERO {
+                break;
+            }
+            throughput *= response / (PI * density);
+            let ray = point.towards(direction);
+            let next = match bounce < self.bounces {
+                true => self.met(&ray),
+                // Only whether there is anything is asked at the end.
+                false if self.surface.blocks(&ray, self.settings) => break,
+                false => None,
+            };
+            let Some(next) = next else {
+                if let Some(sky) = &self.sky {
+                    // The other way to find this light, in proportion to it, has its share.
+                    let share = density / (density + sky.density(direction));
+                    sum += throughput * share * sky.radiance(direction);
+                }
+                break;
+            };
+            (point, eye) = (next, -direction);
+        }
+        sum
+    }
+
+    /// Light that reaches a point without a detour.
+    ///
+    /// Source: Veach & Guibas 1995, "Optimally Combining Sampling Techniques", the balance heuristic.
+    fn direct(&self, point: &Point, eye: Vec3, random: &mut Random) -> Vec3 {
+        let mut sum = Vec3::ZERO;
+        for (towards, radiance) in self.lights {
+            let response = self.material.response(point, eye, *towards);
+            if response != Vec3::ZERO {
+                sum += response * *radiance * self.accessibility(point, *towards);
+            }
+        }
+        if let Some(sky) = &self.sky {
+            let (direction, density) = sky.sample(random);
+            let response = self.material.response(point, eye, direction);
+            if density > 0.0 && response != Vec3::ZERO {
+                let both = density + self.material.density(point, eye, direction);
+                let light = sky.radiance(direction) * self.accessibility(point, direction);
+                sum += response * light / (PI * both);
+            }
+        }
+        sum
+    }
+}
