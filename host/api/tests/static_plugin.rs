@@ -274,7 +274,15 @@ fn tracer_reads_clouds_and_writes_its_tile_from_several_threads() {
             scope.spawn(move || {
                 let tile = Tile { x: x.into(), y: 0, width: 1, height: 2, sample: 0 };
                 let mut pixels = [0.0; 8];
-                instance.tile(&request(), &scene, tile, &mut pixels, &Desk::default()).unwrap();
+                instance
+                    .tile(
+                        &request(),
+                        &Traced { clouds: &clouds, texels: &[] },
+                        tile,
+                        &mut pixels,
+                        &Desk::default(),
+                    )
+                    .unwrap();
                 assert_eq!(pixels, [45.0 + f32::from(x); 8]);
             });
         }

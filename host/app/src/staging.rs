@@ -13,7 +13,7 @@ use surfelshop_cloud::scene::{
     Backdrop, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
 use surfelshop_engine::picture::{self, Background, Development};
-use surfelshop_engine::plugins::{FindError, Registry, UnitRef};
+use surfelshop_engine::plugins::{Registry, UnitRef};
 
 /// A view of a scene and where the file says so.
 pub(crate) struct ChosenView<'a> {
@@ -52,9 +52,12 @@ pub(crate) fn renderer<'a>(
 }
 
 /// What draws under a name: a renderer, or else a tracer.
-fn drawer(registry: &Registry, name: &str) -> Result<UnitRef, FindError> {
-    let renderer = registry.find(UnitKind::Renderer, name);
-    renderer.or_else(|unknown| registry.find(UnitKind::Tracer, name).map_err(|_| unknown))
+fn drawer(registry: &Registry, name: &str) -> anyhow::Result<UnitRef> {
+    match registry.find(UnitKind::Renderer, name) {
+        Ok(renderer) => Ok(renderer),
+        // Where there is no tracer of that name either, a renderer is what was meant.
+        Err(unknown) => Ok(registry.find(UnitKind::Tracer, name).map_err(|_other| unknown)?),
+    }
 }
 
 /// Everything about the picture but clouds, renderer and size.
