@@ -25,6 +25,8 @@ pub struct CloudFacts {
     /// The box of each cloud, in the order in which `object_at` of the WGSL module
     /// `surfelshop::surface` counts them.
     pub objects: Vec<ObjectFrame>,
+    /// Whether each of these clouds has colours of its own.
+    pub colored: Vec<bool>,
 }
 
 impl CloudFacts {
@@ -45,7 +47,8 @@ pub struct HostInfo {
     pub adapter: String,
     /// Whether the adapter is a software driver.
     pub software_adapter: bool,
-    /// Shader features the adapter has, such as `float32-blendable`.
+    /// Shader features the adapter has: `float32-blendable`, `float32-filterable`, and
+    /// `volume-storage` where compute passes can store into volumes.
     pub features: Vec<String>,
 }
 

@@ -38,8 +38,8 @@ pub enum ParamKind {
     Color,
     /// One of several ids.
     Choice(Vec<String>),
-    /// The path of a file, or nothing; the host makes relative ones absolute, and draws anew when
-    /// the file changes.
+    /// The path of a file, or nothing: from the current folder, and in scenes from the scene's. The
+    /// window draws anew when the file changes.
     File {
         /// Endings of such files, without the dot; any where there are none.
         endings: Vec<String>,

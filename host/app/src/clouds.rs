@@ -112,11 +112,13 @@ fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
             }
         }
         whole.objects.extend(&facts.objects);
+        whole.colored.extend(&facts.colored);
         if facts.n_surfels == 0 {
             continue;
         }
         if whole.n_surfels == 0 {
-            whole = CloudFacts { columns: whole.columns, objects: whole.objects, ..facts.clone() };
+            let CloudFacts { columns, objects, colored, .. } = whole;
+            whole = CloudFacts { columns, objects, colored, ..facts.clone() };
             continue;
         }
         whole.n_surfels += facts.n_surfels;
@@ -142,6 +144,7 @@ mod tests {
             equal_radius: Some(0.5),
             equal_color: Some([0.1; 3]),
             objects: vec![ObjectFrame { size: at, ..ObjectFrame::default() }],
+            colored: vec![false],
         }
     }
 

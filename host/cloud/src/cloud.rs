@@ -23,7 +23,7 @@ pub struct Cloud {
     faces: Arc<[[u32; 3]]>,
     facts: OnceLock<CloudFacts>,
     history: Vec<CloudMade>,
-    /// The cloud's own box, where the scene moved it; else the box around it.
+    /// The cloud's own box, where it was moved or edited; else the box around it.
     object: Option<ObjectFrame>,
 }
 
@@ -87,7 +87,7 @@ impl Cloud {
                 None => columns.push(column),
             }
         }
-        Ok(self.with_origin(self.origin, columns))
+        Ok(self.with_origin(self.origin, columns).with_object(self.object()))
     }
 
     /// The cloud without a column; `position` stays, and an unknown name changes nothing.
@@ -113,7 +113,8 @@ impl Cloud {
             true => Arc::clone(&self.faces),
             false => faces::kept(&self.faces, mask).into(),
         };
-        Ok(Self { len, faces, ..self.with_origin(self.origin, columns) })
+        let kept = self.with_origin(self.origin, columns).with_object(self.object());
+        Ok(Self { len, faces, ..kept })
     }
 
     /// The cloud around another origin; the columns must be of its length.
@@ -182,7 +183,7 @@ impl Cloud {
     }
 
     /// The cloud's own box: around the surfels as they were loaded, moved, turned and scaled with
-    /// them since. Edits leave it where it is in a cloud that was moved.
+    /// them since. Edits leave it where it is.
     #[must_use]
     pub fn object(&self) -> ObjectFrame {
         self.object.unwrap_or_else(|| self.facts().objects.first().copied().unwrap_or_default())
@@ -193,7 +194,7 @@ impl Cloud {
         Self { object: Some(object), facts: OnceLock::new(), ..self }
     }
 
-    /// The box that transforms have moved.
+    /// The box that was there before transforms and edits.
     pub(crate) fn moved_object(&self) -> Option<ObjectFrame> {
         self.object
     }

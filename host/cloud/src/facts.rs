@@ -27,6 +27,7 @@ pub(crate) fn of(cloud: &Cloud) -> CloudFacts {
         equal_radius: equal_radius(cloud.radii()),
         equal_color: equal_color(cloud),
         objects: vec![object],
+        colored: vec![cloud.column(COLOR).is_some()],
     }
 }
 

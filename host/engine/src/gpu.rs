@@ -255,6 +255,12 @@ impl Gpu {
         self.allowed_usages(format).contains(wgpu::TextureUsages::RENDER_ATTACHMENT)
     }
 
+    /// Whether shaders can store into all slices of a volume: through OpenGL, wgpu binds the first one
+    /// alone.
+    pub(crate) fn stores_into_volumes(&self) -> bool {
+        self.info.backend != wgpu::Backend::Gl
+    }
+
     /// Whether depth reaches the depth test as clip space has it. OpenGL maps [0, 1] to [-1, 1]
     /// and back on the way, which rounds away the small values of a reversed depth.
     #[must_use]
@@ -293,6 +299,9 @@ impl Gpu {
     #[must_use]
     pub fn host_info(&self) -> surfelshop_api::HostInfo {
         let mut features = Vec::new();
+        if self.stores_into_volumes() {
+            features.push("volume-storage".to_owned());
+        }
         if self.blends_f32 {
             features.push("float32-blendable".to_owned());
         }

@@ -58,7 +58,7 @@ mod settings;
 mod volume;
 
 use settings::{Chosen, Pattern, pattern_params};
-use surfelshop_api::columns::COLOR;
+use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_api::prelude::*;
 use surfelshop_shading::{Model, NaturalLight, NaturalLighting};
 
@@ -160,12 +160,7 @@ impl Renderer for Procedural {
 impl Settings {
     /// The bytes of the shader's `Settings`.
     fn uniform(&self, frame: &Frame<Self>) -> Uniform {
-        // Clouds without colours are white here and not the grey of other renderers: that grey
-        // leaves room for highlights which patterns have in their own colours.
-        let neutral = surfelshop_api::columns::NEUTRAL_ALBEDO[0];
-        let whiten = if frame.cloud.has(COLOR) { 1.0 } else { 1.0 / neutral };
         Uniform::new()
-            .f32(whiten)
             .f32(self.own_color)
             .f32(f32::from(u8::from(self.filter)))
             .f32(self.specular)
@@ -221,9 +216,14 @@ fn objects(
     let boxes = &frame.cloud.objects;
     let none = [surfelshop_api::ObjectFrame::default()];
     let boxes = if boxes.is_empty() { &none[..] } else { boxes };
-    let bytes: Vec<u8> =
-        boxes.iter().flat_map(|object| chosen.laid.anchored(object, eye).bytes()).collect();
-    graph.upload("objects", &bytes)
+    let bytes = boxes.iter().enumerate().flat_map(|(i, object)| {
+        // Clouds without colours are white here and not the grey of other renderers: that grey leaves
+        // room for highlights, which patterns have in their own colours.
+        let colored = frame.cloud.colored.get(i).copied().unwrap_or(false);
+        let whiten = if colored { 1.0 } else { 1.0 / NEUTRAL_ALBEDO[0] };
+        chosen.laid.anchored(object, eye).bytes(whiten)
+    });
+    graph.upload("objects", &bytes.collect::<Vec<u8>>())
 }
 
 export_plugin! {

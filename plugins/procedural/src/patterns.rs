@@ -3,8 +3,9 @@
 use crate::settings::{Chosen, Pattern};
 use surfelshop_api::prelude::*;
 
-/// Most bytes of a file: enough for any pattern, and little to read for every picture.
-const MOST_BYTES: u64 = 1 << 18;
+/// Most bytes of a file: enough for any pattern, little to read for every picture, and half of what
+/// the host compiles.
+const MOST_BYTES: u64 = 1 << 17;
 
 /// A pattern's text and what messages call it.
 pub(crate) struct Text {
@@ -37,12 +38,18 @@ fn own(path: &str) -> Result<Text> {
     let fail = |what: String| Error::new(format!("pattern {path}: {what}"));
     let about = std::fs::metadata(path).map_err(|error| fail(error.to_string()))?;
     if !about.is_file() || about.len() > MOST_BYTES {
-        let found = if about.is_file() { format!("{} bytes", about.len()) } else { "none".into() };
+        let found = match (about.is_file(), about.is_dir()) {
+            (true, _) => format!("{} bytes", about.len()),
+            (_, true) => "a folder".to_owned(),
+            _ => "something else".to_owned(),
+        };
         return Err(fail(format!("expected a file of at most {MOST_BYTES} bytes, found {found}")));
     }
     let bytes = std::fs::read(path).map_err(|error| fail(error.to_string()))?;
     let wgsl =
         String::from_utf8(bytes).map_err(|_error| fail("it is not UTF-8 text".to_owned()))?;
+    // Some editors write a mark in front, which no WGSL has.
+    let wgsl = wgsl.trim_start_matches('\u{feff}').to_owned();
     check(&wgsl).map_err(|found| {
         fail(format!("expected `fn look(at: Place, albedo: vec3<f32>) -> Look`, found {found}"))
     })?;
@@ -52,7 +59,7 @@ fn own(path: &str) -> Result<Text> {
 /// Whether a text has the function that makes it a pattern; what it has instead. What else is wrong
 /// the compiler finds, with its line.
 fn check(wgsl: &str) -> std::result::Result<(), String> {
-    let plain = without_comments(wgsl);
+    let plain = without_comments(wgsl).split_whitespace().collect::<Vec<_>>().join(" ");
     let mut rest = plain.as_str();
     let after = loop {
         let Some(at) = rest.find("fn look") else { return Err("no such function".to_owned()) };
@@ -92,22 +99,18 @@ fn without_comments(wgsl: &str) -> String {
     let mut rest = wgsl;
     let mut depth = 0;
     while let Some(c) = rest.chars().next() {
-        let n = match (depth, &rest[..rest.len().min(2).max(c.len_utf8())]) {
-            (0, "//") => rest.find('\n').unwrap_or(rest.len()),
-            (_, "/*") => {
-                depth += 1;
-                2
-            }
-            (1.., "*/") => {
-                depth -= 1;
-                plain.extend((depth == 0).then_some(' '));
-                2
-            }
-            (0, _) => {
-                plain.push(c);
-                c.len_utf8()
-            }
-            _ => c.len_utf8(),
+        let n = if depth == 0 && rest.starts_with("//") {
+            rest.find('\n').unwrap_or(rest.len())
+        } else if rest.starts_with("/*") {
+            depth += 1;
+            2
+        } else if depth > 0 && rest.starts_with("*/") {
+            depth -= 1;
+            plain.extend((depth == 0).then_some(' '));
+            2
+        } else {
+            plain.extend((depth == 0).then_some(c));
+            c.len_utf8()
         };
         rest = &rest[n..];
     }
@@ -149,6 +152,9 @@ mod tests {
     fn comments_of_any_kind_are_left_out() {
         assert_eq!(without_comments("a/* b /* c */ d */e// f\ng/"), "a e\ng/");
         assert_eq!(without_comments("é//"), "é");
+        // Letters of several bytes anywhere, also behind what begins no comment.
+        assert_eq!(without_comments("/* Grüne Adern */größe /ü*é"), " größe /ü*é");
+        assert_eq!(check(&format!("// ä\n/* ü */ const größe = 1.0; {GOOD}")), Ok(()));
     }
 
     #[test]

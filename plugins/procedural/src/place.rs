@@ -51,12 +51,13 @@ impl Anchored {
         })
     }
 
-    /// The bytes of the shader's `Object`.
-    pub(crate) fn bytes(&self) -> Vec<u8> {
+    /// The bytes of the shader's `Object`, whose albedo counts by a factor.
+    pub(crate) fn bytes(&self, whiten: f32) -> Vec<u8> {
         let [a, b, c] = self.parts();
         let m = self.pattern_from_world.as_mat3();
         let uniform = Uniform::new().vec3(a).vec3(b).vec3(c);
-        uniform.vec3(m.x_axis).vec3(m.y_axis).vec3(m.z_axis).into_bytes()
+        // A matrix ends with the padding of its last column.
+        uniform.vec3(m.x_axis).vec3(m.y_axis).vec4(m.z_axis.extend(0.0)).f32(whiten).into_bytes()
     }
 }
 

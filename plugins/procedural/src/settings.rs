@@ -76,7 +76,8 @@ macro_rules! pattern_params {
             pub struct $name {
                 /// The pattern.
                 pattern: Pattern { default: Pattern::SimpleMarble },
-                /// A pattern of your own instead, a file of WGSL.
+                /// A pattern of your own, a file of WGSL; it counts instead of `pattern` until it is
+                /// taken away again.
                 file: FilePath { default: FilePath::default(), endings: &["wgsl"] },
                 /// Size of the pattern: 2 doubles all that is in it.
                 scale: f32 { default: 1.0, range: 0.001..=1000.0, logarithmic: true },

@@ -13,11 +13,11 @@ struct Object {
     anchor_middle: vec3<f32>,
     anchor_low: vec3<f32>,
     pattern_from_world: mat3x3<f32>,
+    // Factor on the albedo, which makes clouds without colours white.
+    whiten: f32,
 }
 
 struct Settings {
-    // Factor on the albedo, which makes clouds without colours white.
-    whiten: f32,
     // How much the cloud's own colour counts.
     own_color: f32,
     // 1 where the pattern is filtered over the pixel, else 0.
@@ -46,6 +46,7 @@ fn place_of(s: Surface) -> Place {
 }
 
 fn look_of(s: Surface) -> Look {
-    let own = mix(vec3(1.0), s.albedo * shown.whiten, shown.own_color);
+    let factor = objects[surface::object_at(s.pixel)].whiten;
+    let own = mix(vec3(1.0), s.albedo * factor, shown.own_color);
     return chosen::look(warped(place_of(s)), own);
 }

@@ -12,7 +12,7 @@ use surfelshop_api::ObjectFrame;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_engine::{Backend, GpuOptions, PassReport, PassState};
 use surfelshop_tests::procedural::patterns::{ALL, Settings};
-use surfelshop_tests::procedural::plane::{Plane, Sight, rmse, unlit};
+use surfelshop_tests::procedural::plane::{PERIODIC, Plane, SUM, Sight, rmse, unlit};
 use surfelshop_tests::procedural::{Bench, places};
 
 fn main() -> Result<()> {
@@ -116,33 +116,6 @@ fn filter() -> Result<()> {
     println!();
     Ok(())
 }
-
-/// The sum of octaves as it is.
-const SUM: &str = "
-#import surfelshop::noise::Place
-#import procedural::pattern::{Look, fbm}
-fn look(at: Place, albedo: vec3<f32>) -> Look {
-    return Look(vec3(0.5 + 0.5 * fbm(at).mean), 0.0, 1.0, 0.0);
-}";
-
-/// The same, computed with the volume's period, without a filter.
-const PERIODIC: &str = "
-#import surfelshop::noise::{Place, Seed}
-#import surfelshop::noise as gradients
-#import procedural::pattern::{Look, settings}
-fn look(at: Place, albedo: vec3<f32>) -> Look {
-    var sum = 0.0;
-    var f = vec3(settings.frequency);
-    var contrast = settings.to_one_octave;
-    for (var k = 0u; k < settings.n_octaves; k++) {
-        let by = f32(k) * vec3(5.375, 9.703125, 13.140625);
-        let l = gradients::moved(gradients::lattice(at, f), by);
-        sum += contrast * gradients::scalar(l, Seed(settings.key, 15u));
-        f *= settings.lacunarity;
-        contrast *= settings.gain;
-    }
-    return Look(vec3(0.5 + 0.5 * sum), 0.0, 1.0, 0.0);
-}";
 
 /// Milliseconds of the passes whose names begin so.
 fn milliseconds(passes: &[PassReport], name: &str) -> f64 {

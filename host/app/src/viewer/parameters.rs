@@ -60,7 +60,10 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
         } else {
             ui.data_mut(|data| data.remove_temp::<String>(id));
             if response.lost_focus() {
-                *path = typed.trim().to_owned();
+                // Whole, so that it names the same file in a scene of any folder.
+                let typed = typed.trim();
+                let whole = std::path::absolute(typed).map(|whole| whole.display().to_string());
+                *path = whole.unwrap_or_else(|_empty| typed.to_owned());
             }
         }
         (response, ui.button("…").on_hover_text("choose a file").clicked())

@@ -7,7 +7,6 @@ use super::arrangement;
 use super::canvas;
 use super::settings::{Mode, PaneSettings};
 use super::window::Window;
-use crate::settings;
 use crate::staging::{background_of, tone_map_of};
 use crate::surroundings;
 use std::path::Path;
@@ -158,12 +157,7 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
     let views = settings.panes.iter().map(|pane| {
         let own = window.own_cameras.get(&pane.id).filter(|_| !pane.linked);
         let known = SceneView {
-            values: match window.declared.get(&pane.renderers[0]) {
-                Some(declared) => settings::with_paths(declared, pane.values_of(0), |path| {
-                    file_path_in(&file.folder, path)
-                }),
-                None => pane.values_of(0),
-            },
+            values: values_in(window, pane, 0, &file.folder),
             camera: own.map(|camera| Keyed::from(*camera)),
             // What this window cannot show it keeps as it was.
             output: pane.output.clone(),
@@ -172,15 +166,35 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
         Keyed { known, unknown: pane.unknown.clone() }
     });
     let mut views: Vec<Keyed<SceneView>> = views.collect();
-    views.extend(window.hidden_views.iter().cloned());
+    let from = base.as_ref().map(|base| base.folder.clone()).unwrap_or_default();
+    views.extend(window.hidden_views.iter().cloned().map(|mut view| {
+        // As it was read, from the folder of the scene that it came from.
+        if let Some(declared) = window.declared.get(&view.known.renderer) {
+            let values = std::mem::take(&mut view.known.values);
+            let moved = |path: &Path| file_path_in(&file.folder, &from.join(path));
+            view.known.values = crate::settings::with_paths(declared, values, moved);
+        }
+        view
+    }));
     file.views = views;
-    let panes = settings.panes.iter().map(|pane| Toml::Table(layout_of(pane))).collect();
+    let layout = |pane| Toml::Table(layout_of(window, pane, &file.folder));
+    let panes = settings.panes.iter().map(layout).collect();
     file.layout.insert("panes".to_owned(), Toml::Array(panes));
     match arrangement::described(&window.tree, &settings.pane_ids()) {
         Some(described) => file.layout.insert("arrangement".to_owned(), described),
         None => file.layout.remove("arrangement"),
     };
     file
+}
+
+/// The values of one side of a pane, with paths from the scene's folder.
+fn values_in(window: &Window, pane: &PaneSettings, side: usize, folder: &Path) -> Values {
+    match window.declared.get(&pane.renderers[side]) {
+        Some(declared) => crate::settings::with_paths(declared, pane.values_of(side), |path| {
+            file_path_in(folder, path)
+        }),
+        None => pane.values_of(side),
+    }
 }
 
 /// The clouds of the scene and the files beside it as they were opened, hidden ones too, for a scene
@@ -224,12 +238,12 @@ fn file_path_in(folder: &Path, opened: &Path) -> std::path::PathBuf {
     SceneFile { folder: folder.to_owned(), ..SceneFile::default() }.path_in_scene(opened)
 }
 
-fn layout_of(pane: &PaneSettings) -> Table {
+fn layout_of(window: &Window, pane: &PaneSettings, folder: &Path) -> Table {
     let mut layout = Table::new();
     layout.insert("mode".to_owned(), Toml::String(pane.mode.name().to_owned()));
     layout.insert("second".to_owned(), Toml::String(pane.renderers[1].clone()));
     layout.insert("wipe".to_owned(), Toml::Float(f64::from(pane.wipe)));
-    let values = pane.values_of(1);
+    let values = values_in(window, pane, 1, folder);
     if !values.is_empty() {
         let values = values.iter().map(|(id, value)| (id.clone(), toml_of(value))).collect();
         layout.insert("second_values".to_owned(), Toml::Table(values));

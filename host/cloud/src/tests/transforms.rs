@@ -163,3 +163,29 @@ fn empty_clouds_are_turned() {
     let transform = Transform { rotation: turn(), ..Transform::default() };
     assert!(Cloud::default().transformed(&transform).unwrap().is_empty());
 }
+
+/// What textures are fastened to goes with a cloud and stays through edits.
+#[test]
+fn the_box_of_a_cloud_is_moved_with_it_and_stays_through_edits() {
+    let positions = [Vec3::ZERO, Vec3::new(4.0, 0.0, 0.0), Vec3::new(1.0, 2.0, 0.0)];
+    let flat = positions.iter().flat_map(Vec3::to_array).collect();
+    let column = Column::new(POSITION, 3, Buffer::F32(flat));
+    let cloud = Cloud::new(DVec3::new(10.0, 0.0, 0.0), vec![column]).unwrap();
+    let object = cloud.object();
+    assert_eq!((object.center, object.size), (DVec3::new(12.0, 1.0, 0.0), 4.0));
+    // Fewer surfels, the same box; and other columns.
+    let fewer = cloud.keep(&[true, false, true]).unwrap();
+    assert_eq!(fewer.object(), object);
+    assert_eq!(fewer.facts().objects, [object]);
+    let more = fewer.with_columns(vec![Column::new("more", 1, Buffer::F32(vec![0.0; 2]))]).unwrap();
+    assert_eq!(more.object(), object);
+    let turn = DQuat::from_rotation_z(FRAC_PI_2);
+    let rotation = Rotation::Quaternion(turn);
+    let transform = Transform { translation: DVec3::Z, rotation, scale: 0.5 };
+    let moved = cloud.transformed(&transform).unwrap();
+    let place = DVec3::new(11.0, 2.0, 0.5);
+    let there = turn * (place * 0.5) + DVec3::Z;
+    let [a, b] = [object.box_from_world(place), moved.object().box_from_world(there)];
+    assert!((a - b).length() < 1e-12, "{a} {b}");
+    assert_eq!(moved.keep(&[true; 3]).unwrap().object(), moved.object());
+}

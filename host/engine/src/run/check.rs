@@ -9,7 +9,7 @@ use super::plan::{
 use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::gpu::Gpu;
 use crate::shader::{Binding, BindingKind};
-use surfelshop_api::graph::{Format, Groups, Pass, Resource, SurfaceMode, TextureId, Work};
+use surfelshop_api::graph::{Format, Groups, Module, Pass, Resource, SurfaceMode, TextureId, Work};
 
 /// Most bytes of one texture or buffer of a graph.
 const MAX_RESOURCE_BYTES: u64 = 1 << 30;
@@ -106,6 +106,7 @@ impl Plan {
         pass: &Pass,
         binding: &Binding,
         surface: SurfaceMode,
+        gpu: &Gpu,
         planned: &mut Planned,
     ) -> Result<(), String> {
         if is_given(&binding.name) {
@@ -135,8 +136,23 @@ impl Plan {
         }
         let name = &binding.name;
         let Some(resource) = pass.bindings.get(name) else {
-            return Err(format!("`{name}` ({}) is not bound", binding.kind.describe()));
+            // A module's file is what its author knows.
+            let of = |module: &&Module| {
+                name.strip_prefix(module.path.as_str()).is_some_and(|rest| rest.starts_with("::"))
+            };
+            let file = pass.modules.iter().find(of).map(|module| format!("{}: ", module.file));
+            let (file, kind) = (file.unwrap_or_default(), binding.kind.describe());
+            return Err(format!("{file}`{name}` ({kind}) is not bound"));
         };
+        if let BindingKind::StorageTexture { dimension: wgpu::TextureViewDimension::D3, .. } =
+            binding.kind
+            && !gpu.stores_into_volumes()
+        {
+            return Err(format!(
+                "`{name}` stores into a volume, which OpenGL cannot do here; use Vulkan, Metal or \
+                 Direct3D, or do without"
+            ));
+        }
         let node = self.check_resource(name, &binding.kind, resource)?;
         if let Some(node) = node {
             let used_already = planned.writes.contains(&node)

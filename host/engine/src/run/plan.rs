@@ -155,7 +155,7 @@ impl Plan {
             surfels: None,
         };
         for binding in &point.bindings {
-            self.check_binding(pass, binding, surface, &mut planned)?;
+            self.check_binding(pass, binding, surface, gpu, &mut planned)?;
         }
         if matches!(pass.work, Work::Shading { per_surfel: true, .. }) {
             let shader = pipelines.shader_with(&surfel_source(pass), &pass.modules, &[])?;
@@ -163,7 +163,7 @@ impl Plan {
             let point =
                 reflect(&shader.composed, stage, SURFEL_ENTRY).map_err(|error| error.message)?;
             for binding in &point.bindings {
-                self.check_binding(pass, binding, surface, &mut planned)?;
+                self.check_binding(pass, binding, surface, gpu, &mut planned)?;
             }
             // It has a surface of its own, for which the nearest surfels must be known.
             planned.surface = None;

@@ -189,6 +189,7 @@ impl Library {
             }
             ShaderError::new(undecorated_text(&message))
         })?;
+        check_variables(&module)?;
         Ok(Composed { module, info })
     }
 }
@@ -207,6 +208,34 @@ fn check_size(source: &str, modules: &[Module]) -> Result<(), ShaderError> {
         return Err(ShaderError::new(format!(
             "the shader has {n_else} `else`, at most {MAX_ELSE} are compiled"
         )));
+    }
+    Ok(())
+}
+
+/// Most bytes of a variable that each invocation has of its own. Drivers keep them in registers where
+/// they can, and take minutes or all memory where they cannot.
+const MAX_VARIABLE_BYTES: u32 = 64 << 10;
+
+/// Refuses variables that no invocation should have of its own.
+fn check_variables(module: &naga::Module) -> Result<(), ShaderError> {
+    use naga::AddressSpace::{Private, WorkGroup};
+    let global = module.global_variables.iter().map(|(_, variable)| variable);
+    let private = global
+        .filter(|variable| matches!(variable.space, Private | WorkGroup))
+        .map(|variable| (&variable.name, variable.ty));
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let functions = functions.chain(module.entry_points.iter().map(|entry| &entry.function));
+    let local = functions
+        .flat_map(|function| function.local_variables.iter().map(|(_, v)| (&v.name, v.ty)));
+    for (name, ty) in private.chain(local) {
+        let size = module.types[ty].inner.try_size(module.to_ctx()).unwrap_or(u32::MAX);
+        if size > MAX_VARIABLE_BYTES {
+            let name = undecorated(name.as_deref().unwrap_or_default());
+            return Err(ShaderError::new(format!(
+                "variable `{name}` takes {size} bytes of each invocation, at most \
+                 {MAX_VARIABLE_BYTES} are compiled"
+            )));
+        }
     }
     Ok(())
 }

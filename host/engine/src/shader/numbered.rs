@@ -52,7 +52,12 @@ pub(super) fn member_with_digit(wgsl: &str) -> Option<String> {
         rest = &rest[skipped.max(if skipped == 0 { c.len_utf8() } else { 0 })..];
     }
     let word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-    plain.split("struct ").skip(1).find_map(|text| {
+    let mut starts = plain.match_indices("struct ").filter(|(at, _)| {
+        let before = plain[..*at].chars().next_back();
+        !before.is_some_and(word)
+    });
+    starts.find_map(|(at, keyword)| {
+        let text = &plain[at + keyword.len()..];
         let members = text.split_once('{')?.1.split_once('}')?.0;
         let names = members.split(':').map(|before| before.trim_end().rsplit(|c| !word(c)).next());
         let mut names = names.flatten().take(members.matches(':').count());
@@ -118,6 +123,7 @@ mod tests {
         assert_eq!(found("struct A { // x1: f32\n a: f32 }\nfn f() { let a1: f32 = 1.0; }"), None);
         assert_eq!(found("struct A { a: vec3<f32>, @size(16) f0 : f32, }"), Some("f0".to_owned()));
         assert_eq!(found("struct A"), None);
+        assert_eq!(found("fn construct () { let a1: f32 = 1.0; }"), None);
     }
 
     #[test]

@@ -122,10 +122,16 @@ pub(crate) fn reflect(
     let usage = composed.info.get_entry_point(index);
     let mut bindings = Vec::new();
     for (handle, variable) in module.global_variables.iter() {
-        let Some(number) = variable.binding.map(|binding| binding.binding) else { continue };
         if usage[handle].is_empty() {
             continue;
         }
+        if variable.space == AddressSpace::WorkGroup && stage != naga::ShaderStage::Compute {
+            let name = variable.name.clone().unwrap_or_default();
+            return Err(ShaderError::new(format!(
+                "`{name}` is shared by a workgroup, which only compute passes have"
+            )));
+        }
+        let Some(number) = variable.binding.map(|binding| binding.binding) else { continue };
         let name = variable.name.clone().unwrap_or_default();
         let kind = binding_kind(module, variable)
             .map_err(|what| ShaderError::new(format!("variable `{name}` is {what}")))?;

@@ -21,6 +21,33 @@ const TURN: [f64; 2] = [25.0, 40.0];
 /// Samples along a pixel of the reference.
 pub const SAMPLES: u32 = 16;
 
+/// A pattern of one's own that is the sum of octaves as it is.
+pub const SUM: &str = "
+#import surfelshop::noise::Place
+#import procedural::pattern::{Look, fbm}
+fn look(at: Place, albedo: vec3<f32>) -> Look {
+    return Look(vec3(0.5 + 0.5 * fbm(at).mean), 0.0, 1.0, 0.0);
+}";
+
+/// The same, computed with the volume's period, without a filter.
+pub const PERIODIC: &str = "
+#import surfelshop::noise::{Place, Seed}
+#import surfelshop::noise as gradients
+#import procedural::pattern::{Look, settings}
+fn look(at: Place, albedo: vec3<f32>) -> Look {
+    var sum = 0.0;
+    var f = vec3(settings.frequency);
+    var contrast = settings.to_one_octave;
+    for (var k = 0u; k < settings.n_octaves; k++) {
+        let by = f32(k) * vec3(5.375, 9.703125, 13.140625);
+        let l = gradients::moved(gradients::lattice(at, f), by);
+        sum += contrast * gradients::scalar(l, Seed(settings.key, 15u));
+        f *= settings.lacunarity;
+        contrast *= settings.gain;
+    }
+    return Look(vec3(0.5 + 0.5 * sum), 0.0, 1.0, 0.0);
+}";
+
 /// The renderer over one surfel, so large that it is a plane.
 pub struct Plane {
     /// The device side.

@@ -9,7 +9,8 @@ use surfelshop_api::{Camera, CloudFacts, ObjectFrame, Projection, Scene, View};
 use surfelshop_cloud::probe::Probe;
 use surfelshop_cloud::{Cloud, Rotation, Transform};
 use surfelshop_engine::{
-    Engine, GpuOptions, PassState, RenderError, RenderRequest, Rendered, RendererView,
+    Backend, Engine, EngineOptions, GpuOptions, PassState, RenderError, RenderRequest, Rendered,
+    RendererView,
 };
 use surfelshop_tests::clouds::{self, Surfels};
 use surfelshop_tests::natural_light::{around, view_of};
@@ -40,6 +41,7 @@ fn facts(clouds: &[&Cloud]) -> CloudFacts {
         bounds_max: each().map(|facts| facts.bounds_max).fold(DVec3::NEG_INFINITY, DVec3::max),
         columns: each().flat_map(|facts| facts.columns.clone()).collect(),
         objects: each().flat_map(|facts| facts.objects.clone()).collect(),
+        colored: each().flat_map(|facts| facts.colored.clone()).collect(),
         ..CloudFacts::default()
     }
 }
@@ -207,7 +209,8 @@ fn each_cloud_of_a_scene_has_its_own_box() {
         let translation = DVec3::new(x, 0.0, 0.0);
         cloud.transformed(&Transform { translation, ..Transform::default() }).unwrap()
     };
-    let right = shift(0.6, &sphere(2000, 0.3));
+    // One with colours, one without.
+    let right = shift(0.6, &clouds::sphere(2000, 0.3).cloud());
     let left = shift(-0.5, &left);
     let values = values(&[("pattern", text("checker")), ("lighting", text("none"))]);
     let alone = [&left, &right].map(|cloud| lab.pixels(&[cloud], front(), &values));
@@ -304,10 +307,34 @@ fn what_is_wrong_with_a_pattern_is_said_in_one_line_and_the_next_frame_is_good()
         (body("return Look(albido, 0.0, 1.0, 0.0);"), "mine.wgsl, line 4: no definition in scope"),
         (body("return Look(albedo, 0.0, 1.0, 0.0)"), "mine.wgsl, line 5: expected `;`"),
         (body("return Look(albedo, 0.0);"), "mine.wgsl"),
+        (
+            format!("var<uniform> mine: f32;\n{}", body("return Look(vec3(mine), 0.0, 1.0, 0.0);")),
+            "mine.wgsl: `procedural::chosen::mine` (a uniform of 4 bytes) is not bound",
+        ),
+        (
+            format!(
+                "var<workgroup> ours: f32;\n{}",
+                body("return Look(vec3(ours), 0.0, 1.0, 0.0);")
+            ),
+            "only compute passes have",
+        ),
+        (
+            body(
+                "var q: array<f32, 200000>; q[i32(albedo.x)] = 1.0; return Look(vec3(q[3]), 0.0, 1.0, 0.0);",
+            ),
+            "at most 65536 are compiled",
+        ),
+        (
+            format!(
+                "var<private> q: array<f32, 100000000>;\n{}",
+                body("q[3] = 1.0; return Look(vec3(q[3]), 0.0, 1.0, 0.0);")
+            ),
+            "at most 65536 are compiled",
+        ),
         (format!("#import surfelshop::nois::Place\n{good}"), "line 1: there is no module"),
         (format!("struct A {{ a1: f32 }}\n{good}"), "cannot end in a digit, as `a1` does"),
         (body("var x = 0.0; loop { x += 1.0; } return Look(vec3(x), 0.0, 1.0, 0.0);"), ""),
-        ("\u{0}".repeat(300_000), "expected a file of at most 262144 bytes, found 300000 bytes"),
+        ("\u{0}".repeat(300_000), "expected a file of at most 131072 bytes, found 300000 bytes"),
     ] {
         let values = own(folder.path(), &wgsl);
         match lab.frame(&[&sphere], front(), &values, None) {
@@ -320,9 +347,14 @@ fn what_is_wrong_with_a_pattern_is_said_in_one_line_and_the_next_frame_is_good()
         }
         lab.frame(&[&sphere], front(), &own(folder.path(), &good), None).unwrap();
     }
+    // Words of other languages are no mistake.
+    let umlauts =
+        body("/* Grüne Adern */ let größe = 0.5; return Look(vec3(größe), 0.0, 1.0, 0.0);");
+    let umlauts = format!("\u{feff}// Größe\n{}", umlauts.replace("fn look(", "fn  look ("));
+    lab.frame(&[&sphere], front(), &own(folder.path(), &umlauts), None).unwrap();
     for (path, words) in [
         (folder.path().join("none.wgsl"), "none.wgsl: No such file"),
-        (folder.path().to_owned(), "expected a file"),
+        (folder.path().to_owned(), "131072 bytes, found a folder"),
     ] {
         let values = values(&[("file", text(&path.display().to_string()))]);
         let line = lab.frame(&[&sphere], front(), &values, None).unwrap_err().to_string();
@@ -380,4 +412,18 @@ fn the_pattern_of_the_readme_works() {
     let reds: Vec<f32> = pixels.iter().filter(|p| p[3] > 0.0).map(|p| p[0]).collect();
     let (least, most) = reds.iter().fold((1.0f32, 0.0f32), |(a, b), &r| (a.min(r), b.max(r)));
     assert!(least < 0.4 && most > 0.5, "{least} to {most}");
+}
+
+/// Through OpenGL a volume would stay empty but for its first slice; that is said instead.
+#[test]
+fn volumes_are_refused_where_they_cannot_be_filled() {
+    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let engine = stage::engine_with(&gpu, &EngineOptions::default());
+    let renderer = stage::built_renderer(&engine, "surfelshop-procedural", "procedural");
+    let mut lab = Lab { engine, renderer, scene: Scene::default() };
+    let cloud = sphere(3000, 1.0);
+    let volume = values(&[("noise", text("volume")), ("volume-size", Value::Int(16))]);
+    let line = lab.frame(&[&cloud], front(), &volume, None).unwrap_err().to_string();
+    assert!(line.contains("stores into a volume, which OpenGL cannot do here"), "{line}");
+    lab.frame(&[&cloud], front(), &Values::new(), None).unwrap();
 }

@@ -7,4 +7,5 @@ mod agreement;
 mod conduct;
 mod extremes;
 mod filter;
+mod light;
 mod statistics;
