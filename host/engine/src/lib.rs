@@ -1,7 +1,7 @@
 //! Loads plugins; checks, compiles, culls, runs and times their graphs on wgpu; draws surfels.
 //!
 //! [`plugins`] finds and loads renderers, tracers and tools; [`tools`] runs tools over clouds and
-//! [`trace`] tracers over pictures. An [`Engine`] owns the device side:
+//! [`trace`] tracers over pictures; [`metrics`] compares pictures. An [`Engine`] owns the device side:
 //! it takes what a renderer describes for a frame, checks every name and size in it, compiles
 //! what is new, runs the passes that requested outputs depend on, and times each. Surfels are
 //! drawn here and nowhere else: every renderer reads the surface buffer that is made once per
@@ -13,6 +13,7 @@
 mod engine;
 mod environment;
 mod gpu;
+pub mod metrics;
 pub mod picture;
 pub mod plugins;
 mod run;

@@ -4,11 +4,13 @@
 
 use crate::run::Image;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
 
 /// How radiance above what a screen can show is brought down.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum ToneMap {
     /// Values above 1 are cut off.
     #[default]
@@ -18,7 +20,8 @@ pub enum ToneMap {
 }
 
 /// What stands where no surfel is.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Background {
     /// Nothing: the picture keeps its alpha.
     #[default]
@@ -28,7 +31,7 @@ pub enum Background {
 }
 
 /// How a picture is developed.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Development {
     /// Factor on radiance in stops.
     pub exposure_stops: f32,

@@ -1,6 +1,7 @@
 //! Two pictures of the same view, compared as they are shown.
 
 use eframe::egui::Color32;
+use surfelshop_engine::metrics::{LevelErrors, compare_levels, psnr};
 
 /// How much two pictures differ.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,26 +16,13 @@ pub(crate) struct Difference {
 impl Difference {
     /// Compares two pictures of four 8-bit values a pixel; `None` where their sizes differ.
     pub(crate) fn new(size: [u32; 2], a: &[u8], b: &[u8]) -> Option<Self> {
-        if a.len() != b.len() || a.is_empty() {
-            return None;
-        }
-        let mut sum = 0u64;
-        let largest = a
-            .chunks_exact(4)
-            .zip(b.chunks_exact(4))
-            .map(|(a, b)| {
-                let off = [0, 1, 2].map(|channel| a[channel].abs_diff(b[channel]));
-                sum += off.iter().map(|&v| u64::from(v) * u64::from(v)).sum::<u64>();
-                f32::from(off[0].max(off[1]).max(off[2])) / 255.0
-            })
-            .collect();
-        let mean = sum as f64 / (a.len() / 4 * 3) as f64;
-        Some(Self { size, largest, rmse: mean.sqrt() / 255.0 })
+        let LevelErrors { largest, rmse } = compare_levels(a, b)?;
+        Some(Self { size, largest, rmse })
     }
 
     /// Peak signal-to-noise ratio in decibels; infinite for equal pictures.
     pub(crate) fn psnr(&self) -> f64 {
-        -20.0 * self.rmse.log10()
+        psnr(self.rmse)
     }
 
     /// The differences as colours; `full` is the difference of the brightest colour.

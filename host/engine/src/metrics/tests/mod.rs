@@ -1,0 +1,6 @@
+mod agreement;
+mod analytic;
+mod pictures;
+mod refusals;
+mod twin;
+mod variance;
