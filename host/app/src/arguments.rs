@@ -1,7 +1,7 @@
 //! What can be typed behind `surfelshop`.
 
 use crate::camera::CameraSpec;
-use crate::values::{self, Backdrop, LightSpec, OutputFile, Setting, Size};
+use crate::values::{self, Backdrop, LightSpec, Limit, OutputFile, Setting, Size};
 use clap::error::ErrorKind;
 use clap::{ArgAction, Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -62,6 +62,9 @@ pub(crate) enum Command {
     Render(Box<RenderArguments>),
     /// Run tools over a cloud, one after the other, and write what comes of it.
     Bake(Box<BakeArguments>),
+    /// Render a scene with several renderers and compare what they make of it: pictures, maps of their
+    /// errors, numbers and times, on one page.
+    Compare(Box<CompareArguments>),
     /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
     /// shows.
     Info(InfoArguments),
@@ -106,6 +109,27 @@ pub(crate) struct RenderArguments {
     /// are n * 0.5 + 0.5 in world space, ao is as it is, albedo is sRGB-encoded.
     #[arg(long, value_name = "NAME", value_parser = values::output)]
     pub(crate) output: Option<Output>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
+    /// Bits per channel of a PNG.
+    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
+    pub(crate) bits: Bits,
+    /// A parameter of the renderer, as id=value or RENDERER:id=value; may be repeated.
+    ///
+    /// An id that does not exist is answered with the list of those that do, and their ranges.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) set: Vec<Setting>,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
+/// What is seen, and in which light: all that a renderer has no say in.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PictureArguments {
     /// Width and height in pixels, or one number for a square.
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = Size::parse)]
     pub(crate) size: Size,
@@ -130,14 +154,6 @@ pub(crate) struct RenderArguments {
     #[arg(long, value_name = "COLOR", default_value = "transparent",
           value_parser = Backdrop::parse)]
     pub(crate) background: Backdrop,
-    /// Bits per channel of a PNG.
-    #[arg(long, value_enum, value_name = "BITS", default_value_t)]
-    pub(crate) bits: Bits,
-    /// A parameter of the renderer, as id=value or RENDERER:id=value; may be repeated.
-    ///
-    /// An id that does not exist is answered with the list of those that do, and their ranges.
-    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
-    pub(crate) set: Vec<Setting>,
     /// Factor on every surfel's radius.
     #[arg(long, value_name = "FACTOR", value_parser = values::factor,
           allow_hyphen_values = true)]
@@ -157,6 +173,41 @@ pub(crate) struct RenderArguments {
           default_value_t = false, default_missing_value = "true", action = ArgAction::Set,
           hide_default_value = true, hide_possible_values = true)]
     pub(crate) one_sided: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop compare bunny.ply -r flat -r ewa-phong -o compared
+  surfelshop compare bunny.ply -r environment -r procedural --set procedural:lighting=natural \\
+      --env studio --reference reference --set reference:samples=256 -o compared
+  surfelshop compare bunny.ply -r mine --reference truth.exr --fail-above rmse=0.01 -o compared
+The folder holds index.html, which needs no network, metrics.csv, metrics.json and the pictures.")]
+pub(crate) struct CompareArguments {
+    /// The clouds, and at most one scene (.scene.toml); all are shown together.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// A renderer or tracer, by its id or as PACKAGE/ID; may be repeated.
+    #[arg(short, long, required = true, value_name = "RENDERER")]
+    pub(crate) renderer: Vec<String>,
+    /// What the others are measured against: a renderer or tracer, or a picture (.exr of linear
+    /// radiance) [default: the first renderer].
+    #[arg(long, value_name = "RENDERER|FILE")]
+    pub(crate) reference: Option<String>,
+    /// The folder to write.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Fail where a metric of any renderer is above a value, as rmse=0.01; may be repeated. A picture
+    /// that cannot be measured is above every value.
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = values::limit)]
+    pub(crate) fail_above: Vec<Limit>,
+    /// Frames that are timed of each renderer, in turns with the others, after one that is not.
+    #[arg(long, value_name = "NUMBER", default_value_t = 5, value_parser = values::repeats)]
+    pub(crate) repeats: u32,
+    /// A parameter, as RENDERER:id=value, or id=value for all that have it; may be repeated.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) set: Vec<Setting>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
     #[command(flatten)]
@@ -435,8 +486,8 @@ mod tests {
             "surfelshop render a.ply -o a.png --light -1,0,0 --exposure -1.5 --camera -1,2,3;0,0,0";
         let cli = Cli::try_parse_from(line.split(' ')).unwrap();
         let Some(Command::Render(render)) = cli.command else { panic!("another command") };
-        assert_eq!(render.exposure.to_bits(), (-1.5f32).to_bits());
-        assert_eq!(render.light.len(), 1);
+        assert_eq!(render.picture.exposure.to_bits(), (-1.5f32).to_bits());
+        assert_eq!(render.picture.light.len(), 1);
     }
 
     #[test]

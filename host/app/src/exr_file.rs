@@ -6,6 +6,7 @@ use exr::prelude::{
     Text, WritableImage as _,
 };
 use std::io::Cursor;
+use std::path::Path;
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
 
@@ -32,6 +33,32 @@ pub(crate) fn exr(images: &[&(Output, Image)]) -> anyhow::Result<Vec<u8>> {
     let mut bytes = Cursor::new(Vec::new());
     ExrImage::from_layer(layer).write().to_buffered(&mut bytes)?;
     Ok(bytes.into_inner())
+}
+
+/// Reads the colour of an EXR file: R, G and B of the layer without a name, with straight alpha; A is 1
+/// where there is none.
+///
+/// # Errors
+/// Where the file cannot be read or has no such channels.
+pub(crate) fn read_color(path: &Path) -> anyhow::Result<Image> {
+    let wrong = |what: String| anyhow::anyhow!("{}: {what}", path.display());
+    let read = exr::prelude::read_first_rgba_layer_from_file(
+        path,
+        |size, _| (size, vec![[0.0f32; 4]; size.width() * size.height()]),
+        |(size, pixels): &mut (exr::prelude::Vec2<usize>, Vec<[f32; 4]>), at, (r, g, b, a)| {
+            let (r, g, b, a): (f32, f32, f32, f32) = (r, g, b, a);
+            pixels[at.y() * size.width() + at.x()] = [r, g, b, a];
+        },
+    );
+    let image = read.map_err(|error| wrong(format!("it has no colours to read: {error}")))?;
+    let (size, pixels) = image.layer_data.channel_data.pixels;
+    let side = |n: usize| u32::try_from(n).map_err(|_error| wrong("it is too large".to_owned()));
+    let straight = |[r, g, b, a]: [f32; 4]| match a > 0.0 && a != 1.0 {
+        true => [r / a, g / a, b / a, a],
+        false => [r, g, b, a],
+    };
+    let data = pixels.into_iter().flat_map(straight).collect();
+    Ok(Image { width: side(size.width())?, height: side(size.height())?, components: 4, data })
 }
 
 /// The channels of one output.

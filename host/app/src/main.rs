@@ -8,6 +8,7 @@ mod arguments;
 mod bake;
 mod camera;
 mod clouds;
+mod compare;
 mod convert;
 mod demo;
 mod exr_file;
@@ -15,6 +16,7 @@ mod files;
 mod given;
 mod info;
 mod made;
+mod page;
 mod pictures;
 mod plugins;
 mod probe_info;
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
     };
     let done = match cli.command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
+        Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
         Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),

@@ -1,6 +1,6 @@
 //! `surfelshop render`: clouds and a renderer in, pictures out.
 
-use crate::arguments::{Bits, RenderArguments};
+use crate::arguments::{Bits, PictureArguments, RenderArguments};
 use crate::clouds::Clouds;
 use crate::given::Given;
 use crate::report::Written;
@@ -47,7 +47,9 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let registry = studio::registry(&arguments.plugins.plugin)?;
     let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
     let seen = seen.as_ref();
-    let staging = Staging::new(arguments, given, opened, seen)?;
+    let mut staging = Staging::new(&arguments.picture, given, opened, seen)?;
+    staging.output = arguments.output.clone().or(staging.output);
+    let staging = staging;
     if reference.kind == UnitKind::Tracer {
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }
@@ -60,7 +62,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let clouds = Clouds::read(&inputs.sources)?;
     timings.load_ms = since(started);
 
-    let view = view(arguments, &staging, &clouds);
+    let view = view(&arguments.picture, &staging, &clouds);
     let values = chosen.values.clone();
     let request = RenderRequest {
         clouds: &clouds.views(),
@@ -113,7 +115,7 @@ fn encoded(background: Background) -> Option<[f32; 3]> {
 }
 
 /// The view through the scene's camera, or through the one that was typed.
-pub(crate) fn view(arguments: &RenderArguments, staging: &Staging, clouds: &Clouds) -> View {
+pub(crate) fn view(arguments: &PictureArguments, staging: &Staging, clouds: &Clouds) -> View {
     let extent = clouds.extent(staging.scene.surface.radius_scale);
     let (lens, size) = (&arguments.lens, arguments.size.0);
     match &staging.camera {

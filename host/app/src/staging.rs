@@ -1,6 +1,6 @@
 //! What is rendered: what was typed, else what the scene says, else the usual.
 
-use crate::arguments::{RenderArguments, ToneMapChoice};
+use crate::arguments::{PictureArguments, RenderArguments, ToneMapChoice};
 use crate::given::Given;
 use crate::settings;
 use crate::surroundings;
@@ -51,8 +51,16 @@ pub(crate) fn renderer<'a>(
     Ok((reference, view))
 }
 
+/// The first view of a scene, whose camera counts where no view's renderer does.
+pub(crate) fn first_view(opened: Option<&OpenedScene>) -> Option<ChosenView<'_>> {
+    let opened = opened?;
+    let (view, line) = opened.scene.views.first().zip(opened.view_lines.first())?;
+    let place = format!("{}:{line}", opened.path.display());
+    Some(ChosenView { view, place, folder: opened.scene.folder.clone() })
+}
+
 /// What draws under a name: a renderer, or else a tracer.
-fn drawer(registry: &Registry, name: &str) -> anyhow::Result<UnitRef> {
+pub(crate) fn drawer(registry: &Registry, name: &str) -> anyhow::Result<UnitRef> {
     match registry.find(UnitKind::Renderer, name) {
         Ok(renderer) => Ok(renderer),
         // Where there is no tracer of that name either, a renderer is what was meant.
@@ -69,7 +77,7 @@ pub(crate) struct Staging {
     pub(crate) environment: Option<SceneEnvironment>,
     /// How the picture is developed.
     pub(crate) how: Development,
-    /// What the picture shows, where that was said.
+    /// What the picture shows, where the scene says it.
     pub(crate) output: Option<Output>,
     /// The scene's camera, where it counts.
     pub(crate) camera: Option<Camera>,
@@ -80,7 +88,7 @@ pub(crate) struct Staging {
 impl Staging {
     /// Puts together what was typed and what the scene says.
     pub(crate) fn new(
-        arguments: &RenderArguments,
+        arguments: &PictureArguments,
         given: &Given,
         opened: Option<&OpenedScene>,
         chosen: Option<&ChosenView<'_>>,
@@ -102,7 +110,7 @@ impl Staging {
             how: development(arguments, given, file, scene.exposure_stops),
             scene,
             environment,
-            output: arguments.output.clone().or(seen),
+            output: seen,
             camera: camera.filter(|_| !given.has("camera")),
             parallel: given.has("orthographic").then_some(arguments.lens.orthographic),
         })
@@ -110,7 +118,7 @@ impl Staging {
 }
 
 fn scene(
-    arguments: &RenderArguments,
+    arguments: &PictureArguments,
     given: &Given,
     file: Option<&SceneFile>,
 ) -> anyhow::Result<Scene> {
@@ -139,7 +147,7 @@ fn scene(
 }
 
 fn development(
-    arguments: &RenderArguments,
+    arguments: &PictureArguments,
     given: &Given,
     file: Option<&SceneFile>,
     exposure_stops: f32,
@@ -215,7 +223,8 @@ mod tests {
         };
         let chosen =
             view.map(|view| ChosenView { view, place: String::new(), folder: PathBuf::new() });
-        Staging::new(&arguments, &Given::of(&matches), Some(&opened), chosen.as_ref()).unwrap()
+        Staging::new(&arguments.picture, &Given::of(&matches), Some(&opened), chosen.as_ref())
+            .unwrap()
     }
 
     #[test]

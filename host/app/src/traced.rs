@@ -46,7 +46,7 @@ pub(crate) fn render(
     values.extend(settings::values(reference, declared, &arguments.set)?);
     let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
     let clouds = Clouds::read(&inputs.sources)?;
-    let view = render::view(arguments, staging, &clouds);
+    let view = render::view(&arguments.picture, staging, &clouds);
     let texels: Arc<[[f32; 3]]> = surroundings
         .as_ref()
         .map(|surroundings| Arc::from(surroundings.view().texels))

@@ -86,6 +86,32 @@ pub(crate) fn threads(text: &str) -> Result<usize, String> {
     .map(|n| n as usize)
 }
 
+/// A limit on a metric.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Limit {
+    pub(crate) metric: String,
+    pub(crate) value: f64,
+}
+
+/// Reads `metric=value`.
+pub(crate) fn limit(text: &str) -> Result<Limit, String> {
+    let expected = "expected METRIC=VALUE, such as rmse=0.01";
+    let (metric, value) = text.split_once('=').ok_or(expected)?;
+    let value: f64 = value.trim().parse().map_err(|_error| expected)?;
+    if metric.trim().is_empty() || !value.is_finite() {
+        return Err(expected.to_owned());
+    }
+    Ok(Limit { metric: metric.trim().to_owned(), value })
+}
+
+/// Reads how often something is repeated.
+pub(crate) fn repeats(text: &str) -> Result<u32, String> {
+    number(text, "a whole number from 0 to 1000", |n| {
+        n.fract() == 0.0 && (0.0..=1000.0).contains(&n)
+    })
+    .map(|n| n as u32)
+}
+
 /// Reads the name of an output.
 pub(crate) fn output(text: &str) -> Result<Output, String> {
     let name = if text == "colour" { "color" } else { text };
