@@ -65,6 +65,8 @@ pub(crate) enum Command {
     /// Render a scene with several renderers and compare what they make of it: pictures, maps of their
     /// errors, numbers and times, on one page.
     Compare(Box<CompareArguments>),
+    /// Turn a renderer's knobs and report its error against its time: plots, tables, one page.
+    Report(Box<SweepArguments>),
     /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
     /// shows.
     Info(InfoArguments),
@@ -204,6 +206,51 @@ pub(crate) struct CompareArguments {
     #[arg(long, value_name = "NUMBER", default_value_t = 5, value_parser = values::repeats)]
     pub(crate) repeats: u32,
     /// A parameter, as RENDERER:id=value, or id=value for all that have it; may be repeated.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) set: Vec<Setting>,
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop report bunny.ply -r environment --env studio --set ks=0 --knob sh-order=1,2,3,4,5 \\
+      --reference reference --reference-set mode=environment --reference-set samples=1024 -o orders
+  surfelshop report bunny.ply -r procedural --set noise=volume --knob volume-size=32,64,128,256 \\
+      --reference procedural --reference-set noise=computed -o volumes
+The folder holds index.html, which needs no network, report.csv, report.json, a plot for each knob and
+what was measured so far: run it again after it was interrupted, and it goes on.")]
+pub(crate) struct SweepArguments {
+    /// The clouds, and at most one scene (.scene.toml); all are shown together.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// The renderer, by its id or as PACKAGE/ID.
+    #[arg(short, long, value_name = "RENDERER")]
+    pub(crate) renderer: String,
+    /// A parameter to turn and its values, as id=value,value,…; may be repeated [default: all that the
+    /// renderer declares to trade time for quality, over their ranges].
+    #[arg(long, value_name = "ID=VALUES", value_parser = Setting::parse)]
+    pub(crate) knob: Vec<Setting>,
+    /// What errors are measured against: a renderer or tracer, or a picture (.exr of linear radiance)
+    /// [default: the renderer itself, with --reference-set].
+    #[arg(long, value_name = "RENDERER|FILE")]
+    pub(crate) reference: Option<String>,
+    /// A parameter of the reference, as id=value; may be repeated.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) reference_set: Vec<Setting>,
+    /// The folder to write.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: PathBuf,
+    /// Frames that are timed for each value, in turns with the other values, after one that is not.
+    #[arg(long, value_name = "NUMBER", default_value_t = 7, value_parser = values::repeats)]
+    pub(crate) repeats: u32,
+    /// A parameter of the renderer that stays, as id=value; may be repeated.
     #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
     pub(crate) set: Vec<Setting>,
     #[command(flatten)]

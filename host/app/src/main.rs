@@ -28,6 +28,7 @@ mod settings;
 mod staging;
 mod studio;
 mod surroundings;
+mod sweep;
 mod terminal;
 mod traced;
 mod values;
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
+        Some(Command::Report(arguments)) => sweep::run(&arguments, &given),
         Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),

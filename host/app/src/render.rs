@@ -47,9 +47,8 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let registry = studio::registry(&arguments.plugins.plugin)?;
     let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
     let seen = seen.as_ref();
-    let mut staging = Staging::new(&arguments.picture, given, opened, seen)?;
-    staging.output = arguments.output.clone().or(staging.output);
-    let staging = staging;
+    let staging = Staging::new(&arguments.picture, given, opened, seen)?;
+    let staging = staging.showing(arguments.output.clone());
     if reference.kind == UnitKind::Tracer {
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }

@@ -117,6 +117,13 @@ impl Staging {
     }
 }
 
+impl Staging {
+    /// The same with an output that was typed, where one was.
+    pub(crate) fn showing(self, typed: Option<Output>) -> Self {
+        Self { output: typed.or(self.output), ..self }
+    }
+}
+
 fn scene(
     arguments: &PictureArguments,
     given: &Given,
@@ -223,8 +230,9 @@ mod tests {
         };
         let chosen =
             view.map(|view| ChosenView { view, place: String::new(), folder: PathBuf::new() });
-        Staging::new(&arguments.picture, &Given::of(&matches), Some(&opened), chosen.as_ref())
-            .unwrap()
+        let given = Given::of(&matches);
+        let staging = Staging::new(&arguments.picture, &given, Some(&opened), chosen.as_ref());
+        staging.unwrap().showing(arguments.output.clone())
     }
 
     #[test]

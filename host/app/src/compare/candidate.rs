@@ -15,31 +15,31 @@ use surfelshop_engine::trace::{TraceOrder, samples_of, trace};
 use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
 
 /// One of those that are compared.
-pub(super) struct Candidate {
-    pub(super) name: String,
-    pub(super) reference: UnitRef,
-    pub(super) unit: LoadedUnit,
-    pub(super) values: Values,
+pub(crate) struct Candidate {
+    pub(crate) name: String,
+    pub(crate) reference: UnitRef,
+    pub(crate) unit: LoadedUnit,
+    pub(crate) values: Values,
     /// The instance of a renderer.
     chosen: Option<Chosen>,
     /// What it made, or a line that says why not.
-    pub(super) drawn: Result<Drawn, String>,
+    pub(crate) drawn: Result<Drawn, String>,
 }
 
 /// A picture and what it took.
-pub(super) struct Drawn {
-    pub(super) color: Image,
+pub(crate) struct Drawn {
+    pub(crate) color: Image,
     /// Variance of the mean, of tracers.
-    pub(super) variance: Option<Image>,
+    pub(crate) variance: Option<Image>,
     /// Milliseconds of the first frame, everything that had to be made for it included.
-    pub(super) first_ms: f64,
+    pub(crate) first_ms: f64,
     /// Milliseconds of the frames after it.
-    pub(super) frames_ms: Vec<f64>,
+    pub(crate) frames_ms: Vec<f64>,
     /// Milliseconds of its own passes on the device, frame by frame.
-    pub(super) passes_ms: Vec<f64>,
+    pub(crate) passes_ms: Vec<f64>,
 }
 
-/// Loads all and makes their instances.
+/// Loads all and makes their instances, each with the settings that are meant for it.
 pub(super) fn all(
     stage: &Stage<'_>,
     studio: Option<&Studio>,
@@ -47,21 +47,39 @@ pub(super) fn all(
 ) -> anyhow::Result<Vec<Candidate>> {
     let typed = &stage.arguments.set;
     let mut used = vec![false; typed.len()];
-    let mut candidates = Vec::with_capacity(references.len());
+    let mut wanted = Vec::with_capacity(references.len());
     for reference in references {
         let unit = studio::load(&reference, &stage.arguments.plugins.patience())?;
-        let declared = &unit.description.params;
         // What is meant for nobody in particular is meant for all that have it.
         let is_meant = |setting: &Setting| match &setting.unit {
             Some(name) => settings::names(&reference, name),
-            None => declared.iter().any(|declared| declared.id == setting.id),
+            None => unit.description.params.iter().any(|declared| declared.id == setting.id),
         };
         let mut own = Vec::new();
         for (setting, used) in typed.iter().zip(&mut used).filter(|(s, _)| is_meant(s)) {
             own.push(setting.clone());
             *used = true;
         }
-        let values = settings::values(&reference, declared, &own)?;
+        wanted.push((reference, own));
+    }
+    if let Some((setting, _)) = typed.iter().zip(used).find(|(_, used)| !used) {
+        let Setting { unit, id, value } = setting;
+        let whose = unit.as_ref().map(|unit| format!("{unit}:")).unwrap_or_default();
+        bail!("--set {whose}{id}={value} is meant for none of the renderers that are compared");
+    }
+    with(stage, studio, wanted)
+}
+
+/// Loads units and makes their instances, each with its own settings.
+pub(crate) fn with(
+    stage: &Stage<'_>,
+    studio: Option<&Studio>,
+    wanted: Vec<(UnitRef, Vec<Setting>)>,
+) -> anyhow::Result<Vec<Candidate>> {
+    let mut candidates = Vec::with_capacity(wanted.len());
+    for (reference, own) in wanted {
+        let unit = studio::load(&reference, &stage.arguments.plugins.patience())?;
+        let values = settings::values(&reference, &unit.description.params, &own)?;
         let chosen = match (reference.kind, studio) {
             (UnitKind::Renderer, Some(studio)) => {
                 Some(studio.choose_for(reference.clone(), None, &own)?)
@@ -71,16 +89,11 @@ pub(super) fn all(
         let (name, drawn) = (reference.id.clone(), Err("it was not drawn".to_owned()));
         candidates.push(Candidate { name, reference, unit, values, chosen, drawn });
     }
-    if let Some((setting, _)) = typed.iter().zip(used).find(|(_, used)| !used) {
-        let Setting { unit, id, value } = setting;
-        let whose = unit.as_ref().map(|unit| format!("{unit}:")).unwrap_or_default();
-        bail!("--set {whose}{id}={value} is meant for none of the renderers that are compared");
-    }
     Ok(candidates)
 }
 
-/// Draws all: tracers once, renderers once and then in turns to be timed.
-pub(super) fn draw(
+/// Draws all once.
+pub(crate) fn draw_once(
     stage: &Stage<'_>,
     mut studio: Option<&mut Studio>,
     candidates: &mut [Candidate],
@@ -92,6 +105,15 @@ pub(super) fn draw(
         };
         candidate.drawn = drawn.map_err(|error| format!("{error:#}"));
     }
+}
+
+/// Draws all: tracers once, renderers once and then in turns to be timed.
+pub(crate) fn draw(
+    stage: &Stage<'_>,
+    mut studio: Option<&mut Studio>,
+    candidates: &mut [Candidate],
+) {
+    draw_once(stage, studio.as_deref_mut(), candidates);
     let Some(studio) = studio else { return };
     let n = candidates.len();
     for repeat in 0..stage.arguments.repeats as usize {

@@ -1,7 +1,9 @@
 //! `surfelshop compare`: several renderers over one scene, measured against one of them or a picture.
 
-mod candidate;
+pub(crate) mod candidate;
 mod told;
+
+pub(crate) use told::quoted;
 
 use crate::arguments::CompareArguments;
 use crate::clouds::Clouds;
@@ -20,21 +22,21 @@ use surfelshop_engine::metrics::{self, Comparison, Maps, Reference};
 use surfelshop_engine::plugins::{Registry, UnitRef};
 
 /// What all candidates draw.
-struct Stage<'a> {
-    arguments: &'a CompareArguments,
-    staging: &'a Staging,
-    clouds: &'a Clouds,
-    surroundings: Option<&'a Surroundings>,
-    view: View,
+pub(crate) struct Stage<'a> {
+    pub(crate) arguments: &'a CompareArguments,
+    pub(crate) staging: &'a Staging,
+    pub(crate) clouds: &'a Clouds,
+    pub(crate) surroundings: Option<&'a Surroundings>,
+    pub(crate) view: View,
 }
 
 /// What candidates are measured against.
-struct Truth {
-    name: String,
-    picture: Image,
-    variance: Option<Image>,
+pub(crate) struct Truth {
+    pub(crate) name: String,
+    pub(crate) picture: Image,
+    pub(crate) variance: Option<Image>,
     /// The candidate that it is, where it is one.
-    candidate: Option<usize>,
+    pub(crate) candidate: Option<usize>,
 }
 
 /// A candidate's numbers, or why there are none.
@@ -180,6 +182,6 @@ fn verdict(
 }
 
 /// Writes a file into the folder.
-fn put(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+pub(crate) fn put(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
     files::write_whole(&folder.join(name), bytes)
 }

@@ -106,7 +106,7 @@ fn notes(stage: &Stage<'_>, studio: Option<&Studio>, truth: &Truth) -> Vec<Strin
 }
 
 /// A word as a shell takes it.
-fn quoted(word: String) -> String {
+pub(crate) fn quoted(word: String) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
         return word;

@@ -83,7 +83,6 @@ fn faulty_graphs_name_pass_and_variable() {
 
 #[test]
 fn units_of_another_kind_are_named_as_such() {
-    assert_fails_alone("gradient", &["`gradient` is a tracer", "flat"]);
     assert_fails_alone("stages-ao", &["`stages-ao` is a tool"]);
 }
 

@@ -25,6 +25,19 @@ fn commands_that_draw_nothing_need_no_adapter() {
     desk.run("info a.scene.toml").done();
 }
 
+#[test]
+fn tracers_draw_without_any_adapter() {
+    let desk = without_graphics();
+    let line = "render one.ply -r reference --set samples=4 --camera front --size 32 -o a.png";
+    let told = desk.run(&format!("{line} --json")).json();
+    assert_eq!((&told["frame"]["samples"], &told["pixels_not_finite"]), (&4.into(), &0.into()));
+    let picture = crate::program::read_png(&desk.at("a.png"));
+    assert_eq!(picture.get_pixel(16, 16)[3], 255);
+    assert_eq!(picture.get_pixel(0, 0)[3], 0);
+    desk.run(&format!("{line} --output depth"))
+        .failed(&["no output `depth`", "color, debug.variance"]);
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn without_any_adapter_render_says_what_to_install() {

@@ -12,4 +12,5 @@ mod machines;
 mod messages;
 mod pictures;
 mod program;
+mod report;
 mod scenes;
