@@ -10,7 +10,7 @@ use crate::studio::{self, Studio};
 use crate::surroundings::{self, Surroundings};
 use crate::values::{Format, OutputFile};
 use crate::{camera, exr_file, files, pictures, probe_info, report, terminal, traced};
-use anyhow::Context as _;
+use anyhow::{Context as _, anyhow};
 use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
@@ -52,7 +52,11 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     if reference.kind == UnitKind::Tracer {
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }
-    let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
+    let studio = Studio::open(&arguments.device, &arguments.plugins);
+    let mut studio = studio.map_err(|error| match registry.names(UnitKind::Tracer).first() {
+        Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
+        None => error,
+    })?;
     let mut chosen = studio.choose_for(reference, seen, &arguments.set)?;
     timings.open_ms = since(started);
 

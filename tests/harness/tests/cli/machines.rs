@@ -43,7 +43,8 @@ fn tracers_draw_without_any_adapter() {
 fn without_any_adapter_render_says_what_to_install() {
     let desk = without_graphics();
     let ended = desk.run("render one.ply -o a.png");
-    ended.failed(&["no graphics adapter", "install", "mesa-vulkan-drivers"]);
+    let hint = "`-r reference` draws without one";
+    ended.failed(&["no graphics adapter", "install", "mesa-vulkan-drivers", hint]);
     assert_eq!(desk.files(), ["one.ply"]);
 }
 
