@@ -3,9 +3,10 @@
 use crate::arguments::BakeArguments;
 use crate::clouds::Clouds;
 use crate::report::plain;
-use crate::scenes::{Inputs, Source};
+use crate::scenes::Source;
 use crate::terminal::Progress;
-use crate::{files, info, made, settings, studio, terminal};
+use crate::tool_run::{LeftBehind, Step};
+use crate::{files, info, made, settings, studio, terminal, tool_run};
 use anyhow::{anyhow, bail};
 use serde_json::{Map, Value, json};
 use std::ops::ControlFlow;
@@ -13,24 +14,9 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
-use surfelshop_api::params::Values;
 use surfelshop_cloud::{Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, WriteOptions};
-use surfelshop_engine::plugins::{self, LoadedUnit, UnitRef};
-use surfelshop_engine::tools::{Done, Ended, Running, ToolOptions};
-
-/// How often the bar and the wish to stop are looked at.
-const TICK: Duration = Duration::from_millis(50);
-
-/// Exit code of a program that was interrupted twice, as shells count it: 128 and the signal's
-/// number.
-const INTERRUPTED: i32 = 130;
-
-/// A tool with the parameters it is to run with.
-struct Step {
-    reference: UnitRef,
-    unit: LoadedUnit,
-    values: Values,
-}
+use surfelshop_engine::plugins::UnitRef;
+use surfelshop_engine::tools::{Done, ToolOptions};
 
 /// A tool that has run.
 struct Baked {
@@ -61,11 +47,11 @@ struct Spread {
 
 /// Runs the command.
 pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
-    let stop = watch();
+    let stop = tool_run::watch();
     // What can fail at once is tried before a large cloud is read.
     files::check_writable(&arguments.out)?;
     let steps = steps(arguments)?;
-    let source = source(&arguments.file)?;
+    let source = tool_run::source(&arguments.file)?;
     let baked = bake(arguments, &steps, source, stop);
     if stop.load(Ordering::Relaxed)
         && let Err(error) = &baked
@@ -103,20 +89,6 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     terminal::line(format!("{out}: {n_surfels} surfels with {}", columns.join(", ")))
 }
 
-/// Notices that the user or the system asks the program to end. A second request ends it at once.
-fn watch() -> &'static AtomicBool {
-    static ASKED: AtomicBool = AtomicBool::new(false);
-    let handled = ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::Relaxed) {
-            plugins::leave(INTERRUPTED);
-        }
-    });
-    if let Err(error) = handled {
-        tracing::debug!("requests to end will not be noticed: {error}");
-    }
-    &ASKED
-}
-
 /// Finds all tools and checks all parameters, before anything runs.
 fn steps(arguments: &BakeArguments) -> anyhow::Result<Vec<Step>> {
     let registry = studio::registry(&arguments.plugins.plugin)?;
@@ -130,19 +102,6 @@ fn steps(arguments: &BakeArguments) -> anyhow::Result<Vec<Step>> {
         Ok(Step { reference, unit, values })
     };
     units.into_iter().zip(typed).map(step).collect()
-}
-
-/// The one cloud of a file or scene.
-fn source(file: &Path) -> anyhow::Result<Source> {
-    let mut sources = Inputs::open(std::slice::from_ref(&file.to_owned()))?.sources;
-    match (sources.pop(), sources.len()) {
-        (Some(source), 0) => Ok(source),
-        (last, n_others) => bail!(
-            "{}: expected a scene that shows one cloud, found {}; name the cloud's own file",
-            file.display(),
-            n_others + usize::from(last.is_some())
-        ),
-    }
 }
 
 /// Reads, runs the tools and writes.
@@ -168,7 +127,7 @@ fn bake(
     };
     for step in steps {
         let n_before = cloud.len();
-        let (done, cpu) = run_step(step, &cloud, &options, stop)?;
+        let (done, cpu) = step.run(&cloud, &options, stop)?;
         let mut columns = Vec::new();
         if let Some(edited) = &done.edited {
             cloud = edited.cloud.clone();
@@ -184,63 +143,6 @@ fn bake(
     let options = WriteOptions { comments, progress: &tell, ..WriteOptions::default() };
     surfelshop_cloud::write(&arguments.out, &cloud, &options)?;
     Ok((loaded, cloud, baked))
-}
-
-/// A tool that did not stop when it was asked to.
-#[derive(Debug)]
-struct LeftBehind(String);
-
-impl std::fmt::Display for LeftBehind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for LeftBehind {}
-
-/// Runs one tool to its end.
-fn run_step(
-    step: &Step,
-    cloud: &Cloud,
-    options: &ToolOptions,
-    stop: &AtomicBool,
-) -> anyhow::Result<(Done, Option<Duration>)> {
-    let Step { reference, unit, values } = step;
-    let cpu = cpu_time();
-    let mut running = Running::start(unit, values, cloud, options)
-        .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
-    tracing::debug!("running {reference}");
-    let progress = Progress::new(reference.id.clone());
-    loop {
-        if stop.load(Ordering::Relaxed) {
-            running.cancel();
-        }
-        match running.wait(TICK) {
-            None => progress.tell_tool(&running.progress()),
-            Some(Ended::Done(done)) => {
-                let cpu = cpu_time().zip(cpu).map(|(now, then)| now.saturating_sub(then));
-                return Ok((*done, cpu));
-            }
-            Some(Ended::Cancelled) => bail!("{reference} was cancelled"),
-            Some(Ended::Failed(fault)) => bail!("{reference} failed: {fault}"),
-            Some(Ended::LeftBehind(limit)) => bail!(LeftBehind(format!(
-                "{reference} did not stop within {} s and was left behind",
-                limit.as_secs_f64()
-            ))),
-        }
-    }
-}
-
-/// The processor time of the program so far, where the system tells.
-fn cpu_time() -> Option<Duration> {
-    #[cfg(unix)]
-    {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
-        let seconds = u64::try_from(time.tv_sec).ok()?;
-        Some(Duration::new(seconds, u32::try_from(time.tv_nsec).ok()?))
-    }
-    #[cfg(not(unix))]
-    None
 }
 
 impl NewColumn {

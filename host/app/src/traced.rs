@@ -71,7 +71,8 @@ pub(crate) fn render(
         .map_err(|fault| anyhow!("{reference}: {fault}"))?;
     drop(progress);
     let images = vec![(Output::Color, picture.color.clone()), (variance, picture.variance.clone())];
-    let rendered = Rendered { images, passes: Vec::new(), wants_another_frame: false };
+    let (passes, graph_bytes, wants_another_frame) = (Vec::new(), 0, false);
+    let rendered = Rendered { images, passes, graph_bytes, wants_another_frame };
     let n_not_finite = render::check_finite(&rendered);
     let written = render::write_all(arguments, staging, &rendered)?;
     if !arguments.report.json {

@@ -1,18 +1,41 @@
 //! The renderers and tracers that are compared: their pictures and their times.
 
-use super::Stage;
+use crate::arguments::PluginFiles;
+use crate::clouds::Clouds;
+use crate::cpu_time::{cpu_ms_since, cpu_time};
 use crate::settings;
+use crate::staging::Staging;
 use crate::studio::{self, Chosen, Studio};
+use crate::surroundings::Surroundings;
+use crate::times::Run;
 use crate::values::Setting;
-use anyhow::{anyhow, bail};
+use anyhow::{Context as _, anyhow};
 use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
-use surfelshop_api::{FrameRequest, UnitKind};
+use surfelshop_api::{FrameRequest, UnitKind, View};
 use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
-use surfelshop_engine::trace::{TraceOrder, samples_of, trace};
+use surfelshop_engine::trace::{TraceOrder, TracedPicture, samples_of, trace};
 use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
+
+/// What all candidates draw.
+#[derive(Clone, Copy)]
+pub(crate) struct Stage<'a> {
+    pub(crate) plugins: &'a PluginFiles,
+    pub(crate) staging: &'a Staging,
+    pub(crate) clouds: &'a Clouds,
+    pub(crate) surroundings: Option<&'a Surroundings>,
+    pub(crate) view: View,
+}
+
+/// A renderer or tracer with its parameters.
+pub(crate) struct Wanted {
+    /// What it is called in tables: its id, or what the user says.
+    pub(crate) name: String,
+    pub(crate) reference: UnitRef,
+    pub(crate) settings: Vec<Setting>,
+}
 
 /// One of those that are compared.
 pub(crate) struct Candidate {
@@ -22,136 +45,124 @@ pub(crate) struct Candidate {
     pub(crate) values: Values,
     /// The instance of a renderer.
     chosen: Option<Chosen>,
-    /// What it made, or a line that says why not.
-    pub(crate) drawn: Result<Drawn, String>,
 }
 
-/// A picture and what it took.
+/// A picture, and what the first frame took.
 pub(crate) struct Drawn {
     pub(crate) color: Image,
     /// Variance of the mean, of tracers.
     pub(crate) variance: Option<Image>,
     /// Milliseconds of the first frame, everything that had to be made for it included.
     pub(crate) first_ms: f64,
-    /// Milliseconds of the frames after it.
-    pub(crate) frames_ms: Vec<f64>,
-    /// Milliseconds of its own passes on the device, frame by frame.
-    pub(crate) passes_ms: Vec<f64>,
+    /// Passes of a renderer that ran.
+    pub(crate) n_passes: Option<usize>,
+    /// Bytes of the textures and buffers of a renderer's graph.
+    pub(crate) graph_bytes: Option<u64>,
 }
 
-/// Loads all and makes their instances, each with the settings that are meant for it.
-pub(super) fn all(
-    stage: &Stage<'_>,
-    studio: Option<&Studio>,
-    references: Vec<UnitRef>,
-) -> anyhow::Result<Vec<Candidate>> {
-    let typed = &stage.arguments.set;
-    let mut used = vec![false; typed.len()];
-    let mut wanted = Vec::with_capacity(references.len());
-    for reference in references {
-        let unit = studio::load(&reference, &stage.arguments.plugins.patience())?;
-        // What is meant for nobody in particular is meant for all that have it.
-        let is_meant = |setting: &Setting| match &setting.unit {
-            Some(name) => settings::names(&reference, name),
-            None => unit.description.params.iter().any(|declared| declared.id == setting.id),
-        };
-        let mut own = Vec::new();
-        for (setting, used) in typed.iter().zip(&mut used).filter(|(s, _)| is_meant(s)) {
-            own.push(setting.clone());
-            *used = true;
-        }
-        wanted.push((reference, own));
-    }
-    if let Some((setting, _)) = typed.iter().zip(used).find(|(_, used)| !used) {
-        let Setting { unit, id, value } = setting;
-        let whose = unit.as_ref().map(|unit| format!("{unit}:")).unwrap_or_default();
-        bail!("--set {whose}{id}={value} is meant for none of the renderers that are compared");
-    }
-    with(stage, studio, wanted)
-}
-
-/// Loads units and makes their instances, each with its own settings.
-pub(crate) fn with(
-    stage: &Stage<'_>,
-    studio: Option<&Studio>,
-    wanted: Vec<(UnitRef, Vec<Setting>)>,
-) -> anyhow::Result<Vec<Candidate>> {
-    let mut candidates = Vec::with_capacity(wanted.len());
-    for (reference, own) in wanted {
-        let unit = studio::load(&reference, &stage.arguments.plugins.patience())?;
-        let values = settings::values(&reference, &unit.description.params, &own)?;
+impl Candidate {
+    /// Loads a unit and makes an instance of a renderer.
+    pub(crate) fn new(
+        stage: &Stage<'_>,
+        studio: Option<&Studio>,
+        Wanted { name, reference, settings }: Wanted,
+    ) -> anyhow::Result<Self> {
+        let unit = studio::load(&reference, &stage.plugins.patience())?;
+        let values = settings::values(&reference, &unit.description.params, &settings)?;
         let chosen = match (reference.kind, studio) {
             (UnitKind::Renderer, Some(studio)) => {
-                Some(studio.choose_for(reference.clone(), None, &own)?)
+                Some(studio.choose_for(reference.clone(), None, &settings)?)
             }
             _ => None,
         };
-        let (name, drawn) = (reference.id.clone(), Err("it was not drawn".to_owned()));
-        candidates.push(Candidate { name, reference, unit, values, chosen, drawn });
+        Ok(Self { name, reference, unit, values, chosen })
     }
-    Ok(candidates)
-}
 
-/// Draws all once.
-pub(crate) fn draw_once(
-    stage: &Stage<'_>,
-    mut studio: Option<&mut Studio>,
-    candidates: &mut [Candidate],
-) {
-    for candidate in candidates.iter_mut() {
-        let drawn = match (&mut candidate.chosen, studio.as_deref_mut()) {
-            (Some(chosen), Some(studio)) => first(stage, studio, chosen),
-            _ => traced(stage, candidate),
+    /// The picture; its time includes everything that has to be made for it.
+    pub(crate) fn first(
+        &mut self,
+        stage: &Stage<'_>,
+        studio: Option<&mut Studio>,
+    ) -> anyhow::Result<Drawn> {
+        let started = Instant::now();
+        let Some(chosen) = &mut self.chosen else {
+            let traced = self.traced(stage)?;
+            let first_ms = traced.took.as_secs_f64() * 1e3;
+            let variance = (traced.samples > 1).then_some(traced.variance);
+            let (n_passes, graph_bytes) = (None, None);
+            return Ok(Drawn { color: traced.color, variance, first_ms, n_passes, graph_bytes });
         };
-        candidate.drawn = drawn.map_err(|error| format!("{error:#}"));
+        let rendered = frame(stage, studio, chosen, stage.view)?;
+        let first_ms = started.elapsed().as_secs_f64() * 1e3;
+        let color = rendered.image(&Output::Color);
+        let color = color.ok_or_else(|| anyhow!("{} gave no colour", chosen.reference))?;
+        let ran = rendered.passes.iter().filter(|pass| pass.state == PassState::Ran);
+        Ok(Drawn {
+            color: crate::pictures::four_components(&Output::Color, color),
+            variance: None,
+            first_ms,
+            n_passes: Some(ran.count()),
+            graph_bytes: Some(rendered.graph_bytes),
+        })
     }
-}
 
-/// Draws all: tracers once, renderers once and then in turns to be timed.
-pub(crate) fn draw(
-    stage: &Stage<'_>,
-    mut studio: Option<&mut Studio>,
-    candidates: &mut [Candidate],
-) {
-    draw_once(stage, studio.as_deref_mut(), candidates);
-    let Some(studio) = studio else { return };
-    let n = candidates.len();
-    for repeat in 0..stage.arguments.repeats as usize {
-        for (i, candidate) in candidates.iter_mut().enumerate() {
-            let (Some(chosen), Ok(drawn)) = (&mut candidate.chosen, &mut candidate.drawn) else {
-                continue;
-            };
-            // A camera that moves by less than anything shows: nothing is kept from another's frame.
-            let nudge = 1e-12 * (repeat * n + i + 1) as f64;
-            match frame(stage, studio, chosen, nudge) {
-                Ok((rendered, milliseconds)) => {
-                    drawn.frames_ms.push(milliseconds);
-                    drawn.passes_ms.extend(own_passes(&rendered.passes));
-                }
-                Err(error) => candidate.drawn = Err(format!("{error:#}")),
+    /// Whether further frames are worth their time: a tracer takes as long each time as the first.
+    pub(crate) fn is_worth_timing(&self) -> bool {
+        self.chosen.is_some()
+    }
+
+    /// The same picture again, to be timed. No two of the candidates have the same `number`, above 0.
+    pub(crate) fn again(
+        &mut self,
+        stage: &Stage<'_>,
+        studio: Option<&mut Studio>,
+        number: u32,
+    ) -> anyhow::Result<Run> {
+        let (started, cpu) = (Instant::now(), cpu_time());
+        let passes = match &mut self.chosen {
+            Some(chosen) => frame(stage, studio, chosen, nudged(stage.view, number))?.passes,
+            None => {
+                self.traced(stage)?;
+                Vec::new()
             }
-        }
+        };
+        let wall_ms = started.elapsed().as_secs_f64() * 1e3;
+        let own_passes_ms = self.chosen.as_ref().and_then(|_| own_passes(&passes));
+        Ok(Run { wall_ms, own_passes_ms, cpu_ms: cpu_ms_since(cpu) })
+    }
+
+    fn traced(&self, stage: &Stage<'_>) -> anyhow::Result<TracedPicture> {
+        let texels =
+            stage.surroundings.map(|light| Arc::from(light.view().texels)).unwrap_or_default();
+        let order = TraceOrder {
+            clouds: stage.clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
+            request: FrameRequest {
+                view: stage.view,
+                scene: stage.staging.scene.clone(),
+                cloud: stage.clouds.facts.clone(),
+                frame_index: 0,
+                values: self.values.clone(),
+                environment: stage.surroundings.map(|light| light.view().environment.clone()),
+            },
+            texels,
+            samples: samples_of(&self.unit, &self.values),
+            threads: 0,
+        };
+        let progress = crate::terminal::Progress::new(format!("tracing with {}", self.name));
+        let goes_on = |done| progress.tell(done).is_continue();
+        trace(&self.unit, order, &stage.plugins.patience(), goes_on)
+            .map_err(|fault| anyhow!("{}: {fault}", self.reference))
     }
 }
 
-fn first(stage: &Stage<'_>, studio: &mut Studio, chosen: &mut Chosen) -> anyhow::Result<Drawn> {
-    let (rendered, first_ms) = frame(stage, studio, chosen, 0.0)?;
-    let color = rendered.image(&Output::Color).cloned();
-    let color = color.ok_or_else(|| anyhow!("{} gave no colour", chosen.reference))?;
-    let color = crate::pictures::four_components(&Output::Color, &color);
-    let (frames_ms, passes_ms) = Default::default();
-    Ok(Drawn { color, variance: None, first_ms, frames_ms, passes_ms })
-}
-
-/// A frame until it settles, seen from a camera that is moved aside by a share of its distance.
+/// A frame until it settles.
 fn frame(
     stage: &Stage<'_>,
-    studio: &mut Studio,
+    studio: Option<&mut Studio>,
     chosen: &mut Chosen,
-    nudge: f64,
-) -> anyhow::Result<(Rendered, f64)> {
-    let mut view = stage.view;
-    view.camera.eye.x += nudge * (view.camera.eye - view.camera.target).length();
+    view: View,
+) -> anyhow::Result<Rendered> {
+    let studio = studio.context("there is no graphics device")?;
     let values = chosen.values.clone();
     let request = RenderRequest {
         clouds: &stage.clouds.views(),
@@ -164,13 +175,22 @@ fn frame(
         environment: stage.surroundings.map(|light| light.view()),
         stride: 1,
     };
-    let started = Instant::now();
-    let settled = studio.settle(chosen, &request)?;
-    Ok((settled.rendered, started.elapsed().as_secs_f64() * 1e3))
+    Ok(studio.settle(chosen, &request)?.rendered)
+}
+
+/// A view from a camera that is moved by less than anything shows, another for each number: nothing is
+/// kept from another's frame.
+pub(crate) fn nudged(mut view: View, number: u32) -> View {
+    let camera = &mut view.camera;
+    let x = camera.eye.x.abs();
+    // Far from the origin, not less than what an f64 tells apart there.
+    let step = (1e-12 * (camera.eye - camera.target).length()).max(4.0 * f64::EPSILON * x);
+    camera.eye.x += step * f64::from(number);
+    view
 }
 
 /// Milliseconds of a frame's own passes, without the host's; none where the device does not tell.
-fn own_passes(passes: &[PassReport]) -> Option<f64> {
+pub(crate) fn own_passes(passes: &[PassReport]) -> Option<f64> {
     let own = passes.iter().filter(|pass| {
         pass.state == PassState::Ran
             && !pass.name.starts_with("surfels:")
@@ -179,32 +199,22 @@ fn own_passes(passes: &[PassReport]) -> Option<f64> {
     own.map(|pass| pass.gpu_ms).sum()
 }
 
-fn traced(stage: &Stage<'_>, candidate: &Candidate) -> anyhow::Result<Drawn> {
-    let texels = stage.surroundings.map(|light| Arc::from(light.view().texels)).unwrap_or_default();
-    let order = TraceOrder {
-        clouds: stage.clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
-        request: FrameRequest {
-            view: stage.view,
-            scene: stage.staging.scene.clone(),
-            cloud: stage.clouds.facts.clone(),
-            frame_index: 0,
-            values: candidate.values.clone(),
-            environment: stage.surroundings.map(|light| light.view().environment.clone()),
-        },
-        texels,
-        samples: samples_of(&candidate.unit, &candidate.values),
-        threads: 0,
-    };
-    let progress = crate::terminal::Progress::new(format!("tracing with {}", candidate.name));
-    let patience = stage.arguments.plugins.patience();
-    let picture =
-        trace(&candidate.unit, order, &patience, |done| progress.tell(done).is_continue())
-            .map_err(|fault| anyhow!("{}: {fault}", candidate.reference))?;
-    Ok(Drawn {
-        color: picture.color,
-        variance: Some(picture.variance),
-        first_ms: picture.took.as_secs_f64() * 1e3,
-        frames_ms: Vec::new(),
-        passes_ms: Vec::new(),
-    })
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+    use surfelshop_api::{Camera, Projection};
+
+    #[test]
+    fn no_two_nudges_are_the_same_however_far_from_the_origin() {
+        for offset in [0.0, 5e6, -1e12] {
+            let target = DVec3::splat(offset);
+            let projection = Projection::Perspective { fov_y: 0.6 };
+            let eye = target + DVec3::Z * 1e-3;
+            let camera = Camera { eye, target, up: DVec3::Y, projection };
+            let view = View { camera, size_px: [8; 2], near: 1e-9, far: 1.0 };
+            let places: Vec<f64> = (0..50).map(|n| nudged(view, n).camera.eye.x).collect();
+            assert!(places.windows(2).all(|pair| pair[0] < pair[1]), "{offset}");
+        }
+    }
 }

@@ -1,9 +1,16 @@
-//! `surfelshop compare`: several renderers over one scene, measured against one of them or a picture.
+//! `surfelshop compare`: several renderers over one scene, measured against one of them or a picture,
+//! from one camera or along a path.
 
 pub(crate) mod candidate;
+mod measured;
+mod path;
 mod told;
+mod wanted;
 
-pub(crate) use told::quoted;
+pub(crate) use candidate::Stage;
+pub(crate) use measured::Truth;
+pub(crate) use path::PathSpec;
+pub(crate) use told::{put, quoted};
 
 use crate::arguments::CompareArguments;
 use crate::clouds::Clouds;
@@ -11,128 +18,148 @@ use crate::given::Given;
 use crate::scenes::Inputs;
 use crate::staging::{self, Staging};
 use crate::studio::{self, Studio};
-use crate::surroundings::{self, Surroundings};
-use crate::{exr_file, files, render, terminal};
+use crate::terminal::{self, Progress};
+use crate::{exr_file, surroundings};
 use anyhow::{Context as _, bail};
-use candidate::{Candidate, Drawn};
+use candidate::Candidate;
+use measured::{Measured, Shot};
 use std::path::Path;
-use surfelshop_api::{UnitKind, View};
-use surfelshop_engine::Image;
-use surfelshop_engine::metrics::{self, Comparison, Maps, Reference};
+use surfelshop_api::UnitKind;
 use surfelshop_engine::plugins::{Registry, UnitRef};
-
-/// What all candidates draw.
-pub(crate) struct Stage<'a> {
-    pub(crate) arguments: &'a CompareArguments,
-    pub(crate) staging: &'a Staging,
-    pub(crate) clouds: &'a Clouds,
-    pub(crate) surroundings: Option<&'a Surroundings>,
-    pub(crate) view: View,
-}
-
-/// What candidates are measured against.
-pub(crate) struct Truth {
-    pub(crate) name: String,
-    pub(crate) picture: Image,
-    pub(crate) variance: Option<Image>,
-    /// The candidate that it is, where it is one.
-    pub(crate) candidate: Option<usize>,
-}
-
-/// A candidate's numbers, or why there are none.
-struct Measured {
-    comparison: Result<Comparison, String>,
-    maps: Option<Maps>,
-}
+use wanted::Named;
 
 /// Runs the command.
 pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result<()> {
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins.plugin)?;
-    let mut references = Vec::new();
-    for name in &arguments.renderer {
-        references.push(staging::drawer(&registry, name)?);
-    }
-    let known = |unit: &UnitRef| references.iter().position(|other| other == unit);
-    let judge = judge(arguments, &registry)?;
-    let judge_at = match &judge {
-        Judge::First => Some(0),
-        Judge::Unit(unit) => known(unit),
-        Judge::Picture(_) => None,
-    };
-    let added = match &judge {
-        Judge::Unit(unit) if judge_at.is_none() => Some(unit.clone()),
-        _ => None,
-    };
-    references.extend(added);
+    let mut named = wanted::named(&registry, &arguments.renderer)?;
+    let judge = judge(arguments, &registry, &mut named)?;
+    let wanted = wanted::with_settings(named, &arguments.set, &arguments.plugins.patience())?;
     let seen = staging::first_view(opened);
     let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
-    let mut studio = match references.iter().any(|unit| unit.kind == UnitKind::Renderer) {
+    let mut studio = match wanted.iter().any(|one| one.reference.kind == UnitKind::Renderer) {
         true => Some(Studio::open(&arguments.device, &arguments.plugins)?),
         false => None,
     };
     let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
     let clouds = Clouds::read(&inputs.sources)?;
-    let view = render::view(&arguments.picture, &staging, &clouds);
-    let surroundings = surroundings.as_ref();
-    let stage = Stage { arguments, staging: &staging, clouds: &clouds, surroundings, view };
-    let mut candidates = candidate::all(&stage, studio.as_ref(), references)?;
-    candidate::draw(&stage, studio.as_mut(), &mut candidates);
-    let truth = truth(&judge, judge_at, &candidates)?;
-    let measured: Vec<Measured> =
-        candidates.iter().map(|candidate| measure(candidate, &truth, &staging)).collect();
-    told::write(&stage, studio.as_ref(), &candidates, &truth, &measured)?;
-    verdict(arguments, &candidates, &measured)
+    let frames = path::frames(arguments, &staging, opened, &clouds)?;
+    let Some(first) = frames.first() else { bail!("there is no camera") };
+    let stage = Stage {
+        plugins: &arguments.plugins,
+        staging: &staging,
+        clouds: &clouds,
+        surroundings: surroundings.as_ref(),
+        view: first.view,
+    };
+    let mut candidates = Vec::with_capacity(wanted.len());
+    for wanted in wanted {
+        candidates.push(Candidate::new(&stage, studio.as_ref(), wanted)?);
+    }
+    let mut told = told::Told::new(arguments, frames.len());
+    let progress = Progress::new("comparing".to_owned());
+    for (i, frame) in frames.iter().enumerate() {
+        let stage = Stage { view: frame.view, ..stage };
+        let shots = shots(&stage, studio.as_mut(), &mut candidates, arguments.repeats);
+        let truth = truth(&judge, &candidates, &shots)?;
+        let measured: Vec<Measured> =
+            shots.iter().map(|shot| measured::measure(shot, &truth, &staging)).collect();
+        told.frame(&stage, frame, &candidates, &truth, shots, measured)?;
+        // Ctrl-C ends the program; the frames that are done are on the disk.
+        let _goes_on = progress.tell((i + 1) as f64 / frames.len() as f64);
+    }
+    drop(progress);
+    told.write(&stage, studio.as_ref(), &candidates)?;
+    verdict(arguments, &candidates, &told)
 }
 
-/// What decides, as typed.
+/// What decides.
 enum Judge {
-    First,
-    Unit(UnitRef),
+    /// One of those that are compared, by its place.
+    Candidate(usize),
+    /// A file, as typed.
     Picture(String),
 }
 
-fn judge(arguments: &CompareArguments, registry: &Registry) -> anyhow::Result<Judge> {
-    let Some(name) = &arguments.reference else { return Ok(Judge::First) };
-    let is_picture = Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    match is_picture {
-        true => Ok(Judge::Picture(name.clone())),
-        false => Ok(Judge::Unit(staging::drawer(registry, name)?)),
+/// What the others are measured against: added to them where it is none of them.
+fn judge(
+    arguments: &CompareArguments,
+    registry: &Registry,
+    named: &mut Vec<Named>,
+) -> anyhow::Result<Judge> {
+    let Some(name) = &arguments.reference else { return Ok(Judge::Candidate(0)) };
+    if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return match arguments.path {
+            None => Ok(Judge::Picture(name.clone())),
+            Some(_) => bail!(
+                "{name}: a picture shows what one camera sees; leave --path out, or name a renderer \
+                 as --reference"
+            ),
+        };
     }
+    if let Some(at) = named.iter().position(|one| one.name == *name) {
+        return Ok(Judge::Candidate(at));
+    }
+    let reference: UnitRef = staging::drawer(registry, name)?;
+    let is_it = |one: &Named| one.reference == reference && one.name == reference.id;
+    let at = named.iter().position(is_it).unwrap_or_else(|| {
+        named.push(Named { name: reference.id.clone(), reference });
+        named.len() - 1
+    });
+    Ok(Judge::Candidate(at))
 }
 
-fn truth(judge: &Judge, at: Option<usize>, candidates: &[Candidate]) -> anyhow::Result<Truth> {
-    if let Judge::Picture(path) = judge {
-        let picture = exr_file::read_color(Path::new(path))?;
-        return Ok(Truth { name: path.clone(), picture, variance: None, candidate: None });
+/// What all make in one frame: each draws once, then they are timed in turns.
+fn shots(
+    stage: &Stage<'_>,
+    mut studio: Option<&mut Studio>,
+    candidates: &mut [Candidate],
+    n_repeats: u32,
+) -> Vec<Shot> {
+    let mut shots = Vec::with_capacity(candidates.len());
+    for candidate in candidates.iter_mut() {
+        let drawn = candidate.first(stage, studio.as_deref_mut());
+        let drawn = drawn.map_err(|error| format!("{error:#}"));
+        shots.push(Shot { drawn, runs: Vec::new() });
     }
-    let index = at.unwrap_or(candidates.len().saturating_sub(1));
-    let Some(candidate) = candidates.get(index) else { bail!("there is nothing to compare") };
-    match &candidate.drawn {
-        Ok(Drawn { color, variance, .. }) => Ok(Truth {
+    let mut number = 0;
+    for _ in 0..n_repeats {
+        for (candidate, shot) in candidates.iter_mut().zip(&mut shots) {
+            if !candidate.is_worth_timing() || shot.drawn.is_err() {
+                continue;
+            }
+            number += 1;
+            match candidate.again(stage, studio.as_deref_mut(), number) {
+                Ok(run) => shot.runs.push(run),
+                Err(error) => shot.drawn = Err(format!("{error:#}")),
+            }
+        }
+    }
+    shots
+}
+
+fn truth(judge: &Judge, candidates: &[Candidate], shots: &[Shot]) -> anyhow::Result<Truth> {
+    let at = match judge {
+        Judge::Candidate(at) => *at,
+        Judge::Picture(path) => {
+            let picture = exr_file::read_color(Path::new(path))?;
+            return Ok(Truth { name: path.clone(), picture, variance: None, candidate: None });
+        }
+    };
+    let (Some(candidate), Some(shot)) = (candidates.get(at), shots.get(at)) else {
+        bail!("there is nothing to compare")
+    };
+    match &shot.drawn {
+        Ok(drawn) => Ok(Truth {
             name: candidate.name.clone(),
-            picture: color.clone(),
-            variance: variance.clone(),
-            candidate: Some(index),
+            picture: drawn.color.clone(),
+            variance: drawn.variance.clone(),
+            candidate: Some(at),
         }),
         Err(line) => bail!("{line}; there is nothing to measure the others against"),
-    }
-}
-
-fn measure(candidate: &Candidate, truth: &Truth, staging: &Staging) -> Measured {
-    let settings = metrics::Settings { development: staging.how, ..Default::default() };
-    let reference = Reference { picture: &truth.picture, variance: truth.variance.as_ref() };
-    let compared = match &candidate.drawn {
-        Ok(drawn) => metrics::compare_with_maps(&drawn.color, reference, &settings)
-            .map_err(|error| error.to_string()),
-        Err(line) => Err(line.clone()),
-    };
-    match compared {
-        Ok((comparison, maps)) => Measured { comparison: Ok(comparison), maps: Some(maps) },
-        Err(line) => Measured { comparison: Err(line), maps: None },
     }
 }
 
@@ -140,26 +167,21 @@ fn measure(candidate: &Candidate, truth: &Truth, staging: &Staging) -> Measured 
 fn verdict(
     arguments: &CompareArguments,
     candidates: &[Candidate],
-    measured: &[Measured],
+    told: &told::Told<'_>,
 ) -> anyhow::Result<()> {
     let mut failures = Vec::new();
-    for (Candidate { name, .. }, measured) in candidates.iter().zip(measured) {
-        let errors = match &measured.comparison {
+    for (i, Candidate { name, .. }) in candidates.iter().enumerate() {
+        let errors = match told.pooled(i) {
+            Ok(errors) => errors.named(),
             Err(line) => {
-                failures.push(line.clone());
-                continue;
-            }
-            Ok(Comparison { errors: Some(errors), .. }) => errors,
-            Ok(comparison) => {
-                let n = comparison.n_not_finite;
-                failures.push(format!("{n} pixels of `{name}` are not finite"));
+                failures.push(format!("`{name}`: {line}"));
                 continue;
             }
         };
         for limit in &arguments.fail_above {
-            let found = errors.named().into_iter().find(|(metric, _)| *metric == limit.metric);
+            let found = errors.iter().find(|(metric, _)| *metric == limit.metric);
             match found {
-                Some((metric, value)) if value > limit.value => {
+                Some((metric, value)) if *value > limit.value => {
                     failures
                         .push(format!("{metric} of `{name}` is {value:.6}, above {}", limit.value));
                 }
@@ -167,7 +189,7 @@ fn verdict(
                 None => failures.push(format!(
                     "`{name}` has no {}; there are: {}",
                     limit.metric,
-                    errors.named().iter().map(|(metric, _)| *metric).collect::<Vec<_>>().join(", ")
+                    errors.iter().map(|(metric, _)| *metric).collect::<Vec<_>>().join(", ")
                 )),
             }
         }
@@ -179,9 +201,4 @@ fn verdict(
             bail!("{first}")
         }
     }
-}
-
-/// Writes a file into the folder.
-pub(crate) fn put(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
-    files::write_whole(&folder.join(name), bytes)
 }

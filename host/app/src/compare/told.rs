@@ -1,21 +1,27 @@
 //! What a comparison tells: a page, tables for programs, pictures, and lines.
 
-use super::candidate::{Candidate, Drawn};
-use super::{Measured, Stage, Truth, put};
-use crate::arguments::Bits;
+use super::candidate::{Candidate, Drawn, Stage};
+use super::measured::{Measured, Shot, Truth, errors};
+use super::path::Frame;
+use crate::arguments::{Bits, CompareArguments};
 use crate::page::{Column, Page, Picture, Table};
 use crate::studio::Studio;
-use crate::{exr_file, pictures, report, terminal};
+use crate::times::{Run, all_of, median, spread};
+use crate::{exr_file, files, pictures, report, terminal};
 use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
-use surfelshop_engine::metrics::{Comparison, in_color};
+use surfelshop_engine::metrics::{Comparison, Errors, in_color};
 
 /// Full brightness of the map of relative squared errors: an error as large as the radiance itself.
 const FULL_RELATIVE: f32 = 1.0;
 
+/// Bytes of pictures on a page; with them it stays below 10 MB.
+const MOST_ON_PAGE: usize = 9_000_000;
+
 /// Metrics of the table, with what they mean and which way is better.
-const METRICS: [(&str, &str, &str); 9] = [
+pub(crate) const METRICS: [(&str, &str, &str); 9] = [
     ("rmse", "root of the mean squared error of radiance", "less"),
     ("rel_mse", "mean squared error over squared radiance + 0.01", "less"),
     ("rel_mse_without_outliers", "the same without the worst 0.1 % of the pixels", "less"),
@@ -27,82 +33,406 @@ const METRICS: [(&str, &str, &str); 9] = [
     ("coverage_difference", "share of pixels that one covers and the other does not", "less"),
 ];
 
-/// Writes all files and prints the table.
-pub(super) fn write(
-    stage: &Stage<'_>,
-    studio: Option<&Studio>,
-    candidates: &[Candidate],
-    truth: &Truth,
-    measured: &[Measured],
-) -> anyhow::Result<()> {
-    let folder = &stage.arguments.out;
-    let mut page = Page { title: "Comparison of renderers".to_owned(), ..Page::default() };
-    page.notes = notes(stage, studio, truth);
-    let shown = |image: &Image| -> anyhow::Result<Vec<u8>> {
-        pictures::png(
-            &pictures::visible(&Output::Color, image, &stage.staging.how),
-            Bits::default(),
-        )
-    };
-    let size = |image: &Image| [image.width, image.height];
-    if truth.candidate.is_none() {
-        let png = shown(&truth.picture)?;
-        page.pictures.push(Picture::new(&truth.name, size(&truth.picture), &png));
-    }
-    let mut maps = Vec::new();
-    for (candidate, measured) in candidates.iter().zip(measured) {
-        let Ok(Drawn { color, .. }) = &candidate.drawn else { continue };
-        let png = shown(color)?;
-        put(folder, &format!("{}.png", candidate.name), &png)?;
-        let layer = (Output::Color, color.clone());
-        put(folder, &format!("{}.exr", candidate.name), &exr_file::exr(&[&layer])?)?;
-        page.pictures.push(Picture::new(&candidate.name, size(color), &png));
-        let Some(found) = &measured.maps else { continue };
-        let relative = (in_color(&found.relative_squared, FULL_RELATIVE), "relative squared error");
-        let flip = found.flip.as_ref().map(|flip| (in_color(flip, 1.0), "FLIP"));
-        for (map, what) in [Some(relative), flip].into_iter().flatten() {
-            let png = pictures::png(&map, Bits::default())?;
-            let name = format!("{}, {what}", candidate.name);
-            put(folder, &format!("{}-{}.png", candidate.name, what.replace(' ', "-")), &png)?;
-            maps.push(Picture::new(name, size(&map), &png));
-        }
-    }
-    page.pictures.extend(maps);
-    let rows = rows(candidates, truth, measured);
-    let csv = csv(&rows);
-    page.tables.push(Table {
-        caption: format!("Against {}", truth.name),
-        columns: columns(),
-        rows,
-    });
-    put(folder, "index.html", page.html()?.as_bytes())?;
-    put(folder, "metrics.csv", csv.as_bytes())?;
-    let object = object(stage, studio, candidates, truth, measured);
-    put(folder, "metrics.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
-    if stage.arguments.report.json {
-        return terminal::json(&object);
-    }
-    for (candidate, measured) in candidates.iter().zip(measured) {
-        terminal::line(line(candidate, measured))?;
-    }
-    terminal::line(format!("{}", folder.join("index.html").display()))
+/// What is kept of a frame: its numbers.
+struct FrameTold {
+    frame: Frame,
+    candidates: Vec<Numbers>,
 }
 
-fn notes(stage: &Stage<'_>, studio: Option<&Studio>, truth: &Truth) -> Vec<String> {
-    let [width, height] = stage.view.size_px;
-    let clouds = stage.arguments.files.iter().map(|file| file.display().to_string());
-    let clouds = clouds.collect::<Vec<_>>().join(", ");
-    let device = studio.map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
-    let typed = std::env::args().skip(1).map(quoted).collect::<Vec<_>>().join(" ");
-    let mut notes = vec![
-        format!("{clouds}, {width} x {height} pixels, against {}; {device}.", truth.name),
-        format!("Made by `surfelshop {typed}`, version {}.", env!("CARGO_PKG_VERSION")),
-    ];
-    if truth.variance.is_some() {
-        let line = "The reference's own variance is taken off squared errors; `noise` is what was.";
-        notes.push(line.to_owned());
+/// What is kept of a candidate in a frame.
+struct Numbers {
+    comparison: Result<Comparison, String>,
+    first_ms: Option<f64>,
+    runs: Vec<Run>,
+    n_passes: Option<usize>,
+    graph_bytes: Option<u64>,
+}
+
+/// A comparison frame by frame; pictures are written as they come.
+pub(super) struct Told<'a> {
+    arguments: &'a CompareArguments,
+    n_frames: usize,
+    truth: String,
+    has_noise: bool,
+    truth_at: Option<usize>,
+    frames: Vec<FrameTold>,
+    /// Pictures of the first frame, and of the one with the largest error if that is another.
+    first: Vec<Picture>,
+    worst: Option<(f64, Vec<Picture>)>,
+}
+
+impl<'a> Told<'a> {
+    pub(super) fn new(arguments: &'a CompareArguments, n_frames: usize) -> Self {
+        Self {
+            arguments,
+            n_frames,
+            truth: String::new(),
+            has_noise: false,
+            truth_at: None,
+            frames: Vec::new(),
+            first: Vec::new(),
+            worst: None,
+        }
     }
-    notes
+
+    /// Writes a frame's pictures and keeps its numbers.
+    pub(super) fn frame(
+        &mut self,
+        stage: &Stage<'_>,
+        frame: &Frame,
+        candidates: &[Candidate],
+        truth: &Truth,
+        shots: Vec<Shot>,
+        measured: Vec<Measured>,
+    ) -> anyhow::Result<()> {
+        let pictures = self.pictures(stage, frame, candidates, truth, &shots, &measured)?;
+        let rmse = |(_, m): &(usize, &Measured)| errors(&m.comparison).map_or(0.0, |e| e.rmse);
+        let others = measured.iter().enumerate().filter(|(i, _)| truth.candidate != Some(*i));
+        let error = others.map(|one| rmse(&one)).fold(0.0, f64::max);
+        if self.frames.is_empty() {
+            self.first = pictures;
+            self.worst = Some((error, Vec::new()));
+        } else if self.worst.as_ref().is_none_or(|(worst, _)| error > *worst) {
+            self.worst = Some((error, pictures));
+        }
+        self.truth.clone_from(&truth.name);
+        self.has_noise = truth.variance.is_some();
+        self.truth_at = truth.candidate;
+        let numbers = |(shot, measured): (Shot, Measured)| {
+            let drawn = shot.drawn.as_ref().ok();
+            Numbers {
+                comparison: measured.comparison,
+                first_ms: drawn.map(|drawn| drawn.first_ms),
+                n_passes: drawn.and_then(|drawn| drawn.n_passes),
+                graph_bytes: drawn.and_then(|drawn| drawn.graph_bytes),
+                runs: shot.runs,
+            }
+        };
+        let candidates = shots.into_iter().zip(measured).map(numbers).collect();
+        self.frames.push(FrameTold { frame: frame.clone(), candidates });
+        Ok(())
+    }
+
+    /// Writes the pictures of a frame, and returns those of the page.
+    fn pictures(
+        &self,
+        stage: &Stage<'_>,
+        frame: &Frame,
+        candidates: &[Candidate],
+        truth: &Truth,
+        shots: &[Shot],
+        measured: &[Measured],
+    ) -> anyhow::Result<Vec<Picture>> {
+        let folder = self.folder(frame);
+        std::fs::create_dir_all(&folder)?;
+        let named = |name: &str| match frame.name.is_empty() {
+            true => name.to_owned(),
+            false => format!("{}: {name}", frame.name),
+        };
+        let size = |image: &Image| [image.width, image.height];
+        let shown = |image: &Image| {
+            let visible = pictures::visible(&Output::Color, image, &stage.staging.how);
+            pictures::png(&visible, Bits::default())
+        };
+        let (mut all, mut maps) = (Vec::new(), Vec::new());
+        if truth.candidate.is_none() {
+            let png = shown(&truth.picture)?;
+            all.push(Picture::new(named(&truth.name), size(&truth.picture), png));
+        }
+        for ((candidate, shot), measured) in candidates.iter().zip(shots).zip(measured) {
+            let (Candidate { name, .. }, Ok(Drawn { color, .. })) = (candidate, &shot.drawn) else {
+                continue;
+            };
+            let png = shown(color)?;
+            put(&folder, &format!("{name}.png"), &png)?;
+            let layer = (Output::Color, color.clone());
+            put(&folder, &format!("{name}.exr"), &exr_file::exr(&[&layer])?)?;
+            all.push(Picture::new(named(name), size(color), png));
+            let Some(found) = &measured.maps else { continue };
+            let relative = in_color(&found.relative_squared, FULL_RELATIVE);
+            let flip = found.flip.as_ref().map(|flip| (in_color(flip, 1.0), "FLIP"));
+            let both = [Some((relative, "relative squared error")), flip];
+            for (map, what) in both.into_iter().flatten() {
+                let png = pictures::png(&map, Bits::default())?;
+                put(&folder, &format!("{name}-{}.png", what.replace(' ', "-")), &png)?;
+                maps.push(Picture::new(named(&format!("{name}, {what}")), size(&map), png));
+            }
+        }
+        all.extend(maps);
+        Ok(all)
+    }
+
+    fn folder(&self, frame: &Frame) -> PathBuf {
+        let number = frame.name.split(' ').next().unwrap_or_default();
+        match number.is_empty() {
+            true => self.arguments.out.clone(),
+            false => self.arguments.out.join(format!("frame-{number}")),
+        }
+    }
+
+    /// A candidate's errors over all frames; a line where one of them has none.
+    pub(super) fn pooled(&self, candidate: usize) -> Result<Errors, String> {
+        let mut all = Vec::with_capacity(self.frames.len());
+        for told in &self.frames {
+            let numbers = told.candidates.get(candidate).ok_or("it was not drawn")?;
+            all.push(errors(&numbers.comparison).map_err(
+                |line| match told.frame.name.as_str() {
+                    "" => line,
+                    name => format!("frame {name}: {line}"),
+                },
+            )?);
+        }
+        Errors::pooled(&all).ok_or_else(|| "it was not drawn".to_owned())
+    }
+
+    /// All runs of a candidate.
+    fn runs(&self, candidate: usize) -> Vec<Run> {
+        let of = self.frames.iter().filter_map(|told| told.candidates.get(candidate));
+        of.flat_map(|numbers| numbers.runs.clone()).collect()
+    }
+
+    /// Writes the page and the tables, and prints.
+    pub(super) fn write(
+        &mut self,
+        stage: &Stage<'_>,
+        studio: Option<&Studio>,
+        candidates: &[Candidate],
+    ) -> anyhow::Result<()> {
+        let folder = &self.arguments.out;
+        let mut page = Page {
+            title: "Comparison of renderers".to_owned(),
+            notes: self.notes(stage, studio),
+            ..Page::default()
+        };
+        page.pictures = std::mem::take(&mut self.first);
+        page.pictures.extend(self.worst.take().into_iter().flat_map(|(_, pictures)| pictures));
+        if page.shrink(MOST_ON_PAGE)? {
+            let line = "Pictures on this page are smaller than they were drawn; those in the folder \
+                        are not.";
+            page.notes.push(line.to_owned());
+        }
+        let rows: Vec<Vec<Value>> =
+            candidates.iter().enumerate().map(|(i, one)| self.row(i, one)).collect();
+        put(folder, "metrics.csv", csv(&columns(&[]), &rows).as_bytes())?;
+        page.tables.push(Table {
+            caption: format!("Against {}", self.truth),
+            columns: columns(&[]),
+            rows,
+        });
+        if self.n_frames > 1 {
+            let columns = columns(&["frame"]);
+            let rows = self.rows_of_frames(candidates);
+            put(folder, "frames.csv", csv(&columns, &rows).as_bytes())?;
+            page.tables.push(Table { caption: "Frame by frame".to_owned(), columns, rows });
+        }
+        put(folder, "index.html", page.html()?.as_bytes())?;
+        let object = self.object(stage, studio, candidates);
+        put(folder, "metrics.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
+        if self.arguments.report.json {
+            return terminal::json(&object);
+        }
+        for (i, candidate) in candidates.iter().enumerate() {
+            terminal::line(self.line(i, candidate))?;
+        }
+        terminal::line(folder.join("index.html").display())
+    }
+
+    fn notes(&self, stage: &Stage<'_>, studio: Option<&Studio>) -> Vec<String> {
+        let [width, height] = stage.view.size_px;
+        let clouds = self.arguments.files.iter().map(|file| file.display().to_string());
+        let clouds = clouds.collect::<Vec<_>>().join(", ");
+        let device = studio.map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
+        let typed = std::env::args().skip(1).map(quoted).collect::<Vec<_>>().join(" ");
+        let mut notes = vec![
+            format!("{clouds}, {width} x {height} pixels, against {}; {device}.", self.truth),
+            format!("Made by `surfelshop {typed}`, version {}.", env!("CARGO_PKG_VERSION")),
+        ];
+        if self.has_noise {
+            let line =
+                "The reference's own variance is taken off squared errors; `noise` is what was.";
+            notes.push(line.to_owned());
+        }
+        if self.n_frames > 1 {
+            notes.push(format!(
+                "{} frames: squared errors are averaged over all pixels of all frames, PSNR is that of \
+                 their mean, the other metrics are means over frames and the largest differences the \
+                 largest of any. Shown are the first frame and the one with the largest error.",
+                self.n_frames
+            ));
+        }
+        notes
+    }
+
+    fn name(&self, i: usize, candidate: &Candidate) -> String {
+        match self.truth_at == Some(i) {
+            true => format!("{} (reference)", candidate.name),
+            false => candidate.name.clone(),
+        }
+    }
+
+    fn row(&self, i: usize, candidate: &Candidate) -> Vec<Value> {
+        let pooled = self.pooled(i);
+        let mut row = vec![json!(self.name(i, candidate))];
+        row.extend(self.cells(i, pooled.as_ref().map_err(String::as_str)));
+        let numbers = self.frames.first().and_then(|told| told.candidates.get(i));
+        row.extend(times(&self.runs(i), numbers));
+        row
+    }
+
+    fn rows_of_frames(&self, candidates: &[Candidate]) -> Vec<Vec<Value>> {
+        let mut rows = Vec::new();
+        for told in &self.frames {
+            for (i, (candidate, numbers)) in candidates.iter().zip(&told.candidates).enumerate() {
+                let mut row = vec![json!(self.name(i, candidate)), json!(told.frame.name)];
+                let errors = errors(&numbers.comparison);
+                row.extend(self.cells(i, errors.as_ref().map(|e| *e).map_err(String::as_str)));
+                row.extend(times(&numbers.runs, Some(numbers)));
+                rows.push(row);
+            }
+        }
+        rows
+    }
+
+    /// Cells of the metrics and of the noise.
+    fn cells(&self, i: usize, errors: Result<&Errors, &str>) -> Vec<Value> {
+        let blank = METRICS.iter().map(|_| Value::Null);
+        match errors {
+            _ if self.truth_at == Some(i) => blank.chain([Value::Null]).collect(),
+            Ok(errors) => {
+                let named = errors.named();
+                let value = |name: &str| {
+                    let found = named.iter().find(|(other, _)| *other == name);
+                    // JSON knows no infinity, which equal pictures have.
+                    found.map_or(
+                        Value::Null,
+                        |(_, v)| if v.is_finite() { json!(v) } else { json!("equal") },
+                    )
+                };
+                let noise = json!(errors.reference_noise.mse.max(0.0).sqrt());
+                METRICS.iter().map(|(name, ..)| value(name)).chain([noise]).collect()
+            }
+            Err(line) => [json!(line)].into_iter().chain(blank).collect(),
+        }
+    }
+
+    fn object(
+        &self,
+        stage: &Stage<'_>,
+        studio: Option<&Studio>,
+        candidates: &[Candidate],
+    ) -> Value {
+        let frame = |i: usize, told: &FrameTold| {
+            let numbers = told.candidates.get(i);
+            let comparison = numbers.map(|numbers| &numbers.comparison);
+            let runs = numbers.map(|numbers| numbers.runs.as_slice()).unwrap_or_default();
+            json!({
+                "frame": told.frame.name,
+                "comparison": comparison.and_then(|comparison| comparison.as_ref().ok()),
+                "error": comparison.and_then(|comparison| comparison.as_ref().err()),
+                "first_ms": numbers.and_then(|numbers| numbers.first_ms),
+                "runs": runs,
+                "n_passes": numbers.and_then(|numbers| numbers.n_passes),
+                "graph_bytes": numbers.and_then(|numbers| numbers.graph_bytes),
+            })
+        };
+        let each = candidates.iter().enumerate().map(|(i, candidate)| {
+            let pooled = self.pooled(i);
+            let frames = self.frames.iter().map(|told| frame(i, told)).collect::<Vec<_>>();
+            json!({
+                "name": candidate.name,
+                "renderer": report::unit(&candidate.reference, &candidate.unit, &candidate.values),
+                "errors": pooled.as_ref().ok(),
+                "error": pooled.as_ref().err(),
+                "frames": frames,
+            })
+        });
+        let frames = self
+            .frames
+            .iter()
+            .map(|FrameTold { frame, .. }| json!({ "name": frame.name, "view": frame.view }));
+        json!({
+            "command": "compare",
+            "version": env!("CARGO_PKG_VERSION"),
+            "out": self.arguments.out.display().to_string(),
+            "reference": self.truth,
+            "size": stage.view.size_px,
+            "scene": stage.staging.scene,
+            "facts": stage.clouds.facts,
+            "adapter": studio.map(report::adapter),
+            "frames": frames.collect::<Vec<_>>(),
+            "renderers": each.collect::<Vec<_>>(),
+        })
+    }
+
+    fn line(&self, i: usize, candidate: &Candidate) -> String {
+        let name = &candidate.name;
+        let errors = match self.pooled(i) {
+            Ok(errors) => errors,
+            Err(line) => return format!("{name}: {line}; nothing is measured"),
+        };
+        let numbers = self.frames.first().and_then(|told| told.candidates.get(i));
+        let first = numbers.and_then(|numbers| numbers.first_ms);
+        let time = median(&all_of(&self.runs(i), |run| Some(run.wall_ms))).or(first);
+        let psnr = errors.psnr.map_or("equal".to_owned(), |psnr| format!("{psnr:.2} dB"));
+        format!(
+            "{name}: RMSE {:.5}, relMSE {:.5}, PSNR {psnr}, FLIP {:.4}, {:.1} ms",
+            errors.rmse,
+            errors.rel_mse,
+            errors.flip.mean,
+            time.unwrap_or(0.0)
+        )
+    }
+}
+
+/// Cells of the times and of what a frame takes.
+fn times(runs: &[Run], numbers: Option<&Numbers>) -> [Value; 7] {
+    let wall = all_of(runs, |run| Some(run.wall_ms));
+    let megabytes = numbers.and_then(|numbers| numbers.graph_bytes).map(|b| b as f64 / 1e6);
+    [
+        json!(median(&wall)),
+        json!(spread(&wall)),
+        json!(median(&all_of(runs, |run| run.cpu_ms))),
+        json!(median(&all_of(runs, |run| run.own_passes_ms))),
+        json!(numbers.and_then(|numbers| numbers.first_ms)),
+        json!(megabytes),
+        json!(numbers.and_then(|numbers| numbers.n_passes)),
+    ]
+}
+
+fn columns(keys: &[&str]) -> Vec<Column> {
+    let named = |name: &str, meaning: &str, better: Option<&'static str>| Column {
+        name: name.to_owned(),
+        meaning: meaning.to_owned(),
+        better,
+        digits: Some(4),
+        ..Column::default()
+    };
+    let mut all = vec![named("renderer", "", None)];
+    all.extend(keys.iter().map(|key| Column { plain: true, ..named(key, "", None) }));
+    all.extend(METRICS.iter().map(|(name, meaning, better)| named(name, meaning, Some(*better))));
+    all.push(named("noise", "root of the reference's own mean squared error", None));
+    all.push(named("frame, ms", "median of the frames after the first", Some("less")));
+    all.push(named("spread, ms", "between the quartiles", None));
+    all.push(named("CPU, ms", "processor time of a frame, median", Some("less")));
+    all.push(named("own passes, ms", "its own passes on the device, median", Some("less")));
+    all.push(named("first frame, ms", "with all that had to be made", Some("less")));
+    all.push(named("graph, MB", "textures and buffers of its graph", Some("less")));
+    all.push(Column {
+        digits: None,
+        ..named("passes", "passes that ran in the first frame", None)
+    });
+    all
+}
+
+fn csv(columns: &[Column], rows: &[Vec<Value>]) -> String {
+    let cell = |value: &Value| match value {
+        Value::Null => String::new(),
+        Value::String(text) => format!("\"{}\"", text.replace('"', "\"\"")),
+        other => other.to_string(),
+    };
+    let line = |cells: Vec<String>| cells.join(",") + "\n";
+    let head = line(columns.iter().map(|c| format!("\"{}\"", c.name)).collect());
+    rows.iter().fold(head, |all, row| all + &line(row.iter().map(cell).collect()))
 }
 
 /// A word as a shell takes it.
@@ -114,148 +444,7 @@ pub(crate) fn quoted(word: String) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-fn columns() -> Vec<Column> {
-    let named = |name: &str, meaning: &str, better: Option<&'static str>| Column {
-        name: name.to_owned(),
-        meaning: meaning.to_owned(),
-        better,
-        digits: Some(4),
-    };
-    let mut all = vec![named("renderer", "", None)];
-    all.extend(METRICS.iter().map(|(name, meaning, better)| named(name, meaning, Some(*better))));
-    all.push(named("noise", "root of the reference's own mean squared error", None));
-    all.push(named("frame, ms", "median of the frames after the first", Some("less")));
-    all.push(named("spread, ms", "between the quartiles", None));
-    all.push(named("own passes, ms", "its own passes on the device, median", Some("less")));
-    all.push(named("first frame, ms", "with all that had to be made", Some("less")));
-    all
-}
-
-fn sorted(values: &[f64]) -> Vec<f64> {
-    let mut all = values.to_vec();
-    all.sort_by(f64::total_cmp);
-    all
-}
-
-fn median(values: &[f64]) -> Option<f64> {
-    let all = sorted(values);
-    all.get(all.len() / 2).copied()
-}
-
-fn spread(values: &[f64]) -> Option<f64> {
-    let all = sorted(values);
-    Some(all.get(3 * all.len() / 4)? - all.get(all.len() / 4)?)
-}
-
-fn rows(candidates: &[Candidate], truth: &Truth, measured: &[Measured]) -> Vec<Vec<Value>> {
-    let row = |(i, (candidate, measured)): (usize, (&Candidate, &Measured))| {
-        let is_truth = truth.candidate == Some(i);
-        let name = if is_truth {
-            format!("{} (reference)", candidate.name)
-        } else {
-            candidate.name.clone()
-        };
-        let mut row = vec![json!(name)];
-        let errors = match &measured.comparison {
-            Ok(Comparison { errors: Some(errors), .. }) => Ok(errors),
-            Ok(comparison) => Err(format!("{} pixels are not finite", comparison.n_not_finite)),
-            Err(line) => Err(line.clone()),
-        };
-        match errors {
-            _ if is_truth => row.extend(METRICS.iter().map(|_| Value::Null).chain([Value::Null])),
-            Ok(errors) => {
-                let named = errors.named();
-                let value = |name: &str| {
-                    let found = named.iter().find(|(other, _)| *other == name);
-                    // JSON knows no infinity, which equal pictures have.
-                    found.map_or(
-                        Value::Null,
-                        |(_, v)| if v.is_finite() { json!(v) } else { json!("equal") },
-                    )
-                };
-                row.extend(METRICS.iter().map(|(name, ..)| value(name)));
-                row.push(json!(errors.reference_noise.mse.max(0.0).sqrt()));
-            }
-            Err(line) => {
-                row.push(json!(line));
-                row.extend(METRICS.iter().map(|_| Value::Null));
-            }
-        }
-        let times = candidate.drawn.as_ref().ok();
-        row.push(json!(times.and_then(|t| median(&t.frames_ms))));
-        row.push(json!(times.and_then(|t| spread(&t.frames_ms))));
-        row.push(json!(times.and_then(|t| median(&t.passes_ms))));
-        row.push(json!(times.map(|t| t.first_ms)));
-        row
-    };
-    candidates.iter().zip(measured).enumerate().map(row).collect()
-}
-
-fn csv(rows: &[Vec<Value>]) -> String {
-    let cell = |value: &Value| match value {
-        Value::Null => String::new(),
-        Value::String(text) => format!("\"{}\"", text.replace('"', "\"\"")),
-        other => other.to_string(),
-    };
-    let line = |cells: Vec<String>| cells.join(",") + "\n";
-    let head = line(columns().iter().map(|c| format!("\"{}\"", c.name)).collect());
-    rows.iter().fold(head, |all, row| all + &line(row.iter().map(cell).collect()))
-}
-
-fn object(
-    stage: &Stage<'_>,
-    studio: Option<&Studio>,
-    candidates: &[Candidate],
-    truth: &Truth,
-    measured: &[Measured],
-) -> Value {
-    let each: Vec<Value> = candidates
-        .iter()
-        .zip(measured)
-        .map(|(candidate, measured)| {
-            let (comparison, error) = match &measured.comparison {
-                Ok(comparison) => (Some(comparison), None),
-                Err(line) => (None, Some(line)),
-            };
-            let times = candidate.drawn.as_ref().ok();
-            json!({
-                "renderer": report::unit(&candidate.reference, &candidate.unit, &candidate.values),
-                "comparison": comparison,
-                "error": error,
-                "first_ms": times.map(|t| t.first_ms),
-                "frames_ms": times.map(|t| &t.frames_ms),
-                "own_passes_ms": times.map(|t| &t.passes_ms),
-            })
-        })
-        .collect();
-    json!({
-        "command": "compare",
-        "version": env!("CARGO_PKG_VERSION"),
-        "out": stage.arguments.out.display().to_string(),
-        "reference": truth.name,
-        "size": stage.view.size_px,
-        "scene": stage.staging.scene,
-        "facts": stage.clouds.facts,
-        "adapter": studio.map(report::adapter),
-        "renderers": each,
-    })
-}
-
-fn line(candidate: &Candidate, measured: &Measured) -> String {
-    let name = &candidate.name;
-    match &measured.comparison {
-        Err(line) => format!("{name}: {line}"),
-        Ok(Comparison { errors: None, n_not_finite, .. }) => {
-            format!("{name}: {n_not_finite} pixels are not finite, nothing is measured")
-        }
-        Ok(Comparison { errors: Some(errors), .. }) => {
-            let time = candidate.drawn.as_ref().ok();
-            let time = time.and_then(|t| median(&t.frames_ms).or(Some(t.first_ms))).unwrap_or(0.0);
-            let psnr = errors.psnr.map_or("equal".to_owned(), |psnr| format!("{psnr:.2} dB"));
-            format!(
-                "{name}: RMSE {:.5}, relMSE {:.5}, PSNR {psnr}, FLIP {:.4}, {time:.1} ms",
-                errors.rmse, errors.rel_mse, errors.flip.mean
-            )
-        }
-    }
+/// Writes a file into the folder.
+pub(crate) fn put(folder: &Path, name: &str, bytes: &[u8]) -> anyhow::Result<()> {
+    files::write_whole(&folder.join(name), bytes)
 }

@@ -1,94 +1,79 @@
 //! What has been measured, kept in the folder as it comes, so that a report that was interrupted goes on
 //! where it was.
 
-use crate::compare::candidate::Drawn;
+use crate::times::{Run, all_of};
 use crate::{exr_file, files};
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
-use surfelshop_engine::metrics::Comparison;
 
 /// One value of one knob.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(super) struct Cell {
-    pub(super) knob: String,
-    pub(super) value: String,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Cell {
+    pub(crate) knob: String,
+    pub(crate) value: String,
     /// Named errors; empty where there are none.
-    pub(super) errors: Vec<(String, f64)>,
+    pub(crate) errors: Vec<(String, f64)>,
     /// Root of the reference's own mean squared error.
-    pub(super) noise: f64,
-    pub(super) first_ms: f64,
-    pub(super) frames_ms: Vec<f64>,
-    pub(super) passes_ms: Vec<f64>,
+    pub(crate) noise: f64,
+    /// Milliseconds of the first run, everything that had to be made for it included.
+    pub(crate) first_ms: f64,
+    /// Runs after the first.
+    pub(crate) runs: Vec<Run>,
+    /// Passes that ran in the first frame, each a pipeline; of renderers.
+    pub(crate) n_passes: Option<usize>,
+    /// Bytes of the textures and buffers of its graph; of renderers.
+    pub(crate) graph_bytes: Option<u64>,
     /// Why nothing was measured.
-    pub(super) fault: Option<String>,
+    pub(crate) fault: Option<String>,
 }
 
 impl Cell {
-    /// A cell that was measured, or not.
-    pub(super) fn new(
-        knob: &str,
-        value: &str,
-        measured: Result<(Comparison, &Drawn), String>,
-    ) -> Self {
-        let mut cell = Self {
+    /// A value that could not be measured.
+    pub(crate) fn faulty(knob: &str, value: &str, fault: String) -> Self {
+        Self {
             knob: knob.to_owned(),
             value: value.to_owned(),
             errors: Vec::new(),
             noise: 0.0,
             first_ms: 0.0,
-            frames_ms: Vec::new(),
-            passes_ms: Vec::new(),
-            fault: None,
-        };
-        match measured {
-            Err(line) => cell.fault = Some(line),
-            Ok((comparison, drawn)) => {
-                cell.first_ms = drawn.first_ms;
-                cell.frames_ms.clone_from(&drawn.frames_ms);
-                cell.passes_ms.clone_from(&drawn.passes_ms);
-                match comparison.errors {
-                    None => {
-                        let n = comparison.n_not_finite;
-                        cell.fault = Some(format!("{knob}={value}: {n} pixels are not finite"));
-                    }
-                    Some(errors) => {
-                        cell.noise = errors.reference_noise.mse.max(0.0).sqrt();
-                        let named = errors.named().into_iter().filter(|(_, v)| v.is_finite());
-                        cell.errors = named.map(|(name, v)| (name.to_owned(), v)).collect();
-                    }
-                }
-            }
+            runs: Vec::new(),
+            n_passes: None,
+            graph_bytes: None,
+            fault: Some(fault),
         }
-        cell
+    }
+
+    /// A value of which the errors are known.
+    pub(crate) fn new(knob: &str, value: &str, errors: &[(&str, f64)], first_ms: f64) -> Self {
+        let errors = errors.iter().filter(|(_, value)| value.is_finite());
+        let errors = errors.map(|(name, value)| ((*name).to_owned(), *value)).collect();
+        Self { errors, first_ms, fault: None, ..Self::faulty(knob, value, String::new()) }
+    }
+
+    pub(crate) fn is_faulty(&self) -> bool {
+        self.fault.is_some()
     }
 
     /// An error by its name.
-    pub(super) fn error(&self, name: &str) -> Option<f64> {
+    pub(crate) fn error(&self, name: &str) -> Option<f64> {
         self.errors.iter().find(|(other, _)| other == name).map(|(_, value)| *value)
     }
 
-    /// Milliseconds of its own passes, or of whole frames where the device does not tell; the median.
-    pub(super) fn milliseconds(&self) -> Option<f64> {
-        let times = if self.passes_ms.is_empty() { &self.frames_ms } else { &self.passes_ms };
-        median(times)
+    /// What was timed of the runs after the first; nothing where it is not known of all.
+    pub(crate) fn times(&self, of: impl Fn(&Run) -> Option<f64>) -> Vec<f64> {
+        all_of(&self.runs, of)
     }
-}
-
-/// The middle one of some values.
-pub(super) fn median(values: &[f64]) -> Option<f64> {
-    let mut all = values.to_vec();
-    all.sort_by(f64::total_cmp);
-    all.get(all.len() / 2).copied()
 }
 
 /// The cells of a folder.
 pub(super) struct Kept {
     folder: PathBuf,
     key: String,
+    column: RefCell<Option<String>>,
     cells: RefCell<Vec<Cell>>,
     /// Whether the reference of the folder is that of the key.
     fits: bool,
@@ -97,29 +82,39 @@ pub(super) struct Kept {
 #[derive(Serialize, Deserialize)]
 struct Stored {
     key: String,
+    /// The column that is compared, of tools.
+    column: Option<String>,
     cells: Vec<Cell>,
 }
 
 const CELLS: &str = "cells.json";
 const TRUTH: &str = "reference.exr";
 const VARIANCE: &str = "reference-variance.exr";
+/// Numbers of 8 bytes, little-endian: the reference's own mean squared error, then its values.
+const VALUES: &str = "reference.f64";
 
 impl Kept {
     /// Opens a folder; what was measured under another key counts for nothing.
     pub(super) fn open(folder: &Path, key: &str) -> anyhow::Result<Self> {
         let path = folder.join(CELLS);
         let stored: Option<Stored> = match std::fs::read(&path) {
-            Ok(bytes) => Some(
-                serde_json::from_slice(&bytes)
-                    .with_context(|| format!("{}: it is no list of cells", path.display()))?,
-            ),
+            Ok(bytes) => Some(serde_json::from_slice(&bytes).with_context(|| {
+                format!("{}: it is no list of cells; name another folder", path.display())
+            })?),
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
             Err(error) => return Err(error).context(path.display().to_string()),
         };
         let stored = stored.filter(|stored| stored.key == key);
         let fits = stored.is_some();
-        let cells = RefCell::new(stored.map(|stored| stored.cells).unwrap_or_default());
-        Ok(Self { folder: folder.to_owned(), key: key.to_owned(), cells, fits })
+        let (column, cells) =
+            stored.map(|stored| (stored.column, stored.cells)).unwrap_or_default();
+        let (column, cells) = (RefCell::new(column), RefCell::new(cells));
+        Ok(Self { folder: folder.to_owned(), key: key.to_owned(), column, cells, fits })
+    }
+
+    /// The column that is compared, where the reference of it is known.
+    pub(super) fn column(&self) -> Option<String> {
+        self.column.borrow().clone()
     }
 
     /// A cell, where it has been measured.
@@ -128,14 +123,28 @@ impl Kept {
         cells.iter().find(|cell| cell.knob == knob && cell.value == value).cloned()
     }
 
-    /// Keeps a cell: the file is whole at any moment.
-    pub(super) fn put(&self, cell: &Cell) -> anyhow::Result<()> {
-        self.cells.borrow_mut().push(cell.clone());
-        self.store()
+    /// Notes a cell, instead of what was known of it.
+    pub(super) fn put(&self, cell: Cell) {
+        let mut cells = self.cells.borrow_mut();
+        cells.retain(|other| other.knob != cell.knob || other.value != cell.value);
+        cells.push(cell);
     }
 
-    fn store(&self) -> anyhow::Result<()> {
-        let stored = Stored { key: self.key.clone(), cells: self.cells.borrow().clone() };
+    /// Notes a run of a cell, or why there was none.
+    pub(super) fn add(&self, knob: &str, value: &str, run: Result<Run, String>) {
+        let mut cells = self.cells.borrow_mut();
+        let of = |cell: &&mut Cell| cell.knob == knob && cell.value == value;
+        let Some(cell) = cells.iter_mut().find(of) else { return };
+        match run {
+            Ok(run) => cell.runs.push(run),
+            Err(line) => cell.fault = Some(line),
+        }
+    }
+
+    /// Writes all that is noted: the file is whole at any moment.
+    pub(super) fn store(&self) -> anyhow::Result<()> {
+        let (column, cells) = (self.column(), self.cells.borrow().clone());
+        let stored = Stored { key: self.key.clone(), column, cells };
         files::write_whole(&self.folder.join(CELLS), serde_json::to_string(&stored)?.as_bytes())
     }
 
@@ -173,6 +182,42 @@ impl Kept {
             None => {}
         }
         // From now on the folder is that of the key.
+        self.store()
+    }
+
+    /// The reference's own mean squared error and its values, where they are those of the key.
+    pub(super) fn true_values(&self, n_surfels: usize) -> anyhow::Result<Option<(f64, Vec<f64>)>> {
+        let path = self.folder.join(VALUES);
+        if !self.fits || !path.is_file() {
+            return Ok(None);
+        }
+        let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
+        let (numbers, rest) = bytes.as_chunks::<8>();
+        let mut numbers = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes));
+        match (numbers.next(), rest) {
+            (Some(noise), []) if numbers.len() % n_surfels.max(1) == 0 => {
+                Ok(Some((noise, numbers.collect())))
+            }
+            _ => bail!(
+                "{}: expected 8 bytes for each of {n_surfels} surfels and 8 more, found {}; name \
+                 another folder",
+                path.display(),
+                bytes.len()
+            ),
+        }
+    }
+
+    /// Keeps the reference's values and their own mean squared error.
+    pub(super) fn put_true_values(
+        &self,
+        column: &str,
+        noise: f64,
+        values: &[f64],
+    ) -> anyhow::Result<()> {
+        self.column.replace(Some(column.to_owned()));
+        let numbers = std::iter::once(&noise).chain(values);
+        let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
+        files::write_whole(&self.folder.join(VALUES), &bytes)?;
         self.store()
     }
 }

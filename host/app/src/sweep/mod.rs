@@ -1,239 +1,146 @@
-//! `surfelshop report`: a renderer's error against its time, as its knobs turn.
+//! `surfelshop report`: error against time, as knobs turn.
+//!
+//! A bench runs a renderer or a tool with a knob at a value and says its errors and its time; what
+//! was measured is kept after every run, so that a report that was interrupted goes on.
 
-mod cells;
-mod plot;
+mod alone;
+pub(crate) mod cells;
+mod knobs;
+mod pictures;
+pub(crate) mod plot;
 mod told;
+mod tools;
 
-use crate::arguments::{CompareArguments, SweepArguments};
-use crate::clouds::Clouds;
-use crate::compare::candidate::{self, Candidate};
-use crate::compare::{Stage, Truth};
+use crate::arguments::SweepArguments;
 use crate::given::Given;
-use crate::scenes::Inputs;
-use crate::staging::{self, Staging};
-use crate::studio::{self, Studio};
-use crate::surroundings::{self, Surroundings};
-use crate::values::Setting;
-use crate::{exr_file, render, terminal};
-use anyhow::{Context as _, bail};
+use crate::terminal::Progress;
+use crate::times::Run;
+use crate::{studio, terminal};
+use anyhow::bail;
 use cells::{Cell, Kept};
-use std::path::Path;
-use std::time::UNIX_EPOCH;
+use knobs::Knob;
+use std::time::{Duration, UNIX_EPOCH};
 use surfelshop_api::UnitKind;
-use surfelshop_api::params::{ParamDecl, ParamKind, Value};
-use surfelshop_engine::metrics::{self, Reference};
 use surfelshop_engine::plugins::UnitRef;
-
-/// Values that a knob is swept over unless they are given.
-const MOST_VALUES: usize = 9;
-
-/// A knob and the values it is turned to, as they are typed.
-struct Knob {
-    id: String,
-    values: Vec<String>,
-}
 
 /// Runs the command.
 pub(crate) fn run(arguments: &SweepArguments, given: &Given) -> anyhow::Result<()> {
-    let inputs = Inputs::open(&arguments.files)?;
-    let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins.plugin)?;
-    let unit = registry.find(UnitKind::Renderer, &arguments.renderer)?;
-    let knobs = knobs(arguments, &unit)?;
-    let seen = staging::first_view(opened);
-    let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
-    let mut studio = Studio::open(&arguments.device, &arguments.plugins)?;
-    let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
-    let surroundings = surroundings.as_ref();
-    let clouds = Clouds::read(&inputs.sources)?;
-    let view = render::view(&arguments.picture, &staging, &clouds);
-    let compared = arguments.as_compared();
-    let stage =
-        Stage { arguments: &compared, staging: &staging, clouds: &clouds, surroundings, view };
-    let kept = Kept::open(&arguments.out, &key(arguments, &stage, &studio)?)?;
-    let truth = truth(arguments, &stage, &mut studio, &registry, &kept)?;
-    let mut all = Vec::new();
-    for knob in &knobs {
-        let cells = sweep(&stage, &mut studio, &unit, knob, &truth, &kept)?;
-        all.push((knob.id.clone(), cells));
-    }
-    told::write(arguments, &stage, &studio, &unit, &truth, &all)?;
-    let failed = all.iter().flat_map(|(_, cells)| cells).find_map(|cell| cell.fault.clone());
-    failed.map_or(Ok(()), |line| bail!("{line}"))
-}
-
-/// Everything that the numbers depend on besides the values of a knob.
-fn key(arguments: &SweepArguments, stage: &Stage<'_>, studio: &Studio) -> anyhow::Result<String> {
-    // A file that was written since is another one.
-    let stamp = |path: &std::path::PathBuf| -> anyhow::Result<_> {
-        let about = path.metadata().with_context(|| path.display().to_string())?;
-        let written = about.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
-        Ok((path.clone(), about.len(), written))
-    };
-    let files = arguments.files.iter().map(stamp).collect::<anyhow::Result<Vec<_>>>()?;
-    let typed: Vec<_> = arguments.set.iter().chain(&arguments.reference_set).collect();
-    let settings: Vec<String> = typed.iter().map(|setting| format!("{setting:?}")).collect();
-    Ok(serde_json::to_string(&(
-        (&arguments.renderer, &arguments.reference, settings, arguments.repeats),
-        (files, &stage.clouds.facts, &stage.staging.scene, stage.view),
-        (
-            stage.surroundings.map(|light: &Surroundings| light.view().environment.clone()),
-            studio.engine.gpu().describe(),
-            env!("CARGO_PKG_VERSION"),
-        ),
-    ))?)
-}
-
-/// The knobs that are swept: those given, or all that the renderer declares to trade time for quality.
-fn knobs(arguments: &SweepArguments, unit: &UnitRef) -> anyhow::Result<Vec<Knob>> {
-    let loaded = studio::load(unit, &arguments.plugins.patience())?;
-    let declared = &loaded.description.params;
-    if arguments.knob.is_empty() {
-        let qualities = declared.iter().filter(|declared| declared.quality);
-        let knobs: Vec<Knob> = qualities
-            .map(|declared| Knob { id: declared.id.clone(), values: steps(declared) })
-            .collect();
-        if knobs.is_empty() {
-            let ids: Vec<_> = declared.iter().map(|declared| declared.id.as_str()).collect();
-            bail!(
-                "{unit} declares no parameter that trades time for quality; name one with --knob, \
-                 as id=value,value,…: {}",
-                ids.join(", ")
-            );
+    match (&arguments.renderer, &arguments.tool) {
+        (Some(renderer), _) => {
+            for option in ["column", "longest", "threads", "reference_again"] {
+                refuse(given, option, "a tool")?;
+            }
+            let unit = crate::staging::drawer(&registry, renderer)?;
+            pictures::report(arguments, given, &registry, &unit)
         }
-        return Ok(knobs);
-    }
-    let mut knobs = Vec::new();
-    for Setting { id, value, .. } in &arguments.knob {
-        let Some(declared) = declared.iter().find(|declared| declared.id == *id) else {
-            let ids: Vec<_> = declared.iter().map(|declared| declared.id.as_str()).collect();
-            bail!("{unit} has no parameter `{id}`; it has: {}", ids.join(", "));
-        };
-        let values: Vec<String> = value.split(',').map(|value| value.trim().to_owned()).collect();
-        for value in &values {
-            declared.parse(value).map_err(anyhow::Error::msg)?;
+        (None, Some(tool)) => {
+            for option in crate::arguments::options_of_pictures() {
+                refuse(given, &option, "renderers")?;
+            }
+            let unit = registry.find(UnitKind::Tool, tool)?;
+            tools::report(arguments, &registry, &unit)
         }
-        knobs.push(Knob { id: id.clone(), values });
-    }
-    Ok(knobs)
-}
-
-/// Values from one end of a declared range to the other, in even ratios where it is wide.
-fn steps(declared: &ParamDecl) -> Vec<String> {
-    let whole = declared.kind == ParamKind::Int;
-    match (&declared.kind, declared.range) {
-        (ParamKind::Choice(ids), _) => ids.clone(),
-        (ParamKind::Bool, _) => vec!["false".to_owned(), "true".to_owned()],
-        (ParamKind::Int, Some([low, high])) if high - low < MOST_VALUES as f64 => {
-            (low as i64..=high as i64).map(|value| value.to_string()).collect()
-        }
-        (_, Some([low, high])) => {
-            let n = MOST_VALUES as f64 - 1.0;
-            let ratio = low > 0.0 && high / low >= 8.0;
-            let value = |i: usize| match ratio {
-                true => low * (high / low).powf(i as f64 / n),
-                false => low + (high - low) * i as f64 / n,
-            };
-            let values = (0..MOST_VALUES).map(value).map(|v| if whole { v.round() } else { v });
-            let mut values: Vec<String> = values.map(|value| value.to_string()).collect();
-            values.dedup();
-            values
-        }
-        _ => match &declared.default {
-            Value::Text(text) => vec![text.clone()],
-            other => vec![format!("{other:?}")],
-        },
+        (None, None) => bail!("name a renderer with -r or a tool with -t"),
     }
 }
 
-/// What cells are measured against: a picture, or what a renderer or tracer makes.
-fn truth(
-    arguments: &SweepArguments,
-    stage: &Stage<'_>,
-    studio: &mut Studio,
-    registry: &surfelshop_engine::plugins::Registry,
-    kept: &Kept,
-) -> anyhow::Result<Truth> {
-    let name = arguments.reference.as_ref().unwrap_or(&arguments.renderer);
-    if Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr")) {
-        let picture = exr_file::read_color(Path::new(name))?;
-        return Ok(Truth { name: name.clone(), picture, variance: None, candidate: None });
+fn refuse(given: &Given, option: &str, whose: &str) -> anyhow::Result<()> {
+    let typed = option.replace('_', "-");
+    match given.has(option) {
+        true => bail!("--{typed} is meant for {whose}; leave it out here"),
+        false => Ok(()),
     }
-    let settings: Vec<String> = arguments
-        .reference_set
-        .iter()
-        .map(|setting| format!("{}={}", setting.id, setting.value))
-        .collect();
-    let told = format!("{name} {}", settings.join(" ")).trim().to_owned();
-    if let Some((picture, variance)) = kept.truth()? {
-        return Ok(Truth { name: told, picture, variance, candidate: None });
-    }
-    let reference = staging::drawer(registry, name)?;
-    let mut candidates =
-        candidate::with(stage, Some(studio), vec![(reference, arguments.reference_set.clone())])?;
-    candidate::draw_once(stage, Some(studio), &mut candidates);
-    let Some(Candidate { drawn, .. }) = candidates.pop() else { bail!("there is no reference") };
-    let drawn = drawn.map_err(anyhow::Error::msg)?;
-    kept.put_truth(&drawn.color, drawn.variance.as_ref())?;
-    Ok(Truth { name: told, picture: drawn.color, variance: drawn.variance, candidate: None })
 }
 
-/// Turns one knob: cells that are known are kept, the others are drawn, timed in turns and measured.
+/// What is measured as a knob turns.
+trait Bench {
+    /// Runs with a knob at a value for the first time, which is not timed with the others: its errors.
+    fn first(&mut self, knob: &str, value: &str) -> Result<Cell, String>;
+
+    /// Runs again, to be timed.
+    fn again(&mut self, knob: &str, value: &str) -> Result<Run, String>;
+}
+
+/// Turns one knob: values that are known are kept, the others are run once and then in turns.
 fn sweep(
-    stage: &Stage<'_>,
-    studio: &mut Studio,
-    unit: &UnitRef,
+    bench: &mut dyn Bench,
     knob: &Knob,
-    truth: &Truth,
+    arguments: &SweepArguments,
     kept: &Kept,
 ) -> anyhow::Result<Vec<Cell>> {
-    let unknown: Vec<&String> =
-        knob.values.iter().filter(|value| kept.cell(&knob.id, value).is_none()).collect();
-    let wanted = unknown.iter().map(|value| {
-        let turned = Setting { unit: None, id: knob.id.clone(), value: (*value).clone() };
-        let settings = stage.arguments.set.iter().filter(|setting| setting.id != knob.id);
-        (unit.clone(), settings.cloned().chain([turned]).collect())
+    let n_repeats = arguments.repeats as usize;
+    let is_open = |value: &&String| {
+        kept.cell(&knob.id, value)
+            .is_none_or(|cell| cell.runs.len() < n_repeats || cell.is_faulty())
+    };
+    let mut open: Vec<&String> = knob.values.iter().filter(is_open).collect();
+    let n_runs = open.len() * (n_repeats + 1);
+    let progress = Progress::new(format!("{}: {} values", knob.id, open.len()));
+    let mut n_done = 0;
+    let mut tell = || {
+        n_done += 1;
+        // Ctrl-C ends the program; what was measured is on the disk.
+        let _goes_on = progress.tell(n_done as f64 / n_runs as f64);
+    };
+    let mut too_long = None;
+    open.retain(|value| {
+        if too_long.is_some() {
+            return false;
+        }
+        let known = kept.cell(&knob.id, value).filter(|cell| !cell.is_faulty());
+        let first = bench.first(&knob.id, value);
+        tell();
+        let cell = first.unwrap_or_else(|line| Cell::faulty(&knob.id, value, line));
+        if arguments.tool.is_some() && cell.first_ms > arguments.longest.as_secs_f64() * 1e3 {
+            too_long = Some((*value).clone());
+        }
+        // Of a value that was interrupted, what is known stays: this run only warms up.
+        kept.put(known.unwrap_or(cell));
+        true
     });
-    let mut candidates = candidate::with(stage, Some(studio), wanted.collect())?;
-    if !candidates.is_empty() {
-        let what = format!("{}: {} values", knob.id, candidates.len());
-        let progress = terminal::Progress::new(what);
-        candidate::draw(stage, Some(studio), &mut candidates);
-        drop(progress);
-    }
-    for (candidate, value) in candidates.iter().zip(&unknown) {
-        let settings =
-            metrics::Settings { development: stage.staging.how, ..metrics::Settings::default() };
-        let reference = Reference { picture: &truth.picture, variance: truth.variance.as_ref() };
-        let measured = match &candidate.drawn {
-            Ok(drawn) => metrics::compare(&drawn.color, reference, &settings)
-                .map(|comparison| (comparison, drawn))
-                .map_err(|error| error.to_string()),
-            Err(line) => Err(line.clone()),
-        };
-        kept.put(&Cell::new(&knob.id, value, measured))?;
-    }
-    let known = knob.values.iter().filter_map(|value| kept.cell(&knob.id, value));
-    Ok(known.collect())
-}
-
-impl SweepArguments {
-    /// What the machinery of comparisons asks for.
-    fn as_compared(&self) -> CompareArguments {
-        CompareArguments {
-            files: self.files.clone(),
-            renderer: vec![self.renderer.clone()],
-            reference: self.reference.clone(),
-            out: self.out.clone(),
-            fail_above: Vec::new(),
-            repeats: self.repeats,
-            set: self.set.clone(),
-            picture: self.picture.clone(),
-            plugins: self.plugins.clone(),
-            device: self.device.clone(),
-            report: self.report.clone(),
+    kept.store()?;
+    for number in 0..n_repeats {
+        for value in &open {
+            let waits = |cell: &Cell| cell.runs.len() == number && !cell.is_faulty();
+            if kept.cell(&knob.id, value).is_some_and(|cell| waits(&cell)) {
+                let run = bench.again(&knob.id, value);
+                kept.add(&knob.id, value, run);
+                kept.store()?;
+            }
+            tell();
         }
     }
+    drop(progress);
+    let known: Vec<Cell> = knob.values.iter().filter_map(|v| kept.cell(&knob.id, v)).collect();
+    if let Some(last) = too_long
+        && known.len() < knob.values.len()
+    {
+        let (id, n) = (&knob.id, knob.values.len() - known.len());
+        let limit = arguments.longest.as_secs_f64();
+        terminal::note(format!(
+            "{id}: {n} values behind {last} are left out, which took longer than {limit} s; \
+             --longest allows more"
+        ));
+    }
+    Ok(known)
+}
+
+/// What tells a file from a later one at the same place.
+fn stamp(path: &std::path::Path) -> anyhow::Result<(String, u64, Option<Duration>)> {
+    use anyhow::Context as _;
+    let about = path.metadata().with_context(|| path.display().to_string())?;
+    let written = about.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
+    Ok((path.display().to_string(), about.len(), written))
+}
+
+/// What tells a unit from the same one rebuilt.
+fn stamp_of_unit(unit: &UnitRef) -> anyhow::Result<(String, (String, u64, Option<Duration>))> {
+    Ok((unit.to_string(), stamp(&unit.path)?))
+}
+
+/// Fails where a value could not be measured.
+fn verdict(all: &[(String, Vec<Cell>)]) -> anyhow::Result<()> {
+    let mut cells = all.iter().flat_map(|(_, cells)| cells);
+    cells.find_map(|cell| cell.fault.clone()).map_or(Ok(()), |line| bail!("{line}"))
 }

@@ -1,20 +1,26 @@
 //! Error against time, both in ratios.
 
 use super::cells::Cell;
+use super::told::Swept;
 use anyhow::anyhow;
 use plotters::prelude::*;
 
 /// A plot of a knob's cells: a line along the knob, the Pareto front thick, and the reference's own
 /// noise, below which no error is known. `None` where fewer than two cells have both.
-pub(super) fn svg(title: &str, cells: &[Cell]) -> anyhow::Result<Option<String>> {
+pub(super) fn svg(
+    title: &str,
+    swept: &Swept<'_>,
+    cells: &[Cell],
+) -> anyhow::Result<Option<String>> {
     let point = |cell: &Cell| {
-        let at = (cell.milliseconds()?, cell.error("rmse")?);
+        let at = (swept.time.of(cell)?.0, cell.error("rmse")?);
         (at.0 > 0.0 && at.1 > 0.0).then_some((at, cell.value.clone()))
     };
     let points: Vec<((f64, f64), String)> = cells.iter().filter_map(point).collect();
     if points.len() < 2 {
         return Ok(None);
     }
+    let of = cells.iter().find_map(|cell| swept.time.of(cell)).map_or("", |(_, of)| of);
     let noise = cells.iter().map(|cell| cell.noise).fold(0.0, f64::max);
     let range = |values: &mut dyn Iterator<Item = f64>| {
         let (low, high) = values.fold((f64::MAX, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
@@ -36,8 +42,8 @@ pub(super) fn svg(title: &str, cells: &[Cell]) -> anyhow::Result<Option<String>>
                 .build_cartesian_2d(x.clone().log_scale(), y.log_scale())?;
             chart
                 .configure_mesh()
-                .x_desc("milliseconds")
-                .y_desc("RMSE of radiance")
+                .x_desc(format!("milliseconds {of}"))
+                .y_desc(swept.error)
                 .light_line_style(TRANSPARENT)
                 .y_label_formatter(&|value| format!("{value:.5}"))
                 .draw()?;
@@ -62,7 +68,7 @@ pub(super) fn svg(title: &str, cells: &[Cell]) -> anyhow::Result<Option<String>>
 }
 
 /// The points that no other beats in both, by time.
-pub(super) fn front(points: &[((f64, f64), String)]) -> Vec<(f64, f64)> {
+pub(crate) fn front(points: &[((f64, f64), String)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<(f64, f64)> = points.iter().map(|(at, _)| *at).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     let mut least = f64::INFINITY;

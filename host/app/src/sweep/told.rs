@@ -1,134 +1,208 @@
 //! What a report tells: a page with plots and tables, and the same numbers for programs.
 
-use super::cells::{Cell, median};
-use super::plot;
+use super::cells::Cell;
+use super::{alone, plot};
 use crate::arguments::SweepArguments;
-use crate::compare::{Stage, Truth, put, quoted};
+use crate::compare::{put, quoted};
 use crate::page::{Column, Page, Plot, Table};
-use crate::studio::Studio;
 use crate::terminal;
+use crate::times::{median, spread};
 use serde_json::{Value, json};
 use surfelshop_engine::plugins::UnitRef;
 
-/// Errors in the tables.
-const ERRORS: [&str; 5] = ["rmse", "rel_mse", "psnr", "ssim", "flip.mean"];
+/// What was swept.
+pub(super) struct Swept<'a> {
+    pub(super) unit: &'a UnitRef,
+    /// Size of the picture, or of the cloud.
+    pub(super) what: String,
+    /// What errors are measured against.
+    pub(super) truth: String,
+    /// What it ran on.
+    pub(super) device: String,
+    /// Errors in the tables: name, meaning, and `less`, `more` or neither.
+    pub(super) errors: &'a [(&'static str, &'static str, &'static str)],
+    /// The error of the plots, in words.
+    pub(super) error: &'a str,
+    pub(super) time: Time,
+    /// Knobs and their cells.
+    pub(super) all: &'a [(String, Vec<Cell>)],
+}
+
+/// Which time counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Time {
+    /// A renderer's own passes, or whole frames where the device does not tell those.
+    OfPictures,
+    /// Processor time, or the clock where the system does not tell it.
+    OfTools,
+}
+
+impl Time {
+    /// Median milliseconds of a cell, and what they are of.
+    pub(super) fn of(self, cell: &Cell) -> Option<(f64, &'static str)> {
+        let own = match self {
+            Self::OfPictures => cell.times(|run| run.own_passes_ms),
+            Self::OfTools => cell.times(|run| run.cpu_ms),
+        };
+        let (own_word, wall_word) = match self {
+            Self::OfPictures => ("of its own passes", "a frame"),
+            Self::OfTools => ("of processor time", "a run"),
+        };
+        match median(&own) {
+            Some(ms) => Some((ms, own_word)),
+            None => median(&cell.times(|run| Some(run.wall_ms))).map(|ms| (ms, wall_word)),
+        }
+    }
+}
 
 /// Writes all files and prints the tables.
-pub(super) fn write(
-    arguments: &SweepArguments,
-    stage: &Stage<'_>,
-    studio: &Studio,
-    unit: &UnitRef,
-    truth: &Truth,
-    all: &[(String, Vec<Cell>)],
-) -> anyhow::Result<()> {
-    let device = studio.engine.gpu().describe();
-    let [width, height] = stage.view.size_px;
-    let typed = std::env::args().skip(1).map(quoted).collect::<Vec<_>>().join(" ");
+pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Result<()> {
+    let Swept { unit, what, truth, device, all, .. } = swept;
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let typed = words.iter().cloned().map(quoted).collect::<Vec<_>>().join(" ");
     let mut page = Page {
         title: format!("{}: error against time", unit.id),
         notes: vec![
-            format!("{width} x {height} pixels, against {}; {device}.", truth.name),
+            format!("{what}, against {truth}; {device}."),
             format!("Made by `surfelshop {typed}`, version {}.", env!("CARGO_PKG_VERSION")),
-            "A row alone is repeated by the same command with one value behind `--knob`, into \
-             another folder."
+            "Times are medians of runs in turns, the first of each left out. The thick line joins \
+             what nothing beats in both; below the red one, the reference's own noise, no error is \
+             known."
                 .to_owned(),
         ],
         ..Page::default()
     };
-    let mut csv = String::from("\"knob\",\"value\",\"rmse\",\"rel_mse\",\"psnr\",\"ssim\",");
-    csv += "\"flip.mean\",\"noise\",\"frame_ms\",\"own_passes_ms\",\"first_ms\",\"fault\"\n";
-    for (knob, cells) in all {
-        let title = format!("{} by {knob}, against {}", unit.id, truth.name);
-        if let Some(svg) = plot::svg(&title, cells)? {
+    let mut csv = head_of_csv(swept);
+    for (knob, cells) in *all {
+        let title = format!("{} by {knob}, against {truth}", unit.id);
+        if let Some(svg) = plot::svg(&title, swept, cells)? {
             put(&arguments.out, &format!("{knob}.svg"), svg.as_bytes())?;
             page.plots.push(Plot { caption: title.clone(), svg });
         }
-        page.tables.push(Table { caption: title, columns: columns(knob), rows: rows(cells) });
+        let rows = cells.iter().map(|cell| row(swept, &words, cell)).collect();
+        page.tables.push(Table { caption: title, columns: columns(swept, knob), rows });
         for cell in cells {
-            csv += &line_of_csv(cell);
+            csv += &line_of_csv(swept, &words, cell);
         }
     }
     put(&arguments.out, "index.html", page.html()?.as_bytes())?;
     put(&arguments.out, "report.csv", csv.as_bytes())?;
+    let knob = |(knob, cells): &(String, Vec<Cell>)| json!({ "id": knob, "cells": cells });
     let object = json!({
         "command": "report",
         "version": env!("CARGO_PKG_VERSION"),
-        "renderer": unit.to_string(),
-        "reference": truth.name,
-        "adapter": device,
-        "size": stage.view.size_px,
-        "knobs": all.iter().map(|(knob, cells)| json!({ "id": knob, "cells": cells })).collect::<Vec<_>>(),
+        "unit": unit.to_string(),
+        "reference": truth,
+        "of": what,
+        "device": device,
+        "knobs": all.iter().map(knob).collect::<Vec<_>>(),
     });
     put(&arguments.out, "report.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
     if arguments.report.json {
         return terminal::json(&object);
     }
     for cell in all.iter().flat_map(|(_, cells)| cells) {
-        terminal::line(line(cell))?;
+        terminal::line(line(swept, cell))?;
     }
     terminal::line(arguments.out.join("index.html").display())
 }
 
-fn line(cell: &Cell) -> String {
+fn line(swept: &Swept<'_>, cell: &Cell) -> String {
     let Cell { knob, value, .. } = cell;
     if let Some(fault) = &cell.fault {
         return format!("{knob}={value}: {fault}");
     }
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.5}"));
-    format!(
-        "{knob}={value}: RMSE {}, FLIP {}, {:.2} ms",
-        number(cell.error("rmse")),
-        number(cell.error("flip.mean")),
-        cell.milliseconds().unwrap_or(f64::NAN)
-    )
+    let time = swept.time.of(cell).map(|(ms, of)| format!("{ms:.2} ms {of}"));
+    let time = time.unwrap_or_else(|| format!("{:.2} ms the first time", cell.first_ms));
+    let second = match swept.time {
+        Time::OfPictures => format!("FLIP {}", number(cell.error("flip.mean"))),
+        Time::OfTools => format!("largest {}", number(cell.error("max_absolute"))),
+    };
+    format!("{knob}={value}: RMSE {}, {second}, {time}", number(cell.error("rmse")))
 }
 
-fn columns(knob: &str) -> Vec<Column> {
-    let named = |name: &str, better: Option<&'static str>| Column {
-        name: name.to_owned(),
-        better,
-        digits: Some(4),
-        ..Column::default()
+/// Times of a cell by their names.
+fn times(swept: &Swept<'_>, cell: &Cell) -> Vec<(&'static str, &'static str, Option<f64>)> {
+    let wall = cell.times(|run| Some(run.wall_ms));
+    let of = match swept.time {
+        Time::OfPictures => "frame, ms",
+        Time::OfTools => "run, ms",
     };
-    let mut all = vec![named(knob, None)];
-    all.extend(ERRORS.map(|name| {
-        let more = matches!(name, "psnr" | "ssim");
-        named(name, Some(if more { "more" } else { "less" }))
-    }));
-    all.extend(["noise", "frame, ms", "own passes, ms", "first frame, ms"].map(|n| named(n, None)));
+    let mut all = vec![
+        (of, "by the clock, median", median(&wall)),
+        ("spread, ms", "between the quartiles", spread(&wall)),
+        ("CPU, ms", "processor time, median", median(&cell.times(|run| run.cpu_ms))),
+    ];
+    if swept.time == Time::OfPictures {
+        let own = median(&cell.times(|run| run.own_passes_ms));
+        all.push(("own passes, ms", "its own passes on the device, median", own));
+    }
+    all.push(("first, ms", "the first time, with all that had to be made", Some(cell.first_ms)));
+    if swept.time == Time::OfPictures {
+        let megabytes = cell.graph_bytes.map(|bytes| bytes as f64 / 1e6);
+        all.push(("graph, MB", "its textures and buffers", megabytes));
+        let n_passes = cell.n_passes.map(|n| n as f64);
+        all.push(("passes", "passes that ran the first time, each a pipeline", n_passes));
+    }
     all
 }
 
-fn rows(cells: &[Cell]) -> Vec<Vec<Value>> {
-    let row = |cell: &Cell| {
-        let mut row = vec![json!(cell.value)];
-        match &cell.fault {
-            Some(fault) => {
-                row.push(json!(fault));
-                row.extend(ERRORS[1..].iter().map(|_| Value::Null));
-            }
-            None => row.extend(ERRORS.map(|name| json!(cell.error(name)))),
-        }
-        row.push(json!(cell.noise));
-        row.extend(
-            [median(&cell.frames_ms), median(&cell.passes_ms), Some(cell.first_ms)]
-                .map(|v| json!(v)),
-        );
-        row
+fn columns(swept: &Swept<'_>, knob: &str) -> Vec<Column> {
+    let named = |name: &str, meaning: &str, better: &'static str| Column {
+        name: name.to_owned(),
+        meaning: meaning.to_owned(),
+        better: (!better.is_empty()).then_some(better),
+        digits: Some(4),
+        ..Column::default()
     };
-    cells.iter().map(row).collect()
+    let empty = Cell::faulty(knob, "", String::new());
+    // Values are shown as they were typed.
+    let mut all = vec![Column { digits: None, plain: true, ..named(knob, "", "") }];
+    all.extend(swept.errors.iter().map(|(name, meaning, better)| named(name, meaning, better)));
+    all.push(named("noise", "root of the reference's own mean squared error", ""));
+    all.extend(times(swept, &empty).into_iter().map(|(name, meaning, _)| named(name, meaning, "")));
+    all.push(Column { code: true, ..named("command", "measures this row again", "") });
+    all
 }
 
-fn line_of_csv(cell: &Cell) -> String {
+fn row(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
+    let number = cell.value.parse::<f64>().ok().filter(|value| value.is_finite());
+    let mut row = vec![number.map_or(json!(cell.value), |number| json!(number))];
+    match &cell.fault {
+        Some(fault) => {
+            row.push(json!(fault));
+            row.extend(swept.errors[1..].iter().map(|_| Value::Null));
+        }
+        None => row.extend(swept.errors.iter().map(|(name, ..)| json!(cell.error(name)))),
+    }
+    row.push(json!(cell.noise));
+    row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
+    row.push(json!(alone::command(words, cell)));
+    row
+}
+
+fn head_of_csv(swept: &Swept<'_>) -> String {
+    let empty = Cell::faulty("", "", String::new());
+    let mut words = vec!["knob".to_owned(), "value".to_owned()];
+    words.extend(swept.errors.iter().map(|(name, ..)| (*name).to_owned()));
+    words.push("noise".to_owned());
+    words.extend(times(swept, &empty).into_iter().map(|(name, ..)| name.to_owned()));
+    words.extend(["fault".to_owned(), "command".to_owned()]);
+    words.iter().map(|word| text(word)).collect::<Vec<_>>().join(",") + "\n"
+}
+
+fn text(text: &str) -> String {
+    format!("\"{}\"", text.replace('"', "\"\""))
+}
+
+fn line_of_csv(swept: &Swept<'_>, command: &[String], cell: &Cell) -> String {
     let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-    let text = |text: &str| format!("\"{}\"", text.replace('"', "\"\""));
     let mut words = vec![text(&cell.knob), text(&cell.value)];
-    words.extend(ERRORS.map(|name| number(cell.error(name))));
+    words.extend(swept.errors.iter().map(|(name, ..)| number(cell.error(name))));
     words.push(cell.noise.to_string());
-    words.extend(
-        [median(&cell.frames_ms), median(&cell.passes_ms), Some(cell.first_ms)].map(number),
-    );
+    words.extend(times(swept, cell).into_iter().map(|(.., value)| number(value)));
     words.push(cell.fault.as_deref().map(text).unwrap_or_default());
+    words.push(text(&alone::command(command, cell)));
     words.join(",") + "\n"
 }

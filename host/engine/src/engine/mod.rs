@@ -84,6 +84,9 @@ pub struct Rendered {
     pub images: Vec<(Output, Image)>,
     /// The passes in the order they stand in the frame.
     pub passes: Vec<PassReport>,
+    /// Bytes of the textures and buffers of the renderer's graph that the frame used, kept ones
+    /// included.
+    pub graph_bytes: u64,
     /// Whether the renderer says that another frame would refine the picture.
     pub wants_another_frame: bool,
 }

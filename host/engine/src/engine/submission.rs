@@ -121,7 +121,8 @@ impl Submission<'_> {
             .collect::<Result<Vec<_>, String>>()
             .map_err(RenderError::Device)?;
         let wants_another_frame = self.plan.structure.wants_another_frame;
-        Ok((Rendered { images, passes, wants_another_frame }, Done { lent, written }))
+        let graph_bytes = lent.bytes();
+        Ok((Rendered { images, passes, graph_bytes, wants_another_frame }, Done { lent, written }))
     }
 
     /// Where each requested output comes from.

@@ -73,6 +73,27 @@ pub enum MetricsError {
         /// Pixels there are.
         of: u64,
     },
+    /// Values of other points than the reference's.
+    #[error(
+        "there are {test} values and {reference} of the reference: only values of the same points can be \
+         compared"
+    )]
+    Counts {
+        /// Values there are.
+        test: usize,
+        /// Values of the reference.
+        reference: usize,
+    },
+    /// Values that nothing can be said of.
+    #[error("of {n} {whose}, {n_not_finite} are not finite: nothing can be measured")]
+    Values {
+        /// `values` or `values of the reference`.
+        whose: &'static str,
+        /// Values there are.
+        n: usize,
+        /// Those that are not finite.
+        n_not_finite: u64,
+    },
     /// A setting out of its range.
     #[error("{setting} is {found}; it must be {expected}")]
     Setting {

@@ -1,4 +1,4 @@
-//! Every number that compares two pictures.
+//! Every number that compares two pictures, or values of the same points.
 //!
 //! A test is measured against a reference. Both are pictures of linear radiance with straight
 //! coverage, four values a pixel, as renderers make them. [`compare`] gives two families of numbers:
@@ -9,7 +9,8 @@
 //!   both pictures developed alike by [`Settings::development`], coverage included, over its
 //!   background. Over a transparent background they are shown on black.
 //!
-//! [`compare_levels`] measures pictures that are 8-bit levels already, as the window shows them.
+//! [`compare_levels`] measures pictures that are 8-bit levels already, as the window shows them, and
+//! [`compare_values`] values of points, such as the columns that tools make.
 //!
 //! Invariants: no number is NaN or infinite; a test with pixels that are not finite has no errors,
 //! and [`Comparison::n_not_finite`] says so; results do not depend on the number of threads.
@@ -21,9 +22,11 @@ mod filter;
 mod flip;
 mod levels;
 mod linear;
+mod pooled;
 mod ssim;
 #[cfg(test)]
 mod tests;
+mod values;
 
 use crate::picture::Development;
 use crate::run::Image;
@@ -33,6 +36,7 @@ use serde::{Deserialize, Serialize};
 pub use color::in_color;
 pub use error::MetricsError;
 pub use levels::{LevelErrors, compare_levels, psnr};
+pub use values::{ValueErrors, compare_values};
 
 /// Coverage from which a pixel counts as covered. At a half, a silhouette that is antialiased in one
 /// picture only is no difference.

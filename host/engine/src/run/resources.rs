@@ -102,7 +102,34 @@ pub(crate) struct FrameResources {
     lent: Vec<(Shape, Made)>,
 }
 
+impl Made {
+    fn bytes(&self) -> u64 {
+        match self {
+            Self::Buffer(buffer) => buffer.size(),
+            Self::Texture(texture) => {
+                let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
+                let level = |level: u32| {
+                    let side = |side: u32| u64::from((side >> level).max(1));
+                    let slices = match texture.dimension() {
+                        wgpu::TextureDimension::D3 => side(texture.depth_or_array_layers()),
+                        _ => u64::from(texture.depth_or_array_layers()),
+                    };
+                    side(texture.width()) * side(texture.height()) * slices * texel
+                };
+                (0..texture.mip_level_count()).map(level).sum()
+            }
+        }
+    }
+}
+
 impl FrameResources {
+    /// Bytes of all textures and buffers of the graph, without what the driver adds.
+    pub(crate) fn bytes(&self) -> u64 {
+        let textures = self.textures.iter().flatten().cloned().map(Made::Texture);
+        let buffers = self.buffers.iter().flatten().cloned().map(Made::Buffer);
+        textures.chain(buffers).map(|made| made.bytes()).sum()
+    }
+
     /// Whether a persistent resource holds what its key names.
     pub(crate) fn is_filled(&self, node: Node) -> bool {
         self.filled.contains(&node)

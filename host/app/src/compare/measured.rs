@@ -1,0 +1,53 @@
+//! Pictures measured against one of them.
+
+use super::candidate::Drawn;
+use crate::staging::Staging;
+use crate::times::Run;
+use surfelshop_engine::Image;
+use surfelshop_engine::metrics::{self, Comparison, Errors, Maps, Reference};
+
+/// What a candidate made in a frame: a picture, or a line that says why not.
+pub(super) struct Shot {
+    pub(super) drawn: Result<Drawn, String>,
+    /// Frames after the first.
+    pub(super) runs: Vec<Run>,
+}
+
+/// What candidates are measured against.
+pub(crate) struct Truth {
+    pub(crate) name: String,
+    pub(crate) picture: Image,
+    pub(crate) variance: Option<Image>,
+    /// The candidate that it is, where it is one.
+    pub(crate) candidate: Option<usize>,
+}
+
+/// A picture's numbers, or why there are none.
+pub(super) struct Measured {
+    pub(super) comparison: Result<Comparison, String>,
+    pub(super) maps: Option<Maps>,
+}
+
+/// Measures what was drawn in a frame.
+pub(super) fn measure(shot: &Shot, truth: &Truth, staging: &Staging) -> Measured {
+    let settings = metrics::Settings { development: staging.how, ..Default::default() };
+    let reference = Reference { picture: &truth.picture, variance: truth.variance.as_ref() };
+    let compared = match &shot.drawn {
+        Ok(drawn) => metrics::compare_with_maps(&drawn.color, reference, &settings)
+            .map_err(|error| error.to_string()),
+        Err(line) => Err(line.clone()),
+    };
+    match compared {
+        Ok((comparison, maps)) => Measured { comparison: Ok(comparison), maps: Some(maps) },
+        Err(line) => Measured { comparison: Err(line), maps: None },
+    }
+}
+
+/// The errors of a comparison, or why there are none.
+pub(super) fn errors(comparison: &Result<Comparison, String>) -> Result<&Errors, String> {
+    match comparison {
+        Ok(Comparison { errors: Some(errors), .. }) => Ok(errors),
+        Ok(comparison) => Err(format!("{} pixels are not finite", comparison.n_not_finite)),
+        Err(line) => Err(line.clone()),
+    }
+}

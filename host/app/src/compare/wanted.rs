@@ -1,0 +1,77 @@
+//! Which renderers and tracers are compared, under which names and with which parameters.
+
+use super::candidate::Wanted;
+use crate::settings;
+use crate::staging;
+use crate::studio;
+use crate::values::Setting;
+use anyhow::bail;
+use surfelshop_engine::plugins::{Patience, Registry, UnitRef};
+
+/// A renderer or tracer and what it is called.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Named {
+    pub(super) name: String,
+    pub(super) reference: UnitRef,
+}
+
+/// What was typed behind `-r`: `ID`, `PACKAGE/ID`, or either behind a name of the user's, as
+/// `soft=PACKAGE/ID`. Names are those of files.
+pub(super) fn named(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec<Named>> {
+    let mut all = Vec::<Named>::with_capacity(typed.len());
+    for typed in typed {
+        let (name, id) =
+            typed.split_once('=').map_or((None, typed.as_str()), |(n, id)| (Some(n), id));
+        let reference = staging::drawer(registry, id)?;
+        let name = name.map_or_else(|| reference.id.clone(), str::to_owned);
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_.".contains(c);
+        if name.is_empty() || name.starts_with('.') || !name.chars().all(is_plain) {
+            bail!("-r {typed}: expected a name of letters, digits, -, _ and . before the =");
+        }
+        // Files of some systems do not tell large letters from small ones.
+        if all.iter().any(|other| other.name.eq_ignore_ascii_case(&name)) {
+            bail!(
+                "-r {typed}: there is another `{name}`; give each a name of its own, as \
+                 -r first={id} -r second={id}"
+            );
+        }
+        all.push(Named { name, reference });
+    }
+    Ok(all)
+}
+
+/// Deals out the settings that were typed: to what is called so, else to the renderer of that id; what
+/// is meant for nobody in particular is meant for all that have it.
+pub(super) fn with_settings(
+    all: Vec<Named>,
+    typed: &[Setting],
+    patience: &Patience,
+) -> anyhow::Result<Vec<Wanted>> {
+    let names: Vec<String> = all.iter().map(|one| one.name.clone()).collect();
+    let mut used = vec![false; typed.len()];
+    let mut wanted = Vec::with_capacity(all.len());
+    for Named { name, reference } in all {
+        let unit = studio::load(&reference, patience)?;
+        let declared = &unit.description.params;
+        let is_meant = |Setting { unit, id, .. }: &Setting| match unit {
+            Some(meant) if names.contains(meant) => *meant == name,
+            Some(meant) => settings::names(&reference, meant),
+            None => declared.iter().any(|declared| declared.id == *id),
+        };
+        let mut settings = Vec::new();
+        for (setting, used) in typed.iter().zip(&mut used).filter(|(s, _)| is_meant(s)) {
+            settings.push(Setting { unit: None, ..setting.clone() });
+            *used = true;
+        }
+        wanted.push(Wanted { name, reference, settings });
+    }
+    if let Some((setting, _)) = typed.iter().zip(used).find(|(_, used)| !used) {
+        let Setting { unit, id, value } = setting;
+        let whose = unit.as_ref().map(|unit| format!("{unit}:")).unwrap_or_default();
+        let names = names.join(", ");
+        bail!(
+            "--set {whose}{id}={value} is meant for none of the renderers that are compared: {names}"
+        );
+    }
+    Ok(wanted)
+}

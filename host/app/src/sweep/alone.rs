@@ -1,0 +1,46 @@
+//! The command that measures one row of a table again.
+
+use super::cells::Cell;
+use crate::compare::quoted;
+
+/// Options whose values are another's in the command of one row.
+const REPLACED: [&str; 3] = ["--knob", "--out", "-o"];
+
+/// The typed command with one value of one knob, into a folder of its own.
+pub(super) fn command(words: &[String], cell: &Cell) -> String {
+    let mut own: Vec<String> = vec!["surfelshop".to_owned()];
+    let mut words = words.iter();
+    while let Some(word) = words.next() {
+        if REPLACED.contains(&word.as_str()) {
+            words.next();
+            continue;
+        }
+        let is_joined = REPLACED.iter().any(|option| {
+            // `--knob=a=1`, `-oout` and `-o=out`.
+            word.strip_prefix(option).is_some_and(|rest| {
+                rest.starts_with('=') || (!option.starts_with("--") && !rest.is_empty())
+            })
+        });
+        if !is_joined && word != "--json" {
+            own.push(word.clone());
+        }
+    }
+    own.extend(["--knob".to_owned(), format!("{}={}", cell.knob, cell.value)]);
+    own.extend(["-o".to_owned(), "alone".to_owned()]);
+    own.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_s_command_is_the_typed_one_with_its_value() {
+        let cell = Cell::faulty("rays", "16", String::new());
+        let line = "report a.ply -t ao --knob rays=1,16 --knob=tolerance=0,1 -o out -oout --json \
+                    --set method=rays";
+        let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
+        let expected = "surfelshop report a.ply -t ao --set method=rays --knob rays=16 -o alone";
+        assert_eq!(command(&words, &cell), expected);
+    }
+}
