@@ -267,10 +267,10 @@ pub(crate) struct SweepArguments {
     pub(crate) reference_set: Vec<Setting>,
     /// Makes a tool's reference a second time, with this parameter otherwise, such as seed=1: the mean
     /// of both counts, and their difference tells its noise.
-    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse, requires = "tool")]
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
     pub(crate) reference_again: Option<Setting>,
     /// The column whose values are compared [default: the first that the tool makes].
-    #[arg(long, value_name = "NAME", requires = "tool")]
+    #[arg(long, value_name = "NAME")]
     pub(crate) column: Option<String>,
     /// Leave out the values of a tool's knob behind one whose first run took longer than this.
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = values::seconds)]

@@ -91,7 +91,7 @@ pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Re
     let object = json!({
         "command": "report",
         "version": env!("CARGO_PKG_VERSION"),
-        "unit": unit.to_string(),
+        "unit": { "kind": unit.kind.word(), "package": unit.package, "id": unit.id },
         "reference": truth,
         "of": what,
         "device": device,

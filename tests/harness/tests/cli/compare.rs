@@ -19,9 +19,14 @@ fn a_comparison_is_a_page_tables_and_pictures() {
         desk.run(&format!("compare two.ply -r flat -r ewa-phong -o out {SMALL} --json")).json();
     assert_eq!(told["reference"], "flat");
     let [flat, phong] = &told["renderers"].as_array().unwrap()[..] else { panic!("{told}") };
-    assert_eq!(flat["comparison"]["errors"]["rmse"], json!(0.0), "itself");
-    assert!(phong["comparison"]["errors"]["rmse"].as_f64().unwrap() > 1e-3);
-    assert_eq!(phong["frames_ms"].as_array().unwrap().len(), 2);
+    assert_eq!(flat["errors"]["rmse"], json!(0.0), "itself");
+    assert!(phong["errors"]["rmse"].as_f64().unwrap() > 1e-3);
+    let frame = &phong["frames"][0];
+    assert_eq!(frame["runs"].as_array().unwrap().len(), 2);
+    assert_eq!(frame["comparison"]["errors"], phong["errors"], "the only one");
+    // A texture of four floats a pixel, and the uniforms.
+    assert!(frame["graph_bytes"].as_u64().unwrap() >= 48 * 48 * 16, "{frame}");
+    assert!(frame["n_passes"].as_u64().unwrap() >= 1, "{frame}");
     for file in [
         "index.html",
         "metrics.csv",
@@ -63,7 +68,7 @@ fn tracers_are_compared_and_their_noise_is_told() {
     let line = "compare two.ply -r flat --reference reference --set reference:samples=4";
     let told = desk.run(&format!("{line} --light 0,0,1 -o out {SMALL} --json")).json();
     assert_eq!(told["reference"], "reference");
-    let flat = &told["renderers"][0]["comparison"];
+    let flat = &told["renderers"][0];
     assert!(flat["errors"]["reference_noise"]["mse"].as_f64().unwrap() >= 0.0, "{flat}");
     // A white square of light that both see alike, but for the ambient light of `flat`.
     assert!(flat["errors"]["rmse"].as_f64().unwrap() < 0.2, "{flat}");
@@ -73,17 +78,108 @@ fn tracers_are_compared_and_their_noise_is_told() {
 fn what_goes_wrong_is_marked_and_not_averaged_in() {
     let desk = desk();
     let plugin = faulty();
-    let line = format!("compare two.ply -r flat -r not-finite -r panics-in-frame -o out {SMALL}");
+    let bad = ["not-finite", "panics-in-frame", "wrong-target-size", "no-output"];
+    let line = format!("compare two.ply -r flat -r {} -o out {SMALL}", bad.join(" -r "));
     let ended = desk.run(&format!("{line} --plugin {plugin}"));
     assert_eq!(ended.code, 1, "{}", ended.stderr);
-    assert!(ended.stderr.contains("pixels of `not-finite` are not finite"), "{}", ended.stderr);
+    for name in bad {
+        assert!(ended.stderr.contains(&format!("`{name}`: ")), "{name}: {}", ended.stderr);
+    }
     let json = std::fs::read_to_string(desk.at("out/metrics.json")).unwrap();
     let told: serde_json::Value = serde_json::from_str(&json).unwrap();
-    let [flat, nan, panics] = &told["renderers"].as_array().unwrap()[..] else { panic!("{told}") };
-    assert_eq!(flat["comparison"]["errors"]["rmse"], json!(0.0));
-    assert!(nan["comparison"]["errors"].is_null());
-    assert!(nan["comparison"]["n_not_finite"].as_u64().unwrap() > 0);
-    assert!(panics["error"].as_str().unwrap().contains("panic"), "{panics}");
+    let all = told["renderers"].as_array().unwrap();
+    assert_eq!(all[0]["errors"]["rmse"], json!(0.0));
+    for (found, line) in all[1..].iter().zip([
+        "pixels are not finite",
+        "panic",
+        "`small` is 7 x 5; a shading pass draws into the view's size",
+        "offers no output `color`",
+    ]) {
+        assert!(found["errors"].is_null(), "{found}");
+        assert!(found["error"].as_str().unwrap().contains(line), "{found}");
+    }
+    assert!(all[1]["frames"][0]["comparison"]["n_not_finite"].as_u64().unwrap() > 0);
     let csv = std::fs::read_to_string(desk.at("out/metrics.csv")).unwrap();
     assert!(csv.contains("pixels are not finite"), "{csv}");
+}
+
+#[test]
+fn one_renderer_is_compared_with_itself_under_names_of_the_user_s() {
+    let desk = desk();
+    let line = format!("compare two.ply -r dim=flat -r bright=flat -o out {SMALL}");
+    let told = desk.run(&format!("{line} --set dim:ambient=0.1 --set ambient=0.4 --json")).json();
+    let [dim, bright] = &told["renderers"].as_array().unwrap()[..] else { panic!("{told}") };
+    assert_eq!((&dim["name"], &bright["name"]), (&json!("dim"), &json!("bright")));
+    assert_eq!(told["reference"], "dim");
+    // What is meant for all comes after what is meant for one, and counts.
+    assert_eq!(
+        dim["renderer"]["parameters"]["ambient"],
+        bright["renderer"]["parameters"]["ambient"]
+    );
+    let told =
+        desk.run(&format!("{line} --set bright:ambient=0.5 --reference bright --json")).json();
+    let [dim, bright] = &told["renderers"].as_array().unwrap()[..] else { panic!("{told}") };
+    assert_eq!((&told["reference"], &bright["errors"]["rmse"]), (&json!("bright"), &json!(0.0)));
+    assert!(dim["errors"]["rmse"].as_f64().unwrap() > 0.01, "{dim}");
+    assert!(desk.at("out/dim.png").is_file() && desk.at("out/bright.exr").is_file());
+    // A picture that has a name and the renderer's own beside it: the setting is for the latter.
+    let line = format!("compare two.ply -r flat -r other=flat -o out {SMALL} --json");
+    let told = desk.run(&format!("{line} --set flat:ambient=0.4")).json();
+    let ambient = |i: usize| told["renderers"][i]["renderer"]["parameters"]["ambient"].clone();
+    assert_ne!(ambient(0), ambient(1));
+    desk.run(&format!("compare two.ply -r flat -r flat -o out {SMALL}"))
+        .failed(&["-r flat: there is another `flat`", "-r first=flat -r second=flat"]);
+    desk.run(&format!("compare two.ply -r a/b=flat -o out {SMALL}"))
+        .failed(&["expected a name of letters, digits, -, _ and . before the ="]);
+}
+
+/// Every frame of a path is measured, and the pooled numbers are those of all pixels.
+#[test]
+fn a_path_has_numbers_of_each_frame_and_of_all() {
+    let desk = desk();
+    let line = format!("compare two.ply -r flat -r ewa-phong --path orbit:3 -o out {SMALL}");
+    let told = desk.run(&format!("{line} --json")).json();
+    let phong = &told["renderers"][1];
+    let frames = phong["frames"].as_array().unwrap();
+    assert_eq!((frames.len(), told["frames"].as_array().unwrap().len()), (3, 3));
+    let mse = |frame: &serde_json::Value| {
+        frame["comparison"]["errors"]["estimate"]["mse"].as_f64().unwrap()
+    };
+    let mean = frames.iter().map(mse).sum::<f64>() / 3.0;
+    assert!(mse(&frames[0]) != mse(&frames[1]), "the camera moves");
+    let rmse = phong["errors"]["rmse"].as_f64().unwrap();
+    assert!((rmse - mean.sqrt()).abs() < 1e-12, "{rmse} {mean}");
+    for file in ["frame-1/flat.png", "frame-3/ewa-phong.exr", "frames.csv", "metrics.csv"] {
+        assert!(desk.at("out").join(file).is_file(), "{file}");
+    }
+    let csv = std::fs::read_to_string(desk.at("out/frames.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 2 * 3);
+    let page = std::fs::read_to_string(desk.at("out/index.html")).unwrap();
+    assert!(page.contains("Frame by frame") && page.contains("1: ewa-phong"));
+    let none = line.replace("orbit:3", "views");
+    desk.run(&none).failed(&["--path views", "expected a scene whose views have cameras"]);
+    desk.run(&line.replace("orbit:3", "circle")).misused(&["expected orbit:N"]);
+    desk.run(&format!("{line} --reference a.exr")).failed(&["a.exr", "leave --path out"]);
+}
+
+#[test]
+fn the_cameras_of_a_scene_s_views_are_a_path() {
+    let desk = desk();
+    let view = |x: f64| {
+        format!(
+            "[[views]]\nrenderer = \"flat\"\n[views.camera]\neye = [{x}, 0, 4]\n\
+             target = [0, 0, 0]\nfov = 40\n"
+        )
+    };
+    let clouds = "format = 1\n[[clouds]]\npath = \"two.ply\"\n";
+    desk.put("two.scene.toml", &[clouds, &view(0.0), &view(1.0), &view(0.0)].concat());
+    let line = format!("compare two.scene.toml -r flat --path views --size 32 --repeats 0 -o out");
+    let told = desk.run(&format!("{line} --json")).json();
+    let eyes: Vec<_> = told["frames"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|frame| &frame["view"]["camera"]["eye"])
+        .collect();
+    assert_eq!(eyes, [&json!([0.0, 0.0, 4.0]), &json!([1.0, 0.0, 4.0])]);
 }

@@ -2,7 +2,7 @@
 
 use crate::bake::faulty;
 use crate::program::{Desk, facing_front};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 fn desk() -> Desk {
     let desk = Desk::new();
@@ -30,7 +30,7 @@ fn a_stranger_s_knob_is_swept_over_its_range() {
     let cells = cells(&told);
     let values: Vec<&str> = cells.iter().map(|cell| cell["value"].as_str().unwrap()).collect();
     assert_eq!((values[0], values.last()), ("1", Some(&"64")));
-    assert!(cells.iter().all(|cell| cell["frames_ms"].as_array().unwrap().len() == 3));
+    assert!(cells.iter().all(|cell| cell["runs"].as_array().unwrap().len() == 3));
     for file in ["index.html", "report.csv", "report.json", "steps.svg", "cells.json"] {
         assert!(desk.at("out").join(file).is_file(), "{file}");
     }
@@ -61,7 +61,7 @@ fn what_was_measured_is_kept_until_something_is_another() {
     assert!(rmse(&more[2]).abs() < 1e-7);
     // Another light, other numbers.
     let other = run("0.25,0.5,1", "--background white --exposure 1");
-    assert_ne!(other[0]["frames_ms"], more[0]["frames_ms"]);
+    assert_ne!(other[0]["runs"], more[0]["runs"]);
     assert_eq!(run("1", "--background white --exposure 1")[0], other[2]);
 }
 
@@ -78,4 +78,123 @@ fn what_cannot_be_reported_is_one_line() {
     assert_eq!(desk.run(&nan).code, 1);
     desk.put("out/cells.json", "nonsense");
     desk.run(&format!("{flat} --knob ambient=0.5")).failed(&["cells.json: it is no list of cells"]);
+}
+
+/// A bowl of 600 surfels: half of what they would see of the sky are others.
+fn bowl(desk: &Desk) {
+    let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+    let surfel = |i: usize| {
+        let y = -(i as f32 + 0.5) / 600.0;
+        let (ring, turn) = ((1.0 - y * y).sqrt(), golden * i as f32);
+        let [x, z] = [ring * turn.cos(), ring * turn.sin()];
+        [x, y, z, -x, -y, -z, 0.07]
+    };
+    desk.put_cloud("bowl.ply", &(0..600).map(surfel).collect::<Vec<_>>());
+}
+
+const RAYS: &str = "report bowl.ply -t ambient-occlusion --set method=rays --knob rays=4,64,256 \
+                    --reference-set method=rays --reference-set rays=4096 --reference-again seed=1";
+
+#[test]
+fn a_tool_s_errors_fall_as_its_knob_says() {
+    let desk = desk();
+    bowl(&desk);
+    let told = desk.run(&format!("{RAYS} --repeats 3 -o out --json")).json();
+    assert_eq!(
+        (&told["unit"]["kind"], &told["unit"]["id"]),
+        (&json!("tool"), &json!("ambient-occlusion"))
+    );
+    let cells = cells(&told);
+    let rmse = |cell: &Value| cell["errors"][0][1].as_f64().unwrap();
+    assert_eq!(cells[0]["errors"][0][0], "rmse");
+    assert!(rmse(&cells[0]) > 2.0 * rmse(&cells[1]), "a fourth by theory: {cells:?}");
+    assert!(rmse(&cells[1]) > 1.3 * rmse(&cells[2]), "a half by theory: {cells:?}");
+    let noise = cells[0]["noise"].as_f64().unwrap();
+    // Rays of the first are a 2048th of the reference's.
+    assert!(noise > 0.0 && noise < 0.1 * rmse(&cells[0]), "{noise}");
+    for cell in &cells {
+        assert_eq!(cell["runs"].as_array().unwrap().len(), 3);
+        assert!(cell["runs"][0]["wall_ms"].as_f64().unwrap() > 0.0, "{cell}");
+    }
+    let csv = std::fs::read_to_string(desk.at("out/report.csv")).unwrap();
+    assert!(csv.contains("--knob rays=64 -o alone"), "{csv}");
+    // Each row's command gives that row.
+    let alone = RAYS.replace("rays=4,64,256", "rays=64");
+    let told = desk.run(&format!("{alone} --repeats 0 -o alone --json")).json();
+    assert_eq!(self::cells(&told)[0]["errors"], cells[1]["errors"]);
+}
+
+/// Killed, not asked: what was measured before is on the disk, and the report goes on from there.
+#[test]
+fn a_report_that_is_killed_goes_on_where_it_was() {
+    let desk = desk();
+    bowl(&desk);
+    let whole = cells(&desk.run(&format!("{RAYS} --repeats 2 -o whole --json")).json());
+    let line = format!("{RAYS} --repeats 1000 -o out --json");
+    let mut command = desk.command();
+    command.args(line.split_whitespace()).stdout(std::process::Stdio::null());
+    let mut child = command.stderr(std::process::Stdio::null()).spawn().unwrap();
+    let noted = || -> Option<Vec<Value>> {
+        let text = std::fs::read_to_string(desk.at("out/cells.json")).ok()?;
+        serde_json::from_str::<Value>(&text).unwrap()["cells"].as_array().cloned()
+    };
+    let n_runs = |cells: &[Value]| -> usize {
+        cells.iter().map(|cell| cell["runs"].as_array().unwrap().len()).sum()
+    };
+    while noted().is_none_or(|cells| n_runs(&cells) < 4) {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    assert!(!child.wait().unwrap().success());
+    let noted = noted().unwrap();
+    let most = noted.iter().map(|cell| cell["runs"].as_array().unwrap().len()).max().unwrap();
+    let line = format!("{RAYS} --repeats {} -o out --json", most + 3);
+    let resumed = cells(&desk.run(&line).json());
+    assert_eq!(resumed.len(), whole.len());
+    for ((resumed, noted), whole) in resumed.iter().zip(&noted).zip(&whole) {
+        assert_eq!(resumed["value"], whole["value"]);
+        assert_eq!(resumed["errors"], whole["errors"], "the same table");
+        let (all, before) =
+            (resumed["runs"].as_array().unwrap(), noted["runs"].as_array().unwrap());
+        assert_eq!(all.len(), most + 3);
+        assert_eq!(all[..before.len()], before[..], "what was measured is kept");
+    }
+}
+
+#[test]
+fn what_takes_too_long_is_left_out_and_said() {
+    let (desk, plugin) = (desk(), faulty());
+    let line = format!(
+        "report two.ply -t works-slowly --set milliseconds=300 --knob items=1,2,4,8 --repeats 0 \
+         --reference-set items=1 --longest 0.2 --plugin {plugin} -o out"
+    );
+    let ended = desk.run(&line).done();
+    assert!(ended.stdout.starts_with("items=1: "), "{}", ended.stdout);
+    assert!(!ended.stdout.contains("items=2: "), "{}", ended.stdout);
+    assert!(ended.stderr.contains("3 values behind 1 are left out"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("--longest allows more"), "{}", ended.stderr);
+}
+
+#[test]
+fn tools_that_cannot_be_measured_are_one_line() {
+    let (desk, plugin) = (desk(), faulty());
+    bowl(&desk);
+    let line = format!("report two.ply --repeats 0 --plugin {plugin} -o out");
+    let scatters = format!("{line} -t scatters --knob seed=1,2");
+    let done = desk.run(&format!("{scatters} --json")).json();
+    assert_eq!(done["of"], "2 surfels, column noise");
+    desk.run(&format!("{scatters} --column none")).failed(&["no column `none`", "noise"]);
+    desk.run(&format!("{scatters} --size 64")).failed(&["--size is meant for renderers"]);
+    desk.run(&format!("{scatters} --env studio")).failed(&["--env is meant for renderers"]);
+    desk.run(&format!("{scatters} bowl.ply")).failed(&["a tool works on one cloud"]);
+    desk.run(&format!("{scatters} --reference bowl.ply --column radius"))
+        .failed(&["bowl.ply has 600 surfels of 2"]);
+    desk.run(&format!("{line} -t keeps-half --knob seed=1")).failed(&["no parameter `seed`"]);
+    desk.run(&format!("{line} -t scatters -r flat")).misused(&["cannot be used with"]);
+    desk.run(&line).misused(&["--renderer", "--tool"]);
+    desk.run(&format!("{line} -r fine --knob gain=1 --longest 5"))
+        .failed(&["--longest is meant for a tool"]);
+    desk.run(&format!("{line} -r fine --knob gain=1 --column ao"))
+        .failed(&["--column is meant for a tool"]);
 }
