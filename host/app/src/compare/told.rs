@@ -139,7 +139,8 @@ impl<'a> Told<'a> {
             let png = shown(&truth.picture)?;
             all.push(Picture::new(named(&truth.name), size(&truth.picture), png));
         }
-        for ((candidate, shot), measured) in candidates.iter().zip(shots).zip(measured) {
+        let each = candidates.iter().zip(shots).zip(measured).enumerate();
+        for (i, ((candidate, shot), measured)) in each {
             let (Candidate { name, .. }, Ok(Drawn { color, .. })) = (candidate, &shot.drawn) else {
                 continue;
             };
@@ -148,7 +149,9 @@ impl<'a> Told<'a> {
             let layer = (Output::Color, color.clone());
             put(&folder, &format!("{name}.exr"), &exr_file::exr(&[&layer])?)?;
             all.push(Picture::new(named(name), size(color), png));
-            let Some(found) = &measured.maps else { continue };
+            // There is nothing to see of the reference against itself.
+            let is_truth = truth.candidate == Some(i);
+            let Some(found) = measured.maps.as_ref().filter(|_| !is_truth) else { continue };
             let relative = in_color(&found.relative_squared, FULL_RELATIVE);
             let flip = found.flip.as_ref().map(|flip| (in_color(flip, 1.0), "FLIP"));
             let both = [Some((relative, "relative squared error")), flip];

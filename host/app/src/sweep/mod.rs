@@ -8,6 +8,7 @@ pub(crate) mod cells;
 mod knobs;
 mod pictures;
 pub(crate) mod plot;
+pub(crate) mod ticks;
 mod told;
 mod tools;
 

@@ -1,9 +1,12 @@
 //! Error against time, both in ratios.
 
 use super::cells::Cell;
+use super::ticks::{label, ticks};
 use super::told::Swept;
 use anyhow::anyhow;
+use plotters::coord::combinators::WithKeyPoints;
 use plotters::prelude::*;
+use std::ops::Range;
 
 /// A plot of a knob's cells: a line along the knob, the Pareto front thick, and the reference's own
 /// noise, below which no error is known. `None` where fewer than two cells have both.
@@ -39,13 +42,14 @@ pub(super) fn svg(
                 .margin(12)
                 .x_label_area_size(38)
                 .y_label_area_size(64)
-                .build_cartesian_2d(x.clone().log_scale(), y.log_scale())?;
+                .build_cartesian_2d(axis(x.clone()), axis(y))?;
             chart
                 .configure_mesh()
                 .x_desc(format!("milliseconds {of}"))
                 .y_desc(swept.error)
                 .light_line_style(TRANSPARENT)
-                .y_label_formatter(&|value| format!("{value:.5}"))
+                .x_label_formatter(&|value| label(*value))
+                .y_label_formatter(&|value| label(*value))
                 .draw()?;
             let line = points.iter().map(|(at, _)| *at);
             chart.draw_series(LineSeries::new(line, BLUE.mix(0.5)))?;
@@ -65,6 +69,12 @@ pub(super) fn svg(
         drawn().map_err(|error| anyhow!("the plot could not be drawn: {error}"))?;
     }
     Ok(Some(text))
+}
+
+/// An axis in ratios with labels of our own choice: the crate's leave narrow ranges without any.
+fn axis(range: Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
+    let ticks = ticks(range.start, range.end);
+    range.log_scale().with_key_points(ticks)
 }
 
 /// The points that no other beats in both, by time.
