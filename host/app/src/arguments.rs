@@ -237,8 +237,8 @@ pub(crate) struct CompareArguments {
 #[command(after_help = "Examples:
   surfelshop report bunny.ply -r environment --env studio --set ks=0 --knob sh-order=1,2,3,4,5 \\
       --reference reference --reference-set mode=environment --reference-set samples=1024 -o orders
-  surfelshop report bunny.ply -r procedural --set noise=volume --knob volume-size=32,64,128,256 \\
-      --reference procedural --reference-set noise=computed -o volumes
+  surfelshop report bunny.ply -r procedural --set noise=volume --knob volume-size=16,32,64,128 \\
+      --reference-set noise=volume --reference-set volume-size=256 -o volumes
   surfelshop report bunny.ply -t ambient-occlusion --knob tolerance=0.001,0.004,0.016,0.064 \\
       --reference-set method=rays --reference-set rays=4096 --reference-again seed=1 -o bakes
 The folder holds index.html, which needs no network, report.csv, report.json, a plot for each knob and

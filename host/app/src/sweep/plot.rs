@@ -57,8 +57,9 @@ pub(super) fn svg(
             chart.draw_series(LineSeries::new(best.iter().copied(), BLUE.stroke_width(3)))?;
             for (at, value) in &points {
                 chart.draw_series([Circle::new(*at, 4, BLUE.filled())])?;
-                let label = Text::new(value.clone(), *at, ("sans-serif", 13));
-                chart.draw_series([label])?;
+                // Above it to the right, where a line that falls leaves room.
+                let label = Text::new(value.clone(), (6, -14), ("sans-serif", 13));
+                chart.draw_series([EmptyElement::at(*at) + label])?;
             }
             if let Some(noise) = floor {
                 chart.draw_series(LineSeries::new([(x.start, noise), (x.end, noise)], RED))?;
