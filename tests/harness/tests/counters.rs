@@ -79,6 +79,11 @@ fn two_renderers_over_one_view_share_its_surface() {
     assert_eq!(counters.surfaces.blended, 1, "the two blending ones share the blended surface");
     assert_eq!(counters.surfaces.nearest, 1);
     assert_eq!(counters.uploads, 4, "position, normal, radius and color, once each");
+    engine.forget_surfaces();
+    let outputs = [Output::Color];
+    let [first, ..] = &mut renderers;
+    stage::render(&mut engine, first, &cloud, &Scene::default(), view, &outputs).unwrap();
+    assert_eq!(engine.counters().surfaces.visibility, 2, "forgotten, so it was made again");
 }
 
 #[test]

@@ -163,6 +163,8 @@ fn frame(
     view: View,
 ) -> anyhow::Result<Rendered> {
     let studio = studio.context("there is no graphics device")?;
+    // Another may have drawn the same view, and each pays for its own.
+    studio.engine.forget_surfaces();
     let values = chosen.values.clone();
     let request = RenderRequest {
         clouds: &stage.clouds.views(),

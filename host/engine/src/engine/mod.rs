@@ -174,6 +174,12 @@ impl Engine {
         }
     }
 
+    /// Draws surfels anew in the next frame even where the same view of them was drawn: for frames
+    /// whose time is to be theirs alone.
+    pub fn forget_surfaces(&mut self) {
+        self.surfaces.forget();
+    }
+
     /// Has a renderer describe a frame and runs it.
     ///
     /// # Errors

@@ -98,6 +98,11 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
+    /// Lets go of all that is kept.
+    pub(crate) fn forget(&mut self) {
+        self.kept.clear();
+    }
+
     /// Records what is missing of a view's surface and returns it.
     ///
     /// # Errors
