@@ -26,7 +26,10 @@ pub enum Light {
         position: DVec3,
         /// Radiant intensity divided by pi, in scene units squared, linear Rec. 709, each 0 or
         /// more: a white diffuse surface facing the light at a distance d has the radiance
-        /// `intensity / d^2`, as one facing a directional light has its `radiance`.
+        /// `intensity / d^2`, as one facing a directional light has its `radiance`. What is no number
+        /// or below 0 counts as 0. Nearer than a ten-thousandth of the scene's largest extent a light
+        /// gets no brighter, and intensity beyond 1e22 times that extent's square does not count: both
+        /// keep radiance finite.
         intensity: Vec3,
     },
     /// Light from one place within a cone. ABI 3.1.
@@ -38,11 +41,13 @@ pub enum Light {
         target: DVec3,
         /// As of [`Light::Point`], on the axis.
         intensity: Vec3,
-        /// Between the axis and the cone's edge: radians, from 0 (no light) to pi (all around).
+        /// Between the axis and the cone's edge: radians, from 0 (no light) to pi (all around);
+        /// beyond them it counts as the nearer of both, and as 0 where it is no number.
         angle: f64,
         /// Share of `angle`, from the edge inwards, over which the light rises from 0 to its
         /// `intensity`: from 0 (a sharp edge) to 1 (up to the axis). It rises as the smooth step
-        /// `t^2 (3 - 2 t)` of the cosine of the angle to the axis.
+        /// `t^2 (3 - 2 t)` of the cosine of the angle to the axis. Beyond 0 to 1 it counts as the
+        /// nearer of both, and as 0 where it is no number.
         softness: f32,
     },
 }
