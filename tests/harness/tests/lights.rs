@@ -11,7 +11,7 @@ use surfelshop_api::{Light, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_engine::{Backend, Engine, EngineOptions, GpuOptions, RenderRequest, Rendered};
 use surfelshop_tests::clouds::{self, Surfels};
-use surfelshop_tests::{stage, twin};
+use surfelshop_tests::{lamp, stage, twin};
 
 /// A renderer with what its lighting is called in the twin.
 struct Unit {
@@ -172,6 +172,56 @@ fn points_and_spots_shine_as_the_twin_says_on_both_drivers() {
                 let lit = color(&frame).iter().zip(color(&dark)).filter(|(a, b)| *a > *b).count();
                 assert!(lit > 500, "{}: the light is in view: {lit}", unit.name);
             }
+        }
+    }
+}
+
+/// Whatever a renderer makes of light: at each place it is that of the directional light that arrives
+/// there.
+#[test]
+fn highlights_of_every_model_are_those_of_what_arrives() {
+    let text = |pairs: &[(&str, &str)]| -> Values {
+        pairs
+            .iter()
+            .map(|(id, value)| ((*id).to_owned(), Value::Text((*value).to_owned())))
+            .collect()
+    };
+    let unit = |name, values| Unit { name, values, ..units()[0] };
+    let models = [
+        unit("environment", text(&[("model", "ggx")])),
+        unit("environment", text(&[("model", "thesis")])),
+        unit("procedural", text(&[("lighting", "thesis")])),
+        unit("procedural", text(&[("lighting", "natural")])),
+        unit("procedural", text(&[("lighting", "phong")])),
+    ];
+    let cloud = clouds::sphere(5_000, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 48);
+    let mut engine = stage::engine();
+    for unit in &models {
+        for light in [point(DVec3::new(0.6, 0.7, 0.9), Vec3::new(0.1, 0.05, 0.15)), spot(1.0)] {
+            let scene = lit_by(vec![light]);
+            let frame = render(&mut engine, unit, &cloud, &scene, view);
+            let depth = frame.image(&Output::Depth).unwrap();
+            let mut n_lit = 0;
+            for at in (0..48 * 48).step_by(37).map(|i| [i % 48, i / 48]) {
+                let [x, y] = at;
+                if depth.pixel(x, y)[0] == 0.0 {
+                    continue;
+                }
+                let center = at.map(|k| f64::from(k) + 0.5);
+                let place = twin::place(&view, center, f64::from(depth.pixel(x, y)[0]));
+                let (towards, radiance) = lamp::arriving(&light, &view, place);
+                let radiance = radiance.as_vec3();
+                let sun = Light::Directional { towards, radiance, follows_camera: false };
+                let expected = render(&mut engine, unit, &cloud, &lit_by(vec![sun]), view);
+                let [found, truth] = [&frame, &expected].map(|frame| {
+                    Vec3::from_slice(frame.image(&Output::Color).unwrap().pixel(x, y))
+                });
+                let off = ((found - truth).abs() / (truth + 1.0)).max_element();
+                assert!(f64::from(off) < LIGHTING, "{}: {found} for {truth}", unit.name);
+                n_lit += i32::from(truth.max_element() > 0.05);
+            }
+            assert!(n_lit >= 3, "{}: the light is in view: {n_lit}", unit.name);
         }
     }
 }
