@@ -116,6 +116,11 @@ const BRIGHTEST: f64 = 1e30;
 /// Sharper edges than this are steps in f32.
 const SHARPEST: f64 = 1e30;
 
+/// A number from 0 to a largest one; what is no number counts as 0.
+fn at_most(most: f64, number: f64) -> f64 {
+    if number.is_nan() { 0.0 } else { number.clamp(0.0, most) }
+}
+
 impl Lamp {
     /// A light of the scene, seen by a camera.
     #[must_use]
@@ -140,9 +145,8 @@ impl Lamp {
             Light::Point { intensity, .. } => lamp.shining(intensity),
             Light::Spot { position, target, intensity, angle, softness } => {
                 let towards = (position - target).try_normalize().unwrap_or(DVec3::Y);
-                // Comparisons in this order make 0 of what is no number.
-                let angle = angle.max(0.0).min(std::f64::consts::PI);
-                let full = angle * (1.0 - f64::from(softness).max(0.0).min(1.0));
+                let angle = at_most(std::f64::consts::PI, angle);
+                let full = angle * (1.0 - at_most(1.0, f64::from(softness)));
                 let chord = |angle: f64| 4.0 * (0.5 * angle).sin().powi(2);
                 if full >= std::f64::consts::PI {
                     return lamp.shining(intensity);
@@ -159,9 +163,8 @@ impl Lamp {
         let Some(position) = self.position.filter(|position| position.is_finite()) else {
             return Self { position: Some(DVec3::ZERO), intensity: DVec3::ZERO, ..self };
         };
-        // In this order, NaN becomes 0.
-        let channels = intensity.to_array().map(|c| f64::from(c.max(0.0).min(f32::MAX)));
-        let intensity = DVec3::from(channels);
+        let channels = intensity.as_dvec3().to_array();
+        let intensity = DVec3::from(channels.map(|channel| at_most(f64::from(f32::MAX), channel)));
         let most = BRIGHTEST * self.nearest * self.nearest;
         let kept = (most / intensity.max_element().max(f64::MIN_POSITIVE)).min(1.0);
         Self { position: Some(position), intensity: intensity * kept, ..self }
