@@ -54,17 +54,7 @@ pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, around: &Around) {
         ui.push_id(("light", i), |ui| {
             ui.horizontal_wrapped(|ui| {
                 first_row(ui, i, light);
-                kind(ui, i, light, around);
-                let more = ui.add_enabled(!full, egui::Button::new("+").small());
-                more.widget_info(|| named(&format!("another light like light {}", i + 1)));
-                if more.on_hover_text("another one like it").clicked() {
-                    change = Some(Change::Insert(i + 1, *light));
-                }
-                let less = ui.add(egui::Button::new("-").small());
-                less.widget_info(|| named(&format!("remove light {}", i + 1)));
-                if less.on_hover_text("remove it").clicked() {
-                    change = Some(Change::Remove(i));
-                }
+                change = kind(ui, i, light, around, full).or(change.take());
             });
             other_rows(ui, light, around);
         });
@@ -83,10 +73,6 @@ pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, around: &Around) {
         Some(Change::Remove(i)) => drop(lights.remove(i)),
         None => {}
     }
-}
-
-fn named(name: &str) -> egui::WidgetInfo {
-    egui::WidgetInfo::labeled(egui::Role::Button, true, name)
 }
 
 /// The direction towards a light or its place, and its name.
@@ -109,12 +95,21 @@ fn vector(ui: &mut Ui, label: &egui::Response, vector: &mut DVec3, speed: f64) {
     }
 }
 
-fn kind(ui: &mut Ui, i: usize, light: &mut Light, around: &Around) {
+/// What kind of light it is, which can be changed, and whether there is another one or none.
+fn kind(ui: &mut Ui, i: usize, light: &mut Light, around: &Around, full: bool) -> Option<Change> {
     let mut chosen = Kind::of(light);
-    let combo = egui::ComboBox::from_id_salt("kind").selected_text(chosen.name()).width(80.0);
+    let mut change = None;
+    let combo = egui::ComboBox::from_id_salt("kind").selected_text(chosen.name());
     let shown = combo.show_ui(ui, |ui| {
         for kind in Kind::ALL {
             ui.selectable_value(&mut chosen, kind, kind.name());
+        }
+        ui.separator();
+        if ui.add_enabled(!full, egui::Button::selectable(false, "another like it")).clicked() {
+            change = Some(Change::Insert(i + 1, *light));
+        }
+        if ui.selectable_label(false, "remove it").clicked() {
+            change = Some(Change::Remove(i));
         }
     });
     shown.response.widget_info(|| {
@@ -124,6 +119,7 @@ fn kind(ui: &mut Ui, i: usize, light: &mut Light, around: &Around) {
     if chosen != Kind::of(light) {
         *light = turned_into(light, chosen, around);
     }
+    change
 }
 
 fn other_rows(ui: &mut Ui, light: &mut Light, around: &Around) {

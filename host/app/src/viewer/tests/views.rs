@@ -134,8 +134,14 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
         screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone()
     };
     let lights = |screen: &mut Screen| screen.window().settings.scene.lights.clone();
+    let choose = |screen: &mut Screen, light: &str, entry: &str| {
+        screen.harness.get_by_label(light).click();
+        screen.frames();
+        screen.harness.get_all_by_label(entry).last().unwrap().click();
+        screen.frames();
+    };
     let usual = levels(&mut screen);
-    screen.harness.get_by_label("another light like light 1").click();
+    choose(&mut screen, "kind of light 1", "another like it");
     screen.until("another light", |window| window.settings.scene.lights.len() == 2);
     screen.settle();
     assert_ne!(levels(&mut screen), usual);
@@ -144,9 +150,7 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
         ("spot", &["turned to", "intensity", "axis to edge", "softness"]),
     ] {
         let before = levels(&mut screen);
-        screen.harness.get_by_label("kind of light 2").click();
-        screen.frames();
-        screen.harness.get_all_by_label(kind).last().unwrap().click();
+        choose(&mut screen, "kind of light 2", kind);
         screen.until("the kind", |window| {
             let light = window.settings.scene.lights[1];
             match kind {
@@ -168,8 +172,7 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
     let read = surfelshop_cloud::scene::read(&scene).unwrap().scene.scene();
     assert_eq!(read.lights, lights(&mut screen));
     for _ in 0..2 {
-        screen.harness.get_by_label("remove light 1").click();
-        screen.frames();
+        choose(&mut screen, "kind of light 1", "remove it");
     }
     assert!(lights(&mut screen).is_empty());
     screen.harness.get_by_label("add a light").click();
@@ -178,12 +181,10 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
     screen.settle();
     assert_eq!(levels(&mut screen), usual);
     for _ in 1..Scene::MAX_LIGHTS {
-        screen.harness.get_by_label("another light like light 1").click();
-        screen.frames();
+        choose(&mut screen, "kind of light 1", "another like it");
     }
     assert_eq!(lights(&mut screen).len(), Scene::MAX_LIGHTS);
-    screen.harness.get_by_label("another light like light 1").click();
-    screen.frames();
+    choose(&mut screen, "kind of light 1", "another like it");
     assert_eq!(lights(&mut screen).len(), Scene::MAX_LIGHTS, "no more than shaders know");
 }
 
