@@ -82,7 +82,7 @@ fn lit(s: Surface, m: Material) -> vec3<f32> {
     let matte = m.albedo * m.diffuse * left(s, m, occlusion::DIFFUSE);
     let shine = m.specular * left(s, m, occlusion::HIGHLIGHTS);
     for (var i = 0u; i < light::lights.count; i++) {
-        let source = light::lights.items[i];
+        let source = light::arriving(i, s.position);
         let cosine = max(dot(s.normal, source.towards), 0.0);
         let highlight = half_vector_highlight(s.normal, source.towards, s.to_eye, m.shininess);
         radiance += source.radiance * (matte * cosine + shine * highlight);

@@ -14,7 +14,11 @@ pub const MAGIC: [u8; 16] = *b"SURFELSHOP-PLUG\n";
 /// Plugins with another major version are refused.
 pub const ABI_MAJOR: u16 = 3;
 /// Plugins with a larger minor version are refused: they may need what this host lacks.
-pub const ABI_MINOR: u16 = 0;
+///
+/// 1: scenes may have lights with a place ([`Light::Point`](crate::Light), `Spot`), and the WGSL
+/// module `surfelshop::light` says what of them arrives where. Plugins of 3.0 work in scenes without
+/// such lights.
+pub const ABI_MINOR: u16 = 1;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.
@@ -301,7 +305,7 @@ mod tests {
         bytes[16] = 9;
         let text = decode(&bytes).unwrap_err().to_string();
         let host = format!("speaks {ABI_MAJOR}.{ABI_MINOR}");
-        assert!(text.contains("ABI 9.0") && text.contains(&host), "{text}");
+        assert!(text.contains(&format!("ABI 9.{ABI_MINOR}")) && text.contains(&host), "{text}");
         bytes[16] = ABI_MAJOR as u8;
         bytes[18] = 200;
         let plugin = (ABI_MAJOR, 200);

@@ -1,21 +1,6 @@
+use crate::light::Light;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
-
-/// A light of the scene.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Light {
-    /// Light from infinitely far away.
-    Directional {
-        /// Direction towards the light, need not be unit length; in world space, or in view
-        /// space where `follows_camera` is set.
-        towards: DVec3,
-        /// Irradiance on a surface facing the light divided by pi, linear Rec. 709: a white
-        /// diffuse surface facing the light has this radiance.
-        radiance: Vec3,
-        /// Whether `towards` turns with the camera (a headlight).
-        follows_camera: bool,
-    },
-}
 
 /// How surfels become a surface; a setting of the scene, so that renderers are compared fairly.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

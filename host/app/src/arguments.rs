@@ -2,7 +2,8 @@
 
 use crate::camera::CameraSpec;
 use crate::compare::PathSpec;
-use crate::values::{self, Backdrop, LightSpec, Limit, OutputFile, Setting, Size};
+use crate::light_spec::LightSpec;
+use crate::values::{self, Backdrop, Limit, OutputFile, Setting, Size};
 use clap::error::ErrorKind;
 use clap::{ArgAction, ArgGroup, Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
@@ -84,6 +85,7 @@ pub(crate) enum Command {
   surfelshop render bunny.ply -o bunny.png
   surfelshop render bunny.ply -r flat -o bunny.png --size 1920x1080 --camera front --zoom 1.5
   surfelshop render a.ply b.ply -o both.exr --light 0,1,0 --light -1,0,0:0.2,0.2,0.3
+  surfelshop render bunny.ply -o bunny.png --light point:0.1,0.3,0.1:0.05,0.05,0.05
   surfelshop render bunny.ply -o bunny.png --camera \"0,0.1,0.6; 0,0.1,0; 0,1,0; 30\"
   surfelshop render bunny.ply -r environment --env studio -o bunny.png
   surfelshop render bunny.ply -o depth.png --output depth
@@ -142,6 +144,11 @@ pub(crate) struct PictureArguments {
     ///
     /// `camera` is that light; x,y,z is a direction towards the light in world space. Both may be
     /// followed by `:r,g,b`, the radiance of a white diffuse surface that faces the light.
+    /// `point:x,y,z` is a light at that place, and `spot:x,y,z:x,y,z` one that shines from the first
+    /// place towards the second, within 30 degrees of that direction or as many as `:angle` says;
+    /// `:angle,softness` says besides over which share of them, from the edge inwards, its light
+    /// rises, 0 to 1 and usually 0.2. Both may end with `:r,g,b`, the intensity, which is that radiance
+    /// at a distance of 1 and falls with the square of the distance.
     #[arg(long, value_name = "LIGHT", value_parser = LightSpec::parse, allow_hyphen_values = true)]
     pub(crate) light: Vec<LightSpec>,
     #[command(flatten)]

@@ -16,6 +16,7 @@ mod exr_file;
 mod files;
 mod given;
 mod info;
+mod light_spec;
 mod made;
 mod page;
 mod pictures;

@@ -4,7 +4,7 @@ use crate::report::plain;
 use crate::surroundings;
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
-use surfelshop_api::{Camera, Projection, SurfaceSettings};
+use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
 use surfelshop_cloud::scene::{
     Backdrop, FORMAT, OpenedScene, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
@@ -94,9 +94,9 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
     }
     row("camera", scene.camera.as_ref().map_or("none".to_owned(), |camera| camera_line(camera)))?;
     let stops = scene.exposure_stops;
-    let n_lights = scene.lights.len();
+    let lights = lights_line(scene);
     let tone_map = tone_map(scene);
-    row("light", format!("{n_lights} directional, exposure {stops} stops, tone map {tone_map}"))?;
+    row("light", format!("{lights}, exposure {stops} stops, tone map {tone_map}"))?;
     if let Some(environment) = surroundings::of_scene(scene) {
         row("around", environment_line(&environment))?;
     }
@@ -105,6 +105,22 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
         row("warning", warning.clone())?;
     }
     Ok(text)
+}
+
+/// How many lights there are of each kind.
+fn lights_line(scene: &SceneFile) -> String {
+    let mut n = [0; 3];
+    for light in &scene.lights {
+        n[match light.known {
+            Light::Directional { .. } => 0,
+            Light::Point { .. } => 1,
+            Light::Spot { .. } => 2,
+        }] += 1;
+    }
+    let kinds = n.into_iter().zip(["directional", "point", "spot"]);
+    let known = kinds.filter(|(n, _)| *n > 0).map(|(n, kind)| format!("{n} {kind}"));
+    let line = known.collect::<Vec<_>>().join(", ");
+    if line.is_empty() { "none".to_owned() } else { line }
 }
 
 fn cloud_line(scene: &SceneFile, cloud: &SceneCloud) -> String {

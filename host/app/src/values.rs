@@ -1,11 +1,9 @@
 //! Values of options as they are typed: each reader says what it expected.
 
-use glam::{DVec3, Vec3};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
-use surfelshop_api::{Light, Scene};
 use surfelshop_cloud::probe::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_engine::picture::Background;
@@ -145,43 +143,6 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
     parts.next().is_none().then_some(numbers)
 }
 
-/// A light as typed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LightSpec(pub(crate) Light);
-
-impl LightSpec {
-    /// Reads `camera` or `x,y,z`, either with `:r,g,b` behind.
-    pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let expected = || {
-            "expected `camera` or a direction x,y,z towards the light, with `:r,g,b` behind it \
-             for another radiance than 1,1,1"
-                .to_owned()
-        };
-        let (place, radiance) = match text.split_once(':') {
-            Some((place, radiance)) => {
-                let radiance = numbers::<3>(radiance).ok_or_else(expected)?;
-                if radiance.iter().any(|channel| *channel < 0.0) {
-                    return Err("expected a radiance of 0 or more".to_owned());
-                }
-                (place, DVec3::from(radiance).as_vec3())
-            }
-            None => (text, Vec3::ONE),
-        };
-        if place.trim() == "camera" {
-            let headlight = Scene::default().lights.into_iter().next();
-            let Some(Light::Directional { towards, .. }) = headlight else {
-                return Err(expected());
-            };
-            return Ok(Self(Light::Directional { towards, radiance, follows_camera: true }));
-        }
-        let towards = DVec3::from(numbers::<3>(place).ok_or_else(expected)?);
-        if towards.try_normalize().is_none() {
-            return Err("expected a direction, found 0,0,0".to_owned());
-        }
-        Ok(Self(Light::Directional { towards, radiance, follows_camera: false }))
-    }
-}
-
 /// What stands behind the cloud.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Backdrop(pub(crate) Background);
@@ -301,18 +262,6 @@ mod tests {
         assert_eq!(OutputFile::parse("c.exr").unwrap().format, Format::Exr);
         assert!(OutputFile::parse("c.jpg").unwrap_err().contains("found .jpg"));
         assert!(OutputFile::parse("png").unwrap_err().contains("no ending"));
-    }
-
-    #[test]
-    fn lights_have_a_direction_and_maybe_a_radiance() {
-        let Light::Directional { towards, radiance, follows_camera } =
-            LightSpec::parse("-1,2, 3:0.5,0,2").unwrap().0;
-        assert_eq!((towards, radiance), (DVec3::new(-1.0, 2.0, 3.0), Vec3::new(0.5, 0.0, 2.0)));
-        assert!(!follows_camera);
-        assert_eq!(LightSpec::parse("camera").unwrap().0, Scene::default().lights[0]);
-        for wrong in ["", "0,0,0", "1,2", "1,2,3,4", "1,2,nan", "1,2,3:", "1,2,3:1,1,-1", "sun"] {
-            assert!(LightSpec::parse(wrong).is_err(), "{wrong}");
-        }
     }
 
     #[test]

@@ -145,10 +145,7 @@ fn flag(value: bool) -> f64 {
 /// A bit for each light that shines. One that follows the camera is there to see by, and is left
 /// out where there is natural light.
 fn lights_that_shine(lights: &[Light], natural: bool) -> u32 {
-    let shines = |light: &Light| {
-        let Light::Directional { follows_camera, .. } = light;
-        !(natural && *follows_camera)
-    };
+    let shines = |light: &Light| !(natural && light.follows_camera());
     let bits = lights.iter().enumerate().filter(|(_, light)| shines(light));
     bits.fold(0, |all, (i, _)| all | 1u32.checked_shl(i as u32).unwrap_or(0))
 }

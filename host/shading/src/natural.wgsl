@@ -84,12 +84,12 @@ fn share_of(i: u32) -> f32 {
     return f32((lighting.lights >> i) & 1u);
 }
 
-fn from_lights(normal: vec3<f32>) -> vec3<f32> {
+fn from_lights(s: Surface) -> vec3<f32> {
     var sum = vec3(0.0);
     if HAS_LIGHTS {
         for (var i = 0u; i < light::lights.count; i++) {
-            let source = light::lights.items[i];
-            sum += source.radiance * (share_of(i) * max(dot(normal, source.towards), 0.0));
+            let source = light::arriving(i, s.position);
+            sum += source.radiance * (share_of(i) * max(dot(s.normal, source.towards), 0.0));
         }
     }
     return sum;
@@ -203,7 +203,7 @@ fn specular_thesis(s: Surface, m: Material) -> vec3<f32> {
     if HAS_LIGHTS {
         let shown = accessibility(s, occlusion::HIGHLIGHTS);
         for (var i = 0u; i < light::lights.count; i++) {
-            let source = light::lights.items[i];
+            let source = light::arriving(i, s.position);
             let half_vector = half_between(source.towards, s.to_eye);
             let lit = shown * share_of(i) * step(0.0, dot(s.normal, source.towards));
             sum += source.radiance * lit * fresnel(dot(s.to_eye, half_vector), m.ior)
@@ -255,7 +255,7 @@ fn specular_ggx(s: Surface, m: Material) -> Ggx {
     if HAS_LIGHTS {
         let shown = again * accessibility(s, occlusion::HIGHLIGHTS);
         for (var i = 0u; i < light::lights.count; i++) {
-            let source = light::lights.items[i];
+            let source = light::arriving(i, s.position);
             sum += source.radiance * shown * share_of(i) * lobe(s, source.towards, f0, cosine, spread);
         }
     }
@@ -292,12 +292,12 @@ fn lobe(
 
 // Without an environment: the scene's lights on a diffuse surface.
 fn by_lights(s: Surface, m: Material) -> vec3<f32> {
-    return m.kd * m.albedo * from_lights(s.normal) * accessibility(s, occlusion::DIFFUSE);
+    return m.kd * m.albedo * from_lights(s) * accessibility(s, occlusion::DIFFUSE);
 }
 
 fn matte(s: Surface, m: Material) -> vec3<f32> {
     let arriving = white_diffuse(s.normal) * accessibility(s, occlusion::AMBIENT)
-        + from_lights(s.normal) * accessibility(s, occlusion::DIFFUSE);
+        + from_lights(s) * accessibility(s, occlusion::DIFFUSE);
     return m.kd * m.albedo * arriving;
 }
 

@@ -12,7 +12,7 @@ struct Settings {
 var<uniform> settings: Settings;
 
 fn shade(s: Surface) -> vec4<f32> {
-    let arriving = light::diffuse_irradiance(s.normal) * left(s, occlusion::DIFFUSE)
+    let arriving = light::diffuse_irradiance_at(s.position, s.normal) * left(s, occlusion::DIFFUSE)
         + settings.ambient * left(s, occlusion::AMBIENT);
     return vec4(s.albedo * arriving, 1.0);
 }

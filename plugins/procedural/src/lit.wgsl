@@ -28,7 +28,7 @@ fn shade_thesis(s: Surface) -> vec4<f32> {
     let exponent = exponent_of(m.roughness);
     var radiance = vec3(0.0);
     for (var i = 0u; i < light::lights.count; i++) {
-        let source = light::lights.items[i];
+        let source = light::arriving(i, s.position);
         let wrapped = 0.5 * dot(s.normal, source.towards) + 0.5;
         let highlight = phong::mirrored_highlight(s.normal, source.towards, s.to_eye, exponent);
         radiance += source.radiance * (matte * wrapped + shine * highlight);

@@ -21,8 +21,9 @@
 //! within the scene's depth tolerance. Numbers depend on pixel, sample and seed alone.
 //!
 //! Limits: ellipses count as discs of their radius; materials of the scene are not known; a ray that
-//! leaves a surface passes discs nearer than two of their radii, so contact shadows begin there. The
-//! screen-space filter of the host is no part of it: `filter` is a box.
+//! leaves a surface passes discs nearer than two of their radii, so contact shadows begin there. Lights
+//! with a place are balls of a ten-thousandth of the scene: what lies within or behind one casts no
+//! shadow. The screen-space filter of the host is no part of it: `filter` is a box.
 //!
 //! Source: Kajiya 1986, "The Rendering Equation"; Veach & Guibas 1995.
 //!
@@ -42,7 +43,8 @@ use random::Random;
 use sky::{Cells, Sky};
 use std::sync::{Arc, Mutex, PoisonError};
 use surface::{Ray, Surface};
-use surfelshop_api::glam::{DVec2, DVec3, Vec3};
+use surfelshop_api::Lamp;
+use surfelshop_api::glam::{DVec2, DVec3};
 use surfelshop_api::prelude::*;
 use surfelshop_shading::Reflectance;
 
@@ -129,7 +131,7 @@ impl Tracer for Reference {
         let p = &frame.params;
         let kept = self.kept(frame, scene);
         let material = p.material(&self.reflectance);
-        let lights = lights(frame, p.mode);
+        let lamps = lamps(frame, p.mode);
         let sky = match p.mode {
             Mode::AmbientOcclusion => None,
             _ => Sky::new(frame.environment.as_ref(), scene, &kept.cells),
@@ -139,7 +141,7 @@ impl Tracer for Reference {
             settings: &frame.scene.surface,
             material: &material,
             sky,
-            lights: &lights,
+            lamps: &lamps,
             bounces: if p.mode == Mode::Full { p.bounces } else { 0 },
             blend: p.blend,
         };
@@ -212,19 +214,13 @@ impl Reference {
 
 /// The lights that count, those that follow the camera only where there is no natural light, as with
 /// `environment`.
-fn lights(frame: &Frame<Settings>, mode: Mode) -> Vec<(Vec3, Vec3)> {
+fn lamps(frame: &Frame<Settings>, mode: Mode) -> Vec<Lamp> {
     if !matches!(mode, Mode::Full | Mode::Direct) {
         return Vec::new();
     }
-    let world_from_view = frame.view.camera.view_from_world().transpose();
     let natural = frame.environment.is_some();
-    let lights = frame.scene.lights.iter().filter_map(|light| {
-        let Light::Directional { towards, radiance, follows_camera } = *light;
-        let world = if follows_camera { world_from_view * towards } else { towards };
-        let towards = world.try_normalize()?.as_vec3();
-        (!(natural && follows_camera)).then_some((towards, radiance))
-    });
-    lights.collect()
+    let lights = frame.scene.lights.iter().filter(|light| !(natural && light.follows_camera()));
+    lights.map(|light| Lamp::new(light, &frame.view, &frame.cloud)).collect()
 }
 
 /// The ray through a place of the picture, in pixels, from the surface's origin.

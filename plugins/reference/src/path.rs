@@ -5,8 +5,8 @@ use crate::random::Random;
 use crate::sky::Sky;
 use crate::surface::{Point, Ray, Surface};
 use std::f32::consts::PI;
-use surfelshop_api::SurfaceSettings;
 use surfelshop_api::glam::Vec3;
+use surfelshop_api::{Arriving, Lamp, SurfaceSettings};
 
 /// A scene to follow paths in.
 pub(crate) struct Scene<'a> {
@@ -14,8 +14,7 @@ pub(crate) struct Scene<'a> {
     pub(crate) settings: &'a SurfaceSettings,
     pub(crate) material: &'a Material,
     pub(crate) sky: Option<Sky<'a>>,
-    /// Unit vector towards each light, and its radiance.
-    pub(crate) lights: &'a [(Vec3, Vec3)],
+    pub(crate) lamps: &'a [Lamp],
     /// Times that light may be reflected before it is reflected to the eye.
     pub(crate) bounces: u32,
     /// Whether points are blended of the surfels that overlap there.
@@ -30,7 +29,12 @@ impl Scene<'_> {
 
     /// Whether the way from a point in a direction is free, 1 or 0.
     pub(crate) fn accessibility(&self, point: &Point, direction: Vec3) -> f32 {
-        let blocked = self.surface.blocks(&point.towards(direction), self.settings);
+        self.accessibility_up_to(f32::INFINITY, point, direction)
+    }
+
+    /// The same for what lies nearer than an end, as a light is.
+    fn accessibility_up_to(&self, end: f32, point: &Point, direction: Vec3) -> f32 {
+        let blocked = self.surface.blocks(&point.towards(direction), end, self.settings);
         if blocked { 0.0 } else { 1.0 }
     }
 
@@ -51,7 +55,7 @@ impl Scene<'_> {
             let next = match bounce < self.bounces {
                 true => self.met(&ray),
                 // Only whether there is anything is asked at the end.
-                false if self.surface.blocks(&ray, self.settings) => break,
+                false if self.surface.blocks(&ray, f32::INFINITY, self.settings) => break,
                 false => None,
             };
             let Some(next) = next else {
@@ -72,10 +76,13 @@ impl Scene<'_> {
     /// Source: Veach & Guibas 1995, "Optimally Combining Sampling Techniques", the balance heuristic.
     fn direct(&self, point: &Point, eye: Vec3, random: &mut Random) -> Vec3 {
         let mut sum = Vec3::ZERO;
-        for (towards, radiance) in self.lights {
-            let response = self.material.response(point, eye, *towards);
-            if response != Vec3::ZERO {
-                sum += response * *radiance * self.accessibility(point, *towards);
+        let place = self.surface.origin + point.position.as_dvec3();
+        for lamp in self.lamps {
+            let Arriving { towards, radiance, distance } = lamp.arriving(place);
+            let towards = towards.as_vec3();
+            let light = self.material.response(point, eye, towards) * radiance.as_vec3();
+            if light != Vec3::ZERO {
+                sum += light * self.accessibility_up_to(distance as f32, point, towards);
             }
         }
         if let Some(sky) = &self.sky {

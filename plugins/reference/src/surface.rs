@@ -105,9 +105,9 @@ impl Surface {
         4.0 * radius
     }
 
-    /// Whether something lies in the way of a ray.
-    pub(crate) fn blocks(&self, ray: &Ray, settings: &SurfaceSettings) -> bool {
-        self.discs.is_hit(ray.origin, ray.direction, ray.near..f32::INFINITY, |meeting| {
+    /// Whether something nearer than `end` lies in the way of a ray.
+    pub(crate) fn blocks(&self, ray: &Ray, end: f32, settings: &SurfaceSettings) -> bool {
+        self.discs.is_hit(ray.origin, ray.direction, ray.near..end, |meeting| {
             let own = if ray.leaves { OWN * meeting.radius } else { 0.0 };
             meeting.distance > own && (meeting.front || settings.two_sided)
         })

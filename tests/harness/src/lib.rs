@@ -4,6 +4,7 @@
 pub mod cast;
 pub mod clouds;
 pub mod desk;
+pub mod lamp;
 pub mod materials;
 pub mod measure;
 pub mod natural_light;

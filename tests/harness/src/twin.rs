@@ -1,8 +1,9 @@
 //! The surface buffer and the baseline's lighting computed in f64, pixel by pixel, for small
 //! scenes: the same rules as the shaders, without a rasteriser.
 
+use crate::lamp::arriving;
 use glam::{DMat3, DMat4, DVec2, DVec3};
-use surfelshop_api::{Light, Projection, Scene, View, columns};
+use surfelshop_api::{Projection, Scene, View, columns};
 use surfelshop_cloud::Cloud;
 
 /// One pixel of the surface.
@@ -382,23 +383,29 @@ fn longer_half_axis(u: DVec3, v: DVec3) -> f64 {
     (u * angle.cos() + v * angle.sin()).length()
 }
 
+/// The place in world space that a position of the picture shows at a distance along the viewing axis.
+#[must_use]
+pub fn place(view: &View, position_px: [f64; 2], depth: f64) -> DVec3 {
+    let (start, direction) = view.ray(position_px[0], position_px[1]);
+    let in_view = start + direction * (depth / -direction.z);
+    view.camera.eye + view.camera.view_from_world().transpose() * in_view
+}
+
 /// The baseline's radiance of a pixel, as `ewa-phong` computes it.
 #[must_use]
 pub fn shade(pixel: &Pixel, scene: &Scene, view: &View, position_px: [f64; 2], p: &Phong) -> DVec3 {
     let world_from_view = view.camera.view_from_world().transpose();
     let (_, direction) = view.ray(position_px[0], position_px[1]);
     let to_eye = world_from_view * -direction;
+    let place = place(view, position_px, pixel.depth);
     let mut radiance = pixel.albedo * p.ambient;
     for light in &scene.lights {
-        let Light::Directional { towards, radiance: light, follows_camera } = *light;
-        let towards = if follows_camera { world_from_view * towards } else { towards };
-        let towards = towards.normalize_or_zero();
+        let (towards, light) = arriving(light, view, place);
         let cosine = pixel.normal.dot(towards).max(0.0);
         let half = (towards + to_eye).normalize_or_zero();
         let lit =
             if cosine > 0.0 { pixel.normal.dot(half).max(0.0).powf(p.shininess) } else { 0.0 };
-        radiance +=
-            light.as_dvec3() * (pixel.albedo * p.diffuse * cosine + DVec3::splat(p.specular * lit));
+        radiance += light * (pixel.albedo * p.diffuse * cosine + DVec3::splat(p.specular * lit));
     }
     radiance
 }

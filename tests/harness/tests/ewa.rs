@@ -6,7 +6,7 @@
 
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
-use surfelshop_api::{Projection, Scene, View};
+use surfelshop_api::{Light, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_engine::Image;
 use surfelshop_tests::cast::{beyond_reach, cast, depth_inside_px};
@@ -113,6 +113,26 @@ fn elliptical_splats_equal_the_twin() {
         let cloud = clouds::sphere(400, 1.0).elliptical(share).cloud();
         equals_twin(&cloud, &Scene::default(), view, 0.7);
     }
+}
+
+#[test]
+fn lights_with_a_place_equal_the_twin() {
+    let position = DVec3::new(0.9, 1.1, 1.2);
+    let spot = Light::Spot {
+        position: DVec3::new(-1.5, 1.2, 1.8),
+        target: DVec3::new(0.2, 0.1, 0.5),
+        intensity: Vec3::new(1.0, 3.0, 2.0),
+        angle: 0.4,
+        softness: 0.6,
+    };
+    let lights = vec![Light::Point { position, intensity: Vec3::new(0.4, 0.3, 0.5) }, spot];
+    let scene = Scene { lights, ..Scene::default() };
+    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 96);
+    equals_twin(&colored_sphere(300), &scene, view, 0.9);
+    let mut parallel = view;
+    parallel.camera.projection = Projection::Orthographic { height: 2.5 };
+    parallel.far = 10.0;
+    equals_twin(&colored_sphere(2_000), &scene, parallel, 0.7);
 }
 
 /// One disc nearly as large as its distance, which is 1, the eye so far above its plane.

@@ -148,6 +148,7 @@ impl Instance {
     /// # Errors
     /// Where the plugin fails.
     pub fn frame(&mut self, request: &FrameRequest) -> Result<EncodedGraph, Fault> {
+        check_known(self.table.abi_minor, request)?;
         let request = encode(request)?;
         let mut outputs = Outputs::default();
         // SAFETY: the instance is alive and used by this call alone; bytes and sink live for it.
@@ -180,6 +181,7 @@ impl Instance {
                 pixels.len()
             )));
         }
+        check_known(self.table.abi_minor, request)?;
         let request = encode(request)?;
         let columns: Vec<Vec<RawColumn>> = scene.clouds.iter().map(raw_columns).collect();
         let raw: Vec<RawCloud> = scene
@@ -246,6 +248,18 @@ impl Drop for Instance {
         // contained by the plugin's shim and has no consequence here.
         unsafe { (self.table.destroy)(self.pointer, outputs.sink()) };
     }
+}
+
+/// Whether a plugin of an older minor version can read a request.
+fn check_known(minor: u16, request: &FrameRequest) -> Result<(), Fault> {
+    let placed = request.scene.lights.iter().filter(|light| light.position().is_some()).count();
+    if minor >= 1 || placed == 0 {
+        return Ok(());
+    }
+    Err(Fault::Error(format!(
+        "it speaks ABI {ABI_MAJOR}.{minor}, which knows no point lights and spots, of which the \
+         scene has {placed}; build it again, or leave them out"
+    )))
 }
 
 fn encode(value: &impl serde::Serialize) -> Result<Vec<u8>, Fault> {
@@ -349,5 +363,33 @@ impl Outputs {
             status::PANIC => Err(Fault::Panic(line())),
             other => Err(Fault::Misbehaved(format!("it returned the unknown status {other}"))),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, Light, Projection, Scene, View};
+    use glam::{DVec3, Vec3};
+
+    #[test]
+    fn a_plugin_older_than_lights_with_a_place_is_told_so() {
+        let projection = Projection::Orthographic { height: 1.0 };
+        let camera = Camera { eye: DVec3::Z, target: DVec3::ZERO, up: DVec3::Y, projection };
+        let mut request = FrameRequest {
+            view: View { camera, size_px: [1; 2], near: 0.1, far: 9.0 },
+            scene: Scene::default(),
+            cloud: Default::default(),
+            frame_index: 0,
+            values: Values::new(),
+            environment: None,
+        };
+        assert_eq!(check_known(0, &request), Ok(()));
+        request.scene.lights.push(Light::Point { position: DVec3::X, intensity: Vec3::ONE });
+        assert_eq!(check_known(ABI_MINOR, &request), Ok(()));
+        let line = check_known(0, &request).unwrap_err().to_string();
+        let expected = "it speaks ABI 3.0, which knows no point lights and spots, of which the \
+                        scene has 1; build it again, or leave them out";
+        assert!(line.contains(expected), "{line}");
     }
 }

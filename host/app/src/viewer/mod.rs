@@ -14,6 +14,7 @@ mod dialogs;
 mod export;
 mod film;
 mod history;
+mod lights;
 mod loading;
 mod memory;
 mod menus;

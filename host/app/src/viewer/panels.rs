@@ -1,6 +1,7 @@
 //! The panels at the left and the status line.
 
 use super::dialogs::{self, Whose};
+use super::lights::{self, Around};
 use super::memory::Memory;
 use super::parameters;
 use super::settings::Mode;
@@ -9,8 +10,9 @@ use super::window::Window;
 use crate::made;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, PopupCloseBehavior, RichText, ScrollArea, Ui};
+use glam::DVec3;
 use surfelshop_api::params::{Values, linear_to_srgb, srgb_to_linear};
-use surfelshop_api::{Light, Projection};
+use surfelshop_api::{ObjectFrame, Projection};
 use surfelshop_cloud::Loaded;
 use surfelshop_engine::PassState;
 use surfelshop_engine::picture::{Background, ToneMap};
@@ -260,27 +262,13 @@ fn picture(window: &mut Window, ui: &mut Ui) {
             }
         });
     }
-    for (i, light) in window.settings.scene.lights.iter_mut().enumerate() {
-        let Light::Directional { towards, radiance, follows_camera } = light;
-        ui.horizontal(|ui| {
-            let label = ui.label(format!("light {}", i + 1)).on_hover_text("direction towards it");
-            for axis in [&mut towards.x, &mut towards.y, &mut towards.z] {
-                ui.add(egui::DragValue::new(axis).speed(0.01)).labelled_by(label.id);
-            }
-        });
-        ui.horizontal(|ui| {
-            let mut power = radiance.max_element();
-            if ui.add(egui::Slider::new(&mut power, 0.0..=8.0).text("radiance")).changed() {
-                let white = if radiance.max_element() > 0.0 {
-                    *radiance / radiance.max_element()
-                } else {
-                    glam::Vec3::ONE
-                };
-                *radiance = white * power;
-            }
-            ui.checkbox(follows_camera, "follows camera");
-        });
-    }
+    let camera = window.camera_of(window.focused);
+    let (min, max) = window.shown.as_ref().map_or((-DVec3::ONE, DVec3::ONE), |shown| {
+        let facts = &shown.clouds.facts;
+        (facts.bounds_min, facts.bounds_max)
+    });
+    let around = Around { scene: ObjectFrame::around(min, max, 1.0), camera };
+    lights::show(ui, &mut window.settings.scene.lights, &around);
 }
 
 fn surface(window: &mut Window, ui: &mut Ui) {

@@ -10,6 +10,7 @@ use super::window::Window;
 use crate::staging::{background_of, tone_map_of};
 use crate::surroundings;
 use std::path::Path;
+use surfelshop_api::Light;
 use surfelshop_api::params::{Value, Values, srgb_to_linear};
 use surfelshop_cloud::scene::{
     Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
@@ -128,14 +129,7 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
         Some(camera) => camera.known = window.camera,
         None => file.camera = Some(Keyed::from(window.camera)),
     }
-    let lights = settings.scene.lights.iter().copied();
-    file.lights = lights
-        .enumerate()
-        .map(|(i, light)| Keyed {
-            known: light,
-            unknown: file.lights.get(i).map(|old| old.unknown.clone()).unwrap_or_default(),
-        })
-        .collect();
+    file.lights = with_their_keys(&settings.scene.lights, &file.lights);
     file.environment = settings.environment.as_ref().map(|environment| {
         let source = match &environment.source {
             ProbeSource::File(path) => ProbeSource::File(file_path_in(&file.folder, path)),
@@ -185,6 +179,18 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
         None => file.layout.remove("arrangement"),
     };
     file
+}
+
+/// Lights with the keys that the scene's own have beside what this version knows: those of the same
+/// light wherever it stands now, and for one that was changed, those of the light in its row.
+fn with_their_keys(lights: &[Light], before: &[Keyed<Light>]) -> Vec<Keyed<Light>> {
+    let keyed = |(i, light): (usize, &Light)| {
+        let same = before.iter().position(|old| old.known == *light);
+        let in_row = before.get(i).filter(|old| !lights.contains(&old.known));
+        let old = same.and_then(|same| before.get(same)).or(in_row);
+        Keyed { known: *light, unknown: old.map(|old| old.unknown.clone()).unwrap_or_default() }
+    };
+    lights.iter().enumerate().map(keyed).collect()
 }
 
 /// The values of one side of a pane, with paths from the scene's folder.
@@ -249,4 +255,31 @@ fn layout_of(window: &Window, pane: &PaneSettings, folder: &Path) -> Table {
         layout.insert("second_values".to_owned(), Toml::Table(values));
     }
     layout
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{DVec3, Vec3};
+
+    #[test]
+    fn keys_stay_with_their_light() {
+        let light = |x: f64| Light::Point { position: DVec3::X * x, intensity: Vec3::ONE };
+        let keyed = |x: f64, key: &str| Keyed {
+            known: light(x),
+            unknown: Table::from_iter([(key.to_owned(), Toml::Boolean(true))]),
+        };
+        let before = [keyed(1.0, "a"), keyed(2.0, "b")];
+        let keys = |now: &[f64]| {
+            let lights: Vec<Light> = now.iter().map(|x| light(*x)).collect();
+            let found = with_their_keys(&lights, &before);
+            assert!(found.iter().zip(&lights).all(|(found, light)| found.known == *light));
+            let key = |light: &Keyed<Light>| light.unknown.keys().next().cloned();
+            found.iter().map(|light| key(light).unwrap_or_default()).collect::<Vec<_>>()
+        };
+        assert_eq!(keys(&[1.0, 2.0]), ["a", "b"]);
+        assert_eq!(keys(&[2.0]), ["b"], "the first was removed");
+        assert_eq!(keys(&[3.0, 2.0]), ["a", "b"], "the first was changed");
+        assert_eq!(keys(&[0.0, 1.0, 2.0]), ["", "a", "b"], "one was put before them");
+    }
 }

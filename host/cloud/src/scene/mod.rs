@@ -11,6 +11,7 @@
 mod angle;
 mod environment;
 mod error;
+mod light;
 mod parts;
 mod place;
 mod read;
@@ -41,6 +42,12 @@ pub const LARGEST_FILE: u64 = 4 << 20;
 /// Vertical field of view of a perspective camera that gives none, degrees: about that of a
 /// portrait lens, so that objects look neither flat nor stretched.
 pub const DEFAULT_FIELD_OF_VIEW_DEG: f64 = 35.0;
+
+/// Between axis and edge of a spot that gives no angle, degrees: about that of a lampshade.
+pub const DEFAULT_SPOT_DEG: f64 = 30.0;
+
+/// Softness of a spot that gives none.
+pub const DEFAULT_SPOT_SOFTNESS: f32 = 0.2;
 
 /// A part of a scene, and the keys in its table that this version does not know.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,9 +3,9 @@
 use super::source::{Entry, Fault, Section};
 use super::{Backdrop, DEFAULT_FIELD_OF_VIEW_DEG, Keyed, ToneMap};
 use crate::transform::{Rotation, Transform};
-use glam::{DQuat, DVec3, Vec3};
+use glam::{DQuat, DVec3};
 use surfelshop_api::params::srgb_to_linear;
-use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
+use surfelshop_api::{Camera, Projection, SurfaceSettings};
 
 /// Coordinates beyond this are no place in a scene: f32 ends at 3.4e38, and sums must fit.
 const FARTHEST: f64 = 1e37;
@@ -15,11 +15,11 @@ fn is_near(number: f64) -> bool {
 }
 
 /// A place in world space.
-fn place(entry: &Entry<'_>) -> Result<DVec3, Fault> {
+pub(super) fn place(entry: &Entry<'_>) -> Result<DVec3, Fault> {
     entry.numbers::<3>("three numbers from -1e37 to 1e37", is_near).map(DVec3::from)
 }
 
-fn direction(entry: &Entry<'_>) -> Result<DVec3, Fault> {
+pub(super) fn direction(entry: &Entry<'_>) -> Result<DVec3, Fault> {
     let direction = place(entry)?;
     match direction.try_normalize() {
         Some(_) => Ok(direction),
@@ -104,16 +104,6 @@ pub(super) fn camera(mut section: Section<'_>) -> Result<Keyed<Camera>, Fault> {
     };
     let camera = Camera { eye, target, up, projection };
     Ok(Keyed { known: camera, unknown: section.unknown()? })
-}
-
-pub(super) fn light(mut section: Section<'_>) -> Result<Keyed<Light>, Fault> {
-    let towards = direction(&section.need("towards", "the direction towards the light")?)?;
-    let radiance = section.find("radiance").map_or(Ok([1.0; 3]), |entry| {
-        floats(&entry, "three numbers of 0 or more", |channel| channel >= 0.0)
-    })?;
-    let follows_camera = section.find("follows_camera").map_or(Ok(false), |entry| entry.flag())?;
-    let light = Light::Directional { towards, radiance: Vec3::from(radiance), follows_camera };
-    Ok(Keyed { known: light, unknown: section.unknown()? })
 }
 
 pub(super) fn surface(mut section: Section<'_>) -> Result<Keyed<SurfaceSettings>, Fault> {

@@ -3,7 +3,7 @@
 use super::error::{SceneError, SceneFault};
 use super::source::{Entry, Fault, Section, Source};
 use super::{FORMAT, Keyed, LARGEST_FILE, SceneCloud, SceneFile, SceneView};
-use super::{environment, parts};
+use super::{environment, light, parts};
 use std::fs::File;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -105,7 +105,7 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
         if lights.len() > Scene::MAX_LIGHTS {
             return Err(entry.wrong(format!("at most {} lights", Scene::MAX_LIGHTS)));
         }
-        scene.lights = lights.into_iter().map(parts::light).collect::<Result<_, _>>()?;
+        scene.lights = lights.into_iter().map(light::light).collect::<Result<_, _>>()?;
     }
     if let Some(entry) = whole.find("surface") {
         scene.surface = parts::surface(entry.section()?)?;

@@ -2,6 +2,7 @@
 
 use super::angle::degrees;
 use super::error::SceneWriteError;
+use super::light::light_entries;
 use super::parts::channel;
 use super::{Backdrop, FORMAT, Keyed, LARGEST_FILE, ProbeSource, SceneCloud, SceneEnvironment};
 use super::{SceneFault, SceneFile, SceneView, ToneMap, is_scene, place, read};
@@ -14,17 +15,17 @@ use std::io::Write as _;
 use std::path::{MAIN_SEPARATOR, Path};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params;
-use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
+use surfelshop_api::{Camera, Projection, SurfaceSettings};
 use toml::Value;
 
 /// The first line of every file.
 const HEADING: &str = "# A Surfelshop scene: angles in degrees, paths from this folder.\n";
 
 /// Keys in the order they are written.
-type Entries = Vec<(String, Node)>;
+pub(super) type Entries = Vec<(String, Node)>;
 
 /// What stands behind a key.
-enum Node {
+pub(super) enum Node {
     /// Something on the line of its key.
     Value(Value),
     /// A table under a header of its own.
@@ -158,11 +159,11 @@ fn path_text(path: &Path) -> Option<String> {
     Some(if is_slash { text.to_owned() } else { text.replace(MAIN_SEPARATOR, "/") })
 }
 
-fn entry(key: &str, value: impl Into<Value>) -> (String, Node) {
+pub(super) fn entry(key: &str, value: impl Into<Value>) -> (String, Node) {
     (key.to_owned(), Node::Value(value.into()))
 }
 
-fn with_unknown(entries: &mut Entries, unknown: &toml::Table) {
+pub(super) fn with_unknown(entries: &mut Entries, unknown: &toml::Table) {
     entries.extend(unknown.iter().map(|(key, value)| (key.clone(), Node::from(value))));
 }
 
@@ -201,17 +202,6 @@ fn camera_entries(camera: &Keyed<Camera>) -> Entries {
     };
     let mut entries = vec![place("eye", eye), place("target", target), place("up", up), projection];
     with_unknown(&mut entries, &camera.unknown);
-    entries
-}
-
-fn light_entries(light: &Keyed<Light>) -> Entries {
-    let Light::Directional { towards, radiance, follows_camera } = light.known;
-    let mut entries = vec![
-        entry("towards", vector(towards.to_array())),
-        entry("radiance", color(radiance)),
-        entry("follows_camera", follows_camera),
-    ];
-    with_unknown(&mut entries, &light.unknown);
     entries
 }
 
@@ -261,16 +251,16 @@ pub(crate) fn toml_text(values: &params::Values) -> String {
     text
 }
 
-fn vector<const N: usize>(numbers: [f64; N]) -> Value {
+pub(super) fn vector<const N: usize>(numbers: [f64; N]) -> Value {
     Value::Array(numbers.into_iter().map(Value::Float).collect())
 }
 
-fn color(channels: Vec3) -> Value {
+pub(super) fn color(channels: Vec3) -> Value {
     vector(channels.to_array().map(float))
 }
 
 /// The number of fewest digits that is read as this one.
-fn float(number: f32) -> f64 {
+pub(super) fn float(number: f32) -> f64 {
     let short = format!("{number:?}").parse().unwrap_or(f64::from(number));
     if short as f32 == number { short } else { f64::from(number) }
 }

@@ -59,7 +59,7 @@ impl Submission<'_> {
         let drawn = drawn_view(self.request, self.clouds);
         let drawn_uniform = uniform(self.gpu, "drawn view", drawn_uniform(self.request, &drawn));
         let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &drawn));
-        let lights_uniform = uniform(self.gpu, "lights", lights_uniform(self.request));
+        let lights_uniform = uniform(self.gpu, "lights", lights_uniform(self.request, &drawn));
         let mut recorder = Recorder::new(self.gpu);
         let input = SurfaceInput {
             clouds: self.clouds,

@@ -5,7 +5,8 @@ use crate::gpu::Gpu;
 use crate::run::RenderError;
 use crate::surfels::DrawnCloud;
 use glam::{DVec3, Mat4, Vec2, Vec4};
-use surfelshop_api::{Light, Projection, Scene, Uniform, View};
+use std::ops::RangeInclusive;
+use surfelshop_api::{Lamp, ObjectFrame, Projection, Scene, Uniform, View};
 
 pub(super) fn uniform(gpu: &Gpu, label: &str, uniform: Uniform) -> wgpu::Buffer {
     gpu.filled_buffer(label, &uniform.into_bytes(), wgpu::BufferUsages::UNIFORM)
@@ -80,23 +81,56 @@ fn view_bytes(request: &RenderRequest<'_>, view: &View, near: f64, unit: f64) ->
         .f32(unit as f32)
 }
 
-/// The bytes of `surfelshop::light::Lights`; a light's two vectors take 16 bytes each.
-pub(super) fn lights_uniform(request: &RenderRequest<'_>) -> Uniform {
-    let world_from_view = request.view.camera.view_from_world().transpose();
+/// Farther away than this, in units of drawing, a light is brought nearer in its direction and dimmed
+/// as much: all that is seen lies within a few units, from where its direction then differs by less
+/// than a hundredth of what f32 resolves, and squares of distances stay in its range.
+const FARTHEST_LAMP: f64 = 1e9;
+
+/// Radii of lights in units of drawing whose squares f32 holds. A ten-thousandth of a scene lies beyond
+/// them only where it is seen from far more than millions of its sizes away, or is a single point.
+const LAMP_RADII: RangeInclusive<f64> = 1e-15..=1e15;
+
+/// Intensity in units of drawing that f32 holds. Over the square of the radius it is at most as much
+/// as `Lamp` leaves of it, 1e30.
+const BRIGHTEST_LAMP: f64 = 1e30;
+
+/// The bytes of `surfelshop::light::Lights`.
+pub(super) fn lights_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> Uniform {
+    let facts = request.facts;
+    let middle = ObjectFrame::around(facts.bounds_min, facts.bounds_max, 1.0).center;
     let lights = request.scene.lights.iter().take(Scene::MAX_LIGHTS);
+    let lamps: Vec<Lamp> = lights.map(|light| Lamp::new(light, &request.view, facts)).collect();
     let mut uniform = Uniform::new();
-    let mut count = 0;
-    for light in lights {
-        let Light::Directional { towards, radiance, follows_camera } = *light;
-        let world = if follows_camera { world_from_view * towards } else { towards };
-        let towards = world.try_normalize().unwrap_or(DVec3::Y).as_vec3();
-        uniform = uniform.vec4(towards.extend(0.0)).vec4(radiance.extend(0.0));
-        count += 1;
+    for lamp in &lamps {
+        let there = lamp.arriving(middle);
+        uniform = uniform
+            .vec4(there.towards.as_vec3().extend(0.0))
+            .vec4(there.radiance.as_vec3().extend(0.0));
     }
-    for _ in count..Scene::MAX_LIGHTS {
+    for _ in lamps.len()..Scene::MAX_LIGHTS {
         uniform = uniform.vec4(Vec4::ZERO).vec4(Vec4::ZERO);
     }
-    uniform.u32(count as u32)
+    uniform = uniform.u32(lamps.len() as u32);
+    let none = [Vec4::ZERO; 3];
+    let placed = lamps.iter().map(|lamp| lamp_vectors(lamp, request.view.camera.eye, drawn.unit));
+    let placed = placed.chain(std::iter::repeat(none)).take(Scene::MAX_LIGHTS);
+    placed.flatten().fold(uniform, Uniform::vec4)
+}
+
+/// A `surfelshop::light::Lamp` as three vectors of 16 bytes.
+fn lamp_vectors(lamp: &Lamp, eye: DVec3, unit: f64) -> [Vec4; 3] {
+    let Some(position) = lamp.position else { return [Vec4::ZERO; 3] };
+    // One beyond all numbers gives no light, wherever it is.
+    let offset = Some((position - eye) / unit).filter(|offset| offset.is_finite());
+    let nearer = offset.map_or(0.0, |offset| (FARTHEST_LAMP / offset.length()).min(1.0));
+    let offset = offset.unwrap_or_default();
+    let nearest = (lamp.nearest / unit).clamp(*LAMP_RADII.start(), *LAMP_RADII.end());
+    let intensity = lamp.intensity * (nearer / unit).powi(2);
+    [
+        (offset * nearer).as_vec3().extend((nearest * nearest) as f32),
+        intensity.min(DVec3::splat(BRIGHTEST_LAMP)).as_vec3().extend(lamp.edge as f32),
+        lamp.towards.as_vec3().extend(lamp.sharpness as f32),
+    ]
 }
 
 /// Equal bytes mean an equal surface: clouds, camera, size, surface settings and stride.

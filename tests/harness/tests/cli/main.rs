@@ -7,6 +7,7 @@ mod compare;
 mod environments;
 mod faulty;
 mod interrupted;
+mod lights;
 mod listing;
 mod machines;
 mod messages;

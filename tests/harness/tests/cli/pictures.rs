@@ -17,7 +17,7 @@ fn covered(picture: &image::RgbaImage) -> usize {
 }
 
 /// The channels of an EXR file and its size.
-fn read_exr(path: &Path) -> ((usize, usize), BTreeMap<String, Vec<f32>>) {
+pub(crate) fn read_exr(path: &Path) -> ((usize, usize), BTreeMap<String, Vec<f32>>) {
     let image = read_all_flat_layers_from_file(path).unwrap();
     let layer = &image.layer_data[0];
     let channels = layer.channel_data.list.iter();

@@ -9,11 +9,12 @@ use surfelshop_cloud::Cloud;
 use surfelshop_cloud::probe::Probe;
 use surfelshop_engine::{Engine, GpuOptions, RenderRequest, Rendered, RendererView};
 use surfelshop_tests::clouds;
+use surfelshop_tests::lamp::arriving;
 use surfelshop_tests::natural_light::{around, view_of};
 use surfelshop_tests::procedural::noise::Place;
 use surfelshop_tests::procedural::patterns::Settings;
 use surfelshop_tests::procedural::{Bench, places};
-use surfelshop_tests::stage;
+use surfelshop_tests::{stage, twin};
 
 fn values(pairs: &[(&str, Value)]) -> Values {
     pairs.iter().map(|(id, value)| ((*id).to_owned(), value.clone())).collect()
@@ -27,7 +28,7 @@ fn float(number: f64) -> Value {
     Value::Float(number)
 }
 
-/// A sphere with colours, seen without perspective, under two lights.
+/// A sphere with colours, seen without perspective, under lights of every kind.
 struct Lab {
     engine: Engine,
     cloud: Cloud,
@@ -42,9 +43,20 @@ impl Lab {
             radiance,
             follows_camera: false,
         };
+        // The cone's edge runs across the sphere.
+        let spot = Light::Spot {
+            position: DVec3::new(-1.0, 1.2, 1.5),
+            target: DVec3::new(0.2, 0.1, 0.5),
+            intensity: Vec3::new(0.3, 1.2, 0.9),
+            angle: 0.4,
+            softness: 0.3,
+        };
+        let (position, intensity) = (DVec3::new(0.9, -0.8, 1.1), Vec3::new(0.4, 0.2, 0.3));
         let lights = vec![
-            light(DVec3::new(0.4, 0.5, 0.8), Vec3::new(1.0, 0.8, 0.6)),
+            light(DVec3::new(0.4, 0.5, 0.8), Vec3::new(0.5, 0.4, 0.3)),
             light(DVec3::new(-0.9, 0.1, 0.2), Vec3::new(0.2, 0.3, 0.9)),
+            Light::Point { position, intensity },
+            spot,
         ];
         let camera = Camera {
             eye: DVec3::new(0.0, 0.0, 4.0),
@@ -73,7 +85,7 @@ impl Lab {
             scene: &self.scene,
             view: self.view,
             values,
-            outputs: &[Output::Color, Output::Normal, Output::Albedo],
+            outputs: &[Output::Color, Output::Normal, Output::Albedo, Output::Depth],
             frame_index: 0,
             environment: probe.zip(environment.as_ref()).map(|(p, e)| view_of(e, p)),
             stride: 1,
@@ -163,24 +175,27 @@ fn thesis_lighting_is_that_of_the_thesis() {
         let frame = lab.frame(&mut own, &values(&[("file", pattern)]), None);
         let [color, normal, albedo] = [Output::Color, Output::Normal, Output::Albedo]
             .map(|output| frame.image(&output).unwrap().data.as_chunks::<4>().0);
+        let depth = frame.image(&Output::Depth).unwrap();
         let vector = |texel: &[f32; 4]| Vec3::from_slice(texel).as_dvec3();
         let (mut n, mut behind) = (0, 0);
-        for ((color, normal), albedo) in color.iter().zip(normal).zip(albedo) {
+        for (i, ((color, normal), albedo)) in color.iter().zip(normal).zip(albedo).enumerate() {
             if normal[3] <= 0.0 {
                 continue;
             }
+            let (x, y) = (i as u32 % depth.width, i as u32 / depth.width);
+            let center = [f64::from(x) + 0.5, f64::from(y) + 0.5];
+            let place = twin::place(&lab.view, center, f64::from(depth.pixel(x, y)[0]));
             let (normal, albedo) = (vector(normal).normalize_or(DVec3::Z), vector(albedo));
             let mut expected = DVec3::ZERO;
             for light in &lab.scene.lights {
-                let Light::Directional { towards, radiance, .. } = *light;
-                let towards = towards.normalize_or(DVec3::Y);
+                let (towards, radiance) = arriving(light, &lab.view, place);
                 let cosine = normal.dot(towards);
                 let mirrored = 2.0 * normal.z * normal - DVec3::Z;
                 let shine =
                     if cosine > 0.0 { mirrored.dot(towards).max(0.0).powi(38) } else { 0.0 };
                 let tint = DVec3::ONE.lerp(albedo, metallic);
                 let matte = albedo * (0.5 * cosine + 0.5);
-                expected += radiance.as_dvec3() * (matte + tint * (0.4 * shine));
+                expected += radiance * (matte + tint * (0.4 * shine));
                 behind += i32::from(cosine < 0.0);
             }
             let difference = (vector(color) - expected).abs().max_element();

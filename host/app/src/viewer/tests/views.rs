@@ -124,6 +124,71 @@ fn views_that_are_let_go_stay_where_they_are() {
 }
 
 #[test]
+fn lights_are_added_changed_into_other_kinds_and_removed() {
+    use surfelshop_api::{Light, Scene};
+    let mut screen = Screen::sample();
+    // High enough that the panel lies within it.
+    screen.harness.set_size(eframe::egui::Vec2::new(900.0, 1600.0));
+    screen.settle();
+    let levels = |screen: &mut Screen| {
+        screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.levels.clone()
+    };
+    let lights = |screen: &mut Screen| screen.window().settings.scene.lights.clone();
+    let choose = |screen: &mut Screen, light: &str, entry: &str| {
+        screen.harness.get_by_label(light).click();
+        screen.frames();
+        screen.harness.get_all_by_label(entry).last().unwrap().click();
+        screen.frames();
+    };
+    let usual = levels(&mut screen);
+    choose(&mut screen, "kind of light 1", "another like it");
+    screen.until("another light", |window| window.settings.scene.lights.len() == 2);
+    screen.settle();
+    assert_ne!(levels(&mut screen), usual);
+    for (kind, labels) in [
+        ("point", &["intensity"] as &[&str]),
+        ("spot", &["turned to", "intensity", "axis to edge", "softness"]),
+    ] {
+        let before = levels(&mut screen);
+        choose(&mut screen, "kind of light 2", kind);
+        screen.until("the kind", |window| {
+            let light = window.settings.scene.lights[1];
+            match kind {
+                "point" => matches!(light, Light::Point { .. }),
+                _ => matches!(light, Light::Spot { .. }),
+            }
+        });
+        screen.settle();
+        assert_ne!(levels(&mut screen), before, "{kind}");
+        for label in labels {
+            let found = screen.harness.query_all_by_label(label).count();
+            assert!(found > 0, "{kind}: nothing is called `{label}`");
+        }
+    }
+    // What the window made of it can be saved and read, and what it shows is undone.
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("spot.scene.toml");
+    screen.window().save_scene(&scene);
+    let read = surfelshop_cloud::scene::read(&scene).unwrap().scene.scene();
+    assert_eq!(read.lights, lights(&mut screen));
+    for _ in 0..2 {
+        choose(&mut screen, "kind of light 1", "remove it");
+    }
+    assert!(lights(&mut screen).is_empty());
+    screen.harness.get_by_label("add a light").click();
+    screen.frames();
+    assert_eq!(lights(&mut screen), Scene::default().lights);
+    screen.settle();
+    assert_eq!(levels(&mut screen), usual);
+    for _ in 1..Scene::MAX_LIGHTS {
+        choose(&mut screen, "kind of light 1", "another like it");
+    }
+    assert_eq!(lights(&mut screen).len(), Scene::MAX_LIGHTS);
+    choose(&mut screen, "kind of light 1", "another like it");
+    assert_eq!(lights(&mut screen).len(), Scene::MAX_LIGHTS, "no more than shaders know");
+}
+
+#[test]
 fn light_from_around_is_chosen_turned_and_dropped() {
     use surfelshop_cloud::scene::ProbeSource;
     let mut screen = Screen::sample();

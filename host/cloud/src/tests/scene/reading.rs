@@ -204,6 +204,23 @@ fn the_shortest_scene_has_the_usual_light_and_nothing_else() {
     assert_eq!(scene.scene(), Scene::default());
     assert!(scene.clouds.is_empty() && scene.views.is_empty() && scene.camera.is_none());
     assert!(open("format = 1\nlights = []").scene.lights.is_empty());
+    let opened = open(
+        "format = 1\n[[lights]]\nposition = [1, 2, 3]\nintensity = [4, 5, 6]\n[[lights]]\n\
+         position = [1, 2, 3]\ntarget = [0, 0, 0]\n[[lights]]\nposition = [1, 2, 3]\n\
+         target = [0, 0, 0]\nangle = 45\nsoftness = 0.5\nAngle = 3\n",
+    );
+    let (position, target) = (DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO);
+    let spot = |degrees: f64, softness| Light::Spot {
+        position,
+        target,
+        intensity: Vec3::ONE,
+        angle: degrees.to_radians(),
+        softness,
+    };
+    let point = Light::Point { position, intensity: Vec3::new(4.0, 5.0, 6.0) };
+    let found: Vec<Light> = opened.scene.lights.iter().map(|light| light.known).collect();
+    assert_eq!(found, [point, spot(30.0, 0.2), spot(45.0, 0.5)]);
+    assert!(opened.warnings[0].contains("unknown key `lights[3].Angle`, did you mean `angle`?"));
     let camera = "camera = { eye = [0, 0, 1], target = [0, 0, 0] }";
     let camera = open(&format!("format = 1\n{camera}")).scene.camera.unwrap();
     assert_eq!(camera.projection, Projection::Perspective { fov_y: 35f64.to_radians() });

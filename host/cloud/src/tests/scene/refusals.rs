@@ -105,7 +105,8 @@ fn every_value_is_checked() {
         ),
         (
             "lights = [{}]",
-            "2:11: `lights[1].towards`: expected the direction towards the light, found no such \
+            "2:11: `lights[1].towards`: expected the direction towards the light, or `position` \
+             where it has a place, found no such \
              key; add it",
         ),
         ("layout = 3", "2:10: `layout`: expected a table, found `3`"),
@@ -239,6 +240,60 @@ fn lights_clouds_and_views_are_checked() {
         ),
     ] {
         refused(text, expected);
+    }
+}
+
+#[test]
+fn lights_with_a_place_are_checked() {
+    for (text, expected) in [
+        (
+            "towards = [0, 1, 0]\nposition = [0, 1, 0]",
+            "4:12: `lights[1].position`: expected either `towards` or `position`, not both, found \
+             `[0, 1, 0]`",
+        ),
+        (
+            "position = [0, 1]",
+            "3:12: `lights[1].position`: expected three numbers from -1e37 to 1e37, found `[0, 1]`",
+        ),
+        (
+            "position = [0, 1, 0]\nradiance = [1, 1, 1]",
+            "4:12: `lights[1].radiance`: expected `intensity` in its place where a light has a \
+             `position`, found `[1, 1, 1]`",
+        ),
+        (
+            "position = [0, 1, 0]\nintensity = [1, -1, 1]",
+            "4:13: `lights[1].intensity`: expected three numbers of 0 or more, found `[1, -1, 1]`",
+        ),
+        (
+            "position = [0, 1, 0]\nfollows_camera = true",
+            "4:18: `lights[1].follows_camera`: expected `towards` beside it, in place of \
+             `position`, found `true`",
+        ),
+        (
+            "position = [0, 1, 0]\nangle = 30",
+            "4:9: `lights[1].angle`: expected `target` beside it, which makes the light a spot, \
+             found `30`",
+        ),
+        (
+            "position = [0, 1, 0]\ntarget = [0, 1, 0]",
+            "4:10: `lights[1].target`: expected another place than `position`, found `[0, 1, 0]`",
+        ),
+        (
+            "position = [0, 1, 0]\ntarget = [0, 0, 0]\nangle = 181",
+            "5:9: `lights[1].angle`: expected an angle in degrees from 0 to 180, between the axis \
+             and the edge, found `181`",
+        ),
+        (
+            "position = [0, 1, 0]\ntarget = [0, 0, 0]\nsoftness = 1.5",
+            "5:12: `lights[1].softness`: expected a share from 0 to 1, found `1.5`",
+        ),
+        (
+            "towards = [0, 1, 0]\nsoftness = 0.5",
+            "4:12: `lights[1].softness`: expected `position` beside it, in place of `towards`, \
+             found `0.5`",
+        ),
+    ] {
+        refused(&format!("[[lights]]\n{text}"), expected);
     }
 }
 

@@ -112,9 +112,25 @@ fn view() -> impl Strategy<Value = SceneView> {
 }
 
 fn light() -> impl Strategy<Value = Light> {
-    (direction(), color(1e30), any::<bool>()).prop_map(|(towards, radiance, follows_camera)| {
+    let directional = (direction(), color(1e30), any::<bool>());
+    let directional = directional.prop_map(|(towards, radiance, follows_camera)| {
         Light::Directional { towards, radiance: Vec3::from(radiance), follows_camera }
-    })
+    });
+    let place = || prop::array::uniform3(-1e6..1e6f64).prop_map(DVec3::from);
+    let point = (place(), color(1e30)).prop_map(|(position, intensity)| Light::Point {
+        position,
+        intensity: Vec3::from(intensity),
+    });
+    let spot = (place(), direction(), color(1e30), 0.0..=180f64, 0.0..=1f32).prop_map(
+        |(position, direction, intensity, degrees, softness)| Light::Spot {
+            position,
+            target: position + direction,
+            intensity: Vec3::from(intensity),
+            angle: degrees.to_radians(),
+            softness,
+        },
+    );
+    prop_oneof![directional, point, spot]
 }
 
 fn surface() -> impl Strategy<Value = SurfaceSettings> {

@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
+mod lights;
+
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
 use surfelshop_api::params::{Value, Values};
