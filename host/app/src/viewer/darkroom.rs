@@ -39,6 +39,8 @@ pub(crate) struct Order {
     pub(crate) view: View,
     /// How much of the clouds is drawn.
     pub(crate) detail: Detail,
+    /// Whether nothing but colour is asked for, as where frames are timed.
+    pub(crate) color_only: bool,
     /// Counts the orders of the window: a print says which one it answers.
     pub(crate) serial: u64,
 }
@@ -57,6 +59,8 @@ pub(crate) struct Shot {
     pub(crate) passes: Vec<PassReport>,
     /// From order to picture, milliseconds.
     pub(crate) milliseconds: f64,
+    /// What drawing took of it, until the picture did not change any more: milliseconds.
+    pub(crate) frame_ms: f64,
     pub(crate) detail: Detail,
 }
 

@@ -314,9 +314,9 @@ fn plugins(window: &mut Window, ui: &mut Ui) {
             window.darkroom.add(Task::SwitchOn(unit.renderer.clone()));
         }
     }
-    for unit in window.tools.conduct() {
+    for unit in window.tools.shelf.failures() {
         if row(ui, &unit) {
-            window.tools.switch_on(&window.registry, &unit.renderer);
+            window.tools.shelf.switch_on(&window.registry, &unit.renderer);
         }
     }
 }
@@ -335,7 +335,7 @@ fn ask_about_crash(window: &mut Window, ctx: &Context) {
             if ui.button("start without it").clicked() {
                 let unit = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();
                 match crash.unit.starts_with(UnitKind::Tool.word()) {
-                    true => window.tools.avoid(unit),
+                    true => window.tools.shelf.avoid(unit),
                     false => avoid(window, unit),
                 }
                 (window.crash, window.crash_mark) = (None, None);

@@ -30,6 +30,7 @@ mod presets;
 mod saving;
 mod scene_file;
 mod settings;
+mod shelf;
 mod stock;
 mod surfel;
 mod surroundings;

@@ -36,7 +36,7 @@ impl Window {
                 News::Counters(counters) => self.counters = counters,
                 News::Plugins(registry) => {
                     self.registry = registry;
-                    self.tools.forget();
+                    self.tools.shelf.forget();
                     self.try_again();
                 }
                 News::Reloaded(report) => self.messages.tell(report),

@@ -102,6 +102,7 @@ impl Side {
             development: wanted.development,
             view: wanted.view,
             detail,
+            color_only: false,
             serial: *serial,
         };
         (Some(order), again)

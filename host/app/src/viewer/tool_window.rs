@@ -2,7 +2,7 @@
 
 use super::dialogs::{self, Whose};
 use super::parameters;
-use super::tools::Readiness;
+use super::shelf::Readiness;
 use super::window::Window;
 use crate::terminal::in_words;
 use eframe::egui::{self, Context, Ui};
@@ -57,8 +57,8 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
 }
 
 fn form(window: &mut Window, ui: &mut Ui, name: &str) {
-    window.tools.prepare(ui.ctx(), &window.registry, name);
-    let declared = match window.tools.readiness(name) {
+    window.tools.shelf.prepare(ui.ctx(), &window.registry, name);
+    let declared = match window.tools.shelf.readiness(name) {
         Readiness::Loading => {
             ui.horizontal(|ui| {
                 ui.spinner();

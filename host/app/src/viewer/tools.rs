@@ -1,22 +1,20 @@
 //! Tools at work in the window: loaded on threads of their own, run over one cloud at a time, and
 //! what comes of it.
 
-use super::darkroom::{self, UnitConduct};
+use super::darkroom;
 use super::messages::Messages;
+use super::shelf::{Readiness, Shelf, mark};
 use super::stock::{Stock, generations};
 use crate::arguments::{DeviceArguments, PluginFiles};
 use crate::studio;
 use eframe::egui::Context;
 use std::collections::HashMap;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::params::Values;
 use surfelshop_cloud::{Cloud, How};
-use surfelshop_engine::plugins::{
-    Conduct, Contents, LoadError, LoadedUnit, Mark, Marks, Registry, Standing, UnitRef,
-};
+use surfelshop_engine::plugins::{Contents, Mark, Registry, Standing, UnitRef};
 use surfelshop_engine::tools::{Done, Ended, Progress, Running, ToolOptions};
 
 /// Time between two looks at a tool that works.
@@ -31,25 +29,8 @@ pub(crate) struct Tools {
     pub(crate) values: HashMap<String, Values>,
     /// The cloud to work on.
     pub(crate) item: usize,
-    units: HashMap<String, Unit>,
+    pub(crate) shelf: Shelf,
     work: Option<Work>,
-    conduct: Conduct,
-    /// Tools that the user does not want since the program crashed.
-    avoided: Vec<String>,
-}
-
-/// A tool's code.
-enum Unit {
-    Coming(Receiver<Result<LoadedUnit, LoadError>>),
-    Here(Box<LoadedUnit>),
-    Refused(String),
-}
-
-/// What the window of a tool shows of its code.
-pub(crate) enum Readiness<'a> {
-    Loading,
-    Ready(&'a LoadedUnit),
-    Refused(&'a str),
 }
 
 /// A tool at work.
@@ -65,11 +46,6 @@ struct Work {
     _mark: Option<Mark>,
 }
 
-/// Without the mark a crash is not noticed, which is no reason not to use the tool.
-fn mark(unit: &UnitRef) -> Option<Mark> {
-    Marks::of_user().and_then(|marks| marks.leave(unit).ok())
-}
-
 impl Tools {
     pub(crate) fn new(device: &DeviceArguments, plugins: &PluginFiles) -> Self {
         let device = studio::gpu_options(device);
@@ -78,104 +54,9 @@ impl Tools {
             open: None,
             values: HashMap::new(),
             item: 0,
-            units: HashMap::new(),
+            shelf: Shelf::new(UnitKind::Tool, plugins.patience()),
             work: None,
-            conduct: Conduct::default(),
-            avoided: Vec::new(),
         }
-    }
-
-    /// Loads a tool's code unless it is there.
-    pub(crate) fn prepare(&mut self, ctx: &Context, registry: &Registry, name: &str) {
-        if !self.units.contains_key(name) {
-            let unit = match self.load(ctx, registry, name) {
-                Ok(coming) => coming,
-                Err(reason) => Unit::Refused(reason),
-            };
-            self.units.insert(name.to_owned(), unit);
-        }
-        let Some(unit) = self.units.get_mut(name) else { return };
-        let Unit::Coming(coming) = unit else { return };
-        let arrived = match coming.try_recv() {
-            Err(TryRecvError::Empty) => return,
-            Err(TryRecvError::Disconnected) => Unit::Refused("loading ended without a word".into()),
-            Ok(Ok(loaded)) => Unit::Here(Box::new(loaded)),
-            Ok(Err(error)) => {
-                if let (Some(fault), Ok(unit)) =
-                    (error.fault(), registry.find(UnitKind::Tool, name))
-                {
-                    self.conduct.failed(&unit, Contents::of_file(&unit.path), fault);
-                }
-                Unit::Refused(error.to_string())
-            }
-        };
-        *unit = arrived;
-    }
-
-    fn load(&self, ctx: &Context, registry: &Registry, name: &str) -> Result<Unit, String> {
-        let reference = registry.find(UnitKind::Tool, name).map_err(|error| error.to_string())?;
-        if self.avoided.contains(&reference.id) {
-            return Err(format!(
-                "{reference} was at work when the program crashed; the plugin list switches it on"
-            ));
-        }
-        self.conduct.check(&reference).map_err(|barred| barred.to_string())?;
-        let mark = mark(&reference);
-        let (send, coming) = channel();
-        let (wake, patience) = (ctx.clone(), self.options.patience);
-        let thread = std::thread::Builder::new().name("tool".to_owned()).spawn(move || {
-            // The window may be gone already.
-            drop(send.send(reference.load(&patience)));
-            drop(mark);
-            wake.request_repaint();
-        });
-        match thread {
-            Ok(_) => Ok(Unit::Coming(coming)),
-            Err(error) => Err(format!("nothing can be loaded: {error}")),
-        }
-    }
-
-    /// How far a tool is from being used.
-    pub(crate) fn readiness(&self, name: &str) -> Readiness<'_> {
-        match self.units.get(name) {
-            Some(Unit::Here(unit)) => Readiness::Ready(unit),
-            Some(Unit::Refused(reason)) => Readiness::Refused(reason),
-            Some(Unit::Coming(_)) | None => Readiness::Loading,
-        }
-    }
-
-    /// Has all tools loaded again: their files may have changed.
-    pub(crate) fn forget(&mut self) {
-        self.units.clear();
-    }
-
-    /// Does not use a tool until it is switched on.
-    pub(crate) fn avoid(&mut self, id: String) {
-        self.avoided.push(id);
-    }
-
-    /// Uses a tool again that was switched off.
-    pub(crate) fn switch_on(&mut self, registry: &Registry, id: &str) {
-        self.avoided.retain(|avoided| avoided != id);
-        if let Ok(unit) = registry.find(UnitKind::Tool, id) {
-            self.conduct.switch_on(&unit);
-        }
-        self.units.clear();
-    }
-
-    /// How tools that failed behave.
-    pub(crate) fn conduct(&self) -> Vec<UnitConduct> {
-        let of = |record: &surfelshop_engine::plugins::Record| UnitConduct {
-            renderer: record.unit.id.clone(),
-            text: record.to_string(),
-            off: record.standing == Standing::Off,
-        };
-        let avoided = self.avoided.iter().map(|id| UnitConduct {
-            renderer: id.clone(),
-            text: "not used, since it was at work when the program crashed".to_owned(),
-            off: true,
-        });
-        self.conduct.records().iter().map(of).chain(avoided).collect()
     }
 
     /// The tool at work and how far it is.
@@ -192,8 +73,8 @@ impl Tools {
         name: &str,
     ) -> Result<(), String> {
         let reference = registry.find(UnitKind::Tool, name).map_err(|error| error.to_string())?;
-        self.conduct.check(&reference).map_err(|barred| barred.to_string())?;
-        let (Some(Unit::Here(unit)), None) = (self.units.get(name), &self.work) else {
+        self.shelf.conduct.check(&reference).map_err(|barred| barred.to_string())?;
+        let (Readiness::Ready(unit), None) = (self.shelf.readiness(name), &self.work) else {
             return Err(format!("{name} cannot run now"));
         };
         let item = stock.items().get(self.item).ok_or("there is no cloud to work on")?;
@@ -229,7 +110,7 @@ impl Tools {
         let work = self.work.take()?;
         match ended.fault() {
             Some(fault) => self.failed(&work, &fault),
-            None => self.conduct.succeeded(&work.reference, work.contents),
+            None => self.shelf.conduct.succeeded(&work.reference, work.contents),
         }
         match ended {
             Ended::Done(done) => return commit(&work, *done, stock, messages),
@@ -253,8 +134,8 @@ impl Tools {
     }
 
     fn failed(&mut self, work: &Work, fault: &Fault) {
-        if self.conduct.failed(&work.reference, work.contents, fault) == Standing::Off {
-            self.units.remove(&work.name);
+        if self.shelf.conduct.failed(&work.reference, work.contents, fault) == Standing::Off {
+            self.shelf.put_away(&work.name);
         }
     }
 }

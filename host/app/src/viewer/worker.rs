@@ -8,7 +8,7 @@
 use super::darkroom::{News, Order, Place, Print, Queue, Shot, Task, Teller, UnitConduct};
 use crate::arguments::{DeviceArguments, PluginFiles};
 use crate::pictures;
-use crate::studio::{self, Studio};
+use crate::studio::{self, Settled, Studio};
 use crate::surroundings::{Probes, Surroundings};
 use anyhow::{Context as _, anyhow};
 use std::collections::{HashMap, HashSet};
@@ -22,7 +22,7 @@ use surfelshop_engine::plugins::{
     self, Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Origin, Registry, SearchPath,
     Standing, UnitRef, Watcher,
 };
-use surfelshop_engine::{RenderError, RenderRequest, Rendered, RendererView};
+use surfelshop_engine::{RenderError, RenderRequest, RendererView};
 
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 
@@ -181,11 +181,11 @@ impl Worker {
         }
         self.follow(&in_use);
         match self.render(&mut in_use.view, order) {
-            Ok(rendered) => {
+            Ok(settled) => {
                 in_use.mark = None;
                 self.conduct.succeeded(&in_use.reference, in_use.unit.contents);
                 self.in_use.insert(place, in_use);
-                shot(&rendered, order, started)
+                shot(&settled, order, started)
             }
             Err(error) => {
                 let lost = matches!(error, RenderError::DeviceLost(_));
@@ -262,7 +262,7 @@ impl Worker {
     }
 
     /// Renders until the picture does not change any more.
-    fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Rendered, RenderError> {
+    fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Settled, RenderError> {
         let surroundings = self.surroundings(order);
         let request = RenderRequest {
             clouds: &order.clouds.views(),
@@ -271,12 +271,15 @@ impl Worker {
             view: order.detail.view(order.view),
             values: &order.values,
             // What lies under the pointer is only asked for of still pictures.
-            outputs: if order.detail.is_full() { &OUTPUTS } else { &OUTPUTS[..1] },
+            outputs: match order.detail.is_full() && !order.color_only {
+                true => &OUTPUTS,
+                false => &OUTPUTS[..1],
+            },
             frame_index: 0,
             environment: surroundings.as_ref().map(Surroundings::view),
             stride: order.detail.stride,
         };
-        Ok(self.studio.settle_view(view, &request)?.rendered)
+        self.studio.settle_view(view, &request)
     }
 
     /// The light around the scene; none where its probe cannot be read, which is told once.
@@ -367,8 +370,8 @@ impl Worker {
         let order = Order { values: kept.values.clone(), ..order.clone() };
         let mut view = RendererView::new(reloaded.hosted, unit.scope());
         let started = Instant::now();
-        let rendered = self.render(&mut view, &order)?;
-        let shot = shot(&rendered, &order, started)?;
+        let settled = self.render(&mut view, &order)?;
+        let shot = shot(&settled, &order, started)?;
         let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
         let report = format!(
             "{} was rebuilt: load and first graph {:.1} ms, compiling and drawing {:.0} ms, after \
@@ -404,7 +407,8 @@ fn fault_of(error: &RenderError) -> Fault {
     }
 }
 
-fn shot(rendered: &Rendered, order: &Order, started: Instant) -> anyhow::Result<Shot> {
+fn shot(settled: &Settled, order: &Order, started: Instant) -> anyhow::Result<Shot> {
+    let rendered = &settled.rendered;
     let image = |output: &Output| {
         let found = rendered.image(output).cloned();
         found.ok_or_else(|| anyhow!("the renderer gave no output `{}`", output.name()))
@@ -418,6 +422,7 @@ fn shot(rendered: &Rendered, order: &Order, started: Instant) -> anyhow::Result<
         view: order.detail.view(order.view),
         passes: rendered.passes.clone(),
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
+        frame_ms: settled.milliseconds,
         detail: order.detail,
     })
 }

@@ -3,8 +3,8 @@
 use super::plugins::faulty;
 use super::{SAMPLE, Screen, built_plugins};
 use crate::arguments::{DeviceArguments, UpAxis, ViewerArguments};
+use crate::viewer::shelf::Readiness;
 use crate::viewer::stock::{Item, generations};
-use crate::viewer::tools::Readiness;
 use crate::viewer::window::Window;
 use eframe::egui::{Context, Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
@@ -43,7 +43,7 @@ fn choose(screen: &mut Screen, title: &str) {
     screen.frames();
     screen.until("its code", |window| {
         let name = window.tools.open.as_deref().unwrap_or_default();
-        matches!(window.tools.readiness(name), Readiness::Ready(_))
+        matches!(window.tools.shelf.readiness(name), Readiness::Ready(_))
     });
     screen.frames();
 }
@@ -150,7 +150,7 @@ fn a_tool_that_does_not_stop_is_left_behind_and_switched_off() {
     screen.harness.get_by_label("cancel").click();
     screen.until_said("did not stop within 5 s; it was left behind and is switched off");
     assert_eq!(first_generations(&mut screen), before);
-    screen.until("the refusal", |window| window.tools.conduct().iter().all(|unit| unit.off));
+    screen.until("the refusal", |window| window.tools.shelf.failures().iter().all(|unit| unit.off));
     assert_eq!(screen.harness.query_all_by_label("run").count(), 0, "it is not offered");
     // The picture and other tools go on.
     screen.window().settings.scene.exposure_stops = 1.0;
@@ -158,7 +158,7 @@ fn a_tool_that_does_not_stop_is_left_behind_and_switched_off() {
     run(&mut screen, "Stages AO");
     screen.until_said("stages-ao made ao");
     let window = screen.harness.state_mut();
-    window.tools.switch_on(&window.registry, "ignores-cancel");
+    window.tools.shelf.switch_on(&window.registry, "ignores-cancel");
     choose(&mut screen, "Ignores cancel");
 }
 
