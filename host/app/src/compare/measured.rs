@@ -44,7 +44,7 @@ pub(super) fn measure(shot: &Shot, truth: &Truth, staging: &Staging) -> Measured
 }
 
 /// The errors of a comparison, or why there are none.
-pub(super) fn errors(comparison: &Result<Comparison, String>) -> Result<&Errors, String> {
+pub(crate) fn errors(comparison: &Result<Comparison, String>) -> Result<&Errors, String> {
     match comparison {
         Ok(Comparison { errors: Some(errors), .. }) => Ok(errors),
         Ok(comparison) => Err(format!("{} pixels are not finite", comparison.n_not_finite)),

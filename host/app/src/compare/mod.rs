@@ -2,9 +2,9 @@
 //! from one camera or along a path.
 
 pub(crate) mod candidate;
-mod measured;
+pub(crate) mod measured;
 mod path;
-mod told;
+pub(crate) mod told;
 mod wanted;
 
 pub(crate) use candidate::Stage;

@@ -5,11 +5,11 @@
 
 mod alone;
 pub(crate) mod cells;
-mod knobs;
+pub(crate) mod knobs;
 mod pictures;
 pub(crate) mod plot;
 pub(crate) mod ticks;
-mod told;
+pub(crate) mod told;
 mod tools;
 
 use crate::arguments::SweepArguments;

@@ -30,7 +30,7 @@ pub(super) struct Swept<'a> {
 
 /// Which time counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Time {
+pub(crate) enum Time {
     /// A renderer's own passes, or whole frames where the device does not tell those.
     OfPictures,
     /// Processor time, or the clock where the system does not tell it.
@@ -39,7 +39,7 @@ pub(super) enum Time {
 
 impl Time {
     /// Median milliseconds of a cell, and what they are of.
-    pub(super) fn of(self, cell: &Cell) -> Option<(f64, &'static str)> {
+    pub(crate) fn of(self, cell: &Cell) -> Option<(f64, &'static str)> {
         let own = match self {
             Self::OfPictures => cell.times(|run| run.own_passes_ms),
             Self::OfTools => cell.times(|run| run.cpu_ms),

@@ -39,8 +39,9 @@ pub(crate) struct Order {
     pub(crate) view: View,
     /// How much of the clouds is drawn.
     pub(crate) detail: Detail,
-    /// Whether nothing but colour is asked for, as where frames are timed.
-    pub(crate) color_only: bool,
+    /// Whether it is measured instead of shown: nothing but colour is asked for, and pictures of views
+    /// go first.
+    pub(crate) is_measured: bool,
     /// Counts the orders of the window: a print says which one it answers.
     pub(crate) serial: u64,
 }
@@ -49,7 +50,7 @@ pub(crate) struct Order {
 #[derive(Clone)]
 pub(crate) struct Shot {
     pub(crate) size: [u32; 2],
-    /// As the screen shows it, four 8-bit values a pixel.
+    /// As the screen shows it, four 8-bit values a pixel; none of pictures that are measured.
     pub(crate) levels: Vec<u8>,
     /// Linear radiance and coverage.
     pub(crate) color: Image,
@@ -159,8 +160,13 @@ impl Queue {
         self.change(|waiting| waiting.tasks.push_back(task));
     }
 
+    /// Orders a picture, instead of one for the same place that has not begun.
+    pub(crate) fn order(&self, place: Place, order: Order) {
+        self.change(|waiting| drop(waiting.orders.insert(place, order)));
+    }
+
     /// Waits for a task; `None` when the window is gone. Of several pictures, the one ordered
-    /// first by its number goes first.
+    /// first by its number goes first, and pictures that are measured go last.
     pub(crate) fn next(&self) -> Option<Task> {
         let (waiting, bell) = &*self.0;
         let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
@@ -171,7 +177,8 @@ impl Queue {
             if let Some(task) = waiting.tasks.pop_front() {
                 return Some(task);
             }
-            let oldest = waiting.orders.iter().min_by_key(|(_, order)| order.serial);
+            let rank = |order: &Order| (order.is_measured, order.serial);
+            let oldest = waiting.orders.iter().min_by_key(|(_, order)| rank(order));
             if let Some(place) = oldest.map(|(place, _)| *place) {
                 let order = waiting.orders.remove(&place)?;
                 return Some(Task::Picture(place, Box::new(order)));
@@ -208,7 +215,7 @@ impl Darkroom {
 
     /// Orders a picture, instead of one for the same place that has not begun.
     pub(crate) fn order(&self, place: Place, order: Order) {
-        self.queue.change(|waiting| drop(waiting.orders.insert(place, order)));
+        self.queue.order(place, order);
     }
 
     /// Has something done before any picture.

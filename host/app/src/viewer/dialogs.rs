@@ -20,6 +20,8 @@ pub(crate) enum Asked {
     Pictures,
     /// A light probe.
     Probe,
+    /// A picture to measure against.
+    Reference,
     /// The file of a parameter.
     Value { whose: Whose, id: String, endings: Vec<String> },
 }
@@ -31,6 +33,8 @@ pub(crate) enum Whose {
     Renderer { pane: u32, renderer: String },
     /// A tool's.
     Tool(String),
+    /// That of a tracer that is measured against.
+    Tracer(String),
 }
 
 /// Asks for the file of a parameter.
@@ -53,6 +57,9 @@ fn put_value(window: &mut Window, whose: &Whose, id: &str, path: &Path) {
             pane.map(|pane| pane.values.entry(renderer.clone()).or_default())
         }
         Whose::Tool(tool) => Some(window.tools.values.entry(tool.clone()).or_default()),
+        Whose::Tracer(tracer) => {
+            Some(window.measure.form.tracer_values.entry(tracer.clone()).or_default())
+        }
     };
     if let Some(values) = values {
         values.insert(id.to_owned(), Value::Text(path.display().to_string()));
@@ -94,6 +101,11 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
             Asked::Probe => dialog
                 .set_title("Open a light probe")
                 .add_filter("light probes", &["hdr", "exr"])
+                .pick_file()
+                .map(|file| vec![file]),
+            Asked::Reference => dialog
+                .set_title("Choose a picture to measure against")
+                .add_filter("pictures of linear radiance", &["exr"])
                 .pick_file()
                 .map(|file| vec![file]),
             Asked::Value { id, endings, .. } => {
@@ -152,6 +164,9 @@ pub(crate) fn take_dialog(window: &mut Window, ctx: &Context) {
                 }
                 (Asked::SaveCloud(item), Some(path)) => window.save_cloud(ctx, item, path),
                 (Asked::Probe, Some(path)) => surroundings::put(window, path),
+                (Asked::Reference, Some(path)) => {
+                    window.measure.form.path = path.display().to_string();
+                }
                 (Asked::Value { whose, id, .. }, Some(path)) => {
                     put_value(window, &whose, &id, path);
                 }

@@ -33,10 +33,11 @@ const FRAME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F);
 const PROJECTION: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::O);
 const FLICKER: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Space);
 const NEXT_RENDERER: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::R);
+const MEASURE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::M);
 const SPLIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::N);
 
 /// What the keys do, for the help window.
-const KEYS: [(&str, &str); 14] = [
+const KEYS: [(&str, &str); 15] = [
     ("drag", "orbit"),
     ("right or middle drag, Shift drag", "pan"),
     ("Ctrl drag", "look around"),
@@ -49,6 +50,7 @@ const KEYS: [(&str, &str); 14] = [
     ("1 … 5", "single, side by side, wipe, flicker, difference"),
     ("Space", "the other picture of a flicker"),
     ("N", "split the view"),
+    ("M", "measure what is shown, and error against time"),
     ("Ctrl O, Ctrl S, Ctrl P, Ctrl Q", "open, save the scene, save pictures, quit"),
     ("Ctrl Z, Ctrl Shift Z", "undo, redo"),
 ];
@@ -104,6 +106,9 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             }
             if item(ui, "Split", &SPLIT) {
                 split(window);
+            }
+            if item(ui, "Measure", &MEASURE) {
+                toggle_measure(window);
             }
             ui.separator();
             ui.checkbox(&mut window.adaptive, "Draw less while something moves");
@@ -184,6 +189,9 @@ pub(crate) fn take_keys(window: &mut Window, ctx: &Context) {
     if pressed(&PROJECTION) {
         toggle_projection(window);
     }
+    if pressed(&MEASURE) {
+        toggle_measure(window);
+    }
     // Keys that were hit several times within a frame count as often.
     let times = |shortcut: &KeyboardShortcut| {
         ctx.input_mut(|input| input.count_and_consume_key(shortcut.modifiers, shortcut.logical_key))
@@ -240,6 +248,10 @@ fn toggle_projection(window: &mut Window) {
     let mut camera = window.camera_of(window.focused);
     navigation::toggle_projection(&mut camera, 35f64.to_radians());
     window.set_camera(window.focused, camera);
+}
+
+fn toggle_measure(window: &mut Window) {
+    window.measure.form.open = !window.measure.form.open;
 }
 
 fn next_renderer(window: &mut Window) {
@@ -314,9 +326,11 @@ fn plugins(window: &mut Window, ui: &mut Ui) {
             window.darkroom.add(Task::SwitchOn(unit.renderer.clone()));
         }
     }
-    for unit in window.tools.shelf.failures() {
-        if row(ui, &unit) {
-            window.tools.shelf.switch_on(&window.registry, &unit.renderer);
+    for shelf in [&mut window.tools.shelf, &mut window.measure.shelf] {
+        for unit in shelf.failures() {
+            if row(ui, &unit) {
+                shelf.switch_on(&window.registry, &unit.renderer);
+            }
         }
     }
 }
@@ -334,9 +348,11 @@ fn ask_about_crash(window: &mut Window, ctx: &Context) {
         ui.horizontal(|ui| {
             if ui.button("start without it").clicked() {
                 let unit = crash.unit.rsplit('/').next().unwrap_or_default().to_owned();
-                match crash.unit.starts_with(UnitKind::Tool.word()) {
-                    true => window.tools.shelf.avoid(unit),
-                    false => avoid(window, unit),
+                let is = |kind: UnitKind| crash.unit.starts_with(kind.word());
+                match (is(UnitKind::Tool), is(UnitKind::Tracer)) {
+                    (true, _) => window.tools.shelf.avoid(unit),
+                    (_, true) => window.measure.shelf.avoid(unit),
+                    _ => avoid(window, unit),
                 }
                 (window.crash, window.crash_mark) = (None, None);
             }

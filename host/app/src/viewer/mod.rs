@@ -4,6 +4,7 @@
 //! the orders, `worker` makes the pictures on a thread of its own, which `darkroom` leads to, `news`
 //! takes those that come back, `pane` keeps them, `canvas` takes the mouse and `paint` shows them.
 //! `tools` runs tools over clouds. `opened` and `saving` read and write clouds and scenes, `panels`, `menus`, `dialogs` and `tool_window` are what stands around.
+//! `measure` measures what is shown.
 
 mod arrangement;
 mod canvas;
@@ -16,6 +17,7 @@ mod film;
 mod history;
 mod lights;
 mod loading;
+mod measure;
 mod memory;
 mod menus;
 mod messages;

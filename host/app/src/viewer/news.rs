@@ -2,6 +2,7 @@
 
 use super::darkroom::{News, Print, UnitConduct};
 use super::export;
+use super::measure;
 use super::window::Window;
 use crate::settings;
 use eframe::egui::Context;
@@ -37,6 +38,8 @@ impl Window {
                 News::Plugins(registry) => {
                     self.registry = registry;
                     self.tools.shelf.forget();
+                    self.measure.shelf.forget();
+                    self.measure.remade += 1;
                     self.try_again();
                 }
                 News::Reloaded(report) => self.messages.tell(report),
@@ -78,6 +81,10 @@ impl Window {
             export::take(self, serial, outcome);
             return;
         }
+        if place.pane == measure::PANE {
+            measure::take(self, serial, outcome);
+            return;
+        }
         let Some(pane) = self.panes.get_mut(&place.pane) else { return };
         if let Ok(shot) = &outcome {
             let detail = shot.detail.describe();
@@ -89,6 +96,10 @@ impl Window {
         }
         let failed = outcome.as_ref().err().cloned();
         let side = &mut pane.sides[place.side];
+        if side.shown.as_ref().is_some_and(|shown| shown.serial == serial) {
+            // The same order again: a plugin or a file that it names is another one now.
+            self.measure.remade += 1;
+        }
         side.take(ctx, place, renderer.clone(), serial, outcome);
         let Some(reason) = failed else { return };
         let before = side.shown.as_ref().map(|shown| shown.renderer.clone());

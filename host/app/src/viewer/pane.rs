@@ -102,7 +102,7 @@ impl Side {
             development: wanted.development,
             view: wanted.view,
             detail,
-            color_only: false,
+            is_measured: false,
             serial: *serial,
         };
         (Some(order), again)

@@ -5,6 +5,7 @@ use super::darkroom::{Darkroom, Place, UnitConduct};
 use super::export::{self, Export, ExportWindow};
 use super::history::{History, State};
 use super::loading::Loading;
+use super::measure::{self, Measure};
 use super::memory::Memory;
 use super::messages::Messages;
 use super::pane::{Pane, Side, Wanted};
@@ -57,6 +58,7 @@ pub(crate) struct Window {
     pub(crate) settings: Settings,
     pub(crate) history: History,
     pub(crate) tools: Tools,
+    pub(crate) measure: Measure,
     /// A cloud that is being written.
     pub(crate) saving: Option<Saving>,
     /// Counts the openings of files.
@@ -138,6 +140,7 @@ impl Window {
             darkroom,
             history: History::default(),
             tools: Tools::new(&arguments.device, &arguments.plugins),
+            measure: Measure::new(&arguments.plugins),
             saving: None,
             n_opened: 0,
             settings,
@@ -310,7 +313,7 @@ impl Window {
     }
 
     /// Measures the clouds again where the factor on radii changed.
-    fn measure(&mut self) {
+    fn measure_clouds(&mut self) {
         let scale = self.settings.scene.surface.radius_scale;
         if let Some(shown) = &mut self.shown
             && shown.radius_scale != scale
@@ -323,12 +326,13 @@ impl Window {
     pub(crate) fn frame(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
         self.pace();
-        self.measure();
+        self.measure_clouds();
         self.take_news(&ctx);
         self.take_clouds();
         self.take_saved();
         self.take_edits(&ctx);
         export::go_on(self);
+        measure::go_on(self, &ctx);
         self.take_dropped_files(&ctx);
         dialogs::take_dialog(self, &ctx);
         menus::take_keys(self, &ctx);
@@ -338,6 +342,12 @@ impl Window {
             .default_size(300.0)
             .size_range(220.0..=520.0)
             .show(ui, |ui| panels::side(self, ui));
+        if self.measure.form.open {
+            egui::Panel::right("measure")
+                .default_size(400.0)
+                .size_range(300.0..=720.0)
+                .show(ui, |ui| measure::panel::show(self, ui));
+        }
         let pictures = egui::CentralPanel::no_frame().show(ui, |ui| super::canvas::show(self, ui));
         self.messages.show(&ctx, pictures.response.rect);
         menus::show_windows(self, &ctx);

@@ -263,6 +263,10 @@ impl Worker {
 
     /// Renders until the picture does not change any more.
     fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Settled, RenderError> {
+        if order.is_measured {
+            // A view may have drawn the same surfels, and what is timed pays for its own.
+            self.studio.engine.forget_surfaces();
+        }
         let surroundings = self.surroundings(order);
         let request = RenderRequest {
             clouds: &order.clouds.views(),
@@ -271,7 +275,7 @@ impl Worker {
             view: order.detail.view(order.view),
             values: &order.values,
             // What lies under the pointer is only asked for of still pictures.
-            outputs: match order.detail.is_full() && !order.color_only {
+            outputs: match order.detail.is_full() && !order.is_measured {
                 true => &OUTPUTS,
                 false => &OUTPUTS[..1],
             },
@@ -416,7 +420,10 @@ fn shot(settled: &Settled, order: &Order, started: Instant) -> anyhow::Result<Sh
     let color = image(&Output::Color)?;
     Ok(Shot {
         size: [color.width, color.height],
-        levels: pictures::levels(&color, &order.development),
+        levels: match order.is_measured {
+            true => Vec::new(),
+            false => pictures::levels(&color, &order.development),
+        },
         color,
         depth: rendered.image(&Output::Depth).cloned(),
         view: order.detail.view(order.view),

@@ -1,6 +1,7 @@
 //! The window without a screen: every panel, switching, comparing, undo and what fails.
 
 mod files;
+mod measure;
 mod plugins;
 mod scenes;
 mod tools;
