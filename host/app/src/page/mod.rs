@@ -141,7 +141,7 @@ mod tests {
     }
     #[test]
     fn pictures_shrink_until_they_fit_and_keep_their_place() {
-        let noise = |x: u32, y: u32| (x * 7919 ^ y * 104_729).wrapping_mul(2_654_435_761) >> 24;
+        let noise = |x: u32, y: u32| ((x * 7919) ^ (y * 104_729)).wrapping_mul(2_654_435_761) >> 24;
         let pixel = |x, y| image::Rgba([noise(x, y) as u8, noise(y, x) as u8, 0, 255]);
         let mut png = Cursor::new(Vec::new());
         let large = image::RgbaImage::from_fn(64, 64, pixel);

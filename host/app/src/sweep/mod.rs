@@ -20,6 +20,7 @@ use crate::{studio, terminal};
 use anyhow::bail;
 use cells::{Cell, Kept};
 use knobs::Knob;
+use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 use surfelshop_api::UnitKind;
 use surfelshop_engine::plugins::UnitRef;
@@ -127,8 +128,11 @@ fn sweep(
     Ok(known)
 }
 
+/// A file's path, its bytes, and when it was written.
+type Stamp = (String, u64, Option<Duration>);
+
 /// What tells a file from a later one at the same place.
-fn stamp(path: &std::path::Path) -> anyhow::Result<(String, u64, Option<Duration>)> {
+fn stamp(path: &Path) -> anyhow::Result<Stamp> {
     use anyhow::Context as _;
     let about = path.metadata().with_context(|| path.display().to_string())?;
     let written = about.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
@@ -136,7 +140,7 @@ fn stamp(path: &std::path::Path) -> anyhow::Result<(String, u64, Option<Duration
 }
 
 /// What tells a unit from the same one rebuilt.
-fn stamp_of_unit(unit: &UnitRef) -> anyhow::Result<(String, (String, u64, Option<Duration>))> {
+fn stamp_of_unit(unit: &UnitRef) -> anyhow::Result<(String, Stamp)> {
     Ok((unit.to_string(), stamp(&unit.path)?))
 }
 

@@ -173,7 +173,7 @@ fn the_cameras_of_a_scene_s_views_are_a_path() {
     };
     let clouds = "format = 1\n[[clouds]]\npath = \"two.ply\"\n";
     desk.put("two.scene.toml", &[clouds, &view(0.0), &view(1.0), &view(0.0)].concat());
-    let line = format!("compare two.scene.toml -r flat --path views --size 32 --repeats 0 -o out");
+    let line = "compare two.scene.toml -r flat --path views --size 32 --repeats 0 -o out";
     let told = desk.run(&format!("{line} --json")).json();
     let eyes: Vec<_> = told["frames"]
         .as_array()
