@@ -6,7 +6,8 @@ use crate::bake::{OLD, assert_untouched, desk, faulty};
 use crate::program::Desk;
 use std::io::Read as _;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::time::{Duration, Instant};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::Duration;
 
 /// Far longer than anything here takes.
 const LONG: Duration = Duration::from_secs(60);
@@ -16,24 +17,37 @@ fn bake(desk: &Desk, arguments: &str) -> Command {
     let mut command = desk.command();
     command.args(["bake", "in.ply", "-o", "out.ply", "--plugin", &faulty()]);
     command.args(arguments.split_whitespace());
-    command.env("SURFELSHOP_LOG", "off,surfelshop::bake=debug");
+    let log = "off,surfelshop::bake=debug,surfelshop::tool_run=debug";
+    command.env("SURFELSHOP_LOG", log);
     command.stdout(Stdio::null()).stderr(Stdio::piped());
     command
+}
+
+fn send(signal: &str, id: u32) {
+    let sent = Command::new("kill").args([signal, &id.to_string()]).status().unwrap();
+    assert!(sent.success());
 }
 
 /// Waits until a bake says that it has come so far, and sends it a signal.
 fn signal_when(child: &mut Child, says: &str, signal: &str) {
     let mut said = Vec::new();
-    let (stderr, started) = (child.stderr.as_mut().unwrap(), Instant::now());
+    let id = child.id();
+    // Reading waits for as long as nothing is said, so somebody else looks at the clock.
+    let (heard, hears) = std::sync::mpsc::channel::<()>();
+    let clock = std::thread::spawn(move || {
+        let is_late = hears.recv_timeout(LONG) == Err(RecvTimeoutError::Timeout);
+        is_late.then(|| send("-KILL", id));
+    });
+    let stderr = child.stderr.as_mut().unwrap();
     while !String::from_utf8_lossy(&said).contains(says) {
         let mut byte = [0];
         let n_read = stderr.read(&mut byte).unwrap();
         assert!(n_read > 0, "it ended: {}", String::from_utf8_lossy(&said));
-        assert!(started.elapsed() < LONG);
         said.extend(byte);
     }
-    let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
-    assert!(sent.success());
+    drop(heard);
+    clock.join().unwrap();
+    send(signal, id);
 }
 
 /// How a bake ended and what it said last.
