@@ -219,10 +219,14 @@ pub(crate) struct CompareArguments {
     /// The folder to write.
     #[arg(short, long, value_name = "FOLDER")]
     pub(crate) out: PathBuf,
-    /// Fail where a metric of any renderer is above a value, as rmse=0.01; may be repeated. A picture
-    /// that cannot be measured is above every value.
+    /// Fail where a metric of any renderer but the reference is above a value, as rmse=0.01; may be
+    /// repeated. A picture that cannot be measured fails in any case.
     #[arg(long, value_name = "METRIC=VALUE", value_parser = values::limit)]
     pub(crate) fail_above: Vec<Limit>,
+    /// Fail where a metric of which more is better, such as psnr or ssim, is below a value; may be
+    /// repeated.
+    #[arg(long, value_name = "METRIC=VALUE", value_parser = values::limit)]
+    pub(crate) fail_below: Vec<Limit>,
     /// Frames that are timed of each renderer, in turns with the others, after one that is not.
     #[arg(long, value_name = "NUMBER", default_value_t = 5, value_parser = values::repeats)]
     pub(crate) repeats: u32,
@@ -247,7 +251,8 @@ pub(crate) struct CompareArguments {
   surfelshop report bunny.ply -r procedural --set noise=volume --knob volume-size=16,32,64,128 \\
       --reference-set noise=volume --reference-set volume-size=256 -o volumes
   surfelshop report bunny.ply -t ambient-occlusion --knob tolerance=0.001,0.004,0.016,0.064 \\
-      --reference-set method=rays --reference-set rays=4096 --reference-again seed=1 -o bakes
+      --reference-set method=rays --reference-set rays=4096 --reference-set seed=1 \\
+      --reference-again seed=2 -o bakes
 The folder holds index.html, which needs no network, report.csv, report.json, a plot for each knob and
 what was measured so far: run it again after it was interrupted, and it goes on.")]
 #[command(group = ArgGroup::new("subject").required(true))]
@@ -266,7 +271,8 @@ pub(crate) struct SweepArguments {
     #[arg(long, value_name = "ID=VALUES", value_parser = Setting::parse)]
     pub(crate) knob: Vec<Setting>,
     /// What errors are measured against: a renderer or tracer, or a picture (.exr of linear radiance);
-    /// of a tool, a tool or a cloud (.ply) with the column [default: itself, with --reference-set].
+    /// of a tool, a tool or a cloud (.ply) with the column [default: itself, with what --reference-set
+    /// says].
     #[arg(long, value_name = "RENDERER|TOOL|FILE")]
     pub(crate) reference: Option<String>,
     /// A parameter of the reference, as id=value; may be repeated.

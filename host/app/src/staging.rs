@@ -32,14 +32,7 @@ pub(crate) fn renderer<'a>(
     opened: Option<&'a OpenedScene>,
     registry: &Registry,
 ) -> anyhow::Result<(UnitRef, Option<ChosenView<'a>>)> {
-    let views = opened.into_iter().flat_map(|opened| {
-        let place = |line: &usize| format!("{}:{line}", opened.path.display());
-        let places = opened.view_lines.iter().map(place);
-        let folder = || opened.scene.folder.clone();
-        let views = opened.scene.views.iter().zip(places);
-        views.map(move |(view, place)| ChosenView { view, place, folder: folder() })
-    });
-    let views: Vec<ChosenView<'_>> = views.collect();
+    let views = views_of(opened);
     let reference = match views.first() {
         Some(ChosenView { view, place, .. }) if !given.has("renderer") => {
             drawer(registry, &view.renderer).with_context(|| place.clone())?
@@ -49,6 +42,26 @@ pub(crate) fn renderer<'a>(
     let mut views = views.into_iter();
     let view = views.find(|chosen| settings::names(&reference, &chosen.view.renderer));
     Ok((reference, view))
+}
+
+/// The first view of a scene that shows a renderer.
+pub(crate) fn view_of<'a>(
+    opened: Option<&'a OpenedScene>,
+    reference: &UnitRef,
+) -> Option<ChosenView<'a>> {
+    views_of(opened).into_iter().find(|chosen| settings::names(reference, &chosen.view.renderer))
+}
+
+/// All views of a scene.
+fn views_of(opened: Option<&OpenedScene>) -> Vec<ChosenView<'_>> {
+    let views = opened.into_iter().flat_map(|opened| {
+        let place = |line: &usize| format!("{}:{line}", opened.path.display());
+        let places = opened.view_lines.iter().map(place);
+        let folder = || opened.scene.folder.clone();
+        let views = opened.scene.views.iter().zip(places);
+        views.map(move |(view, place)| ChosenView { view, place, folder: folder() })
+    });
+    views.collect()
 }
 
 /// The first view of a scene, whose camera counts where no view's renderer does.

@@ -116,6 +116,16 @@ impl Studio {
             values = of_view;
         }
         values.extend(typed);
+        self.start(reference, unit, values)
+    }
+
+    /// Makes an instance of a renderer that is in memory.
+    pub(crate) fn start(
+        &self,
+        reference: UnitRef,
+        unit: LoadedUnit,
+        values: Values,
+    ) -> anyhow::Result<Chosen> {
         let hosted = unit
             .start(&self.host, &self.patience)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;

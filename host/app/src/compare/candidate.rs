@@ -4,9 +4,10 @@ use crate::arguments::PluginFiles;
 use crate::clouds::Clouds;
 use crate::cpu_time::{cpu_ms_since, cpu_time};
 use crate::settings;
-use crate::staging::Staging;
+use crate::staging::{ChosenView, Staging, view_of};
 use crate::studio::{self, Chosen, Studio};
 use crate::surroundings::Surroundings;
+use crate::terminal;
 use crate::times::Run;
 use crate::values::Setting;
 use anyhow::{Context as _, anyhow};
@@ -15,6 +16,7 @@ use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{FrameRequest, UnitKind, View};
+use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
 use surfelshop_engine::trace::{TraceOrder, TracedPicture, samples_of, trace};
 use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
@@ -24,6 +26,8 @@ use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
 pub(crate) struct Stage<'a> {
     pub(crate) plugins: &'a PluginFiles,
     pub(crate) staging: &'a Staging,
+    /// The scene, whose views have parameters of renderers.
+    pub(crate) opened: Option<&'a OpenedScene>,
     pub(crate) clouds: &'a Clouds,
     pub(crate) surroundings: Option<&'a Surroundings>,
     pub(crate) view: View,
@@ -41,8 +45,14 @@ pub(crate) struct Wanted {
 pub(crate) struct Candidate {
     pub(crate) name: String,
     pub(crate) reference: UnitRef,
-    pub(crate) unit: LoadedUnit,
     pub(crate) values: Values,
+    /// A line where it could not be loaded or started.
+    pub(crate) ready: Result<Ready, String>,
+}
+
+/// A unit in memory.
+pub(crate) struct Ready {
+    pub(crate) unit: LoadedUnit,
     /// The instance of a renderer.
     chosen: Option<Chosen>,
 }
@@ -61,21 +71,46 @@ pub(crate) struct Drawn {
 }
 
 impl Candidate {
-    /// Loads a unit and makes an instance of a renderer.
+    /// Loads a unit and makes an instance of a renderer; a unit that fails in this is one that draws
+    /// nothing.
+    ///
+    /// # Errors
+    /// Where a parameter is not one.
     pub(crate) fn new(
         stage: &Stage<'_>,
         studio: Option<&Studio>,
         Wanted { name, reference, settings }: Wanted,
     ) -> anyhow::Result<Self> {
-        let unit = studio::load(&reference, &stage.plugins.patience())?;
-        let values = settings::values(&reference, &unit.description.params, &settings)?;
+        let unit = match studio::load(&reference, &stage.plugins.patience()) {
+            Ok(unit) => unit,
+            Err(error) => {
+                let (values, ready) = (Values::new(), Err(format!("{error:#}")));
+                return Ok(Self { name, reference, values, ready });
+            }
+        };
+        let declared = &unit.description.params;
+        let mut values = Values::new();
+        let view: Option<ChosenView<'_>> = view_of(stage.opened, &reference);
+        if let Some(view) = &view {
+            let (of_view, unknown) = settings::of_view(&reference, declared, view)?;
+            unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
+            values = of_view;
+        }
+        values.extend(settings::values(&reference, declared, &settings)?);
         let chosen = match (reference.kind, studio) {
             (UnitKind::Renderer, Some(studio)) => {
-                Some(studio.choose_for(reference.clone(), None, &settings)?)
+                studio.start(reference.clone(), unit.clone(), values.clone()).map(Some)
             }
-            _ => None,
+            _ => Ok(None),
         };
-        Ok(Self { name, reference, unit, values, chosen })
+        let ready = chosen.map(|chosen| Ready { unit, chosen });
+        let ready = ready.map_err(|error| format!("{error:#}"));
+        Ok(Self { name, reference, values, ready })
+    }
+
+    /// What made it fail before it could draw.
+    fn ready(&mut self) -> anyhow::Result<&mut Ready> {
+        self.ready.as_mut().map_err(|line| anyhow!(line.clone()))
     }
 
     /// The picture; its time includes everything that has to be made for it.
@@ -85,7 +120,7 @@ impl Candidate {
         studio: Option<&mut Studio>,
     ) -> anyhow::Result<Drawn> {
         let started = Instant::now();
-        let Some(chosen) = &mut self.chosen else {
+        let Some(chosen) = &mut self.ready()?.chosen else {
             let traced = self.traced(stage)?;
             let first_ms = traced.took.as_secs_f64() * 1e3;
             let variance = (traced.samples > 1).then_some(traced.variance);
@@ -108,7 +143,7 @@ impl Candidate {
 
     /// Whether further frames are worth their time: a tracer takes as long each time as the first.
     pub(crate) fn is_worth_timing(&self) -> bool {
-        self.chosen.is_some()
+        self.ready.as_ref().is_ok_and(|ready| ready.chosen.is_some())
     }
 
     /// The same picture again, to be timed. No two of the candidates have the same `number`, above 0.
@@ -119,19 +154,21 @@ impl Candidate {
         number: u32,
     ) -> anyhow::Result<Run> {
         let (started, cpu) = (Instant::now(), cpu_time());
-        let passes = match &mut self.chosen {
-            Some(chosen) => frame(stage, studio, chosen, nudged(stage.view, number))?.passes,
+        let own_passes_ms = match &mut self.ready()?.chosen {
+            Some(chosen) => {
+                own_passes(&frame(stage, studio, chosen, nudged(stage.view, number))?.passes)
+            }
             None => {
                 self.traced(stage)?;
-                Vec::new()
+                None
             }
         };
         let wall_ms = started.elapsed().as_secs_f64() * 1e3;
-        let own_passes_ms = self.chosen.as_ref().and_then(|_| own_passes(&passes));
         Ok(Run { wall_ms, own_passes_ms, cpu_ms: cpu_ms_since(cpu) })
     }
 
-    fn traced(&self, stage: &Stage<'_>) -> anyhow::Result<TracedPicture> {
+    fn traced(&mut self, stage: &Stage<'_>) -> anyhow::Result<TracedPicture> {
+        let unit = self.ready()?.unit.clone();
         let texels =
             stage.surroundings.map(|light| Arc::from(light.view().texels)).unwrap_or_default();
         let order = TraceOrder {
@@ -145,12 +182,12 @@ impl Candidate {
                 environment: stage.surroundings.map(|light| light.view().environment.clone()),
             },
             texels,
-            samples: samples_of(&self.unit, &self.values),
+            samples: samples_of(&unit, &self.values),
             threads: 0,
         };
-        let progress = crate::terminal::Progress::new(format!("tracing with {}", self.name));
+        let progress = terminal::Progress::new(format!("tracing with {}", self.name));
         let goes_on = |done| progress.tell(done).is_continue();
-        trace(&self.unit, order, &stage.plugins.patience(), goes_on)
+        trace(&unit, order, &stage.plugins.patience(), goes_on)
             .map_err(|fault| anyhow!("{}: {fault}", self.reference))
     }
 }

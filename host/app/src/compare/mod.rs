@@ -4,13 +4,14 @@
 pub(crate) mod candidate;
 pub(crate) mod measured;
 mod path;
+pub(crate) mod random;
 pub(crate) mod told;
 mod wanted;
 
 pub(crate) use candidate::Stage;
 pub(crate) use measured::Truth;
 pub(crate) use path::PathSpec;
-pub(crate) use told::{put, quoted};
+pub(crate) use told::{put, quoted, typed_command};
 
 use crate::arguments::CompareArguments;
 use crate::clouds::Clouds;
@@ -30,11 +31,17 @@ use wanted::Named;
 
 /// Runs the command.
 pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result<()> {
+    for limit in &arguments.fail_above {
+        if let metric @ ("psnr" | "ssim") = limit.metric.as_str() {
+            bail!("more {metric} is better: expected --fail-below {metric}={}", limit.value);
+        }
+    }
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins.plugin)?;
     let mut named = wanted::named(&registry, &arguments.renderer)?;
     let judge = judge(arguments, &registry, &mut named)?;
+    keeps_reference(arguments, &judge, &named)?;
     let wanted = wanted::with_settings(named, &arguments.set, &arguments.plugins.patience())?;
     let seen = staging::first_view(opened);
     let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
@@ -51,6 +58,7 @@ pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result
     let stage = Stage {
         plugins: &arguments.plugins,
         staging: &staging,
+        opened,
         clouds: &clouds,
         surroundings: surroundings.as_ref(),
         view: first.view,
@@ -58,6 +66,9 @@ pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result
     let mut candidates = Vec::with_capacity(wanted.len());
     for wanted in wanted {
         candidates.push(Candidate::new(&stage, studio.as_ref(), wanted)?);
+    }
+    if let Judge::Candidate(at) = judge {
+        random::check(&candidates, at)?;
     }
     let mut told = told::Told::new(arguments, frames.len());
     let progress = Progress::new("comparing".to_owned());
@@ -110,6 +121,25 @@ fn judge(
         named.len() - 1
     });
     Ok(Judge::Candidate(at))
+}
+
+/// Refuses to write over the picture that everything is measured against.
+fn keeps_reference(
+    arguments: &CompareArguments,
+    judge: &Judge,
+    named: &[Named],
+) -> anyhow::Result<()> {
+    let Judge::Picture(path) = judge else { return Ok(()) };
+    let Ok(reference) = Path::new(path).canonicalize() else { return Ok(()) };
+    for Named { name, .. } in named {
+        let written = arguments.out.join(format!("{name}.exr"));
+        if written.canonicalize().is_ok_and(|written| written == reference) {
+            bail!(
+                "{path}: it would be overwritten with the picture of `{name}`; name another --out"
+            );
+        }
+    }
+    Ok(())
 }
 
 /// What all make in one frame: each draws once, then they are timed in turns.
@@ -171,6 +201,7 @@ fn verdict(
 ) -> anyhow::Result<()> {
     let mut failures = Vec::new();
     for (i, Candidate { name, .. }) in candidates.iter().enumerate() {
+        let is_truth = told.is_truth(i);
         let errors = match told.pooled(i) {
             Ok(errors) => errors.named(),
             Err(line) => {
@@ -178,12 +209,19 @@ fn verdict(
                 continue;
             }
         };
-        for limit in &arguments.fail_above {
+        let above = arguments.fail_above.iter().map(|limit| (limit, "above"));
+        let below = arguments.fail_below.iter().map(|limit| (limit, "below"));
+        // The reference is no better or worse than itself.
+        for (limit, side) in above.chain(below).filter(|_| !is_truth) {
             let found = errors.iter().find(|(metric, _)| *metric == limit.metric);
+            let fails = |value: f64| match side {
+                "above" => value > limit.value,
+                _ => value < limit.value,
+            };
             match found {
-                Some((metric, value)) if *value > limit.value => {
-                    failures
-                        .push(format!("{metric} of `{name}` is {value:.6}, above {}", limit.value));
+                Some((metric, value)) if fails(*value) => {
+                    let limit = limit.value;
+                    failures.push(format!("{metric} of `{name}` is {value:.6}, {side} {limit}"));
                 }
                 Some(_) => {}
                 None => failures.push(format!(

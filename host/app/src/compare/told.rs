@@ -124,7 +124,8 @@ impl<'a> Told<'a> {
         measured: &[Measured],
     ) -> anyhow::Result<Vec<Picture>> {
         let folder = self.folder(frame);
-        std::fs::create_dir_all(&folder)?;
+        let maps_folder = folder.join("maps");
+        std::fs::create_dir_all(&maps_folder)?;
         let named = |name: &str| match frame.name.is_empty() {
             true => name.to_owned(),
             false => format!("{}: {name}", frame.name),
@@ -157,7 +158,8 @@ impl<'a> Told<'a> {
             let both = [Some((relative, "relative squared error")), flip];
             for (map, what) in both.into_iter().flatten() {
                 let png = pictures::png(&map, Bits::default())?;
-                put(&folder, &format!("{name}-{}.png", what.replace(' ', "-")), &png)?;
+                // In a folder of their own, where none has the name of another's picture.
+                put(&maps_folder, &format!("{name}-{}.png", what.replace(' ', "-")), &png)?;
                 maps.push(Picture::new(named(&format!("{name}, {what}")), size(&map), png));
             }
         }
@@ -188,6 +190,11 @@ impl<'a> Told<'a> {
         Errors::pooled(&all).ok_or_else(|| "it was not drawn".to_owned())
     }
 
+    /// Whether a candidate is what the others are measured against.
+    pub(super) fn is_truth(&self, candidate: usize) -> bool {
+        self.truth_at == Some(candidate)
+    }
+
     /// All runs of a candidate.
     fn runs(&self, candidate: usize) -> Vec<Run> {
         let of = self.frames.iter().filter_map(|told| told.candidates.get(candidate));
@@ -205,6 +212,7 @@ impl<'a> Told<'a> {
         let mut page = Page {
             title: "Comparison of renderers".to_owned(),
             notes: self.notes(stage, studio),
+            command: typed_command(),
             ..Page::default()
         };
         page.pictures = std::mem::take(&mut self.first);
@@ -245,11 +253,8 @@ impl<'a> Told<'a> {
         let clouds = self.arguments.files.iter().map(|file| file.display().to_string());
         let clouds = clouds.collect::<Vec<_>>().join(", ");
         let device = studio.map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
-        let typed = std::env::args().skip(1).map(quoted).collect::<Vec<_>>().join(" ");
-        let mut notes = vec![
-            format!("{clouds}, {width} x {height} pixels, against {}; {device}.", self.truth),
-            format!("Made by `surfelshop {typed}`, version {}.", env!("CARGO_PKG_VERSION")),
-        ];
+        let mut notes =
+            vec![format!("{clouds}, {width} x {height} pixels, against {}; {device}.", self.truth)];
         if self.has_noise {
             let line =
                 "The reference's own variance is taken off squared errors; `noise` is what was.";
@@ -343,7 +348,10 @@ impl<'a> Told<'a> {
             let frames = self.frames.iter().map(|told| frame(i, told)).collect::<Vec<_>>();
             json!({
                 "name": candidate.name,
-                "renderer": report::unit(&candidate.reference, &candidate.unit, &candidate.values),
+                "renderer": match &candidate.ready {
+                    Ok(ready) => report::unit(&candidate.reference, &ready.unit, &candidate.values),
+                    Err(_) => json!({ "id": candidate.reference.id }),
+                },
                 "errors": pooled.as_ref().ok(),
                 "error": pooled.as_ref().err(),
                 "frames": frames,
@@ -436,6 +444,12 @@ fn csv(columns: &[Column], rows: &[Vec<Value>]) -> String {
     let line = |cells: Vec<String>| cells.join(",") + "\n";
     let head = line(columns.iter().map(|c| format!("\"{}\"", c.name)).collect());
     rows.iter().fold(head, |all, row| all + &line(row.iter().map(cell).collect()))
+}
+
+/// The command as it was typed.
+pub(crate) fn typed_command() -> String {
+    let words = std::env::args().skip(1).map(quoted).collect::<Vec<_>>().join(" ");
+    format!("surfelshop {words}")
 }
 
 /// A word as a shell takes it.

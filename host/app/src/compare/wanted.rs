@@ -51,8 +51,9 @@ pub(super) fn with_settings(
     let mut used = vec![false; typed.len()];
     let mut wanted = Vec::with_capacity(all.len());
     for Named { name, reference } in all {
-        let unit = studio::load(&reference, patience)?;
-        let declared = &unit.description.params;
+        // Of one that cannot be loaded, which the table says later, only its name is known.
+        let unit = studio::load(&reference, patience).ok();
+        let declared = unit.map(|unit| unit.description.params.clone()).unwrap_or_default();
         let is_meant = |Setting { unit, id, .. }: &Setting| match unit {
             Some(meant) if names.contains(meant) => *meant == name,
             Some(meant) => settings::names(&reference, meant),

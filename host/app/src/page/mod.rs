@@ -15,6 +15,10 @@ pub(crate) struct Page {
     pub(crate) title: String,
     /// Paragraphs; what stands between backquotes is code.
     pub(crate) notes: Vec<String>,
+    /// The command that made it.
+    pub(crate) command: String,
+    /// The program's version.
+    pub(crate) version: &'static str,
     /// Pictures that are compared, all of one size.
     pub(crate) pictures: Vec<Picture>,
     pub(crate) tables: Vec<Table>,
@@ -112,7 +116,8 @@ impl Page {
     }
 
     /// The page's bytes.
-    pub(crate) fn html(&self) -> anyhow::Result<String> {
+    pub(crate) fn html(&mut self) -> anyhow::Result<String> {
+        self.version = env!("CARGO_PKG_VERSION");
         // Nothing in the data can end the element it stands in.
         let data = serde_json::to_string(self)?.replace('<', "\\u003c");
         let (before, after) = TEMPLATE.split_once("DATA").unwrap_or((TEMPLATE, ""));
@@ -126,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_page_holds_all_and_asks_for_nothing() {
-        let page = Page {
+        let mut page = Page {
             title: "</script><script>alert(1)</script>".to_owned(),
             pictures: vec![Picture::new("one", [1, 1], b"png".to_vec())],
             ..Page::default()

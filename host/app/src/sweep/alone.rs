@@ -8,8 +8,12 @@ const REPLACED: [&str; 3] = ["--knob", "--out", "-o"];
 
 /// The typed command with one value of one knob, into a folder of its own.
 pub(super) fn command(words: &[String], cell: &Cell) -> String {
+    // In front of what was typed, behind which a `--` may stand.
     let mut own: Vec<String> = vec!["surfelshop".to_owned()];
     let mut words = words.iter();
+    own.extend(words.next().cloned());
+    own.extend(["--knob".to_owned(), format!("{}={}", cell.knob, cell.value)]);
+    own.extend(["-o".to_owned(), "alone".to_owned()]);
     while let Some(word) = words.next() {
         if REPLACED.contains(&word.as_str()) {
             words.next();
@@ -25,8 +29,6 @@ pub(super) fn command(words: &[String], cell: &Cell) -> String {
             own.push(word.clone());
         }
     }
-    own.extend(["--knob".to_owned(), format!("{}={}", cell.knob, cell.value)]);
-    own.extend(["-o".to_owned(), "alone".to_owned()]);
     own.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
@@ -37,10 +39,10 @@ mod tests {
     #[test]
     fn a_row_s_command_is_the_typed_one_with_its_value() {
         let cell = Cell::faulty("rays", "16", String::new());
-        let line = "report a.ply -t ao --knob rays=1,16 --knob=tolerance=0,1 -o out -oout --json \
+        let line = "report -- a.ply -t ao --knob rays=1,16 --knob=tolerance=0,1 -o out -oout --json \
                     --set method=rays";
         let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
-        let expected = "surfelshop report a.ply -t ao --set method=rays --knob rays=16 -o alone";
+        let expected = "surfelshop report --knob rays=16 -o alone -- a.ply -t ao --set method=rays";
         assert_eq!(command(&words, &cell), expected);
     }
 }

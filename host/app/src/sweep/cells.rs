@@ -6,6 +6,7 @@ use crate::{exr_file, files};
 use anyhow::{Context as _, bail};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
+use std::hash::{DefaultHasher, Hasher as _};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
@@ -75,8 +76,7 @@ pub(super) struct Kept {
     key: String,
     column: RefCell<Option<String>>,
     cells: RefCell<Vec<Cell>>,
-    /// Whether the reference of the folder is that of the key.
-    fits: bool,
+    truth: RefCell<Vec<Fingerprint>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -84,7 +84,20 @@ struct Stored {
     key: String,
     /// The column that is compared, of tools.
     column: Option<String>,
+    /// Files of the reference and what they hold: others of these names are not it.
+    truth: Vec<Fingerprint>,
     cells: Vec<Cell>,
+}
+
+/// A file's name, its length and a hash of its bytes.
+type Fingerprint = (String, u64, u64);
+
+fn fingerprint(folder: &Path, name: &str) -> anyhow::Result<Fingerprint> {
+    let path = folder.join(name);
+    let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
+    let mut hasher = DefaultHasher::new();
+    hasher.write(&bytes);
+    Ok((name.to_owned(), bytes.len() as u64, hasher.finish()))
 }
 
 const CELLS: &str = "cells.json";
@@ -105,11 +118,32 @@ impl Kept {
             Err(error) => return Err(error).context(path.display().to_string()),
         };
         let stored = stored.filter(|stored| stored.key == key);
-        let fits = stored.is_some();
-        let (column, cells) =
-            stored.map(|stored| (stored.column, stored.cells)).unwrap_or_default();
+        let (column, truth, cells) =
+            stored.map(|s| (s.column, s.truth, s.cells)).unwrap_or_default();
         let (column, cells) = (RefCell::new(column), RefCell::new(cells));
-        Ok(Self { folder: folder.to_owned(), key: key.to_owned(), column, cells, fits })
+        let truth = RefCell::new(truth);
+        Ok(Self { folder: folder.to_owned(), key: key.to_owned(), column, cells, truth })
+    }
+
+    /// Whether a file of the reference is there as it was written.
+    fn has(&self, name: &str) -> bool {
+        let truth = self.truth.borrow();
+        let known = truth.iter().find(|(other, ..)| other == name);
+        known.is_some_and(|known| fingerprint(&self.folder, name).is_ok_and(|f| f == *known))
+    }
+
+    /// Whether all files of the reference are.
+    fn has_all(&self) -> bool {
+        let names: Vec<String> =
+            self.truth.borrow().iter().map(|(name, ..)| name.clone()).collect();
+        !names.is_empty() && names.iter().all(|name| self.has(name))
+    }
+
+    /// Notes the files of the reference, once they are written.
+    fn note_truth(&self, names: &[&str]) -> anyhow::Result<()> {
+        let all = names.iter().map(|name| fingerprint(&self.folder, name));
+        self.truth.replace(all.collect::<anyhow::Result<_>>()?);
+        self.store()
     }
 
     /// The column that is compared, where the reference of it is known.
@@ -144,21 +178,21 @@ impl Kept {
     /// Writes all that is noted: the file is whole at any moment.
     pub(super) fn store(&self) -> anyhow::Result<()> {
         let (column, cells) = (self.column(), self.cells.borrow().clone());
-        let stored = Stored { key: self.key.clone(), column, cells };
+        let truth = self.truth.borrow().clone();
+        let stored = Stored { key: self.key.clone(), column, truth, cells };
         files::write_whole(&self.folder.join(CELLS), serde_json::to_string(&stored)?.as_bytes())
     }
 
     /// The reference and its variance, where they are those of the key.
     pub(super) fn truth(&self) -> anyhow::Result<Option<(Image, Option<Image>)>> {
-        let (picture, variance) = (self.folder.join(TRUTH), self.folder.join(VARIANCE));
-        if !self.fits || !picture.is_file() {
+        if !self.has_all() || !self.has(TRUTH) {
             return Ok(None);
         }
-        let variance = match variance.is_file() {
-            true => Some(exr_file::read_color(&variance)?),
+        let variance = match self.has(VARIANCE) {
+            true => Some(exr_file::read_color(&self.folder.join(VARIANCE))?),
             false => None,
         };
-        Ok(Some((exr_file::read_color(&picture)?, variance)))
+        Ok(Some((exr_file::read_color(&self.folder.join(TRUTH))?, variance)))
     }
 
     /// Keeps the reference.
@@ -178,17 +212,15 @@ impl Kept {
                 let layer = (Output::Color, Image { data, ..variance.clone() });
                 files::write_whole(&place, &exr_file::exr(&[&layer])?)?;
             }
-            None if place.exists() => std::fs::remove_file(&place)?,
-            None => {}
+            None => return self.note_truth(&[TRUTH]),
         }
-        // From now on the folder is that of the key.
-        self.store()
+        self.note_truth(&[TRUTH, VARIANCE])
     }
 
     /// The reference's own mean squared error and its values, where they are those of the key.
     pub(super) fn true_values(&self, n_surfels: usize) -> anyhow::Result<Option<(f64, Vec<f64>)>> {
         let path = self.folder.join(VALUES);
-        if !self.fits || !path.is_file() {
+        if !self.has_all() || !self.has(VALUES) {
             return Ok(None);
         }
         let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
@@ -218,6 +250,6 @@ impl Kept {
         let numbers = std::iter::once(&noise).chain(values);
         let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
         files::write_whole(&self.folder.join(VALUES), &bytes)?;
-        self.store()
+        self.note_truth(&[VALUES])
     }
 }

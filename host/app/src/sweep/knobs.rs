@@ -1,5 +1,6 @@
 //! Which knobs are turned, and to which values.
 
+use crate::settings;
 use crate::values::Setting;
 use anyhow::bail;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value};
@@ -37,14 +38,27 @@ pub(super) fn knobs(
         return Ok(knobs);
     }
     let mut knobs: Vec<Knob> = Vec::new();
-    for Setting { id, value, .. } in typed {
+    for Setting { unit: meant, id, value } in typed {
+        if let Some(meant) = meant
+            && !settings::names(unit, meant)
+        {
+            bail!("--knob {meant}:{id}={value} is meant for `{meant}`; what is swept is {unit}");
+        }
         let Some(declared) = declared.iter().find(|declared| declared.id == *id) else {
             bail!("{unit} has no parameter `{id}`; it has: {}", ids());
         };
         let values: Vec<String> = value.split(',').map(|value| value.trim().to_owned()).collect();
-        for value in &values {
-            declared.parse(value).map_err(anyhow::Error::msg)?;
+        // Values that are written in two ways are one: 2 and 02.
+        let mut seen = Vec::new();
+        let mut different = Vec::new();
+        for value in values {
+            let parsed = declared.parse(&value).map_err(anyhow::Error::msg)?;
+            if !seen.contains(&parsed) {
+                seen.push(parsed);
+                different.push(value);
+            }
         }
+        let values = different;
         match knobs.iter_mut().find(|knob| knob.id == *id) {
             Some(knob) => knob.values.extend(values),
             None => knobs.push(Knob { id: id.clone(), values }),

@@ -14,6 +14,7 @@ mod tools;
 
 use crate::arguments::SweepArguments;
 use crate::given::Given;
+use crate::scenes::Source;
 use crate::terminal::Progress;
 use crate::times::Run;
 use crate::{studio, terminal};
@@ -23,12 +24,17 @@ use knobs::Knob;
 use std::path::Path;
 use std::time::{Duration, UNIX_EPOCH};
 use surfelshop_api::UnitKind;
+use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 use surfelshop_engine::plugins::UnitRef;
 
 /// Runs the command.
 pub(crate) fn run(arguments: &SweepArguments, given: &Given) -> anyhow::Result<()> {
     let registry = studio::registry(&arguments.plugins.plugin)?;
     match (&arguments.renderer, &arguments.tool) {
+        _ if arguments.reference.is_none() && arguments.reference_set.is_empty() => bail!(
+            "say what errors are measured against: --reference, or --reference-set with what makes \
+             the best of the same, such as samples=1024"
+        ),
         (Some(renderer), _) => {
             for option in ["column", "longest", "threads", "reference_again"] {
                 refuse(given, option, "a tool")?;
@@ -86,15 +92,26 @@ fn sweep(
         let _goes_on = progress.tell(n_done as f64 / n_runs as f64);
     };
     let mut too_long = None;
+    let is_long = |cell: &Cell| {
+        arguments.tool.is_some() && cell.first_ms > arguments.longest.as_secs_f64() * 1e3
+    };
+    let known = |value: &String| kept.cell(&knob.id, value);
+    let behind = |last: &String| -> Vec<&String> {
+        let at = knob.values.iter().position(|value| value == last);
+        knob.values.iter().skip(at.map_or(usize::MAX, |at| at + 1)).collect()
+    };
+    if let Some(last) = knob.values.iter().find(|v| known(v).is_some_and(|cell| is_long(&cell))) {
+        too_long = Some(last.clone());
+    }
     open.retain(|value| {
-        if too_long.is_some() {
+        if too_long.as_ref().is_some_and(|last| behind(last).contains(value)) {
             return false;
         }
         let known = kept.cell(&knob.id, value).filter(|cell| !cell.is_faulty());
         let first = bench.first(&knob.id, value);
         tell();
         let cell = first.unwrap_or_else(|line| Cell::faulty(&knob.id, value, line));
-        if arguments.tool.is_some() && cell.first_ms > arguments.longest.as_secs_f64() * 1e3 {
+        if is_long(&cell) {
             too_long = Some((*value).clone());
         }
         // Of a value that was interrupted, what is known stays: this run only warms up.
@@ -137,6 +154,21 @@ fn stamp(path: &Path) -> anyhow::Result<Stamp> {
     let about = path.metadata().with_context(|| path.display().to_string())?;
     let written = about.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
     Ok((path.display().to_string(), about.len(), written))
+}
+
+/// The clouds that are read.
+fn stamps_of(sources: &[Source]) -> anyhow::Result<Vec<Stamp>> {
+    sources.iter().map(|source| stamp(&source.path)).collect()
+}
+
+/// The files that parameters name.
+fn stamps_of_values(declared: &[ParamDecl], values: &Values) -> anyhow::Result<Vec<Stamp>> {
+    let files = declared.iter().filter(|declared| matches!(declared.kind, ParamKind::File { .. }));
+    let paths = files.filter_map(|declared| match values.get(&declared.id) {
+        Some(Value::Text(path)) if !path.is_empty() => Some(path),
+        _ => None,
+    });
+    paths.map(|path| stamp(Path::new(path))).collect()
 }
 
 /// What tells a unit from the same one rebuilt.

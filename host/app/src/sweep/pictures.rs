@@ -3,11 +3,13 @@
 use super::cells::{Cell, Kept};
 use super::knobs::knobs;
 use super::told::{Swept, Time};
-use super::{Bench, stamp, stamp_of_unit, sweep, told, verdict};
+use super::{
+    Bench, Stamp, stamp, stamp_of_unit, stamps_of, stamps_of_values, sweep, told, verdict,
+};
 use crate::arguments::SweepArguments;
 use crate::clouds::Clouds;
 use crate::compare::candidate::{Candidate, Drawn, Wanted};
-use crate::compare::{Stage, Truth};
+use crate::compare::{Stage, Truth, random};
 use crate::given::Given;
 use crate::scenes::Inputs;
 use crate::staging::{self, Staging};
@@ -15,11 +17,12 @@ use crate::studio::{self, Studio};
 use crate::surroundings::{self, Surroundings};
 use crate::times::Run;
 use crate::values::Setting;
-use crate::{exr_file, render};
-use anyhow::Context as _;
+use crate::{exr_file, render, settings};
+use anyhow::{Context as _, bail};
 use std::collections::HashMap;
 use std::path::Path;
 use surfelshop_api::UnitKind;
+use surfelshop_api::params::{Value, Values};
 use surfelshop_engine::metrics::{self, Reference};
 use surfelshop_engine::plugins::{Registry, UnitRef};
 
@@ -58,11 +61,27 @@ pub(super) fn report(
     let clouds = Clouds::read(&inputs.sources)?;
     let view = render::view(&arguments.picture, &staging, &clouds);
     let plugins = &arguments.plugins;
-    let stage = Stage { plugins, staging: &staging, clouds: &clouds, surroundings, view };
+    let (staging, clouds) = (&staging, &clouds);
+    let stage = Stage { plugins, staging, opened, clouds, surroundings, view };
+    let subject = resolved(&stage, unit, &arguments.set)?;
+    let mut files = stamps_of(&inputs.sources)?;
+    files.extend(subject.files.clone());
+    if let Some(judge) = &judge {
+        let reference = resolved(&stage, judge, &arguments.reference_set)?;
+        let is_turned = knobs.iter().any(|knob| knob.id == random::SEED);
+        if random::is_same(unit, judge) && !is_turned && reference.seed == subject.seed {
+            bail!(
+                "{unit} and its reference have the same random numbers, which would hide its errors; \
+                 give the reference another seed, as --reference-set {}=1",
+                random::SEED
+            );
+        }
+        files.extend(reference.files);
+    }
     let units = needs_device.map(stamp_of_unit).collect::<anyhow::Result<Vec<_>>>()?;
     let device =
         studio.as_ref().map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
-    let kept = Kept::open(&arguments.out, &key(arguments, &stage, &units, &device)?)?;
+    let kept = Kept::open(&arguments.out, &key(arguments, &stage, &(units, files), &device)?)?;
     let mut bench = Pictures {
         arguments,
         stage: &stage,
@@ -90,10 +109,31 @@ pub(super) fn report(
             errors: &ERRORS,
             error: "RMSE of radiance",
             time: Time::OfPictures,
+            note: None,
             all: &all,
         },
     )?;
     verdict(&all)
+}
+
+/// What a unit works with besides what is turned.
+struct Resolved {
+    /// Where its random numbers begin, where it says.
+    seed: Option<Value>,
+    /// Files that its parameters name.
+    files: Vec<Stamp>,
+}
+
+fn resolved(stage: &Stage<'_>, unit: &UnitRef, typed: &[Setting]) -> anyhow::Result<Resolved> {
+    let loaded = studio::load(unit, &stage.plugins.patience())?;
+    let declared = &loaded.description.params;
+    let mut values = match staging::view_of(stage.opened, unit) {
+        Some(view) => settings::of_view(unit, declared, &view)?.0,
+        None => Values::new(),
+    };
+    values.extend(settings::values(unit, declared, typed)?);
+    let files = stamps_of_values(declared, &values)?;
+    Ok(Resolved { seed: random::seed(declared, &values), files })
 }
 
 /// Everything that the numbers depend on besides the values of a knob.
@@ -136,6 +176,9 @@ fn judge(
 ) -> anyhow::Result<Option<UnitRef>> {
     match &arguments.reference {
         None => Ok(Some(unit.clone())),
+        Some(name) if is_picture(Path::new(name)) && !arguments.reference_set.is_empty() => bail!(
+            "{name}: a picture has no parameters; leave --reference-set out, or name what draws"
+        ),
         Some(name) if is_picture(Path::new(name)) => Ok(None),
         Some(name) => Ok(Some(staging::drawer(registry, name)?)),
     }

@@ -3,7 +3,7 @@
 use super::cells::Cell;
 use super::{alone, plot};
 use crate::arguments::SweepArguments;
-use crate::compare::{put, quoted};
+use crate::compare::{put, typed_command};
 use crate::page::{Column, Page, Plot, Table};
 use crate::terminal;
 use crate::times::{median, spread};
@@ -24,6 +24,8 @@ pub(super) struct Swept<'a> {
     /// The error of the plots, in words.
     pub(super) error: &'a str,
     pub(super) time: Time,
+    /// What else is to be known of the numbers.
+    pub(super) note: Option<String>,
     /// Knobs and their cells.
     pub(super) all: &'a [(String, Vec<Cell>)],
 }
@@ -59,19 +61,19 @@ impl Time {
 pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Result<()> {
     let Swept { unit, what, truth, device, all, .. } = swept;
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let typed = words.iter().cloned().map(quoted).collect::<Vec<_>>().join(" ");
     let mut page = Page {
         title: format!("{}: error against time", unit.id),
         notes: vec![
             format!("{what}, against {truth}; {device}."),
-            format!("Made by `surfelshop {typed}`, version {}.", env!("CARGO_PKG_VERSION")),
             "Times are medians of runs in turns, the first of each left out. The thick line joins \
              what nothing beats in both; below the red one, the reference's own noise, no error is \
              known."
                 .to_owned(),
         ],
+        command: typed_command(),
         ..Page::default()
     };
+    page.notes.extend(swept.note.clone());
     let mut csv = head_of_csv(swept);
     for (knob, cells) in *all {
         let title = format!("{} by {knob}, against {truth}", unit.id);
@@ -135,10 +137,12 @@ fn times(swept: &Swept<'_>, cell: &Cell) -> Vec<(&'static str, &'static str, Opt
         ("CPU, ms", "processor time, median", median(&cell.times(|run| run.cpu_ms))),
     ];
     if swept.time == Time::OfPictures {
-        let own = median(&cell.times(|run| run.own_passes_ms));
-        all.push(("own passes, ms", "its own passes on the device, median", own));
+        let own = cell.times(|run| run.own_passes_ms);
+        all.push(("own passes, ms", "its own passes on the device, median", median(&own)));
+        all.push(("own spread, ms", "of its own passes, between the quartiles", spread(&own)));
     }
-    all.push(("first, ms", "the first time, with all that had to be made", Some(cell.first_ms)));
+    let first = "the first time, with all that had to be made and no row above it had made";
+    all.push(("first, ms", first, (!cell.is_faulty()).then_some(cell.first_ms)));
     if swept.time == Time::OfPictures {
         let megabytes = cell.graph_bytes.map(|bytes| bytes as f64 / 1e6);
         all.push(("graph, MB", "its textures and buffers", megabytes));
@@ -176,7 +180,7 @@ fn row(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
         }
         None => row.extend(swept.errors.iter().map(|(name, ..)| json!(cell.error(name)))),
     }
-    row.push(json!(cell.noise));
+    row.push(json!((!cell.is_faulty()).then_some(cell.noise)));
     row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
     row.push(json!(alone::command(words, cell)));
     row

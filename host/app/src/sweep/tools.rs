@@ -3,9 +3,10 @@
 use super::cells::{Cell, Kept};
 use super::knobs::knobs;
 use super::told::{Swept, Time};
-use super::{Bench, stamp, stamp_of_unit, sweep, told, verdict};
+use super::{Bench, stamp, stamp_of_unit, stamps_of, stamps_of_values, sweep, told, verdict};
 use crate::arguments::SweepArguments;
 use crate::clouds::Clouds;
+use crate::compare::random;
 use crate::times::Run;
 use crate::tool_run::{self, Step};
 use crate::values::Setting;
@@ -47,12 +48,44 @@ pub(super) fn report(
     let source = tool_run::source(file)?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
+    let mut files = stamps_of(std::slice::from_ref(&source))?;
+    let declared = &loaded.description.params;
+    let values = settings::values(unit, declared, &arguments.set)?;
+    files.extend(stamps_of_values(declared, &values)?);
+    let mut note = None;
+    if let Judge::Tool(judge) = &judge {
+        let other = studio::load(judge, &arguments.plugins.patience())?;
+        let declared = &other.description.params;
+        let of_judge = settings::values(judge, declared, &arguments.reference_set)?;
+        files.extend(stamps_of_values(declared, &of_judge)?);
+        if let Some(again) = &arguments.reference_again {
+            let changed = settings::values(judge, declared, [again])?;
+            let before = declared.iter().find(|declared| declared.id == again.id);
+            let before = before.map(|declared| declared.sanitise(of_judge.get(&again.id)));
+            if changed.get(&again.id) == before.as_ref() {
+                bail!(
+                    "--reference-again {}={}: the reference has that value already, and would be made \
+                     twice alike",
+                    again.id,
+                    again.value
+                );
+            }
+        }
+        let seed = random::seed(declared, &of_judge);
+        if judge == unit && seed.is_some() && seed == random::seed(declared, &values) {
+            note = Some(format!(
+                "Both have the same seed: where random numbers decide, errors are shown too small; \
+                 --reference-set {}=1 takes others.",
+                random::SEED
+            ));
+        }
+    }
     let cloud = read(source)?;
     let units = match &judge {
         Judge::Tool(judge) => vec![stamp_of_unit(unit)?, stamp_of_unit(judge)?],
         Judge::Cloud(_) => vec![stamp_of_unit(unit)?],
     };
-    let kept = Kept::open(&arguments.out, &key(arguments, &judge, &units)?)?;
+    let kept = Kept::open(&arguments.out, &key(arguments, &judge, &(units, files))?)?;
     let mut bench = Tools { arguments, unit, cloud: &cloud, column: None, truth: None };
     let truth = bench.make_truth(&judge, &kept)?;
     let name = truth.name.clone();
@@ -76,6 +109,7 @@ pub(super) fn report(
             errors: &ERRORS,
             error: &format!("RMSE of {column}"),
             time: Time::OfTools,
+            note,
             all: &all,
         },
     )?;

@@ -98,17 +98,36 @@ enum Told {
     Fault(Fault),
 }
 
+/// Longest side of a picture, as of most graphics devices.
+const LONGEST_SIDE: u32 = 16384;
+
+/// Most pixels: four pictures of 16 bytes a pixel are kept, which makes 4 GiB.
+const MOST_PIXELS: u64 = 1 << 26;
+
+fn check_size([width, height]: [u32; 2]) -> Result<(), Fault> {
+    let sides = 1..=LONGEST_SIDE;
+    let n_pixels = u64::from(width) * u64::from(height);
+    if sides.contains(&width) && sides.contains(&height) && n_pixels <= MOST_PIXELS {
+        return Ok(());
+    }
+    Err(Fault::Error(format!(
+        "a picture of {width} x {height} was asked for; each side must be 1 to {LONGEST_SIDE}, and \
+         width times height at most {MOST_PIXELS}"
+    )))
+}
+
 /// Traces a picture on threads of its own. `goes_on` is asked again and again, with the share that is
 /// done, whether to.
 ///
 /// # Errors
-/// Where the tracer fails, or was asked to stop: [`CANCELLED`](surfelshop_api::job::CANCELLED).
+/// Where the picture is empty or too large, the tracer fails, or was asked to stop: [`CANCELLED`](surfelshop_api::job::CANCELLED).
 pub fn trace(
     unit: &LoadedUnit,
     order: TraceOrder,
     patience: &Patience,
     mut goes_on: impl FnMut(f64) -> bool,
 ) -> Result<TracedPicture, Fault> {
+    check_size(order.request.view.size_px)?;
     let started = Instant::now();
     let version = env!("CARGO_PKG_VERSION").to_owned();
     let instance = unit.create(&HostInfo { host_version: version, ..HostInfo::default() })?;

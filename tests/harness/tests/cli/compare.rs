@@ -33,7 +33,7 @@ fn a_comparison_is_a_page_tables_and_pictures() {
         "metrics.json",
         "flat.png",
         "ewa-phong.exr",
-        "ewa-phong-FLIP.png",
+        "maps/ewa-phong-FLIP.png",
     ] {
         assert!(desk.at("out").join(file).is_file(), "{file}");
     }
@@ -57,6 +57,12 @@ fn a_picture_serves_as_reference_and_limits_decide_the_exit() {
     assert!(desk.at("out/index.html").is_file(), "the page is there all the same");
     desk.run(&format!("{line} --fail-above beauty=1")).failed(&["has no beauty", "rmse, rel_mse"]);
     desk.run(&format!("{line} --fail-above rmse")).misused(&["METRIC=VALUE"]);
+    desk.run(&format!("{line} --fail-above psnr=30")).failed(&["--fail-below psnr=30"]);
+    desk.run(&format!("{line} --fail-below psnr=90"))
+        .failed(&["psnr of `ewa-phong` is", "below 90"]);
+    desk.run(&format!("{line} --fail-below ssim=0.01")).done();
+    // The reference is never the one that fails.
+    desk.run(&format!("compare two.ply -r flat -o out {SMALL} --fail-below psnr=90")).done();
     desk.run(&format!("{line} --set shine=1")).failed(&["shine=1", "none of the renderers"]);
     let none = line.replace("flat.exr", "none.exr");
     desk.run(&none).failed(&["none.exr: it has no colours to read"]);
@@ -78,7 +84,7 @@ fn tracers_are_compared_and_their_noise_is_told() {
 fn what_goes_wrong_is_marked_and_not_averaged_in() {
     let desk = desk();
     let plugin = faulty();
-    let bad = ["not-finite", "panics-in-frame", "wrong-target-size", "no-output"];
+    let bad = ["not-finite", "panics-in-frame", "wrong-target-size", "no-output", "panics-in-new"];
     let line = format!("compare two.ply -r flat -r {} -o out {SMALL}", bad.join(" -r "));
     let ended = desk.run(&format!("{line} --plugin {plugin}"));
     assert_eq!(ended.code, 1, "{}", ended.stderr);
@@ -94,6 +100,7 @@ fn what_goes_wrong_is_marked_and_not_averaged_in() {
         "panic",
         "`small` is 7 x 5; a shading pass draws into the view's size",
         "offers no output `color`",
+        "could not start",
     ]) {
         assert!(found["errors"].is_null(), "{found}");
         assert!(found["error"].as_str().unwrap().contains(line), "{found}");
@@ -182,4 +189,42 @@ fn the_cameras_of_a_scene_s_views_are_a_path() {
         .map(|frame| &frame["view"]["camera"]["eye"])
         .collect();
     assert_eq!(eyes, [&json!([0.0, 0.0, 4.0]), &json!([1.0, 0.0, 4.0])]);
+}
+
+#[test]
+fn a_comparison_does_not_write_over_its_reference() {
+    let desk = desk();
+    desk.run("render two.ply -r flat -o truth.exr --size 48 --camera front").done();
+    std::fs::create_dir(desk.at("out")).unwrap();
+    std::fs::copy(desk.at("truth.exr"), desk.at("out/ewa-phong.exr")).unwrap();
+    let line = format!("compare two.ply -r ewa-phong --reference out/ewa-phong.exr -o out {SMALL}");
+    desk.run(&line).failed(&["would be overwritten", "name another --out"]);
+    let kept = std::fs::read(desk.at("out/ewa-phong.exr")).unwrap();
+    assert_eq!(kept, std::fs::read(desk.at("truth.exr")).unwrap());
+}
+
+/// A scene's view says how its renderer draws, in a comparison as in a picture.
+#[test]
+fn the_values_of_a_scene_s_view_count() {
+    let desk = desk();
+    let scene = "format = 1\n[[clouds]]\npath = \"two.ply\"\n[[views]]\nrenderer = \"flat\"\n\
+                 [views.values]\nambient = 0.9\n";
+    desk.put("a.scene.toml", scene);
+    let seen = "--size 48 --camera front";
+    desk.run(&format!("render a.scene.toml -r flat -o a.exr {seen}")).done();
+    let line = format!("compare a.scene.toml -r flat --reference a.exr -o out {seen} --repeats 0");
+    let told = desk.run(&format!("{line} --json")).json();
+    // Of half floats in the file.
+    let rmse = told["renderers"][0]["errors"]["rmse"].as_f64().unwrap();
+    assert!(rmse < 1e-3, "{told}");
+    assert_eq!(told["renderers"][0]["renderer"]["parameters"]["ambient"], json!(0.9));
+}
+
+#[test]
+fn pictures_too_large_for_a_tracer_are_refused_in_one_line() {
+    let desk = desk();
+    for size in ["4294967295x4294967295", "100000x100000", "16384x16384"] {
+        let line = format!("render two.ply -r reference -o a.exr --size {size}");
+        desk.run(&line).failed(&["each side must be 1 to 16384"]);
+    }
 }

@@ -18,7 +18,7 @@ pub(crate) enum Against {
     Picture,
 }
 
-/// Frames of each picture that are timed unless another number is chosen: as many as `report` takes.
+/// Frames of each picture that are timed unless another number is chosen: as many as `compare` takes.
 const REPEATS: u32 = 5;
 
 /// What is chosen; what is not has the usual value.
