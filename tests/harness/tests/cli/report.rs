@@ -254,11 +254,9 @@ fn files_behind_a_scene_or_a_parameter_are_looked_at_again() {
         desk.put("mine.wgsl", &wgsl.replace("COLOR", color));
     };
     pattern("0.25");
-    let line = format!(
-        "report two.ply -r procedural --set file=mine.wgsl --reference flat --knob ambient=0.1 \
-         --size 24 --camera front --repeats 0 -o patterns --json"
-    );
-    let errors = || cells(&desk.run(&line).json())[0]["errors"].clone();
+    let line = "report two.ply -r procedural --set file=mine.wgsl --reference flat --knob ambient=0.1 \
+         --size 24 --camera front --repeats 0 -o patterns --json";
+    let errors = || cells(&desk.run(line).json())[0]["errors"].clone();
     let before = errors();
     pattern("0.125, 0.5, 0.5");
     assert_ne!(errors(), before);

@@ -146,7 +146,7 @@ pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
         Kind::Present => ((0..pane.mode.sides()).map(of).collect(), None),
         Kind::Sweep => {
             let (name, mut values) = of(side);
-            let knob = knob.ok_or_else(|| format!("`{name}` has no parameter to turn"))?;
+            let knob = knob.ok_or_else(|| format!("choose a parameter of `{name}` to turn"))?;
             values.remove(&knob.id);
             (vec![(name, values)], Some(knob.id.clone()))
         }
