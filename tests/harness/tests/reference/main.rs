@@ -232,6 +232,15 @@ fn a_light_on_a_plane_casts_a_sharp_shadow() {
     let n_dark = (0..72 * 72).filter(|i| dark([i % 72, i / 72])).count();
     // A unit square of 1.04 (with its discs' edges) is 400 to 460 pixels of 0.05 squared.
     assert!((380..480).contains(&n_dark), "{n_dark}");
+    // Its middle is the square's, one unit from there; discs' edges move it by less than a pixel.
+    let middle = view.camera.view_from_world() * (DVec3::NEG_X - view.camera.eye);
+    let expected = [36.0 + 20.0 * middle.x, 36.0 - 20.0 * middle.y];
+    let places = (0..72 * 72).map(|i| [i % 72, i / 72]).filter(|at| dark(*at));
+    let sums = places.fold([0.0; 2], |sum, [x, y]| [sum[0] + f64::from(x), sum[1] + f64::from(y)]);
+    for (sum, expected) in sums.into_iter().zip(expected) {
+        let found = sum / f64::from(n_dark as u32) + 0.5;
+        assert!((found - expected).abs() < 1.0, "{found} {expected}");
+    }
     let lit = |at: [u32; 2]| {
         let i = (at[1] * 72 + at[0]) as usize;
         picture.color.data[4 * i + 1] > 0.8 * 2.0 * albedo as f32 * 0.7
