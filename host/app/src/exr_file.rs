@@ -35,13 +35,25 @@ pub(crate) fn exr(images: &[&(Output, Image)]) -> anyhow::Result<Vec<u8>> {
     Ok(bytes.into_inner())
 }
 
-/// Reads the colour of an EXR file: R, G and B of the layer without a name, with straight alpha; A is 1
-/// where there is none.
+/// Most pixels of a picture: 16384 on each side, the largest that can be drawn.
+pub(crate) const MOST_PIXELS: u64 = 1 << 28;
+
+/// Reads the colour of an EXR file of at most so many pixels: R, G and B of the layer without a name, with
+/// straight alpha; A is 1 where there is none.
 ///
 /// # Errors
-/// Where the file cannot be read or has no such channels.
-pub(crate) fn read_color(path: &Path) -> anyhow::Result<Image> {
+/// Where the file cannot be read, has no such channels, or promises more pixels: its head is read
+/// before there is memory for them.
+pub(crate) fn read_color(path: &Path, most_pixels: u64) -> anyhow::Result<Image> {
     let wrong = |what: String| anyhow::anyhow!("{}: {what}", path.display());
+    let no_colors = |error: exr::error::Error| wrong(format!("it has no colours to read: {error}"));
+    let head = exr::meta::MetaData::read_from_file(path, false).map_err(no_colors)?;
+    let sizes = head.headers.iter().map(|header| header.layer_size);
+    let n_pixels = sizes.map(|size| (size.width() as u64).saturating_mul(size.height() as u64));
+    let n_pixels = n_pixels.max().unwrap_or(0);
+    if n_pixels > most_pixels {
+        return Err(wrong(format!("expected at most {most_pixels} pixels, found {n_pixels}")));
+    }
     let read = exr::prelude::read_first_rgba_layer_from_file(
         path,
         |size, _| (size, vec![[0.0f32; 4]; size.width() * size.height()]),
@@ -50,7 +62,7 @@ pub(crate) fn read_color(path: &Path) -> anyhow::Result<Image> {
             pixels[at.y() * size.width() + at.x()] = [r, g, b, a];
         },
     );
-    let image = read.map_err(|error| wrong(format!("it has no colours to read: {error}")))?;
+    let image = read.map_err(no_colors)?;
     let (size, pixels) = image.layer_data.channel_data.pixels;
     let side = |n: usize| u32::try_from(n).map_err(|_error| wrong("it is too large".to_owned()));
     let straight = |[r, g, b, a]: [f32; 4]| match a > 0.0 && a != 1.0 {

@@ -164,7 +164,7 @@ pub(crate) fn check_finite(rendered: &Rendered) -> usize {
         let n_pixels = pictures::not_finite(image);
         if n_pixels > 0 {
             let name = output.name();
-            terminal::note(format!("warning: {n_pixels} pixels of {name} are not finite"));
+            terminal::warn(format!("{n_pixels} pixels of {name} are not finite"));
         }
         total += n_pixels;
     }

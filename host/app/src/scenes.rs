@@ -57,9 +57,7 @@ impl Inputs {
 /// Reads a scene and tells of its unknown keys.
 pub(crate) fn open(file: &Path) -> anyhow::Result<OpenedScene> {
     let opened = scene::read(file)?;
-    for warning in &opened.warnings {
-        terminal::note(format!("warning: {warning}"));
-    }
+    opened.warnings.iter().for_each(terminal::warn);
     Ok(opened)
 }
 

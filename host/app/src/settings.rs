@@ -38,6 +38,21 @@ pub(crate) fn values<'a>(
     Ok(values)
 }
 
+/// The values of a view of a scene, where there is one, and over them those that were typed; and a line
+/// for each of the view's that the unit does not know.
+pub(crate) fn resolved(
+    unit: &UnitRef,
+    declared: &[ParamDecl],
+    view: Option<&ChosenView<'_>>,
+    typed: &[Setting],
+) -> anyhow::Result<(Values, Vec<String>)> {
+    let typed = values(unit, declared, typed)?;
+    let (mut values, unknown) =
+        view.map(|view| of_view(unit, declared, view)).transpose()?.unwrap_or_default();
+    values.extend(typed);
+    Ok((values, unknown))
+}
+
 /// The settings meant for each of several units that are used one after the other; where there are
 /// several, each setting says for which.
 pub(crate) fn dealt<'a>(

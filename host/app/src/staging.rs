@@ -32,15 +32,13 @@ pub(crate) fn renderer<'a>(
     opened: Option<&'a OpenedScene>,
     registry: &Registry,
 ) -> anyhow::Result<(UnitRef, Option<ChosenView<'a>>)> {
-    let views = views_of(opened);
-    let reference = match views.first() {
+    let reference = match first_view(opened) {
         Some(ChosenView { view, place, .. }) if !given.has("renderer") => {
-            drawer(registry, &view.renderer).with_context(|| place.clone())?
+            drawer(registry, &view.renderer).with_context(|| place)?
         }
         _ => drawer(registry, &arguments.renderer)?,
     };
-    let mut views = views.into_iter();
-    let view = views.find(|chosen| settings::names(&reference, &chosen.view.renderer));
+    let view = view_of(opened, &reference);
     Ok((reference, view))
 }
 
@@ -66,10 +64,7 @@ fn views_of(opened: Option<&OpenedScene>) -> Vec<ChosenView<'_>> {
 
 /// The first view of a scene, whose camera counts where no view's renderer does.
 pub(crate) fn first_view(opened: Option<&OpenedScene>) -> Option<ChosenView<'_>> {
-    let opened = opened?;
-    let (view, line) = opened.scene.views.first().zip(opened.view_lines.first())?;
-    let place = format!("{}:{line}", opened.path.display());
-    Some(ChosenView { view, place, folder: opened.scene.folder.clone() })
+    views_of(opened).into_iter().next()
 }
 
 /// What draws under a name: a renderer, or else a tracer.

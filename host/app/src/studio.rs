@@ -108,14 +108,8 @@ impl Studio {
     ) -> anyhow::Result<Chosen> {
         let unit = load(&reference, &self.patience)?;
         let declared = &unit.description.params;
-        let typed = settings::values(&reference, declared, typed)?;
-        let mut values = Values::new();
-        if let Some(view) = view {
-            let (of_view, unknown) = settings::of_view(&reference, declared, view)?;
-            unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
-            values = of_view;
-        }
-        values.extend(typed);
+        let (values, unknown) = settings::resolved(&reference, declared, view, typed)?;
+        unknown.iter().for_each(terminal::warn);
         self.start(reference, unit, values)
     }
 

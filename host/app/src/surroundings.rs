@@ -261,6 +261,6 @@ pub(crate) fn read_wanted(
     wanted: Option<&SceneEnvironment>,
 ) -> anyhow::Result<Option<Surroundings>> {
     let Some(wanted) = wanted else { return Ok(None) };
-    let tell = |line| terminal::note(format!("warning: {line}"));
+    let tell = |line: String| terminal::warn(line);
     Probes::default().light(wanted, tell).map(Some)
 }

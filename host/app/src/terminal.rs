@@ -53,6 +53,11 @@ pub(crate) fn note(text: impl Display) {
     drop(writeln!(io::stderr().lock(), "surfelshop: {text}"));
 }
 
+/// Prints a warning beside the result.
+pub(crate) fn warn(text: impl Display) {
+    note(format!("warning: {text}"));
+}
+
 /// Says why the command failed.
 pub(crate) fn failed(error: &anyhow::Error) -> ExitCode {
     note(format!("{error:#}"));

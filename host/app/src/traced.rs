@@ -5,16 +5,16 @@ use crate::clouds::Clouds;
 use crate::report::{self, Written};
 use crate::scenes::Inputs;
 use crate::staging::{ChosenView, Staging};
-use crate::surroundings;
+use crate::surroundings::{self, Surroundings};
 use crate::{render, settings, studio, terminal};
 use anyhow::{anyhow, bail};
 use serde_json::json;
 use std::sync::Arc;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
-use surfelshop_api::{FrameRequest, View};
+use surfelshop_api::{FrameRequest, Scene, View};
 use surfelshop_engine::Rendered;
-use surfelshop_engine::plugins::UnitRef;
+use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
 use surfelshop_engine::trace::{TraceOrder, TracedPicture, samples_of, trace};
 
 /// What a tracer offers besides its colour: the variance of each pixel's mean.
@@ -37,34 +37,12 @@ pub(crate) fn render(
     }
     let unit = studio::load(reference, &arguments.plugins.patience())?;
     let declared = &unit.description.params;
-    let mut values = Values::new();
-    if let Some(view) = seen {
-        let (of_view, unknown) = settings::of_view(reference, declared, view)?;
-        unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
-        values = of_view;
-    }
-    values.extend(settings::values(reference, declared, &arguments.set)?);
+    let (values, unknown) = settings::resolved(reference, declared, seen, &arguments.set)?;
+    unknown.iter().for_each(terminal::warn);
     let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
     let clouds = Clouds::read(&inputs.sources)?;
     let view = render::view(&arguments.picture, staging, &clouds);
-    let texels: Arc<[[f32; 3]]> = surroundings
-        .as_ref()
-        .map(|surroundings| Arc::from(surroundings.view().texels))
-        .unwrap_or_default();
-    let order = TraceOrder {
-        clouds: clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
-        request: FrameRequest {
-            view,
-            scene: staging.scene.clone(),
-            cloud: clouds.facts.clone(),
-            frame_index: 0,
-            values: values.clone(),
-            environment: surroundings.as_ref().map(|light| light.view().environment.clone()),
-        },
-        texels,
-        samples: samples_of(&unit, &values),
-        threads: 0,
-    };
+    let order = order(&unit, &values, &clouds, &staging.scene, surroundings.as_ref(), view);
     let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
     let goes_on = |done| progress.tell(done).is_continue();
     let picture = trace(&unit, order, &arguments.plugins.patience(), goes_on)
@@ -89,6 +67,32 @@ pub(crate) fn render(
         "frame": frame(&picture, &view),
         "pixels_not_finite": n_not_finite,
     }))
+}
+
+/// What a tracer is asked for, on all processors.
+pub(crate) fn order(
+    unit: &LoadedUnit,
+    values: &Values,
+    clouds: &Clouds,
+    scene: &Scene,
+    surroundings: Option<&Surroundings>,
+    view: View,
+) -> TraceOrder {
+    let light = surroundings.map(Surroundings::view);
+    TraceOrder {
+        clouds: clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
+        request: FrameRequest {
+            view,
+            scene: scene.clone(),
+            cloud: clouds.facts.clone(),
+            frame_index: 0,
+            values: values.clone(),
+            environment: light.map(|light| light.environment.clone()),
+        },
+        texels: light.map(|light| Arc::from(light.texels)).unwrap_or_default(),
+        samples: samples_of(unit, values),
+        threads: 0,
+    }
 }
 
 fn line(file: &Written, reference: &UnitRef, picture: &TracedPicture) -> String {

@@ -3,22 +3,18 @@
 use crate::arguments::PluginFiles;
 use crate::clouds::Clouds;
 use crate::cpu_time::{cpu_ms_since, cpu_time};
-use crate::settings;
-use crate::staging::{ChosenView, Staging, view_of};
-use crate::studio::{self, Chosen, Studio};
+use crate::staging::Staging;
+use crate::studio::{Chosen, Studio};
 use crate::surroundings::Surroundings;
-use crate::terminal;
 use crate::times::Run;
-use crate::values::Setting;
+use crate::{terminal, traced};
 use anyhow::{Context as _, anyhow};
-use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
-use surfelshop_api::{FrameRequest, UnitKind, View};
-use surfelshop_cloud::scene::OpenedScene;
+use surfelshop_api::{UnitKind, View};
 use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
-use surfelshop_engine::trace::{TraceOrder, TracedPicture, samples_of, trace};
+use surfelshop_engine::trace::{TracedPicture, trace};
 use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
 
 /// What all candidates draw.
@@ -26,8 +22,6 @@ use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
 pub(crate) struct Stage<'a> {
     pub(crate) plugins: &'a PluginFiles,
     pub(crate) staging: &'a Staging,
-    /// The scene, whose views have parameters of renderers.
-    pub(crate) opened: Option<&'a OpenedScene>,
     pub(crate) clouds: &'a Clouds,
     pub(crate) surroundings: Option<&'a Surroundings>,
     pub(crate) view: View,
@@ -38,7 +32,9 @@ pub(crate) struct Wanted {
     /// What it is called in tables: its id, or what the user says.
     pub(crate) name: String,
     pub(crate) reference: UnitRef,
-    pub(crate) settings: Vec<Setting>,
+    /// In memory, or a line that says why not.
+    pub(crate) unit: Result<LoadedUnit, String>,
+    pub(crate) values: Values,
 }
 
 /// One of those that are compared.
@@ -71,41 +67,23 @@ pub(crate) struct Drawn {
 }
 
 impl Candidate {
-    /// Loads a unit and makes an instance of a renderer; a unit that fails in this is one that draws
-    /// nothing.
-    ///
-    /// # Errors
-    /// Where a parameter is not one.
+    /// Makes an instance of a renderer; one that fails in this draws nothing.
     pub(crate) fn new(
-        stage: &Stage<'_>,
         studio: Option<&Studio>,
-        Wanted { name, reference, settings }: Wanted,
-    ) -> anyhow::Result<Self> {
-        let unit = match studio::load(&reference, &stage.plugins.patience()) {
-            Ok(unit) => unit,
-            Err(error) => {
-                let (values, ready) = (Values::new(), Err(format!("{error:#}")));
-                return Ok(Self { name, reference, values, ready });
-            }
+        Wanted { name, reference, unit, values }: Wanted,
+    ) -> Self {
+        let start = |unit: LoadedUnit| -> Result<Ready, String> {
+            let chosen = match (reference.kind, studio) {
+                (UnitKind::Renderer, Some(studio)) => {
+                    let started = studio.start(reference.clone(), unit.clone(), values.clone());
+                    Some(started.map_err(|error| format!("{error:#}"))?)
+                }
+                _ => None,
+            };
+            Ok(Ready { unit, chosen })
         };
-        let declared = &unit.description.params;
-        let mut values = Values::new();
-        let view: Option<ChosenView<'_>> = view_of(stage.opened, &reference);
-        if let Some(view) = &view {
-            let (of_view, unknown) = settings::of_view(&reference, declared, view)?;
-            unknown.into_iter().for_each(|line| terminal::note(format!("warning: {line}")));
-            values = of_view;
-        }
-        values.extend(settings::values(&reference, declared, &settings)?);
-        let chosen = match (reference.kind, studio) {
-            (UnitKind::Renderer, Some(studio)) => {
-                studio.start(reference.clone(), unit.clone(), values.clone()).map(Some)
-            }
-            _ => Ok(None),
-        };
-        let ready = chosen.map(|chosen| Ready { unit, chosen });
-        let ready = ready.map_err(|error| format!("{error:#}"));
-        Ok(Self { name, reference, values, ready })
+        let ready = unit.and_then(start);
+        Self { name, reference, values, ready }
     }
 
     /// What made it fail before it could draw.
@@ -169,22 +147,9 @@ impl Candidate {
 
     fn traced(&mut self, stage: &Stage<'_>) -> anyhow::Result<TracedPicture> {
         let unit = self.ready()?.unit.clone();
-        let texels =
-            stage.surroundings.map(|light| Arc::from(light.view().texels)).unwrap_or_default();
-        let order = TraceOrder {
-            clouds: stage.clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
-            request: FrameRequest {
-                view: stage.view,
-                scene: stage.staging.scene.clone(),
-                cloud: stage.clouds.facts.clone(),
-                frame_index: 0,
-                values: self.values.clone(),
-                environment: stage.surroundings.map(|light| light.view().environment.clone()),
-            },
-            texels,
-            samples: samples_of(&unit, &self.values),
-            threads: 0,
-        };
+        let Stage { clouds, surroundings, view, .. } = *stage;
+        let scene = &stage.staging.scene;
+        let order = traced::order(&unit, &self.values, clouds, scene, surroundings, view);
         let progress = terminal::Progress::new(format!("tracing with {}", self.name));
         let goes_on = |done| progress.tell(done).is_continue();
         trace(&unit, order, &stage.plugins.patience(), goes_on)

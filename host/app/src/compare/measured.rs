@@ -5,6 +5,7 @@ use crate::staging::Staging;
 use crate::times::Run;
 use surfelshop_engine::Image;
 use surfelshop_engine::metrics::{self, Comparison, Errors, Maps, Reference};
+use surfelshop_engine::picture::Development;
 
 /// What a candidate made in a frame: a picture, or a line that says why not.
 pub(super) struct Shot {
@@ -22,6 +23,36 @@ pub(crate) struct Truth {
     pub(crate) candidate: Option<usize>,
 }
 
+impl Truth {
+    /// Measures a picture.
+    pub(crate) fn compare(
+        &self,
+        picture: &Image,
+        development: Development,
+    ) -> Result<Comparison, String> {
+        metrics::compare(picture, self.reference(), &settings(development))
+            .map_err(|error| error.to_string())
+    }
+
+    /// Measures a picture, and says where its errors are.
+    fn compare_with_maps(
+        &self,
+        picture: &Image,
+        development: Development,
+    ) -> Result<(Comparison, Maps), String> {
+        metrics::compare_with_maps(picture, self.reference(), &settings(development))
+            .map_err(|error| error.to_string())
+    }
+
+    fn reference(&self) -> Reference<'_> {
+        Reference { picture: &self.picture, variance: self.variance.as_ref() }
+    }
+}
+
+fn settings(development: Development) -> metrics::Settings {
+    metrics::Settings { development, ..metrics::Settings::default() }
+}
+
 /// A picture's numbers, or why there are none.
 pub(super) struct Measured {
     pub(super) comparison: Result<Comparison, String>,
@@ -30,14 +61,8 @@ pub(super) struct Measured {
 
 /// Measures what was drawn in a frame.
 pub(super) fn measure(shot: &Shot, truth: &Truth, staging: &Staging) -> Measured {
-    let settings = metrics::Settings { development: staging.how, ..Default::default() };
-    let reference = Reference { picture: &truth.picture, variance: truth.variance.as_ref() };
-    let compared = match &shot.drawn {
-        Ok(drawn) => metrics::compare_with_maps(&drawn.color, reference, &settings)
-            .map_err(|error| error.to_string()),
-        Err(line) => Err(line.clone()),
-    };
-    match compared {
+    let drawn = shot.drawn.as_ref().map_err(String::clone);
+    match drawn.and_then(|drawn| truth.compare_with_maps(&drawn.color, staging.how)) {
         Ok((comparison, maps)) => Measured { comparison: Ok(comparison), maps: Some(maps) },
         Err(line) => Measured { comparison: Err(line), maps: None },
     }

@@ -11,7 +11,7 @@ mod wanted;
 pub(crate) use candidate::Stage;
 pub(crate) use measured::Truth;
 pub(crate) use path::PathSpec;
-pub(crate) use told::{put, quoted, typed_command};
+pub(crate) use told::put;
 
 use crate::arguments::CompareArguments;
 use crate::clouds::Clouds;
@@ -42,7 +42,8 @@ pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result
     let mut named = wanted::named(&registry, &arguments.renderer)?;
     let judge = judge(arguments, &registry, &mut named)?;
     keeps_reference(arguments, &judge, &named)?;
-    let wanted = wanted::with_settings(named, &arguments.set, &arguments.plugins.patience())?;
+    let patience = arguments.plugins.patience();
+    let wanted = wanted::with_settings(named, &arguments.set, opened, &patience)?;
     let seen = staging::first_view(opened);
     let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
     std::fs::create_dir_all(&arguments.out)
@@ -58,19 +59,16 @@ pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result
     let stage = Stage {
         plugins: &arguments.plugins,
         staging: &staging,
-        opened,
         clouds: &clouds,
         surroundings: surroundings.as_ref(),
         view: first.view,
     };
-    let mut candidates = Vec::with_capacity(wanted.len());
-    for wanted in wanted {
-        candidates.push(Candidate::new(&stage, studio.as_ref(), wanted)?);
-    }
+    let started = wanted.into_iter().map(|wanted| Candidate::new(studio.as_ref(), wanted));
+    let mut candidates: Vec<Candidate> = started.collect();
     if let Judge::Candidate(at) = judge {
         random::check(&candidates, at)?;
     }
-    let mut told = told::Told::new(arguments, frames.len());
+    let mut told = told::Told::new(arguments);
     let progress = Progress::new("comparing".to_owned());
     for (i, frame) in frames.iter().enumerate() {
         let stage = Stage { view: frame.view, ..stage };
@@ -175,7 +173,7 @@ fn truth(judge: &Judge, candidates: &[Candidate], shots: &[Shot]) -> anyhow::Res
     let at = match judge {
         Judge::Candidate(at) => *at,
         Judge::Picture(path) => {
-            let picture = exr_file::read_color(Path::new(path))?;
+            let picture = exr_file::read_color(Path::new(path), exr_file::MOST_PIXELS)?;
             return Ok(Truth { name: path.clone(), picture, variance: None, candidate: None });
         }
     };

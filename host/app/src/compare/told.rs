@@ -7,7 +7,7 @@ use crate::arguments::{Bits, CompareArguments};
 use crate::page::{Column, Page, Picture, Table};
 use crate::studio::Studio;
 use crate::times::{Run, all_of, median, spread};
-use crate::{exr_file, files, pictures, report, terminal};
+use crate::{command_line, csv, exr_file, files, pictures, report, terminal};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
@@ -51,7 +51,6 @@ struct Numbers {
 /// A comparison frame by frame; pictures are written as they come.
 pub(super) struct Told<'a> {
     arguments: &'a CompareArguments,
-    n_frames: usize,
     truth: String,
     has_noise: bool,
     truth_at: Option<usize>,
@@ -62,10 +61,9 @@ pub(super) struct Told<'a> {
 }
 
 impl<'a> Told<'a> {
-    pub(super) fn new(arguments: &'a CompareArguments, n_frames: usize) -> Self {
+    pub(super) fn new(arguments: &'a CompareArguments) -> Self {
         Self {
             arguments,
-            n_frames,
             truth: String::new(),
             has_noise: false,
             truth_at: None,
@@ -212,7 +210,7 @@ impl<'a> Told<'a> {
         let mut page = Page {
             title: "Comparison of renderers".to_owned(),
             notes: self.notes(stage, studio),
-            command: typed_command(),
+            command: command_line::typed(),
             ..Page::default()
         };
         page.pictures = std::mem::take(&mut self.first);
@@ -224,16 +222,16 @@ impl<'a> Told<'a> {
         }
         let rows: Vec<Vec<Value>> =
             candidates.iter().enumerate().map(|(i, one)| self.row(i, one)).collect();
-        put(folder, "metrics.csv", csv(&columns(&[]), &rows).as_bytes())?;
+        put(folder, "metrics.csv", csv::table(&names(&columns(&[])), &rows).as_bytes())?;
         page.tables.push(Table {
             caption: format!("Against {}", self.truth),
             columns: columns(&[]),
             rows,
         });
-        if self.n_frames > 1 {
+        if self.frames.len() > 1 {
             let columns = columns(&["frame"]);
             let rows = self.rows_of_frames(candidates);
-            put(folder, "frames.csv", csv(&columns, &rows).as_bytes())?;
+            put(folder, "frames.csv", csv::table(&names(&columns), &rows).as_bytes())?;
             page.tables.push(Table { caption: "Frame by frame".to_owned(), columns, rows });
         }
         put(folder, "index.html", page.html()?.as_bytes())?;
@@ -260,12 +258,12 @@ impl<'a> Told<'a> {
                 "The reference's own variance is taken off squared errors; `noise` is what was.";
             notes.push(line.to_owned());
         }
-        if self.n_frames > 1 {
+        if self.frames.len() > 1 {
             notes.push(format!(
                 "{} frames: squared errors are averaged over all pixels of all frames, PSNR is that of \
                  their mean, the other metrics are means over frames and the largest differences the \
                  largest of any. Shown are the first frame and the one with the largest error.",
-                self.n_frames
+                self.frames.len()
             ));
         }
         notes
@@ -316,7 +314,7 @@ impl<'a> Told<'a> {
                         |(_, v)| if v.is_finite() { json!(v) } else { json!("equal") },
                     )
                 };
-                let noise = json!(errors.reference_noise.mse.max(0.0).sqrt());
+                let noise = json!(errors.noise());
                 METRICS.iter().map(|(name, ..)| value(name)).chain([noise]).collect()
             }
             Err(line) => [json!(line)].into_iter().chain(blank).collect(),
@@ -435,30 +433,8 @@ fn columns(keys: &[&str]) -> Vec<Column> {
     all
 }
 
-fn csv(columns: &[Column], rows: &[Vec<Value>]) -> String {
-    let cell = |value: &Value| match value {
-        Value::Null => String::new(),
-        Value::String(text) => format!("\"{}\"", text.replace('"', "\"\"")),
-        other => other.to_string(),
-    };
-    let line = |cells: Vec<String>| cells.join(",") + "\n";
-    let head = line(columns.iter().map(|c| format!("\"{}\"", c.name)).collect());
-    rows.iter().fold(head, |all, row| all + &line(row.iter().map(cell).collect()))
-}
-
-/// The command as it was typed.
-pub(crate) fn typed_command() -> String {
-    let words = std::env::args().skip(1).map(quoted).collect::<Vec<_>>().join(" ");
-    format!("surfelshop {words}")
-}
-
-/// A word as a shell takes it.
-pub(crate) fn quoted(word: String) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=./:,+@%".contains(c);
-    if !word.is_empty() && word.chars().all(plain) {
-        return word;
-    }
-    format!("'{}'", word.replace('\'', "'\\''"))
+fn names(columns: &[Column]) -> Vec<&str> {
+    columns.iter().map(|column| column.name.as_str()).collect()
 }
 
 /// Writes a file into the folder.

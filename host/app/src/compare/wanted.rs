@@ -4,8 +4,11 @@ use super::candidate::Wanted;
 use crate::settings;
 use crate::staging;
 use crate::studio;
+use crate::terminal;
 use crate::values::Setting;
 use anyhow::bail;
+use surfelshop_api::params::Values;
+use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_engine::plugins::{Patience, Registry, UnitRef};
 
 /// A renderer or tracer and what it is called.
@@ -40,11 +43,12 @@ pub(super) fn named(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec
     Ok(all)
 }
 
-/// Deals out the settings that were typed: to what is called so, else to the renderer of that id; what
+/// Loads all and deals out the settings that were typed, over what the views of a scene say: to what is called so, else to the renderer of that id; what
 /// is meant for nobody in particular is meant for all that have it.
 pub(super) fn with_settings(
     all: Vec<Named>,
     typed: &[Setting],
+    opened: Option<&OpenedScene>,
     patience: &Patience,
 ) -> anyhow::Result<Vec<Wanted>> {
     let names: Vec<String> = all.iter().map(|one| one.name.clone()).collect();
@@ -52,8 +56,8 @@ pub(super) fn with_settings(
     let mut wanted = Vec::with_capacity(all.len());
     for Named { name, reference } in all {
         // Of one that cannot be loaded, which the table says later, only its name is known.
-        let unit = studio::load(&reference, patience).ok();
-        let declared = unit.map(|unit| unit.description.params.clone()).unwrap_or_default();
+        let unit = studio::load(&reference, patience).map_err(|error| format!("{error:#}"));
+        let declared: &[_] = unit.as_ref().map_or(&[], |unit| &unit.description.params);
         let is_meant = |Setting { unit, id, .. }: &Setting| match unit {
             Some(meant) if names.contains(meant) => *meant == name,
             Some(meant) => settings::names(&reference, meant),
@@ -64,7 +68,15 @@ pub(super) fn with_settings(
             settings.push(Setting { unit: None, ..setting.clone() });
             *used = true;
         }
-        wanted.push(Wanted { name, reference, settings });
+        let mut values = Values::new();
+        if unit.is_ok() {
+            let view = staging::view_of(opened, &reference);
+            let (known, unknown) =
+                settings::resolved(&reference, declared, view.as_ref(), &settings)?;
+            unknown.iter().for_each(terminal::warn);
+            values = known;
+        }
+        wanted.push(Wanted { name, reference, unit, values });
     }
     if let Some((setting, _)) = typed.iter().zip(used).find(|(_, used)| !used) {
         let Setting { unit, id, value } = setting;

@@ -1,7 +1,7 @@
 //! The command that measures one row of a table again.
 
 use super::cells::Cell;
-use crate::compare::quoted;
+use crate::command_line;
 
 /// Options whose values are another's in the command of one row.
 const REPLACED: [&str; 3] = ["--knob", "--out", "-o"];
@@ -9,7 +9,7 @@ const REPLACED: [&str; 3] = ["--knob", "--out", "-o"];
 /// The typed command with one value of one knob, into a folder of its own.
 pub(super) fn command(words: &[String], cell: &Cell) -> String {
     // In front of what was typed, behind which a `--` may stand.
-    let mut own: Vec<String> = vec!["surfelshop".to_owned()];
+    let mut own: Vec<String> = Vec::new();
     let mut words = words.iter();
     own.extend(words.next().cloned());
     own.extend(["--knob".to_owned(), format!("{}={}", cell.knob, cell.value)]);
@@ -29,7 +29,7 @@ pub(super) fn command(words: &[String], cell: &Cell) -> String {
             own.push(word.clone());
         }
     }
-    own.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+    command_line::words("surfelshop", own)
 }
 
 #[cfg(test)]

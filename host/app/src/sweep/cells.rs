@@ -10,6 +10,7 @@ use std::hash::{DefaultHasher, Hasher as _};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
+use surfelshop_engine::metrics::Errors;
 
 /// One value of one knob.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +54,11 @@ impl Cell {
         let errors = errors.iter().filter(|(_, value)| value.is_finite());
         let errors = errors.map(|(name, value)| ((*name).to_owned(), *value)).collect();
         Self { errors, first_ms, fault: None, ..Self::faulty(knob, value, String::new()) }
+    }
+
+    /// A value of which the errors of its picture are known.
+    pub(crate) fn of_picture(knob: &str, value: &str, errors: &Errors, first_ms: f64) -> Self {
+        Self { noise: errors.noise(), ..Self::new(knob, value, &errors.named(), first_ms) }
     }
 
     pub(crate) fn is_faulty(&self) -> bool {
@@ -125,18 +131,15 @@ impl Kept {
         Ok(Self { folder: folder.to_owned(), key: key.to_owned(), column, cells, truth })
     }
 
-    /// Whether a file of the reference is there as it was written.
-    fn has(&self, name: &str) -> bool {
+    /// The names of the reference's files; none unless all of them are there as they were written.
+    fn truth_files(&self) -> Vec<String> {
         let truth = self.truth.borrow();
-        let known = truth.iter().find(|(other, ..)| other == name);
-        known.is_some_and(|known| fingerprint(&self.folder, name).is_ok_and(|f| f == *known))
-    }
-
-    /// Whether all files of the reference are.
-    fn has_all(&self) -> bool {
-        let names: Vec<String> =
-            self.truth.borrow().iter().map(|(name, ..)| name.clone()).collect();
-        !names.is_empty() && names.iter().all(|name| self.has(name))
+        let is_there =
+            |known: &Fingerprint| fingerprint(&self.folder, &known.0).is_ok_and(|f| f == *known);
+        match truth.iter().all(is_there) {
+            true => truth.iter().map(|(name, ..)| name.clone()).collect(),
+            false => Vec::new(),
+        }
     }
 
     /// Notes the files of the reference, once they are written.
@@ -185,14 +188,14 @@ impl Kept {
 
     /// The reference and its variance, where they are those of the key.
     pub(super) fn truth(&self) -> anyhow::Result<Option<(Image, Option<Image>)>> {
-        if !self.has_all() || !self.has(TRUTH) {
-            return Ok(None);
-        }
-        let variance = match self.has(VARIANCE) {
-            true => Some(exr_file::read_color(&self.folder.join(VARIANCE))?),
-            false => None,
+        let files = self.truth_files();
+        let read = |name: &str| {
+            let is_known = files.iter().any(|file| file == name);
+            let path = self.folder.join(name);
+            is_known.then(|| exr_file::read_color(&path, exr_file::MOST_PIXELS)).transpose()
         };
-        Ok(Some((exr_file::read_color(&self.folder.join(TRUTH))?, variance)))
+        let Some(picture) = read(TRUTH)? else { return Ok(None) };
+        Ok(Some((picture, read(VARIANCE)?)))
     }
 
     /// Keeps the reference.
@@ -220,7 +223,7 @@ impl Kept {
     /// The reference's own mean squared error and its values, where they are those of the key.
     pub(super) fn true_values(&self, n_surfels: usize) -> anyhow::Result<Option<(f64, Vec<f64>)>> {
         let path = self.folder.join(VALUES);
-        if !self.has_all() || !self.has(VALUES) {
+        if !self.truth_files().iter().any(|file| file == VALUES) {
             return Ok(None);
         }
         let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;

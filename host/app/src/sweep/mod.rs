@@ -8,6 +8,9 @@ pub(crate) mod cells;
 pub(crate) mod knobs;
 mod pictures;
 pub(crate) mod plot;
+mod subject;
+#[cfg(test)]
+mod tests;
 pub(crate) mod ticks;
 pub(crate) mod told;
 mod tools;
@@ -18,14 +21,13 @@ use crate::scenes::Source;
 use crate::terminal::Progress;
 use crate::times::Run;
 use crate::{studio, terminal};
-use anyhow::bail;
+use anyhow::{Context as _, bail};
 use cells::{Cell, Kept};
 use knobs::Knob;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 use surfelshop_api::UnitKind;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
-use surfelshop_engine::plugins::UnitRef;
 
 /// Runs the command.
 pub(crate) fn run(arguments: &SweepArguments, given: &Given) -> anyhow::Result<()> {
@@ -77,66 +79,55 @@ fn sweep(
     arguments: &SweepArguments,
     kept: &Kept,
 ) -> anyhow::Result<Vec<Cell>> {
+    let Knob { id, values } = knob;
     let n_repeats = arguments.repeats as usize;
-    let is_open = |value: &&String| {
-        kept.cell(&knob.id, value)
-            .is_none_or(|cell| cell.runs.len() < n_repeats || cell.is_faulty())
-    };
-    let mut open: Vec<&String> = knob.values.iter().filter(is_open).collect();
-    let n_runs = open.len() * (n_repeats + 1);
-    let progress = Progress::new(format!("{}: {} values", knob.id, open.len()));
+    let progress = Progress::new(format!("{id}: {} values", values.len()));
+    let n_runs = values.len() * (n_repeats + 1);
     let mut n_done = 0;
     let mut tell = || {
         n_done += 1;
         // Ctrl-C ends the program; what was measured is on the disk.
         let _goes_on = progress.tell(n_done as f64 / n_runs as f64);
     };
+    let longest_ms = arguments.longest.as_secs_f64() * 1e3;
+    let mut open: Vec<&String> = Vec::new();
     let mut too_long = None;
-    let is_long = |cell: &Cell| {
-        arguments.tool.is_some() && cell.first_ms > arguments.longest.as_secs_f64() * 1e3
-    };
-    let known = |value: &String| kept.cell(&knob.id, value);
-    let behind = |last: &String| -> Vec<&String> {
-        let at = knob.values.iter().position(|value| value == last);
-        knob.values.iter().skip(at.map_or(usize::MAX, |at| at + 1)).collect()
-    };
-    if let Some(last) = knob.values.iter().find(|v| known(v).is_some_and(|cell| is_long(&cell))) {
-        too_long = Some(last.clone());
-    }
-    open.retain(|value| {
-        if too_long.as_ref().is_some_and(|last| behind(last).contains(value)) {
-            return false;
+    for value in values {
+        let known = kept.cell(id, value).filter(|cell| !cell.is_faulty());
+        let is_whole = known.as_ref().is_some_and(|cell| cell.runs.len() >= n_repeats);
+        if !is_whole {
+            let first = bench.first(id, value);
+            // Of a value that was interrupted, what is known stays: this run only warms up.
+            if known.is_none() {
+                kept.put(first.unwrap_or_else(|line| Cell::faulty(id, value, line)));
+                kept.store()?;
+            }
+            open.push(value);
         }
-        let known = kept.cell(&knob.id, value).filter(|cell| !cell.is_faulty());
-        let first = bench.first(&knob.id, value);
         tell();
-        let cell = first.unwrap_or_else(|line| Cell::faulty(&knob.id, value, line));
-        if is_long(&cell) {
-            too_long = Some((*value).clone());
+        if arguments.tool.is_some() && kept.cell(id, value).is_some_and(|c| c.first_ms > longest_ms)
+        {
+            too_long = Some(value);
+            break;
         }
-        // Of a value that was interrupted, what is known stays: this run only warms up.
-        kept.put(known.unwrap_or(cell));
-        true
-    });
-    kept.store()?;
+    }
     for number in 0..n_repeats {
         for value in &open {
             let waits = |cell: &Cell| cell.runs.len() == number && !cell.is_faulty();
-            if kept.cell(&knob.id, value).is_some_and(|cell| waits(&cell)) {
-                let run = bench.again(&knob.id, value);
-                kept.add(&knob.id, value, run);
+            if kept.cell(id, value).is_some_and(|cell| waits(&cell)) {
+                let run = bench.again(id, value);
+                kept.add(id, value, run);
                 kept.store()?;
             }
             tell();
         }
     }
     drop(progress);
-    let known: Vec<Cell> = knob.values.iter().filter_map(|v| kept.cell(&knob.id, v)).collect();
+    let known: Vec<Cell> = values.iter().filter_map(|value| kept.cell(id, value)).collect();
     if let Some(last) = too_long
-        && known.len() < knob.values.len()
+        && known.len() < values.len()
     {
-        let (id, n) = (&knob.id, knob.values.len() - known.len());
-        let limit = arguments.longest.as_secs_f64();
+        let (n, limit) = (values.len() - known.len(), arguments.longest.as_secs_f64());
         terminal::note(format!(
             "{id}: {n} values behind {last} are left out, which took longer than {limit} s; \
              --longest allows more"
@@ -150,15 +141,15 @@ type Stamp = (String, u64, Option<Duration>);
 
 /// What tells a file from a later one at the same place.
 fn stamp(path: &Path) -> anyhow::Result<Stamp> {
-    use anyhow::Context as _;
     let about = path.metadata().with_context(|| path.display().to_string())?;
     let written = about.modified().ok().and_then(|at| at.duration_since(UNIX_EPOCH).ok());
     Ok((path.display().to_string(), about.len(), written))
 }
 
-/// The clouds that are read.
-fn stamps_of(sources: &[Source]) -> anyhow::Result<Vec<Stamp>> {
-    sources.iter().map(|source| stamp(&source.path)).collect()
+/// The files that were typed, and the clouds that a scene among them shows.
+fn stamps_of(files: &[PathBuf], sources: &[Source]) -> anyhow::Result<Vec<Stamp>> {
+    let shown = sources.iter().map(|source| &source.path);
+    files.iter().chain(shown.filter(|path| !files.contains(path))).map(|path| stamp(path)).collect()
 }
 
 /// The files that parameters name.
@@ -169,11 +160,6 @@ fn stamps_of_values(declared: &[ParamDecl], values: &Values) -> anyhow::Result<V
         _ => None,
     });
     paths.map(|path| stamp(Path::new(path))).collect()
-}
-
-/// What tells a unit from the same one rebuilt.
-fn stamp_of_unit(unit: &UnitRef) -> anyhow::Result<(String, Stamp)> {
-    Ok((unit.to_string(), stamp(&unit.path)?))
 }
 
 /// Fails where a value could not be measured.

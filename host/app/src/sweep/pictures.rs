@@ -2,38 +2,33 @@
 
 use super::cells::{Cell, Kept};
 use super::knobs::knobs;
+use super::subject::Subject;
 use super::told::{Swept, Time};
-use super::{
-    Bench, Stamp, stamp, stamp_of_unit, stamps_of, stamps_of_values, sweep, told, verdict,
-};
+use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, told, verdict};
 use crate::arguments::SweepArguments;
 use crate::clouds::Clouds;
 use crate::compare::candidate::{Candidate, Drawn, Wanted};
+use crate::compare::measured::errors;
+use crate::compare::told::METRICS;
 use crate::compare::{Stage, Truth, random};
 use crate::given::Given;
 use crate::scenes::Inputs;
 use crate::staging::{self, Staging};
-use crate::studio::{self, Studio};
+use crate::studio::Studio;
 use crate::surroundings::{self, Surroundings};
 use crate::times::Run;
 use crate::values::Setting;
-use crate::{exr_file, render, settings};
+use crate::{exr_file, render, settings, terminal};
 use anyhow::{Context as _, bail};
 use std::collections::HashMap;
 use std::path::Path;
 use surfelshop_api::UnitKind;
-use surfelshop_api::params::{Value, Values};
-use surfelshop_engine::metrics::{self, Reference};
+use surfelshop_api::params::Values;
+use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_engine::plugins::{Registry, UnitRef};
 
-/// Errors in the tables, what they are, and which way is better.
-const ERRORS: [(&str, &str, &str); 5] = [
-    ("rmse", "root of the mean squared error of radiance", "less"),
-    ("rel_mse", "mean squared error over squared radiance + 0.01", "less"),
-    ("psnr", "of what a screen shows, decibels", "more"),
-    ("ssim", "structural similarity of what a screen shows", "more"),
-    ("flip.mean", "FLIP, 67 pixels a degree: mean", "less"),
-];
+/// Metrics of a comparison that stand in the tables.
+const SHOWN: [&str; 5] = ["rmse", "rel_mse", "psnr", "ssim", "flip.mean"];
 
 /// Makes the report.
 pub(super) fn report(
@@ -44,15 +39,16 @@ pub(super) fn report(
 ) -> anyhow::Result<()> {
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
-    let loaded = studio::load(unit, &arguments.plugins.patience())?;
-    let knobs = knobs(&arguments.knob, unit, &loaded.description.params)?;
-    let judge = judge(arguments, registry, unit)?;
+    let patience = arguments.plugins.patience();
+    let subject = Subject::load(unit, &patience)?;
+    let knobs = knobs(&arguments.knob, unit, subject.declared())?;
+    let judge = judge(arguments, registry, &subject)?;
     let seen = staging::first_view(opened);
     let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
-    let needs_device = [Some(unit), judge.as_ref()].into_iter().flatten();
-    let studio = match needs_device.clone().any(|unit| unit.kind == UnitKind::Renderer) {
+    let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
+    let studio = match is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer) {
         true => Some(Studio::open(&arguments.device, &arguments.plugins)?),
         false => None,
     };
@@ -62,31 +58,32 @@ pub(super) fn report(
     let view = render::view(&arguments.picture, &staging, &clouds);
     let plugins = &arguments.plugins;
     let (staging, clouds) = (&staging, &clouds);
-    let stage = Stage { plugins, staging, opened, clouds, surroundings, view };
-    let subject = resolved(&stage, unit, &arguments.set)?;
-    let mut files = stamps_of(&inputs.sources)?;
-    files.extend(subject.files.clone());
-    if let Some(judge) = &judge {
-        let reference = resolved(&stage, judge, &arguments.reference_set)?;
-        let is_turned = knobs.iter().any(|knob| knob.id == random::SEED);
-        if random::is_same(unit, judge) && !is_turned && reference.seed == subject.seed {
-            bail!(
-                "{unit} and its reference have the same random numbers, which would hide its errors; \
-                 give the reference another seed, as --reference-set {}=1",
-                random::SEED
-            );
+    let stage = Stage { plugins, staging, clouds, surroundings, view };
+    let mut files = stamps_of(&arguments.files, &inputs.sources)?;
+    let own = told_values(&subject, opened, &arguments.set)?;
+    files.extend(stamps_of_values(subject.declared(), &own)?);
+    let mut units = vec![subject.stamp()?];
+    let judge = match judge {
+        None => None,
+        Some(judge) => {
+            let values = told_values(&judge, opened, &arguments.reference_set)?;
+            if !knobs.iter().any(|knob| knob.id == random::SEED) {
+                check_numbers([(&subject, &own), (&judge, &values)])?;
+            }
+            files.extend(stamps_of_values(judge.declared(), &values)?);
+            units.push(judge.stamp()?);
+            Some((judge, values))
         }
-        files.extend(reference.files);
-    }
-    let units = needs_device.map(stamp_of_unit).collect::<anyhow::Result<Vec<_>>>()?;
+    };
     let device =
         studio.as_ref().map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
-    let kept = Kept::open(&arguments.out, &key(arguments, &stage, &(units, files), &device)?)?;
+    let kept = Kept::open(&arguments.out, &key(arguments, &stage, &units, &files, &device)?)?;
     let mut bench = Pictures {
         arguments,
         stage: &stage,
+        opened,
         studio,
-        unit,
+        subject: &subject,
         truth: None,
         all: HashMap::new(),
         n_timed: 0,
@@ -98,6 +95,7 @@ pub(super) fn report(
         all.push((knob.id.clone(), cells));
         bench.all.clear();
     }
+    let errors: Vec<_> = METRICS.into_iter().filter(|(name, ..)| SHOWN.contains(name)).collect();
     let [width, height] = view.size_px;
     told::write(
         arguments,
@@ -106,7 +104,7 @@ pub(super) fn report(
             what: format!("{width} x {height} pixels"),
             truth: bench.truth.map(|truth| truth.name).unwrap_or_default(),
             device,
-            errors: &ERRORS,
+            errors: &errors,
             error: "RMSE of radiance",
             time: Time::OfPictures,
             note: None,
@@ -116,36 +114,58 @@ pub(super) fn report(
     verdict(&all)
 }
 
-/// What a unit works with besides what is turned.
-struct Resolved {
-    /// Where its random numbers begin, where it says.
-    seed: Option<Value>,
-    /// Files that its parameters name.
-    files: Vec<Stamp>,
+/// Refuses a tracer that is measured against itself with the same random numbers.
+fn check_numbers(
+    [(subject, own), (judge, values)]: [(&Subject, &Values); 2],
+) -> anyhow::Result<()> {
+    let is_same = random::is_same(&subject.reference, &judge.reference);
+    match is_same && subject.seed(own) == judge.seed(values) {
+        true => bail!(
+            "{} and its reference have the same random numbers, which would hide its errors; give \
+             the reference another seed, as --reference-set {}=1",
+            subject.reference,
+            random::SEED
+        ),
+        false => Ok(()),
+    }
 }
 
-fn resolved(stage: &Stage<'_>, unit: &UnitRef, typed: &[Setting]) -> anyhow::Result<Resolved> {
-    let loaded = studio::load(unit, &stage.plugins.patience())?;
-    let declared = &loaded.description.params;
-    let mut values = match staging::view_of(stage.opened, unit) {
-        Some(view) => settings::of_view(unit, declared, &view)?.0,
-        None => Values::new(),
-    };
-    values.extend(settings::values(unit, declared, typed)?);
-    let files = stamps_of_values(declared, &values)?;
-    Ok(Resolved { seed: random::seed(declared, &values), files })
+/// What a scene's view of a unit says and over that what was typed; and a line for each of the view's
+/// values that the unit does not know.
+fn values_of(
+    subject: &Subject,
+    opened: Option<&OpenedScene>,
+    typed: &[Setting],
+) -> anyhow::Result<(Values, Vec<String>)> {
+    let view = staging::view_of(opened, &subject.reference);
+    settings::resolved(&subject.reference, subject.declared(), view.as_ref(), typed)
+}
+
+/// The same, with the lines told.
+fn told_values(
+    subject: &Subject,
+    opened: Option<&OpenedScene>,
+    typed: &[Setting],
+) -> anyhow::Result<Values> {
+    let (values, unknown) = values_of(subject, opened, typed)?;
+    unknown.iter().for_each(terminal::warn);
+    Ok(values)
+}
+
+fn started(subject: &Subject, studio: Option<&Studio>, values: Values) -> Candidate {
+    let Subject { reference, unit } = subject.clone();
+    Candidate::new(studio, Wanted { name: reference.id.clone(), reference, unit: Ok(unit), values })
 }
 
 /// Everything that the numbers depend on besides the values of a knob.
 fn key(
     arguments: &SweepArguments,
     stage: &Stage<'_>,
-    units: &impl serde::Serialize,
+    // A file that was written since is another one, and so is a plugin that was rebuilt.
+    units: &[(String, Stamp)],
+    files: &[Stamp],
     device: &str,
 ) -> anyhow::Result<String> {
-    // A file that was written since is another one, and so is a plugin that was rebuilt.
-    let files =
-        arguments.files.iter().map(|path| stamp(path)).collect::<anyhow::Result<Vec<_>>>()?;
     let picture = arguments.reference.as_deref().map(Path::new).filter(|path| is_picture(path));
     let picture = picture.map(stamp).transpose()?;
     let typed: Vec<_> = arguments.set.iter().chain(&arguments.reference_set).collect();
@@ -172,24 +192,31 @@ fn is_picture(path: &Path) -> bool {
 fn judge(
     arguments: &SweepArguments,
     registry: &Registry,
-    unit: &UnitRef,
-) -> anyhow::Result<Option<UnitRef>> {
+    subject: &Subject,
+) -> anyhow::Result<Option<Subject>> {
     match &arguments.reference {
-        None => Ok(Some(unit.clone())),
+        None => Ok(Some(subject.clone())),
         Some(name) if is_picture(Path::new(name)) && !arguments.reference_set.is_empty() => bail!(
             "{name}: a picture has no parameters; leave --reference-set out, or name what draws"
         ),
         Some(name) if is_picture(Path::new(name)) => Ok(None),
-        Some(name) => Ok(Some(staging::drawer(registry, name)?)),
+        Some(name) => {
+            let reference = staging::drawer(registry, name)?;
+            Subject::load(&reference, &arguments.plugins.patience()).map(Some)
+        }
     }
 }
 
 /// What cells are measured against: a picture, or what a renderer or tracer makes.
-fn truth(bench: &mut Pictures<'_>, judge: Option<UnitRef>, kept: &Kept) -> anyhow::Result<Truth> {
+fn truth(
+    bench: &mut Pictures<'_>,
+    judge: Option<(Subject, Values)>,
+    kept: &Kept,
+) -> anyhow::Result<Truth> {
     let arguments = bench.arguments;
-    let Some(judge) = judge else {
+    let Some((judge, values)) = judge else {
         let name = arguments.reference.clone().unwrap_or_default();
-        let picture = exr_file::read_color(Path::new(&name))?;
+        let picture = exr_file::read_color(Path::new(&name), exr_file::MOST_PIXELS)?;
         return Ok(Truth { name, picture, variance: None, candidate: None });
     };
     let settings: Vec<String> = arguments
@@ -197,13 +224,11 @@ fn truth(bench: &mut Pictures<'_>, judge: Option<UnitRef>, kept: &Kept) -> anyho
         .iter()
         .map(|setting| format!("{}={}", setting.id, setting.value))
         .collect();
-    let name = format!("{} {}", judge.id, settings.join(" ")).trim().to_owned();
+    let name = format!("{} {}", judge.reference.id, settings.join(" ")).trim().to_owned();
     if let Some((picture, variance)) = kept.truth()? {
         return Ok(Truth { name, picture, variance, candidate: None });
     }
-    let settings = arguments.reference_set.clone();
-    let wanted = Wanted { name: judge.id.clone(), reference: judge, settings };
-    let mut candidate = Candidate::new(bench.stage, bench.studio.as_ref(), wanted)?;
+    let mut candidate = started(&judge, bench.studio.as_ref(), values);
     let drawn = candidate.first(bench.stage, bench.studio.as_mut())?;
     kept.put_truth(&drawn.color, drawn.variance.as_ref())?;
     Ok(Truth { name, picture: drawn.color, variance: drawn.variance, candidate: None })
@@ -213,8 +238,10 @@ fn truth(bench: &mut Pictures<'_>, judge: Option<UnitRef>, kept: &Kept) -> anyho
 struct Pictures<'a> {
     arguments: &'a SweepArguments,
     stage: &'a Stage<'a>,
+    /// The scene, whose views have parameters of renderers.
+    opened: Option<&'a OpenedScene>,
     studio: Option<Studio>,
-    unit: &'a UnitRef,
+    subject: &'a Subject,
     truth: Option<Truth>,
     /// By the knob's value.
     all: HashMap<String, Candidate>,
@@ -226,29 +253,19 @@ impl Pictures<'_> {
     fn made(&self, knob: &str, value: &str) -> anyhow::Result<Candidate> {
         let turned = Setting { unit: None, id: knob.to_owned(), value: value.to_owned() };
         let others = self.arguments.set.iter().filter(|setting| setting.id != knob).cloned();
-        let settings = others.chain([turned]).collect();
-        let (name, reference) = (self.unit.id.clone(), self.unit.clone());
-        let wanted = Wanted { name, reference, settings };
-        Candidate::new(self.stage, self.studio.as_ref(), wanted)
+        let settings: Vec<Setting> = others.chain([turned]).collect();
+        let (values, _told) = values_of(self.subject, self.opened, &settings)?;
+        Ok(started(self.subject, self.studio.as_ref(), values))
     }
 
     fn measured(&self, knob: &str, value: &str, drawn: &Drawn) -> Result<Cell, String> {
         let truth = self.truth.as_ref().ok_or("there is no reference")?;
-        let settings = metrics::Settings {
-            development: self.stage.staging.how,
-            ..metrics::Settings::default()
-        };
-        let reference = Reference { picture: &truth.picture, variance: truth.variance.as_ref() };
-        let compared = metrics::compare(&drawn.color, reference, &settings);
-        let compared = compared.map_err(|error| format!("{knob}={value}: {error}"))?;
-        let Some(errors) = compared.errors else {
-            return Err(format!("{knob}={value}: {} pixels are not finite", compared.n_not_finite));
-        };
+        let compared = truth.compare(&drawn.color, self.stage.staging.how);
+        let errors = errors(&compared).map_err(|line| format!("{knob}={value}: {line}"))?;
         Ok(Cell {
-            noise: errors.reference_noise.mse.max(0.0).sqrt(),
             n_passes: drawn.n_passes,
             graph_bytes: drawn.graph_bytes,
-            ..Cell::new(knob, value, &errors.named(), drawn.first_ms)
+            ..Cell::of_picture(knob, value, errors, drawn.first_ms)
         })
     }
 }

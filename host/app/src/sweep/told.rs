@@ -3,10 +3,10 @@
 use super::cells::Cell;
 use super::{alone, plot};
 use crate::arguments::SweepArguments;
-use crate::compare::{put, typed_command};
+use crate::compare::put;
 use crate::page::{Column, Page, Plot, Table};
-use crate::terminal;
 use crate::times::{median, spread};
+use crate::{command_line, csv, terminal};
 use serde_json::{Value, json};
 use surfelshop_engine::plugins::UnitRef;
 
@@ -70,11 +70,11 @@ pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Re
              known."
                 .to_owned(),
         ],
-        command: typed_command(),
+        command: command_line::typed(),
         ..Page::default()
     };
     page.notes.extend(swept.note.clone());
-    let mut csv = head_of_csv(swept);
+    let mut for_programs = Vec::new();
     for (knob, cells) in *all {
         let title = format!("{} by {knob}, against {truth}", unit.id);
         if let Some(svg) = plot::svg(&title, swept, cells)? {
@@ -83,11 +83,10 @@ pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Re
         }
         let rows = cells.iter().map(|cell| row(swept, &words, cell)).collect();
         page.tables.push(Table { caption: title, columns: columns(swept, knob), rows });
-        for cell in cells {
-            csv += &line_of_csv(swept, &words, cell);
-        }
+        for_programs.extend(cells.iter().map(|cell| row_of_csv(swept, &words, cell)));
     }
     put(&arguments.out, "index.html", page.html()?.as_bytes())?;
+    let csv = csv::table(&head_of_csv(swept), &for_programs);
     put(&arguments.out, "report.csv", csv.as_bytes())?;
     let knob = |(knob, cells): &(String, Vec<Cell>)| json!({ "id": knob, "cells": cells });
     let object = json!({
@@ -186,27 +185,20 @@ fn row(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
     row
 }
 
-fn head_of_csv(swept: &Swept<'_>) -> String {
+/// The head of the table for programs.
+fn head_of_csv<'a>(swept: &Swept<'a>) -> Vec<&'a str> {
     let empty = Cell::faulty("", "", String::new());
-    let mut words = vec!["knob".to_owned(), "value".to_owned()];
-    words.extend(swept.errors.iter().map(|(name, ..)| (*name).to_owned()));
-    words.push("noise".to_owned());
-    words.extend(times(swept, &empty).into_iter().map(|(name, ..)| name.to_owned()));
-    words.extend(["fault".to_owned(), "command".to_owned()]);
-    words.iter().map(|word| text(word)).collect::<Vec<_>>().join(",") + "\n"
+    let errors = swept.errors.iter().map(|(name, ..)| *name);
+    let times = times(swept, &empty).into_iter().map(|(name, ..)| name);
+    let head = ["knob", "value"].into_iter().chain(errors).chain(["noise"]).chain(times);
+    head.chain(["fault", "command"]).collect()
 }
 
-fn text(text: &str) -> String {
-    format!("\"{}\"", text.replace('"', "\"\""))
-}
-
-fn line_of_csv(swept: &Swept<'_>, command: &[String], cell: &Cell) -> String {
-    let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
-    let mut words = vec![text(&cell.knob), text(&cell.value)];
-    words.extend(swept.errors.iter().map(|(name, ..)| number(cell.error(name))));
-    words.push(cell.noise.to_string());
-    words.extend(times(swept, cell).into_iter().map(|(.., value)| number(value)));
-    words.push(cell.fault.as_deref().map(text).unwrap_or_default());
-    words.push(text(&alone::command(command, cell)));
-    words.join(",") + "\n"
+fn row_of_csv(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
+    let mut row = vec![json!(cell.knob), json!(cell.value)];
+    row.extend(swept.errors.iter().map(|(name, ..)| json!(cell.error(name))));
+    row.push(json!((!cell.is_faulty()).then_some(cell.noise)));
+    row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
+    row.extend([json!(cell.fault), json!(alone::command(words, cell))]);
+    row
 }

@@ -2,8 +2,9 @@
 
 use super::cells::{Cell, Kept};
 use super::knobs::knobs;
+use super::subject::Subject;
 use super::told::{Swept, Time};
-use super::{Bench, stamp, stamp_of_unit, stamps_of, stamps_of_values, sweep, told, verdict};
+use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, told, verdict};
 use crate::arguments::SweepArguments;
 use crate::clouds::Clouds;
 use crate::compare::random;
@@ -16,6 +17,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 use surfelshop_api::UnitKind;
+use surfelshop_api::params::Values;
 use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_engine::metrics::compare_values;
 use surfelshop_engine::plugins::{Registry, UnitRef};
@@ -42,51 +44,32 @@ pub(super) fn report(
     let [file] = &arguments.files[..] else {
         bail!("a tool works on one cloud, found {} files", arguments.files.len());
     };
-    let loaded = studio::load(unit, &arguments.plugins.patience())?;
-    let knobs = knobs(&arguments.knob, unit, &loaded.description.params)?;
-    let judge = judge(arguments, registry, unit)?;
+    let tool = Subject::load(unit, &arguments.plugins.patience())?;
+    let knobs = knobs(&arguments.knob, unit, tool.declared())?;
+    let judge = judge(arguments, registry, &tool)?;
     let source = tool_run::source(file)?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
-    let mut files = stamps_of(std::slice::from_ref(&source))?;
-    let declared = &loaded.description.params;
-    let values = settings::values(unit, declared, &arguments.set)?;
-    files.extend(stamps_of_values(declared, &values)?);
+    let mut files = stamps_of(&arguments.files, std::slice::from_ref(&source))?;
+    let values = values_of(&tool, &arguments.set)?;
+    files.extend(stamps_of_values(tool.declared(), &values)?);
+    let mut units = vec![tool.stamp()?];
     let mut note = None;
-    if let Judge::Tool(judge) = &judge {
-        let other = studio::load(judge, &arguments.plugins.patience())?;
-        let declared = &other.description.params;
-        let of_judge = settings::values(judge, declared, &arguments.reference_set)?;
-        files.extend(stamps_of_values(declared, &of_judge)?);
-        if let Some(again) = &arguments.reference_again {
-            let changed = settings::values(judge, declared, [again])?;
-            let before = declared.iter().find(|declared| declared.id == again.id);
-            let before = before.map(|declared| declared.sanitise(of_judge.get(&again.id)));
-            if changed.get(&again.id) == before.as_ref() {
-                bail!(
-                    "--reference-again {}={}: the reference has that value already, and would be made \
-                     twice alike",
-                    again.id,
-                    again.value
-                );
+    match &judge {
+        Judge::Cloud(path) => files.push(stamp(Path::new(path))?),
+        Judge::Tool(judge) => {
+            let of_judge = values_of(judge, &arguments.reference_set)?;
+            files.extend(stamps_of_values(judge.declared(), &of_judge)?);
+            units.push(judge.stamp()?);
+            if let Some(again) = &arguments.reference_again {
+                check_again(judge, &of_judge, again)?;
             }
-        }
-        let seed = random::seed(declared, &of_judge);
-        if judge == unit && seed.is_some() && seed == random::seed(declared, &values) {
-            note = Some(format!(
-                "Both have the same seed: where random numbers decide, errors are shown too small; \
-                 --reference-set {}=1 takes others.",
-                random::SEED
-            ));
+            note = random_note([(&tool, &values), (judge, &of_judge)]);
         }
     }
     let cloud = read(source)?;
-    let units = match &judge {
-        Judge::Tool(judge) => vec![stamp_of_unit(unit)?, stamp_of_unit(judge)?],
-        Judge::Cloud(_) => vec![stamp_of_unit(unit)?],
-    };
-    let kept = Kept::open(&arguments.out, &key(arguments, &judge, &(units, files))?)?;
-    let mut bench = Tools { arguments, unit, cloud: &cloud, column: None, truth: None };
+    let kept = Kept::open(&arguments.out, &key(arguments, &units, &files)?)?;
+    let mut bench = Tools { arguments, tool: &tool, cloud: &cloud, column: None, truth: None };
     let truth = bench.make_truth(&judge, &kept)?;
     let name = truth.name.clone();
     bench.truth = Some(truth);
@@ -116,20 +99,52 @@ pub(super) fn report(
     verdict(&all)
 }
 
+fn values_of(tool: &Subject, typed: &[Setting]) -> anyhow::Result<Values> {
+    settings::values(&tool.reference, tool.declared(), typed)
+}
+
+/// Refuses to make a reference twice alike.
+fn check_again(judge: &Subject, values: &Values, again: &Setting) -> anyhow::Result<()> {
+    let Setting { id, value, .. } = again;
+    let changed = values_of(judge, std::slice::from_ref(again))?;
+    let declared = judge.declared().iter().find(|declared| declared.id == *id);
+    let before = declared.map(|declared| declared.sanitise(values.get(id)));
+    match changed.get(id) == before.as_ref() {
+        true => bail!(
+            "--reference-again {id}={value}: the reference has that value already, and would be made \
+             twice alike"
+        ),
+        false => Ok(()),
+    }
+}
+
+/// What is to be known of a tool that is measured against itself with the same random numbers.
+fn random_note(both: [(&Subject, &Values); 2]) -> Option<String> {
+    let [ours, theirs] = both.map(|(tool, values)| tool.seed(values));
+    let is_same = both[0].0.reference == both[1].0.reference;
+    (is_same && ours.is_some() && ours == theirs).then(|| {
+        format!(
+            "Both have the same seed: where random numbers decide, errors are shown too small; \
+             --reference-set {}=1 takes others.",
+            random::SEED
+        )
+    })
+}
+
 /// What makes the reference.
 enum Judge {
-    Tool(UnitRef),
+    Tool(Box<Subject>),
     /// A cloud that has the column.
     Cloud(String),
 }
 
-fn judge(arguments: &SweepArguments, registry: &Registry, unit: &UnitRef) -> anyhow::Result<Judge> {
-    let Some(name) = &arguments.reference else { return Ok(Judge::Tool(unit.clone())) };
-    let is_tool = registry.find(UnitKind::Tool, name);
-    match Path::new(name).is_file() {
-        true => Ok(Judge::Cloud(name.clone())),
-        false => Ok(Judge::Tool(is_tool?)),
+fn judge(arguments: &SweepArguments, registry: &Registry, tool: &Subject) -> anyhow::Result<Judge> {
+    let Some(name) = &arguments.reference else { return Ok(Judge::Tool(Box::new(tool.clone()))) };
+    if Path::new(name).is_file() {
+        return Ok(Judge::Cloud(name.clone()));
     }
+    let reference = registry.find(UnitKind::Tool, name)?;
+    Subject::load(&reference, &arguments.plugins.patience()).map(|tool| Judge::Tool(Box::new(tool)))
 }
 
 fn read(source: crate::scenes::Source) -> anyhow::Result<Cloud> {
@@ -141,20 +156,14 @@ fn read(source: crate::scenes::Source) -> anyhow::Result<Cloud> {
 /// Everything that the numbers depend on besides the values of a knob.
 fn key(
     arguments: &SweepArguments,
-    judge: &Judge,
-    units: &impl serde::Serialize,
+    units: &[(String, Stamp)],
+    files: &[Stamp],
 ) -> anyhow::Result<String> {
-    let files =
-        arguments.files.iter().map(|path| stamp(path)).collect::<anyhow::Result<Vec<_>>>()?;
-    let cloud = match judge {
-        Judge::Cloud(path) => Some(stamp(Path::new(path))?),
-        Judge::Tool(_) => None,
-    };
     let written = |settings: &mut dyn Iterator<Item = &Setting>| -> Vec<String> {
         settings.map(|setting| format!("{setting:?}")).collect()
     };
     Ok(serde_json::to_string(&(
-        (units, files, cloud, &arguments.column, arguments.threads),
+        (units, files, &arguments.column, arguments.threads),
         written(&mut arguments.set.iter()),
         written(&mut arguments.reference_set.iter()),
         written(&mut arguments.reference_again.iter()),
@@ -173,7 +182,7 @@ struct Truth {
 /// A tool with a knob at several values.
 struct Tools<'a> {
     arguments: &'a SweepArguments,
-    unit: &'a UnitRef,
+    tool: &'a Subject,
     cloud: &'a Cloud,
     /// The column, once it is known.
     column: Option<String>,
@@ -181,13 +190,12 @@ struct Tools<'a> {
 }
 
 impl Tools<'_> {
-    fn run(&self, unit: &UnitRef, typed: &[Setting]) -> anyhow::Result<(Done, Option<Duration>)> {
-        let patience = self.arguments.plugins.patience();
-        let loaded = studio::load(unit, &patience)?;
-        let values = settings::values(unit, &loaded.description.params, typed)?;
-        let step = Step { reference: unit.clone(), unit: loaded, values };
+    fn run(&self, tool: &Subject, typed: &[Setting]) -> anyhow::Result<(Done, Option<Duration>)> {
+        let values = values_of(tool, typed)?;
+        let Subject { reference, unit } = tool.clone();
+        let step = Step { reference, unit, values };
         let options = ToolOptions {
-            patience,
+            patience: self.arguments.plugins.patience(),
             threads: self.arguments.threads,
             device: studio::gpu_options(&self.arguments.device),
         };
@@ -221,19 +229,20 @@ impl Tools<'_> {
         Ok(values)
     }
 
-    fn values_of_run(&mut self, unit: &UnitRef, done: &Done) -> anyhow::Result<Vec<f64>> {
+    fn values_of_run(&mut self, tool: &Subject, done: &Done) -> anyhow::Result<Vec<f64>> {
+        let unit = &tool.reference;
         let Some(edited) = &done.edited else { bail!("{unit} changed nothing") };
-        self.values(&unit.to_string(), &edited.cloud.clone(), &edited.columns)
+        self.values(&unit.to_string(), &edited.cloud, &edited.columns)
     }
 
     fn make_truth(&mut self, judge: &Judge, kept: &Kept) -> anyhow::Result<Truth> {
-        let unit = match judge {
-            Judge::Tool(unit) => unit,
+        let tool = match judge {
+            Judge::Tool(tool) => tool,
             Judge::Cloud(path) => {
                 // Which column it is may only be known from what the tool makes.
                 if self.arguments.column.is_none() {
-                    let (done, _) = self.run(self.unit, &self.arguments.set)?;
-                    self.values_of_run(self.unit, &done)?;
+                    let (done, _) = self.run(self.tool, &self.arguments.set)?;
+                    self.values_of_run(self.tool, &done)?;
                 }
                 let cloud = read(tool_run::source(Path::new(path))?)?;
                 let values = self.values(path, &cloud, &[])?;
@@ -244,20 +253,20 @@ impl Tools<'_> {
         let again = self.arguments.reference_again.as_ref();
         let told = settings.iter().map(|s| format!("{}={}", s.id, s.value)).collect::<Vec<_>>();
         let more = again.map(|s| format!("and {}={}", s.id, s.value)).unwrap_or_default();
-        let name = format!("{} {} {more}", unit.id, told.join(" ")).trim().to_owned();
+        let name = format!("{} {} {more}", tool.reference.id, told.join(" ")).trim().to_owned();
         if let (Some(column), Some((noise_mse, values))) =
             (kept.column(), kept.true_values(self.cloud.len())?)
         {
             self.column = Some(column);
             return Ok(Truth { name, values, noise_mse });
         }
-        let (done, _) = self.run(unit, settings)?;
-        let mut values = self.values_of_run(unit, &done)?;
+        let (done, _) = self.run(tool, settings)?;
+        let mut values = self.values_of_run(tool, &done)?;
         let mut noise_mse = 0.0;
         if let Some(again) = again {
             let others = settings.iter().filter(|setting| setting.id != again.id).cloned();
-            let (done, _) = self.run(unit, &others.chain([again.clone()]).collect::<Vec<_>>())?;
-            let other = self.values_of_run(unit, &done)?;
+            let (done, _) = self.run(tool, &others.chain([again.clone()]).collect::<Vec<_>>())?;
+            let other = self.values_of_run(tool, &done)?;
             // Of two that err independently the mean has half the variance, and their difference
             // twice the variance.
             let apart = values.iter().zip(&other).map(|(a, b)| (a - b) * (a - b));
@@ -275,8 +284,8 @@ impl Tools<'_> {
     }
 
     fn measured(&mut self, knob: &str, value: &str) -> anyhow::Result<Cell> {
-        let (done, _) = self.run(self.unit, &self.turned(knob, value))?;
-        let values = self.values_of_run(self.unit, &done)?;
+        let (done, _) = self.run(self.tool, &self.turned(knob, value))?;
+        let values = self.values_of_run(self.tool, &done)?;
         let truth = self.truth.as_ref().context("there is no reference")?;
         let errors = compare_values(&values, &truth.values, truth.noise_mse)
             .map_err(|error| anyhow!("{knob}={value}: {error}"))?;
@@ -291,7 +300,7 @@ impl Bench for Tools<'_> {
     }
 
     fn again(&mut self, knob: &str, value: &str) -> Result<Run, String> {
-        let ran = self.run(self.unit, &self.turned(knob, value));
+        let ran = self.run(self.tool, &self.turned(knob, value));
         let (done, cpu) = ran.map_err(|error| format!("{error:#}"))?;
         Ok(Run {
             wall_ms: done.took.as_secs_f64() * 1e3,

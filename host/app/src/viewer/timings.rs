@@ -2,6 +2,7 @@
 
 use super::darkroom::Shot;
 use super::detail::Detail;
+use crate::times;
 use std::collections::VecDeque;
 
 /// Frames that count; enough that a few slow ones do not show.
@@ -60,9 +61,7 @@ fn push(times: &mut VecDeque<f64>, ms: f64) {
 }
 
 fn median(times: &VecDeque<f64>) -> Option<f64> {
-    let mut sorted: Vec<f64> = times.iter().copied().collect();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied()
+    times::median(&Vec::from(times.clone()))
 }
 
 #[cfg(test)]

@@ -206,6 +206,13 @@ pub struct Maps {
 }
 
 impl Errors {
+    /// Root of the mean squared error that the reference itself has, in units of radiance: an error
+    /// below cannot be told from none. 0 for a reference that is exact.
+    #[must_use]
+    pub fn noise(&self) -> f64 {
+        self.reference_noise.mse.max(0.0).sqrt()
+    }
+
     /// Every number with its name, as `rmse` or `flip.p99`, in a fixed order: for tables and for
     /// limits by name. Infinite for the PSNR of equal pictures; what there is none of is left out.
     #[must_use]

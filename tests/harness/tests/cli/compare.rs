@@ -75,7 +75,11 @@ fn tracers_are_compared_and_their_noise_is_told() {
     let told = desk.run(&format!("{line} --light 0,0,1 -o out {SMALL} --json")).json();
     assert_eq!(told["reference"], "reference");
     let flat = &told["renderers"][0];
-    assert!(flat["errors"]["reference_noise"]["mse"].as_f64().unwrap() >= 0.0, "{flat}");
+    // Samples of a pixel at an edge differ, so there is noise, and it is what was taken off.
+    let mse = |of: &str| flat["errors"][of]["mse"].as_f64().unwrap();
+    assert!(mse("reference_noise") > 0.0, "{flat}");
+    let taken_off = mse("measured") - mse("estimate");
+    assert!((taken_off - mse("reference_noise")).abs() < 1e-12, "{flat}");
     // A white square of light that both see alike, but for the ambient light of `flat`.
     assert!(flat["errors"]["rmse"].as_f64().unwrap() < 0.2, "{flat}");
 }
@@ -227,4 +231,21 @@ fn pictures_too_large_for_a_tracer_are_refused_in_one_line() {
         let line = format!("render two.ply -r reference -o a.exr --size {size}");
         desk.run(&line).failed(&["each side must be 1 to 16384"]);
     }
+}
+
+/// A file of a few kilobytes that promises a thousand million columns.
+#[test]
+fn a_picture_that_promises_too_much_is_refused_before_there_is_memory_for_it() {
+    let desk = desk();
+    desk.run("render two.ply -r flat -o small.exr --size 48 --camera front").done();
+    let mut bytes = std::fs::read(desk.at("small.exr")).unwrap();
+    for name in [&b"dataWindow\0box2i\0"[..], b"displayWindow\0box2i\0"] {
+        let at = bytes.windows(name.len()).position(|window| window == name).unwrap();
+        // Behind the name stand the length of the value, then left, top, right and bottom.
+        let right = at + name.len() + 4 + 8;
+        bytes[right..right + 4].copy_from_slice(&999_999_999i32.to_le_bytes());
+    }
+    std::fs::write(desk.at("huge.exr"), bytes).unwrap();
+    let line = format!("compare two.ply -r flat --reference huge.exr -o out {SMALL}");
+    desk.run(&line).failed(&["huge.exr", "expected at most 268435456 pixels", "48000000000"]);
 }

@@ -5,7 +5,7 @@
 //! of another picture. The first frame of each, in which shaders are compiled, is drawn apart from
 //! those that are timed.
 
-use super::plan::{Basis, MOST_PIXELS, Plan, Source, Subject};
+use super::plan::{Basis, Plan, Source, Subject};
 use super::truth::{Coming, Tracing};
 use crate::camera::{self, Extent};
 use crate::clouds::Clouds;
@@ -272,11 +272,6 @@ impl Measurement {
             self.fail(format!(
                 "{name}: {n_values} of its values are not finite; nothing can be measured against it"
             ));
-        } else if u64::from(picture.width) * u64::from(picture.height) > MOST_PIXELS {
-            self.fail(format!(
-                "{name}: expected at most {MOST_PIXELS} pixels, found {} x {}",
-                picture.width, picture.height
-            ));
         } else if let Some(work) = &mut self.work {
             work.truth = Some(Arc::new(truth));
         }
@@ -303,10 +298,7 @@ impl Measurement {
         };
         let Subject { knob, value, .. } = subject;
         *place = Some(match errors(&compared) {
-            Ok(errors) => Cell {
-                noise: errors.reference_noise.mse.max(0.0).sqrt(),
-                ..Cell::new(knob, value, &errors.named(), first_ms)
-            },
+            Ok(errors) => Cell::of_picture(knob, value, errors, first_ms),
             Err(line) => Cell::faulty(knob, value, line),
         });
     }

@@ -6,20 +6,21 @@ use crate::clouds::Clouds;
 use crate::compare::Truth;
 use crate::exr_file;
 use crate::surroundings::Probes;
+use crate::traced;
 use crate::viewer::shelf::mark;
 use eframe::egui::Context;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use surfelshop_api::View;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::params::Values;
-use surfelshop_api::{FrameRequest, View};
 use surfelshop_engine::Image;
-use surfelshop_engine::metrics::{self, Comparison, Reference};
+use surfelshop_engine::metrics::Comparison;
 use surfelshop_engine::picture::Development;
 use surfelshop_engine::plugins::{LoadedUnit, Patience, UnitRef};
-use surfelshop_engine::trace::{TraceOrder, samples_of, trace};
+use surfelshop_engine::trace::{TraceOrder, trace};
 
 /// Something that a thread makes.
 pub(super) struct Coming<T>(Receiver<T>);
@@ -52,26 +53,11 @@ impl<T: Send + 'static> Coming<T> {
 /// Reads a picture to measure against.
 pub(super) fn read(ctx: &Context, path: PathBuf) -> Result<Coming<Result<Truth, String>>, String> {
     Coming::start(ctx, move || {
-        check_size(&path)?;
-        let picture = exr_file::read_color(&path).map_err(|error| format!("{error:#}"))?;
+        let picture = exr_file::read_color(&path, MOST_PIXELS);
+        let picture = picture.map_err(|error| format!("{error:#}"))?;
         let name = path.display().to_string();
         Ok(Truth { name, picture, variance: None, candidate: None })
     })
-}
-
-/// Refuses a file whose head promises more pixels than can be measured, before there is memory for
-/// them.
-fn check_size(path: &Path) -> Result<(), String> {
-    let wrong = |what: String| format!("{}: {what}", path.display());
-    let head = exr::meta::MetaData::read_from_file(path, false);
-    let head = head.map_err(|error| wrong(format!("it has no colours to read: {error}")))?;
-    let pixels =
-        |size: exr::math::Vec2<usize>| (size.width() as u64).saturating_mul(size.height() as u64);
-    let most = head.headers.iter().map(|header| pixels(header.layer_size)).max().unwrap_or(0);
-    match most > MOST_PIXELS {
-        true => Err(wrong(format!("expected at most {MOST_PIXELS} pixels, found {most}"))),
-        false => Ok(()),
-    }
 }
 
 /// Compares a picture.
@@ -81,11 +67,7 @@ pub(super) fn compare(
     truth: Arc<Truth>,
     development: Development,
 ) -> Result<Coming<Result<Comparison, String>>, String> {
-    Coming::start(ctx, move || {
-        let settings = metrics::Settings { development, ..metrics::Settings::default() };
-        let reference = Reference { picture: &truth.picture, variance: truth.variance.as_ref() };
-        metrics::compare(&picture, reference, &settings).map_err(|error| error.to_string())
-    })
+    Coming::start(ctx, move || truth.compare(&picture, development))
 }
 
 /// What a tracer is to make a picture of.
@@ -134,20 +116,10 @@ impl Tracing {
             let light =
                 light.transpose().map_err(|error| Untraced::Otherwise(format!("{error:#}")))?;
             let order = TraceOrder {
-                clouds: clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
-                request: FrameRequest {
-                    view,
-                    scene,
-                    cloud: clouds.facts.clone(),
-                    frame_index: 0,
-                    values: values.clone(),
-                    environment: light.as_ref().map(|light| light.view().environment.clone()),
-                },
-                texels: light.map(|light| Arc::from(light.view().texels)).unwrap_or_default(),
-                samples: samples_of(&unit, &values),
                 // The window and the views keep one.
                 threads: std::thread::available_parallelism()
                     .map_or(1, |n| n.get().saturating_sub(1).max(1)),
+                ..traced::order(&unit, &values, &clouds, &scene, light.as_ref(), view)
             };
             let picture = trace(&unit, order, &patience, |fraction| {
                 let now = (1000.0 * fraction) as u32;

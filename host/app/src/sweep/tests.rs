@@ -1,0 +1,82 @@
+//! What is on the disk while a knob turns.
+
+use super::*;
+use crate::arguments::{Cli, Command};
+use clap::Parser as _;
+
+/// What a run was, and which values were kept by then, with their numbers of runs.
+type Seen = (String, Vec<(String, usize)>);
+
+/// A bench that says which of its runs were on the disk whenever it was asked for another.
+struct Clerk<'a> {
+    folder: &'a Path,
+    seen: Vec<Seen>,
+}
+
+impl Clerk<'_> {
+    fn look(&mut self, what: String) {
+        let kept = std::fs::read_to_string(self.folder.join("cells.json")).unwrap_or_default();
+        let kept: serde_json::Value = serde_json::from_str(&kept).unwrap_or_default();
+        let cells = kept["cells"].as_array().cloned().unwrap_or_default();
+        let told = |cell: &serde_json::Value| {
+            (cell["value"].as_str().unwrap().to_owned(), cell["runs"].as_array().unwrap().len())
+        };
+        self.seen.push((what, cells.iter().map(told).collect()));
+    }
+}
+
+impl Bench for Clerk<'_> {
+    fn first(&mut self, knob: &str, value: &str) -> Result<Cell, String> {
+        self.look(format!("first {value}"));
+        // The value is the seconds that it takes.
+        let seconds: f64 = value.parse().unwrap();
+        Ok(Cell::new(knob, value, &[("rmse", 0.5)], 1e3 * seconds))
+    }
+
+    fn again(&mut self, _knob: &str, value: &str) -> Result<Run, String> {
+        self.look(format!("again {value}"));
+        Ok(Run { wall_ms: 1.0, own_passes_ms: None, cpu_ms: None })
+    }
+}
+
+fn turn(folder: &Path, options: &str) -> (Vec<Cell>, Vec<Seen>) {
+    let line = format!("surfelshop report a.ply -t x -o out {options}");
+    let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+    let Some(Command::Report(arguments)) = cli.command else { panic!("another command") };
+    let values = ["1", "2", "3"].map(str::to_owned).to_vec();
+    let knob = Knob { id: "k".to_owned(), values };
+    let mut clerk = Clerk { folder, seen: Vec::new() };
+    let kept = Kept::open(folder, "key").unwrap();
+    let cells = sweep(&mut clerk, &knob, &arguments, &kept).unwrap();
+    (cells, clerk.seen)
+}
+
+#[test]
+fn every_run_is_on_the_disk_before_the_next_begins() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cells, seen) = turn(folder.path(), "--repeats 2");
+    assert_eq!(seen.len(), 9);
+    for (i, (what, kept)) in seen.iter().enumerate() {
+        let n_runs: usize = kept.iter().map(|(_, runs)| runs).sum();
+        assert_eq!((kept.len(), n_runs), (i.min(3), i.saturating_sub(3)), "{what}");
+    }
+    let order: Vec<&str> = seen.iter().map(|(what, _)| what.as_str()).collect();
+    assert_eq!(order[3..6], ["again 1", "again 2", "again 3"], "in turns");
+    // Nothing is done twice; more repeats go on where these ended, each value warmed up before.
+    let (same, seen) = turn(folder.path(), "--repeats 2");
+    assert_eq!((same, seen.len()), (cells, 0));
+    let (more, seen) = turn(folder.path(), "--repeats 3");
+    assert_eq!(seen.len(), 6);
+    assert!(more.iter().all(|cell| cell.runs.len() == 3), "{more:?}");
+}
+
+#[test]
+fn values_behind_one_that_took_too_long_are_not_begun() {
+    let folder = tempfile::tempdir().unwrap();
+    for n_runs in [4, 0] {
+        let (cells, seen) = turn(folder.path(), "--repeats 1 --longest 1.5");
+        assert_eq!((cells.len(), seen.len()), (2, n_runs), "{seen:?}");
+    }
+    let (cells, seen) = turn(folder.path(), "--repeats 1 --longest 60");
+    assert_eq!((cells.len(), seen.len()), (3, 2), "only the third is new: {seen:?}");
+}
