@@ -9,6 +9,20 @@
 
 var nearest: texture_2d<u32>;
 
+#ifdef COMPUTED
+// The surfels that compute has left to be drawn as quads; see list_large.wgsl.
+var<storage, read> list: array<u32>;
+#endif
+
+// The surfel of an instance.
+fn surfel_of(instance: u32) -> u32 {
+#ifdef COMPUTED
+    return list[instance] * chunk.stride;
+#else
+    return instance * chunk.stride;
+#endif
+}
+
 // The quad's corner, in units of the half axes.
 fn corner_of(vertex: u32) -> vec2<f32> {
     return vec2(f32(vertex & 1u), f32(vertex >> 1u)) * 2.0 - 1.0;
@@ -33,7 +47,7 @@ struct Nearest {
 
 @vertex
 fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn: u32) -> Nearest {
-    let i = drawn * chunk.stride;
+    let i = surfel_of(drawn);
     let disc = load_disc(i);
     let corner = corner_of(v);
     var out: Nearest;
@@ -88,7 +102,7 @@ struct Blended {
 
 @vertex
 fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn: u32) -> Blended {
-    let i = drawn * chunk.stride;
+    let i = surfel_of(drawn);
     let disc = load_disc(i);
     let corner = corner_of(v);
     var clip = project(disc, corner);

@@ -127,6 +127,7 @@ impl Stage<'_> {
                 frame_index: 0,
                 environment: Some(self.surroundings.view()),
                 stride: 1,
+                detail_px: 0.0,
             };
             let settled = studio.settle(&mut chosen, &request)?;
             let path = |ending: &str| self.arguments.out.join(format!("{stem}-{name}.{ending}"));

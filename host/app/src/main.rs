@@ -6,6 +6,7 @@
 
 mod arguments;
 mod bake;
+mod bench;
 mod camera;
 mod clouds;
 mod command_line;
@@ -59,6 +60,7 @@ fn main() -> ExitCode {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
         Some(Command::Report(arguments)) => sweep::run(&arguments, &given),
+        Some(Command::Bench(arguments)) => bench::run(&arguments, &given),
         Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),

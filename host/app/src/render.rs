@@ -26,11 +26,19 @@ const EXR_LAYERS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, O
 /// Milliseconds of wall clock.
 #[derive(Default, Serialize)]
 struct Timings {
-    /// Plugin and device.
+    /// Plugin and device, and all that is looked for before.
     open_ms: f64,
+    device_ms: f64,
+    /// Loading the plugin and starting the renderer.
+    plugin_ms: f64,
+    /// Clouds and the light around them.
     load_ms: f64,
     /// All frames, compilation included.
     render_ms: f64,
+    /// The first of them.
+    frame_ms: f64,
+    /// What columns took of that on their way to where they are drawn.
+    columns_ms: f64,
     write_ms: f64,
 }
 
@@ -52,12 +60,16 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     if reference.kind == UnitKind::Tracer {
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }
+    let opening = Instant::now();
     let studio = Studio::open(&arguments.device, &arguments.plugins);
+    timings.device_ms = since(opening);
     let mut studio = studio.map_err(|error| match registry.names(UnitKind::Tracer).first() {
         Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
         None => error,
     })?;
+    let loading = Instant::now();
     let mut chosen = studio.choose_for(reference, seen, &arguments.set)?;
+    timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
     let started = Instant::now();
@@ -77,9 +89,12 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         frame_index: 0,
         environment: surroundings.as_ref().map(Surroundings::view),
         stride: 1,
+        detail_px: staging.detail_px,
     };
     let settled = studio.settle(&mut chosen, &request)?;
     timings.render_ms = settled.milliseconds;
+    timings.frame_ms = settled.first_ms;
+    timings.columns_ms = settled.columns_ms;
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();

@@ -91,6 +91,8 @@ pub(crate) struct Staging {
     pub(crate) camera: Option<Camera>,
     /// Whether the projection is parallel, where that was typed.
     pub(crate) parallel: Option<bool>,
+    /// Radius of merged surfels in pixels; 0 where none are.
+    pub(crate) detail_px: f32,
 }
 
 impl Staging {
@@ -121,6 +123,7 @@ impl Staging {
             output: seen,
             camera: camera.filter(|_| !given.has("camera")),
             parallel: given.has("orthographic").then_some(arguments.lens.orthographic),
+            detail_px: arguments.detail,
         })
     }
 }

@@ -1,6 +1,6 @@
 //! A device, an engine and a renderer: what a picture is made with.
 
-use crate::arguments::{BackendChoice, DeviceArguments, PluginFiles};
+use crate::arguments::{BackendChoice, DeviceArguments, PluginFiles, SurfelChoice};
 use crate::staging::ChosenView;
 use crate::values::Setting;
 use crate::{settings, surroundings, terminal};
@@ -14,7 +14,7 @@ use surfelshop_engine::plugins::{
 };
 use surfelshop_engine::{
     Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered,
-    RendererView,
+    RendererView, SurfelDrawing,
 };
 
 /// Frames a renderer that refines its picture may take before the last one is taken.
@@ -56,6 +56,16 @@ pub(crate) fn gpu_options(device: &DeviceArguments) -> GpuOptions {
     GpuOptions { backend, adapter: device.adapter.clone() }
 }
 
+/// How surfels are to be drawn.
+pub(crate) fn surfel_drawing(device: &DeviceArguments) -> SurfelDrawing {
+    match device.surfels {
+        SurfelChoice::Auto => SurfelDrawing::Automatic,
+        SurfelChoice::Quads => SurfelDrawing::Quads,
+        SurfelChoice::Compute => SurfelDrawing::Compute,
+        SurfelChoice::Cpu => SurfelDrawing::Processor,
+    }
+}
+
 /// Makes pictures on one device.
 pub(crate) struct Studio {
     pub(crate) engine: Engine,
@@ -76,6 +86,10 @@ pub(crate) struct Settled {
     pub(crate) rendered: Rendered,
     pub(crate) n_frames: u32,
     pub(crate) milliseconds: f64,
+    /// Of these, what the first frame took, and within it the way of the columns to where they are
+    /// drawn.
+    pub(crate) first_ms: f64,
+    pub(crate) columns_ms: f64,
 }
 
 impl Studio {
@@ -83,7 +97,11 @@ impl Studio {
     pub(crate) fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<Self> {
         let gpu = Gpu::headless(&gpu_options(device))?;
         let host = gpu.host_info();
-        let options = EngineOptions { store: surroundings::store(), ..EngineOptions::default() };
+        let options = EngineOptions {
+            store: surroundings::store(),
+            surfels: surfel_drawing(device),
+            ..EngineOptions::default()
+        };
         let engine = Engine::new(gpu, &options)?;
         Ok(Self { engine, host, patience: plugins.patience() })
     }
@@ -145,13 +163,16 @@ impl Studio {
     ) -> Result<Settled, RenderError> {
         let started = Instant::now();
         let mut n_frames = 0;
+        let mut first = None;
         loop {
             let request = RenderRequest { frame_index: n_frames, ..*request };
             let rendered = self.engine.render(view, &request)?;
             n_frames += 1;
+            let since = || started.elapsed().as_secs_f64() * 1e3;
+            let (first_ms, columns_ms) = *first.get_or_insert((since(), rendered.columns_ms));
             if !rendered.wants_another_frame || n_frames == MAX_FRAMES {
-                let milliseconds = started.elapsed().as_secs_f64() * 1e3;
-                return Ok(Settled { rendered, n_frames, milliseconds });
+                let milliseconds = since();
+                return Ok(Settled { rendered, n_frames, milliseconds, first_ms, columns_ms });
             }
         }
     }

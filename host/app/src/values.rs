@@ -110,6 +110,14 @@ pub(crate) fn repeats(text: &str) -> Result<u32, String> {
     .map(|n| n as u32)
 }
 
+/// Reads how often something is timed.
+pub(crate) fn timed(text: &str) -> Result<u32, String> {
+    number(text, "a whole number from 1 to 3600", |n| {
+        n.fract() == 0.0 && (1.0..=3600.0).contains(&n)
+    })
+    .map(|n| n as u32)
+}
+
 /// Reads the name of an output.
 pub(crate) fn output(text: &str) -> Result<Output, String> {
     let name = if text == "colour" { "color" } else { text };
@@ -225,6 +233,11 @@ pub(crate) fn depth_tolerance(text: &str) -> Result<f32, String> {
 /// Reads the radius of the screen-space low-pass.
 pub(crate) fn low_pass(text: &str) -> Result<f32, String> {
     number(text, "a number of pixels from 0 to 4", |n| (0.0..=4.0).contains(&n)).map(|n| n as f32)
+}
+
+/// Reads the radius of merged surfels.
+pub(crate) fn detail(text: &str) -> Result<f32, String> {
+    number(text, "a number of pixels from 0 to 64", |n| (0.0..=64.0).contains(&n)).map(|n| n as f32)
 }
 
 /// Reads a time to wait.

@@ -81,6 +81,30 @@ pub enum GpuError {
     },
 }
 
+/// How wide the integers are on which compute passes work atomically.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Atomics {
+    /// 32 bits.
+    Only32,
+    /// The greater of two numbers also of 64 bits.
+    Max64,
+    /// All that there is, also of 64 bits.
+    All64,
+}
+
+impl Atomics {
+    fn of(features: wgpu::Features) -> Self {
+        let has = |wanted| features.contains(wgpu::Features::SHADER_INT64 | wanted);
+        if has(wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS) {
+            Self::All64
+        } else if has(wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX) {
+            Self::Max64
+        } else {
+            Self::Only32
+        }
+    }
+}
+
 /// A device with its queue and what is known of it.
 pub struct Gpu {
     /// The device.
@@ -93,6 +117,8 @@ pub struct Gpu {
     pub blends_f32: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
+    /// Which atomic operations compute passes of the host use.
+    pub atomics: Atomics,
     /// Why the device was lost, once it is.
     lost: Arc<OnceLock<String>>,
     /// What textures of a format may be used for, where less than WebGPU promises.
@@ -166,7 +192,10 @@ impl Gpu {
         }
         let wanted = wgpu::Features::FLOAT32_BLENDABLE
             | wgpu::Features::FLOAT32_FILTERABLE
-            | wgpu::Features::TIMESTAMP_QUERY;
+            | wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::SHADER_INT64
+            | wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX
+            | wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS;
         let features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("surfelshop"),
@@ -204,6 +233,7 @@ impl Gpu {
             usages,
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            atomics: Atomics::of(features),
             device,
             queue,
             info,
@@ -266,6 +296,12 @@ impl Gpu {
     #[must_use]
     pub fn keeps_reversed_depth(&self) -> bool {
         self.info.backend != wgpu::Backend::Gl
+    }
+
+    /// Whether compute passes may begin before what was drawn ahead of them is there, which OpenGL
+    /// does not allow: seen with Mesa 22.3 on a busy machine.
+    pub(crate) fn computes_early(&self) -> bool {
+        self.is_software() && self.info.backend == wgpu::Backend::Gl
     }
 
     /// Whether the adapter computes on the CPU.

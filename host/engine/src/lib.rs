@@ -24,7 +24,7 @@ pub mod tools;
 pub mod trace;
 
 pub use engine::{Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView};
-pub use gpu::{Backend, Gpu, GpuError, GpuOptions};
+pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use run::{CompileCounts, Image, PassReport, PassState, RenderError};
 pub use store::Store;
-pub use surfels::SurfaceCounts;
+pub use surfels::{SurfaceCounts, SurfelDrawing};

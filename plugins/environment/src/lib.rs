@@ -186,6 +186,7 @@ impl Renderer for Natural {
             (Some(_), true, true, Model::Ggx) => "shade_ggx",
         };
         let pass = Pass::shading("environment", include_str!("environment.wgsl"), entry)
+            .merges(true)
             .surface(SurfaceMode::Blended)
             .per_surfel(p.shading == Rate::Surfel)
             .target(color);

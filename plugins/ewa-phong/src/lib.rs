@@ -82,6 +82,7 @@ impl Renderer for EwaPhong {
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("phong", include_str!("ewa_phong.wgsl"), "shade")
+                .merges(true)
                 .surface(SurfaceMode::Blended)
                 .bind("settings", settings)
                 .target(color),

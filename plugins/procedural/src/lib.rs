@@ -140,7 +140,8 @@ impl Renderer for Procedural {
             (Lighting::Natural, None) => (include_str!("natural.wgsl"), "shade_lights"),
         };
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
-        let pass = Pass::shading("procedural", wgsl, entry).surface(SurfaceMode::Blended);
+        let pass =
+            Pass::shading("procedural", wgsl, entry).surface(SurfaceMode::Blended).merges(true);
         let volume = (p.noise == Noise::Volume).then_some(p.volume_size);
         let mut pass = with_pattern(graph, pass, &chosen, volume, &pattern)
             .module("procedural::shown", "shown.wgsl", include_str!("shown.wgsl"))

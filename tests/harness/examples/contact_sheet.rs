@@ -71,6 +71,7 @@ impl Sheet {
                 frame_index: 0,
                 environment: Some(view_of(&environment, shot.probe)),
                 stride: 1,
+                detail_px: 0.0,
             },
         )?;
         let color = rendered.image(&Output::Color).ok_or_else(|| anyhow::anyhow!("no picture"))?;

@@ -125,6 +125,7 @@ fn measure(
                 frame_index: 0,
                 environment: Some(view_of(&environment, probe)),
                 stride: 1,
+                detail_px: 0.0,
             };
             let one = timed(engine, &mut runner.renderer, &request, runner.pass)?;
             // The first frames compile and filter.

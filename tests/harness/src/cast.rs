@@ -73,15 +73,22 @@ pub fn beyond_reach(
 }
 
 /// How far inside a disc a position in pixels lies: pixels to the rim of the disc, among those
-/// that a ray there meets, whose rim is farthest; 0 where it meets none.
+/// that a ray there surely meets, whose rim is farthest; 0 where it meets none.
 #[must_use]
 pub fn depth_inside_px(cloud: &Cloud, view: &View, position: [f64; 2]) -> f64 {
     let view_from_offset = view.view_from_offset(cloud.origin());
     let (start, direction) = view.ray(position[0], position[1]);
     let discs = (0..cloud.len()).map(|i| Disc::new(cloud, i, &view_from_offset));
-    let met = discs.filter(|disc| disc.meet(start, direction).is_some_and(|d| d >= view.near));
+    let met = discs.filter(|disc| {
+        let surely = disc.meet_within(1.0 - disc.rim(direction), start, direction);
+        surely.is_some_and(|depth| depth >= view.near)
+    });
     met.map(|disc| disc.rim_distance_px(view, position)).fold(0.0, f64::max)
 }
+
+/// Relative error of a position in view space in f32: half a unit in the last place of each of a few
+/// products and sums.
+const POSITION_ERROR: f64 = 1.0 / (1u32 << 22) as f64;
 
 struct Disc {
     center: DVec3,
@@ -111,19 +118,35 @@ impl Disc {
 
     /// Distance along the viewing axis at which a ray meets the disc.
     fn meet(&self, start: DVec3, direction: DVec3) -> Option<f64> {
+        self.meet_within(1.0, start, direction)
+    }
+
+    /// The same for the disc that is as much larger as the root of its first argument.
+    fn meet_within(&self, most: f64, start: DVec3, direction: DVec3) -> Option<f64> {
         let plane = self.axis_u.cross(self.axis_v);
         let t = plane.dot(self.center - start) / plane.dot(direction);
         let point = start + direction * t;
         let offset = point - self.center;
         let u = offset.dot(self.axis_v.cross(plane)) / plane.length_squared();
         let v = offset.dot(plane.cross(self.axis_u)) / plane.length_squared();
-        (t > 0.0 && u * u + v * v <= 1.0).then_some(-point.z)
+        (t > 0.0 && u * u + v * v <= most).then_some(-point.z)
+    }
+
+    /// Squared distances from the centre, in radii, that f32 does not tell from 1.
+    ///
+    /// An error of the centre moves where a ray meets the plane by that over the cosine. On the screen
+    /// it is far less than a pixel, but for a disc that the eye nearly touches.
+    fn rim(&self, direction: DVec3) -> f64 {
+        let plane = self.axis_u.cross(self.axis_v);
+        let cosine = (plane.dot(direction) / plane.length()).abs();
+        2.0 * POSITION_ERROR * self.center.length() / (cosine * self.radius)
     }
 
     /// Distance on the screen from a position to the part of the disc before the near plane.
     fn distance_px(&self, view: &View, position: [f64; 2]) -> f64 {
         let (start, direction) = view.ray(position[0], position[1]);
-        if self.meet(start, direction).is_some_and(|depth| depth >= view.near) {
+        let met = self.meet_within(1.0 + self.rim(direction), start, direction);
+        if met.is_some_and(|depth| depth >= view.near) {
             return 0.0;
         }
         self.rim_distance_px(view, position)

@@ -1,6 +1,7 @@
 //! What the tests of the whole share: clouds, a ray caster, an engine to render with, and what
 //! work costs.
 
+pub mod agreement;
 pub mod cast;
 pub mod clouds;
 pub mod desk;

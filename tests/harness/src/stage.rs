@@ -13,6 +13,7 @@ use surfelshop_engine::plugins::{
 };
 use surfelshop_engine::{
     Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered, RendererView,
+    SurfelDrawing,
 };
 
 /// A perspective view from `eye` towards `target`, 45 degrees high.
@@ -50,6 +51,20 @@ pub fn engine() -> Engine {
     engine_with(&GpuOptions::default(), &EngineOptions::default())
 }
 
+/// Says how tests draw surfels that do not say it themselves: `quads`, `compute` or `cpu`; `cargo
+/// verify` runs those of drawing with each.
+const DRAWN_AS: &str = "SURFELSHOP_TEST_SURFELS";
+
+fn drawn_as() -> SurfelDrawing {
+    match std::env::var(DRAWN_AS).as_deref() {
+        Err(_) => SurfelDrawing::Automatic,
+        Ok("quads") => SurfelDrawing::Quads,
+        Ok("compute") => SurfelDrawing::Compute,
+        Ok("cpu") => SurfelDrawing::Processor,
+        Ok(other) => panic!("{DRAWN_AS} is {other}, expected quads, compute or cpu"),
+    }
+}
+
 /// An engine of these options.
 ///
 /// # Panics
@@ -58,7 +73,11 @@ pub fn engine() -> Engine {
 pub fn engine_with(gpu: &GpuOptions, options: &EngineOptions) -> Engine {
     let gpu =
         Gpu::headless(gpu).expect("drawing tests need an adapter; `cargo verify` installs one");
-    Engine::new(gpu, options).expect("the host's shaders compose")
+    let mut options = options.clone();
+    if options.surfels == SurfelDrawing::Automatic {
+        options.surfels = drawn_as();
+    }
+    Engine::new(gpu, &options).expect("the host's shaders compose")
 }
 
 /// The folder that cargo puts libraries and programs of this build into.
@@ -141,6 +160,7 @@ pub fn render(
             frame_index: 0,
             environment: None,
             stride: 1,
+            detail_px: 0.0,
         },
     )
 }

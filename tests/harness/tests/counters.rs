@@ -6,7 +6,11 @@
 use glam::DVec3;
 use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;
-use surfelshop_engine::{PassState, Rendered};
+use surfelshop_api::params::Values;
+use surfelshop_engine::{
+    Engine, EngineOptions, GpuOptions, PassReport, PassState, RenderRequest, Rendered,
+    SurfelDrawing,
+};
 use surfelshop_tests::{clouds, stage};
 
 const PHONG: (&str, &str) = ("surfelshop_ewa_phong", "ewa-phong");
@@ -17,9 +21,15 @@ fn ran(frame: &Rendered) -> Vec<&str> {
     passes.map(|pass| pass.name.as_str()).collect()
 }
 
+/// These count what the device does.
+fn quads() -> Engine {
+    let options = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
+    stage::engine_with(&GpuOptions::default(), &options)
+}
+
 #[test]
 fn unchanged_structure_recompiles_nothing() {
-    let mut engine = stage::engine();
+    let mut engine = quads();
     let cloud = clouds::sphere(500, 1.0).cloud();
     let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
     let mut at = |x: f64| {
@@ -43,7 +53,7 @@ fn depth_alone_runs_fewer_passes_than_color() {
     let cloud = clouds::sphere(500, 1.0).cloud();
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
     let run = |output: Output| {
-        let mut engine = stage::engine();
+        let mut engine = quads();
         let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
         let outputs = [output];
         let frame =
@@ -62,7 +72,7 @@ fn depth_alone_runs_fewer_passes_than_color() {
 
 #[test]
 fn two_renderers_over_one_view_share_its_surface() {
-    let mut engine = stage::engine();
+    let mut engine = quads();
     let cloud = clouds::sphere(500, 1.0).cloud();
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
     let mut renderers = [
@@ -87,8 +97,50 @@ fn two_renderers_over_one_view_share_its_surface() {
 }
 
 #[test]
+fn surfels_drawn_alone_are_those_a_frame_begins_with() {
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let (scene, outputs) = (Scene::default(), [Output::Color]);
+    for surfels in [SurfelDrawing::Quads, SurfelDrawing::Processor] {
+        let options = EngineOptions { surfels, ..EngineOptions::default() };
+        let picture = |alone_first: bool| {
+            let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+            let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+            if alone_first {
+                let request = RenderRequest {
+                    clouds: &[cloud.view()],
+                    facts: cloud.facts(),
+                    scene: &scene,
+                    view,
+                    environment: None,
+                    values: &Values::new(),
+                    outputs: &[],
+                    frame_index: 0,
+                    stride: 1,
+                    detail_px: 0.0,
+                };
+                let passes = engine.draw_surfels(&request).unwrap();
+                let ran = |pass: &PassReport| pass.state == PassState::Ran;
+                assert!(!passes.is_empty() && passes.iter().all(ran), "{passes:?}");
+                let again = engine.draw_surfels(&request).unwrap();
+                assert!(again.iter().all(|pass| pass.state == PassState::Reused), "{again:?}");
+            }
+            let frame =
+                stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+            let counters = engine.counters();
+            assert_eq!(counters.surfaces.blended, 1, "made once, by either");
+            let on_host = counters.host_column_bytes > 0;
+            assert_eq!(on_host, surfels == SurfelDrawing::Processor);
+            assert_eq!(counters.column_bytes == 0, on_host);
+            frame.image(&Output::Color).unwrap().clone()
+        };
+        assert_eq!(picture(true), picture(false));
+    }
+}
+
+#[test]
 fn changed_surface_settings_make_a_new_surface() {
-    let mut engine = stage::engine();
+    let mut engine = quads();
     let cloud = clouds::sphere(500, 1.0).cloud();
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
     let mut renderer = stage::built_renderer(&engine, FLAT.0, FLAT.1);
@@ -106,7 +158,7 @@ fn two_hundred_switches_leave_nothing_behind() {
     let cloud = clouds::sphere(3_000, 1.0).cloud();
     let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128);
     let (scene, outputs) = (Scene::default(), [Output::Color]);
-    let mut engine = stage::engine();
+    let mut engine = quads();
     let units = [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")];
     let mut state = Vec::new();
     let (mut switches, mut repeats) = (Vec::new(), Vec::new());
@@ -138,4 +190,30 @@ fn two_hundred_switches_leave_nothing_behind() {
     assert_eq!(first.1, last.1, "columns are shared");
     println!("{:?} bytes on the device after 20 switches, {:?} after 220", first.2, last.2);
     assert_eq!(first.2, last.2, "nothing is left on the device");
+}
+
+#[test]
+fn the_processor_draws_once_for_all_that_look_at_the_same() {
+    let options = EngineOptions { surfels: SurfelDrawing::Processor, ..EngineOptions::default() };
+    let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let outputs = [Output::Color];
+    let mut drawn = |unit: (&str, &str)| {
+        let mut renderer = stage::built_renderer(&engine, unit.0, unit.1);
+        let scene = Scene::default();
+        let frame = stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs);
+        let passes = frame.unwrap().passes;
+        (passes[0].name.clone(), passes[0].state, engine.counters())
+    };
+    let name = "surfels: processor".to_owned();
+    let first = drawn(PHONG);
+    assert_eq!((first.0, first.1), (name.clone(), PassState::Ran));
+    assert_eq!((first.2.uploads, first.2.column_bytes), (1, 0), "nothing is on the device");
+    let again = drawn(PHONG);
+    assert_eq!((again.0, again.1), (name.clone(), PassState::Reused));
+    let other = drawn(FLAT);
+    assert_eq!((other.0, other.1), (name, PassState::Ran), "it looks at the nearest alone");
+    let counts = other.2.surfaces;
+    assert_eq!((counts.visibility, counts.blended, counts.nearest), (2, 1, 1));
 }

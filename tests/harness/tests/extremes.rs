@@ -65,6 +65,7 @@ fn the_sharpest_highlight_is_smooth_and_right() {
         frame_index: 0,
         environment: None,
         stride: 1,
+        detail_px: 0.0,
     };
     let frame = engine.render(&mut renderer, &request).unwrap();
     let color = frame.image(&Output::Color).unwrap();

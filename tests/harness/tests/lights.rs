@@ -60,6 +60,7 @@ fn render(engine: &mut Engine, unit: &Unit, cloud: &Cloud, scene: &Scene, view: 
         frame_index: 0,
         environment: None,
         stride: 1,
+        detail_px: 0.0,
     };
     engine.render(&mut renderer, &request).unwrap()
 }

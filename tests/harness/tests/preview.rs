@@ -23,6 +23,7 @@ fn picture(engine: &mut Engine, cloud: &Cloud, view: View, stride: u32) -> Image
         frame_index: 0,
         environment: None,
         stride,
+        detail_px: 0.0,
     };
     engine.render(&mut renderer, &request).unwrap().images.remove(0).1
 }

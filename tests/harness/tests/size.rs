@@ -8,7 +8,7 @@ use glam::DVec3;
 use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
-use surfelshop_engine::{Engine, EngineOptions, GpuOptions};
+use surfelshop_engine::{Engine, EngineOptions, GpuOptions, SurfelDrawing};
 use surfelshop_tests::measure::{Cost, task_of_child, test_in_child};
 use surfelshop_tests::{clouds, stage};
 
@@ -18,7 +18,9 @@ const RENDERERS: [(&str, &str); 2] =
 const OUTPUTS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
 
 fn engine(chunk_surfels: u32) -> Engine {
-    let options = EngineOptions { chunk_surfels, ..EngineOptions::default() };
+    // The processor knows no chunks.
+    let surfels = SurfelDrawing::Quads;
+    let options = EngineOptions { chunk_surfels, surfels, ..EngineOptions::default() };
     stage::engine_with(&GpuOptions::default(), &options)
 }
 

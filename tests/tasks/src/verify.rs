@@ -21,6 +21,9 @@ pub(crate) fn run(long: bool) -> ExitCode {
     steps.run("clippy", || after(built, || component("clippy", "clippy", &mut clippy())));
     steps.run("doc", || after(built, || outcome(&mut doc())));
     steps.run("test", || after(built, || outcome(&mut test(long))));
+    for way in WAYS {
+        steps.run(way, || after(built, || outcome(&mut drawing(way))));
+    }
     if steps.sum_up() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -49,6 +52,22 @@ fn test(long: bool) -> Command {
     if long {
         command.env("SURFELSHOP_LONG", "1");
     }
+    command
+}
+
+/// Ways to draw surfels: which one the other tests use depends on the device.
+const WAYS: [&str; 3] = ["quads", "compute", "cpu"];
+
+/// Tests of what drawn surfels look like.
+const DRAWING: [&str; 6] = ["degenerate", "drawing", "ewa", "extremes", "preview", "scale"];
+
+fn drawing(drawn_as: &str) -> Command {
+    let mut command = cargo::step("test");
+    command.arg("--no-fail-fast");
+    for test in DRAWING {
+        command.args(["--test", test]);
+    }
+    command.env("SURFELSHOP_TEST_SURFELS", drawn_as);
     command
 }
 

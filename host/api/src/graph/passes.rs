@@ -111,6 +111,9 @@ pub struct Pass {
     /// What the WGSL variables are bound to, by name.
     #[serde(default)]
     pub bindings: BTreeMap<String, Resource>,
+    /// Whether several surfels may be drawn as one where they are small on the screen.
+    #[serde(default)]
+    pub merges: bool,
 }
 
 impl Pass {
@@ -123,6 +126,7 @@ impl Pass {
             entry: entry.to_owned(),
             constants: BTreeMap::new(),
             bindings: BTreeMap::new(),
+            merges: false,
         }
     }
 
@@ -183,6 +187,16 @@ impl Pass {
         if let Work::Shading { per_surfel, .. } = &mut self.work {
             *per_surfel = yes;
         }
+        self
+    }
+
+    /// Takes merged surfels: where several are small on the screen, one may stand for them, with the
+    /// mean of their positions, normals, albedos and accessibilities, weighted by area. Surfels of
+    /// different materials are never merged, nor are ellipses. It happens only where the user asks for
+    /// less detail, and only if all passes of the graph that look at the surface take it.
+    #[must_use]
+    pub fn merges(mut self, yes: bool) -> Self {
+        self.merges = yes;
         self
     }
 

@@ -1,7 +1,9 @@
 //! What can be typed behind `surfelshop`.
 
+mod benchmark;
 mod measuring;
 
+pub(crate) use benchmark::BenchArguments;
 pub(crate) use measuring::{CompareArguments, SweepArguments, options_of_pictures};
 
 use crate::camera::CameraSpec;
@@ -72,6 +74,8 @@ pub(crate) enum Command {
     Compare(Box<CompareArguments>),
     /// Turn a renderer's knobs and report its error against its time: plots, tables, one page.
     Report(Box<SweepArguments>),
+    /// Measure speed: frames, surfels alone, memory, growth and start-up, with each way to draw surfels.
+    Bench(Box<BenchArguments>),
     /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
     /// shows.
     Info(InfoArguments),
@@ -175,6 +179,12 @@ pub(crate) struct PictureArguments {
     #[arg(long, value_name = "RADII", value_parser = values::depth_tolerance,
           allow_hyphen_values = true)]
     pub(crate) depth_tolerance: Option<f32>,
+    /// Draw several surfels as one where that has at most this radius, in pixels: large clouds take a
+    /// fraction of the time. Renderers say whether they take it, the processor does it [default: 0,
+    /// never].
+    #[arg(long, value_name = "PIXELS", default_value_t = 0.0, hide_default_value = true,
+          value_parser = values::detail)]
+    pub(crate) detail: f32,
     /// Radius in pixels of the filter that keeps fine surfels from vanishing and flickering, 0
     /// (none) to 4 [default: 1].
     #[arg(long, value_name = "PIXELS", value_parser = values::low_pass,
@@ -303,9 +313,27 @@ impl PluginFiles {
     }
 }
 
+/// How surfels are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum SurfelChoice {
+    /// The processor where the device is software, else quads.
+    #[default]
+    Auto,
+    /// Quads, by the device.
+    Quads,
+    /// Compute for small surfels, quads for large ones, by the device.
+    Compute,
+    /// The processor.
+    Cpu,
+}
+
 /// Which graphics device to use.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct DeviceArguments {
+    /// How surfels are drawn: as quads by the device, by the device's compute where they are small, or
+    /// by the processor, which on software devices takes a fraction of the time.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    pub(crate) surfels: SurfelChoice,
     /// The graphics interface, instead of the best one.
     #[arg(long, value_enum, value_name = "INTERFACE")]
     pub(crate) backend: Option<BackendChoice>,

@@ -12,7 +12,7 @@ use anyhow::{Context as _, anyhow};
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
-use surfelshop_api::{UnitKind, View};
+use surfelshop_api::{CloudView, UnitKind, View};
 use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
 use surfelshop_engine::trace::{TracedPicture, trace};
 use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
@@ -25,6 +25,29 @@ pub(crate) struct Stage<'a> {
     pub(crate) clouds: &'a Clouds,
     pub(crate) surroundings: Option<&'a Surroundings>,
     pub(crate) view: View,
+}
+
+impl Stage<'_> {
+    /// The colour of a view; `clouds` are those of the stage.
+    pub(crate) fn request<'b>(
+        &'b self,
+        clouds: &'b [CloudView<'b>],
+        view: View,
+        values: &'b Values,
+    ) -> RenderRequest<'b> {
+        RenderRequest {
+            clouds,
+            facts: &self.clouds.facts,
+            scene: &self.staging.scene,
+            view,
+            values,
+            outputs: &[Output::Color],
+            frame_index: 0,
+            environment: self.surroundings.map(Surroundings::view),
+            stride: 1,
+            detail_px: self.staging.detail_px,
+        }
+    }
 }
 
 /// A renderer or tracer with its parameters.
@@ -168,17 +191,8 @@ fn frame(
     // Another may have drawn the same view, and each pays for its own.
     studio.engine.forget_surfaces();
     let values = chosen.values.clone();
-    let request = RenderRequest {
-        clouds: &stage.clouds.views(),
-        facts: &stage.clouds.facts,
-        scene: &stage.staging.scene,
-        view,
-        values: &values,
-        outputs: &[Output::Color],
-        frame_index: 0,
-        environment: stage.surroundings.map(|light| light.view()),
-        stride: 1,
-    };
+    let clouds = stage.clouds.views();
+    let request = stage.request(&clouds, view, &values);
     Ok(studio.settle(chosen, &request)?.rendered)
 }
 

@@ -3,10 +3,10 @@
 
 pub(crate) mod candidate;
 pub(crate) mod measured;
-mod path;
+pub(crate) mod path;
 pub(crate) mod random;
 pub(crate) mod told;
-mod wanted;
+pub(crate) mod wanted;
 
 pub(crate) use candidate::Stage;
 pub(crate) use measured::Truth;

@@ -1,7 +1,7 @@
 //! The cameras of a comparison: one, or several along a path.
 
 use crate::arguments::CompareArguments;
-use crate::camera;
+use crate::camera::{self, Extent};
 use crate::clouds::Clouds;
 use crate::render;
 use crate::staging::Staging;
@@ -58,10 +58,8 @@ pub(super) fn frames(
     let cameras: Vec<(String, View)> = match arguments.path {
         None => return Ok(vec![Frame { name: String::new(), view: seen }]),
         Some(PathSpec::Orbit(n)) => {
-            // The lens has been put on already, and must not be put on again.
             let extent = clouds.extent(staging.scene.surface.radius_scale);
-            let around = |i| camera::framed_view(turned(&seen.camera, i, n), &extent, seen.size_px);
-            (0..n).map(|i| (String::new(), around(i))).collect()
+            orbit(&seen, &extent, n).map(|view| (String::new(), view)).collect()
         }
         Some(PathSpec::Views) => {
             let views = of_views(opened.map(|opened| &opened.scene));
@@ -79,6 +77,16 @@ pub(super) fn frames(
         Frame { name, view }
     };
     Ok(cameras.into_iter().enumerate().map(frame).collect())
+}
+
+/// The views of a camera that goes once around what it looks at.
+pub(crate) fn orbit<'a>(
+    seen: &'a View,
+    extent: &'a Extent,
+    n: u32,
+) -> impl Iterator<Item = View> + 'a {
+    // The lens has been put on already, and must not be put on again.
+    (0..n).map(move |i| camera::framed_view(turned(&seen.camera, i, n), extent, seen.size_px))
 }
 
 /// A camera on its way once around what it looks at, about its upward direction.

@@ -13,14 +13,14 @@ use surfelshop_engine::plugins::{Patience, Registry, UnitRef};
 
 /// A renderer or tracer and what it is called.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Named {
-    pub(super) name: String,
-    pub(super) reference: UnitRef,
+pub(crate) struct Named {
+    pub(crate) name: String,
+    pub(crate) reference: UnitRef,
 }
 
 /// What was typed behind `-r`: `ID`, `PACKAGE/ID`, or either behind a name of the user's, as
 /// `soft=PACKAGE/ID`. Names are those of files.
-pub(super) fn named(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec<Named>> {
+pub(crate) fn named(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec<Named>> {
     let mut all = Vec::<Named>::with_capacity(typed.len());
     for typed in typed {
         let (name, id) =
@@ -45,7 +45,7 @@ pub(super) fn named(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec
 
 /// Loads all and deals out the settings that were typed, over what the views of a scene say: to what is called so, else to the renderer of that id; what
 /// is meant for nobody in particular is meant for all that have it.
-pub(super) fn with_settings(
+pub(crate) fn with_settings(
     all: Vec<Named>,
     typed: &[Setting],
     opened: Option<&OpenedScene>,

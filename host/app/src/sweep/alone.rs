@@ -9,26 +9,12 @@ const REPLACED: [&str; 3] = ["--knob", "--out", "-o"];
 /// The typed command with one value of one knob, into a folder of its own.
 pub(super) fn command(words: &[String], cell: &Cell) -> String {
     // In front of what was typed, behind which a `--` may stand.
-    let mut own: Vec<String> = Vec::new();
-    let mut words = words.iter();
-    own.extend(words.next().cloned());
+    let (first, typed) = words.split_at(words.len().min(1));
+    let mut own = first.to_vec();
     own.extend(["--knob".to_owned(), format!("{}={}", cell.knob, cell.value)]);
     own.extend(["-o".to_owned(), "alone".to_owned()]);
-    while let Some(word) = words.next() {
-        if REPLACED.contains(&word.as_str()) {
-            words.next();
-            continue;
-        }
-        let is_joined = REPLACED.iter().any(|option| {
-            // `--knob=a=1`, `-oout` and `-o=out`.
-            word.strip_prefix(option).is_some_and(|rest| {
-                rest.starts_with('=') || (!option.starts_with("--") && !rest.is_empty())
-            })
-        });
-        if !is_joined && word != "--json" {
-            own.push(word.clone());
-        }
-    }
+    let typed = command_line::without(typed, &REPLACED);
+    own.extend(typed.into_iter().filter(|word| word != "--json"));
     command_line::words("surfelshop", own)
 }
 

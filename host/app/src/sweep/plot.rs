@@ -73,7 +73,7 @@ pub(super) fn svg(
 }
 
 /// An axis in ratios with labels of our own choice: the crate's leave narrow ranges without any.
-fn axis(range: Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
+pub(crate) fn axis(range: Range<f64>) -> WithKeyPoints<LogCoord<f64>> {
     let ticks = ticks(range.start, range.end);
     range.log_scale().with_key_points(ticks)
 }

@@ -282,6 +282,7 @@ impl Worker {
             frame_index: 0,
             environment: surroundings.as_ref().map(Surroundings::view),
             stride: order.detail.stride,
+            detail_px: 0.0,
         };
         self.studio.settle_view(view, &request)
     }

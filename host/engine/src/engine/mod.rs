@@ -1,17 +1,19 @@
 //! One frame from request to pictures.
 
+mod alone;
 mod compute;
 mod submission;
 mod uniforms;
 
 use crate::environment::Environments;
-use crate::gpu::Gpu;
+use crate::gpu::{Atomics, Gpu};
 use crate::plugins::Hosted;
 use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
 use crate::store::Store;
-use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces};
+use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing};
+use std::time::Instant;
 use submission::{Done, Submission};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
@@ -23,13 +25,22 @@ use surfelshop_api::{CloudFacts, CloudView, EnvironmentView, FrameRequest, Scene
 pub struct EngineOptions {
     /// Most surfels in one chunk; fewer where the device's bindings are smaller.
     pub chunk_surfels: u32,
+    /// How surfels are drawn.
+    pub surfels: SurfelDrawing,
+    /// Whether 64-bit atomics are left unused, as on devices that have none.
+    pub only_32_bit_atomics: bool,
     /// Where textures that graphs want stored are kept for the next start, if anywhere.
     pub store: Option<Store>,
 }
 
 impl Default for EngineOptions {
     fn default() -> Self {
-        Self { chunk_surfels: 1 << 20, store: None }
+        Self {
+            chunk_surfels: 1 << 20,
+            surfels: SurfelDrawing::default(),
+            only_32_bit_atomics: false,
+            store: None,
+        }
     }
 }
 
@@ -48,6 +59,11 @@ pub struct Counters {
     pub uploads: u32,
     /// Bytes of columns on the device now.
     pub column_bytes: u64,
+    /// Bytes of columns in memory now, as the processor draws them.
+    pub host_column_bytes: u64,
+    /// Surfels that the processor drew last, those left out with their blocks not among them and merged
+    /// ones counting once; groups are filled up to sixteen.
+    pub drawn_by_host: usize,
     /// Environment maps uploaded.
     pub environments: u32,
 }
@@ -73,8 +89,29 @@ pub struct RenderRequest<'a> {
     pub frame_index: u32,
     /// One surfel of so many is drawn, evenly along the curve that orders them in space, and so
     /// much larger that they cover the same area: a preview where 1, the whole, takes too long. 0
-    /// is taken as 1.
+    /// is taken as 1. Where surfels are merged, it makes these coarser instead.
     pub stride: u32,
+    /// Several surfels are drawn as one where that has at most this radius in pixels; 0, or a renderer
+    /// that does not take merged surfels, draws all.
+    pub detail_px: f32,
+}
+
+/// Merged surfels of this radius in pixels are about as many as the pixels that they cover.
+const MOVING_DETAIL_PX: f32 = 1.0;
+
+impl<'a> RenderRequest<'a> {
+    /// The request as surfels are drawn: a preview has fewer and larger ones, or merged ones where
+    /// these can be had.
+    fn drawn(&self, merged: bool, scene: &'a mut Scene) -> Self {
+        let stride = self.stride.max(1);
+        let coarser = (stride as f32).sqrt();
+        if merged {
+            let least = if stride > 1 { MOVING_DETAIL_PX * coarser } else { 0.0 };
+            return RenderRequest { stride: 1, detail_px: self.detail_px.max(least), ..*self };
+        }
+        scene.surface.radius_scale *= coarser;
+        RenderRequest { scene, stride, detail_px: 0.0, ..*self }
+    }
 }
 
 /// A rendered frame.
@@ -87,6 +124,8 @@ pub struct Rendered {
     /// Bytes of the textures and buffers of the renderer's graph that the frame used, kept ones
     /// included.
     pub graph_bytes: u64,
+    /// Milliseconds in which columns were put in order and brought to where they are drawn.
+    pub columns_ms: f64,
     /// Whether the renderer says that another frame would refine the picture.
     pub wants_another_frame: bool,
 }
@@ -129,6 +168,7 @@ pub struct Engine {
     surfaces: Surfaces,
     resources: Resources,
     environments: Environments,
+    surfels: SurfelDrawing,
     plans: u32,
     chunks: usize,
 }
@@ -138,9 +178,12 @@ impl Engine {
     ///
     /// # Errors
     /// Where a shader module of the host is broken.
-    pub fn new(gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
+    pub fn new(mut gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
         use std::sync::atomic::{AtomicU64, Ordering};
         static ENGINES: AtomicU64 = AtomicU64::new(1);
+        if options.only_32_bit_atomics {
+            gpu.atomics = Atomics::Only32;
+        }
         Ok(Self {
             serial: ENGINES.fetch_add(1, Ordering::Relaxed),
             pipelines: Pipelines::new(gpu.device.clone())?,
@@ -148,6 +191,7 @@ impl Engine {
             surfaces: Surfaces::default(),
             resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
+            surfels: options.surfels,
             plans: 0,
             chunks: 0,
             gpu,
@@ -170,6 +214,8 @@ impl Engine {
             chunks: self.chunks,
             uploads: self.columns.uploads,
             column_bytes: self.columns.bytes(),
+            host_column_bytes: self.columns.host_bytes(),
+            drawn_by_host: self.surfaces.drawn_by_host(),
             environments: self.environments.uploads,
         }
     }
@@ -208,9 +254,6 @@ impl Engine {
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
-        let mut scene = request.scene.clone();
-        scene.surface.radius_scale *= (request.stride.max(1) as f32).sqrt();
-        let request = &RenderRequest { scene: &scene, stride: request.stride.max(1), ..*request };
         let encoded = renderer
             .hosted
             .frame(FrameRequest {
@@ -226,14 +269,17 @@ impl Engine {
         let Some(plan) = &renderer.plan else {
             return Err(RenderError::Graph("there is none".to_owned()));
         };
-        self.columns.next_frame();
         self.resources.next_frame();
-        let clouds = request
-            .clouds
-            .iter()
-            .map(|cloud| self.columns.cloud(cloud))
-            .collect::<Result<Vec<_>, _>>()?;
-        self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
+        // Surfels that are shaded one by one are the device's, which has their columns, and quads.
+        let one_by_one = plan.passes.iter().any(|pass| pass.surfels.is_some());
+        let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
+        let computes = self.surfels.computes(&self.gpu, request.view.size_px) && !one_by_one;
+        let merged = on_host && (request.stride > 1 || plan.takes_merged_surfels());
+        let mut scene = request.scene.clone();
+        let request = &request.drawn(merged, &mut scene);
+        let started = Instant::now();
+        let clouds = self.drawn_clouds(request, on_host)?;
+        let columns_ms = started.elapsed().as_secs_f64() * 1e3;
         let device = self.gpu.device.clone();
         let work = Submission {
             gpu: &self.gpu,
@@ -246,19 +292,36 @@ impl Engine {
             data: &encoded.data,
             request,
             clouds: &clouds,
+            computes,
         };
         let done = checked(&device, || work.run()).map_err(RenderError::Device);
         match done.and_then(|done| done) {
             Ok((rendered, Done { lent, written })) => {
                 self.resources.give_back(lent, &written);
                 self.resources.save(&self.gpu);
-                Ok(rendered)
+                Ok(Rendered { columns_ms, ..rendered })
             }
             Err(error) => {
                 self.surfaces.clear();
                 Err(error)
             }
         }
+    }
+
+    /// The clouds as they are drawn, with their columns where that happens.
+    fn drawn_clouds(
+        &mut self,
+        request: &RenderRequest<'_>,
+        on_host: bool,
+    ) -> Result<Vec<DrawnCloud>, RenderError> {
+        self.columns.next_frame();
+        let drawn = |cloud: &CloudView<'_>| match on_host {
+            true => self.columns.on_host(cloud),
+            false => self.columns.cloud(cloud),
+        };
+        let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
+        self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
+        Ok(clouds)
     }
 
     fn check_size(&self, size: [u32; 2]) -> Result<(), RenderError> {

@@ -1,8 +1,6 @@
 //! One frame's commands: which passes, over which surface, into which pictures.
 
-use super::uniforms::{
-    drawn_uniform, drawn_view, lights_uniform, surface_key, uniform, view_uniform,
-};
+use super::uniforms::{Seeing, lights_uniform, uniform, view_uniform};
 use super::{RenderRequest, Rendered};
 use crate::environment::Environments;
 use crate::gpu::Gpu;
@@ -10,8 +8,7 @@ use crate::run::{
     Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Needed, Node, Pending, Pipelines, Plan,
     Recorder, RenderError, Resources, Seen, Stage, bind, copy, execute, needed, touched,
 };
-use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces};
-use glam::{DMat4, DVec3};
+use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceParts, Surfaces};
 use std::collections::BTreeMap;
 use surfelshop_api::graph::{Output, SurfaceMode};
 
@@ -27,6 +24,8 @@ pub(super) struct Submission<'a> {
     pub(super) data: &'a [u8],
     pub(super) request: &'a RenderRequest<'a>,
     pub(super) clouds: &'a [DrawnCloud],
+    /// Whether compute draws the small surfels.
+    pub(super) computes: bool,
 }
 
 /// What a frame leaves for later ones, to be taken back once the device has accepted it all.
@@ -46,34 +45,21 @@ enum Source {
 impl Submission<'_> {
     pub(super) fn run(self) -> Result<(Rendered, Done), RenderError> {
         let sources = self.sources()?;
-        let graph_outputs: Vec<usize> = sources
-            .iter()
-            .filter_map(|source| match source {
-                Source::Graph(texture) => Some(*texture),
-                Source::Surface(_) => None,
-            })
-            .collect();
+        let of_graph = |source: &Source| match source {
+            Source::Graph(texture) => Some(*texture),
+            Source::Surface(_) => None,
+        };
+        let graph_outputs: Vec<usize> = sources.iter().filter_map(of_graph).collect();
         let needed = needed(self.plan, &graph_outputs);
         let host_mode = self.plan.passes.iter().find_map(|p| p.surface).unwrap_or_default();
         let parts = parts(&needed, &sources, host_mode);
-        let drawn = drawn_view(self.request, self.clouds);
-        let drawn_uniform = uniform(self.gpu, "drawn view", drawn_uniform(self.request, &drawn));
-        let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &drawn));
-        let lights_uniform = uniform(self.gpu, "lights", lights_uniform(self.request, &drawn));
+        let seeing = Seeing::new(self.gpu, self.request, self.clouds, self.computes)?;
+        let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &seeing.drawn));
+        let lights_uniform =
+            uniform(self.gpu, "lights", lights_uniform(self.request, &seeing.drawn));
         let mut recorder = Recorder::new(self.gpu);
-        let input = SurfaceInput {
-            clouds: self.clouds,
-            settings: &self.request.scene.surface,
-            stride: self.request.stride,
-            view_uniform: &drawn_uniform,
-            unit: drawn.unit,
-            view_from_offset: &|origin| {
-                let to_drawn = DMat4::from_scale(DVec3::splat(1.0 / drawn.unit));
-                (to_drawn * self.request.view.view_from_offset(origin)).as_mat4()
-            },
-            size: self.request.view.size_px,
-            key: surface_key(self.request, self.clouds)?,
-        };
+        let view_from_offset = |origin| seeing.view_from_offset(self.request, origin);
+        let input = seeing.input(self.request, self.clouds, &view_from_offset);
         let surface = if parts == SurfaceParts::default() {
             None
         } else {
@@ -122,7 +108,9 @@ impl Submission<'_> {
             .map_err(RenderError::Device)?;
         let wants_another_frame = self.plan.structure.wants_another_frame;
         let graph_bytes = lent.bytes();
-        Ok((Rendered { images, passes, graph_bytes, wants_another_frame }, Done { lent, written }))
+        let columns_ms = 0.0;
+        let rendered = Rendered { images, passes, graph_bytes, columns_ms, wants_another_frame };
+        Ok((rendered, Done { lent, written }))
     }
 
     /// Where each requested output comes from.
@@ -167,7 +155,10 @@ fn parts(needed: &Needed, sources: &[Source], host_mode: SurfaceMode) -> Surface
     }
     for source in sources {
         match source {
-            Source::Surface("depth_only") => parts.visibility = true,
+            Source::Surface("depth_only") => {
+                parts.visibility = true;
+                parts.winners = true;
+            }
             Source::Surface(_) => parts.add(host_mode),
             Source::Graph(_) => {}
         }

@@ -3,8 +3,8 @@
 use super::RenderRequest;
 use crate::gpu::Gpu;
 use crate::run::RenderError;
-use crate::surfels::DrawnCloud;
-use glam::{DVec3, Mat4, Vec2, Vec4};
+use crate::surfels::{DrawnCloud, SurfaceInput};
+use glam::{DMat4, DVec3, Mat4, Vec2, Vec4};
 use std::ops::RangeInclusive;
 use surfelshop_api::{Lamp, ObjectFrame, Projection, Scene, Uniform, View};
 
@@ -25,7 +25,7 @@ const MAX_EXPONENT: f64 = 120.0;
 
 /// How a view is drawn. Its near plane lies before the requested one, so that the depth tolerance
 /// has room there (`MAX_PULL` of the surfel shaders).
-pub(super) fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
+fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
     let facts = request.facts;
     let center = 0.5 * facts.bounds_min + 0.5 * facts.bounds_max;
     let reach = (facts.bounds_max - facts.bounds_min)
@@ -52,8 +52,63 @@ pub(super) fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> 
     DrawnView { view, unit }
 }
 
+/// Where surfels are seen from in a frame.
+pub(super) struct Seeing {
+    pub(super) drawn: DrawnView,
+    uniform: wgpu::Buffer,
+    raster_view: surfelshop_raster::View,
+    key: Vec<u8>,
+    /// Whether compute draws the small surfels.
+    computes: bool,
+}
+
+impl Seeing {
+    pub(super) fn new(
+        gpu: &Gpu,
+        request: &RenderRequest<'_>,
+        clouds: &[DrawnCloud],
+        computes: bool,
+    ) -> Result<Self, RenderError> {
+        let drawn = drawn_view(request, clouds);
+        Ok(Self {
+            uniform: uniform(gpu, "drawn view", drawn_uniform(request, &drawn)),
+            raster_view: raster_view(request, &drawn),
+            key: surface_key(request, clouds, computes)?,
+            computes,
+            drawn,
+        })
+    }
+
+    /// Rigid motion to view space, in units of drawing, for positions relative to an origin.
+    pub(super) fn view_from_offset(&self, request: &RenderRequest<'_>, origin: DVec3) -> Mat4 {
+        let to_drawn = DMat4::from_scale(DVec3::splat(1.0 / self.drawn.unit));
+        (to_drawn * request.view.view_from_offset(origin)).as_mat4()
+    }
+
+    /// What a surface buffer is made from; `view_from_offset` is the function of that name.
+    pub(super) fn input<'a>(
+        &'a self,
+        request: &'a RenderRequest<'_>,
+        clouds: &'a [DrawnCloud],
+        view_from_offset: &'a dyn Fn(DVec3) -> Mat4,
+    ) -> SurfaceInput<'a> {
+        SurfaceInput {
+            raster_view: &self.raster_view,
+            clouds,
+            settings: &request.scene.surface,
+            stride: request.stride,
+            view_uniform: &self.uniform,
+            unit: self.drawn.unit,
+            view_from_offset,
+            size: request.view.size_px,
+            computes: self.computes,
+            key: self.key.clone(),
+        }
+    }
+}
+
 /// The bytes of `surfelshop::view::View` for the passes that draw surfels, in units of drawing.
-pub(super) fn drawn_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> Uniform {
+fn drawn_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> Uniform {
     let near = request.view.near / drawn.unit;
     view_bytes(request, &drawn.view, near, 1.0)
 }
@@ -133,13 +188,38 @@ fn lamp_vectors(lamp: &Lamp, eye: DVec3, unit: f64) -> [Vec4; 3] {
     ]
 }
 
-/// Equal bytes mean an equal surface: clouds, camera, size, surface settings and stride.
-pub(super) fn surface_key(
+/// The view as the processor draws surfels, in units of drawing.
+fn raster_view(request: &RenderRequest<'_>, drawn: &DrawnView) -> surfelshop_raster::View {
+    let settings = &request.scene.surface;
+    let camera = &request.view.camera;
+    let world_from_view = camera.view_from_world().transpose().as_mat3().transpose();
+    surfelshop_raster::View {
+        size_px: request.view.size_px,
+        half_extent: drawn.view.half_extent().map(|half| half as f32),
+        near: (request.view.near / drawn.unit) as f32,
+        orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
+        world_from_view: world_from_view.to_cols_array_2d(),
+        two_sided: settings.two_sided,
+        low_pass: settings.low_pass,
+        tolerance: settings.depth_tolerance,
+        tangent_scale: settings.radius_scale,
+        unit: drawn.unit as f32,
+        detail_px: request.detail_px,
+    }
+}
+
+/// Equal bytes mean an equal surface: clouds, camera, size, surface settings, stride, detail and how
+/// they are drawn.
+fn surface_key(
     request: &RenderRequest<'_>,
     clouds: &[DrawnCloud],
+    computes: bool,
 ) -> Result<Vec<u8>, RenderError> {
-    let clouds: Vec<_> =
-        clouds.iter().map(|c| (c.origin, c.n_surfels, c.chunk_len, &c.generations)).collect();
-    rmp_serde::to_vec(&(&request.view, &request.scene.surface, request.stride, clouds))
+    let clouds: Vec<_> = clouds
+        .iter()
+        .map(|c| (c.origin, c.n_surfels, c.chunk_len, &c.generations, c.on_host.is_some()))
+        .collect();
+    let drawn = (request.stride, request.detail_px.to_bits(), computes);
+    rmp_serde::to_vec(&(&request.view, &request.scene.surface, drawn, clouds))
         .map_err(|error| RenderError::Host(error.to_string()))
 }

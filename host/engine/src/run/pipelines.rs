@@ -41,6 +41,8 @@ pub(crate) enum Stage {
 pub(crate) enum DrawKind {
     /// One triangle over the whole target.
     Fullscreen,
+    /// The same with a depth of its own, over whatever is there.
+    SeededSurfels,
     /// Surfel quads; nearest wins, depth is written.
     NearestSurfels,
     /// Surfel quads added up where they pass the depth test.
@@ -249,7 +251,9 @@ fn make_draw(device: &wgpu::Device, draw: &Draw<'_>) -> Result<Pipeline, String>
             },
             primitive: wgpu::PrimitiveState {
                 topology: match draw.kind {
-                    DrawKind::Fullscreen => wgpu::PrimitiveTopology::TriangleList,
+                    DrawKind::Fullscreen | DrawKind::SeededSurfels => {
+                        wgpu::PrimitiveTopology::TriangleList
+                    }
                     _ => wgpu::PrimitiveTopology::TriangleStrip,
                 },
                 ..Default::default()
@@ -309,6 +313,7 @@ const ADD: wgpu::BlendState = {
 fn depth_state(kind: DrawKind) -> Option<wgpu::DepthStencilState> {
     let (compare, write) = match kind {
         DrawKind::Fullscreen => return None,
+        DrawKind::SeededSurfels => (wgpu::CompareFunction::Always, true),
         DrawKind::NearestSurfels => (wgpu::CompareFunction::Greater, true),
         DrawKind::AddedSurfels => (wgpu::CompareFunction::GreaterEqual, false),
     };

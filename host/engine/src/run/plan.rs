@@ -77,6 +77,14 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// Whether every pass that looks at surfels takes merged ones.
+    pub(crate) fn takes_merged_surfels(&self) -> bool {
+        let mut passes = self.structure.passes.iter().zip(&self.passes);
+        passes.all(|(pass, planned)| pass.merges || planned.surface.is_none())
+    }
+}
+
+impl Plan {
     /// Checks a structure for a view of this size.
     ///
     /// # Errors

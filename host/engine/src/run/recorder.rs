@@ -51,6 +51,8 @@ pub(crate) struct Recorder<'g> {
     queries: Option<wgpu::QuerySet>,
     /// For each timed pass, its position in `passes`.
     timed: Vec<usize>,
+    /// Whether anything was drawn that the device was not made to finish.
+    drawn: bool,
 }
 
 impl<'g> Recorder<'g> {
@@ -63,7 +65,7 @@ impl<'g> Recorder<'g> {
             })
         });
         let encoder = gpu.device.create_command_encoder(&Default::default());
-        Self { gpu, encoder, passes: Vec::new(), queries, timed: Vec::new() }
+        Self { gpu, encoder, passes: Vec::new(), queries, timed: Vec::new(), drawn: false }
     }
 
     /// Notes a pass that does not run.
@@ -102,6 +104,7 @@ impl<'g> Recorder<'g> {
         depth: Option<(&wgpu::TextureView, bool)>,
         parts: impl IntoIterator<Item = F>,
     ) {
+        self.drawn = true;
         let times = self.time_next(name);
         let mut parts = parts.into_iter().peekable();
         let mut first = true;
@@ -171,6 +174,11 @@ impl<'g> Recorder<'g> {
 
     /// Records a compute pass.
     pub(crate) fn compute(&mut self, name: &str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        // Mesa's software OpenGL begins to compute while textures that it reads are still drawn.
+        if self.drawn && self.gpu.computes_early() {
+            self.finish_so_far();
+            self.drawn = false;
+        }
         let times = self.time_next(name);
         let timestamp_writes = match (&self.queries, times) {
             (Some(query_set), Some([first, last])) => Some(wgpu::ComputePassTimestampWrites {

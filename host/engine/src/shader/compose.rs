@@ -163,6 +163,7 @@ impl Library {
     }
 
     fn compose_checked(&mut self, source: &str, defines: &[&str]) -> Result<Composed, ShaderError> {
+        let allowed = capabilities() | wide_atomics(defines);
         let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
         let composer = &mut self.composer;
         let composed = composer
@@ -178,7 +179,7 @@ impl Library {
         number_bindings(&mut module);
         bound_loops::bound(&mut module);
         let mut validator =
-            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities());
+            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), allowed);
         let info = validator.validate(&module).map_err(|error| {
             let mut message = error.as_inner().to_string();
             let mut cause = std::error::Error::source(error.as_inner());
@@ -273,6 +274,19 @@ fn import_path(source: &str) -> &str {
 /// Language features graphs may use: those every device this engine opens has.
 fn capabilities() -> naga::valid::Capabilities {
     naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32
+}
+
+/// What shaders of the host use besides on devices that have it; graphs set no names.
+fn wide_atomics(defines: &[&str]) -> naga::valid::Capabilities {
+    use naga::valid::Capabilities;
+    let mut allowed = Capabilities::empty();
+    if defines.iter().any(|name| name.starts_with("ATOMIC64")) {
+        allowed |= Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
+    }
+    if defines.contains(&"ATOMIC64_ALL") {
+        allowed |= Capabilities::SHADER_INT64_ATOMIC_ALL_OPS;
+    }
+    allowed
 }
 
 /// The composer's many-line report as one line: `line 3: what (token)`.

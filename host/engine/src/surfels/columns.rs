@@ -36,6 +36,8 @@ pub(crate) struct DrawnCloud {
     pub(crate) generations: Vec<u64>,
     /// Largest radius, scene units.
     pub(crate) max_radius: f32,
+    /// Its columns in memory, where the processor draws it.
+    pub(crate) on_host: Option<Rc<surfelshop_raster::Columns>>,
 }
 
 impl DrawnCloud {
@@ -49,6 +51,15 @@ impl DrawnCloud {
         let (n, len) = (self.n_surfels, self.chunk_len);
         (0..n.div_ceil(len)).map(move |i| (i * len, len.min(n - i * len)))
     }
+}
+
+/// A cloud in memory.
+struct OnHost {
+    generations: Vec<u64>,
+    order_serial: u32,
+    columns: Rc<surfelshop_raster::Columns>,
+    max_radius: f32,
+    last_used: u64,
 }
 
 struct Uploaded {
@@ -86,6 +97,7 @@ pub(crate) struct Columns {
     device: wgpu::Device,
     queue: wgpu::Queue,
     uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
+    on_host: Vec<OnHost>,
     orders: Vec<Order>,
     n_orders: u32,
     chunk_len: u32,
@@ -105,6 +117,7 @@ impl Columns {
             device,
             queue,
             uploaded: HashMap::new(),
+            on_host: Vec::new(),
             orders: Vec::new(),
             n_orders: 0,
             chunk_len: chunk_len.clamp(1, fits.max(1)),
@@ -118,11 +131,17 @@ impl Columns {
         self.uploaded.values().map(|column| column.bytes).sum()
     }
 
+    /// Bytes of columns in memory, as the processor draws them.
+    pub(crate) fn host_bytes(&self) -> u64 {
+        self.on_host.iter().map(|cloud| cloud.columns.bytes() as u64).sum()
+    }
+
     /// Drops what has not been drawn for a while; called once a frame.
     pub(crate) fn next_frame(&mut self) {
         self.frame += 1;
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
         self.uploaded.retain(|_, column| column.last_used >= oldest);
+        self.on_host.retain(|cloud| cloud.last_used >= oldest);
         self.orders.retain(|order| order.last_used >= oldest);
     }
 
@@ -154,14 +173,7 @@ impl Columns {
     /// # Errors
     /// Where a column that drawing needs is missing or of another type.
     pub(crate) fn cloud(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
-        // The index texture keeps one bit for the side and one value for "none".
-        let n_surfels =
-            u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
-                RenderError::Cloud(format!(
-                    "it has {} surfels, fewer than 2^31 are drawn",
-                    cloud.len
-                ))
-            })?;
+        let n_surfels = counted(cloud)?;
         let drawn = DrawnCloud {
             origin: cloud.origin,
             n_surfels,
@@ -170,6 +182,7 @@ impl Columns {
             defines: Vec::new(),
             generations: Vec::new(),
             max_radius: 0.0,
+            on_host: None,
         };
         let (order_serial, order) = self.order(cloud);
         let mut arriving = Arriving { cloud, order_serial, order, drawn };
@@ -213,6 +226,93 @@ impl Columns {
         Ok(arriving.drawn)
     }
 
+    /// Brings the columns a cloud is drawn with into drawing order in memory.
+    ///
+    /// # Errors
+    /// Where a column that drawing needs is missing or of another type.
+    pub(crate) fn on_host(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
+        let n_surfels = counted(cloud)?;
+        let positions = floats_of(cloud, columns::POSITION)?;
+        let normals = floats_of(cloud, columns::NORMAL)?;
+        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
+        let tangents = match tangents.map(|name| cloud.floats(name, 3)) {
+            [Some(u), Some(v)] => Some([u, v]),
+            _ => None,
+        };
+        let radii = match tangents {
+            Some(_) => &[],
+            None => floats_of(cloud, columns::RADIUS)?,
+        };
+        let material = cloud.column(columns::MATERIAL).and_then(|column| match column.values {
+            Values::U32(values) if column.components == 1 => Some(values),
+            _ => None,
+        });
+        let color = cloud.column(columns::COLOR).filter(|column| is_color(column));
+        let used = [
+            Some(columns::POSITION),
+            Some(columns::NORMAL),
+            tangents.is_none().then_some(columns::RADIUS),
+            tangents.is_some().then_some(columns::TANGENT_U),
+            tangents.is_some().then_some(columns::TANGENT_V),
+            cloud.floats(columns::AO, 1).map(|_| columns::AO),
+            material.map(|_| columns::MATERIAL),
+            color.map(|_| columns::COLOR),
+        ];
+        let generations: Vec<u64> = used
+            .into_iter()
+            .flatten()
+            .filter_map(|name| cloud.column(name))
+            .map(|column| column.generation)
+            .collect();
+        let (order_serial, order) = self.order(cloud);
+        let is_it =
+            |known: &OnHost| known.generations == generations && known.order_serial == order_serial;
+        let at = match self.on_host.iter().position(is_it) {
+            Some(at) => at,
+            None => {
+                self.uploads += 1;
+                let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
+                let sources = surfelshop_raster::Sources {
+                    positions,
+                    normals,
+                    radii,
+                    tangents,
+                    ao: cloud.floats(columns::AO, 1),
+                    materials: material,
+                };
+                let albedo = albedo(color, &order);
+                let largest = |values: &[f32]| values.iter().fold(0.0f32, |m, v| m.max(v.abs()));
+                let max_radius = match tangents {
+                    Some([u, v]) => 2.45 * largest(u).max(largest(v)),
+                    None => largest(radii),
+                };
+                let columns = Rc::new(super::on_host::columns(&sources, &order, albedo));
+                let generations = generations.clone();
+                let last_used = self.frame;
+                self.on_host.push(OnHost {
+                    generations,
+                    order_serial,
+                    columns,
+                    max_radius,
+                    last_used,
+                });
+                self.on_host.len() - 1
+            }
+        };
+        let known = &mut self.on_host[at];
+        known.last_used = self.frame;
+        Ok(DrawnCloud {
+            origin: cloud.origin,
+            n_surfels,
+            chunk_len: self.chunk_len,
+            columns: Vec::new(),
+            defines: Vec::new(),
+            generations,
+            max_radius: known.max_radius,
+            on_host: Some(known.columns.clone()),
+        })
+    }
+
     /// Uploads a column of floats and returns its largest magnitude.
     fn floats(
         &mut self,
@@ -220,20 +320,9 @@ impl Columns {
         arriving: &mut Arriving<'_>,
     ) -> Result<f32, RenderError> {
         let cloud = arriving.cloud;
-        let components = match name {
-            columns::RADIUS | columns::AO => 1,
-            _ => 3,
-        };
-        let (Some(column), Some(values)) = (cloud.column(name), cloud.floats(name, components))
-        else {
-            let what = match cloud.column(name) {
-                None => "none".to_owned(),
-                Some(c) => format!("{} x {}", c.components, c.values.element().name()),
-            };
-            return Err(RenderError::Cloud(format!(
-                "drawing needs a column `{name}` of {components} x f32, found {what}"
-            )));
-        };
+        let components = components_of(name);
+        let values = floats_of(cloud, name)?;
+        let Some(column) = cloud.column(name) else { return Ok(0.0) };
         let known =
             self.uploaded.get(&(column.generation, arriving.order_serial, name)).map(|c| c.largest);
         let largest =
@@ -303,6 +392,55 @@ impl Columns {
         uploaded.last_used = frame;
         arriving.drawn.columns.push((variable, uploaded.buffers.clone()));
         arriving.drawn.generations.push(column.generation);
+    }
+}
+
+/// Number of surfels, where all can be numbered.
+fn counted(cloud: &CloudView<'_>) -> Result<u32, RenderError> {
+    // The index texture keeps one bit for the side and one value for "none".
+    u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
+        RenderError::Cloud(format!("it has {} surfels, fewer than 2^31 are drawn", cloud.len))
+    })
+}
+
+fn components_of(name: &str) -> u32 {
+    match name {
+        columns::RADIUS | columns::AO => 1,
+        _ => 3,
+    }
+}
+
+/// A column of floats that drawing needs.
+fn floats_of<'a>(cloud: &CloudView<'a>, name: &str) -> Result<&'a [f32], RenderError> {
+    let components = components_of(name);
+    cloud.floats(name, components).ok_or_else(|| {
+        let what = match cloud.column(name) {
+            None => "none".to_owned(),
+            Some(c) => format!("{} x {}", c.components, c.values.element().name()),
+        };
+        RenderError::Cloud(format!(
+            "drawing needs a column `{name}` of {components} x f32, found {what}"
+        ))
+    })
+}
+
+/// Albedos in drawing order, as they are stored on the device.
+fn albedo(color: Option<&ColumnView<'_>>, order: &[u32]) -> surfelshop_raster::Albedo {
+    let Some(column) = color else {
+        return surfelshop_raster::Albedo::Same(columns::NEUTRAL_ALBEDO);
+    };
+    let encoded = |i: u32| {
+        let mut bytes = Vec::with_capacity(8);
+        encode_color(column, i as usize, &mut bytes);
+        bytes
+    };
+    match column.values {
+        Values::U8(_) => surfelshop_raster::Albedo::Codes(
+            order.iter().map(|&i| bytemuck::pod_read_unaligned(&encoded(i))).collect(),
+        ),
+        _ => surfelshop_raster::Albedo::Halves(
+            order.iter().map(|&i| bytemuck::pod_read_unaligned(&encoded(i))).collect(),
+        ),
     }
 }
 

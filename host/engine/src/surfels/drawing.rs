@@ -12,7 +12,7 @@ use surfelshop_api::columns::NEUTRAL_ALBEDO;
 
 pub(super) const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
 const DRAW: &str = include_str!("../../../../shaders/host/draw_surfels.wgsl");
-const ACCUMULATE_FIXED: &str = include_str!("../../../../shaders/host/accumulate_fixed.wgsl");
+pub(super) const FOOTPRINT: &str = include_str!("../../../../shaders/host/footprint.wgsl");
 pub(crate) const RESOLVE: &str = include_str!("../../../../shaders/host/resolve.wgsl");
 
 /// What is looked up of the nearest surfels.
@@ -27,41 +27,62 @@ pub(super) enum Lookup {
 }
 
 /// A draw of every chunk.
-struct Step<'a> {
-    name: &'a str,
+pub(super) struct Step<'a> {
+    pub(super) name: &'a str,
     /// Vertex and fragment entry point.
-    entries: [&'a str; 2],
-    formats: &'a [wgpu::TextureFormat],
-    kind: DrawKind,
+    pub(super) entries: [&'a str; 2],
+    pub(super) formats: &'a [wgpu::TextureFormat],
+    pub(super) kind: DrawKind,
+}
+
+/// What compute has found of a chunk's surfels.
+pub(super) struct Computed {
+    /// Where each of them is, and whether it is small.
+    pub(super) boxes: wgpu::Buffer,
+    /// How many are large among each 64.
+    pub(super) blocks: wgpu::Buffer,
+    /// The large ones, and the arguments of their indirect draw.
+    pub(super) list: wgpu::Buffer,
+    pub(super) large: wgpu::Buffer,
 }
 
 /// A chunk with its uniform.
-struct Chunk<'a> {
-    cloud: &'a DrawnCloud,
+pub(super) struct Chunk<'a> {
+    pub(super) cloud: &'a DrawnCloud,
     position: usize,
     count: u32,
     uniform: wgpu::Buffer,
     /// What its surfels radiate, where they were shaded one by one.
-    lit: Option<wgpu::Buffer>,
+    pub(super) lit: Option<wgpu::Buffer>,
+    /// Where compute has drawn its small surfels: quads are then drawn of the large ones alone.
+    pub(super) computed: Option<Computed>,
 }
 
 impl Chunk<'_> {
-    fn defines(&self) -> Vec<&'static str> {
+    pub(super) fn defines(&self) -> Vec<&'static str> {
         let mut defines = self.cloud.defines.clone();
         defines.extend(self.lit.is_some().then_some("LIT"));
+        defines.extend(self.computed.is_some().then_some("COMPUTED"));
         defines
+    }
+
+    /// Number of surfels that are drawn.
+    pub(super) fn drawn(&self, stride: u32) -> u32 {
+        self.count.div_ceil(stride)
     }
 }
 
 /// How a chunk is drawn: pipeline, bindings and number of surfels.
-type ChunkDraw = (Rc<Pipeline>, wgpu::BindGroup, u32);
+pub(super) type ChunkDraw = (Rc<Pipeline>, wgpu::BindGroup, u32);
 
 /// One surface being drawn.
 pub(super) struct Drawing<'a> {
-    input: &'a SurfaceInput<'a>,
-    chunks: Vec<Chunk<'a>>,
+    pub(super) input: &'a SurfaceInput<'a>,
+    pub(super) chunks: Vec<Chunk<'a>>,
     linear_of_srgb: wgpu::Buffer,
-    none: BTreeMap<String, f64>,
+    /// How many surfels of all chunks are large, where compute has drawn the small ones.
+    pub(super) n_large: Option<wgpu::Buffer>,
+    pub(super) none: BTreeMap<String, f64>,
 }
 
 impl<'a> Drawing<'a> {
@@ -87,13 +108,13 @@ impl<'a> Drawing<'a> {
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
-                chunks.push(Chunk { cloud, position, count, uniform, lit: None });
+                chunks.push(Chunk { cloud, position, count, uniform, lit: None, computed: None });
             }
             first_of_cloud += cloud.n_surfels;
         }
         let linear_of_srgb =
             gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), wgpu::BufferUsages::UNIFORM);
-        Self { input, chunks, linear_of_srgb, none: BTreeMap::new() }
+        Self { input, chunks, linear_of_srgb, n_large: None, none: BTreeMap::new() }
     }
 
     /// Surfels in each chunk.
@@ -128,7 +149,7 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    fn bind(
+    pub(super) fn bind(
         &self,
         gpu: &Gpu,
         pipeline: &Pipeline,
@@ -143,6 +164,11 @@ impl<'a> Drawing<'a> {
                 "linear_of_srgb" => Some(self.linear_of_srgb.as_entire_binding()),
                 "chunk" => Some(chunk.uniform.as_entire_binding()),
                 "lit" => Some(chunk.lit.as_ref()?.as_entire_binding()),
+                "boxes" => Some(chunk.computed.as_ref()?.boxes.as_entire_binding()),
+                "blocks" => Some(chunk.computed.as_ref()?.blocks.as_entire_binding()),
+                "list" => Some(chunk.computed.as_ref()?.list.as_entire_binding()),
+                "large" => Some(chunk.computed.as_ref()?.large.as_entire_binding()),
+                "total" => Some(self.n_large.as_ref()?.as_entire_binding()),
                 "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
                 _ => {
                     let columns = &chunk.cloud.columns;
@@ -155,17 +181,18 @@ impl<'a> Drawing<'a> {
 
     /// Pipelines and bindings of a step, chunk by chunk: which columns a chunk has decides which
     /// variant of the shader draws it.
-    fn prepare(
+    pub(super) fn prepare(
         &self,
         step: &Step<'_>,
         gpu: &Gpu,
         pipelines: &mut Pipelines,
         more: &[(&str, wgpu::BindingResource<'_>)],
     ) -> Result<Vec<ChunkDraw>, String> {
-        let source = format!("{DISC}\n{DRAW}");
         let screen = pipelines.shader(RESOLVE, &[])?;
         let mut prepared = Vec::with_capacity(self.chunks.len());
         for chunk in &self.chunks {
+            let footprint = chunk.computed.as_ref().map_or("", |_| FOOTPRINT);
+            let source = format!("{DISC}\n{footprint}\n{DRAW}");
             let mut defines = chunk.defines();
             if !gpu.keeps_reversed_depth() {
                 defines.push("EXPLICIT_DEPTH");
@@ -181,26 +208,49 @@ impl<'a> Drawing<'a> {
                 kind: step.kind,
             })?;
             let group = self.bind(gpu, &pipeline, chunk, more)?;
-            prepared.push((pipeline, group, chunk.count.div_ceil(self.input.stride)));
+            prepared.push((pipeline, group, chunk.drawn(self.input.stride)));
         }
         Ok(prepared)
     }
 
-    pub(super) fn visibility(
+    /// Finds the nearest surfels in the way that is asked for.
+    pub(super) fn nearest(
+        &mut self,
+        surface: &Surface,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        match self.input.computes {
+            true => self.compute_visibility(surface, recorder, pipelines),
+            false => self.visibility(surface, recorder, pipelines),
+        }
+    }
+
+    /// Adds up surfels and divides, in the way that their visibility was found.
+    pub(super) fn blended(
+        &self,
+        surface: &Surface,
+        target: &wgpu::TextureView,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        match (self.n_large.is_some(), recorder.gpu.blends_f32) {
+            (true, true) => self.blend_computed(surface, target, recorder, pipelines),
+            (false, true) => self.blend(surface, target, recorder, pipelines),
+            (_, false) => self.blend_fixed(surface, target, None, recorder, pipelines),
+        }
+    }
+
+    fn visibility(
         &self,
         surface: &Surface,
         recorder: &mut Recorder<'_>,
         pipelines: &mut Pipelines,
     ) -> Result<(), String> {
-        let step = Step {
-            name: "surfels: visibility",
-            entries: ["nearest_vertex", "nearest_fragment"],
-            formats: &[wgpu::TextureFormat::Rg32Uint],
-            kind: DrawKind::NearestSurfels,
-        };
+        let step = NEAREST_QUADS;
         let draws = self.prepare(&step, recorder.gpu, pipelines, &[])?;
         let colors = [Attachment::cleared(&surface.winners)];
-        draw_quads(&draws, &step, &colors, (&surface.depth, true), recorder);
+        draw_quads(&draws, &step, &colors, (depth_of(surface)?, true), recorder);
         Ok(())
     }
 
@@ -236,26 +286,19 @@ impl<'a> Drawing<'a> {
     }
 
     /// Adds up surfels by blending and divides.
-    pub(super) fn blend(
+    fn blend(
         &self,
         surface: &Surface,
         target: &wgpu::TextureView,
         recorder: &mut Recorder<'_>,
         pipelines: &mut Pipelines,
     ) -> Result<(), String> {
-        let name = "surfels: accumulate";
-        let formats = [wgpu::TextureFormat::Rgba32Float; 2];
-        let sums = formats.map(|format| texture(recorder.gpu, "sums", self.input.size, format));
-        let step = Step {
-            name,
-            entries: ["blended_vertex", "blended_fragment"],
-            formats: &formats,
-            kind: DrawKind::AddedSurfels,
-        };
+        let sums = self.sums(recorder.gpu);
+        let step = ADDED_QUADS;
         let more = [("nearest", wgpu::BindingResource::TextureView(&surface.winners))];
         let draws = self.prepare(&step, recorder.gpu, pipelines, &more)?;
         let colors = [Attachment::cleared(&sums[0]), Attachment::cleared(&sums[1])];
-        draw_quads(&draws, &step, &colors, (&surface.depth, false), recorder);
+        draw_quads(&draws, &step, &colors, (depth_of(surface)?, false), recorder);
         let more = [
             ("sum_normal_weight", wgpu::BindingResource::TextureView(&sums[0])),
             ("sum_albedo_ao", wgpu::BindingResource::TextureView(&sums[1])),
@@ -263,72 +306,13 @@ impl<'a> Drawing<'a> {
         self.resolve("resolve", surface, &Attachment::cleared(target), &more, recorder, pipelines)
     }
 
-    /// Adds up surfels in fixed point and divides, over the nearest surfels.
-    pub(super) fn blend_fixed(
-        &self,
-        surface: &Surface,
-        target: &wgpu::TextureView,
-        recorder: &mut Recorder<'_>,
-        pipelines: &mut Pipelines,
-    ) -> Result<(), String> {
-        self.lookup(Lookup::Surface, surface, target, recorder, pipelines)?;
-        let row = 32 * u64::from(self.input.size[0]);
-        let most = recorder.gpu.device.limits().max_storage_buffer_binding_size;
-        // A picture whose sums do not fit one binding is made in bands of rows.
-        let rows = u32::try_from(most / row).unwrap_or(u32::MAX).clamp(1, self.input.size[1]);
-        let mut first = 0;
-        while first < self.input.size[1] {
-            let rows = rows.min(self.input.size[1] - first);
-            self.blend_band(first, rows, surface, target, recorder, pipelines)?;
-            first += rows;
-        }
-        Ok(())
+    /// Textures for the sums of blending.
+    pub(super) fn sums(&self, gpu: &Gpu) -> [wgpu::TextureView; 2] {
+        let format = wgpu::TextureFormat::Rgba32Float;
+        std::array::from_fn(|_| texture(gpu, "sums", self.input.size, format))
     }
 
-    fn blend_band(
-        &self,
-        first: u32,
-        rows: u32,
-        surface: &Surface,
-        target: &wgpu::TextureView,
-        recorder: &mut Recorder<'_>,
-        pipelines: &mut Pipelines,
-    ) -> Result<(), String> {
-        let gpu = recorder.gpu;
-        let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("fixed sums"),
-            size: 32 * u64::from(self.input.size[0]) * u64::from(rows),
-            usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        recorder.encoder.clear_buffer(&sums, 0, None);
-        let rows_drawn = Uniform::new().u32(first).u32(rows).into_bytes();
-        let band = gpu.filled_buffer("band", &rows_drawn, wgpu::BufferUsages::UNIFORM);
-        let name = "surfels: accumulate";
-        let more = [
-            ("sums", sums.as_entire_binding()),
-            ("nearest", wgpu::BindingResource::TextureView(&surface.winners)),
-            ("band", band.as_entire_binding()),
-        ];
-        let mut dispatches = Vec::new();
-        for chunk in &self.chunks {
-            let source = format!("{DISC}\n{ACCUMULATE_FIXED}");
-            let shader = pipelines.shader(&source, &chunk.defines())?;
-            let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?;
-            let group = self.bind(gpu, &pipeline, chunk, &more)?;
-            dispatches.push((pipeline, group, chunk.count.div_ceil(self.input.stride)));
-        }
-        recorder.compute(name, |pass| {
-            for (pipeline, group, surfels) in &dispatches {
-                each_of(pass, pipeline, group, *surfels);
-            }
-        });
-        let more = [("fixed_sums", sums.as_entire_binding()), ("band", band.as_entire_binding())];
-        let target = Attachment { view: target, clear: false, slice: None };
-        self.resolve("resolve_fixed", surface, &target, &more, recorder, pipelines)
-    }
-
-    fn resolve(
+    pub(super) fn resolve(
         &self,
         entry: &str,
         surface: &Surface,
@@ -366,6 +350,27 @@ impl<'a> Drawing<'a> {
     }
 }
 
+/// All quads, added up where they are seen.
+pub(super) const ADDED_QUADS: Step<'_> = Step {
+    name: "surfels: accumulate",
+    entries: ["blended_vertex", "blended_fragment"],
+    formats: &[wgpu::TextureFormat::Rgba32Float; 2],
+    kind: DrawKind::AddedSurfels,
+};
+
+/// The nearest of all quads.
+pub(super) const NEAREST_QUADS: Step<'_> = Step {
+    name: "surfels: visibility",
+    entries: ["nearest_vertex", "nearest_fragment"],
+    formats: &[wgpu::TextureFormat::Rg32Uint],
+    kind: DrawKind::NearestSurfels,
+};
+
+/// The depth of a surface that the device draws.
+pub(super) fn depth_of(surface: &Surface) -> Result<&wgpu::TextureView, String> {
+    surface.depth.as_ref().ok_or_else(|| "the surface has no depth".to_owned())
+}
+
 /// WebGPU's smallest limit of workgroups per direction.
 const MAX_GROUPS: u32 = 65_535;
 
@@ -387,7 +392,7 @@ pub(super) fn each_of(
     }
 }
 
-fn set(pass: &mut wgpu::RenderPass<'_>, pipeline: &Pipeline, group: &wgpu::BindGroup) {
+pub(super) fn set(pass: &mut wgpu::RenderPass<'_>, pipeline: &Pipeline, group: &wgpu::BindGroup) {
     if let Stage::Render(stage) = &pipeline.stage {
         pass.set_pipeline(stage);
         pass.set_bind_group(0, group, &[]);

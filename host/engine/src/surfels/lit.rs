@@ -63,10 +63,6 @@ pub(crate) fn lit_surface(
         drawing.light(chunk, radiance);
     }
     let target = packed_texture(gpu, input.size);
-    if gpu.blends_f32 {
-        drawing.blend(surface, &target, recorder, pipelines)?;
-    } else {
-        drawing.blend_fixed(surface, &target, recorder, pipelines)?;
-    }
+    drawing.blended(surface, &target, recorder, pipelines)?;
     Ok(target)
 }

@@ -1,13 +1,18 @@
 //! Surfel drawing: columns on the device and the surface buffer made from them.
 
 mod columns;
+mod computed;
 mod drawing;
+mod fixed;
 mod lit;
+mod on_host;
 mod order;
+mod strategy;
 mod surface;
 
 pub(crate) use columns::{Columns, DrawnCloud};
 pub(crate) use drawing::RESOLVE;
 pub(crate) use lit::{SurfelShading, lit_surface};
+pub use strategy::SurfelDrawing;
 pub use surface::SurfaceCounts;
 pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};

@@ -2,6 +2,7 @@
 
 use super::columns::DrawnCloud;
 use super::drawing::{Drawing, Lookup};
+use super::on_host;
 use crate::gpu::Gpu;
 use crate::run::{PassState, Pipelines, Recorder};
 use glam::DVec3;
@@ -24,6 +25,8 @@ pub(crate) struct SurfaceParts {
     pub(crate) material: bool,
     /// The cloud of the nearest surfels.
     pub(crate) object: bool,
+    /// The depth and index of the nearest surfels themselves, not only what is made of them.
+    pub(crate) winners: bool,
 }
 
 impl SurfaceParts {
@@ -49,20 +52,21 @@ pub struct SurfaceCounts {
 
 /// The surface buffer of one view.
 pub(crate) struct Surface {
-    pub(super) depth: wgpu::TextureView,
+    pub(super) depth: Option<wgpu::TextureView>,
+    size: [u32; 2],
     /// Number and distance of the nearest surfels.
     pub(crate) winners: wgpu::TextureView,
-    nearest: Option<wgpu::TextureView>,
-    blended: Option<wgpu::TextureView>,
+    pub(super) nearest: Option<wgpu::TextureView>,
+    pub(super) blended: Option<wgpu::TextureView>,
     pub(crate) material: Option<wgpu::TextureView>,
     pub(crate) object: Option<wgpu::TextureView>,
-    visible: bool,
+    pub(super) visible: bool,
 }
 
 impl Surface {
     /// Size in pixels.
     pub(crate) fn size(&self) -> wgpu::Extent3d {
-        self.depth.texture().size()
+        wgpu::Extent3d { width: self.size[0], height: self.size[1], depth_or_array_layers: 1 }
     }
 
     /// The packed surface of a mode, once made.
@@ -86,6 +90,10 @@ pub(crate) struct SurfaceInput<'a> {
     /// Rigid motion to view space, in units of drawing, for positions relative to an origin.
     pub(crate) view_from_offset: &'a dyn Fn(DVec3) -> glam::Mat4,
     pub(crate) size: [u32; 2],
+    /// Whether compute draws the small surfels.
+    pub(crate) computes: bool,
+    /// The view and its settings as the processor draws it.
+    pub(crate) raster_view: &'a surfelshop_raster::View,
     /// Equal keys mean equal surfaces.
     pub(crate) key: Vec<u8>,
 }
@@ -94,10 +102,17 @@ pub(crate) struct SurfaceInput<'a> {
 #[derive(Default)]
 pub(crate) struct Surfaces {
     kept: Vec<(Vec<u8>, Surface)>,
+    /// Memory that the processor draws into.
+    scratch: surfelshop_raster::Picture,
     pub(crate) counts: SurfaceCounts,
 }
 
 impl Surfaces {
+    /// Surfels that the processor drew last.
+    pub(crate) fn drawn_by_host(&self) -> usize {
+        self.scratch.drawn.surfels
+    }
+
     /// Lets go of all that is kept.
     pub(crate) fn forget(&mut self) {
         self.kept.clear();
@@ -118,16 +133,28 @@ impl Surfaces {
             Some(at) => self.kept.remove(at).1,
             None => Surface::new(recorder.gpu, input.size),
         };
-        let drawing = Drawing::new(input, recorder.gpu);
+        if input.clouds.iter().all(|cloud| cloud.on_host.is_some()) {
+            let was = (surface.nearest.is_some(), surface.blended.is_some());
+            let drawn = on_host::ensure(parts, input, &mut surface, &mut self.scratch, recorder);
+            self.counts.visibility += drawn;
+            self.counts.nearest += u32::from(surface.nearest.is_some() && !was.0);
+            self.counts.blended += u32::from(surface.blended.is_some() && !was.1);
+            return Ok(self.keep(input, surface));
+        }
+        if surface.depth.is_none() {
+            let format = wgpu::TextureFormat::Depth32Float;
+            surface.depth = Some(texture(recorder.gpu, "nearest depth", input.size, format));
+        }
+        let mut drawing = Drawing::new(input, recorder.gpu);
         let reused = |recorder: &mut Recorder<'_>, name| recorder.note(name, PassState::Reused);
-        if parts.visibility {
-            if surface.visible {
-                reused(recorder, "surfels: visibility");
-            } else {
-                drawing.visibility(&surface, recorder, pipelines)?;
-                surface.visible = true;
-                self.counts.visibility += 1;
-            }
+        // What compute leaves for blending is not kept: it is found again where that comes later.
+        let left = input.computes && parts.blended && surface.blended.is_none();
+        if parts.visibility && surface.visible && !left {
+            reused(recorder, "surfels: visibility");
+        } else if parts.visibility {
+            drawing.nearest(&surface, recorder, pipelines)?;
+            surface.visible = true;
+            self.counts.visibility += 1;
         }
         if parts.nearest {
             if surface.nearest.is_some() {
@@ -144,11 +171,7 @@ impl Surfaces {
                 reused(recorder, "surfels: blend");
             } else {
                 let view = packed_texture(recorder.gpu, input.size);
-                if recorder.gpu.blends_f32 {
-                    drawing.blend(&surface, &view, recorder, pipelines)?;
-                } else {
-                    drawing.blend_fixed(&surface, &view, recorder, pipelines)?;
-                }
+                drawing.blended(&surface, &view, recorder, pipelines)?;
                 surface.blended = Some(view);
                 self.counts.blended += 1;
             }
@@ -178,9 +201,13 @@ impl Surfaces {
                 surface.object = Some(view);
             }
         }
+        Ok(self.keep(input, surface))
+    }
+
+    fn keep(&mut self, input: &SurfaceInput<'_>, surface: Surface) -> &Surface {
         self.kept.insert(0, (input.key.clone(), surface));
         self.kept.truncate(KEPT_SURFACES);
-        Ok(&self.kept[0].1)
+        &self.kept[0].1
     }
 
     /// Forgets every surface: after a frame that failed half way.
@@ -192,7 +219,8 @@ impl Surfaces {
 impl Surface {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
         Self {
-            depth: texture(gpu, "nearest depth", size, wgpu::TextureFormat::Depth32Float),
+            depth: None,
+            size,
             winners: texture(gpu, "nearest surfels", size, wgpu::TextureFormat::Rg32Uint),
             nearest: None,
             blended: None,
@@ -220,7 +248,16 @@ pub(super) fn texture(
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING,
+        usage: match format {
+            wgpu::TextureFormat::Depth32Float => {
+                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING
+            }
+            _ => {
+                wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_DST
+            }
+        },
         view_formats: &[],
     });
     texture.create_view(&wgpu::TextureViewDescriptor::default())

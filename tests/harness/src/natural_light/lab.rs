@@ -71,6 +71,7 @@ impl Lab {
             frame_index: 0,
             environment: light.map(|(environment, probe)| view_of(environment, probe)),
             stride,
+            detail_px: 0.0,
         };
         Ok(self.engine.render(&mut self.renderer, &request)?)
     }

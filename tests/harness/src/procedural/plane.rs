@@ -152,6 +152,7 @@ impl Plane {
             frame_index: 0,
             environment: None,
             stride: 1,
+            detail_px: 0.0,
         };
         let rendered = self.engine.render(&mut self.renderer, &request)?;
         let color = rendered.image(&Output::Color).context("there is no picture")?;

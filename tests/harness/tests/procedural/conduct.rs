@@ -74,6 +74,7 @@ impl Lab {
                 .zip(environment.as_ref())
                 .map(|(probe, environment)| view_of(environment, probe)),
             stride: 1,
+            detail_px: 0.0,
         };
         self.engine.render(&mut self.renderer, &request)
     }

@@ -80,6 +80,7 @@ impl Stage {
             frame_index: 0,
             environment: None,
             stride: 1,
+            detail_px: 0.0,
         };
         let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
         let color = rendered.image(&Output::Color).unwrap();

@@ -89,6 +89,7 @@ impl Lab {
             frame_index: 0,
             environment: probe.zip(environment.as_ref()).map(|(p, e)| view_of(e, p)),
             stride: 1,
+            detail_px: 0.0,
         };
         self.engine.render(renderer, &request).unwrap()
     }

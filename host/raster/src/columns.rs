@@ -1,0 +1,288 @@
+//! A cloud's columns as they are drawn: in drawing order, in groups of lanes.
+
+use crate::lanes::{F, V, WIDTH};
+use crate::levels::{self, Block, Sample};
+use fearless_simd::prelude::*;
+use half::f16;
+
+/// Three numbers of each surfel, by groups.
+#[derive(Default)]
+pub(crate) struct Triples(Vec<[[f32; WIDTH]; 3]>);
+
+impl Triples {
+    fn push(&mut self, values: impl ExactSizeIterator<Item = [f32; 3]>) {
+        let first = self.0.len();
+        self.0.resize(first + values.len().div_ceil(WIDTH), [[0.0; WIDTH]; 3]);
+        for (i, value) in values.enumerate() {
+            for (axis, x) in value.into_iter().enumerate() {
+                self.0[first + i / WIDTH][axis][i % WIDTH] = x;
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn at<S: Simd>(&self, simd: S, group: usize) -> V<S> {
+        V::load(simd, &self.0[group])
+    }
+
+    #[inline(always)]
+    pub(crate) fn one(&self, place: usize) -> [f32; 3] {
+        let group = &self.0[place / WIDTH];
+        [0, 1, 2].map(|axis| group[axis][place % WIDTH])
+    }
+}
+
+/// A number of each surfel, by groups; zeros where a group is not full.
+#[derive(Default)]
+pub(crate) struct Singles(Vec<[f32; WIDTH]>);
+
+impl Singles {
+    fn push(&mut self, values: impl ExactSizeIterator<Item = f32>) {
+        let first = self.0.len();
+        self.0.resize(first + values.len().div_ceil(WIDTH), [0.0; WIDTH]);
+        for (i, value) in values.enumerate() {
+            self.0[first + i / WIDTH][i % WIDTH] = value;
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn at<S: Simd>(&self, simd: S, group: usize) -> F<S> {
+        F::load_array_ref(simd, &self.0[group])
+    }
+
+    #[inline(always)]
+    pub(crate) fn one(&self, place: usize) -> f32 {
+        self.0[place / WIDTH][place % WIDTH]
+    }
+}
+
+/// Discs, or ellipses.
+pub(crate) enum Shape {
+    /// Radii in scene units.
+    Radius(Singles),
+    /// Half axes in scene units.
+    Tangents(Triples, Triples),
+}
+
+/// Albedos in drawing order.
+pub enum Albedo {
+    /// Linear Rec. 709, one for all.
+    Same([f32; 3]),
+    /// sRGB codes of red, green and blue in the lower three bytes.
+    Codes(Vec<u32>),
+    /// Linear red, green, blue and one.
+    Halves(Vec<[f16; 4]>),
+}
+
+/// A cloud's columns, as they are drawn.
+///
+/// A surfel's place is its number in drawing order; behind those of the cloud stand merged ones, which
+/// stand for several where these are small (`levels`).
+pub struct Columns {
+    len: usize,
+    /// Places, those of merged surfels and of groups that are not full among them.
+    pub(crate) n_places: usize,
+    pub(crate) positions: Triples,
+    pub(crate) normals: Triples,
+    pub(crate) shape: Shape,
+    pub(crate) albedo: Albedo,
+    pub(crate) ao: Option<Singles>,
+    material: Option<Vec<u32>>,
+    /// Of each merged surfel, one that it stands for.
+    stands_for: Vec<u32>,
+    pub(crate) blocks: Vec<Block>,
+    /// Those that are not parts of others.
+    pub(crate) roots: std::ops::Range<usize>,
+    /// The longest half axis of any surfel, scene units.
+    pub(crate) max_reach: f32,
+}
+
+/// Columns in the order of the file; vectors are three numbers a surfel.
+pub struct Sources<'a> {
+    /// Relative to the cloud's origin, scene units.
+    pub positions: &'a [f32],
+    /// Unit.
+    pub normals: &'a [f32],
+    /// Scene units; not read where there are tangents.
+    pub radii: &'a [f32],
+    /// Half axes of ellipses, scene units.
+    pub tangents: Option<[&'a [f32]; 2]>,
+    /// Ambient accessibility.
+    pub ao: Option<&'a [f32]>,
+    /// Indices of materials.
+    pub materials: Option<&'a [u32]>,
+}
+
+fn three(values: &[f32], i: u32) -> [f32; 3] {
+    let at = 3 * i as usize;
+    [values[at], values[at + 1], values[at + 2]]
+}
+
+impl Columns {
+    /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
+    /// columns' length. Albedos are in drawing order already.
+    #[must_use]
+    pub fn new(
+        sources: &Sources<'_>,
+        order: &[u32],
+        albedo: Albedo,
+        linear_of_srgb: &[f32; 256],
+    ) -> Self {
+        let (mut positions, mut normals) = (Triples::default(), Triples::default());
+        positions.push(order.iter().map(|&i| three(sources.positions, i)));
+        normals.push(order.iter().map(|&i| three(sources.normals, i)));
+        let shape = match sources.tangents {
+            Some(axes) => {
+                let [u, v] = axes.map(|axis| {
+                    let mut triples = Triples::default();
+                    triples.push(order.iter().map(|&i| three(axis, i)));
+                    triples
+                });
+                Shape::Tangents(u, v)
+            }
+            None => {
+                let mut radii = Singles::default();
+                radii.push(order.iter().map(|&i| sources.radii[i as usize]));
+                Shape::Radius(radii)
+            }
+        };
+        let ao = sources.ao.map(|values| {
+            let mut ao = Singles::default();
+            ao.push(order.iter().map(|&i| values[i as usize]));
+            ao
+        });
+        let material = sources.materials;
+        let mut columns = Self {
+            len: order.len(),
+            n_places: order.len().next_multiple_of(WIDTH),
+            positions,
+            normals,
+            shape,
+            albedo,
+            ao,
+            material: material.map(|all| order.iter().map(|&i| all[i as usize]).collect()),
+            stands_for: Vec::new(),
+            blocks: Vec::new(),
+            roots: 0..0,
+            max_reach: 0.0,
+        };
+        columns.merge(linear_of_srgb);
+        columns
+    }
+
+    /// Makes the tree of blocks and the merged surfels.
+    fn merge(&mut self, linear_of_srgb: &[f32; 256]) {
+        let tree = levels::tree(self, linear_of_srgb);
+        let samples = || tree.merged.iter().flat_map(|samples| samples.iter());
+        let n_merged: usize = tree.merged.iter().map(|samples| padded(samples.len())).sum();
+        self.stands_for.reserve(n_merged);
+        self.pad_albedo(self.n_places);
+        for samples in &tree.merged {
+            self.push(samples);
+        }
+        self.max_reach = tree.blocks.iter().map(|block| block.reach).fold(0.0, f32::max);
+        debug_assert!(samples().all(|sample| sample.radius > 0.0));
+        self.blocks = tree.blocks;
+        self.roots = tree.roots;
+    }
+
+    /// Appends merged surfels, filled up to whole groups.
+    fn push(&mut self, samples: &[Sample]) {
+        self.positions.push(samples.iter().map(|sample| sample.position));
+        self.normals.push(samples.iter().map(|sample| sample.normal));
+        if let Shape::Radius(radii) = &mut self.shape {
+            radii.push(samples.iter().map(|sample| sample.radius));
+        }
+        if let Some(ao) = &mut self.ao {
+            ao.push(samples.iter().map(|sample| sample.ao));
+        }
+        match &mut self.albedo {
+            Albedo::Same(_) => {}
+            Albedo::Codes(codes) => codes.extend(samples.iter().map(Sample::code)),
+            Albedo::Halves(halves) => halves.extend(samples.iter().map(Sample::halves)),
+        }
+        self.stands_for.extend(samples.iter().map(|sample| sample.stands_for));
+        self.n_places += padded(samples.len());
+        self.stands_for.resize(self.n_places - padded(self.len), 0);
+        self.pad_albedo(self.n_places);
+    }
+
+    fn pad_albedo(&mut self, n: usize) {
+        match &mut self.albedo {
+            Albedo::Same(_) => {}
+            Albedo::Codes(codes) => codes.resize(n, 0),
+            Albedo::Halves(halves) => halves.resize(n, [f16::ZERO; 4]),
+        }
+    }
+
+    /// Number of surfels.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are none.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Bytes in memory.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let shape = match self.shape {
+            Shape::Radius(_) => 1,
+            Shape::Tangents(..) => 6,
+        };
+        let albedo = match &self.albedo {
+            Albedo::Same(_) => 0,
+            Albedo::Codes(codes) => 4 * codes.len(),
+            Albedo::Halves(halves) => 8 * halves.len(),
+        };
+        let words = 6 + shape + usize::from(self.ao.is_some());
+        let material = self.material.as_ref().map_or(0, |all| 4 * all.len());
+        self.n_places * words * 4
+            + albedo
+            + material
+            + 4 * self.stands_for.len()
+            + self.blocks.len() * size_of::<Block>()
+    }
+
+    /// The surfel that a place is, or one of those that it stands for.
+    #[inline(always)]
+    pub(crate) fn surfel_at(&self, place: usize) -> u32 {
+        match place.checked_sub(padded(self.len)) {
+            Some(merged) => self.stands_for[merged],
+            None => place as u32,
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn ao_of(&self, place: usize) -> f32 {
+        self.ao.as_ref().map_or(1.0, |ao| ao.one(place))
+    }
+
+    /// The material of a surfel, by its number in drawing order.
+    pub(crate) fn material_of(&self, surfel: u32) -> u32 {
+        self.material.as_ref().map_or(0, |all| all[surfel as usize])
+    }
+
+    #[inline(always)]
+    pub(crate) fn albedo_of(&self, place: usize, linear_of_srgb: &[f32; 256]) -> [f32; 3] {
+        match &self.albedo {
+            Albedo::Same(albedo) => *albedo,
+            Albedo::Codes(codes) => {
+                let code = codes[place];
+                [0, 8, 16].map(|shift| linear_of_srgb[(code >> shift & 255) as usize])
+            }
+            Albedo::Halves(halves) => {
+                let [r, g, b, _] = halves[place];
+                [r.to_f32(), g.to_f32(), b.to_f32()]
+            }
+        }
+    }
+}
+
+fn padded(n: usize) -> usize {
+    n.next_multiple_of(WIDTH)
+}

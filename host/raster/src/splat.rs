@@ -1,0 +1,154 @@
+//! Discs as the pixels of a tile meet them.
+
+use crate::cull::Seen;
+use crate::disc::{MAX_PULL, load_discs};
+use crate::lanes::{F, V, WIDTH, larger, smaller};
+use fearless_simd::prelude::*;
+
+/// Highest bit of a surfel's number: it is seen from behind.
+pub(crate) const BACK: u32 = 1 << 31;
+
+/// A disc on the screen: numbers that are linear in a pixel's place, relative to its first pixel.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Splat {
+    /// Coordinates in the disc times `w`, and `w`: at the first pixel, a step right, a step down.
+    pub(crate) u: [f32; 3],
+    pub(crate) v: [f32; 3],
+    pub(crate) w: [f32; 3],
+    /// Distance of the centre, and of the ends of the half axes relative to it.
+    pub(crate) depth: [f32; 3],
+    /// Factor that the depth tolerance puts on distances.
+    pub(crate) drawn_near: f32,
+    /// Taken off distances, where orthographic.
+    pub(crate) nearer: f32,
+    pub(crate) share: f32,
+    /// Number of its place among all clouds', and the side it is seen from.
+    pub(crate) number: u32,
+    pub(crate) cloud: u32,
+    /// First and behind-last pixels in the picture.
+    pub(crate) pixels: [i32; 4],
+}
+
+impl Splat {
+    /// Normal turned to the eye, one, albedo and accessibility.
+    #[inline(always)]
+    pub(crate) fn attributes(
+        &self,
+        seen: &Seen<'_>,
+        with_albedo: bool,
+        linear_of_srgb: &[f32; 256],
+    ) -> [f32; 8] {
+        let place = seen.place(self.number);
+        let sign = if self.number & BACK == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = seen.columns.normals.one(place);
+        let mut own = [sign * x, sign * y, sign * z, 1.0, 0.0, 0.0, 0.0, 0.0];
+        if with_albedo {
+            let [r, g, b] = seen.columns.albedo_of(place, linear_of_srgb);
+            (own[4], own[5], own[6]) = (r, g, b);
+            own[7] = seen.columns.ao_of(place);
+        }
+        own
+    }
+}
+
+impl Seen<'_> {
+    /// A place in the columns.
+    #[inline(always)]
+    pub(crate) fn place(&self, number: u32) -> usize {
+        ((number & !BACK) - self.first) as usize
+    }
+}
+
+/// Appends the surfels of a group that a tile meets.
+#[inline(always)]
+pub(crate) fn splats<S: Simd>(
+    simd: S,
+    seen: &Seen<'_>,
+    cloud: u32,
+    group: usize,
+    corner: [i32; 2],
+    size: [usize; 2],
+    all: &mut Vec<Splat>,
+) {
+    let eye = &seen.eye;
+    let splat = |value: f32| F::splat(simd, value);
+    let zero = splat(0.0);
+    let discs = load_discs(simd, seen.columns, eye, group);
+    if !discs.visible.any_true() {
+        return;
+    }
+    let boxes = discs.pixel_boxes(eye);
+    // A pixel counts where its middle lies within.
+    let (w, h) = (eye.size_px[0] as f32, eye.size_px[1] as f32);
+    let x0 = smaller(larger((boxes[0] - 0.5).ceil(), zero), splat(w));
+    let y0 = smaller(larger((boxes[1] - 0.5).ceil(), zero), splat(h));
+    let x1 = smaller(larger((boxes[2] + 0.5).floor(), zero), splat(w));
+    let y1 = smaller(larger((boxes[3] + 0.5).floor(), zero), splat(h));
+    let (left, top) = (corner[0] as f32, corner[1] as f32);
+    let (right, bottom) = (left + size[0] as f32, top + size[1] as f32);
+    let inside = x1.simd_gt(x0)
+        & y1.simd_gt(y0)
+        & x1.simd_gt(splat(left))
+        & y1.simd_gt(splat(top))
+        & x0.simd_lt(splat(right))
+        & y0.simd_lt(splat(bottom));
+    let mut drawn = (discs.visible & inside).to_bitmask();
+    if drawn == 0 {
+        return;
+    }
+    let plane = discs.axis_u.cross(discs.axis_v);
+    let across = eye.across(x0, y0);
+    let [step_x, step_y] = [2.0 * eye.half_extent[0] / w, -2.0 * eye.half_extent[1] / h];
+    // Where rays meet the plane, by Cramer's rule, as `accumulate` of the shaders.
+    let (u, v, w_of) = if eye.orthographic {
+        let c = discs.center;
+        // cross(to, ray) with `to` the centre from where the ray (0, 0, -1) starts.
+        let (cx, cy) = (-(c.y - across[1]), c.x - across[0]);
+        let u = cx * discs.axis_v.x + cy * discs.axis_v.y;
+        let v = -(cx * discs.axis_u.x + cy * discs.axis_u.y);
+        (
+            [u, -(discs.axis_v.y * step_x), discs.axis_v.x * step_y],
+            [v, discs.axis_u.y * step_x, -(discs.axis_u.x * step_y)],
+            [-plane.z, zero, zero],
+        )
+    } else {
+        let ray = V { x: across[0], y: across[1], z: splat(-1.0) };
+        let of_u = discs.axis_v.cross(discs.center);
+        let of_v = discs.center.cross(discs.axis_u);
+        let across_ray = discs.center.cross(ray);
+        (
+            [across_ray.dot(discs.axis_v), of_u.x * step_x, of_u.y * step_y],
+            [-across_ray.dot(discs.axis_u), of_v.x * step_x, of_v.y * step_y],
+            [plane.dot(ray), plane.x * step_x, plane.y * step_y],
+        )
+    };
+    let slack = discs.reach * eye.tolerance;
+    let (drawn_near, nearer) = if eye.orthographic {
+        (splat(1.0), slack)
+    } else {
+        let distance = larger(discs.center.dot(discs.center).sqrt(), slack);
+        let left = larger(distance - slack, distance / splat(MAX_PULL));
+        let pull = smaller(distance / left, splat(MAX_PULL));
+        (splat(1.0) / pull, zero)
+    };
+    let back = discs.back.to_bitmask();
+    let three = |of: &[F<S>; 3], lane: usize| [of[0][lane], of[1][lane], of[2][lane]];
+    let depth = [-discs.center.z, -discs.axis_u.z, -discs.axis_v.z];
+    let first = seen.first + (group * WIDTH) as u32;
+    while drawn != 0 {
+        let lane = drawn.trailing_zeros() as usize;
+        drawn &= drawn - 1;
+        all.push(Splat {
+            u: three(&u, lane),
+            v: three(&v, lane),
+            w: three(&w_of, lane),
+            depth: three(&depth, lane),
+            drawn_near: drawn_near[lane],
+            nearer: nearer[lane],
+            share: discs.share[lane],
+            number: (first + lane as u32) | ((back >> lane & 1) as u32) << 31,
+            cloud,
+            pixels: [x0[lane] as i32, y0[lane] as i32, x1[lane] as i32, y1[lane] as i32],
+        });
+    }
+}

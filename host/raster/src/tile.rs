@@ -1,0 +1,369 @@
+//! One tile of the picture: the nearest surfels, and the sums of those that blend with them.
+//!
+//! Pixels are kept in squares of four by four, which are worked on at once.
+
+use crate::cull::{Placed, Seen};
+use crate::lanes::{F, I, M, U, V, WIDTH};
+use crate::splat::{BACK, Splat, splats};
+use fearless_simd::prelude::*;
+
+/// Width and height of a tile in pixels.
+pub(crate) const TILE: [usize; 2] = [128, 32];
+/// Side of a square of pixels.
+pub(crate) const SIDE: usize = 4;
+/// Squares of a tile.
+const SQUARES: [usize; 2] = [TILE[0] / SIDE, TILE[1] / SIDE];
+const N_SQUARES: usize = SQUARES[0] * SQUARES[1];
+/// Squares along a side of the cells by which what is hidden is left out.
+const CELL: usize = 2;
+const CELLS: [usize; 2] = [SQUARES[0] / CELL, SQUARES[1] / CELL];
+
+/// Sums of a square: normal x y z, weight, albedo r g b, accessibility. The later ones are added up only
+/// where they differ from surfel to surfel.
+pub(crate) type Sums = [[f32; WIDTH]; 8];
+/// Sums that always are added up.
+pub(crate) const N_NORMAL_SUMS: usize = 4;
+
+/// Scratch memory of a thread.
+pub(crate) struct Tile {
+    /// First pixel in the picture.
+    pub(crate) corner: [i32; 2],
+    /// Pixels within the picture.
+    pub(crate) size: [usize; 2],
+    pub(crate) depth: Vec<[f32; WIDTH]>,
+    /// Numbers of the nearest surfels; 0 where nothing is.
+    pub(crate) number: Vec<[u32; WIDTH]>,
+    pub(crate) sums: Vec<Sums>,
+    splats: Vec<Splat>,
+    /// Largest distance in each cell, infinite where a pixel is empty; not known where NaN.
+    farthest: [f32; CELLS[0] * CELLS[1]],
+}
+
+impl Tile {
+    pub(crate) fn new() -> Self {
+        Self {
+            corner: [0; 2],
+            size: [0; 2],
+            depth: vec![[f32::INFINITY; WIDTH]; N_SQUARES],
+            number: vec![[0; WIDTH]; N_SQUARES],
+            sums: vec![[[0.0; WIDTH]; 8]; N_SQUARES],
+            splats: Vec::new(),
+            farthest: [f32::INFINITY; CELLS[0] * CELLS[1]],
+        }
+    }
+
+    /// The square at a column and a row of squares.
+    #[inline(always)]
+    pub(crate) fn square(column: usize, row: usize) -> usize {
+        row * SQUARES[0] + column
+    }
+
+    /// Empties it for another part of the picture.
+    fn begin(&mut self, corner: [usize; 2], size: [usize; 2]) {
+        self.corner = corner.map(|at| at as i32);
+        self.size = size;
+        self.depth.fill([f32::INFINITY; WIDTH]);
+        self.number.fill([0; WIDTH]);
+        self.splats.clear();
+        self.farthest.fill(f32::INFINITY);
+        // Pixels beyond the picture's edge are as near as can be: nothing waits for them to be filled.
+        for row in 0..SQUARES[1] {
+            for column in 0..SQUARES[0] {
+                if SIDE * column + SIDE > size[0] || SIDE * row + SIDE > size[1] {
+                    let depth = &mut self.depth[Self::square(column, row)];
+                    for (i, depth) in depth.iter_mut().enumerate() {
+                        if SIDE * column + i % SIDE >= size[0] || SIDE * row + i / SIDE >= size[1] {
+                            *depth = f32::NEG_INFINITY;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether everything is nearer than a distance in a part of the picture.
+    fn hides(&mut self, pixels: &[i32; 4], nearest: f32) -> bool {
+        let [x0, y0, x1, y1] = self.cells(pixels);
+        for row in y0..y1 {
+            for column in x0..x1 {
+                if self.farthest_in(column, row) >= nearest {
+                    return false;
+                }
+            }
+        }
+        true
+    }
+
+    fn farthest_in(&mut self, column: usize, row: usize) -> f32 {
+        let at = row * CELLS[0] + column;
+        if self.farthest[at].is_nan() {
+            let mut most = f32::NEG_INFINITY;
+            for y in CELL * row..CELL * (row + 1) {
+                for depths in &self.depth[Self::square(CELL * column, y)..][..CELL] {
+                    most = depths.iter().fold(most, |most, &d| if d > most { d } else { most });
+                }
+            }
+            self.farthest[at] = most;
+        }
+        self.farthest[at]
+    }
+
+    /// Columns and rows of cells that a part of the picture touches.
+    fn cells(&self, pixels: &[i32; 4]) -> [usize; 4] {
+        let [x0, y0, x1, y1] = self.within(pixels);
+        let cell = CELL * SIDE;
+        [x0 / cell, y0 / cell, x1.div_ceil(cell), y1.div_ceil(cell)]
+    }
+
+    /// A part of the picture in the tile's own pixels.
+    #[inline(always)]
+    fn within(&self, pixels: &[i32; 4]) -> [usize; 4] {
+        let [w, h] = self.size.map(|side| side as i32);
+        let x = |x: i32| (x - self.corner[0]).clamp(0, w) as usize;
+        let y = |y: i32| (y - self.corner[1]).clamp(0, h) as usize;
+        [x(pixels[0]), y(pixels[1]), x(pixels[2]), y(pixels[3])]
+    }
+
+    /// Finds the nearest surfels of a tile.
+    #[inline(always)]
+    pub(crate) fn nearest<S: Simd>(
+        &mut self,
+        simd: S,
+        corner: [usize; 2],
+        size: [usize; 2],
+        clouds: &[Seen<'_>],
+        blocks: &[Placed],
+    ) {
+        self.begin(corner, size);
+        for placed in blocks {
+            if self.hides(&placed.pixels, placed.nearest) {
+                continue;
+            }
+            let seen = &clouds[placed.cloud as usize];
+            let block = &seen.columns.blocks[placed.block as usize];
+            for group in block.first..block.first + block.count {
+                let first = self.splats.len();
+                splats(simd, seen, placed.cloud, group, self.corner, self.size, &mut self.splats);
+                let mut kept = first;
+                for at in first..self.splats.len() {
+                    let splat = self.splats[at];
+                    // What is behind the surface now will be so at the end.
+                    if self.keep_nearest(simd, &splat, seen.eye.near) {
+                        self.splats[kept] = splat;
+                        kept += 1;
+                    }
+                }
+                self.splats.truncate(kept);
+            }
+            let [x0, y0, x1, y1] = self.cells(&placed.pixels);
+            for row in y0..y1 {
+                self.farthest[row * CELLS[0] + x0..row * CELLS[0] + x1].fill(f32::NAN);
+            }
+        }
+    }
+
+    /// Keeps a splat where it is the nearest so far; of equal ones the first by number. Says whether
+    /// any of it may blend.
+    #[inline(always)]
+    fn keep_nearest<S: Simd>(&mut self, simd: S, splat: &Splat, near: f32) -> bool {
+        let lines = Lines::new(simd, splat, self.corner, near);
+        let [x0, y0, x1, y1] = self.within(&splat.pixels);
+        let own = U::splat(simd, splat.number);
+        let mut is_seen = false;
+        for row in y0 / SIDE..y1.div_ceil(SIDE) {
+            for column in x0 / SIDE..x1.div_ceil(SIDE) {
+                let hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+                let at = Self::square(column, row);
+                let depth = F::load_array_ref(simd, &self.depth[at]);
+                let blends = hit.inside & hit.brought_nearer(splat).simd_le(depth);
+                if !blends.any_true() {
+                    continue;
+                }
+                is_seen = true;
+                let number = U::load_array_ref(simd, &self.number[at]);
+                // Without the highest bit, which is the side.
+                let tie = hit.distance.simd_eq(depth) & (own << 1).simd_lt(number << 1);
+                let wins = hit.inside & (hit.distance.simd_lt(depth) | tie);
+                wins.select(hit.distance, depth).store_array(&mut self.depth[at]);
+                wins.select(own, number).store_array(&mut self.number[at]);
+            }
+        }
+        is_seen
+    }
+
+    /// Adds up what blends with the nearest surfels.
+    #[inline(always)]
+    pub(crate) fn blend<S: Simd>(
+        &mut self,
+        simd: S,
+        clouds: &[Seen<'_>],
+        n_sums: usize,
+        linear_of_srgb: &[f32; 256],
+    ) {
+        self.sums.fill([[0.0; WIDTH]; 8]);
+        let splats = std::mem::take(&mut self.splats);
+        for splat in &splats {
+            let seen = &clouds[splat.cloud as usize];
+            let own = splat.attributes(seen, n_sums > N_NORMAL_SUMS, linear_of_srgb);
+            self.add(simd, splat, &own[..n_sums], seen.eye.near);
+        }
+        self.splats = splats;
+    }
+
+    #[inline(always)]
+    fn add<S: Simd>(&mut self, simd: S, splat: &Splat, own: &[f32], near: f32) {
+        let lines = Lines::new(simd, splat, self.corner, near);
+        let [x0, y0, x1, y1] = self.within(&splat.pixels);
+        for row in y0 / SIDE..y1.div_ceil(SIDE) {
+            for column in x0 / SIDE..x1.div_ceil(SIDE) {
+                let hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+                let at = Self::square(column, row);
+                let depth = F::load_array_ref(simd, &self.depth[at]);
+                let number = U::load_array_ref(simd, &self.number[at]);
+                let same_side = (number ^ splat.number).simd_lt(U::splat(simd, BACK));
+                let counts = hit.inside & hit.brought_nearer(splat).simd_le(depth) & same_side;
+                if !counts.any_true() {
+                    continue;
+                }
+                let weight = splat_weight(hit.r2) * splat.share;
+                let weight = counts.select(weight, F::splat(simd, 0.0));
+                for (sums, own) in self.sums[at].iter_mut().zip(own) {
+                    (F::load_array_ref(simd, sums) + weight * *own).store_array(sums);
+                }
+            }
+        }
+    }
+}
+
+/// The pixels of a square that lie in a part of the tile, a bit for each.
+///
+/// Beyond a splat's box rounding alone could make one that is seen edge-on meet rays.
+#[inline(always)]
+fn within([x0, y0, x1, y1]: [usize; 4], column: usize, row: usize) -> u64 {
+    let (left, top) = (SIDE * column, SIDE * row);
+    let columns = 0xf << x0.saturating_sub(left) & 0xf >> (left + SIDE).saturating_sub(x1);
+    let rows = 0xffff << (SIDE * y0.saturating_sub(top))
+        & 0xffff >> (SIDE * (top + SIDE).saturating_sub(y1));
+    // Four times the same four bits, one of each row.
+    (columns * 0x1111) & rows
+}
+
+/// What of a splat is linear in a pixel's place, for the first square of a tile.
+struct Lines<S: Simd> {
+    u: F<S>,
+    v: F<S>,
+    w: F<S>,
+    near: F<S>,
+    one: F<S>,
+}
+
+/// What of a splat a square of pixels meets.
+struct Hit<S: Simd> {
+    inside: M<S>,
+    distance: F<S>,
+    r2: F<S>,
+}
+
+/// Columns and rows of the pixels of a square.
+const ACROSS: [f32; WIDTH] =
+    [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
+const DOWN: [f32; WIDTH] =
+    [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
+
+impl<S: Simd> Lines<S> {
+    #[inline(always)]
+    fn new(simd: S, splat: &Splat, corner: [i32; 2], near: f32) -> Self {
+        let across = F::load_array_ref(simd, &ACROSS) + (corner[0] - splat.pixels[0]) as f32;
+        let down = F::load_array_ref(simd, &DOWN) + (corner[1] - splat.pixels[1]) as f32;
+        Self {
+            u: across * splat.u[1] + down * splat.u[2] + splat.u[0],
+            v: across * splat.v[1] + down * splat.v[2] + splat.v[0],
+            w: across * splat.w[1] + down * splat.w[2] + splat.w[0],
+            near: F::splat(simd, near),
+            one: F::splat(simd, 1.0),
+        }
+    }
+
+    /// The pixels of a square, those of a bit mask.
+    #[inline(always)]
+    fn hit(&self, splat: &Splat, column: usize, row: usize, lanes: u64) -> Hit<S> {
+        let (right, down) = ((SIDE * column) as f32, (SIDE * row) as f32);
+        let u = self.u + (right * splat.u[1] + down * splat.u[2]);
+        let v = self.v + (right * splat.v[1] + down * splat.v[2]);
+        let w = self.w + (right * splat.w[1] + down * splat.w[2]);
+        let scale = self.one / w;
+        let (u, v) = (u * scale, v * scale);
+        let r2 = u * u + v * v;
+        let distance = u * splat.depth[1] + v * splat.depth[2] + splat.depth[0];
+        let lanes = M::from_bitmask(r2.token(), lanes);
+        let inside = lanes & r2.simd_le(self.one) & distance.simd_ge(self.near);
+        Hit { inside, distance, r2 }
+    }
+}
+
+impl<S: Simd> Hit<S> {
+    /// Distances, brought nearer by the depth tolerance.
+    #[inline(always)]
+    fn brought_nearer(&self, splat: &Splat) -> F<S> {
+        self.distance * splat.drawn_near - splat.nearer
+    }
+}
+
+/// `exp(-4 r2)`, relatively within 5e-7, for r2 from 0 to 1.
+#[inline(always)]
+fn splat_weight<S: Simd>(r2: F<S>) -> F<S> {
+    // Powers of two: the whole part goes into the exponent, the rest into a polynomial, the
+    // series of the exponential around 0.
+    let t = r2 * (-4.0 * std::f32::consts::LOG2_E);
+    let whole = (t + 0.5).floor();
+    let x = (t - whole) * std::f32::consts::LN_2;
+    let mut series = x * (1.0 / 720.0) + 1.0 / 120.0;
+    series = series * x + 1.0 / 24.0;
+    series = series * x + 1.0 / 6.0;
+    series = series * x + 0.5;
+    series = series * x + 1.0;
+    series = series * x + 1.0;
+    let exponent = (whole.to_int::<I<S>>() + 127) << 23;
+    series * exponent.bitcast::<F<S>>()
+}
+
+/// A vector of a square.
+#[inline(always)]
+pub(crate) fn vector<S: Simd>(simd: S, sums: &Sums) -> V<S> {
+    V {
+        x: F::load_array_ref(simd, &sums[0]),
+        y: F::load_array_ref(simd, &sums[1]),
+        z: F::load_array_ref(simd, &sums[2]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fearless_simd::{Level, dispatch};
+
+    #[inline(always)]
+    fn weights<S: Simd>(simd: S, r2: [f32; WIDTH]) -> [f32; WIDTH] {
+        splat_weight(F::load_array(simd, r2)).to_array()
+    }
+
+    #[test]
+    fn parts_of_squares_are_bits() {
+        assert_eq!(within([0, 0, 128, 32], 3, 2), 0xffff);
+        assert_eq!(within([13, 9, 15, 10], 3, 2), 0b0110 << 4);
+        assert_eq!(within([0, 9, 13, 32], 3, 2), 0x1110);
+    }
+
+    #[test]
+    fn weights_are_exponentials() {
+        for step in 0..64 {
+            let r2: [f32; WIDTH] = std::array::from_fn(|i| (WIDTH * step + i) as f32 / 1023.0);
+            let found = dispatch!(Level::new(), simd => weights(simd, r2));
+            for (r2, found) in r2.into_iter().zip(found) {
+                let expected = (-4.0 * f64::from(r2)).exp();
+                let error = f64::from(found) / expected - 1.0;
+                assert!(error.abs() < 5e-7, "{r2}: {found} {expected}");
+            }
+        }
+    }
+}
