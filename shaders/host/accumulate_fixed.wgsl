@@ -46,7 +46,7 @@ const MAX_ALBEDO = 65504.0;
 // The nearest surfel's share counts at least as much, so that its weight at the disc's edge, 0.018,
 // stays a few dozen units of the sums and no covered pixel's sums are empty. Others keep theirs: at
 // silhouettes far below a pixel there are many of tiny shares, which must not outweigh the rest.
-const MIN_NEAREST_SHARE = 0.002;
+const MIN_NEAREST_SHARE = 0.005;
 // No more is added to a pixel beyond this weight: the sums of normals, which are up to twice as
 // large, then stay inside 32 bits.
 const SATURATED = 1073741824u;

@@ -17,6 +17,8 @@ mod levels;
 mod pack;
 mod resolve;
 mod splat;
+#[cfg(test)]
+mod tests;
 mod tile;
 mod view;
 
@@ -123,6 +125,18 @@ pub fn draw(
     linear_of_srgb: &[f32; 256],
     picture: &mut Picture,
 ) {
+    draw_with(Level::new(), clouds, view, parts, linear_of_srgb, picture);
+}
+
+/// The same with these instructions of the processor.
+fn draw_with(
+    level: Level,
+    clouds: &[Cloud<'_>],
+    view: &View,
+    parts: Parts,
+    linear_of_srgb: &[f32; 256],
+    picture: &mut Picture,
+) {
     let [width, height] = view.size_px.map(|side| side as usize);
     let n_pixels = width * height;
     let asked = |asked: bool| if asked { n_pixels } else { 0 };
@@ -148,7 +162,6 @@ pub fn draw(
     };
     let scene = Scene::new(&seen, view.world_from_view, linear_of_srgb, parts.mode);
     let by_band = by_band(&placed, height);
-    let level = Level::new();
     bands(picture, width, height).into_par_iter().zip(by_band).for_each_init(
         || (Tile::new(), Vec::new()),
         |(tile, blocks), (mut band, of_band)| {

@@ -299,15 +299,25 @@ fn compute_gives_the_same_bits_again() {
         mixed.radii[i] *= 12.0;
     }
     let case = Case::new("mixed", &mixed, ahead(2.0));
-    let [mut way, ..] = Way::others();
-    let mut bits = || -> Vec<u32> {
-        way.engine.forget_surfaces();
-        let rendered = render(&mut way.engine, &mut way.ewa, &case, &[Output::Color]);
-        rendered.images[0].1.data.iter().map(|value| value.to_bits()).collect()
-    };
-    let first = bits();
-    for _ in 0..4 {
-        assert!(bits() == first);
+    let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };
+    let options = EngineOptions { surfels: SurfelDrawing::Compute, ..EngineOptions::default() };
+    let [vulkan, ..] = Way::others();
+    for mut way in [vulkan, Way::on("OpenGL", &gpu, options)] {
+        let mut first: Vec<u32> = Vec::new();
+        // Also where another renderer has found the nearest surfels of the view before.
+        for (i, after_another) in [false, true].into_iter().cycle().take(24).enumerate() {
+            way.engine.forget_surfaces();
+            if after_another {
+                render(&mut way.engine, &mut way.flat, &case, &[Output::Color]);
+            }
+            let rendered = render(&mut way.engine, &mut way.ewa, &case, &[Output::Color]);
+            let bits = rendered.images[0].1.data.iter().map(|value| value.to_bits()).collect();
+            if i == 0 {
+                first = bits;
+            } else {
+                assert!(bits == first, "{}: frame {i} is another", way.name);
+            }
+        }
     }
 }
 

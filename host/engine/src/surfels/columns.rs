@@ -1,5 +1,6 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
+use super::host_columns::OnHost;
 use super::order::{TIE_BREAKERS, drawing_order};
 use crate::run::RenderError;
 use glam::DVec3;
@@ -53,15 +54,6 @@ impl DrawnCloud {
     }
 }
 
-/// A cloud in memory.
-struct OnHost {
-    generations: Vec<u64>,
-    order_serial: u32,
-    columns: Rc<surfelshop_raster::Columns>,
-    max_radius: f32,
-    last_used: u64,
-}
-
 struct Uploaded {
     buffers: ChunkBuffers,
     bytes: u64,
@@ -97,11 +89,11 @@ pub(crate) struct Columns {
     device: wgpu::Device,
     queue: wgpu::Queue,
     uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
-    on_host: Vec<OnHost>,
+    pub(super) on_host: Vec<OnHost>,
     orders: Vec<Order>,
     n_orders: u32,
-    chunk_len: u32,
-    frame: u64,
+    pub(super) chunk_len: u32,
+    pub(super) frame: u64,
     /// Columns uploaded since the engine was made.
     pub(crate) uploads: u32,
 }
@@ -147,7 +139,7 @@ impl Columns {
 
     /// The serial number of the order a cloud is drawn in, and the order itself where it had to be
     /// made to know.
-    fn order(&mut self, cloud: &CloudView<'_>) -> (u32, OnceCell<Vec<u32>>) {
+    pub(super) fn order(&mut self, cloud: &CloudView<'_>) -> (u32, OnceCell<Vec<u32>>) {
         let names = [columns::POSITION].into_iter().chain(TIE_BREAKERS);
         let of: Vec<u64> =
             names.filter_map(|name| cloud.column(name)).map(|column| column.generation).collect();
@@ -224,93 +216,6 @@ impl Columns {
             arriving.drawn.defines.push(layout);
         }
         Ok(arriving.drawn)
-    }
-
-    /// Brings the columns a cloud is drawn with into drawing order in memory.
-    ///
-    /// # Errors
-    /// Where a column that drawing needs is missing or of another type.
-    pub(crate) fn on_host(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
-        let n_surfels = counted(cloud)?;
-        let positions = floats_of(cloud, columns::POSITION)?;
-        let normals = floats_of(cloud, columns::NORMAL)?;
-        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
-        let tangents = match tangents.map(|name| cloud.floats(name, 3)) {
-            [Some(u), Some(v)] => Some([u, v]),
-            _ => None,
-        };
-        let radii = match tangents {
-            Some(_) => &[],
-            None => floats_of(cloud, columns::RADIUS)?,
-        };
-        let material = cloud.column(columns::MATERIAL).and_then(|column| match column.values {
-            Values::U32(values) if column.components == 1 => Some(values),
-            _ => None,
-        });
-        let color = cloud.column(columns::COLOR).filter(|column| is_color(column));
-        let used = [
-            Some(columns::POSITION),
-            Some(columns::NORMAL),
-            tangents.is_none().then_some(columns::RADIUS),
-            tangents.is_some().then_some(columns::TANGENT_U),
-            tangents.is_some().then_some(columns::TANGENT_V),
-            cloud.floats(columns::AO, 1).map(|_| columns::AO),
-            material.map(|_| columns::MATERIAL),
-            color.map(|_| columns::COLOR),
-        ];
-        let generations: Vec<u64> = used
-            .into_iter()
-            .flatten()
-            .filter_map(|name| cloud.column(name))
-            .map(|column| column.generation)
-            .collect();
-        let (order_serial, order) = self.order(cloud);
-        let is_it =
-            |known: &OnHost| known.generations == generations && known.order_serial == order_serial;
-        let at = match self.on_host.iter().position(is_it) {
-            Some(at) => at,
-            None => {
-                self.uploads += 1;
-                let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
-                let sources = surfelshop_raster::Sources {
-                    positions,
-                    normals,
-                    radii,
-                    tangents,
-                    ao: cloud.floats(columns::AO, 1),
-                    materials: material,
-                };
-                let albedo = albedo(color, &order);
-                let largest = |values: &[f32]| values.iter().fold(0.0f32, |m, v| m.max(v.abs()));
-                let max_radius = match tangents {
-                    Some([u, v]) => 2.45 * largest(u).max(largest(v)),
-                    None => largest(radii),
-                };
-                let columns = Rc::new(super::on_host::columns(&sources, &order, albedo));
-                let generations = generations.clone();
-                let last_used = self.frame;
-                self.on_host.push(OnHost {
-                    generations,
-                    order_serial,
-                    columns,
-                    max_radius,
-                    last_used,
-                });
-                self.on_host.len() - 1
-            }
-        };
-        let known = &mut self.on_host[at];
-        known.last_used = self.frame;
-        Ok(DrawnCloud {
-            origin: cloud.origin,
-            n_surfels,
-            chunk_len: self.chunk_len,
-            columns: Vec::new(),
-            defines: Vec::new(),
-            generations,
-            max_radius: known.max_radius,
-            on_host: Some(known.columns.clone()),
-        })
     }
 
     /// Uploads a column of floats and returns its largest magnitude.
@@ -396,7 +301,7 @@ impl Columns {
 }
 
 /// Number of surfels, where all can be numbered.
-fn counted(cloud: &CloudView<'_>) -> Result<u32, RenderError> {
+pub(super) fn counted(cloud: &CloudView<'_>) -> Result<u32, RenderError> {
     // The index texture keeps one bit for the side and one value for "none".
     u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
         RenderError::Cloud(format!("it has {} surfels, fewer than 2^31 are drawn", cloud.len))
@@ -411,7 +316,7 @@ fn components_of(name: &str) -> u32 {
 }
 
 /// A column of floats that drawing needs.
-fn floats_of<'a>(cloud: &CloudView<'a>, name: &str) -> Result<&'a [f32], RenderError> {
+pub(super) fn floats_of<'a>(cloud: &CloudView<'a>, name: &str) -> Result<&'a [f32], RenderError> {
     let components = components_of(name);
     cloud.floats(name, components).ok_or_else(|| {
         let what = match cloud.column(name) {
@@ -424,28 +329,8 @@ fn floats_of<'a>(cloud: &CloudView<'a>, name: &str) -> Result<&'a [f32], RenderE
     })
 }
 
-/// Albedos in drawing order, as they are stored on the device.
-fn albedo(color: Option<&ColumnView<'_>>, order: &[u32]) -> surfelshop_raster::Albedo {
-    let Some(column) = color else {
-        return surfelshop_raster::Albedo::Same(columns::NEUTRAL_ALBEDO);
-    };
-    let encoded = |i: u32| {
-        let mut bytes = Vec::with_capacity(8);
-        encode_color(column, i as usize, &mut bytes);
-        bytes
-    };
-    match column.values {
-        Values::U8(_) => surfelshop_raster::Albedo::Codes(
-            order.iter().map(|&i| bytemuck::pod_read_unaligned(&encoded(i))).collect(),
-        ),
-        _ => surfelshop_raster::Albedo::Halves(
-            order.iter().map(|&i| bytemuck::pod_read_unaligned(&encoded(i))).collect(),
-        ),
-    }
-}
-
 /// Whether a column is of a type that colours have.
-fn is_color(column: &ColumnView<'_>) -> bool {
+pub(super) fn is_color(column: &ColumnView<'_>) -> bool {
     matches!(column.components, 3 | 4)
         && matches!(column.values, Values::U8(_) | Values::U16(_) | Values::F32(_))
 }
@@ -458,7 +343,7 @@ pub(super) fn linear_of_srgb() -> Vec<u8> {
 
 /// Appends a surfel's colour: four bytes of 8-bit codes as they are, or four half-precision
 /// floats, linear red, green, blue and one.
-fn encode_color(column: &ColumnView<'_>, i: usize, out: &mut Vec<u8>) {
+pub(super) fn encode_color(column: &ColumnView<'_>, i: usize, out: &mut Vec<u8>) {
     let first = column.components as usize * i;
     let halves = match column.values {
         Values::U8(values) => {

@@ -89,7 +89,11 @@ impl Drawing<'_> {
             self.offer_all(name, *number, &keys, recorder, pipelines)?;
         }
         self.list_large(recorder, pipelines)?;
-        self.merge(&keys, surface, recorder, pipelines)
+        // What is drawn already stays: only what blending needs besides was found again.
+        match surface.visible {
+            true => Ok(()),
+            false => self.merge(&keys, surface, recorder, pipelines),
+        }
     }
 
     /// Has every small surfel offer itself to the pixels it covers.

@@ -13,10 +13,10 @@ const ACCUMULATE: &str = include_str!("../../../../shaders/host/accumulate_fixed
 /// What a weight of 1 is in sums of 64 bits.
 const WIDE_SCALE: f32 = (1u64 << 36) as f32;
 
-/// What a weight of 1 is in sums of 32 bits. It may be added 1,024 times to a pixel before no more fits; the
-/// smallest weight of a disc's edge, 0.018, is kept to half a part in 19,000, that of a lone surfel so
-/// far below a pixel that its share is 0.01 to half a part in 190: its colour then to a third of an
-/// 8-bit level, since a level is at least 0.9 percent of what is encoded.
+/// What a weight of 1 is in sums of 32 bits. It may be added 1,024 times to a pixel before no more fits;
+/// the smallest weight of a disc's edge, 0.018, is kept to half a part in 19,000. What is weaker: the
+/// rim of a lone surfel far below a pixel, with a share of 0.01, is kept to half a part in 190 only,
+/// and lighting by such a normal may be a few 8-bit levels off.
 const SCALE: f32 = (1u32 << 20) as f32;
 
 /// Rows of a picture whose sums lie in one buffer.

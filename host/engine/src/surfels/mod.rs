@@ -4,6 +4,7 @@ mod columns;
 mod computed;
 mod drawing;
 mod fixed;
+mod host_columns;
 mod lit;
 mod on_host;
 mod order;

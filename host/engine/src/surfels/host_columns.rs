@@ -1,0 +1,147 @@
+//! Columns in memory, where the processor draws: put in order when first drawn, shared by every view,
+//! dropped when unused.
+
+use super::columns::{Columns, DrawnCloud, counted, encode_color, floats_of, is_color};
+use super::order::drawing_order;
+use crate::run::RenderError;
+use rayon::prelude::*;
+use std::rc::Rc;
+use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
+use surfelshop_raster::{Albedo, Sources};
+
+/// A cloud in memory.
+pub(super) struct OnHost {
+    generations: Vec<u64>,
+    order_serial: u32,
+    pub(super) columns: Rc<surfelshop_raster::Columns>,
+    max_radius: f32,
+    pub(super) last_used: u64,
+}
+
+/// What a cloud is drawn with.
+struct Drawn<'a> {
+    sources: Sources<'a>,
+    color: Option<&'a ColumnView<'a>>,
+    /// Of the columns.
+    generations: Vec<u64>,
+}
+
+impl<'a> Drawn<'a> {
+    fn of(cloud: &'a CloudView<'a>) -> Result<Self, RenderError> {
+        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
+        let tangents = match tangents.map(|name| cloud.floats(name, 3)) {
+            [Some(u), Some(v)] => Some([u, v]),
+            _ => None,
+        };
+        let materials = cloud.column(columns::MATERIAL).and_then(|column| match column.values {
+            Values::U32(values) if column.components == 1 => Some(values),
+            _ => None,
+        });
+        let sources = Sources {
+            positions: floats_of(cloud, columns::POSITION)?,
+            normals: floats_of(cloud, columns::NORMAL)?,
+            radii: match tangents {
+                Some(_) => &[],
+                None => floats_of(cloud, columns::RADIUS)?,
+            },
+            tangents,
+            ao: cloud.floats(columns::AO, 1),
+            materials,
+        };
+        let color = cloud.column(columns::COLOR).filter(|column| is_color(column));
+        let used = [
+            Some(columns::POSITION),
+            Some(columns::NORMAL),
+            tangents.is_none().then_some(columns::RADIUS),
+            tangents.is_some().then_some(columns::TANGENT_U),
+            tangents.is_some().then_some(columns::TANGENT_V),
+            sources.ao.map(|_| columns::AO),
+            materials.map(|_| columns::MATERIAL),
+            color.map(|_| columns::COLOR),
+        ];
+        let used = used.into_iter().flatten().filter_map(|name| cloud.column(name));
+        let generations = used.map(|column| column.generation).collect();
+        Ok(Self { sources, color, generations })
+    }
+
+    /// At least the longest half axis.
+    fn max_radius(&self) -> f32 {
+        let largest = |values: &[f32]| values.iter().fold(0.0f32, |most, v| most.max(v.abs()));
+        match self.sources.tangents {
+            // As for columns on the device.
+            Some([u, v]) => 2.45 * largest(u).max(largest(v)),
+            None => largest(self.sources.radii),
+        }
+    }
+
+    /// Albedos in this order, as they are stored on the device.
+    fn albedo(&self, order: &[u32]) -> Albedo {
+        let Some(column) = self.color else { return Albedo::Same(columns::NEUTRAL_ALBEDO) };
+        let encoded = |bytes: &mut Vec<u8>, i: &u32| {
+            bytes.clear();
+            encode_color(column, *i as usize, bytes);
+        };
+        let all = order.par_iter();
+        match column.values {
+            Values::U8(_) => Albedo::Codes(
+                all.map_init(Vec::new, |bytes, i| {
+                    encoded(bytes, i);
+                    bytemuck::pod_read_unaligned(bytes)
+                })
+                .collect(),
+            ),
+            _ => Albedo::Halves(
+                all.map_init(Vec::new, |bytes, i| {
+                    encoded(bytes, i);
+                    bytemuck::pod_read_unaligned(bytes)
+                })
+                .collect(),
+            ),
+        }
+    }
+}
+
+impl Columns {
+    /// Brings the columns a cloud is drawn with into drawing order in memory.
+    ///
+    /// # Errors
+    /// Where a column that drawing needs is missing or of another type.
+    pub(crate) fn on_host(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
+        let n_surfels = counted(cloud)?;
+        let drawn = Drawn::of(cloud)?;
+        let (order_serial, order) = self.order(cloud);
+        let is_it = |known: &OnHost| {
+            known.generations == drawn.generations && known.order_serial == order_serial
+        };
+        let at = match self.on_host.iter().position(is_it) {
+            Some(at) => at,
+            None => {
+                self.uploads += 1;
+                let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
+                let albedo = drawn.albedo(&order);
+                let columns = super::on_host::columns(&drawn.sources, &order, albedo);
+                self.on_host.push(OnHost {
+                    generations: drawn.generations.clone(),
+                    order_serial,
+                    columns: Rc::new(columns),
+                    max_radius: drawn.max_radius(),
+                    last_used: 0,
+                });
+                self.on_host.len() - 1
+            }
+        };
+        let frame = self.frame;
+        let known = &mut self.on_host[at];
+        known.last_used = frame;
+        Ok(DrawnCloud {
+            origin: cloud.origin,
+            n_surfels,
+            chunk_len: self.chunk_len,
+            columns: Vec::new(),
+            defines: Vec::new(),
+            generations: drawn.generations,
+            max_radius: known.max_radius,
+            on_host: Some(known.columns.clone()),
+        })
+    }
+}

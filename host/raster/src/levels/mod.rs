@@ -1,0 +1,261 @@
+//! Blocks of surfels and, where several surfels are smaller than a pixel, one that stands for them.
+//!
+//! Blocks are runs of surfels in drawing order, which follows a curve through space; four blocks make a
+//! larger one, up to the whole cloud. A larger block has surfels of its own: each stands for up to four
+//! neighbours of the level below. They keep the mean position, normal, albedo and accessibility, weighted
+//! by area, and the covariance of what these spread over. Surfels of different materials, facing
+//! different ways or lying apart are not merged, nor are ellipses, whose axes have no mean.
+//!
+//! Source: for the hierarchy Rusinkiewicz & Levoy 2000, "`QSplat`"; what merged surfels keep follows from
+//! how they blend: a pixel's normal and albedo are means weighted by Gaussians.
+
+mod merge;
+
+pub(crate) use merge::Sample;
+
+use crate::columns::{Columns, Shape};
+use crate::lanes::WIDTH;
+use merge::{BRANCH, COARSEST, dot, gather, merged, typical_radius, unit_vector};
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Surfels of the smallest blocks.
+const BLOCK: usize = 16 * WIDTH;
+/// Merged surfels replace theirs where there are fewer than this share of them.
+const WORTHWHILE: f64 = 0.7;
+
+/// What blocks are culled, sorted and chosen by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block {
+    /// First group, and how many; none where its parts have to be drawn.
+    pub(crate) first: usize,
+    pub(crate) count: usize,
+    /// Its parts among the blocks.
+    pub(crate) parts: [u32; 2],
+    /// Middle of the centres.
+    pub(crate) middle: [f32; 3],
+    /// From there to the farthest centre, scene units.
+    pub(crate) spread: f32,
+    /// Largest half axis, scene units.
+    pub(crate) reach: f32,
+    /// The largest radius of merged surfels, or how far those that they stand for lie from them if that
+    /// is more; scene units.
+    pub(crate) grain: f32,
+    /// A unit vector.
+    pub(crate) axis: [f32; 3],
+    /// Least cosine of the angle between it and the normals; -1 where that is not known.
+    pub(crate) cosine: f32,
+}
+
+/// A box around centres.
+#[derive(Clone, Copy)]
+struct Bounds {
+    low: [f32; 3],
+    high: [f32; 3],
+}
+
+impl Bounds {
+    fn none() -> Self {
+        Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] }
+    }
+
+    fn and(mut self, low: [f32; 3], high: [f32; 3]) -> Self {
+        for axis in 0..3 {
+            self.low[axis] = self.low[axis].min(low[axis]);
+            self.high[axis] = self.high[axis].max(high[axis]);
+        }
+        self
+    }
+
+    fn middle(&self) -> [f32; 3] {
+        [0, 1, 2].map(|axis| 0.5 * self.low[axis] + 0.5 * self.high[axis])
+    }
+
+    fn spread(&self) -> f32 {
+        let half = [0, 1, 2].map(|axis| f64::from(0.5 * self.high[axis] - 0.5 * self.low[axis]));
+        // In f64, whose range no square of a length leaves; rounded outwards.
+        (half.iter().map(|h| h * h).sum::<f64>().sqrt() * (1.0 + 1e-6)) as f32
+    }
+}
+
+/// What the blocks of a cloud are.
+pub(crate) struct Tree {
+    pub(crate) blocks: Vec<Block>,
+    pub(crate) roots: Range<usize>,
+    /// Merged surfels of blocks, in the order of their groups, from the first behind the cloud's.
+    pub(crate) merged: Vec<Vec<Sample>>,
+}
+
+/// A block being made.
+struct Node {
+    block: Block,
+    bounds: Bounds,
+    /// What it is drawn as, or would be.
+    samples: Vec<Sample>,
+}
+
+pub(crate) fn tree(columns: &Columns, linear_of_srgb: &[f32; 256]) -> Tree {
+    let n = columns.len();
+    let merges = matches!(columns.shape, Shape::Radius(_));
+    let leaf = |first: usize| leaf(columns, first..(first + BLOCK).min(n), merges, linear_of_srgb);
+    let firsts: Vec<usize> = (0..n).step_by(BLOCK).collect();
+    let parts = |first: usize, i: usize, n: usize| {
+        [first + BRANCH * i, first + (BRANCH * (i + 1)).min(n)].map(|at| at as u32)
+    };
+    // The samples of the smallest blocks live until their four are joined: all of them at once would
+    // take more than the cloud itself.
+    let (leaves, mut level): (Vec<Vec<Block>>, Vec<Node>) = firsts
+        .par_chunks(BRANCH)
+        .enumerate()
+        .map(|(i, firsts)| {
+            let leaves: Vec<Node> = firsts.iter().map(|&first| leaf(first)).collect();
+            let blocks = leaves.iter().map(|leaf| leaf.block).collect();
+            (blocks, joined(&leaves, parts(0, i, n.div_ceil(BLOCK))))
+        })
+        .unzip();
+    let blocks: Vec<Block> = leaves.into_iter().flatten().collect();
+    if blocks.len() <= 1 {
+        return Tree { roots: 0..blocks.len(), blocks, merged: Vec::new() };
+    }
+    let mut tree = Tree { blocks, roots: 0..0, merged: Vec::new() };
+    let mut first_group = n.div_ceil(WIDTH);
+    loop {
+        for node in &mut level {
+            if node.block.count > 0 {
+                node.block.first = first_group;
+                first_group += node.block.count;
+                tree.merged.push(node.samples.clone());
+            }
+        }
+        let first = tree.blocks.len();
+        tree.blocks.extend(level.iter().map(|node| node.block));
+        tree.roots = first..tree.blocks.len();
+        if level.len() <= 1 {
+            return tree;
+        }
+        let join = |(i, nodes): (usize, &[Node])| joined(nodes, parts(first, i, level.len()));
+        level = level.par_chunks(BRANCH).enumerate().map(join).collect();
+    }
+}
+
+fn leaf(
+    columns: &Columns,
+    places: Range<usize>,
+    merges: bool,
+    linear_of_srgb: &[f32; 256],
+) -> Node {
+    let mut bounds = Bounds::none();
+    let mut reach = 0.0f64;
+    let length2 = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
+    let mut samples = Vec::with_capacity(if merges { places.len() } else { 0 });
+    let mut normals = Vec::with_capacity(places.len());
+    for place in places.clone() {
+        let position = columns.positions.one(place);
+        let normal = columns.normals.one(place);
+        bounds = bounds.and(position, position);
+        normals.push(normal);
+        let radius = match &columns.shape {
+            Shape::Radius(radii) => f64::from(radii.one(place)),
+            // An ellipse's longer half axis is at most the root of the sum of both squares.
+            Shape::Tangents(u, v) => (length2(u.one(place)) + length2(v.one(place))).sqrt(),
+        };
+        reach = reach.max(radius);
+        if merges && radius > 0.0 {
+            samples.push(Sample {
+                position,
+                normal,
+                radius: radius as f32,
+                albedo: columns.albedo_of(place, linear_of_srgb),
+                ao: columns.ao_of(place),
+                material: columns.material_of(place as u32),
+                stands_for: place as u32,
+                apart: 0.0,
+            });
+        }
+    }
+    let (axis, cosine) = cone(&normals);
+    let block = Block {
+        first: places.start / WIDTH,
+        count: places.len().div_ceil(WIDTH),
+        parts: [0, 0],
+        middle: bounds.middle(),
+        spread: bounds.spread(),
+        reach: (reach * (1.0 + 1e-6)) as f32,
+        grain: 0.0,
+        axis,
+        cosine,
+    };
+    Node { block, bounds, samples }
+}
+
+/// Blocks as parts of a larger one.
+fn joined(nodes: &[Node], parts: [u32; 2]) -> Node {
+    let mut all: Vec<Sample> = nodes.iter().flat_map(|node| node.samples.iter().copied()).collect();
+    gather(&mut all);
+    let samples = merged(&all, COARSEST * typical_radius(&all));
+    let worthwhile = !all.is_empty() && (samples.len() as f64) < WORTHWHILE * all.len() as f64;
+    let bounds = nodes
+        .iter()
+        .fold(Bounds::none(), |bounds, node| bounds.and(node.bounds.low, node.bounds.high));
+    let most = |of: fn(&Block) -> f32| nodes.iter().map(|node| of(&node.block)).fold(0.0, f32::max);
+    let (axis, cosine) = cones(nodes);
+    let samples = if worthwhile { samples } else { all };
+    let grown = samples.iter().map(|sample| sample.radius).fold(0.0, f32::max);
+    let grain = samples.iter().map(Sample::grain).fold(0.0, f32::max);
+    let block = Block {
+        first: 0,
+        count: if worthwhile { samples.len().div_ceil(WIDTH) } else { 0 },
+        parts,
+        middle: bounds.middle(),
+        spread: bounds.spread(),
+        reach: most(|block| block.reach).max(grown * (1.0 + 1e-6)),
+        // Never finer than its parts, so that what is chosen grows coarser with the distance.
+        grain: most(|block| block.grain).max(grain),
+        axis,
+        cosine,
+    };
+    Node { block, bounds, samples }
+}
+
+/// What vectors point to, and the least cosine of the angle to it.
+fn cone(normals: &[[f32; 3]]) -> ([f32; 3], f32) {
+    let mut sum = [0.0; 3];
+    for normal in normals {
+        for axis in 0..3 {
+            sum[axis] += normal[axis] / normals.len() as f32;
+        }
+    }
+    let Some(axis) = unit_vector(sum) else { return ([0.0, 0.0, 1.0], -1.0) };
+    let least = normals.iter().map(|normal| dot(*normal, axis)).fold(1.0, least_number);
+    // What rounding does to a cosine is a few units in the last place.
+    (axis, least - 1e-5)
+}
+
+/// The smaller of both; -1 where one is no number.
+fn least_number(a: f32, b: f32) -> f32 {
+    if a <= b {
+        a
+    } else if b < a {
+        b
+    } else {
+        -1.0
+    }
+}
+
+/// The cone around those of blocks.
+fn cones(nodes: &[Node]) -> ([f32; 3], f32) {
+    let axes: Vec<[f32; 3]> = nodes.iter().map(|node| node.block.axis).collect();
+    let (axis, _) = cone(&axes);
+    let angle = nodes
+        .iter()
+        .map(|node| dot(node.block.axis, axis).clamp(-1.0, 1.0).acos() + half_angle(&node.block))
+        .fold(0.0, f32::max);
+    let known = nodes.iter().all(|node| node.block.cosine > -1.0);
+    let cosine = if known && angle < std::f32::consts::PI { angle.cos() - 1e-5 } else { -1.0 };
+    (axis, cosine)
+}
+
+/// The angle between a block's axis and any of its normals is at most this, radians.
+pub(crate) fn half_angle(block: &Block) -> f32 {
+    block.cosine.clamp(-1.0, 1.0).acos()
+}
