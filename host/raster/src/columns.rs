@@ -120,12 +120,14 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
-    /// columns' length. Albedos are in drawing order already.
+    /// columns' length. Albedos are in drawing order already. Surfels that stand for several are made
+    /// where there are to be `merged` ones.
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,
         order: &[u32],
         albedo: Albedo,
+        merged: bool,
         linear_of_srgb: &[f32; 256],
     ) -> Self {
         let (mut positions, mut normals) = (Triples::default(), Triples::default());
@@ -166,13 +168,13 @@ impl Columns {
             roots: 0..0,
             max_reach: 0.0,
         };
-        columns.merge(linear_of_srgb);
+        columns.merge(merged, linear_of_srgb);
         columns
     }
 
     /// Makes the tree of blocks and the merged surfels.
-    fn merge(&mut self, linear_of_srgb: &[f32; 256]) {
-        let tree = levels::tree(self, linear_of_srgb);
+    fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256]) {
+        let tree = levels::tree(self, merged, linear_of_srgb);
         let samples = || tree.merged.iter().flat_map(|samples| samples.iter());
         let n_merged: usize = tree.merged.iter().map(|samples| padded(samples.len())).sum();
         self.stands_for.reserve(n_merged);

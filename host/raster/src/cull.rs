@@ -86,7 +86,9 @@ fn is_fine(block: &Block, eye: &Eye) -> bool {
         -center.z - block.spread / eye.unit
     };
     let px = eye.px_per_unit[0].max(eye.px_per_unit[1]);
-    distance > eye.near && block.grain * eye.radius_scale * px <= eye.detail_px * distance
+    // The scene's factor on radii moves no surfel.
+    let coarse = (block.grain * eye.radius_scale).max(block.apart / eye.unit);
+    distance > eye.near && coarse * px <= eye.detail_px * distance
 }
 
 /// A distance that no pixel of a block is nearer than, brought nearer or not, and the pixels it may
@@ -198,6 +200,7 @@ mod tests {
             spread: 0.1,
             reach: 0.01,
             grain: 0.02,
+            apart: 0.01,
             axis,
             cosine,
         }

@@ -19,6 +19,7 @@ const FLAT: (&str, &str) = ("surfelshop_flat", "flat");
 const OUTPUTS: [Output; 3] = [Output::Color, Output::Normal, Output::Albedo];
 
 struct Lab {
+    scene: Scene,
     engine: Engine,
     renderer: RendererView,
 }
@@ -29,14 +30,14 @@ impl Lab {
         let options = EngineOptions { surfels, ..EngineOptions::default() };
         let engine = stage::engine_with(&GpuOptions::default(), &options);
         let renderer = stage::built_renderer(&engine, unit.0, unit.1);
-        Self { engine, renderer }
+        Self { scene: Scene::default(), engine, renderer }
     }
 
     fn rendered(&mut self, cloud: &Cloud, view: View, detail_px: f32) -> Rendered {
         let request = RenderRequest {
             clouds: &[cloud.view()],
             facts: cloud.facts(),
-            scene: &Scene::default(),
+            scene: &self.scene,
             view,
             values: &Values::new(),
             outputs: &OUTPUTS,
@@ -143,6 +144,19 @@ fn nothing_is_merged_where_that_is_not_asked_for_nor_taken() {
     // Far less than any surfel.
     let mut lab = Lab::new(PHONG);
     assert_eq!(lab.pictures(&cloud, view(64), 1e-6).0, full);
+}
+
+/// The scene's factor on radii brings surfels no nearer to each other.
+#[test]
+fn small_radii_merge_no_sooner() {
+    let cloud = clouds::wavy_sphere(20_000);
+    let mut lab = Lab::new(PHONG);
+    lab.scene.surface.radius_scale = 0.1;
+    // Neighbours are about seven pixels apart.
+    let (full, all) = lab.pictures(&cloud, view(256), 0.0);
+    assert_eq!(lab.pictures(&cloud, view(256), 1.0), (full, all));
+    let (_, merged) = lab.pictures(&cloud, view(64), 4.0);
+    assert!(2 * merged < all, "{merged} of {all}");
 }
 
 #[test]

@@ -45,7 +45,7 @@ pub(crate) struct BenchArguments {
     /// Details, separated by commas: radii of merged surfels in pixels, 0 where none are; for ways to
     /// draw that merge surfels.
     #[arg(long, value_name = "PIXELS,…", value_delimiter = ',', default_values = ["0"],
-          value_parser = values::detail)]
+          value_parser = values::detail, allow_hyphen_values = true)]
     pub(crate) detail: Vec<f32>,
     /// Sizes of pictures, each `WxH` or one number for a square, separated by commas.
     #[arg(long, value_name = "SIZE,…", value_delimiter = ',', default_values = ["512", "1024"],

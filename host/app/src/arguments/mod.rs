@@ -183,7 +183,7 @@ pub(crate) struct PictureArguments {
     /// fraction of the time. Renderers say whether they take it, the processor does it [default: 0,
     /// never].
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0, hide_default_value = true,
-          value_parser = values::detail)]
+          value_parser = values::detail, allow_hyphen_values = true)]
     pub(crate) detail: f32,
     /// Radius in pixels of the filter that keeps fine surfels from vanishing and flickering, 0
     /// (none) to 4 [default: 1].

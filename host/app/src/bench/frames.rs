@@ -51,7 +51,13 @@ pub(super) fn run(arguments: &BenchArguments, given: &Given) -> anyhow::Result<(
         object: Object::new(),
     };
     for (name, file) in files(arguments)? {
-        session.file(&name, &file)?;
+        match session.file(&name, &file) {
+            // What was measured of others is worth telling.
+            Err(error) if !session.measured.cells.is_empty() => {
+                terminal::note(format!("{name} is left out: {error:#}"));
+            }
+            measured => measured?,
+        }
     }
     let Session { measured, mut object, .. } = session;
     measured.add_to(&mut object);

@@ -22,11 +22,14 @@ use std::process::Command;
 use std::time::Instant;
 
 /// Options that `render` gets once for each start, or does not have.
-const REPLACED: [&str; 9] = [
+const REPLACED: [&str; 12] = [
     "--renderer",
     "-r",
     "--strategies",
     "--surfels",
+    "--detail",
+    "--most",
+    "--largest",
     "--sizes",
     "--frames",
     "--out",
@@ -151,7 +154,7 @@ fn start(program: &PathBuf, words: &[String]) -> anyhow::Result<Start> {
     let ended = ended.with_context(|| format!("{}: cannot be started", program.display()))?;
     if !ended.status.success() {
         let said = String::from_utf8_lossy(&ended.stderr);
-        let said = said.lines().last().unwrap_or("it said nothing");
+        let said = said.lines().next().unwrap_or("it said nothing");
         bail!("{}", said.trim_start_matches("surfelshop: "));
     }
     let told: Value = serde_json::from_slice(&ended.stdout).context("what `render` printed")?;

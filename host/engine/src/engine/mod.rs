@@ -316,7 +316,7 @@ impl Engine {
     ) -> Result<Vec<DrawnCloud>, RenderError> {
         self.columns.next_frame();
         let drawn = |cloud: &CloudView<'_>| match on_host {
-            true => self.columns.on_host(cloud),
+            true => self.columns.on_host(cloud, request.detail_px > 0.0),
             false => self.columns.cloud(cloud),
         };
         let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;

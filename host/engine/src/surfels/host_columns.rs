@@ -15,6 +15,8 @@ pub(super) struct OnHost {
     order_serial: u32,
     pub(super) columns: Rc<surfelshop_raster::Columns>,
     max_radius: f32,
+    /// Whether there are surfels that stand for several.
+    merged: bool,
     pub(super) last_used: u64,
 }
 
@@ -102,29 +104,38 @@ impl<'a> Drawn<'a> {
 }
 
 impl Columns {
-    /// Brings the columns a cloud is drawn with into drawing order in memory.
+    /// Brings the columns a cloud is drawn with into drawing order in memory, and surfels that stand
+    /// for several where it is to be drawn with `merged` ones.
     ///
     /// # Errors
     /// Where a column that drawing needs is missing or of another type.
-    pub(crate) fn on_host(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
+    pub(crate) fn on_host(
+        &mut self,
+        cloud: &CloudView<'_>,
+        merged: bool,
+    ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
         let drawn = Drawn::of(cloud)?;
         let (order_serial, order) = self.order(cloud);
         let is_it = |known: &OnHost| {
-            known.generations == drawn.generations && known.order_serial == order_serial
+            known.generations == drawn.generations
+                && known.order_serial == order_serial
+                && (known.merged || !merged)
         };
         let at = match self.on_host.iter().position(is_it) {
             Some(at) => at,
             None => {
                 self.uploads += 1;
+                self.let_go_of_older(order_serial, &drawn.generations);
                 let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
                 let albedo = drawn.albedo(&order);
-                let columns = super::on_host::columns(&drawn.sources, &order, albedo);
+                let columns = super::on_host::columns(&drawn.sources, &order, albedo, merged);
                 self.on_host.push(OnHost {
                     generations: drawn.generations.clone(),
                     order_serial,
                     columns: Rc::new(columns),
                     max_radius: drawn.max_radius(),
+                    merged,
                     last_used: 0,
                 });
                 self.on_host.len() - 1
@@ -143,5 +154,16 @@ impl Columns {
             max_radius: known.max_radius,
             on_host: Some(known.columns.clone()),
         })
+    }
+
+    /// Drops copies of a cloud as it was: all but the last one, which another view may still show. One
+    /// without merged surfels goes, too, where one with them follows.
+    fn let_go_of_older(&mut self, order_serial: u32, generations: &[u64]) {
+        let of_it = self.on_host.iter().filter(|known| known.order_serial == order_serial);
+        let latest = of_it.map(|known| known.last_used).max();
+        self.on_host.retain(|known| {
+            let stays = Some(known.last_used) == latest && known.generations != generations;
+            known.order_serial != order_serial || stays
+        });
     }
 }

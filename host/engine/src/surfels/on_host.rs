@@ -61,9 +61,15 @@ pub(super) fn ensure(
 static LINEAR_OF_SRGB: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|code| srgb_to_linear(code as f32 / 255.0)));
 
-/// Columns of a cloud in drawing order, with the surfels that stand for several.
-pub(super) fn columns(sources: &Sources<'_>, order: &[u32], albedo: Albedo) -> Columns {
-    Columns::new(sources, order, albedo, &LINEAR_OF_SRGB)
+/// Columns of a cloud in drawing order, with surfels that stand for several where there are to be
+/// `merged` ones.
+pub(super) fn columns(
+    sources: &Sources<'_>,
+    order: &[u32],
+    albedo: Albedo,
+    merged: bool,
+) -> Columns {
+    Columns::new(sources, order, albedo, merged, &LINEAR_OF_SRGB)
 }
 
 /// The clouds that are in memory.

@@ -38,9 +38,10 @@ pub(crate) struct Block {
     pub(crate) spread: f32,
     /// Largest half axis, scene units.
     pub(crate) reach: f32,
-    /// The largest radius of merged surfels, or how far those that they stand for lie from them if that
-    /// is more; scene units.
+    /// The largest radius of merged surfels, scene units.
     pub(crate) grain: f32,
+    /// How far from them those that they stand for lie at most, scene units.
+    pub(crate) apart: f32,
     /// A unit vector.
     pub(crate) axis: [f32; 3],
     /// Least cosine of the angle between it and the normals; -1 where that is not known.
@@ -94,9 +95,10 @@ struct Node {
     samples: Vec<Sample>,
 }
 
-pub(crate) fn tree(columns: &Columns, linear_of_srgb: &[f32; 256]) -> Tree {
+/// Blocks, and merged surfels where these are asked for: they take memory and time.
+pub(crate) fn tree(columns: &Columns, merged: bool, linear_of_srgb: &[f32; 256]) -> Tree {
     let n = columns.len();
-    let merges = matches!(columns.shape, Shape::Radius(_));
+    let merges = merged && matches!(columns.shape, Shape::Radius(_));
     let leaf = |first: usize| leaf(columns, first..(first + BLOCK).min(n), merges, linear_of_srgb);
     let firsts: Vec<usize> = (0..n).step_by(BLOCK).collect();
     let parts = |first: usize, i: usize, n: usize| {
@@ -182,6 +184,7 @@ fn leaf(
         spread: bounds.spread(),
         reach: (reach * (1.0 + 1e-6)) as f32,
         grain: 0.0,
+        apart: 0.0,
         axis,
         cosine,
     };
@@ -201,7 +204,9 @@ fn joined(nodes: &[Node], parts: [u32; 2]) -> Node {
     let (axis, cosine) = cones(nodes);
     let samples = if worthwhile { samples } else { all };
     let grown = samples.iter().map(|sample| sample.radius).fold(0.0, f32::max);
-    let grain = samples.iter().map(Sample::grain).fold(0.0, f32::max);
+    let merged = samples.iter().filter(|sample| sample.apart > 0.0);
+    let grain = merged.clone().map(|sample| sample.radius).fold(0.0, f32::max);
+    let apart = merged.map(|sample| sample.apart).fold(0.0, f32::max);
     let block = Block {
         first: 0,
         count: if worthwhile { samples.len().div_ceil(WIDTH) } else { 0 },
@@ -211,6 +216,7 @@ fn joined(nodes: &[Node], parts: [u32; 2]) -> Node {
         reach: most(|block| block.reach).max(grown * (1.0 + 1e-6)),
         // Never finer than its parts, so that what is chosen grows coarser with the distance.
         grain: most(|block| block.grain).max(grain),
+        apart: most(|block| block.apart).max(apart),
         axis,
         cosine,
     };

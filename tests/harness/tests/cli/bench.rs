@@ -108,7 +108,7 @@ fn growth_is_measured_up_to_what_is_asked_for() {
 #[test]
 fn a_start_is_the_sum_of_its_phases() {
     let desk = desk();
-    let line = "bench two.ply --start --sizes 32 --frames 1 --strategies cpu --camera front \
+    let line = "bench two.ply --start --sizes 32 --frames 1 --strategies cpu --detail 0.5 --camera front \
                 --set ewa-phong:ambient=0.3 -o started --json";
     let told = desk.run(line).json();
     let [start] = told["starts"].as_array().unwrap().as_slice() else { panic!("{told}") };
