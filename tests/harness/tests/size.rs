@@ -93,10 +93,22 @@ const MANY: usize = 6_000_000;
 /// Draws a cloud with all renderers in a process of its own and returns its peak of memory in
 /// bytes. A software device's memory is the process's, so that every copy of the columns counts.
 fn peak_of_drawing(n_surfels: usize, chunk: u32) -> f64 {
-    let lines = test_in_child("memory_is_bounded_by_the_columns", &format!("{n_surfels} {chunk}"));
-    let peak = Cost::from_lines(&lines.unwrap()).unwrap().peak;
+    let task = format!("{n_surfels} {chunk}");
+    let lines = test_in_child("memory_is_bounded_by_the_columns", &task).unwrap();
+    let peak = Cost::from_lines(&lines).unwrap().peak;
     println!("{n_surfels} surfels in chunks of {chunk}: {:.1} MB", peak * 1e-6);
     peak
+}
+
+/// Stands for chunks where the processor draws, which knows none.
+const BY_PROCESSOR: u32 = 0;
+
+fn drawing_engine(chunk: u32) -> Engine {
+    if chunk != BY_PROCESSOR {
+        return engine(chunk);
+    }
+    let options = EngineOptions { surfels: SurfelDrawing::Processor, ..EngineOptions::default() };
+    stage::engine_with(&GpuOptions::default(), &options)
 }
 
 /// What the child does.
@@ -106,13 +118,15 @@ fn draw(task: &str) {
     let work = || {
         let cloud = clouds::wavy_sphere(n_surfels);
         let view = stage::view(DVec3::new(0.6, 0.8, 2.6), DVec3::ZERO, 512);
-        let mut engine = engine(chunk);
+        let mut engine = drawing_engine(chunk);
         for (library, unit) in RENDERERS {
             let mut renderer = stage::built_renderer(&engine, library, unit);
             let (scene, outputs) = (Scene::default(), [Output::Color, Output::Depth]);
             stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs)?;
         }
-        assert_eq!(engine.counters().chunks, n_surfels.div_ceil(chunk as usize));
+        if chunk != BY_PROCESSOR {
+            assert_eq!(engine.counters().chunks, n_surfels.div_ceil(chunk as usize));
+        }
         Ok(())
     };
     println!("{}", Cost::of(work).unwrap().1.to_line());
@@ -128,6 +142,13 @@ fn memory_is_bounded_by_the_columns() {
         return draw(&task);
     }
     let chunk = EngineOptions::default().chunk_surfels;
+    // Ten chunks and more, and enough for many parts of a software driver.
+    for (usual, small) in [(chunk, 240_001), (BY_PROCESSOR, BY_PROCESSOR)] {
+        memory_is_bounded(usual, small);
+    }
+}
+
+fn memory_is_bounded(chunk: u32, small: u32) {
     let one = peak_of_drawing(1, chunk);
     let bytes = |n: usize| (n * clouds::WAVY_BYTES) as f64;
     let check = |peak: f64, what: &str| {
@@ -136,14 +157,14 @@ fn memory_is_bounded_by_the_columns() {
         assert!(share <= MOST_MEMORY, "{what}: {share:.2} x the columns, at most {MOST_MEMORY}");
     };
     if std::env::var("SURFELSHOP_LONG").is_ok_and(|value| value == "1") {
-        for chunk in [chunk, 700_001] {
+        let odd = if chunk == BY_PROCESSOR { chunk } else { 700_001 };
+        for chunk in [chunk, odd] {
             check(peak_of_drawing(MANY, chunk), "drawn");
         }
         return;
     }
-    // Ten chunks and more, and enough for many parts of a software driver.
-    let (few, more, chunk) = (500_000, 2_500_000, 240_001);
-    let [at_few, at_more] = [few, more].map(|n| peak_of_drawing(n, chunk));
+    let (few, more) = (500_000, 2_500_000);
+    let [at_few, at_more] = [few, more].map(|n| peak_of_drawing(n, small));
     let per_byte = (at_more - at_few) / (bytes(more) - bytes(few));
     println!("each byte of a column takes {per_byte:.2}");
     check(at_more + per_byte * (bytes(MANY) - bytes(more)), "extrapolated");

@@ -340,11 +340,13 @@ impl Worker {
         for place in places {
             let Some(old) = self.in_use.remove(&place) else { continue };
             match self.reload(&old, changed) {
-                Ok((new, shot)) => {
+                Ok((new, shot, report)) => {
                     let (serial, renderer) = (new.order.serial, new.name.clone());
                     self.in_use.insert(place, new);
                     let print = Print { place, serial, renderer, outcome: Ok(shot) };
                     self.teller.tell(News::Print(Box::new(print)));
+                    // Once it says so, the picture is there.
+                    self.teller.tell(News::Reloaded(report));
                 }
                 Err(error) => {
                     let name = &old.name;
@@ -356,8 +358,9 @@ impl Worker {
         }
     }
 
-    /// A rebuilt renderer and its first picture, made of the order that the old one had last.
-    fn reload(&mut self, old: &InUse, changed: &Changed) -> anyhow::Result<(InUse, Shot)> {
+    /// A rebuilt renderer, its first picture, made of the order that the old one had last, and what it
+    /// took.
+    fn reload(&mut self, old: &InUse, changed: &Changed) -> anyhow::Result<(InUse, Shot, String)> {
         let order = &old.order;
         let request = FrameRequest {
             view: order.view,
@@ -390,11 +393,10 @@ impl Worker {
         let parameters = unit.description.params.clone();
         let renderer = old.name.clone();
         self.teller.tell(News::Declared { renderer, parameters });
-        self.teller.tell(News::Reloaded(report));
         self.conduct.succeeded(&old.reference, unit.contents);
         drop(mark);
         let (name, reference) = (old.name.clone(), old.reference.clone());
-        Ok((InUse { name, reference, unit, view, mark: None, order }, shot))
+        Ok((InUse { name, reference, unit, view, mark: None, order }, shot, report))
     }
 }
 
