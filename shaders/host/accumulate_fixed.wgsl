@@ -8,7 +8,9 @@
 var nearest: texture_2d<u32>;
 
 // Sums of each pixel: weight, normal x y z and, unless PLAIN, albedo r g b, accessibility. To the
-// components of normals one is added, so that no sum is negative.
+// components of normals one is added, so that no sum is negative. All sums have 64 bits, in two words
+// where the device adds no longer ones: they hold 2^27 weights of 1, and the smallest share's weight at
+// a disc's edge to one part in a thousand.
 #ifdef ATOMIC64_ALL
 var<storage, read_write> sums: array<atomic<u64>>;
 #else
@@ -23,8 +25,6 @@ struct Band {
     channels: u32,
     // What a weight of 1 is in the sums.
     scale: f32,
-    // Words of each sum: 1 or 2.
-    words: u32,
     // The albedo of all surfels, where it is not added up.
     albedo: vec3<f32>,
 }
@@ -36,23 +36,10 @@ var<uniform> band: Band;
 var<storage, read> boxes: array<vec2<u32>>;
 #endif
 
-#ifdef ATOMIC64_ALL
-// Sums of 64 bits hold 2^27 weights of 1, and the smallest share's weight at a disc's edge to one
-// part in a thousand.
-const MIN_NEAREST_SHARE = 0.0;
 // As the surface buffer.
 const MAX_ALBEDO = 65504.0;
-#else
-// The nearest surfel's share counts at least as much, so that its weight at the disc's edge, 0.018,
-// stays a few dozen units of the sums and no covered pixel's sums are empty. Others keep theirs: at
-// silhouettes far below a pixel there are many of tiny shares, which must not outweigh the rest.
-const MIN_NEAREST_SHARE = 0.005;
-// No more is added to a pixel beyond this weight: the sums of normals, which are up to twice as
-// large, then stay inside 32 bits.
-const SATURATED = 1073741824u;
-// Albedos above this are clamped in this path, for the same reason.
-const MAX_ALBEDO = 3.5;
-#endif
+// What a unit of a sum's high word is.
+const WORD = 4294967296.0;
 #ifdef LARGE_ARE_DRAWN
 // Distances of all small discs come from the same equation.
 const SLACK = 1.0;
@@ -97,8 +84,7 @@ fn accumulate(
     if !disc.visible {
         return;
     }
-    let albedo = min(load_albedo(i), vec3(MAX_ALBEDO));
-    let splat = Splat(chunk.first + i, disc.share, disc.normal, albedo, load_ao(i));
+    let splat = Splat(chunk.first + i, disc.share, disc.normal, load_albedo(i), load_ao(i));
     var footprint = footprint_of(disc);
     if !footprint.whole {
         through_sphere(disc, splat);
@@ -140,8 +126,7 @@ fn add_where_seen(pixel: vec2<i32>, crossing: Crossing, disc: Disc, splat: Splat
         return;
     }
     let at = u32(pixel.x) + row * u32(view::view.size_px.x);
-    let share = max(splat.share, select(0.0, MIN_NEAREST_SHARE, is_nearest));
-    let weight = splat_weight(crossing.r2) * share * band.scale;
+    let weight = splat_weight(crossing.r2) * splat.share * band.scale;
     if weight >= 0.5 {
         add(at, weight, splat);
     }
@@ -201,40 +186,37 @@ fn through_sphere(disc: Disc, splat: Splat) {
 }
 
 // Adds a splat to a pixel's sums with a weight in their units.
-#ifdef ATOMIC64_ALL
 fn add(pixel: u32, w: f32, splat: Splat) {
     let n = (splat.normal + 1.0) * w;
     let at = band.channels * pixel;
-    atomicAdd(&sums[at], u64(w));
-    atomicAdd(&sums[at + 1u], u64(n.x));
-    atomicAdd(&sums[at + 2u], u64(n.y));
-    atomicAdd(&sums[at + 3u], u64(n.z));
+    add_to(at, w);
+    add_to(at + 1u, n.x);
+    add_to(at + 2u, n.y);
+    add_to(at + 3u, n.z);
 #ifndef PLAIN
-    let a = splat.albedo * w;
-    atomicAdd(&sums[at + 4u], u64(a.r));
-    atomicAdd(&sums[at + 5u], u64(a.g));
-    atomicAdd(&sums[at + 6u], u64(a.b));
-    atomicAdd(&sums[at + 7u], u64(splat.access * w));
+    let a = min(splat.albedo, vec3(MAX_ALBEDO)) * w;
+    add_to(at + 4u, a.r);
+    add_to(at + 5u, a.g);
+    add_to(at + 6u, a.b);
+    add_to(at + 7u, splat.access * w);
 #endif
 }
+
+// Adds the whole part of a value, not negative, to a sum.
+#ifdef ATOMIC64_ALL
+fn add_to(at: u32, value: f32) {
+    atomicAdd(&sums[at], u64(value));
+}
 #else
-fn add(pixel: u32, w: f32, splat: Splat) {
-    let n = vec3<u32>((splat.normal + 1.0) * w + 0.5);
-    let at = band.channels * pixel;
-    let own = u32(w + 0.5);
-    if atomicAdd(&sums[at], own) > SATURATED {
-        atomicSub(&sums[at], own);
-        return;
+fn add_to(at: u32, value: f32) {
+    // Both words are exact: a float has 24 bits.
+    let high = floor(value / WORD);
+    let low = u32(value - high * WORD);
+    let before = atomicAdd(&sums[2u * at], low);
+    // Whoever makes the low word overflow carries.
+    let carried = u32(high) + select(0u, 1u, before > ~low);
+    if carried > 0u {
+        atomicAdd(&sums[2u * at + 1u], carried);
     }
-    atomicAdd(&sums[at + 1u], n.x);
-    atomicAdd(&sums[at + 2u], n.y);
-    atomicAdd(&sums[at + 3u], n.z);
-#ifndef PLAIN
-    let a = vec3<u32>(splat.albedo * w + 0.5);
-    atomicAdd(&sums[at + 4u], a.x);
-    atomicAdd(&sums[at + 5u], a.y);
-    atomicAdd(&sums[at + 6u], a.z);
-    atomicAdd(&sums[at + 7u], u32(splat.access * w + 0.5));
-#endif
 }
 #endif

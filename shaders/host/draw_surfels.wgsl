@@ -93,7 +93,8 @@ fn nearest_fragment(in: Nearest) -> Winner {
 
 struct Blended {
     @builtin(position) @invariant clip: vec4<f32>,
-    @location(0) corner: vec2<f32>,
+    // In units of the half axes, and the distance along the viewing axis.
+    @location(0) corner_distance: vec3<f32>,
     // The normal and the share, negative where the surfel is seen from behind: few and full values,
     // as software drivers keep every one of them for each triangle that waits for its pixels.
     @location(1) @interpolate(flat) normal_share: vec4<f32>,
@@ -109,7 +110,8 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn:
     clip.z = clip_z_brought_nearer(clip.z, disc);
     var out: Blended;
     out.clip = select(NOWHERE, clip, disc.visible);
-    out.corner = corner;
+    let p = disc.center + corner.x * disc.axis_u + corner.y * disc.axis_v;
+    out.corner_distance = vec3(corner, -p.z);
     out.normal_share = vec4(disc.normal, select(disc.share, -disc.share, disc.back == 1u));
     out.albedo_ao = vec4(load_albedo(i), load_ao(i));
     return out;
@@ -125,8 +127,9 @@ struct Sums {
 // neighbours' and cancel them.
 @fragment
 fn blended_fragment(in: Blended) -> Sums {
-    let r2 = dot(in.corner, in.corner);
-    if r2 > 1.0 {
+    let r2 = dot(in.corner_distance.xy, in.corner_distance.xy);
+    // What lies behind the near plane may have been brought before that of the projection.
+    if r2 > 1.0 || in.corner_distance.z < view::view.near {
         discard;
     }
     if textureLoad(nearest, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != select(0u, 1u, in.normal_share.w < 0.0) {

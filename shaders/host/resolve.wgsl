@@ -16,7 +16,6 @@ struct Band {
     rows: u32,
     channels: u32,
     scale: f32,
-    words: u32,
     albedo: vec3<f32>,
 }
 
@@ -65,9 +64,6 @@ struct Sums {
 
 // A sum in fixed point, low and high word.
 fn sum_in_words(at: u32) -> vec2<u32> {
-    if band.words == 1u {
-        return vec2(fixed_sums[at], 0u);
-    }
     return vec2(fixed_sums[2u * at], fixed_sums[2u * at + 1u]);
 }
 

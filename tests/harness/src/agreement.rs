@@ -1,7 +1,9 @@
 //! How far two pictures of the same surfels agree, pixel by pixel, within what rounding explains.
 
+use crate::twin::{Doubt, Twin};
 use glam::{DVec3, Vec3};
-use surfelshop_api::{Projection, View};
+use surfelshop_api::{Projection, Scene, View};
+use surfelshop_cloud::Cloud;
 use surfelshop_engine::Image;
 use surfelshop_engine::picture::{Development, develop, to_8_bit};
 
@@ -15,12 +17,25 @@ pub struct Shot {
     pub normal: Image,
 }
 
+/// What two ways draw.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn<'a> {
+    /// What is seen.
+    pub clouds: &'a [Cloud],
+    /// How surfels are drawn.
+    pub scene: &'a Scene,
+    /// From where.
+    pub view: &'a View,
+    /// Whether surfels blend, or the nearest ones are shown.
+    pub blended: bool,
+}
+
 /// Pixels of which two ways say different things.
 ///
 /// They cannot agree everywhere: rasterisers snap vertices to 1/256 pixel, so that a pixel whose
 /// centre is that near to a splat's edge may fall to either side of it, and a splat whose depth is
-/// that near to the depth tolerance may count or not.
-#[derive(Clone, Copy, Debug, Default)]
+/// that near to the depth tolerance may count or not. The twin in f64 says which pixels these are.
+#[derive(Clone, Debug, Default)]
 pub struct Differences {
     /// Covered by the first.
     pub covered: usize,
@@ -30,6 +45,8 @@ pub struct Differences {
     pub depth: usize,
     /// Covered by both, encoded colours differ by more than one level of 8 bits.
     pub color: usize,
+    /// Of all these pixels the places of those in which rounding decides nothing.
+    pub unexplained: Vec<[usize; 2]>,
 }
 
 impl Differences {
@@ -74,12 +91,23 @@ fn depth_bound(view: &View, pixel: [usize; 2], depth: f64, normal: Vec3) -> f64 
     slope * step * SNAP_PX + rounding
 }
 
-/// Compares two ways of drawing a view.
+/// What rounding decides: a pixel's centre within 1/256 pixel of an edge, a depth within what two
+/// splats' own are off by ([`depth_bound`]) of the limit of blending.
+fn doubt(view: &View) -> Doubt {
+    let (relative, absolute) = match view.camera.projection {
+        Projection::Perspective { .. } => (ROUNDING, 0.0),
+        Projection::Orthographic { .. } => (0.0, ROUNDING * (view.far - view.near)),
+    };
+    Doubt { edge_px: 1.0 / 256.0, reach: 0.0, step_px: SNAP_PX, relative, absolute }
+}
+
+/// Compares two ways of drawing.
 ///
 /// # Panics
 /// Where sizes differ.
 #[must_use]
-pub fn differences(view: &View, a: &Shot, b: &Shot) -> Differences {
+pub fn differences(drawn: &Drawn<'_>, a: &Shot, b: &Shot) -> Differences {
+    let view = drawn.view;
     let [width, height] = view.size_px.map(|side| side as usize);
     let levels = |shot: &Shot| to_8_bit(&develop(&shot.color, &Development::default()));
     let (levels_a, levels_b) = (levels(a), levels(b));
@@ -87,20 +115,30 @@ pub fn differences(view: &View, a: &Shot, b: &Shot) -> Differences {
     assert_eq!(levels_a.len(), 4 * width * height, "pictures of the view");
     let at = |image: &Image, i: usize| image.data[i * image.components as usize];
     let mut found = Differences::default();
+    let mut differing = Vec::new();
     for i in 0..width * height {
+        let place = [i % width, i / width];
         let (depth_a, depth_b) = (f64::from(at(&a.depth, i)), f64::from(at(&b.depth, i)));
         found.covered += usize::from(depth_a > 0.0);
-        if (depth_a > 0.0) != (depth_b > 0.0) {
-            found.coverage += 1;
-            continue;
-        }
+        let coverage = (depth_a > 0.0) != (depth_b > 0.0);
         let n = i * a.normal.components as usize;
         let normal = Vec3::from_slice(&a.normal.data[n..n + 3]);
-        let differs =
-            (depth_a - depth_b).abs() > depth_bound(view, [i % width, i / width], depth_a, normal);
-        found.depth += usize::from(depth_a > 0.0 && differs);
+        let off = (depth_a - depth_b).abs() > depth_bound(view, place, depth_a, normal);
+        let depth = !coverage && depth_a > 0.0 && off;
         let (from, to) = (&levels_a[4 * i..4 * i + 4], &levels_b[4 * i..4 * i + 4]);
-        found.color += usize::from(from.iter().zip(to).any(|(a, b)| a.abs_diff(*b) > 1));
+        let color = !coverage && from.iter().zip(to).any(|(a, b)| a.abs_diff(*b) > 1);
+        found.coverage += usize::from(coverage);
+        found.depth += usize::from(depth);
+        found.color += usize::from(color);
+        differing.extend((coverage || depth || color).then_some(place));
+    }
+    if !differing.is_empty() {
+        let twin = Twin::new(drawn.clouds, drawn.scene, view).doubting(doubt(view));
+        differing.retain(|[x, y]| {
+            let pixel = twin.pixel(*x as u32, *y as u32);
+            if drawn.blended { pixel.sure } else { pixel.nearest_sure }
+        });
+        found.unexplained = differing;
     }
     found
 }

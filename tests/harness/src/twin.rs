@@ -18,19 +18,47 @@ pub struct Pixel {
     /// Blended linear albedo.
     pub albedo: DVec3,
     /// No splat's edge is so near, and no depth so near the limit of blending, that rounding
-    /// decides: [`EDGE_PX`], [`ORDER`].
+    /// decides: [`Doubt`].
     pub sure: bool,
     /// The same for which splat is the nearest, alone.
     pub nearest_sure: bool,
 }
 
-/// Pixels between a splat's edge and a pixel's centre below which rounding may decide on which
-/// side of it the centre lies: vertices are snapped to 1/256 pixel, and f32 holds positions in a
-/// picture of a few hundred pixels to 1e-4.
-pub const EDGE_PX: f64 = 0.01;
-/// The same for two depths, as a fraction of the splat's reach: depths are interpolated in f32
-/// over splats whose corners are snapped.
-pub const ORDER: f64 = 0.01;
+/// What rounding may change, so that it may decide whether and in which order splats are seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Doubt {
+    /// A splat's edge on the screen, pixels.
+    pub edge_px: f64,
+    /// A depth, as a fraction of the splat's reach.
+    pub reach: f64,
+    /// A depth by a step of so many pixels on the splat.
+    pub step_px: f64,
+    /// A depth, as a fraction of itself.
+    pub relative: f64,
+    /// A depth, scene units.
+    pub absolute: f64,
+}
+
+impl Default for Doubt {
+    /// For lighting, which is the harder to tell: twice what vertices snapped to 1/256 pixel and f32
+    /// positions in a picture of a few hundred pixels move an edge by, and depths interpolated over
+    /// splats whose corners are snapped.
+    fn default() -> Self {
+        Self { edge_px: 0.01, reach: 0.01, step_px: 0.0, relative: 0.0, absolute: 0.0 }
+    }
+}
+
+impl Doubt {
+    /// What it says of a depth, reach aside.
+    fn at(&self, hit: &Hit<'_>) -> f64 {
+        self.step_px * hit.slope + self.relative * hit.depth + self.absolute
+    }
+
+    /// What it says of the difference of a splat's depth and that of the nearest.
+    fn of(&self, hit: &Hit<'_>, nearest: &Hit<'_>) -> f64 {
+        self.reach * hit.splat.reach + self.at(hit) + self.at(nearest)
+    }
+}
 
 /// Settings of the twin's lighting, as the baseline's parameters.
 #[derive(Clone, Copy, Debug)]
@@ -50,36 +78,47 @@ pub struct Twin<'a> {
     splats: Vec<Splat>,
     scene: &'a Scene,
     view: &'a View,
+    doubt: Doubt,
 }
 
 impl<'a> Twin<'a> {
-    /// The splats of a cloud as a view of a scene sees them.
+    /// The splats of clouds as a view of a scene sees them.
     #[must_use]
-    pub fn new(cloud: &Cloud, scene: &'a Scene, view: &'a View) -> Self {
-        let colors = cloud.linear_colors();
-        let splats = (0..cloud.len())
-            .map(|i| {
+    pub fn new(clouds: &[Cloud], scene: &'a Scene, view: &'a View) -> Self {
+        let of_cloud = |cloud: &Cloud| -> Vec<Splat> {
+            let colors = cloud.linear_colors();
+            let splat = |i| {
                 let color = colors.as_ref().map_or([0.5; 3], |colors| colors[i]);
                 Splat::new(cloud, i, DVec3::from_array(color.map(f64::from)), scene, view)
-            })
-            .filter(|splat| scene.surface.two_sided || !splat.back)
-            .collect();
-        Self { splats, scene, view }
+            };
+            (0..cloud.len())
+                .map(splat)
+                .filter(|splat| scene.surface.two_sided || !splat.back)
+                .collect()
+        };
+        let splats = clouds.iter().flat_map(of_cloud).collect();
+        Self { splats, scene, view, doubt: Doubt::default() }
+    }
+
+    /// The same with another opinion of what rounding decides.
+    #[must_use]
+    pub fn doubting(self, doubt: Doubt) -> Self {
+        Self { doubt, ..self }
     }
 
     /// The blended surface at a pixel. Takes time for every splat.
     #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> Pixel {
         let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let hits: Vec<Hit<'_>> = self
-            .splats
-            .iter()
-            .filter_map(|splat| splat.meet(center, self.view))
-            .filter(|hit| hit.depth >= self.view.near)
-            .collect();
+        let mut hits: Vec<Hit<'_>> =
+            self.splats.iter().filter_map(|splat| splat.meet(center, self.view)).collect();
+        let near = self.view.near;
+        let cut = hits.iter().any(|hit| (hit.depth - near).abs() < self.doubt.at(hit));
+        hits.retain(|hit| hit.depth >= near);
         let (_, direction) = self.view.ray(center.x, center.y);
         let to_eye = self.view.camera.view_from_world().transpose() * -direction;
-        blend(&hits, self.scene, self.view, to_eye)
+        let pixel = blend(&hits, self.scene, self.view, &self.doubt, to_eye);
+        Pixel { sure: pixel.sure && !cut, nearest_sure: pixel.nearest_sure && !cut, ..pixel }
     }
 }
 
@@ -92,11 +131,18 @@ struct Hit<'a> {
     inside_px: f64,
 }
 
-fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
+fn blend(
+    hits: &[Hit<'_>],
+    scene: &Scene,
+    view: &View,
+    doubt: &Doubt,
+    to_eye: DVec3,
+) -> Pixel {
+    let edge_px = doubt.edge_px;
     let inside = |hit: &&Hit<'_>| hit.inside_px >= 0.0;
     let Some(nearest) = hits.iter().filter(inside).min_by(|a, b| a.depth.total_cmp(&b.depth))
     else {
-        let sure = hits.iter().all(|hit| hit.inside_px < -EDGE_PX);
+        let sure = hits.iter().all(|hit| hit.inside_px < -edge_px);
         return Pixel { sure, nearest_sure: sure, ..Pixel::default() };
     };
     let tolerance = f64::from(scene.surface.depth_tolerance);
@@ -113,13 +159,13 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, to_eye: DVec3) -> Pixel {
             }
         };
         let behind = pulled - nearest.depth;
-        let by_rounding = ORDER * splat.reach;
+        let by_rounding = doubt.of(hit, nearest);
         if std::ptr::eq(hit, nearest) {
-            nearest_sure &= hit.inside_px > EDGE_PX;
-        } else if hit.inside_px > -EDGE_PX {
+            nearest_sure &= hit.inside_px > edge_px;
+        } else if hit.inside_px > -edge_px {
             nearest_sure &= hit.depth - nearest.depth > by_rounding;
         }
-        sure &= hit.inside_px.abs() > EDGE_PX || behind > by_rounding;
+        sure &= hit.inside_px.abs() > edge_px || behind > by_rounding;
         if hit.inside_px < 0.0 {
             continue;
         }

@@ -5,6 +5,7 @@
 #![allow(clippy::print_stdout, reason = "the tables are what the tests measure")]
 
 use glam::{DVec3, Vec3};
+use std::slice;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Light, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
@@ -40,7 +41,7 @@ const SNAPPED_PX: f64 = 1.0 / 256.0;
 fn equals_twin(cloud: &Cloud, scene: &Scene, view: View, sure: f64) {
     let color = render(cloud, scene, view, PHONG, Output::Color);
     let depth = render(cloud, scene, view, PHONG, Output::Depth);
-    let truth = twin::Twin::new(cloud, scene, &view);
+    let truth = twin::Twin::new(slice::from_ref(cloud), scene, &view);
     let phong = twin::Phong { diffuse: 1.0, specular: 0.25, shininess: 64.0, ambient: 0.08 };
     let (mut compared, mut left_out) = (0, 0);
     let (mut worst, mut worst_depth) = (0.0f64, 0.0f64);

@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, reason = "how many pixels are left out is part of the result")]
 
 use glam::DVec3;
+use std::slice;
 use surfelshop_api::prelude::*;
 use surfelshop_api::{Projection, Scene, View, static_plugin};
 use surfelshop_cloud::{Cloud, WriteOptions};
@@ -55,7 +56,7 @@ impl Drawn {
 #[track_caller]
 fn alike(a: &Drawn, b: &Drawn, what: &str) {
     let scene = Scene::default();
-    let twins = [a, b].map(|drawn| Twin::new(&drawn.cloud, &scene, &drawn.view));
+    let twins = [a, b].map(|drawn| Twin::new(slice::from_ref(&drawn.cloud), &scene, &drawn.view));
     for (i, (_, unit)) in UNITS.iter().enumerate() {
         let (of_a, of_b) = (&a.pictures[i], &b.pictures[i]);
         assert!(of_a.iter().any(|v| *v > 0), "{what}, {unit}: the picture is empty");

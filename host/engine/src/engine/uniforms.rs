@@ -23,6 +23,10 @@ pub(super) struct DrawnView {
 /// Exponents beyond this are left to f32 itself, whose range ends at 2^127.
 const MAX_EXPONENT: f64 = 120.0;
 
+/// A pixel of low-pass makes a disc's half axes longer by at most so many pixels' widths: one across, and
+/// two in depth (`MAX_SLOPE` of the surfel shaders) along each of two axes.
+const WIDENED_BY: f64 = 3.0;
+
 /// How a view is drawn. Its near plane lies before the requested one, so that the depth tolerance
 /// has room there (`MAX_PULL` of the surfel shaders).
 fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
@@ -45,7 +49,7 @@ fn drawn_view(request: &RenderRequest<'_>, clouds: &[DrawnCloud]) -> DrawnView {
             let reach = clouds.iter().fold(0.0f32, |most, cloud| most.max(cloud.max_radius));
             let pixel = *height / f64::from(view.size_px[1]);
             let widened = f64::from(reach * settings.radius_scale) / unit
-                + f64::from(settings.low_pass) * pixel;
+                + WIDENED_BY * f64::from(settings.low_pass) * pixel;
             view.near -= f64::from(settings.depth_tolerance) * widened;
         }
     }

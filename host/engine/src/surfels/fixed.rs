@@ -10,14 +10,11 @@ use surfelshop_api::columns::NEUTRAL_ALBEDO;
 
 const ACCUMULATE: &str = include_str!("../../../../shaders/host/accumulate_fixed.wgsl");
 
-/// What a weight of 1 is in sums of 64 bits.
-const WIDE_SCALE: f32 = (1u64 << 36) as f32;
+/// What a weight of 1 is in the sums.
+const SCALE: f32 = (1u64 << 36) as f32;
 
-/// What a weight of 1 is in sums of 32 bits. It may be added 1,024 times to a pixel before no more fits;
-/// the smallest weight of a disc's edge, 0.018, is kept to half a part in 19,000. What is weaker: the
-/// rim of a lone surfel far below a pixel, with a share of 0.01, is kept to half a part in 190 only,
-/// and lighting by such a normal may be a few 8-bit levels off.
-const SCALE: f32 = (1u32 << 20) as f32;
+/// Bytes of a sum.
+const SUM_BYTES: u64 = 8;
 
 /// Rows of a picture whose sums lie in one buffer.
 struct Band {
@@ -25,8 +22,6 @@ struct Band {
     rows: u32,
     /// Sums of each pixel.
     channels: u32,
-    /// Words of each sum.
-    words: u32,
 }
 
 impl Band {
@@ -35,8 +30,7 @@ impl Band {
             .u32(self.first)
             .u32(self.rows)
             .u32(self.channels)
-            .f32(if self.words == 2 { WIDE_SCALE } else { SCALE })
-            .u32(self.words)
+            .f32(SCALE)
             .vec3(NEUTRAL_ALBEDO.into())
             .into_bytes();
         gpu.filled_buffer("band", &bytes, wgpu::BufferUsages::UNIFORM)
@@ -64,15 +58,14 @@ impl Drawing<'_> {
             !chunk.defines().iter().any(|name| own.contains(name))
         };
         let channels = if self.chunks.iter().all(plain) { 4 } else { 8 };
-        let words = if recorder.gpu.atomics == Atomics::All64 { 2 } else { 1 };
         let [width, height] = self.input.size;
-        let row = 4 * u64::from(channels * words) * u64::from(width);
+        let row = SUM_BYTES * u64::from(channels) * u64::from(width);
         let most = recorder.gpu.device.limits().max_storage_buffer_binding_size;
         // A picture whose sums do not fit one binding is made in bands of rows.
         let rows = u32::try_from(most / row).unwrap_or(u32::MAX).clamp(1, height);
         let mut first = 0;
         while first < height {
-            let band = Band { first, rows: rows.min(height - first), channels, words };
+            let band = Band { first, rows: rows.min(height - first), channels };
             self.blend_band(&band, surface, target, floats, recorder, pipelines)?;
             first += band.rows;
         }
@@ -92,7 +85,7 @@ impl Drawing<'_> {
         let pixels = u64::from(self.input.size[0]) * u64::from(band.rows);
         let sums = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("fixed sums"),
-            size: 4 * u64::from(band.channels * band.words) * pixels,
+            size: SUM_BYTES * u64::from(band.channels) * pixels,
             usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -111,7 +104,7 @@ impl Drawing<'_> {
         for chunk in &self.chunks {
             let source = format!("{DISC}\n{FOOTPRINT}\n{ACCUMULATE}");
             let mut defines = chunk.defines();
-            defines.extend((band.words == 2).then_some("ATOMIC64_ALL"));
+            defines.extend((gpu.atomics == Atomics::All64).then_some("ATOMIC64_ALL"));
             defines.extend((band.channels == 4).then_some("PLAIN"));
             defines.extend(floats.is_some().then_some("LARGE_ARE_DRAWN"));
             let shader = pipelines.shader(&source, &defines)?;
