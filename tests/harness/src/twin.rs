@@ -131,13 +131,7 @@ struct Hit<'a> {
     inside_px: f64,
 }
 
-fn blend(
-    hits: &[Hit<'_>],
-    scene: &Scene,
-    view: &View,
-    doubt: &Doubt,
-    to_eye: DVec3,
-) -> Pixel {
+fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, doubt: &Doubt, to_eye: DVec3) -> Pixel {
     let edge_px = doubt.edge_px;
     let inside = |hit: &&Hit<'_>| hit.inside_px >= 0.0;
     let Some(nearest) = hits.iter().filter(inside).min_by(|a, b| a.depth.total_cmp(&b.depth))
