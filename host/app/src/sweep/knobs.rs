@@ -9,6 +9,24 @@ use surfelshop_engine::plugins::UnitRef;
 /// Values that a knob is swept over unless they are given.
 const MOST_VALUES: usize = 9;
 
+/// What the host turns of a renderer's pictures: the radius of merged surfels in pixels, as `--detail`
+/// of `render`.
+pub(super) const DETAIL: &str = "detail";
+
+/// The knobs of a renderer that are not its own; one of its own by that name comes first.
+pub(super) fn of_host(declared: &[ParamDecl]) -> Option<ParamDecl> {
+    let detail = ParamDecl {
+        id: DETAIL.to_owned(),
+        kind: ParamKind::Float,
+        default: Value::Float(0.0),
+        range: Some([0.0, 64.0]),
+        unit: "px".to_owned(),
+        doc: "Radius of merged surfels".to_owned(),
+        ..ParamDecl::default()
+    };
+    (!declared.iter().any(|own| own.id == DETAIL)).then_some(detail)
+}
+
 /// A knob and the values it is turned to, as they are typed.
 pub(super) struct Knob {
     pub(super) id: String,

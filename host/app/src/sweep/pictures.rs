@@ -1,7 +1,7 @@
 //! Reports of renderers and tracers: errors of pictures.
 
 use super::cells::{Cell, Kept};
-use super::knobs::knobs;
+use super::knobs::{DETAIL, knobs, of_host};
 use super::subject::Subject;
 use super::told::{Swept, Time};
 use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, told, verdict};
@@ -18,7 +18,7 @@ use crate::studio::Studio;
 use crate::surroundings::{self, Surroundings};
 use crate::times::Run;
 use crate::values::Setting;
-use crate::{exr_file, render, settings, terminal};
+use crate::{exr_file, render, settings, terminal, values};
 use anyhow::{Context as _, bail};
 use std::collections::HashMap;
 use std::path::Path;
@@ -41,7 +41,11 @@ pub(super) fn report(
     let opened = inputs.opened.as_ref();
     let patience = arguments.plugins.patience();
     let subject = Subject::load(unit, &patience)?;
-    let knobs = knobs(&arguments.knob, unit, subject.declared())?;
+    let mut declared = subject.declared().to_vec();
+    let own_detail = of_host(&declared).filter(|_| unit.kind == UnitKind::Renderer);
+    let turns_detail = own_detail.is_some();
+    declared.extend(own_detail);
+    let knobs = knobs(&arguments.knob, unit, &declared)?;
     let judge = judge(arguments, registry, &subject)?;
     let seen = staging::first_view(opened);
     let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
@@ -87,6 +91,7 @@ pub(super) fn report(
         truth: None,
         all: HashMap::new(),
         n_timed: 0,
+        turns_detail,
     };
     bench.truth = Some(truth(&mut bench, judge, &kept)?);
     let mut all = Vec::new();
@@ -175,7 +180,7 @@ fn key(
         (units, picture, settings, n_set),
         (files, &stage.clouds.facts, &stage.staging.scene, stage.view),
         // How pictures are developed decides what is displayed.
-        format!("{:?}", stage.staging.how),
+        format!("{:?}", (stage.staging.how, stage.staging.detail_px, arguments.device.surfels)),
         (
             stage.surroundings.map(|light: &Surroundings| light.view().environment.clone()),
             device,
@@ -247,13 +252,30 @@ struct Pictures<'a> {
     all: HashMap<String, Candidate>,
     /// Frames that were timed.
     n_timed: u32,
+    /// Whether the knob `detail` is the host's.
+    turns_detail: bool,
 }
 
 impl Pictures<'_> {
+    /// Whether a knob is the host's and no parameter of the renderer.
+    fn is_of_host(&self, knob: &str) -> bool {
+        self.turns_detail && knob == DETAIL
+    }
+
+    /// How pictures are made with a knob at a value, parameters aside.
+    fn staging(&self, knob: &str, value: &str) -> Result<Staging, String> {
+        let staging = self.stage.staging.clone();
+        match self.is_of_host(knob) {
+            true => Ok(Staging { detail_px: values::detail(value)?, ..staging }),
+            false => Ok(staging),
+        }
+    }
+
     fn made(&self, knob: &str, value: &str) -> anyhow::Result<Candidate> {
         let turned = Setting { unit: None, id: knob.to_owned(), value: value.to_owned() };
+        let turned = (!self.is_of_host(knob)).then_some(turned);
         let others = self.arguments.set.iter().filter(|setting| setting.id != knob).cloned();
-        let settings: Vec<Setting> = others.chain([turned]).collect();
+        let settings: Vec<Setting> = others.chain(turned).collect();
         let (values, _told) = values_of(self.subject, self.opened, &settings)?;
         Ok(started(self.subject, self.studio.as_ref(), values))
     }
@@ -273,16 +295,23 @@ impl Pictures<'_> {
 impl Bench for Pictures<'_> {
     fn first(&mut self, knob: &str, value: &str) -> Result<Cell, String> {
         let mut candidate = self.made(knob, value).map_err(|error| format!("{error:#}"))?;
-        let drawn = candidate.first(self.stage, self.studio.as_mut());
+        let staging = self.staging(knob, value)?;
+        let drawn =
+            candidate.first(&Stage { staging: &staging, ..*self.stage }, self.studio.as_mut());
         let drawn = drawn.map_err(|error| format!("{error:#}"))?;
         self.all.insert(value.to_owned(), candidate);
         self.measured(knob, value, &drawn)
     }
 
     fn again(&mut self, knob: &str, value: &str) -> Result<Run, String> {
+        let staging = self.staging(knob, value)?;
+        let stage = Stage { staging: &staging, ..*self.stage };
         let candidate = self.all.get_mut(value).ok_or(format!("{knob}={value} is gone"))?;
         self.n_timed += 1;
-        let run = candidate.again(self.stage, self.studio.as_mut(), self.n_timed);
-        run.map_err(|error| format!("{error:#}"))
+        let run = candidate.again(&stage, self.studio.as_mut(), self.n_timed);
+        let run = run.map_err(|error| format!("{error:#}"))?;
+        // What the host's knobs change is spent before the renderer's own passes.
+        let own_passes_ms = run.own_passes_ms.filter(|_| !self.is_of_host(knob));
+        Ok(Run { own_passes_ms, ..run })
     }
 }

@@ -91,14 +91,37 @@ fn what_cannot_be_reported_is_one_line() {
 
 /// A bowl of 600 surfels: half of what they would see of the sky are others.
 fn bowl(desk: &Desk) {
+    bowl_of(desk, 0.07);
+}
+
+fn bowl_of(desk: &Desk, radius: f32) {
     let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
     let surfel = |i: usize| {
         let y = -(i as f32 + 0.5) / 600.0;
         let (ring, turn) = ((1.0 - y * y).sqrt(), golden * i as f32);
         let [x, z] = [ring * turn.cos(), ring * turn.sin()];
-        [x, y, z, -x, -y, -z, 0.07]
+        [x, y, z, -x, -y, -z, radius]
     };
     desk.put_cloud("bowl.ply", &(0..600).map(surfel).collect::<Vec<_>>());
+}
+
+/// Merged surfels are a knob of every renderer: coarser ones are more wrong, and what surfels cost is no
+/// part of the renderer's own passes.
+#[test]
+fn detail_is_a_knob_of_the_host() {
+    let desk = desk();
+    // They overlap as those of scans do.
+    bowl_of(&desk, 0.15);
+    let line = "report bowl.ply -r ewa-phong --reference ewa-phong --size 32 --repeats 1 -o out \
+                --camera top --surfels cpu";
+    let told = cells(&desk.run(&format!("{line} --knob detail=0,8,32 --json")).json());
+    let rmse: Vec<f64> = told.iter().map(|cell| cell["errors"][0][1].as_f64().unwrap()).collect();
+    assert!(rmse[0] == 0.0 && 0.0 < rmse[1] && rmse[1] <= rmse[2], "{rmse:?}");
+    assert!(told.iter().all(|cell| cell["runs"][0]["own_passes_ms"].is_null()));
+    assert!(desk.at("out/detail.svg").is_file());
+    desk.run(&format!("{line} --knob detail=1,65")).failed(&["detail", "64"]);
+    desk.run("report bowl.ply -r reference --reference flat --knob detail=1 --size 8 -o out2")
+        .failed(&["no parameter `detail`"]);
 }
 
 const RAYS: &str = "report bowl.ply -t ambient-occlusion --set method=rays --knob rays=4,64,256 \
