@@ -55,7 +55,7 @@ fn find_nearest(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let drawn = id.x + id.y * groups.x * 64u;
-    let i = drawn * chunk.stride;
+    let i = surfel_drawn_by(drawn);
     if i >= chunk.count {
         return;
     }

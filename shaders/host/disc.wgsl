@@ -61,6 +61,34 @@ var<storage, read> lit: array<vec4<f32>>;
 var<storage, read> material: array<u32>;
 #endif
 
+#ifdef RUNS
+// The surfels that are drawn: for each 256 invocations the first of theirs, and the one behind the last.
+var<storage, read> runs: array<vec2<u32>>;
+#endif
+
+// Invocations, or instances, of which each draws a surfel at most.
+fn n_drawn() -> u32 {
+#ifdef RUNS
+    return arrayLength(&runs) << 8u;
+#else
+    return (chunk.count + chunk.stride - 1u) / chunk.stride;
+#endif
+}
+
+// The surfel that one of them draws; none where it is not below `chunk.count`.
+fn surfel_drawn_by(drawn: u32) -> u32 {
+#ifdef RUNS
+    if drawn >= n_drawn() {
+        return chunk.count;
+    }
+    let run = runs[drawn >> 8u];
+    let i = run.x + (drawn & 255u);
+    return select(chunk.count, i, i < run.y);
+#else
+    return drawn * chunk.stride;
+#endif
+}
+
 // A surfel in view space: centre, half axes and normal turned to the eye.
 struct Disc {
     center: vec3<f32>,

@@ -17,9 +17,9 @@ var<storage, read> list: array<u32>;
 // The surfel of an instance.
 fn surfel_of(instance: u32) -> u32 {
 #ifdef COMPUTED
-    return list[instance] * chunk.stride;
+    return surfel_drawn_by(list[instance]);
 #else
-    return instance * chunk.stride;
+    return surfel_drawn_by(instance);
 #endif
 }
 
@@ -51,7 +51,7 @@ fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn:
     let disc = load_disc(i);
     let corner = corner_of(v);
     var out: Nearest;
-    out.clip = select(NOWHERE, project(disc, corner), disc.visible);
+    out.clip = select(NOWHERE, project(disc, corner), disc.visible && i < chunk.count);
     out.corner = corner;
     out.surfel = (chunk.first + i) | (disc.back << BACK_BIT);
 #ifdef EXPLICIT_DEPTH
@@ -109,7 +109,7 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn:
     var clip = project(disc, corner);
     clip.z = clip_z_brought_nearer(clip.z, disc);
     var out: Blended;
-    out.clip = select(NOWHERE, clip, disc.visible);
+    out.clip = select(NOWHERE, clip, disc.visible && i < chunk.count);
     let p = disc.center + corner.x * disc.axis_u + corner.y * disc.axis_v;
     out.corner_distance = vec3(corner, -p.z);
     out.normal_share = vec4(disc.normal, select(disc.share, -disc.share, disc.back == 1u));

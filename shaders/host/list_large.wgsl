@@ -31,7 +31,7 @@ var<workgroup> counts: array<u32, LANES>;
 
 @compute @workgroup_size(LANES)
 fn list_large(@builtin(local_invocation_index) lane: u32) {
-    let drawn = (chunk.count + chunk.stride - 1u) / chunk.stride;
+    let drawn = n_drawn();
     let n_blocks = (drawn + BLOCK - 1u) / BLOCK;
     let share = (n_blocks + LANES - 1u) / LANES;
     let first = min(lane * share, n_blocks);

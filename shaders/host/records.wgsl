@@ -17,7 +17,7 @@ fn record(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let drawn = id.x + id.y * groups.x * 64u;
-    let i = drawn * chunk.stride;
+    let i = surfel_drawn_by(drawn);
     if i < chunk.count {
         let disc = load_disc(i);
         let center = (chunk.view_from_chunk * vec4(position[3u * i], position[3u * i + 1u], position[3u * i + 2u], 1.0)).xyz;

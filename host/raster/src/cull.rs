@@ -1,9 +1,11 @@
 //! Which blocks of surfels can be seen, how finely, where, and how near they are.
 
 use crate::columns::Columns;
+use crate::lanes::WIDTH;
 use crate::levels::{Block, half_angle};
 use crate::view::Eye;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// A cloud in a view.
 pub(crate) struct Seen<'a> {
@@ -28,6 +30,15 @@ pub(crate) struct Placed {
 
 /// Blocks to be drawn, from near to far; of equal ones the first.
 pub(crate) fn placed(clouds: &[Seen<'_>]) -> Vec<Placed> {
+    let mut all = chosen(clouds);
+    all.par_sort_unstable_by(|a, b| {
+        a.nearest.total_cmp(&b.nearest).then((a.cloud, a.block).cmp(&(b.cloud, b.block)))
+    });
+    all
+}
+
+/// The same in no order.
+fn chosen(clouds: &[Seen<'_>]) -> Vec<Placed> {
     let mut all = Vec::new();
     for (cloud, seen) in clouds.iter().enumerate() {
         let mut blocks: Vec<u32> = seen.columns.roots.clone().map(|at| at as u32).collect();
@@ -47,8 +58,23 @@ pub(crate) fn placed(clouds: &[Seen<'_>]) -> Vec<Placed> {
             }
         }
     }
-    all.par_sort_unstable_by(|a, b| {
-        a.nearest.total_cmp(&b.nearest).then((a.cloud, a.block).cmp(&(b.cloud, b.block)))
+    all
+}
+
+/// Places of a cloud that are drawn, in ascending order and none next to each other.
+pub(crate) fn runs(seen: Seen<'_>) -> Vec<Range<u32>> {
+    let columns = seen.columns;
+    let place = |group: usize| (group * WIDTH) as u32;
+    let run = |placed: &Placed| {
+        let block = &columns.blocks[placed.block as usize];
+        place(block.first)..place(block.first + block.count)
+    };
+    let mut all: Vec<Range<u32>> = chosen(&[seen]).iter().map(run).collect();
+    all.par_sort_unstable_by_key(|run| run.start);
+    all.dedup_by(|next, run| {
+        let follows = run.end == next.start;
+        run.end = if follows { next.end } else { run.end };
+        follows
     });
     all
 }

@@ -15,6 +15,7 @@ mod disc;
 mod lanes;
 mod levels;
 mod pack;
+mod places;
 mod resolve;
 mod splat;
 #[cfg(test)]
@@ -23,6 +24,7 @@ mod tile;
 mod view;
 
 pub use columns::{Albedo, Columns, Sources};
+pub use places::{Part, places};
 pub use view::View;
 
 use cull::{Placed, Seen};
@@ -33,6 +35,9 @@ use rayon::prelude::*;
 use resolve::Scene;
 use tile::{TILE, Tile};
 use view::Eye;
+
+/// Surfels are drawn in groups of so many; blocks begin with one.
+pub const GROUP: usize = lanes::WIDTH;
 
 /// A cloud to be drawn.
 pub struct Cloud<'a> {

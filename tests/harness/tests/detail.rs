@@ -24,11 +24,17 @@ struct Lab {
     renderer: RendererView,
 }
 
+/// Every way to draw.
+const WAYS: [SurfelDrawing; 3] =
+    [SurfelDrawing::Quads, SurfelDrawing::Compute, SurfelDrawing::Processor];
+
 impl Lab {
-    fn new(unit: (&str, &str)) -> Self {
-        let surfels = SurfelDrawing::Processor;
-        let options = EngineOptions { surfels, ..EngineOptions::default() };
-        let engine = stage::engine_with(&GpuOptions::default(), &options);
+    fn new(unit: (&str, &str), surfels: SurfelDrawing) -> Self {
+        Self::with(unit, &EngineOptions { surfels, ..EngineOptions::default() })
+    }
+
+    fn with(unit: (&str, &str), options: &EngineOptions) -> Self {
+        let engine = stage::engine_with(&GpuOptions::default(), options);
         let renderer = stage::built_renderer(&engine, unit.0, unit.1);
         Self { scene: Scene::default(), engine, renderer }
     }
@@ -53,7 +59,7 @@ impl Lab {
     /// The pictures, and how many surfels were drawn for them.
     fn pictures(&mut self, cloud: &Cloud, view: View, detail_px: f32) -> (Vec<Image>, usize) {
         let images = self.rendered(cloud, view, detail_px).images;
-        let drawn = self.engine.counters().drawn_by_host;
+        let drawn = self.engine.counters().drawn_surfels;
         (images.into_iter().map(|(_, image)| image).collect(), drawn)
     }
 }
@@ -98,10 +104,15 @@ fn difference(a: &Image, b: &Image) -> Difference {
 #[test]
 fn merged_surfels_change_the_picture_within_bounds() {
     let cloud = clouds::wavy_sphere(1_000_000);
-    let mut lab = Lab::new(PHONG);
-    let (full, all) = lab.pictures(&cloud, view(80), 0.0);
+    for way in WAYS {
+        within_bounds(&cloud, &mut Lab::new(PHONG, way));
+    }
+}
+
+fn within_bounds(cloud: &Cloud, lab: &mut Lab) {
+    let (full, all) = lab.pictures(cloud, view(80), 0.0);
     for (detail_px, coverage, mean) in [(0.75, 0.002, 0.5), (1.0, 0.005, 1.0), (1.5, 0.01, 2.0)] {
-        let (merged, drawn) = lab.pictures(&cloud, view(80), detail_px);
+        let (merged, drawn) = lab.pictures(cloud, view(80), detail_px);
         for (i, output) in OUTPUTS.iter().enumerate() {
             let found = difference(&full[i], &merged[i]);
             println!(
@@ -120,7 +131,7 @@ fn merged_surfels_change_the_picture_within_bounds() {
 /// Where pixels hold more than four surfels, what is drawn grows with the pixels, not the surfels.
 #[test]
 fn beyond_four_surfels_a_pixel_no_more_are_drawn() {
-    let mut lab = Lab::new(PHONG);
+    let mut lab = Lab::new(PHONG, SurfelDrawing::Processor);
     let side = 64;
     let mut counts = Vec::new();
     for doubling in 0..7 {
@@ -135,22 +146,42 @@ fn beyond_four_surfels_a_pixel_no_more_are_drawn() {
 #[test]
 fn nothing_is_merged_where_that_is_not_asked_for_nor_taken() {
     let cloud = clouds::wavy_sphere(200_000);
-    let (asked, all) = Lab::new(PHONG).pictures(&cloud, view(64), 1.0);
-    let (full, whole) = Lab::new(PHONG).pictures(&cloud, view(64), 0.0);
-    assert!(all < whole && asked != full);
-    // It shows the nearest surfels themselves and takes no others.
-    let mut flat = Lab::new(FLAT);
-    assert_eq!(flat.pictures(&cloud, view(64), 1.0), flat.pictures(&cloud, view(64), 0.0));
-    // Far less than any surfel.
-    let mut lab = Lab::new(PHONG);
-    assert_eq!(lab.pictures(&cloud, view(64), 1e-6).0, full);
+    for way in WAYS {
+        let (asked, all) = Lab::new(PHONG, way).pictures(&cloud, view(64), 1.0);
+        let (full, whole) = Lab::new(PHONG, way).pictures(&cloud, view(64), 0.0);
+        assert!(all < whole && asked != full, "{way:?}");
+        // It shows the nearest surfels themselves and takes no others.
+        let mut flat = Lab::new(FLAT, way);
+        assert_eq!(flat.pictures(&cloud, view(64), 1.0), flat.pictures(&cloud, view(64), 0.0));
+        // Far less than any surfel.
+        let mut lab = Lab::new(PHONG, way);
+        assert_eq!(lab.pictures(&cloud, view(64), 1e-6).0, full, "{way:?}");
+    }
+}
+
+/// What the device draws is cut into chunks, which blocks know nothing of.
+#[test]
+fn chunks_make_no_difference_to_merged_surfels() {
+    let cloud = clouds::wavy_sphere(30_000);
+    let drawn = |surfels, chunk_surfels| {
+        let options = EngineOptions { surfels, chunk_surfels, ..EngineOptions::default() };
+        let mut lab = Lab::with(PHONG, &options);
+        let pictures = lab.pictures(&cloud, view(64), 2.0);
+        (pictures, lab.engine.counters().chunks)
+    };
+    for way in [SurfelDrawing::Quads, SurfelDrawing::Compute] {
+        let (whole, one) = drawn(way, 1 << 20);
+        let (chunked, many) = drawn(way, 1000);
+        assert!(one == 1 && many > 30, "{way:?}: {one} and {many} chunks");
+        assert!(whole == chunked, "{way:?}");
+    }
 }
 
 /// The scene's factor on radii brings surfels no nearer to each other.
 #[test]
 fn small_radii_merge_no_sooner() {
     let cloud = clouds::wavy_sphere(20_000);
-    let mut lab = Lab::new(PHONG);
+    let mut lab = Lab::new(PHONG, SurfelDrawing::Processor);
     lab.scene.surface.radius_scale = 0.1;
     // Neighbours are about seven pixels apart.
     let (full, all) = lab.pictures(&cloud, view(256), 0.0);
@@ -161,7 +192,7 @@ fn small_radii_merge_no_sooner() {
 
 #[test]
 fn materials_stay_apart_and_ellipses_as_they_are() {
-    let mut lab = Lab::new(PHONG);
+    let mut lab = Lab::new(PHONG, SurfelDrawing::Processor);
     let drawn = |lab: &mut Lab, cloud: &Cloud| {
         [0.0, 2.0].map(|detail_px| lab.pictures(cloud, view(48), detail_px).1)
     };

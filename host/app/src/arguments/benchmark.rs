@@ -42,8 +42,7 @@ pub(crate) struct BenchArguments {
     #[arg(long, value_enum, value_name = "HOW,…", value_delimiter = ',',
           default_values = ["quads", "cpu"])]
     pub(crate) strategies: Vec<SurfelChoice>,
-    /// Details, separated by commas: radii of merged surfels in pixels, 0 where none are; for ways to
-    /// draw that merge surfels.
+    /// Details, separated by commas: radii of merged surfels in pixels, 0 where none are.
     #[arg(long, value_name = "PIXELS,…", value_delimiter = ',', default_values = ["0"],
           value_parser = values::detail, allow_hyphen_values = true)]
     pub(crate) detail: Vec<f32>,

@@ -27,8 +27,7 @@ impl Variant {
         for &surfels in strategies {
             let value = surfels.to_possible_value();
             let way = value.map_or_else(String::new, |value| value.get_name().to_owned());
-            let merges = matches!(surfels, SurfelChoice::Auto | SurfelChoice::Cpu);
-            for &detail_px in details.iter().filter(|&&detail| merges || detail == 0.0) {
+            for &detail_px in details {
                 let name = match detail_px {
                     0.0 => way.clone(),
                     _ => format!("{way} at {detail_px} px"),

@@ -28,7 +28,8 @@ impl Engine {
         self.check_size(request.view.size_px)?;
         let on_host = self.surfels.on_host(&self.gpu);
         let mut scene = request.scene.clone();
-        let request = &request.drawn(on_host, &mut scene);
+        let merged = request.detail_px > 0.0 || on_host;
+        let request = &request.drawn(merged, &mut scene);
         let computes = self.surfels.computes(&self.gpu, request.view.size_px);
         let clouds = self.drawn_clouds(request, on_host)?;
         let device = self.gpu.device.clone();

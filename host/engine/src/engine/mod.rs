@@ -61,9 +61,10 @@ pub struct Counters {
     pub column_bytes: u64,
     /// Bytes of columns in memory now, as the processor draws them.
     pub host_column_bytes: u64,
-    /// Surfels that the processor drew last, those left out with their blocks not among them and merged
-    /// ones counting once; groups are filled up to sixteen.
-    pub drawn_by_host: usize,
+    /// Surfels that were drawn last, merged ones counting once. Where the processor draws, or a detail
+    /// is asked for, those left out with their blocks are not among them, and groups are filled up to
+    /// sixteen.
+    pub drawn_surfels: usize,
     /// Environment maps uploaded.
     pub environments: u32,
 }
@@ -215,7 +216,7 @@ impl Engine {
             uploads: self.columns.uploads,
             column_bytes: self.columns.bytes(),
             host_column_bytes: self.columns.host_bytes(),
-            drawn_by_host: self.surfaces.drawn_by_host(),
+            drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
         }
     }
@@ -274,7 +275,9 @@ impl Engine {
         let one_by_one = plan.passes.iter().any(|pass| pass.surfels.is_some());
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
         let computes = self.surfels.computes(&self.gpu, request.view.size_px) && !one_by_one;
-        let merged = on_host && (request.stride > 1 || plan.takes_merged_surfels());
+        let detailed = request.detail_px > 0.0 && plan.takes_merged_surfels() && !one_by_one;
+        // Previews by the device have one surfel of so many: merged ones take memory.
+        let merged = detailed || on_host && request.stride > 1;
         let mut scene = request.scene.clone();
         let request = &request.drawn(merged, &mut scene);
         let started = Instant::now();
@@ -317,7 +320,7 @@ impl Engine {
         self.columns.next_frame();
         let drawn = |cloud: &CloudView<'_>| match on_host {
             true => self.columns.on_host(cloud, request.detail_px > 0.0),
-            false => self.columns.cloud(cloud),
+            false => self.columns.cloud(cloud, request.detail_px > 0.0),
         };
         let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();

@@ -11,9 +11,13 @@ use std::hash::{DefaultHasher, Hasher as _};
 use std::rc::Rc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 use surfelshop_api::params::srgb_to_linear;
+use surfelshop_raster::Part;
 
 /// Bytes of the widest element drawn from a storage buffer: three floats.
 const WIDEST_STRIDE: u64 = 12;
+
+/// Chunks of clouds with merged surfels are made of whole groups.
+const GROUP: u32 = surfelshop_raster::GROUP as u32;
 
 /// Surfels put in order at a time on their way to the device.
 const BATCH: usize = 4096;
@@ -28,6 +32,8 @@ type ChunkBuffers = Rc<Vec<wgpu::Buffer>>;
 pub(crate) struct DrawnCloud {
     pub(crate) origin: DVec3,
     pub(crate) n_surfels: u32,
+    /// Places on the device: those of the surfels, and behind them those of merged ones.
+    pub(crate) n_places: u32,
     pub(crate) chunk_len: u32,
     /// Buffers by shader variable.
     pub(crate) columns: Vec<(&'static str, ChunkBuffers)>,
@@ -39,6 +45,8 @@ pub(crate) struct DrawnCloud {
     pub(crate) max_radius: f32,
     /// Its columns in memory, where the processor draws it.
     pub(crate) on_host: Option<Rc<surfelshop_raster::Columns>>,
+    /// What its places are chosen by, where the device draws merged surfels.
+    pub(crate) merged: Option<Rc<surfelshop_raster::Columns>>,
 }
 
 impl DrawnCloud {
@@ -47,9 +55,9 @@ impl DrawnCloud {
         self.columns.first().map_or(0, |(_, buffers)| buffers.len())
     }
 
-    /// First surfel and number of surfels of each chunk.
+    /// First place and number of places of each chunk.
     pub(crate) fn chunks(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let (n, len) = (self.n_surfels, self.chunk_len);
+        let (n, len) = (self.n_places, self.chunk_len);
         (0..n.div_ceil(len)).map(move |i| (i * len, len.min(n - i * len)))
     }
 }
@@ -91,7 +99,8 @@ pub(crate) struct Columns {
     uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
     pub(super) on_host: Vec<OnHost>,
     orders: Vec<Order>,
-    n_orders: u32,
+    /// Serial numbers given away.
+    pub(super) n_orders: u32,
     pub(super) chunk_len: u32,
     pub(super) frame: u64,
     /// Columns uploaded since the engine was made.
@@ -160,23 +169,41 @@ impl Columns {
         (serial, OnceCell::from(indices))
     }
 
-    /// Brings the columns a cloud is drawn with onto the device.
+    /// Brings the columns a cloud is drawn with onto the device, and behind them those of surfels that
+    /// stand for several where it is to be drawn with `merged` ones.
     ///
     /// # Errors
     /// Where a column that drawing needs is missing or of another type.
-    pub(crate) fn cloud(&mut self, cloud: &CloudView<'_>) -> Result<DrawnCloud, RenderError> {
+    pub(crate) fn cloud(
+        &mut self,
+        cloud: &CloudView<'_>,
+        merged: bool,
+    ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
-        let drawn = DrawnCloud {
+        let mut drawn = DrawnCloud {
             origin: cloud.origin,
             n_surfels,
+            n_places: n_surfels,
             chunk_len: self.chunk_len,
             columns: Vec::new(),
             defines: Vec::new(),
             generations: Vec::new(),
             max_radius: 0.0,
             on_host: None,
+            merged: None,
         };
-        let (order_serial, order) = self.order(cloud);
+        let (order_serial, order) = match merged {
+            true => {
+                let known = self.in_memory(cloud, true)?;
+                let n_places = known.columns.n_places();
+                drawn.merged = Some(known.columns.clone());
+                let serial = known.serial;
+                drawn.n_places = numbered(n_places)?;
+                drawn.chunk_len = (self.chunk_len / GROUP).max(1) * GROUP;
+                (serial, OnceCell::new())
+            }
+            false => self.order(cloud),
+        };
         let mut arriving = Arriving { cloud, order_serial, order, drawn };
         self.floats(columns::POSITION, &mut arriving)?;
         self.floats(columns::NORMAL, &mut arriving)?;
@@ -192,6 +219,9 @@ impl Columns {
             arriving.drawn.defines.push("TANGENTS");
         } else {
             arriving.drawn.max_radius = self.floats(columns::RADIUS, &mut arriving)?;
+        }
+        if let Some(merged) = &arriving.drawn.merged {
+            arriving.drawn.max_radius = arriving.drawn.max_radius.max(merged.max_reach());
         }
         if cloud.floats(columns::AO, 1).is_some() {
             self.floats(columns::AO, &mut arriving)?;
@@ -250,31 +280,42 @@ impl Columns {
         largest: f32,
         arriving: &mut Arriving<'_>,
     ) {
-        let (frame, chunk_len) = (self.frame, self.chunk_len);
+        let (frame, chunk_len) = (self.frame, arriving.drawn.chunk_len);
+        let n_places = arriving.drawn.n_places as usize;
+        let merged = arriving.drawn.merged.clone();
         let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
         let key = (column.generation, arriving.order_serial, variable);
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
-            let order = arriving.order.get_or_init(|| drawing_order(arriving.cloud));
+            let order = || arriving.order.get_or_init(|| drawing_order(arriving.cloud));
+            let put: &dyn Fn(usize, &mut Vec<u8>) = match &merged {
+                Some(merged) => &|place, out| merged.put(part_of(variable), place, out),
+                None => {
+                    let order = order();
+                    &move |place, out| encode(order[place] as usize, out)
+                }
+            };
             let stride = usize::try_from(stride).unwrap_or(usize::MAX);
-            let buffers = order
-                .chunks(chunk_len as usize)
-                .map(|chunk| {
+            let chunk_len = chunk_len as usize;
+            let buffers = (0..n_places)
+                .step_by(chunk_len)
+                .map(|first| {
+                    let len = chunk_len.min(n_places - first);
                     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some(variable),
-                        size: (chunk.len() * stride) as u64,
+                        size: (len * stride) as u64,
                         usage: wgpu::BufferUsages::STORAGE,
                         mapped_at_creation: true,
                     });
                     // Written where the device reads it: no second copy of a chunk.
                     if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
                         let mut ordered = Vec::with_capacity(BATCH * stride);
-                        for (batch, indices) in chunk.chunks(BATCH).enumerate() {
+                        for batch in (0..len).step_by(BATCH) {
                             ordered.clear();
-                            for &i in indices {
-                                encode(i as usize, &mut ordered);
+                            for place in batch..len.min(batch + BATCH) {
+                                put(first + place, &mut ordered);
                             }
-                            let start = batch * BATCH * stride;
+                            let start = batch * stride;
                             mapped.slice(start..start + ordered.len()).copy_from_slice(&ordered);
                         }
                     }
@@ -289,7 +330,7 @@ impl Columns {
                 .collect();
             Uploaded {
                 buffers: Rc::new(buffers),
-                bytes: (order.len() * stride) as u64,
+                bytes: (n_places * stride) as u64,
                 largest,
                 last_used: frame,
             }
@@ -302,10 +343,29 @@ impl Columns {
 
 /// Number of surfels, where all can be numbered.
 pub(super) fn counted(cloud: &CloudView<'_>) -> Result<u32, RenderError> {
+    numbered(cloud.len)
+}
+
+fn numbered(n: usize) -> Result<u32, RenderError> {
     // The index texture keeps one bit for the side and one value for "none".
-    u32::try_from(cloud.len).ok().filter(|n| *n < 1 << 31).ok_or_else(|| {
-        RenderError::Cloud(format!("it has {} surfels, fewer than 2^31 are drawn", cloud.len))
-    })
+    u32::try_from(n)
+        .ok()
+        .filter(|n| *n < 1 << 31)
+        .ok_or_else(|| RenderError::Cloud(format!("it has {n} surfels, fewer than 2^31 are drawn")))
+}
+
+/// What a variable holds of columns in memory.
+fn part_of(variable: &str) -> Part {
+    match variable {
+        columns::POSITION => Part::Position,
+        columns::NORMAL => Part::Normal,
+        columns::RADIUS => Part::Radius,
+        columns::TANGENT_U => Part::TangentU,
+        columns::TANGENT_V => Part::TangentV,
+        columns::AO => Part::Ao,
+        columns::MATERIAL => Part::Material,
+        _ => Part::Color,
+    }
 }
 
 fn components_of(name: &str) -> u32 {

@@ -9,6 +9,7 @@ use std::ops::Range;
 use std::rc::Rc;
 use surfelshop_api::Uniform;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
+use surfelshop_raster::{Cloud, places};
 
 pub(super) const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
 const DRAW: &str = include_str!("../../../../shaders/host/draw_surfels.wgsl");
@@ -46,6 +47,36 @@ pub(super) struct Computed {
     pub(super) large: wgpu::Buffer,
 }
 
+/// Invocations of a run, as in disc.wgsl.
+const RUN: u32 = 256;
+
+/// Places of a chunk that are drawn, in runs.
+struct Runs {
+    places: wgpu::Buffer,
+    n: u32,
+}
+
+impl Runs {
+    /// What a chunk of places has of those that are drawn, counted from its first.
+    fn new(all: &[Range<u32>], chunk: Range<u32>, gpu: &Gpu) -> Self {
+        let before = all.partition_point(|run| run.end <= chunk.start);
+        let here = all[before..].iter().take_while(|run| run.start < chunk.end);
+        let mut runs: Vec<[u32; 2]> = Vec::new();
+        for run in here {
+            let (start, end) = (run.start.max(chunk.start), run.end.min(chunk.end));
+            let firsts = (start..end).step_by(RUN as usize);
+            runs.extend(firsts.map(|at| [at, end.min(at + RUN)].map(|at| at - chunk.start)));
+        }
+        if runs.is_empty() {
+            // A binding has at least an element.
+            runs.push([0, 0]);
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(&runs);
+        let places = gpu.filled_buffer("drawn places", bytes, wgpu::BufferUsages::STORAGE);
+        Self { places, n: runs.len() as u32 }
+    }
+}
+
 /// A chunk with its uniform.
 pub(super) struct Chunk<'a> {
     pub(super) cloud: &'a DrawnCloud,
@@ -54,6 +85,8 @@ pub(super) struct Chunk<'a> {
     uniform: wgpu::Buffer,
     /// What its surfels radiate, where they were shaded one by one.
     pub(super) lit: Option<wgpu::Buffer>,
+    /// The places that are drawn, where they were chosen.
+    runs: Option<Runs>,
     /// Where compute has drawn its small surfels: quads are then drawn of the large ones alone.
     pub(super) computed: Option<Computed>,
 }
@@ -63,12 +96,16 @@ impl Chunk<'_> {
         let mut defines = self.cloud.defines.clone();
         defines.extend(self.lit.is_some().then_some("LIT"));
         defines.extend(self.computed.is_some().then_some("COMPUTED"));
+        defines.extend(self.runs.is_some().then_some("RUNS"));
         defines
     }
 
-    /// Number of surfels that are drawn.
+    /// Number of surfels that are drawn, runs filled up.
     pub(super) fn drawn(&self, stride: u32) -> u32 {
-        self.count.div_ceil(stride)
+        match &self.runs {
+            Some(runs) => runs.n * RUN,
+            None => self.count.div_ceil(stride),
+        }
     }
 }
 
@@ -79,6 +116,8 @@ pub(super) type ChunkDraw = (Rc<Pipeline>, wgpu::BindGroup, u32);
 pub(super) struct Drawing<'a> {
     pub(super) input: &'a SurfaceInput<'a>,
     pub(super) chunks: Vec<Chunk<'a>>,
+    /// Surfels that are drawn of all.
+    pub(super) n_drawn: usize,
     linear_of_srgb: wgpu::Buffer,
     /// How many surfels of all chunks are large, where compute has drawn the small ones.
     pub(super) n_large: Option<wgpu::Buffer>,
@@ -87,12 +126,21 @@ pub(super) struct Drawing<'a> {
 
 impl<'a> Drawing<'a> {
     pub(super) fn new(input: &'a SurfaceInput<'a>, gpu: &Gpu) -> Self {
-        let mut chunks = Vec::new();
+        let (mut chunks, mut n_drawn) = (Vec::new(), 0);
         // Number 0 is left for "no surfel".
         let mut first_of_cloud = 1;
         for (object, cloud) in input.clouds.iter().enumerate() {
             let view_from_chunk = (input.view_from_offset)(cloud.origin);
+            let chosen = cloud.merged.as_deref().map(|columns| {
+                let cloud = Cloud { columns, view_from_cloud: view_from_chunk, first: 1 };
+                places(&cloud, input.raster_view)
+            });
+            n_drawn += match &chosen {
+                Some(runs) => runs.iter().map(ExactSizeIterator::len).sum(),
+                None => cloud.n_surfels.div_ceil(input.stride) as usize,
+            };
             for (position, (first, count)) in cloud.chunks().enumerate() {
+                let runs = chosen.as_ref().map(|all| Runs::new(all, first..first + count, gpu));
                 let bytes = Uniform::new()
                     .mat4(view_from_chunk)
                     .u32(first_of_cloud + first)
@@ -108,13 +156,15 @@ impl<'a> Drawing<'a> {
                     .vec3(NEUTRAL_ALBEDO.into())
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
-                chunks.push(Chunk { cloud, position, count, uniform, lit: None, computed: None });
+                let (lit, computed) = (None, None);
+                chunks.push(Chunk { cloud, position, count, uniform, lit, runs, computed });
             }
-            first_of_cloud += cloud.n_surfels;
+            first_of_cloud += cloud.n_places;
         }
         let linear_of_srgb =
             gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), wgpu::BufferUsages::UNIFORM);
-        Self { input, chunks, linear_of_srgb, n_large: None, none: BTreeMap::new() }
+        let (n_large, none) = (None, BTreeMap::new());
+        Self { input, chunks, n_drawn, linear_of_srgb, n_large, none }
     }
 
     /// Surfels in each chunk.
@@ -164,6 +214,7 @@ impl<'a> Drawing<'a> {
                 "linear_of_srgb" => Some(self.linear_of_srgb.as_entire_binding()),
                 "chunk" => Some(chunk.uniform.as_entire_binding()),
                 "lit" => Some(chunk.lit.as_ref()?.as_entire_binding()),
+                "runs" => Some(chunk.runs.as_ref()?.places.as_entire_binding()),
                 "boxes" => Some(chunk.computed.as_ref()?.boxes.as_entire_binding()),
                 "blocks" => Some(chunk.computed.as_ref()?.blocks.as_entire_binding()),
                 "list" => Some(chunk.computed.as_ref()?.list.as_entire_binding()),

@@ -11,10 +11,12 @@ use surfelshop_raster::{Albedo, Sources};
 
 /// A cloud in memory.
 pub(super) struct OnHost {
-    generations: Vec<u64>,
+    pub(super) generations: Vec<u64>,
     order_serial: u32,
+    /// Equal for equal columns.
+    pub(super) serial: u32,
     pub(super) columns: Rc<surfelshop_raster::Columns>,
-    max_radius: f32,
+    pub(super) max_radius: f32,
     /// Whether there are surfels that stand for several.
     merged: bool,
     pub(super) last_used: u64,
@@ -105,7 +107,7 @@ impl<'a> Drawn<'a> {
 
 impl Columns {
     /// Brings the columns a cloud is drawn with into drawing order in memory, and surfels that stand
-    /// for several where it is to be drawn with `merged` ones.
+    /// for several where it is to be drawn with `merged` ones: the cloud as the processor draws it.
     ///
     /// # Errors
     /// Where a column that drawing needs is missing or of another type.
@@ -115,6 +117,31 @@ impl Columns {
         merged: bool,
     ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
+        let chunk_len = self.chunk_len;
+        let known = self.in_memory(cloud, merged)?;
+        Ok(DrawnCloud {
+            origin: cloud.origin,
+            n_surfels,
+            n_places: n_surfels,
+            chunk_len,
+            columns: Vec::new(),
+            defines: Vec::new(),
+            generations: known.generations.clone(),
+            max_radius: known.max_radius,
+            on_host: Some(known.columns.clone()),
+            merged: None,
+        })
+    }
+
+    /// A cloud's columns in memory.
+    ///
+    /// # Errors
+    /// Where a column that drawing needs is missing or of another type.
+    pub(super) fn in_memory(
+        &mut self,
+        cloud: &CloudView<'_>,
+        merged: bool,
+    ) -> Result<&OnHost, RenderError> {
         let drawn = Drawn::of(cloud)?;
         let (order_serial, order) = self.order(cloud);
         let is_it = |known: &OnHost| {
@@ -130,9 +157,11 @@ impl Columns {
                 let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
                 let albedo = drawn.albedo(&order);
                 let columns = super::on_host::columns(&drawn.sources, &order, albedo, merged);
+                self.n_orders += 1;
                 self.on_host.push(OnHost {
                     generations: drawn.generations.clone(),
                     order_serial,
+                    serial: self.n_orders,
                     columns: Rc::new(columns),
                     max_radius: drawn.max_radius(),
                     merged,
@@ -144,16 +173,7 @@ impl Columns {
         let frame = self.frame;
         let known = &mut self.on_host[at];
         known.last_used = frame;
-        Ok(DrawnCloud {
-            origin: cloud.origin,
-            n_surfels,
-            chunk_len: self.chunk_len,
-            columns: Vec::new(),
-            defines: Vec::new(),
-            generations: drawn.generations,
-            max_radius: known.max_radius,
-            on_host: Some(known.columns.clone()),
-        })
+        Ok(known)
     }
 
     /// Drops copies of a cloud as it was: all but the last one, which another view may still show. One

@@ -105,14 +105,11 @@ pub(crate) struct Surfaces {
     /// Memory that the processor draws into.
     scratch: surfelshop_raster::Picture,
     pub(crate) counts: SurfaceCounts,
+    /// Surfels that were drawn last.
+    pub(crate) n_drawn: usize,
 }
 
 impl Surfaces {
-    /// Surfels that the processor drew last.
-    pub(crate) fn drawn_by_host(&self) -> usize {
-        self.scratch.drawn.surfels
-    }
-
     /// Lets go of all that is kept.
     pub(crate) fn forget(&mut self) {
         self.kept.clear();
@@ -137,6 +134,7 @@ impl Surfaces {
             let was = (surface.nearest.is_some(), surface.blended.is_some());
             let drawn = on_host::ensure(parts, input, &mut surface, &mut self.scratch, recorder);
             self.counts.visibility += drawn;
+            self.n_drawn = self.scratch.drawn.surfels;
             self.counts.nearest += u32::from(surface.nearest.is_some() && !was.0);
             self.counts.blended += u32::from(surface.blended.is_some() && !was.1);
             return Ok(self.keep(input, surface));
@@ -146,6 +144,7 @@ impl Surfaces {
             surface.depth = Some(texture(recorder.gpu, "nearest depth", input.size, format));
         }
         let mut drawing = Drawing::new(input, recorder.gpu);
+        self.n_drawn = drawing.n_drawn;
         let reused = |recorder: &mut Recorder<'_>, name| recorder.note(name, PassState::Reused);
         // What compute leaves for blending is not kept: it is found again where that comes later.
         let left = input.computes && parts.blended && surface.blended.is_none();
