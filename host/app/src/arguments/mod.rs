@@ -180,8 +180,7 @@ pub(crate) struct PictureArguments {
           allow_hyphen_values = true)]
     pub(crate) depth_tolerance: Option<f32>,
     /// Draw several surfels as one where that has at most this radius, in pixels: large clouds take a
-    /// fraction of the time. Renderers say whether they take it, the processor does it [default: 0,
-    /// never].
+    /// fraction of the time. Renderers say whether they take it [default: 0, never].
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0, hide_default_value = true,
           value_parser = values::detail, allow_hyphen_values = true)]
     pub(crate) detail: f32,
