@@ -8,6 +8,7 @@ mod arguments;
 mod bake;
 mod bench;
 mod camera;
+mod chart;
 mod clouds;
 mod command_line;
 mod compare;

@@ -23,7 +23,9 @@ mod surfels;
 pub mod tools;
 pub mod trace;
 
-pub use engine::{Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView};
+pub use engine::{
+    Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView, Supplier, Supply,
+};
 pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use run::{CompileCounts, Image, PassReport, PassState, RenderError};
 pub use store::Store;

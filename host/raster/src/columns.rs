@@ -121,7 +121,7 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
     /// columns' length. Albedos are in drawing order already. Surfels that stand for several are made
-    /// where there are to be `merged` ones.
+    /// where there are to be `merged` ones. `tell` hears how far it is, in [0, 1].
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,
@@ -129,10 +129,13 @@ impl Columns {
         albedo: Albedo,
         merged: bool,
         linear_of_srgb: &[f32; 256],
+        tell: &(dyn Fn(f32) + Sync),
     ) -> Self {
         let (mut positions, mut normals) = (Triples::default(), Triples::default());
         positions.push(order.iter().map(|&i| three(sources.positions, i)));
+        tell(0.15);
         normals.push(order.iter().map(|&i| three(sources.normals, i)));
+        tell(0.3);
         let shape = match sources.tangents {
             Some(axes) => {
                 let [u, v] = axes.map(|axis| {
@@ -168,14 +171,14 @@ impl Columns {
             roots: 0..0,
             max_reach: 0.0,
         };
-        columns.merge(merged, linear_of_srgb);
+        tell(0.4);
+        columns.merge(merged, linear_of_srgb, &|done| tell(0.4 + 0.6 * done));
         columns
     }
 
     /// Makes the tree of blocks and the merged surfels.
-    fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256]) {
-        let tree = levels::tree(self, merged, linear_of_srgb);
-        let samples = || tree.merged.iter().flat_map(|samples| samples.iter());
+    fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], tell: &(dyn Fn(f32) + Sync)) {
+        let tree = levels::tree(self, merged, linear_of_srgb, &|done| tell(0.8 * done));
         let n_merged: usize = tree.merged.iter().map(|samples| padded(samples.len())).sum();
         self.stands_for.reserve(n_merged);
         self.pad_albedo(self.n_places);
@@ -183,9 +186,9 @@ impl Columns {
             self.push(samples);
         }
         self.max_reach = tree.blocks.iter().map(|block| block.reach).fold(0.0, f32::max);
-        debug_assert!(samples().all(|sample| sample.radius > 0.0));
         self.blocks = tree.blocks;
         self.roots = tree.roots;
+        tell(1.0);
     }
 
     /// Appends merged surfels, filled up to whole groups.

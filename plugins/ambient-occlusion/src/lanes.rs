@@ -3,6 +3,7 @@
 //! Loops over an array of fixed length become vector instructions where the processor has them:
 //! [`on_best`] compiles what it is given several times and picks at run time.
 
+use fearless_simd::{Level, dispatch};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Numbers in a [`Lanes`]: one register of AVX-512, two of AVX2.
@@ -99,13 +100,5 @@ impl Lanes3 {
 /// Does work compiled for the best instructions that this processor has. What is called in it
 /// takes part where it is inlined.
 pub(crate) fn on_best<T>(work: impl FnOnce() -> T) -> T {
-    struct Work<F>(F);
-    impl<T, F: FnOnce() -> T> pulp::NullaryFnOnce for Work<F> {
-        type Output = T;
-        #[inline(always)]
-        fn call(self) -> T {
-            (self.0)()
-        }
-    }
-    pulp::Arch::new().dispatch(Work(work))
+    dispatch!(Level::new(), _simd => work())
 }

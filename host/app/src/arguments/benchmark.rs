@@ -84,13 +84,7 @@ pub(crate) struct BenchArguments {
 impl BenchArguments {
     /// Details, each once.
     pub(crate) fn details(&self) -> Vec<f32> {
-        let mut each = Vec::with_capacity(self.detail.len());
-        for detail in &self.detail {
-            if !each.contains(detail) {
-                each.push(*detail);
-            }
-        }
-        each
+        each_once(&self.detail)
     }
 
     /// Ways to draw surfels, each once.
@@ -99,13 +93,7 @@ impl BenchArguments {
             true => std::slice::from_ref(&self.device.surfels),
             false => &self.strategies,
         };
-        let mut each = Vec::with_capacity(typed.len());
-        for strategy in typed {
-            if !each.contains(strategy) {
-                each.push(*strategy);
-            }
-        }
-        each
+        each_once(typed)
     }
 
     /// The options of a picture of this size; those that a benchmark does not have are the usual ones.
@@ -117,6 +105,17 @@ impl BenchArguments {
         let (lens, environment) = (self.lens.clone(), self.environment.clone());
         Ok(PictureArguments { size, lens, environment, ..usual })
     }
+}
+
+/// What was typed, without what was typed before.
+fn each_once<T: Copy + PartialEq>(typed: &[T]) -> Vec<T> {
+    let mut each = Vec::with_capacity(typed.len());
+    for one in typed {
+        if !each.contains(one) {
+            each.push(*one);
+        }
+    }
+    each
 }
 
 #[cfg(test)]

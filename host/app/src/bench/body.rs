@@ -73,7 +73,7 @@ fn surfel(i: u32, n: u32) -> Surfel {
 }
 
 /// The body, of so many surfels.
-pub(super) fn body(n: u32) -> anyhow::Result<Clouds> {
+pub(crate) fn body(n: u32) -> anyhow::Result<Clouds> {
     let each = || (0..n).into_par_iter().map(|i| surfel(i, n));
     // One column after the other, which keeps memory to what the cloud takes.
     let positions = each().flat_map_iter(|one| one.position.to_array()).collect();

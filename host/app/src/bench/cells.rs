@@ -1,8 +1,8 @@
 //! What was measured, as tables and programs take it.
 
 use super::timing::{Timed, What};
+use crate::chart::ticks::label;
 use crate::csv;
-use crate::sweep::ticks::label;
 use crate::times::{all_of, median, spread};
 use serde_json::{Map, Value, json};
 

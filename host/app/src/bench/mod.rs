@@ -4,7 +4,7 @@
 //! Each variant has a device and an engine of its own, and all draw the same frames in turns, so that
 //! what the machine does besides is spread over all of them.
 
-mod body;
+pub(crate) mod body;
 mod cells;
 mod fit;
 mod frames;

@@ -1,8 +1,6 @@
 //! Time against what it grows with, both in ratios.
 
-use crate::sweep::plot::axis;
-use crate::sweep::ticks::label;
-use anyhow::anyhow;
+use crate::chart::{Chart, range};
 use plotters::prelude::*;
 
 /// A line of a plot.
@@ -31,52 +29,34 @@ pub(super) fn svg(title: &str, across: &str, lines: &[Line]) -> anyhow::Result<O
     if lines.iter().all(|line| line.points.len() < 2) || points().count() < 2 {
         return Ok(None);
     }
-    let range = |of: fn(&(f64, f64)) -> f64| {
-        let ends = points().map(of).fold((f64::MAX, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
-        0.7 * ends.0..1.5 * ends.1
+    let chart = Chart {
+        title,
+        across,
+        up: "milliseconds, median",
+        height: 500,
+        x: range(points().map(|at| at.0)),
+        y: range(points().map(|at| at.1)),
     };
-    let (x, y) = (range(|at| at.0), range(|at| at.1));
-    let mut text = String::new();
-    {
-        let root = SVGBackend::with_string(&mut text, (760, 500)).into_drawing_area();
-        let drawn = || -> Result<(), Box<dyn std::error::Error>> {
-            root.fill(&WHITE)?;
-            let mut chart = ChartBuilder::on(&root)
-                .caption(title, ("sans-serif", 17))
-                .margin(12)
-                .x_label_area_size(38)
-                .y_label_area_size(64)
-                .build_cartesian_2d(axis(x), axis(y))?;
-            chart
-                .configure_mesh()
-                .x_desc(across)
-                .y_desc("milliseconds, median")
-                .light_line_style(TRANSPARENT)
-                .x_label_formatter(&|value| label(*value))
-                .y_label_formatter(&|value| label(*value))
-                .draw()?;
-            for line in lines {
-                let color = COLORS[line.variant % COLORS.len()];
-                let style = color.stroke_width(if line.is_frame { 3 } else { 1 });
-                let sound = || line.points.iter().copied().filter(is_sound);
-                chart
-                    .draw_series(LineSeries::new(sound(), style))?
-                    .label(&line.name)
-                    .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-                chart.draw_series(sound().map(|at| Circle::new(at, 3, color.filled())))?;
-            }
-            chart
-                .configure_series_labels()
-                .position(SeriesLabelPosition::UpperLeft)
-                .background_style(WHITE.mix(0.8))
-                .border_style(BLACK.mix(0.3))
-                .draw()?;
-            root.present()?;
-            Ok(())
-        };
-        drawn().map_err(|error| anyhow!("the plot could not be drawn: {error}"))?;
-    }
-    Ok(Some(text))
+    let drawn = chart.svg(|canvas| {
+        for line in lines {
+            let color = COLORS[line.variant % COLORS.len()];
+            let style = color.stroke_width(if line.is_frame { 3 } else { 1 });
+            let sound = || line.points.iter().copied().filter(is_sound);
+            canvas
+                .draw_series(LineSeries::new(sound(), style))?
+                .label(&line.name)
+                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
+            canvas.draw_series(sound().map(|at| Circle::new(at, 3, color.filled())))?;
+        }
+        canvas
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperLeft)
+            .background_style(WHITE.mix(0.8))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
+        Ok(())
+    });
+    drawn.map(Some)
 }
 
 #[cfg(test)]

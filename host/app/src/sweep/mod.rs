@@ -11,7 +11,6 @@ pub(crate) mod plot;
 mod subject;
 #[cfg(test)]
 mod tests;
-pub(crate) mod ticks;
 pub(crate) mod told;
 mod tools;
 

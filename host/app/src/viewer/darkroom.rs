@@ -4,6 +4,7 @@
 //! same place replaces one that has not begun. The device is another one than the window's own: a
 //! frame that takes seconds, or a device that is lost, does not stop the window.
 
+use super::arriving::Arrived;
 use super::detail::Detail;
 use super::worker::Worker;
 use crate::arguments::{DeviceArguments, PluginFiles};
@@ -97,6 +98,9 @@ pub(crate) enum News {
     Declared { renderer: String, parameters: Vec<ParamDecl> },
     /// A renderer's code is being loaded and its shaders compiled for the first time.
     Preparing { place: Place, renderer: String },
+    /// The surfels of large clouds are being put in order, in [0, 1], or have been: pictures so far show a
+    /// few of them.
+    Arriving(Option<f32>),
     /// A picture, or why there is none.
     Print(Box<Print>),
     /// What the engine did so far.
@@ -125,6 +129,10 @@ pub(crate) enum Task {
     Picture(Place, Box<Order>),
     /// A plugin file changed.
     Changed(Changed),
+    /// How far large clouds are on their way, in [0, 1].
+    Arriving(f32),
+    /// Large clouds are there.
+    Arrived(Box<Arrived>),
     /// A renderer that was switched off is to be used again.
     SwitchOn(String),
     /// A renderer is not to be used.
@@ -163,6 +171,13 @@ impl Queue {
     /// Orders a picture, instead of one for the same place that has not begun.
     pub(crate) fn order(&self, place: Place, order: Order) {
         self.change(|waiting| drop(waiting.orders.insert(place, order)));
+    }
+
+    /// The same, unless there is one for the place that has not begun.
+    pub(crate) fn order_again(&self, place: Place, order: Order) {
+        self.change(|waiting| {
+            waiting.orders.entry(place).or_insert(order);
+        });
     }
 
     /// Waits for a task; `None` when the window is gone. Of several pictures, the one ordered

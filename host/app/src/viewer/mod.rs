@@ -7,6 +7,7 @@
 //! `measure` measures what is shown.
 
 mod arrangement;
+mod arriving;
 mod canvas;
 mod compare;
 mod darkroom;

@@ -3,6 +3,7 @@
 use super::darkroom::{News, Print, UnitConduct};
 use super::export;
 use super::measure;
+use super::pane::Shown;
 use super::window::Window;
 use crate::settings;
 use eframe::egui::Context;
@@ -33,6 +34,7 @@ impl Window {
                         pane.sides[place.side].preparing = Some(renderer);
                     }
                 }
+                News::Arriving(fraction) => self.arriving = fraction,
                 News::Print(print) => self.take_print(ctx, *print),
                 News::Counters(counters) => self.counters = counters,
                 News::Plugins(registry) => {
@@ -96,7 +98,8 @@ impl Window {
         }
         let failed = outcome.as_ref().err().cloned();
         let side = &mut pane.sides[place.side];
-        if side.shown.as_ref().is_some_and(|shown| shown.serial == serial) {
+        let same = |shown: &Shown| shown.serial == serial && shown.shot.detail.is_full();
+        if side.shown.as_ref().is_some_and(same) {
             // The same order again: a plugin or a file that it names is another one now.
             self.measure.remade += 1;
         }

@@ -48,6 +48,10 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
             }
         });
     }
+    if let Some(fraction) = window.arriving {
+        ui.label("putting surfels in order; a few of them are shown");
+        ui.add(egui::ProgressBar::new(fraction).show_percentage());
+    }
     let Some(shown) = &window.shown else {
         if window.loading.is_none() {
             ui.label("Drop point clouds here, or open them with Ctrl O.");

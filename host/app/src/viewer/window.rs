@@ -69,6 +69,8 @@ pub(crate) struct Window {
     pub(crate) own_cameras: HashMap<u32, Camera>,
     pub(crate) shown: Option<Shown>,
     pub(crate) loading: Option<Loading>,
+    /// How far large clouds are on their way to where they are drawn, in [0, 1].
+    pub(crate) arriving: Option<f32>,
     /// Files that were opened and are clouds.
     pub(crate) files: Vec<PathBuf>,
     /// The scene that was opened or saved last, with all its keys.
@@ -148,6 +150,7 @@ impl Window {
             own_cameras: HashMap::new(),
             shown: None,
             loading: None,
+            arriving: None,
             files: Vec::new(),
             scene_file: None,
             scene_path: None,

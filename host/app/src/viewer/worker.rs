@@ -5,14 +5,18 @@
 //! times in a row or does not answer is switched off, a rebuilt one takes over only after its first
 //! picture, and a lost device is opened again.
 
+use super::arriving::{Arrived, Arriving};
 use super::darkroom::{News, Order, Place, Print, Queue, Shot, Task, Teller, UnitConduct};
+use super::export;
 use crate::arguments::{DeviceArguments, PluginFiles};
+use crate::clouds::Clouds;
 use crate::pictures;
 use crate::studio::{self, Settled, Studio};
 use crate::surroundings::{Probes, Surroundings};
 use anyhow::{Context as _, anyhow};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
@@ -74,6 +78,13 @@ pub(super) struct Worker {
     watcher: Option<Watcher>,
     /// Files that parameters name, which are watched, too.
     followed: HashSet<PathBuf>,
+    queue: Queue,
+    /// Large clouds on their way.
+    arriving: Option<Arriving>,
+    /// Orders that were answered with a few of their surfels.
+    unfinished: HashMap<Place, Order>,
+    /// Clouds that could not be brought beside the window: the next picture says why.
+    refused: Option<Arc<Clouds>>,
 }
 
 impl Worker {
@@ -110,6 +121,10 @@ impl Worker {
                         })
                         .ok(),
                     teller,
+                    queue: queue.clone(),
+                    arriving: None,
+                    unfinished: HashMap::new(),
+                    refused: None,
                 };
                 worker.tell_device();
                 Some(worker)
@@ -137,7 +152,16 @@ impl Worker {
                 }
                 Task::Changed(changed) => self.changed(&changed),
                 Task::Avoid(renderer) => self.avoided.push(renderer),
-                Task::LetGo(place) => drop(self.in_use.remove(&place)),
+                Task::Arriving(fraction) if self.arriving.is_some() => {
+                    self.teller.tell(News::Arriving(Some(fraction)));
+                }
+                // Of clouds that are shown no more.
+                Task::Arriving(_) => {}
+                Task::Arrived(arrived) => self.arrived(*arrived),
+                Task::LetGo(place) => {
+                    self.in_use.remove(&place);
+                    self.unfinished.remove(&place);
+                }
                 #[cfg(test)]
                 Task::LoseDevice => self.studio.engine.gpu().device.destroy(),
                 Task::SwitchOn(renderer) => {
@@ -153,15 +177,68 @@ impl Worker {
 
     fn picture(&mut self, place: Place, order: Order) {
         let (serial, renderer) = (order.serial, order.renderer.clone());
-        let outcome = self.make(place, &order).map_err(|error| format!("{error:#}"));
+        let few = self.few_for(place, &order);
+        let stride = few.as_ref().map(|(_, stride)| *stride);
+        let drawn = few.as_ref().map_or(&order, |(few, _)| few);
+        let outcome = self.make(place, &order, drawn).map(|mut shot| {
+            shot.detail.stride = stride.unwrap_or(shot.detail.stride);
+            shot
+        });
+        match stride {
+            Some(_) => drop(self.unfinished.insert(place, order)),
+            None => drop(self.unfinished.remove(&place)),
+        }
+        let outcome = outcome.map_err(|error| format!("{error:#}"));
         self.teller.tell(News::Counters(self.studio.engine.counters()));
         self.teller.tell(News::Print(Box::new(Print { place, serial, renderer, outcome })));
     }
 
-    /// Makes a picture with the renderer that is at the place, or another one.
+    /// An order for a few surfels in place of one for large clouds that are on their way, and one of how
+    /// many they are. Pictures that are measured or written wait for all.
+    fn few_for(&mut self, place: Place, order: &Order) -> Option<(Order, u32)> {
+        if order.is_measured || place == export::PLACE {
+            return None;
+        }
+        let clouds = &order.clouds;
+        let refused = self.refused.as_ref().is_some_and(|refused| Arc::ptr_eq(refused, clouds));
+        let is_here = self.arriving.as_ref().is_some_and(|here| Arc::ptr_eq(here.clouds(), clouds));
+        if !is_here && !refused {
+            let started = Arriving::start(clouds, &self.studio.engine, &self.queue);
+            let started = started.unwrap_or_else(|error| {
+                self.refused = Some(clouds.clone());
+                self.teller.tell(News::Message(format!("{error:#}")));
+                None
+            });
+            if started.is_some() || self.arriving.is_some() {
+                self.teller.tell(News::Arriving(started.as_ref().map(|_| 0.0)));
+            }
+            self.arriving = started;
+        }
+        let arriving = self.arriving.as_ref()?;
+        let is_of = Arc::ptr_eq(arriving.clouds(), clouds);
+        is_of.then(|| (arriving.order(order), arriving.stride()))
+    }
+
+    /// Makes the pictures again that showed a few surfels of what is there now.
+    fn arrived(&mut self, arrived: Arrived) {
+        let Some(here) = self.arriving.take_if(|here| arrived.is_of(here.clouds())) else { return };
+        match arrived.supply {
+            Ok(supply) => self.studio.engine.take(supply),
+            Err(_said_by_the_next_picture) => self.refused = Some(here.clouds().clone()),
+        }
+        let unfinished: Vec<(Place, Order)> = self.unfinished.drain().collect();
+        for (place, order) in unfinished {
+            // Instead of one that waits already only where there is none.
+            self.queue.order_again(place, order);
+        }
+        self.teller.tell(News::Arriving(None));
+    }
+
+    /// Makes a picture with the renderer that is at the place, or another one; `drawn` is what is drawn
+    /// for the order, itself or with a few of its surfels.
     ///
     /// The renderer that was there is let go only when the other one has made its picture.
-    fn make(&mut self, place: Place, order: &Order) -> anyhow::Result<Shot> {
+    fn make(&mut self, place: Place, order: &Order, drawn: &Order) -> anyhow::Result<Shot> {
         let started = Instant::now();
         let here = self.in_use.remove(&place);
         let (mut in_use, before) = match here {
@@ -180,7 +257,7 @@ impl Worker {
             return Err(barred.into());
         }
         self.follow(&in_use);
-        match self.render(&mut in_use.view, order) {
+        match self.render(&mut in_use.view, drawn) {
             Ok(settled) => {
                 in_use.mark = None;
                 self.conduct.succeeded(&in_use.reference, in_use.unit.contents);
@@ -317,6 +394,9 @@ impl Worker {
     fn open_again(&mut self) -> anyhow::Result<()> {
         self.studio = Studio::open(&self.device, &self.plugins)
             .context("the graphics device was lost and cannot be opened again")?;
+        // What is on its way was made for the other one.
+        self.arriving = None;
+        self.teller.tell(News::Arriving(None));
         self.teller.tell(News::Message("the graphics device was lost and opened again".to_owned()));
         self.tell_device();
         Ok(())

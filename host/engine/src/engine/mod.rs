@@ -3,6 +3,7 @@
 mod alone;
 mod compute;
 mod submission;
+mod supply;
 mod uniforms;
 
 use crate::environment::Environments;
@@ -15,6 +16,7 @@ use crate::store::Store;
 use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing};
 use std::time::Instant;
 use submission::{Done, Submission};
+pub use supply::{Supplier, Supply};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
 use surfelshop_api::params::Values;
@@ -319,8 +321,8 @@ impl Engine {
     ) -> Result<Vec<DrawnCloud>, RenderError> {
         self.columns.next_frame();
         let drawn = |cloud: &CloudView<'_>| match on_host {
-            true => self.columns.on_host(cloud, request.detail_px > 0.0),
-            false => self.columns.cloud(cloud, request.detail_px > 0.0),
+            true => self.columns.on_host(cloud, request.detail_px > 0.0, &|_| ()),
+            false => self.columns.cloud(cloud, request.detail_px > 0.0, &|_| ()),
         };
         let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();

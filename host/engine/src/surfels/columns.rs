@@ -1,6 +1,6 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
-use super::host_columns::OnHost;
+use super::host_columns::{ORDERED, OnHost};
 use super::order::{TIE_BREAKERS, drawing_order};
 use crate::run::RenderError;
 use glam::DVec3;
@@ -8,7 +8,7 @@ use half::f16;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hasher as _};
-use std::rc::Rc;
+use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 use surfelshop_api::params::srgb_to_linear;
 use surfelshop_raster::Part;
@@ -26,7 +26,7 @@ const BATCH: usize = 4096;
 const KEPT_FRAMES: u64 = 64;
 
 /// One column's buffers, chunk by chunk.
-type ChunkBuffers = Rc<Vec<wgpu::Buffer>>;
+type ChunkBuffers = Arc<Vec<wgpu::Buffer>>;
 
 /// A cloud ready to be drawn.
 pub(crate) struct DrawnCloud {
@@ -44,9 +44,9 @@ pub(crate) struct DrawnCloud {
     /// Largest radius, scene units.
     pub(crate) max_radius: f32,
     /// Its columns in memory, where the processor draws it.
-    pub(crate) on_host: Option<Rc<surfelshop_raster::Columns>>,
+    pub(crate) on_host: Option<Arc<surfelshop_raster::Columns>>,
     /// What its places are chosen by, where the device draws merged surfels.
-    pub(crate) merged: Option<Rc<surfelshop_raster::Columns>>,
+    pub(crate) merged: Option<Arc<surfelshop_raster::Columns>>,
 }
 
 impl DrawnCloud {
@@ -127,6 +127,47 @@ impl Columns {
         }
     }
 
+    /// Another, empty store for the same device.
+    pub(crate) fn another(&self) -> Self {
+        Self::new(self.device.clone(), self.queue.clone(), self.chunk_len)
+    }
+
+    /// Whether a cloud's surfels are in order, in memory or on the device.
+    pub(crate) fn holds(&self, cloud: &CloudView<'_>) -> bool {
+        let position = cloud.column(columns::POSITION).map(|column| column.generation);
+        let is_it = |generation: &u64| position == Some(*generation);
+        self.on_host.iter().any(|known| known.generations.iter().any(is_it))
+            || self.uploaded.keys().any(|(generation, ..)| is_it(generation))
+    }
+
+    /// Takes what another store has for the same device.
+    pub(crate) fn absorb(&mut self, other: Self) {
+        let last_used = self.frame;
+        let mut serials = HashMap::new();
+        for order in other.orders {
+            let known = self.orders.iter().find(|own| own.hash == order.hash);
+            let serial = known.map(|own| own.serial).unwrap_or_else(|| {
+                self.n_orders += 1;
+                self.n_orders
+            });
+            serials.insert(order.serial, serial);
+            self.orders.retain(|own| own.of != order.of);
+            self.orders.push(Order { serial, last_used, ..order });
+        }
+        for ((generation, serial, variable), column) in other.uploaded {
+            let Some(&serial) = serials.get(&serial) else { continue };
+            let key = (generation, serial, variable);
+            self.uploaded.entry(key).or_insert(Uploaded { last_used, ..column });
+        }
+        for known in other.on_host {
+            let Some(&order_serial) = serials.get(&known.order_serial) else { continue };
+            self.n_orders += 1;
+            let serial = self.n_orders;
+            self.on_host.push(OnHost { order_serial, serial, last_used, ..known });
+        }
+        self.uploads += other.uploads;
+    }
+
     /// Bytes of columns on the device.
     pub(crate) fn bytes(&self) -> u64 {
         self.uploaded.values().map(|column| column.bytes).sum()
@@ -178,6 +219,7 @@ impl Columns {
         &mut self,
         cloud: &CloudView<'_>,
         merged: bool,
+        tell: &(dyn Fn(f32) + Sync),
     ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
         let mut drawn = DrawnCloud {
@@ -194,7 +236,7 @@ impl Columns {
         };
         let (order_serial, order) = match merged {
             true => {
-                let known = self.in_memory(cloud, true)?;
+                let known = self.in_memory(cloud, true, tell)?;
                 let n_places = known.columns.n_places();
                 drawn.merged = Some(known.columns.clone());
                 let serial = known.serial;
@@ -205,8 +247,13 @@ impl Columns {
             false => self.order(cloud),
         };
         let mut arriving = Arriving { cloud, order_serial, order, drawn };
+        tell(ORDERED);
+        // Of all columns that there may be these are the largest.
+        let told = |columns: f32| tell(ORDERED + (1.0 - ORDERED) * columns);
         self.floats(columns::POSITION, &mut arriving)?;
+        told(0.3);
         self.floats(columns::NORMAL, &mut arriving)?;
+        told(0.6);
         let tangents = [columns::TANGENT_U, columns::TANGENT_V];
         if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
             for name in tangents {
@@ -245,6 +292,7 @@ impl Columns {
             self.upload(column, columns::COLOR, &encode, stride, 0.0, &mut arriving);
             arriving.drawn.defines.push(layout);
         }
+        told(1.0);
         Ok(arriving.drawn)
     }
 
@@ -329,7 +377,7 @@ impl Columns {
                 })
                 .collect();
             Uploaded {
-                buffers: Rc::new(buffers),
+                buffers: Arc::new(buffers),
                 bytes: (n_places * stride) as u64,
                 largest,
                 last_used: frame,

@@ -2,23 +2,27 @@
 //! dropped when unused.
 
 use super::columns::{Columns, DrawnCloud, counted, encode_color, floats_of, is_color};
+use super::on_host::columns as columns_of;
 use super::order::drawing_order;
 use crate::run::RenderError;
 use rayon::prelude::*;
-use std::rc::Rc;
+use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 use surfelshop_raster::{Albedo, Sources};
+
+/// What share of the time putting surfels in order takes.
+pub(super) const ORDERED: f32 = 0.3;
 
 /// A cloud in memory.
 pub(super) struct OnHost {
     pub(super) generations: Vec<u64>,
-    order_serial: u32,
+    pub(super) order_serial: u32,
     /// Equal for equal columns.
     pub(super) serial: u32,
-    pub(super) columns: Rc<surfelshop_raster::Columns>,
+    pub(super) columns: Arc<surfelshop_raster::Columns>,
     pub(super) max_radius: f32,
     /// Whether there are surfels that stand for several.
-    merged: bool,
+    pub(super) merged: bool,
     pub(super) last_used: u64,
 }
 
@@ -115,10 +119,11 @@ impl Columns {
         &mut self,
         cloud: &CloudView<'_>,
         merged: bool,
+        tell: &(dyn Fn(f32) + Sync),
     ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
         let chunk_len = self.chunk_len;
-        let known = self.in_memory(cloud, merged)?;
+        let known = self.in_memory(cloud, merged, tell)?;
         Ok(DrawnCloud {
             origin: cloud.origin,
             n_surfels,
@@ -141,6 +146,7 @@ impl Columns {
         &mut self,
         cloud: &CloudView<'_>,
         merged: bool,
+        tell: &(dyn Fn(f32) + Sync),
     ) -> Result<&OnHost, RenderError> {
         let drawn = Drawn::of(cloud)?;
         let (order_serial, order) = self.order(cloud);
@@ -155,14 +161,16 @@ impl Columns {
                 self.uploads += 1;
                 self.let_go_of_older(order_serial, &drawn.generations);
                 let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
+                tell(ORDERED);
                 let albedo = drawn.albedo(&order);
-                let columns = super::on_host::columns(&drawn.sources, &order, albedo, merged);
+                let told = |fraction| tell(ORDERED + (1.0 - ORDERED) * fraction);
+                let columns = columns_of(&drawn.sources, &order, albedo, merged, &told);
                 self.n_orders += 1;
                 self.on_host.push(OnHost {
                     generations: drawn.generations.clone(),
                     order_serial,
                     serial: self.n_orders,
-                    columns: Rc::new(columns),
+                    columns: Arc::new(columns),
                     max_radius: drawn.max_radius(),
                     merged,
                     last_used: 0,

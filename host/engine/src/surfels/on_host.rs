@@ -68,8 +68,9 @@ pub(super) fn columns(
     order: &[u32],
     albedo: Albedo,
     merged: bool,
+    tell: &(dyn Fn(f32) + Sync),
 ) -> Columns {
-    Columns::new(sources, order, albedo, merged, &LINEAR_OF_SRGB)
+    Columns::new(sources, order, albedo, merged, &LINEAR_OF_SRGB, tell)
 }
 
 /// The clouds that are in memory.

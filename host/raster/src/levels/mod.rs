@@ -18,11 +18,15 @@ use crate::lanes::WIDTH;
 use merge::{BRANCH, COARSEST, dot, gather, merged, typical_radius, unit_vector};
 use rayon::prelude::*;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Surfels of the smallest blocks.
 const BLOCK: usize = 16 * WIDTH;
 /// Merged surfels replace theirs where there are fewer than this share of them.
 const WORTHWHILE: f64 = 0.7;
+
+/// How often it is told how far making the smallest blocks is.
+const STEPS: usize = 32;
 
 /// What blocks are culled, sorted and chosen by.
 #[derive(Clone, Copy, Debug)]
@@ -95,14 +99,28 @@ struct Node {
     samples: Vec<Sample>,
 }
 
-/// Blocks, and merged surfels where these are asked for: they take memory and time.
-pub(crate) fn tree(columns: &Columns, merged: bool, linear_of_srgb: &[f32; 256]) -> Tree {
+/// Blocks, and merged surfels where these are asked for: they take memory and time. `tell` hears how far
+/// it is, in [0, 1].
+pub(crate) fn tree(
+    columns: &Columns,
+    merged: bool,
+    linear_of_srgb: &[f32; 256],
+    tell: &(dyn Fn(f32) + Sync),
+) -> Tree {
     let n = columns.len();
     let merges = merged && matches!(columns.shape, Shape::Radius(_));
     let leaf = |first: usize| leaf(columns, first..(first + BLOCK).min(n), merges, linear_of_srgb);
     let firsts: Vec<usize> = (0..n).step_by(BLOCK).collect();
     let parts = |first: usize, i: usize, n: usize| {
         [first + BRANCH * i, first + (BRANCH * (i + 1)).min(n)].map(|at| at as u32)
+    };
+    let (n_groups, n_done) = (firsts.len().div_ceil(BRANCH), AtomicUsize::new(0));
+    let one_done = || {
+        let done = 1 + n_done.fetch_add(1, Ordering::Relaxed);
+        if done.is_multiple_of(n_groups.div_ceil(STEPS)) {
+            // Each level above takes a quarter of the one below.
+            tell(0.75 * done as f32 / n_groups as f32);
+        }
     };
     // The samples of the smallest blocks live until their four are joined: all of them at once would
     // take more than the cloud itself.
@@ -112,7 +130,9 @@ pub(crate) fn tree(columns: &Columns, merged: bool, linear_of_srgb: &[f32; 256])
         .map(|(i, firsts)| {
             let leaves: Vec<Node> = firsts.iter().map(|&first| leaf(first)).collect();
             let blocks = leaves.iter().map(|leaf| leaf.block).collect();
-            (blocks, joined(&leaves, parts(0, i, n.div_ceil(BLOCK))))
+            let node = joined(&leaves, parts(0, i, n.div_ceil(BLOCK)));
+            one_done();
+            (blocks, node)
         })
         .unzip();
     let blocks: Vec<Block> = leaves.into_iter().flatten().collect();
@@ -204,9 +224,9 @@ fn joined(nodes: &[Node], parts: [u32; 2]) -> Node {
     let (axis, cosine) = cones(nodes);
     let samples = if worthwhile { samples } else { all };
     let grown = samples.iter().map(|sample| sample.radius).fold(0.0, f32::max);
-    let merged = samples.iter().filter(|sample| sample.apart > 0.0);
-    let grain = merged.clone().map(|sample| sample.radius).fold(0.0, f32::max);
-    let apart = merged.map(|sample| sample.apart).fold(0.0, f32::max);
+    let several = samples.iter().filter(|sample| sample.apart > 0.0);
+    let grain = several.clone().map(|sample| sample.radius).fold(0.0, f32::max);
+    let apart = several.map(|sample| sample.apart).fold(0.0, f32::max);
     let block = Block {
         first: 0,
         count: if worthwhile { samples.len().div_ceil(WIDTH) } else { 0 },

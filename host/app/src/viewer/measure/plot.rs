@@ -2,9 +2,9 @@
 
 use super::measurement::Measurement;
 use super::table::number;
+use crate::chart::ticks::{label, ticks};
 use crate::sweep::cells::Cell;
 use crate::sweep::plot::front;
-use crate::sweep::ticks::{label, ticks};
 use crate::sweep::told::Time;
 use eframe::egui::{
     Align2, Color32, CursorIcon, Rect, RichText, Role, Sense, Stroke, Ui, Vec2, WidgetInfo,

@@ -7,6 +7,7 @@ use eframe::egui::{self, DroppedFile};
 use egui_kittest::kittest::Queryable as _;
 use std::path::{Path, PathBuf};
 use surfelshop_api::params::Value;
+use surfelshop_cloud::WriteOptions;
 
 #[test]
 fn a_file_that_cannot_be_read_is_named_and_the_cloud_stays() {
@@ -225,4 +226,51 @@ fn a_pattern_is_drawn_again_when_its_file_changes() {
     screen.window().save_scene(&scene);
     let saved = std::fs::read_to_string(&scene).unwrap();
     assert!(saved.contains("file = \"mine.wgsl\""), "{saved}");
+}
+
+/// Surfels of large clouds are put in order beside the window; until then a few of them cover the same
+/// pixels, and the picture that follows is the one of all.
+#[test]
+fn a_few_surfels_of_a_large_cloud_are_shown_until_all_are_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("large.ply");
+    let clouds = crate::bench::body::body(1_100_000).unwrap();
+    surfelshop_cloud::write(&file, &clouds.loaded[0].cloud, &WriteOptions::default()).unwrap();
+    let mut screen = Screen::open(&[file.to_str().unwrap()]);
+    let covered = |window: &mut Window| {
+        let id = window.settings.panes[0].id;
+        let shot = &window.panes[&id].sides[0].shown.as_ref()?.shot;
+        let n = shot.color.data.chunks_exact(4).filter(|pixel| pixel[3] > 0.0).count();
+        Some((shot.detail, n as f64))
+    };
+    screen.until("a first picture", |window| covered(window).is_some());
+    let (detail, few) = covered(screen.window()).unwrap();
+    assert_eq!(detail.describe(), "1 surfel of 6");
+    screen.settle();
+    let (detail, all) = covered(screen.window()).unwrap();
+    assert!(detail.is_full() && screen.window().arriving.is_none());
+    // Their discs are 2.4 times as large, which shows along the outline alone.
+    assert!((0.99..1.02).contains(&(few / all)), "{few} and {all} pixels");
+    // What is there is not fetched again.
+    let uploads = screen.window().counters.uploads;
+    screen.window().settings.panes[0].renderers[0] = "environment".to_owned();
+    screen.settle();
+    assert_eq!(screen.window().counters.uploads, uploads);
+    // One that is replaced before it is there is let go.
+    let context = screen.harness.ctx.clone();
+    clouds_changed(&file);
+    screen.window().open(&context, vec![file.clone()]);
+    screen.until("the other one", |window| window.arriving.is_some());
+    screen.window().open(&context, vec![super::SAMPLE.into()]);
+    screen.until("the sample", |window| {
+        window.shown.as_ref().unwrap().clouds.facts.n_surfels == 119_051
+    });
+    screen.settle();
+    assert!(screen.window().arriving.is_none());
+}
+
+/// Writes another large cloud.
+fn clouds_changed(file: &Path) {
+    let clouds = crate::bench::body::body(1_200_000).unwrap();
+    surfelshop_cloud::write(file, &clouds.loaded[0].cloud, &WriteOptions::default()).unwrap();
 }

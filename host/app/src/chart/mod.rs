@@ -1,0 +1,86 @@
+//! Plots of pairs of positive numbers, both axes in ratios, as SVG.
+
+pub(crate) mod ticks;
+
+use anyhow::anyhow;
+use plotters::coord::combinators::WithKeyPoints;
+use plotters::prelude::*;
+use std::error::Error;
+use std::ops::Range;
+use ticks::{label, ticks};
+
+/// An axis in ratios.
+type Axis = WithKeyPoints<LogCoord<f64>>;
+
+/// A plot that takes lines and points.
+pub(crate) type Canvas<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
+
+/// What stands around a plot, and where it begins and ends.
+pub(crate) struct Chart<'a> {
+    pub(crate) title: &'a str,
+    /// Below the plot.
+    pub(crate) across: &'a str,
+    /// Beside it.
+    pub(crate) up: &'a str,
+    /// Height in pixels.
+    pub(crate) height: u32,
+    pub(crate) x: Range<f64>,
+    pub(crate) y: Range<f64>,
+}
+
+/// Pixels from left to right.
+const WIDTH: u32 = 760;
+
+/// A range around positive numbers, with room on both sides.
+pub(crate) fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (low, high) = values.fold((f64::MAX, 0.0f64), |(a, b), v| (a.min(v), b.max(v)));
+    0.7 * low..1.5 * high
+}
+
+/// An axis with labels of our own choice: the crate's leave narrow ranges without any.
+fn axis(range: &Range<f64>) -> Axis {
+    let ticks = ticks(range.start, range.end);
+    range.clone().log_scale().with_key_points(ticks)
+}
+
+impl Chart<'_> {
+    /// The plot with what is drawn into it.
+    ///
+    /// # Errors
+    /// Where that cannot be drawn.
+    pub(crate) fn svg(
+        &self,
+        draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), Box<dyn Error>>,
+    ) -> anyhow::Result<String> {
+        let mut text = String::new();
+        let drawn = self.draw_into(&mut text, draw);
+        drawn.map_err(|error| anyhow!("the plot could not be drawn: {error}"))?;
+        Ok(text)
+    }
+
+    fn draw_into(
+        &self,
+        text: &mut String,
+        draw: impl FnOnce(&mut Canvas<'_>) -> Result<(), Box<dyn Error>>,
+    ) -> Result<(), Box<dyn Error>> {
+        let root = SVGBackend::with_string(text, (WIDTH, self.height)).into_drawing_area();
+        root.fill(&WHITE)?;
+        let mut chart = ChartBuilder::on(&root)
+            .caption(self.title, ("sans-serif", 17))
+            .margin(12)
+            .x_label_area_size(38)
+            .y_label_area_size(64)
+            .build_cartesian_2d(axis(&self.x), axis(&self.y))?;
+        chart
+            .configure_mesh()
+            .x_desc(self.across)
+            .y_desc(self.up)
+            .light_line_style(TRANSPARENT)
+            .x_label_formatter(&|value| label(*value))
+            .y_label_formatter(&|value| label(*value))
+            .draw()?;
+        draw(&mut chart)?;
+        root.present()?;
+        Ok(())
+    }
+}

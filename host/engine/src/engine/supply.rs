@@ -1,0 +1,76 @@
+//! Columns for an engine, made on other threads: putting the surfels of large clouds in order takes
+//! seconds, in which the engine can draw something else.
+
+use super::Engine;
+use crate::run::{RenderError, checked};
+use crate::surfels::Columns;
+use surfelshop_api::columns::CloudView;
+
+/// Makes what an engine draws clouds from.
+pub struct Supplier {
+    engine: u64,
+    columns: Columns,
+    device: wgpu::Device,
+    on_host: bool,
+}
+
+/// What an engine draws clouds from.
+pub struct Supply {
+    engine: u64,
+    columns: Columns,
+}
+
+impl Engine {
+    /// Whether clouds can be drawn without putting their surfels in order first. What else changed of
+    /// them since may still have to be made again.
+    #[must_use]
+    pub fn holds(&self, clouds: &[CloudView<'_>]) -> bool {
+        clouds.iter().all(|cloud| self.columns.holds(cloud))
+    }
+
+    /// What makes columns for this engine.
+    #[must_use]
+    pub fn supplier(&self) -> Supplier {
+        Supplier {
+            engine: self.serial,
+            columns: self.columns.another(),
+            device: self.gpu.device.clone(),
+            on_host: self.surfels.on_host(&self.gpu),
+        }
+    }
+
+    /// Takes what was made for this engine; what was made for another one is dropped.
+    pub fn take(&mut self, supply: Supply) {
+        if supply.engine == self.serial {
+            self.columns.absorb(supply.columns);
+        }
+    }
+}
+
+impl Supplier {
+    /// Makes the columns of clouds; `tell` hears how far that is, in [0, 1]. Where the processor draws,
+    /// merged surfels are among them, which it takes while something moves.
+    ///
+    /// # Errors
+    /// Where a column that drawing needs is missing or of another type, or the device fails.
+    pub fn supply(
+        mut self,
+        clouds: &[CloudView<'_>],
+        tell: &(dyn Fn(f32) + Sync),
+    ) -> Result<Supply, RenderError> {
+        let n: usize = clouds.iter().map(|cloud| cloud.len).sum();
+        let device = self.device.clone();
+        let mut before = 0;
+        for cloud in clouds {
+            let share = |n_surfels: usize| n_surfels as f32 / n.max(1) as f32;
+            let told = |fraction: f32| tell(share(before) + share(cloud.len) * fraction);
+            let make = || match self.on_host {
+                true => self.columns.on_host(cloud, true, &told),
+                false => self.columns.cloud(cloud, false, &told),
+            };
+            checked(&device, make).map_err(RenderError::Device)??;
+            before += cloud.len;
+        }
+        Ok(Supply { engine: self.engine, columns: self.columns })
+    }
+}
