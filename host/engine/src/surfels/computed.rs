@@ -1,9 +1,9 @@
 //! Surfels drawn by compute: one invocation goes through the pixels of each small disc; large ones
 //! are drawn as quads in the same frame.
 
+use super::chunk::Computed;
 use super::drawing::{
-    ADDED_QUADS, Computed, DISC, Drawing, FOOTPRINT, NEAREST_QUADS, RESOLVE, Step, depth_of,
-    each_of, set,
+    ADDED_QUADS, DISC, Drawing, FOOTPRINT, NEAREST_QUADS, RESOLVE, Step, depth_of, each_of, set,
 };
 use super::surface::Surface;
 use crate::gpu::{Atomics, Gpu};

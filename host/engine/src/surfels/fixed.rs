@@ -53,7 +53,7 @@ impl Drawing<'_> {
             self.lookup(Lookup::Surface, surface, target, recorder, pipelines)?;
         }
         // Where no surfel has a colour or an accessibility of its own there is nothing to add up.
-        let plain = |chunk: &super::drawing::Chunk<'_>| {
+        let plain = |chunk: &super::chunk::Chunk<'_>| {
             let own = ["COLOR8", "COLOR16", "AO", "LIT"];
             !chunk.defines().iter().any(|name| own.contains(name))
         };

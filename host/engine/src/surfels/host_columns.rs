@@ -1,7 +1,8 @@
 //! Columns in memory, where the processor draws: put in order when first drawn, shared by every view,
 //! dropped when unused.
 
-use super::columns::{Columns, DrawnCloud, counted, encode_color, floats_of, is_color};
+use super::columns::{Columns, DrawnCloud, counted};
+use super::elements::{encode_color, floats_of, is_color};
 use super::on_host::columns as columns_of;
 use super::order::drawing_order;
 use crate::run::RenderError;

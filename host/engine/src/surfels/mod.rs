@@ -1,8 +1,10 @@
 //! Surfel drawing: columns on the device and the surface buffer made from them.
 
+mod chunk;
 mod columns;
 mod computed;
 mod drawing;
+mod elements;
 mod fixed;
 mod host_columns;
 mod lit;

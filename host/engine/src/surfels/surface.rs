@@ -139,68 +139,55 @@ impl Surfaces {
             self.counts.blended += u32::from(surface.blended.is_some() && !was.1);
             return Ok(self.keep(input, surface));
         }
+        let mut drawing = None;
+        self.draw(parts, input, &mut surface, &mut drawing, recorder, pipelines)?;
+        look_up(parts, input, &mut surface, &mut drawing, recorder, pipelines)?;
+        self.n_drawn = drawing.map_or(self.n_drawn, |drawing| drawing.n_drawn);
+        Ok(self.keep(input, surface))
+    }
+
+    /// Has the device draw what is missing.
+    fn draw<'a>(
+        &mut self,
+        parts: SurfaceParts,
+        input: &'a SurfaceInput<'a>,
+        surface: &mut Surface,
+        drawing: &mut Option<Drawing<'a>>,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), String> {
+        let gpu = recorder.gpu;
         if surface.depth.is_none() {
             let format = wgpu::TextureFormat::Depth32Float;
-            surface.depth = Some(texture(recorder.gpu, "nearest depth", input.size, format));
+            surface.depth = Some(texture(gpu, "nearest depth", input.size, format));
         }
-        let mut drawing = Drawing::new(input, recorder.gpu);
-        self.n_drawn = drawing.n_drawn;
-        let reused = |recorder: &mut Recorder<'_>, name| recorder.note(name, PassState::Reused);
         // What compute leaves for blending is not kept: it is found again where that comes later.
         let left = input.computes && parts.blended && surface.blended.is_none();
         if parts.visibility && surface.visible && !left {
-            reused(recorder, "surfels: visibility");
+            recorder.note("surfels: visibility", PassState::Reused);
         } else if parts.visibility {
-            drawing.nearest(&surface, recorder, pipelines)?;
+            begun(drawing, input, gpu).nearest(surface, recorder, pipelines)?;
             surface.visible = true;
             self.counts.visibility += 1;
         }
-        if parts.nearest {
-            if surface.nearest.is_some() {
-                reused(recorder, "surfels: nearest");
-            } else {
-                let view = packed_texture(recorder.gpu, input.size);
-                drawing.lookup(Lookup::Surface, &surface, &view, recorder, pipelines)?;
-                surface.nearest = Some(view);
-                self.counts.nearest += 1;
-            }
+        if parts.nearest && surface.nearest.is_some() {
+            recorder.note("surfels: nearest", PassState::Reused);
+        } else if parts.nearest {
+            let view = packed_texture(gpu, input.size);
+            let drawing = begun(drawing, input, gpu);
+            drawing.lookup(Lookup::Surface, surface, &view, recorder, pipelines)?;
+            surface.nearest = Some(view);
+            self.counts.nearest += 1;
         }
-        if parts.blended {
-            if surface.blended.is_some() {
-                reused(recorder, "surfels: blend");
-            } else {
-                let view = packed_texture(recorder.gpu, input.size);
-                drawing.blended(&surface, &view, recorder, pipelines)?;
-                surface.blended = Some(view);
-                self.counts.blended += 1;
-            }
+        if parts.blended && surface.blended.is_some() {
+            recorder.note("surfels: blend", PassState::Reused);
+        } else if parts.blended {
+            let view = packed_texture(gpu, input.size);
+            begun(drawing, input, gpu).blended(surface, &view, recorder, pipelines)?;
+            surface.blended = Some(view);
+            self.counts.blended += 1;
         }
-        if parts.material {
-            if surface.material.is_some() {
-                reused(recorder, "surfels: material");
-            } else {
-                let format = wgpu::TextureFormat::R32Uint;
-                let view = texture(recorder.gpu, "material", input.size, format);
-                drawing.lookup(Lookup::Material, &surface, &view, recorder, pipelines)?;
-                surface.material = Some(view);
-            }
-        }
-        if parts.object {
-            if surface.object.is_some() {
-                reused(recorder, "surfels: object");
-            } else {
-                let format = wgpu::TextureFormat::R32Uint;
-                // Where there is one cloud, a single pixel says so; textures begin as zeros.
-                let one = input.clouds.len() <= 1;
-                let size = if one { [1, 1] } else { input.size };
-                let view = texture(recorder.gpu, "object", size, format);
-                if !one {
-                    drawing.lookup(Lookup::Object, &surface, &view, recorder, pipelines)?;
-                }
-                surface.object = Some(view);
-            }
-        }
-        Ok(self.keep(input, surface))
+        Ok(())
     }
 
     fn keep(&mut self, input: &SurfaceInput<'_>, surface: Surface) -> &Surface {
@@ -213,6 +200,48 @@ impl Surfaces {
     pub(crate) fn clear(&mut self) {
         self.kept.clear();
     }
+}
+
+/// Has the device look up what is missing of the nearest surfels.
+fn look_up<'a>(
+    parts: SurfaceParts,
+    input: &'a SurfaceInput<'a>,
+    surface: &mut Surface,
+    drawing: &mut Option<Drawing<'a>>,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+) -> Result<(), String> {
+    let (gpu, format) = (recorder.gpu, wgpu::TextureFormat::R32Uint);
+    if parts.material && surface.material.is_some() {
+        recorder.note("surfels: material", PassState::Reused);
+    } else if parts.material {
+        let view = texture(gpu, "material", input.size, format);
+        let drawing = begun(drawing, input, gpu);
+        drawing.lookup(Lookup::Material, surface, &view, recorder, pipelines)?;
+        surface.material = Some(view);
+    }
+    if parts.object && surface.object.is_some() {
+        recorder.note("surfels: object", PassState::Reused);
+    } else if parts.object {
+        // Where there is one cloud, a single pixel says so; textures begin as zeros.
+        let one = input.clouds.len() <= 1;
+        let view = texture(gpu, "object", if one { [1, 1] } else { input.size }, format);
+        if !one {
+            let drawing = begun(drawing, input, gpu);
+            drawing.lookup(Lookup::Object, surface, &view, recorder, pipelines)?;
+        }
+        surface.object = Some(view);
+    }
+    Ok(())
+}
+
+/// What draws, once something is to be drawn.
+fn begun<'d, 'a>(
+    drawing: &'d mut Option<Drawing<'a>>,
+    input: &'a SurfaceInput<'a>,
+    gpu: &Gpu,
+) -> &'d mut Drawing<'a> {
+    drawing.get_or_insert_with(|| Drawing::new(input, gpu))
 }
 
 impl Surface {

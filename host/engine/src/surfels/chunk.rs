@@ -1,0 +1,80 @@
+//! A chunk of a cloud on its way through the passes that draw it.
+
+use super::columns::DrawnCloud;
+use crate::gpu::Gpu;
+use std::ops::Range;
+
+/// What compute has found of a chunk's surfels.
+pub(super) struct Computed {
+    /// Where each of them is, and whether it is small.
+    pub(super) boxes: wgpu::Buffer,
+    /// How many are large among each 64.
+    pub(super) blocks: wgpu::Buffer,
+    /// The large ones, and the arguments of their indirect draw.
+    pub(super) list: wgpu::Buffer,
+    pub(super) large: wgpu::Buffer,
+}
+
+/// Invocations of a run, as in disc.wgsl.
+const RUN: u32 = 256;
+
+/// Places of a chunk that are drawn, in runs.
+pub(super) struct Runs {
+    pub(super) places: wgpu::Buffer,
+    n: u32,
+}
+
+impl Runs {
+    /// What a chunk of places has of those that are drawn, counted from its first.
+    pub(super) fn new(all: &[Range<u32>], chunk: Range<u32>, gpu: &Gpu) -> Self {
+        let before = all.partition_point(|run| run.end <= chunk.start);
+        let here = all[before..].iter().take_while(|run| run.start < chunk.end);
+        let mut runs: Vec<[u32; 2]> = Vec::new();
+        for run in here {
+            let (start, end) = (run.start.max(chunk.start), run.end.min(chunk.end));
+            let firsts = (start..end).step_by(RUN as usize);
+            runs.extend(firsts.map(|at| [at, end.min(at + RUN)].map(|at| at - chunk.start)));
+        }
+        if runs.is_empty() {
+            // A binding has at least an element.
+            runs.push([0, 0]);
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(&runs);
+        let places = gpu.filled_buffer("drawn places", bytes, wgpu::BufferUsages::STORAGE);
+        Self { places, n: runs.len() as u32 }
+    }
+}
+
+/// A chunk with its uniform.
+pub(super) struct Chunk<'a> {
+    pub(super) cloud: &'a DrawnCloud,
+    /// Which of the cloud's.
+    pub(super) position: usize,
+    /// Places in it.
+    pub(super) count: u32,
+    pub(super) uniform: wgpu::Buffer,
+    /// What its surfels radiate, where they were shaded one by one.
+    pub(super) lit: Option<wgpu::Buffer>,
+    /// The places that are drawn, where they were chosen.
+    pub(super) runs: Option<Runs>,
+    /// Where compute has drawn its small surfels: quads are then drawn of the large ones alone.
+    pub(super) computed: Option<Computed>,
+}
+
+impl Chunk<'_> {
+    pub(super) fn defines(&self) -> Vec<&'static str> {
+        let mut defines = self.cloud.defines.clone();
+        defines.extend(self.lit.is_some().then_some("LIT"));
+        defines.extend(self.computed.is_some().then_some("COMPUTED"));
+        defines.extend(self.runs.is_some().then_some("RUNS"));
+        defines
+    }
+
+    /// Number of surfels that are drawn, runs filled up.
+    pub(super) fn drawn(&self, stride: u32) -> u32 {
+        match &self.runs {
+            Some(runs) => runs.n * RUN,
+            None => self.count.div_ceil(stride),
+        }
+    }
+}
