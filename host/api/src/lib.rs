@@ -80,7 +80,7 @@ pub use occlusion::AoAffects;
 pub use scene::{Scene, SurfaceSettings};
 pub use tool::{Edit, Tile, Traced};
 pub use uniform::Uniform;
-pub use unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
+pub use unit::{Limit, Renderer, Tool, Tracer, UnitInfo, UnitKind};
 
 /// Everything a plugin usually needs.
 pub mod prelude {

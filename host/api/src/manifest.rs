@@ -18,7 +18,9 @@ pub const ABI_MAJOR: u16 = 3;
 /// 1: scenes may have lights with a place ([`Light::Point`](crate::Light), `Spot`), and the WGSL
 /// module `surfelshop::light` says what of them arrives where. Plugins of 3.0 work in scenes without
 /// such lights.
-pub const ABI_MINOR: u16 = 1;
+///
+/// 2: units say what they cannot do ([`Limit`](crate::Limit)); those of 3.0 and 3.1 say nothing.
+pub const ABI_MINOR: u16 = 2;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

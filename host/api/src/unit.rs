@@ -64,12 +64,23 @@ impl UnitInfo {
     }
 }
 
+/// Something that a unit cannot do, as it says itself. Checks show it and count it as no failure.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limit {
+    /// The case of `surfelshop check` that it does not pass.
+    pub case: String,
+    /// Why not, in a sentence, with a bound where there is one.
+    pub why: String,
+}
+
 /// A renderer: describes the whole frame as a graph the host runs.
 pub trait Renderer: Send + Sized + 'static {
     /// How the renderer is called.
     const INFO: UnitInfo;
     /// Its parameters, declared with [`params!`](crate::params!).
     type Params: ParamSet;
+    /// What it cannot do: cases of `surfelshop check`, and why; see [`Limit`].
+    const LIMITS: &'static [(&'static str, &'static str)] = &[];
 
     /// Makes an instance; one per view.
     ///
@@ -90,6 +101,8 @@ pub trait Tracer: Send + Sync + Sized + 'static {
     const INFO: UnitInfo;
     /// Its parameters.
     type Params: ParamSet;
+    /// What it cannot do: cases of `surfelshop check`, and why; see [`Limit`].
+    const LIMITS: &'static [(&'static str, &'static str)] = &[];
 
     /// Makes an instance; one per view.
     ///
@@ -123,6 +136,8 @@ pub trait Tool: Send + Sized + 'static {
     const INFO: UnitInfo;
     /// Its parameters.
     type Params: ParamSet;
+    /// What it cannot do: cases of `surfelshop check`, and why; see [`Limit`].
+    const LIMITS: &'static [(&'static str, &'static str)] = &[];
 
     /// Makes an instance; one per run.
     ///

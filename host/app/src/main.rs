@@ -9,6 +9,7 @@ mod bake;
 mod bench;
 mod camera;
 mod chart;
+mod check;
 mod clouds;
 mod command_line;
 mod compare;
@@ -62,6 +63,7 @@ fn main() -> ExitCode {
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
         Some(Command::Report(arguments)) => sweep::run(&arguments, &given),
         Some(Command::Bench(arguments)) => bench::run(&arguments, &given),
+        Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),

@@ -58,17 +58,33 @@ pub struct Hit {
 }
 
 /// Discs in a hierarchy of boxes, eight to a node (Ylitie et al. 2017).
-#[derive(Default)]
 pub struct Discs {
     bvh: CwBvh,
     /// In the order of the hierarchy's leaves.
     discs: Vec<Disc>,
     /// Positions of the discs in the list that was given.
     given: Vec<u32>,
+    /// What they are divided by, a power of two: products of lengths stay in the range of f32, and the
+    /// hierarchy's own smallest lengths are small.
+    unit: f32,
+}
+
+/// What discs are divided by.
+fn unit_of(discs: &[Disc]) -> f32 {
+    let largest = |disc: &Disc| disc.centre.abs().max_element().max(disc.radius);
+    let exponent = discs.iter().map(largest).fold(0.0, f32::max).log2().floor();
+    // Within exponents whose inverses are finite, too.
+    if exponent.is_finite() { exponent.clamp(-126.0, 126.0).exp2() } else { 1.0 }
+}
+
+impl Default for Discs {
+    fn default() -> Self {
+        Self { bvh: CwBvh::default(), discs: Vec::new(), given: Vec::new(), unit: 1.0 }
+    }
 }
 
 impl Discs {
-    /// Builds the hierarchy: O(n log n) time, about 60 bytes a disc.
+    /// Builds the hierarchy, for rays whose directions are about as long as 1: O(n log n) time, about 60 bytes a disc.
     ///
     /// Where `progress` asks to stop, this returns at once; a thread that nobody waits for finishes
     /// the hierarchy and drops it. Discs that are not finite or have no size are left out.
@@ -80,7 +96,11 @@ impl Discs {
             let finite = disc.centre.is_finite() && disc.normal.is_finite();
             finite && disc.radius.is_finite() && disc.radius > 0.0
         };
-        let finite: Arc<[Disc]> = discs.iter().filter(is_finite).copied().collect();
+        let finite: Vec<Disc> = discs.iter().filter(is_finite).copied().collect();
+        let unit = unit_of(&finite);
+        let scaled =
+            |disc: &Disc| Disc { centre: disc.centre / unit, radius: disc.radius / unit, ..*disc };
+        let finite: Arc<[Disc]> = finite.iter().map(scaled).collect();
         let kept: Vec<u32> =
             (0u32..).zip(discs).filter(|(_, disc)| is_finite(disc)).map(|(i, _)| i).collect();
         // Measured: about 300 ns a disc.
@@ -96,7 +116,7 @@ impl Discs {
         let bvh = bvh.unwrap_or_default();
         let discs = bvh.primitive_indices.iter().map(|&index| finite[index as usize]).collect();
         let given = bvh.primitive_indices.iter().map(|&index| kept[index as usize]).collect();
-        Ok(Self { bvh, discs, given })
+        Ok(Self { bvh, discs, given, unit })
     }
 
     /// Whether a ray meets a disc within `reach` (lengths of its direction) that `counts`.
@@ -113,8 +133,8 @@ impl Discs {
         }
         // The hierarchy tells directions by comparing with zero and inverts by the sign bit, which
         // differ for the negative zero; adding zero makes it positive.
-        let direction = direction + Vec3::ZERO;
-        let ray = Ray::new(origin.into(), direction.into(), reach.start, reach.end);
+        let (origin, direction) = (origin / self.unit, direction + Vec3::ZERO);
+        let ray = self.ray(origin, direction, &reach);
         !self.bvh.ray_traverse_miss(ray, |ray, place| {
             let disc = &self.discs[place];
             let slope = disc.normal.dot(direction);
@@ -124,7 +144,11 @@ impl Discs {
             let meets = distance > ray.tmin
                 && distance < ray.tmax
                 && offset.length_squared() < disc.radius * disc.radius
-                && counts(Meeting { distance, front: slope < 0.0, radius: disc.radius });
+                && counts(Meeting {
+                    distance,
+                    front: slope < 0.0,
+                    radius: disc.radius * self.unit,
+                });
             if meets { distance } else { f32::INFINITY }
         })
     }
@@ -140,11 +164,11 @@ impl Discs {
         if self.discs.is_empty() {
             return;
         }
-        let direction = direction + Vec3::ZERO;
-        let ray = Ray::new(origin.into(), direction.into(), reach.start, reach.end);
+        let (origin, direction) = (origin / self.unit, direction + Vec3::ZERO);
+        let ray = self.ray(origin, direction, &reach);
         self.bvh.ray_traverse_miss(ray, |ray, place| {
             if let Some(hit) = self.hit(place, origin, direction, ray.tmin..ray.tmax) {
-                visit(hit);
+                visit(self.told(hit));
             }
             f32::INFINITY
         });
@@ -162,13 +186,14 @@ impl Discs {
         if self.discs.is_empty() {
             return None;
         }
-        let direction = direction + Vec3::ZERO;
-        let ray = Ray::new(origin.into(), direction.into(), reach.start, reach.end);
+        let (origin, direction) = (origin / self.unit, direction + Vec3::ZERO);
+        let ray = self.ray(origin, direction, &reach);
         let mut nearest: Option<Hit> = None;
         let mut met = RayHit::none();
         self.bvh.ray_traverse(ray, &mut met, |ray, place| {
             let end = nearest.map_or(ray.tmax, |hit| hit.distance);
-            match self.hit(place, origin, direction, ray.tmin..end).filter(|hit| counts(*hit)) {
+            let hit = self.hit(place, origin, direction, ray.tmin..end);
+            match hit.filter(|hit| counts(self.told(*hit))) {
                 Some(hit) => {
                     nearest = Some(hit);
                     hit.distance
@@ -176,10 +201,21 @@ impl Discs {
                 None => f32::INFINITY,
             }
         });
-        nearest
+        nearest.map(|hit| self.told(hit))
     }
 
-    /// Where a ray meets the disc at a place of the hierarchy.
+    /// A ray as the hierarchy takes it.
+    fn ray(&self, origin: Vec3, direction: Vec3, reach: &Range<f32>) -> Ray {
+        let (start, end) = (reach.start / self.unit, reach.end / self.unit);
+        Ray::new(origin.into(), direction.into(), start, end)
+    }
+
+    /// A hit in the lengths of the discs that were given.
+    fn told(&self, hit: Hit) -> Hit {
+        Hit { distance: hit.distance * self.unit, ..hit }
+    }
+
+    /// Where a ray meets the disc at a place of the hierarchy, in its lengths.
     fn hit(&self, place: usize, origin: Vec3, direction: Vec3, reach: Range<f32>) -> Option<Hit> {
         let disc = &self.discs[place];
         let slope = disc.normal.dot(direction);
@@ -283,6 +319,37 @@ mod tests {
             n_several += i32::from(all.len() > 1);
         }
         assert!(n_several > 100, "{n_several}");
+    }
+
+    /// Products of their lengths would leave the range of f32, and with them what boxes are sorted by.
+    #[test]
+    fn discs_of_any_size_and_far_apart_are_hit() {
+        for size in [1.0, 1e-30, 1e30] {
+            let scaled = |disc: Disc| Disc {
+                centre: disc.centre * size,
+                radius: disc.radius * size,
+                ..disc
+            };
+            let discs: Vec<Disc> = random_discs(500).into_iter().map(scaled).collect();
+            let built = Discs::build(&discs, &silent).unwrap();
+            let mut random = Random::new(8);
+            let hit = |built: &Discs, random: &mut Random| {
+                let origin = random.in_ball().as_vec3() * size;
+                built.is_hit(origin, random.on_sphere().as_vec3(), 0.0..size, |_| true)
+            };
+            let n = (0..1000).filter(|_| hit(&built, &mut random)).count();
+            assert!((100..900).contains(&n), "{size}: {n}");
+        }
+        let mut discs = random_discs(600);
+        for disc in discs.iter_mut().step_by(7) {
+            disc.centre *= 1e30;
+        }
+        let built = Discs::build(&discs, &silent).unwrap();
+        let far = discs[7];
+        let towards = far.centre - far.normal;
+        let found =
+            built.nearest(Vec3::ZERO, (towards / 1e30).normalize(), 0.0..f32::MAX, |_| true);
+        assert!(found.is_none_or(|hit| hit.distance.is_finite()));
     }
 
     #[test]

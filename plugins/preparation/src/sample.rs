@@ -206,7 +206,7 @@ fn at_vertices(
         let own = given.get(vertex).filter(|_| params.normals == From::Vertex).copied();
         let normal = own.unwrap_or(of_faces[vertex]);
         elements.places.push(place);
-        elements.areas.push(areas[vertex] as f32);
+        elements.areas.push(held(areas[vertex]));
         elements.positions.push(positions[vertex]);
         // Faces on both sides of a sheet cancel out, and it has no outside.
         elements.normals.push(if is_valid(normal) { normal } else { Vec3::Z });
@@ -271,7 +271,7 @@ fn blended(
         }
     })?;
     let n_empty = of_faces.iter().filter(|normal| **normal == Vec3::ZERO).count();
-    let share = (total / places.len().max(1) as f64) as f32;
+    let share = held(total / places.len().max(1) as f64);
     Ok(Elements {
         areas: vec![share; places.len()],
         positions: at,
@@ -309,6 +309,11 @@ fn radii_of(
     };
     let (least, most) = (f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX));
     Ok(found.into_iter().map(|radius| (radius * factor).clamp(least, most) as f32).collect())
+}
+
+/// An area as its column holds it: squares of lengths may lie beyond the largest number.
+fn held(area: f64) -> f32 {
+    area.min(f64::from(f32::MAX)) as f32
 }
 
 /// Name of the column of areas, squared scene units.

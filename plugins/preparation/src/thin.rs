@@ -78,6 +78,8 @@ impl Tool for Thin {
     const INFO: UnitInfo =
         UnitInfo::new("thin", "Thin out", "Keeps fewer surfels, evenly, and enlarges them.");
     type Params = Settings;
+    const LIMITS: &'static [(&'static str, &'static str)] =
+        &[("reordered", "which of several neighbours stays depends on their order in the file")];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -123,6 +123,10 @@ impl Renderer for Procedural {
         "Marble, cloth, wood and patterns of your own, computed at every pixel.",
     );
     type Params = Settings;
+    const LIMITS: &'static [(&'static str, &'static str)] = &[(
+        "turned",
+        "patterns stand in the box along the axes around each cloud, and not in the cloud itself",
+    )];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self { light: None })

@@ -134,12 +134,16 @@ impl Point {
 }
 
 /// A surfel's colour, linear Rec. 709.
+/// The largest half-precision number.
+const MAX_ALBEDO: f32 = 65504.0;
+
 fn linear(column: &ColumnView<'_>, i: usize) -> Vec3 {
     let first = column.components as usize * i;
     let channel = |c: usize| match column.values {
         Values::U8(values) => srgb_to_linear(f32::from(values[first + c]) / 255.0),
         Values::U16(values) => srgb_to_linear(f32::from(values[first + c]) / 65535.0),
-        Values::F32(values) => values[first + c].max(0.0),
+        // As the surface buffer holds them; products of larger ones would be no numbers.
+        Values::F32(values) => values[first + c].clamp(0.0, MAX_ALBEDO),
         _ => NEUTRAL_ALBEDO[c],
     };
     Vec3::from([0, 1, 2].map(channel))

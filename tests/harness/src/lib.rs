@@ -1,9 +1,7 @@
-//! What the tests of the whole share: clouds, a ray caster, an engine to render with, and what
-//! work costs.
+//! What the tests of the whole share: an engine to render with, twins in f64, and what work costs;
+//! clouds and the ray caster are those that plugins are checked with.
 
 pub mod agreement;
-pub mod cast;
-pub mod clouds;
 pub mod desk;
 pub mod lamp;
 pub mod materials;
@@ -13,3 +11,5 @@ pub mod occlusion;
 pub mod procedural;
 pub mod stage;
 pub mod twin;
+
+pub use surfelshop_check::{cast, clouds};

@@ -19,7 +19,7 @@ struct Room {
     because: &'static str,
 }
 
-const ROOMS: [Room; 10] = [
+const ROOMS: [Room; 11] = [
     Room {
         folder: "host/api",
         sees: &[],
@@ -51,8 +51,13 @@ const ROOMS: [Room; 10] = [
         because: "it runs graphs for any program and so knows none, nor any plugin",
     },
     Room {
+        folder: "host/check",
+        sees: &["host/api", "host/cloud", "host/engine"],
+        because: "it checks any plugin and so knows none",
+    },
+    Room {
         folder: "host/app",
-        sees: &["host/api", "host/geometry", "host/cloud", "host/engine"],
+        sees: &["host/api", "host/geometry", "host/cloud", "host/engine", "host/check"],
         because: "it loads plugins while running and is linked to none",
     },
     Room {
@@ -74,6 +79,7 @@ const ROOMS: [Room; 10] = [
             "host/cloud",
             "host/raster",
             "host/engine",
+            "host/check",
             "host/app",
             "plugins",
             "assets",

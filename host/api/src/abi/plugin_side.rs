@@ -12,7 +12,7 @@ use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::object::ObjectFrame;
 use crate::params::{ParamDecl, ParamSet, Values};
 use crate::tool::{Tile, Traced};
-use crate::unit::{Renderer, Tool, Tracer, UnitInfo, UnitKind};
+use crate::unit::{Limit, Renderer, Tool, Tracer, UnitInfo, UnitKind};
 use core::ffi::c_void;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -27,6 +27,15 @@ use std::sync::Once;
 pub struct Description {
     /// Its parameters.
     pub params: Vec<ParamDecl>,
+    /// What it cannot do. ABI 3.2.
+    pub limits: Vec<Limit>,
+}
+
+/// A description with limits as a unit's type states them.
+fn description(params: Vec<ParamDecl>, limits: &[(&str, &str)]) -> Description {
+    let limit =
+        |(case, why): &(&str, &str)| Limit { case: (*case).to_owned(), why: (*why).to_owned() };
+    Description { params, limits: limits.iter().map(limit).collect() }
 }
 
 /// One exported unit: how to describe and make it.
@@ -103,7 +112,7 @@ impl Unit {
         Self {
             kind: UnitKind::Renderer,
             info: R::INFO,
-            describe: || Description { params: R::Params::declare() },
+            describe: || description(R::Params::declare(), R::LIMITS),
             create: |host| Ok(Box::new(RendererInstance(R::new(host)?))),
         }
     }
@@ -114,7 +123,7 @@ impl Unit {
         Self {
             kind: UnitKind::Tracer,
             info: T::INFO,
-            describe: || Description { params: T::Params::declare() },
+            describe: || description(T::Params::declare(), T::LIMITS),
             create: |host| Ok(Box::new(TracerInstance(T::new(host)?))),
         }
     }
@@ -125,7 +134,7 @@ impl Unit {
         Self {
             kind: UnitKind::Tool,
             info: T::INFO,
-            describe: || Description { params: T::Params::declare() },
+            describe: || description(T::Params::declare(), T::LIMITS),
             create: |host| Ok(Box::new(ToolInstance(T::new(host)?))),
         }
     }

@@ -1,9 +1,11 @@
 //! What can be typed behind `surfelshop`.
 
 mod benchmark;
+mod checking;
 mod measuring;
 
 pub(crate) use benchmark::BenchArguments;
+pub(crate) use checking::CheckArguments;
 pub(crate) use measuring::{CompareArguments, SweepArguments, options_of_pictures};
 
 use crate::camera::CameraSpec;
@@ -76,6 +78,9 @@ pub(crate) enum Command {
     Report(Box<SweepArguments>),
     /// Measure speed: frames, surfels alone, memory, growth and start-up, with each way to draw surfels.
     Bench(Box<BenchArguments>),
+    /// Check plugins: against scenes with known answers, at the ends of their parameters, on hard clouds,
+    /// and for what must not change anything.
+    Check(CheckArguments),
     /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
     /// shows.
     Info(InfoArguments),

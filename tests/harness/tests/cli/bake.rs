@@ -6,8 +6,13 @@ use surfelshop_tests::stage::build_folder;
 
 /// The library of tools that misbehave, and of a few that do not.
 pub(crate) fn faulty() -> String {
+    example("faulty")
+}
+
+/// A library of the fixtures.
+pub(crate) fn example(name: &str) -> String {
     let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
-    let path = build_folder().join("examples").join(format!("{prefix}faulty{suffix}"));
+    let path = build_folder().join("examples").join(format!("{prefix}{name}{suffix}"));
     assert!(path.is_file(), "{} is not built; `cargo verify` builds it", path.display());
     path.to_string_lossy().into_owned()
 }

@@ -4,6 +4,7 @@
 
 mod bake;
 mod bench;
+mod check;
 mod compare;
 mod environments;
 mod faulty;

@@ -101,6 +101,29 @@ pub fn sphere(n: usize, radius: f32) -> Surfels {
     surfels
 }
 
+/// A ball of radius 1 as a mesh: rings of `across` vertices from pole to pole, and the triangles between
+/// them.
+#[must_use]
+pub fn globe(rings: u32, across: u32) -> (Surfels, Vec<[u32; 3]>) {
+    let (mut surfels, mut faces) = (Surfels::default(), Vec::new());
+    for ring in 0..rings {
+        let (sin, cos) = (std::f32::consts::PI * (ring as f32 + 0.5) / rings as f32).sin_cos();
+        for i in 0..across {
+            let (y, x) = (std::f32::consts::TAU * i as f32 / across as f32).sin_cos();
+            let normal = Vec3::new(sin * x, cos, sin * y);
+            surfels.push(normal, normal, 5.0 / (rings.min(across) as f32));
+            surfels.colors.push([200, 150, 100]);
+            if ring > 0 {
+                let next = (i + 1) % across;
+                let [a, b] = [(ring - 1) * across, ring * across];
+                faces.push([a + i, a + next, b + i]);
+                faces.push([a + next, b + next, b + i]);
+            }
+        }
+    }
+    (surfels, faces)
+}
+
 /// A square in the plane y = 0 with side `2 * half`, `n * n` surfels of equal colour.
 #[must_use]
 pub fn plane(n: usize, half: f32) -> Surfels {

@@ -1,0 +1,36 @@
+//! What can be typed behind `surfelshop check`.
+
+use super::{DeviceArguments, PluginFiles, ReportArguments};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop check
+  surfelshop check ./target/release/libmine.so
+  surfelshop check ewa-phong --case grazing -o checked
+  surfelshop check --list
+The exit code is 1 where a case failed. What a plugin cannot do it may declare with the reason; such
+cases are shown as limited and fail nothing. With -o the folder gets check.json, check.xml (as JUnit
+writes it) and, of each failure, pictures.")]
+pub(crate) struct CheckArguments {
+    /// What is checked: files of plugins, ids of packages or units, or PACKAGE/UNIT [default: all
+    /// plugins at hand].
+    #[arg(value_name = "PLUGIN")]
+    pub(crate) wanted: Vec<String>,
+    /// A case to run; may be repeated [default: all].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) case: Vec<String>,
+    /// List the cases with what must hold in each, and check nothing.
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// The folder to write to; made where it does not exist.
+    #[arg(short, long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: ReportArguments,
+}

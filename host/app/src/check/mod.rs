@@ -1,0 +1,151 @@
+//! `surfelshop check`: plugins against scenes with known answers, extreme cases and symmetries.
+
+mod told;
+
+use crate::arguments::CheckArguments;
+use crate::studio::{self, surfel_drawing};
+use anyhow::{Context as _, bail};
+use std::path::{Path, PathBuf};
+use surfelshop_api::UnitKind;
+use surfelshop_check::{Case, Outcome, Setup, Verdict, cases, check};
+use surfelshop_engine::plugins::{Registry, UnitRef};
+use surfelshop_engine::{Engine, EngineOptions, Gpu};
+use told::Told;
+
+const KINDS: [UnitKind; 3] = [UnitKind::Renderer, UnitKind::Tracer, UnitKind::Tool];
+
+/// A unit and what came of its cases; or why it could not be checked.
+struct Checked {
+    reference: UnitRef,
+    outcomes: Result<Vec<Outcome>, String>,
+}
+
+/// Runs the command.
+pub(crate) fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
+    check_names(&arguments.case)?;
+    if arguments.list {
+        return told::list(arguments);
+    }
+    if let Some(folder) = &arguments.out {
+        std::fs::create_dir_all(folder)
+            .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    }
+    // A plugin that was named by its file is at hand as with --plugin.
+    let files: Vec<PathBuf> = arguments.wanted.iter().filter_map(|text| file(text)).collect();
+    let given = arguments.plugins.plugin.iter().cloned().chain(files).collect::<Vec<_>>();
+    let registry = studio::registry(&given)?;
+    let wanted = wanted(&registry, &arguments.wanted)?;
+    let mut told = Told::new(arguments);
+    let mut all = Vec::with_capacity(wanted.len());
+    for reference in wanted {
+        told.begin(&reference)?;
+        let outcomes = unit(arguments, &reference, &mut told);
+        if let Err(line) = &outcomes {
+            told.refused(line)?;
+        }
+        all.push(Checked { reference, outcomes });
+    }
+    told.end(&all)?;
+    let n_failed = all.iter().map(Checked::n_failed).sum::<usize>();
+    match n_failed {
+        0 => Ok(()),
+        1 => bail!("1 case failed"),
+        n => bail!("{n} cases failed"),
+    }
+}
+
+impl Checked {
+    /// Cases that failed; a unit that cannot be checked counts as one.
+    fn n_failed(&self) -> usize {
+        let failed = |outcome: &&Outcome| outcome.verdict == Verdict::Failed;
+        self.outcomes.as_ref().map_or(1, |outcomes| outcomes.iter().filter(failed).count())
+    }
+}
+
+/// Checks a unit.
+fn unit(
+    arguments: &CheckArguments,
+    reference: &UnitRef,
+    told: &mut Told<'_>,
+) -> Result<Vec<Outcome>, String> {
+    let patience = arguments.plugins.patience();
+    let unit = studio::load(reference, &patience).map_err(|error| format!("{error:#}"))?;
+    let engine = |options: &EngineOptions| {
+        let gpu = Gpu::headless(&studio::gpu_options(&arguments.device));
+        let gpu = gpu.map_err(|error| error.to_string())?;
+        let options =
+            EngineOptions { surfels: surfel_drawing(&arguments.device), ..options.clone() };
+        Engine::new(gpu, &options).map_err(|error| error.to_string())
+    };
+    let setup = Setup { engine: &engine, device: studio::gpu_options(&arguments.device), patience };
+    let is_wanted = |case: &Case| {
+        arguments.case.is_empty() || arguments.case.iter().any(|name| name == case.name)
+    };
+    // Ctrl-C ends the program.
+    check(&unit, &setup, &is_wanted, &mut |outcome| told.outcome(reference, outcome).is_ok())
+}
+
+/// Refuses names that no kind of unit has a case of.
+fn check_names(typed: &[String]) -> anyhow::Result<()> {
+    let mut known: Vec<&str> = KINDS.into_iter().flat_map(cases).map(|case| case.name).collect();
+    known.sort_unstable();
+    known.dedup();
+    match typed.iter().find(|name| !known.contains(&name.as_str())) {
+        None => Ok(()),
+        Some(name) => bail!("--case {name}: there is no such case; there are {}", known.join(", ")),
+    }
+}
+
+/// The plugin file that an argument names.
+fn file(text: &str) -> Option<PathBuf> {
+    let path = Path::new(text);
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let is_library = ending.is_some_and(|ending| ["so", "dll", "dylib"].contains(&ending));
+    (is_library || path.components().count() > 1 && path.is_file()).then(|| path.to_owned())
+}
+
+/// The units that are meant, each once, in the order of the plugins.
+fn wanted(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec<UnitRef>> {
+    let mut all = Vec::new();
+    for kind in KINDS {
+        for (entry, manifest, unit) in registry.units(kind) {
+            all.push(UnitRef {
+                kind,
+                package: manifest.id.clone(),
+                id: unit.id.clone(),
+                path: entry.path.clone(),
+            });
+        }
+    }
+    if typed.is_empty() {
+        return match all.is_empty() {
+            true => bail!("no plugin is installed; `surfelshop plugins` says where it looked"),
+            false => Ok(all),
+        };
+    }
+    let mut used = vec![false; typed.len()];
+    all.retain(|unit| {
+        let full = format!("{}/{}", unit.package, unit.id);
+        let is_meant = |text: &String| match file(text) {
+            Some(path) => same_file(&path, &unit.path),
+            None => *text == unit.id || *text == unit.package || *text == full,
+        };
+        let mut any = false;
+        for (text, used) in typed.iter().zip(&mut used).filter(|(text, _)| is_meant(text)) {
+            tracing::debug!("{text} means {unit}");
+            (any, *used) = (true, true);
+        }
+        any
+    });
+    match typed.iter().zip(used).find(|(_, used)| !used) {
+        None => Ok(all),
+        Some((text, _)) => bail!(
+            "{text}: expected a plugin's file, a package, a unit or PACKAGE/UNIT, found none; \
+             `surfelshop plugins` lists what is at hand"
+        ),
+    }
+}
+
+fn same_file(a: &Path, b: &Path) -> bool {
+    a == b || a.canonicalize().ok().zip(b.canonicalize().ok()).is_some_and(|(a, b)| a == b)
+}

@@ -1,0 +1,244 @@
+//! What a check tells: lines as cases end, JSON and `JUnit` XML for programs, and pictures of failures.
+
+use super::{Checked, KINDS};
+use crate::arguments::{Bits, CheckArguments};
+use crate::compare::put;
+use crate::pictures::{png, visible};
+use crate::{command_line, exr_file, terminal};
+use serde_json::{Value, json};
+use std::fmt::Write as _;
+use std::path::Path;
+use surfelshop_api::graph::Output;
+use surfelshop_check::{Outcome, Verdict, cases};
+use surfelshop_engine::Image;
+use surfelshop_engine::picture::Development;
+use surfelshop_engine::plugins::UnitRef;
+
+/// Lists all cases.
+pub(super) fn list(arguments: &CheckArguments) -> anyhow::Result<()> {
+    let all = || KINDS.into_iter().flat_map(cases);
+    if arguments.report.json {
+        let object = |case: surfelshop_check::Case| json!({ "kind": case.kind.word(), "name": case.name, "about": case.about });
+        return terminal::json(&json!({
+            "command": "check",
+            "version": env!("CARGO_PKG_VERSION"),
+            "cases": all().map(object).collect::<Vec<_>>(),
+        }));
+    }
+    for kind in KINDS {
+        terminal::line(format!("{}s:", kind.word()))?;
+        for case in cases(kind) {
+            terminal::line(format!("  {:<16} {}", case.name, case.about))?;
+        }
+    }
+    Ok(())
+}
+
+/// Tells as it goes.
+pub(super) struct Told<'a> {
+    arguments: &'a CheckArguments,
+}
+
+impl<'a> Told<'a> {
+    pub(super) fn new(arguments: &'a CheckArguments) -> Self {
+        Self { arguments }
+    }
+
+    pub(super) fn begin(&self, unit: &UnitRef) -> anyhow::Result<()> {
+        match self.arguments.report.json {
+            true => Ok(()),
+            false => terminal::line(unit),
+        }
+    }
+
+    pub(super) fn refused(&self, line: &str) -> anyhow::Result<()> {
+        match self.arguments.report.json {
+            true => Ok(()),
+            false => terminal::line(format!("  cannot be checked: {line}")),
+        }
+    }
+
+    /// Tells of a case, and writes its pictures.
+    pub(super) fn outcome(&self, unit: &UnitRef, outcome: &Outcome) -> anyhow::Result<()> {
+        if let Some(folder) = &self.arguments.out {
+            for (name, image) in &outcome.pictures {
+                write(folder, &stem(unit, outcome, name), name, image)?;
+            }
+        }
+        if self.arguments.report.json {
+            return Ok(());
+        }
+        let Outcome { case, verdict, said, .. } = outcome;
+        terminal::line(format!("  {:<8} {:<16} {said}", verdict.word(), case.name))?;
+        if *verdict == Verdict::Failed {
+            terminal::line(format!("           again: {}", again(self.arguments, unit, outcome)))?;
+        }
+        Ok(())
+    }
+
+    /// Tells of all, and writes the files.
+    pub(super) fn end(&self, all: &[Checked]) -> anyhow::Result<()> {
+        let object = json!({
+            "command": "check",
+            "version": env!("CARGO_PKG_VERSION"),
+            "units": all.iter().map(|one| object(self.arguments, one)).collect::<Vec<_>>(),
+            "counts": counts(all),
+        });
+        if let Some(folder) = &self.arguments.out {
+            put(folder, "check.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
+            put(folder, "check.xml", junit(self.arguments, all).as_bytes())?;
+        }
+        if self.arguments.report.json {
+            return terminal::json(&object);
+        }
+        let counts = counts(all);
+        let count = |verdict: Verdict| {
+            format!("{} {}", counts[key(verdict)].as_u64().unwrap_or(0), verdict.word())
+        };
+        let verdicts = [Verdict::Passed, Verdict::Failed, Verdict::Limited, Verdict::LeftOut];
+        let line = verdicts.map(count).join(", ");
+        terminal::line(format!("{} units: {line}", all.len()))
+    }
+}
+
+/// A verdict as programs read it.
+fn key(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::LeftOut => "left_out",
+        other => other.word(),
+    }
+}
+
+fn counts(all: &[Checked]) -> Value {
+    let outcomes = || all.iter().filter_map(|one| one.outcomes.as_ref().ok()).flatten();
+    let n = |verdict| outcomes().filter(|outcome| outcome.verdict == verdict).count();
+    json!({
+        "passed": n(Verdict::Passed),
+        "failed": all.iter().map(Checked::n_failed).sum::<usize>(),
+        "limited": n(Verdict::Limited),
+        "left_out": n(Verdict::LeftOut),
+    })
+}
+
+fn object(arguments: &CheckArguments, checked: &Checked) -> Value {
+    let Checked { reference, outcomes } = checked;
+    let case = |outcome: &Outcome| {
+        let files: Vec<String> = (outcome.pictures.iter())
+            .filter(|_| arguments.out.is_some())
+            .map(|(name, _)| format!("{}.png", stem(reference, outcome, name)))
+            .collect();
+        json!({
+            "case": outcome.case.name,
+            "about": outcome.case.about,
+            "verdict": key(outcome.verdict),
+            "said": outcome.said,
+            "ms": outcome.took.as_secs_f64() * 1e3,
+            "pictures": files,
+            "again": again(arguments, reference, outcome),
+        })
+    };
+    json!({
+        "unit": reference,
+        "error": outcomes.as_ref().err(),
+        "cases": outcomes.as_ref().map(|all| all.iter().map(case).collect::<Vec<_>>()).ok(),
+    })
+}
+
+/// The name of a picture's file, without its ending.
+fn stem(unit: &UnitRef, outcome: &Outcome, picture: &str) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' };
+    format!("{}-{}-{picture}", unit.id, outcome.case.name).chars().map(plain).collect()
+}
+
+/// A picture as it is seen, and with its numbers.
+fn write(folder: &Path, stem: &str, name: &str, image: &Image) -> anyhow::Result<()> {
+    let output = match name {
+        "depth" => Output::Depth,
+        "normal" | "here" | "turned" => Output::Normal,
+        "albedo" => Output::Albedo,
+        _ => Output::Color,
+    };
+    let seen = visible(&output, image, &Development::default());
+    put(folder, &format!("{stem}.png"), &png(&seen, Bits::Eight)?)?;
+    put(folder, &format!("{stem}.exr"), &exr_file::exr(&[&(output, image.clone())])?)
+}
+
+/// The command that runs a case again.
+fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> String {
+    let mut words = vec!["check".to_owned(), format!("{}/{}", unit.package, unit.id)];
+    for file in &arguments.plugins.plugin {
+        words.extend(["--plugin".to_owned(), file.display().to_string()]);
+    }
+    if arguments.wanted.iter().any(|text| super::file(text).is_some()) {
+        words.extend(["--plugin".to_owned(), unit.path.display().to_string()]);
+    }
+    words.extend(["--case".to_owned(), outcome.case.name.to_owned()]);
+    words.extend(["-o".to_owned(), "checked".to_owned()]);
+    command_line::words("surfelshop", words)
+}
+
+/// As `JUnit` writes it: a suite for each unit.
+fn junit(arguments: &CheckArguments, all: &[Checked]) -> String {
+    let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    for Checked { reference, outcomes } in all {
+        let suite = escaped(&format!("{}/{}", reference.package, reference.id));
+        let none = Vec::new();
+        let cases = outcomes.as_ref().unwrap_or(&none);
+        let n = |verdict| cases.iter().filter(|one| one.verdict == verdict).count();
+        let (failed, skipped) = (n(Verdict::Failed), n(Verdict::LeftOut) + n(Verdict::Limited));
+        let (tests, errors) = (cases.len(), u32::from(outcomes.is_err()));
+        // Writing to a string does not fail.
+        drop(writeln!(
+            text,
+            "  <testsuite name=\"{suite}\" tests=\"{tests}\" failures=\"{failed}\" \
+             errors=\"{errors}\" skipped=\"{skipped}\">"
+        ));
+        if let Err(line) = outcomes {
+            drop(writeln!(text, "    <system-err>{}</system-err>", escaped(line)));
+        }
+        for outcome in cases {
+            let (name, said) = (outcome.case.name, escaped(&outcome.said));
+            drop(write!(
+                text,
+                "    <testcase classname=\"{suite}\" name=\"{name}\" time=\"{:.3}\">",
+                outcome.took.as_secs_f64()
+            ));
+            let again = escaped(&again(arguments, reference, outcome));
+            let inner = match outcome.verdict {
+                Verdict::Passed => format!("<system-out>{said}</system-out>"),
+                Verdict::Failed => format!("<failure message=\"{said}\">{again}</failure>"),
+                Verdict::Limited | Verdict::LeftOut => format!("<skipped message=\"{said}\"/>"),
+            };
+            drop(writeln!(text, "{inner}</testcase>"));
+        }
+        text.push_str("  </testsuite>\n");
+    }
+    text.push_str("</testsuites>\n");
+    text
+}
+
+/// Text as XML takes it; what it cannot hold is left out.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            c if c.is_control() && c != '\n' && c != '\t' => {}
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_escaped() {
+        assert_eq!(escaped("a<b> & \"c\"\u{0}\u{1b}"), "a&lt;b&gt; &amp; &quot;c&quot;");
+    }
+}

@@ -1,0 +1,237 @@
+//! A renderer at work: pictures of shots, each checked to be whole.
+
+use crate::Setup;
+use crate::verdict::Failure;
+use glam::DVec3;
+use surfelshop_api::abi::host_side::Fault;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Camera, CloudFacts, Environment, EnvironmentView, Projection, Scene, View};
+use surfelshop_cloud::Cloud;
+use surfelshop_cloud::probe::Probe;
+use surfelshop_engine::picture::{Development, develop, to_8_bit};
+use surfelshop_engine::plugins::LoadedUnit;
+use surfelshop_engine::{
+    Engine, EngineOptions, Image, RenderError, RenderRequest, Rendered, RendererView,
+};
+
+/// Frames that a renderer may take until its picture stays.
+const MAX_FRAMES: u32 = 256;
+
+/// What is drawn.
+#[derive(Clone)]
+pub(super) struct Shot<'a> {
+    pub(super) cloud: Cloud,
+    pub(super) scene: Scene,
+    pub(super) view: View,
+    pub(super) values: Values,
+    pub(super) outputs: Vec<Output>,
+    pub(super) probe: Option<(&'a Probe, Environment)>,
+}
+
+impl Shot<'_> {
+    /// A cloud's colour, with usual settings.
+    pub(super) fn new(cloud: Cloud, view: View) -> Self {
+        Self {
+            cloud,
+            scene: Scene::default(),
+            view,
+            values: Values::new(),
+            outputs: vec![Output::Color],
+            probe: None,
+        }
+    }
+
+    /// Other outputs.
+    pub(super) fn of(self, outputs: &[Output]) -> Self {
+        Self { outputs: outputs.to_vec(), ..self }
+    }
+
+    /// Discs as they are: rays know nothing of the low-pass, which would widen them by a pixel.
+    pub(super) fn without_low_pass(mut self) -> Self {
+        self.scene.surface.low_pass = 0.0;
+        self
+    }
+
+    fn facts(&self) -> CloudFacts {
+        self.cloud.facts().clone()
+    }
+}
+
+/// A view from `eye` towards `target`, 46 degrees high.
+pub(super) fn view(eye: DVec3, target: DVec3, size: u32) -> View {
+    let projection = Projection::Perspective { fov_y: 0.8 };
+    let camera = Camera { eye, target, up: DVec3::Y, projection };
+    View { camera, size_px: [size, size], near: 1e-5, far: 1e3 }
+}
+
+/// A view of a ball of radius 1 around the origin.
+pub(super) fn front(size: u32) -> View {
+    view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, size)
+}
+
+/// The same in parallel projection.
+pub(super) fn parallel(size: u32) -> View {
+    let mut view = front(size);
+    view.camera.projection = Projection::Orthographic { height: 2.5 };
+    view.far = 10.0;
+    view
+}
+
+/// A renderer with its engine.
+pub(super) struct Bench<'a> {
+    pub(super) unit: &'a LoadedUnit,
+    setup: &'a Setup<'a>,
+    engine: Engine,
+}
+
+/// An instance of the renderer.
+pub(super) struct Instance(RendererView);
+
+impl<'a> Bench<'a> {
+    pub(super) fn new(unit: &'a LoadedUnit, setup: &'a Setup<'a>) -> Result<Self, String> {
+        let engine = (setup.engine)(&EngineOptions::default())?;
+        Ok(Self { unit, setup, engine })
+    }
+
+    /// The same with an engine of its own.
+    pub(super) fn with(&self, options: &EngineOptions) -> Result<Self, Failure> {
+        let engine = (self.setup.engine)(options).map_err(Failure::new)?;
+        Ok(Self { unit: self.unit, setup: self.setup, engine })
+    }
+
+    pub(super) fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// A new instance.
+    pub(super) fn start(&self) -> Result<Instance, Failure> {
+        let host = self.engine.gpu().host_info();
+        let hosted = self.unit.start(&host, &self.setup.patience).map_err(|fault| Failure {
+            is_silent: matches!(fault, Fault::TimedOut(_)),
+            ..Failure::new(format!("it could not start: {fault}"))
+        })?;
+        Ok(Instance(RendererView::new(hosted, self.unit.scope())))
+    }
+
+    /// The pictures of a shot by a new instance.
+    pub(super) fn draw(&mut self, shot: &Shot<'_>) -> Result<Rendered, Failure> {
+        let mut instance = self.start()?;
+        self.draw_by(&mut instance, shot)
+    }
+
+    /// The pictures of a shot once they do not change any more; all values are finite.
+    pub(super) fn draw_by(
+        &mut self,
+        Instance(view): &mut Instance,
+        shot: &Shot<'_>,
+    ) -> Result<Rendered, Failure> {
+        let (clouds, facts) = ([shot.cloud.view()], shot.facts());
+        let environment = shot
+            .probe
+            .as_ref()
+            .map(|(probe, environment)| EnvironmentView { environment, texels: &probe.texels });
+        let mut frame_index = 0;
+        loop {
+            let request = RenderRequest {
+                clouds: &clouds,
+                facts: &facts,
+                scene: &shot.scene,
+                view: shot.view,
+                environment,
+                values: &shot.values,
+                outputs: &shot.outputs,
+                frame_index,
+                stride: 1,
+                detail_px: 0.0,
+            };
+            let rendered = self.engine.render(view, &request).map_err(|error| refused(&error))?;
+            frame_index += 1;
+            if !rendered.wants_another_frame || frame_index == MAX_FRAMES {
+                for (output, image) in &rendered.images {
+                    whole(output, image, shot.view.size_px)?;
+                }
+                return Ok(rendered);
+            }
+        }
+    }
+
+    /// The colour of a shot by a new instance.
+    pub(super) fn color(&mut self, shot: &Shot<'_>) -> Result<Image, Failure> {
+        picture(&self.draw(shot)?, &Output::Color)
+    }
+}
+
+fn refused(error: &RenderError) -> Failure {
+    let is_silent =
+        matches!(error, RenderError::Plugin(Fault::TimedOut(_)) | RenderError::DeviceLost(_));
+    Failure { is_silent, ..Failure::new(error.to_string()) }
+}
+
+/// One of the pictures.
+pub(super) fn picture(rendered: &Rendered, output: &Output) -> Result<Image, Failure> {
+    let found = rendered.image(output).cloned();
+    found.ok_or_else(|| Failure::new(format!("there is no output `{}`", output.name())))
+}
+
+/// Fails where a picture has another size, or values that are no numbers.
+fn whole(output: &Output, image: &Image, [width, height]: [u32; 2]) -> Result<(), Failure> {
+    let name = output.name();
+    if [image.width, image.height] != [width, height] {
+        let found = format!("{} x {}", image.width, image.height);
+        return Err(Failure::new(format!(
+            "output `{name}` has {found} pixels, expected {width} x {height}"
+        )));
+    }
+    let pixels = image.data.chunks_exact(image.components.max(1) as usize);
+    let is_odd = |pixel: &[f32]| pixel.iter().any(|value| !value.is_finite());
+    let mut odd = pixels.enumerate().filter(|(_, pixel)| is_odd(pixel));
+    let Some((first, values)) = odd.next() else { return Ok(()) };
+    let (n, at) = (1 + odd.count(), [first % width as usize, first / width as usize]);
+    let line = format!("output `{name}` is not finite at {n} pixels, first at {at:?}: {values:?}");
+    Err(Failure::showing(line, [(name.as_str(), image)]))
+}
+
+/// Bits of all values.
+pub(super) fn bits(image: &Image) -> impl Iterator<Item = u32> {
+    image.data.iter().map(|value| value.to_bits())
+}
+
+/// Fails unless two pictures are the same bit by bit.
+pub(super) fn same(what: &str, expected: &Image, found: &Image) -> Result<(), Failure> {
+    let differ = bits(expected).zip(bits(found)).filter(|(a, b)| a != b).count();
+    let sizes = (expected.data.len(), found.data.len());
+    if differ == 0 && sizes.0 == sizes.1 {
+        return Ok(());
+    }
+    let line = format!("{what}: {differ} of {} values differ", sizes.0);
+    Err(Failure::showing(line, [("expected", expected), ("found", found)]))
+}
+
+/// 8-bit levels as a screen shows them.
+fn levels(image: &Image) -> Vec<u8> {
+    to_8_bit(&develop(image, &Development::default()))
+}
+
+/// Pixels of two pictures that differ by more than a level, and those covered in either. Fails where
+/// nothing is covered, or more than a share differs.
+pub(super) fn alike(
+    what: &str,
+    expected: &Image,
+    found: &Image,
+    most: f64,
+) -> Result<String, Failure> {
+    let (a, b) = (levels(expected), levels(found));
+    let pairs = || a.chunks_exact(4).zip(b.chunks_exact(4));
+    let covered = pairs().filter(|(a, b)| a[3] > 0 || b[3] > 0).count();
+    let is_far = |a: &[u8], b: &[u8]| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 1);
+    let n = pairs().filter(|(a, b)| is_far(a, b)).count();
+    let line = format!("{what}: {n} of {covered} covered pixels differ by more than a level");
+    if covered == 0 {
+        return Err(Failure::new(format!("{what}: the picture is empty")));
+    }
+    if n as f64 > most * covered as f64 {
+        return Err(Failure::showing(line, [("expected", expected), ("found", found)]));
+    }
+    Ok(line)
+}

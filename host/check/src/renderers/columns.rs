@@ -1,0 +1,62 @@
+//! Columns that must not change the picture: how they are cut, ordered, and others beside them.
+
+use super::bench::{Bench, Shot, alike, front, picture, same};
+use crate::clouds::{self, Surfels};
+use crate::hard;
+use crate::verdict::{Judged, Said};
+use surfelshop_api::graph::Output;
+use surfelshop_cloud::{Buffer, Column};
+use surfelshop_engine::{EngineOptions, Image};
+
+const SIZE: u32 = 96;
+const N: usize = 3000;
+
+/// Surfels with everything that drawing reads.
+fn full() -> Surfels {
+    let mut surfels = clouds::sphere(N, 1.0);
+    surfels.ao = (0..N).map(|i| (i % 7) as f32 / 8.0).collect();
+    surfels.materials = (0..N).map(|i| (i % 3) as u32).collect();
+    surfels
+}
+
+fn shot(surfels: &Surfels) -> Shot<'static> {
+    Shot::new(surfels.cloud(), front(SIZE)).of(&[Output::Color])
+}
+
+pub(super) fn chunked(bench: &mut Bench<'_>) -> Judged {
+    let surfels = full();
+    let whole = bench.color(&shot(&surfels))?;
+    let mut said = Vec::new();
+    for chunk_surfels in [997, 64] {
+        let options = EngineOptions { chunk_surfels, ..EngineOptions::default() };
+        let mut other = bench.with(&options)?;
+        let chunked = other.color(&shot(&surfels))?;
+        same(&format!("chunks of {chunk_surfels}"), &whole, &chunked)?;
+        said.push(chunk_surfels.to_string());
+    }
+    Ok(Said::Measured(format!("chunks of {}", said.join(" and "))))
+}
+
+pub(super) fn unused(bench: &mut Bench<'_>) -> Judged {
+    let surfels = full();
+    let expected = bench.color(&shot(&surfels))?;
+    let odd = Column::new("check-unknown", 2, Buffer::F32(vec![f32::NAN; 2 * N]));
+    let cloud = hard::with_column(&surfels.cloud(), odd);
+    let found = bench.color(&Shot { cloud, ..shot(&surfels) })?;
+    same("a column `check-unknown` more", &expected, &found)?;
+    Ok(Said::Measured("with a column of NaN that nobody knows".to_owned()))
+}
+
+pub(super) fn reordered(bench: &mut Bench<'_>) -> Judged {
+    let surfels = full();
+    let outputs = [Output::Color, Output::Depth, Output::Normal];
+    let drawn = bench.draw(&shot(&surfels).of(&outputs))?;
+    let other = bench.draw(&shot(&hard::shuffled(&surfels)).of(&outputs))?;
+    let color = |drawn| -> Result<Image, _> { picture(drawn, &Output::Color) };
+    // No pixel may differ: what decides between equal surfels must be what they are.
+    let line = alike("colour", &color(&drawn)?, &color(&other)?, 0.0)?;
+    for output in &outputs[1..] {
+        same(&output.name(), &picture(&drawn, output)?, &picture(&other, output)?)?;
+    }
+    Ok(Said::Measured(line))
+}

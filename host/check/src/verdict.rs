@@ -1,0 +1,165 @@
+//! Cases, and what came of them.
+
+use std::time::{Duration, Instant};
+use surfelshop_api::{Limit, UnitKind};
+use surfelshop_engine::Image;
+use surfelshop_engine::plugins::LoadedUnit;
+
+/// A case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Case {
+    /// Which units it is for.
+    pub kind: UnitKind,
+    /// Its name, as it is typed.
+    pub name: &'static str,
+    /// What must hold, in a sentence.
+    pub about: &'static str,
+}
+
+/// How a case ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// What must hold does.
+    Passed,
+    /// It does not.
+    Failed,
+    /// It does not, as the unit says itself.
+    Limited,
+    /// It could not be asked here.
+    LeftOut,
+}
+
+impl Verdict {
+    /// A word.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Passed => "passed",
+            Self::Failed => "failed",
+            Self::Limited => "limited",
+            Self::LeftOut => "left out",
+        }
+    }
+}
+
+/// What came of a case.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The case.
+    pub case: Case,
+    /// How it ended.
+    pub verdict: Verdict,
+    /// What was measured, what is wrong, or why it was left out: one line.
+    pub said: String,
+    /// Pictures that show what is wrong, each with a name of letters, digits and hyphens.
+    pub pictures: Vec<(String, Image)>,
+    /// How long it took.
+    pub took: Duration,
+}
+
+/// What is wrong.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    pub(crate) line: String,
+    pub(crate) pictures: Vec<(String, Image)>,
+    /// Whether the unit did not answer in time: it is not asked again.
+    pub(crate) is_silent: bool,
+}
+
+impl Failure {
+    pub(crate) fn new(line: impl Into<String>) -> Self {
+        Self { line: line.into(), pictures: Vec::new(), is_silent: false }
+    }
+
+    /// The same with pictures.
+    pub(crate) fn showing<'a>(
+        line: impl Into<String>,
+        pictures: impl IntoIterator<Item = (&'a str, &'a Image)>,
+    ) -> Self {
+        let owned = |(name, image): (&str, &Image)| (name.to_owned(), image.clone());
+        Self { pictures: pictures.into_iter().map(owned).collect(), ..Self::new(line) }
+    }
+
+    /// The same, of one of several things that were tried.
+    pub(crate) fn of(mut self, what: &str) -> Self {
+        self.line = format!("{what}: {}", self.line);
+        self
+    }
+}
+
+/// What a case that does not fail says.
+#[derive(Debug)]
+pub(crate) enum Said {
+    /// What was measured.
+    Measured(String),
+    /// Why it was left out.
+    LeftOut(String),
+}
+
+pub(crate) type Judged = Result<Said, Failure>;
+
+/// What judges a case, with what units are checked at.
+pub(crate) type Judges<B> = fn(&mut B) -> Judged;
+
+/// Runs cases one after the other; a unit that did not answer once has the others left out.
+pub(crate) fn run<B>(
+    unit: &LoadedUnit,
+    cases: &[(Case, Judges<B>)],
+    wanted: &dyn Fn(&Case) -> bool,
+    tell: &mut dyn FnMut(&Outcome) -> bool,
+    bench: &mut B,
+) -> Vec<Outcome> {
+    let (mut all, mut is_silent) = (Vec::new(), false);
+    for (case, judge) in cases.iter().filter(|(case, _)| wanted(case)) {
+        let started = Instant::now();
+        let judged = match is_silent {
+            true => Ok(Said::LeftOut("it did not answer before".to_owned())),
+            false => judge(bench),
+        };
+        is_silent |= judged.as_ref().is_err_and(|failure| failure.is_silent);
+        let outcome = outcome(*case, judged, &unit.description.limits, started.elapsed());
+        let goes_on = tell(&outcome);
+        all.push(outcome);
+        if !goes_on {
+            break;
+        }
+    }
+    all
+}
+
+fn outcome(case: Case, judged: Judged, limits: &[Limit], took: Duration) -> Outcome {
+    let (verdict, said, pictures) = match judged {
+        Ok(Said::Measured(line)) => (Verdict::Passed, line, Vec::new()),
+        Ok(Said::LeftOut(line)) => (Verdict::LeftOut, line, Vec::new()),
+        Err(failure) => match limits.iter().find(|limit| limit.case == case.name) {
+            Some(Limit { why, .. }) if !failure.is_silent => {
+                (Verdict::Limited, format!("{why} ({})", failure.line), failure.pictures)
+            }
+            _ => (Verdict::Failed, failure.line, failure.pictures),
+        },
+    };
+    // A plugin's words may have any form.
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    Outcome { case, verdict, said, pictures, took }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CASE: Case = Case { kind: UnitKind::Renderer, name: "turned", about: "" };
+
+    fn judged(failure: Failure) -> (Verdict, String) {
+        let limit = Limit { case: "turned".to_owned(), why: "patterns stay".to_owned() };
+        let outcome = outcome(CASE, Err(failure), &[limit], Duration::ZERO);
+        (outcome.verdict, outcome.said)
+    }
+
+    #[test]
+    fn declared_limits_are_shown_and_silence_is_none() {
+        let line = "patterns stay (3 pixels)".to_owned();
+        assert_eq!(judged(Failure::new("3\npixels")), (Verdict::Limited, line));
+        let silent = Failure { is_silent: true, ..Failure::new("no answer") };
+        assert_eq!(judged(silent), (Verdict::Failed, "no answer".to_owned()));
+    }
+}
