@@ -95,6 +95,10 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     timings.render_ms = settled.milliseconds;
     timings.frame_ms = settled.first_ms;
     timings.columns_ms = settled.columns_ms;
+    if staging.detail_px > 0.0 && !settled.rendered.merged {
+        let renderer = &chosen.reference.id;
+        terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
+    }
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();

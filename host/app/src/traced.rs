@@ -51,7 +51,10 @@ pub(crate) fn render(
     let images = vec![(Output::Color, picture.color.clone()), (variance, picture.variance.clone())];
     let (passes, graph_bytes, wants_another_frame) = (Vec::new(), 0, false);
     let columns_ms = 0.0;
-    let rendered = Rendered { images, passes, graph_bytes, columns_ms, wants_another_frame };
+    // A tracer meets every surfel.
+    let merged = false;
+    let rendered =
+        Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
     let n_not_finite = render::check_finite(&rendered);
     let written = render::write_all(arguments, staging, &rendered)?;
     if !arguments.report.json {

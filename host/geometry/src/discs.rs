@@ -347,8 +347,12 @@ mod tests {
         let built = Discs::build(&discs, &silent).unwrap();
         let far = discs[7];
         let towards = far.centre - far.normal;
-        let found =
-            built.nearest(Vec3::ZERO, (towards / 1e30).normalize(), 0.0..f32::MAX, |_| true);
+        let found = built.nearest(
+            Vec3::ZERO,
+            (towards / 1e30).normalize_or(Vec3::Z),
+            0.0..f32::MAX,
+            |_| true,
+        );
         assert!(found.is_none_or(|hit| hit.distance.is_finite()));
     }
 

@@ -112,8 +112,13 @@ fn is_fine(block: &Block, eye: &Eye) -> bool {
         -center.z - block.spread / eye.unit
     };
     let px = eye.px_per_unit[0].max(eye.px_per_unit[1]);
-    // The scene's factor on radii moves no surfel.
-    let coarse = (block.grain * eye.radius_scale).max(block.apart / eye.unit);
+    // The scene's factor on radii moves no surfel. Where it makes discs smaller, those that a merged one
+    // stands for lie farther apart than its disc reaches, and must lie that much closer on the screen for
+    // the low-pass to cover what lies between.
+    let coarse = match eye.tangent_scale {
+        factor if factor < 1.0 => block.grain.max(block.apart) / (eye.unit * factor),
+        _ => (block.grain * eye.radius_scale).max(block.apart / eye.unit),
+    };
     distance > eye.near && coarse * px <= eye.detail_px * distance
 }
 

@@ -45,16 +45,17 @@ pub struct Differences {
     pub depth: usize,
     /// Covered by both, encoded colours differ by more than one level of 8 bits.
     pub color: usize,
+    /// Of one or more of these kinds.
+    pub any: usize,
     /// Of all these pixels the places of those in which rounding decides nothing.
     pub unexplained: Vec<[usize; 2]>,
 }
 
 impl Differences {
-    /// The largest of the three as a share of the covered pixels.
+    /// All that differ as a share of the covered pixels.
     #[must_use]
     pub fn share(&self) -> f64 {
-        let most = self.coverage.max(self.depth).max(self.color);
-        most as f64 / self.covered.max(1) as f64
+        self.any as f64 / self.covered.max(1) as f64
     }
 }
 
@@ -123,7 +124,10 @@ pub fn differences(drawn: &Drawn<'_>, a: &Shot, b: &Shot) -> Differences {
         let coverage = (depth_a > 0.0) != (depth_b > 0.0);
         let n = i * a.normal.components as usize;
         let normal = Vec3::from_slice(&a.normal.data[n..n + 3]);
-        let off = (depth_a - depth_b).abs() > depth_bound(view, place, depth_a, normal);
+        let bound = depth_bound(view, place, depth_a, normal);
+        // What is no number is off, too.
+        let is_near = (depth_a - depth_b).abs() <= bound;
+        let off = !is_near;
         let depth = !coverage && depth_a > 0.0 && off;
         let (from, to) = (&levels_a[4 * i..4 * i + 4], &levels_b[4 * i..4 * i + 4]);
         let color = !coverage && from.iter().zip(to).any(|(a, b)| a.abs_diff(*b) > 1);
@@ -132,6 +136,7 @@ pub fn differences(drawn: &Drawn<'_>, a: &Shot, b: &Shot) -> Differences {
         found.color += usize::from(color);
         differing.extend((coverage || depth || color).then_some(place));
     }
+    found.any = differing.len();
     if !differing.is_empty() {
         let twin = Twin::new(drawn.clouds, drawn.scene, view).doubting(doubt(view));
         differing.retain(|[x, y]| {

@@ -186,8 +186,17 @@ fn small_radii_merge_no_sooner() {
     // Neighbours are about seven pixels apart.
     let (full, all) = lab.pictures(&cloud, view(256), 0.0);
     assert_eq!(lab.pictures(&cloud, view(256), 1.0), (full, all));
-    let (_, merged) = lab.pictures(&cloud, view(64), 4.0);
+    // From afar neighbours are half a pixel apart, and merged ones cover what these cover.
+    let (full, _) = lab.pictures(&cloud, view(18), 0.0);
+    let (coarse, merged) = lab.pictures(&cloud, view(18), 20.0);
     assert!(2 * merged < all, "{merged} of {all}");
+    let found = difference(&full[0], &coarse[0]);
+    assert!(found.coverage < 0.02 && found.mean < 3.0, "{} {}", found.coverage, found.mean);
+    // A detail far above the distance of neighbours leaves no holes.
+    let (full, _) = lab.pictures(&cloud, view(64), 0.0);
+    let (coarse, _) = lab.pictures(&cloud, view(64), 3.0);
+    let found = difference(&full[0], &coarse[0]);
+    assert!(found.coverage < 0.02, "{}", found.coverage);
 }
 
 #[test]

@@ -120,7 +120,11 @@ pub(super) fn timed(
         match drawer.first(&stage, &mut contestant.studio) {
             Ok((first_ms, passes)) => {
                 let variant = contestant.variant.name.clone();
-                let is_alike = |(.., timed): &&(_, _, _, Timed)| timed.passes == passes;
+                // Passes do not say how finely they draw.
+                let detail_px = contestant.variant.detail_px;
+                let is_alike = |(_, other, _, timed): &&(_, &mut Contestant, _, Timed)| {
+                    timed.passes == passes && other.variant.detail_px == detail_px
+                };
                 if let Some((.., other)) = all.iter().find(is_alike)
                     && !passes.is_empty()
                 {

@@ -6,7 +6,7 @@ use crate::compare::put;
 use crate::pictures::{png, visible};
 use crate::{command_line, exr_file, terminal};
 use serde_json::{Value, json};
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 use std::path::Path;
 use surfelshop_api::graph::Output;
 use surfelshop_check::{Outcome, Verdict, cases};
@@ -86,7 +86,7 @@ impl<'a> Told<'a> {
         });
         if let Some(folder) = &self.arguments.out {
             put(folder, "check.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
-            put(folder, "check.xml", junit(self.arguments, all).as_bytes())?;
+            put(folder, "check.xml", junit(self.arguments, all)?.as_bytes())?;
         }
         if self.arguments.report.json {
             return terminal::json(&object);
@@ -178,7 +178,7 @@ fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> Strin
 }
 
 /// As `JUnit` writes it: a suite for each unit.
-fn junit(arguments: &CheckArguments, all: &[Checked]) -> String {
+fn junit(arguments: &CheckArguments, all: &[Checked]) -> Result<String, fmt::Error> {
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
     for Checked { reference, outcomes } in all {
         let suite = escaped(&format!("{}/{}", reference.package, reference.id));
@@ -187,34 +187,33 @@ fn junit(arguments: &CheckArguments, all: &[Checked]) -> String {
         let n = |verdict| cases.iter().filter(|one| one.verdict == verdict).count();
         let (failed, skipped) = (n(Verdict::Failed), n(Verdict::LeftOut) + n(Verdict::Limited));
         let (tests, errors) = (cases.len(), u32::from(outcomes.is_err()));
-        // Writing to a string does not fail.
-        drop(writeln!(
+        writeln!(
             text,
             "  <testsuite name=\"{suite}\" tests=\"{tests}\" failures=\"{failed}\" \
              errors=\"{errors}\" skipped=\"{skipped}\">"
-        ));
+        )?;
         if let Err(line) = outcomes {
-            drop(writeln!(text, "    <system-err>{}</system-err>", escaped(line)));
+            writeln!(text, "    <system-err>{}</system-err>", escaped(line))?;
         }
         for outcome in cases {
             let (name, said) = (outcome.case.name, escaped(&outcome.said));
-            drop(write!(
+            write!(
                 text,
                 "    <testcase classname=\"{suite}\" name=\"{name}\" time=\"{:.3}\">",
                 outcome.took.as_secs_f64()
-            ));
+            )?;
             let again = escaped(&again(arguments, reference, outcome));
             let inner = match outcome.verdict {
                 Verdict::Passed => format!("<system-out>{said}</system-out>"),
                 Verdict::Failed => format!("<failure message=\"{said}\">{again}</failure>"),
                 Verdict::Limited | Verdict::LeftOut => format!("<skipped message=\"{said}\"/>"),
             };
-            drop(writeln!(text, "{inner}</testcase>"));
+            writeln!(text, "{inner}</testcase>")?;
         }
         text.push_str("  </testsuite>\n");
     }
     text.push_str("</testsuites>\n");
-    text
+    Ok(text)
 }
 
 /// Text as XML takes it; what it cannot hold is left out.

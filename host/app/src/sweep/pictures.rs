@@ -1,7 +1,7 @@
 //! Reports of renderers and tracers: errors of pictures.
 
 use super::cells::{Cell, Kept};
-use super::knobs::{DETAIL, knobs, of_host};
+use super::knobs::{DETAIL, Knob, knobs, of_host};
 use super::subject::Subject;
 use super::told::{Swept, Time};
 use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, told, verdict};
@@ -41,11 +41,7 @@ pub(super) fn report(
     let opened = inputs.opened.as_ref();
     let patience = arguments.plugins.patience();
     let subject = Subject::load(unit, &patience)?;
-    let mut declared = subject.declared().to_vec();
-    let own_detail = of_host(&declared).filter(|_| unit.kind == UnitKind::Renderer);
-    let turns_detail = own_detail.is_some();
-    declared.extend(own_detail);
-    let knobs = knobs(&arguments.knob, unit, &declared)?;
+    let (knobs, turns_detail) = knobs_of(arguments, unit, &subject)?;
     let judge = judge(arguments, registry, &subject)?;
     let seen = staging::first_view(opened);
     let staging = Staging::new(&arguments.picture, given, opened, seen.as_ref())?;
@@ -117,6 +113,25 @@ pub(super) fn report(
         },
     )?;
     verdict(&all)
+}
+
+/// The knobs that are turned, and whether `detail` is the host's.
+fn knobs_of(
+    arguments: &SweepArguments,
+    unit: &UnitRef,
+    subject: &Subject,
+) -> anyhow::Result<(Vec<Knob>, bool)> {
+    let mut declared = subject.declared().to_vec();
+    let own_detail = of_host(&declared).filter(|_| unit.kind == UnitKind::Renderer);
+    let turns_detail = own_detail.is_some();
+    declared.extend(own_detail);
+    let knobs = knobs(&arguments.knob, unit, &declared)?;
+    if turns_detail && arguments.picture.detail != 0.0 && knobs.iter().any(|k| k.id == DETAIL) {
+        bail!(
+            "--detail would merge surfels of the reference, too; leave it out beside --knob detail"
+        );
+    }
+    Ok((knobs, turns_detail))
 }
 
 /// Refuses a tracer that is measured against itself with the same random numbers.

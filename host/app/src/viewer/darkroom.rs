@@ -64,9 +64,21 @@ pub(crate) struct Shot {
     /// What drawing took of it, until the picture did not change any more: milliseconds.
     pub(crate) frame_ms: f64,
     pub(crate) detail: Detail,
+    /// One surfel of so many of a large cloud is shown, until all are there.
+    pub(crate) one_of: u32,
 }
 
 impl Shot {
+    /// Whether it shows everything.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.detail.is_full() && self.one_of == 1
+    }
+
+    /// How much it shows, in a few words.
+    pub(crate) fn describe_detail(&self) -> String {
+        Detail { stride: self.detail.stride * self.one_of, ..self.detail }.describe()
+    }
+
     /// The levels as a picture of values in [0, 1].
     pub(crate) fn visible(&self) -> Image {
         let [width, height] = self.size;
@@ -129,9 +141,9 @@ pub(crate) enum Task {
     Picture(Place, Box<Order>),
     /// A plugin file changed.
     Changed(Changed),
-    /// How far large clouds are on their way, in [0, 1].
-    Arriving(f32),
-    /// Large clouds are there.
+    /// How far a large cloud is on its way, in [0, 1], with the number of its thread.
+    Arriving(u64, f32),
+    /// A large cloud is there.
     Arrived(Box<Arrived>),
     /// A renderer that was switched off is to be used again.
     SwitchOn(String),

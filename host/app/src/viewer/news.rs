@@ -89,7 +89,7 @@ impl Window {
         }
         let Some(pane) = self.panes.get_mut(&place.pane) else { return };
         if let Ok(shot) = &outcome {
-            let detail = shot.detail.describe();
+            let detail = shot.describe_detail();
             let passes: Vec<String> = (shot.passes.iter())
                 .filter_map(|pass| Some(format!("{} {:.1}", pass.name, pass.gpu_ms?)))
                 .collect();
@@ -98,7 +98,7 @@ impl Window {
         }
         let failed = outcome.as_ref().err().cloned();
         let side = &mut pane.sides[place.side];
-        let same = |shown: &Shown| shown.serial == serial && shown.shot.detail.is_full();
+        let same = |shown: &Shown| shown.serial == serial && shown.shot.is_whole();
         if side.shown.as_ref().is_some_and(same) {
             // The same order again: a plugin or a file that it names is another one now.
             self.measure.remade += 1;

@@ -77,10 +77,10 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
     let Some(shown) = &state.shown else {
         return settings.renderers[side].clone();
     };
-    let detail = if shown.shot.detail.is_full() {
+    let detail = if shown.shot.is_whole() {
         String::new()
     } else {
-        format!(", {}", shown.shot.detail.describe())
+        format!(", {}", shown.shot.describe_detail())
     };
     // What another view or renderer made is not made again; its time is not in this one.
     let kept = shown.shot.passes.iter().filter(|pass| pass.state == PassState::Reused).count();

@@ -156,7 +156,7 @@ impl Side {
     pub(crate) fn settled(&self) -> bool {
         !self.waits()
             && self.shown.as_ref().is_some_and(|shown| {
-                shown.shot.detail.is_full()
+                shown.shot.is_whole()
                     && self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial == shown.serial)
             })
     }
@@ -188,7 +188,8 @@ impl Pane {
         let serials = [a.serial, b.serial];
         if self.difference.as_ref().is_none_or(|(of, _)| *of != serials) {
             // Pictures of two moments of a movement are not compared.
-            let same = a.shot.view == b.shot.view && a.shot.detail == b.shot.detail;
+            let of = |shot: &Shot| (shot.view, shot.detail, shot.one_of);
+            let same = of(&a.shot) == of(&b.shot);
             let difference = Difference::new(a.shot.size, &a.shot.levels, &b.shot.levels);
             self.difference = difference.filter(|_| same).map(|difference| (serials, difference));
         }

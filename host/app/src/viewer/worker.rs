@@ -9,14 +9,12 @@ use super::arriving::{Arrived, Arriving};
 use super::darkroom::{News, Order, Place, Print, Queue, Shot, Task, Teller, UnitConduct};
 use super::export;
 use crate::arguments::{DeviceArguments, PluginFiles};
-use crate::clouds::Clouds;
 use crate::pictures;
 use crate::studio::{self, Settled, Studio};
 use crate::surroundings::{Probes, Surroundings};
 use anyhow::{Context as _, anyhow};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
@@ -80,11 +78,9 @@ pub(super) struct Worker {
     followed: HashSet<PathBuf>,
     queue: Queue,
     /// Large clouds on their way.
-    arriving: Option<Arriving>,
-    /// Orders that were answered with a few of their surfels.
+    arriving: Arriving,
+    /// Orders that were answered with a few of their surfels, or wait for all.
     unfinished: HashMap<Place, Order>,
-    /// Clouds that could not be brought beside the window: the next picture says why.
-    refused: Option<Arc<Clouds>>,
 }
 
 impl Worker {
@@ -122,9 +118,8 @@ impl Worker {
                         .ok(),
                     teller,
                     queue: queue.clone(),
-                    arriving: None,
+                    arriving: Arriving::default(),
                     unfinished: HashMap::new(),
-                    refused: None,
                 };
                 worker.tell_device();
                 Some(worker)
@@ -152,11 +147,11 @@ impl Worker {
                 }
                 Task::Changed(changed) => self.changed(&changed),
                 Task::Avoid(renderer) => self.avoided.push(renderer),
-                Task::Arriving(fraction) if self.arriving.is_some() => {
-                    self.teller.tell(News::Arriving(Some(fraction)));
+                Task::Arriving(serial, fraction) => {
+                    if self.arriving.is_meant(serial) {
+                        self.teller.tell(News::Arriving(Some(fraction)));
+                    }
                 }
-                // Of clouds that are shown no more.
-                Task::Arriving(_) => {}
                 Task::Arrived(arrived) => self.arrived(*arrived),
                 Task::LetGo(place) => {
                     self.in_use.remove(&place);
@@ -176,62 +171,65 @@ impl Worker {
     }
 
     fn picture(&mut self, place: Place, order: Order) {
+        let was_at_work = self.arriving.is_at_work();
+        let few = self.arriving.order(&order, &self.studio.engine).unwrap_or_else(|error| {
+            self.teller.tell(News::Message(error.to_string()));
+            None
+        });
+        if was_at_work && !self.arriving.is_at_work() {
+            self.teller.tell(News::Arriving(None));
+        }
+        if few.is_some() && (order.is_measured || place == export::PLACE) {
+            // Pictures that are measured or written wait for all.
+            self.unfinished.insert(place, order);
+            return self.go_on_arriving();
+        }
         let (serial, renderer) = (order.serial, order.renderer.clone());
-        let few = self.few_for(place, &order);
-        let stride = few.as_ref().map(|(_, stride)| *stride);
         let drawn = few.as_ref().map_or(&order, |(few, _)| few);
         let outcome = self.make(place, &order, drawn).map(|mut shot| {
-            shot.detail.stride = stride.unwrap_or(shot.detail.stride);
+            shot.one_of = few.as_ref().map_or(1, |(_, stride)| *stride);
             shot
         });
-        match stride {
+        match few {
             Some(_) => drop(self.unfinished.insert(place, order)),
             None => drop(self.unfinished.remove(&place)),
         }
         let outcome = outcome.map_err(|error| format!("{error:#}"));
         self.teller.tell(News::Counters(self.studio.engine.counters()));
         self.teller.tell(News::Print(Box::new(Print { place, serial, renderer, outcome })));
+        // Behind the first picture, which would have to share the processor.
+        self.go_on_arriving();
     }
 
-    /// An order for a few surfels in place of one for large clouds that are on their way, and one of how
-    /// many they are. Pictures that are measured or written wait for all.
-    fn few_for(&mut self, place: Place, order: &Order) -> Option<(Order, u32)> {
-        if order.is_measured || place == export::PLACE {
-            return None;
+    /// Puts the next large cloud in order, where one is missing.
+    fn go_on_arriving(&mut self) {
+        let was_at_work = self.arriving.is_at_work();
+        if let Err(error) = self.arriving.go_on(&self.studio.engine, &self.queue) {
+            self.teller.tell(News::Message(format!("{error:#}")));
+            self.order_again();
         }
-        let clouds = &order.clouds;
-        let refused = self.refused.as_ref().is_some_and(|refused| Arc::ptr_eq(refused, clouds));
-        let is_here = self.arriving.as_ref().is_some_and(|here| Arc::ptr_eq(here.clouds(), clouds));
-        if !is_here && !refused {
-            let started = Arriving::start(clouds, &self.studio.engine, &self.queue);
-            let started = started.unwrap_or_else(|error| {
-                self.refused = Some(clouds.clone());
-                self.teller.tell(News::Message(format!("{error:#}")));
-                None
-            });
-            if started.is_some() || self.arriving.is_some() {
-                self.teller.tell(News::Arriving(started.as_ref().map(|_| 0.0)));
-            }
-            self.arriving = started;
+        if self.arriving.is_at_work() && !was_at_work {
+            self.teller.tell(News::Arriving(Some(0.0)));
         }
-        let arriving = self.arriving.as_ref()?;
-        let is_of = Arc::ptr_eq(arriving.clouds(), clouds);
-        is_of.then(|| (arriving.order(order), arriving.stride()))
     }
 
     /// Makes the pictures again that showed a few surfels of what is there now.
     fn arrived(&mut self, arrived: Arrived) {
-        let Some(here) = self.arriving.take_if(|here| arrived.is_of(here.clouds())) else { return };
-        match arrived.supply {
-            Ok(supply) => self.studio.engine.take(supply),
-            Err(_said_by_the_next_picture) => self.refused = Some(here.clouds().clone()),
+        let was_at_work = self.arriving.is_at_work();
+        if let Some(supply) = self.arriving.take(arrived) {
+            self.studio.engine.take(supply);
         }
+        if was_at_work && !self.arriving.is_at_work() {
+            self.teller.tell(News::Arriving(None));
+            self.order_again();
+        }
+    }
+
+    fn order_again(&mut self) {
         let unfinished: Vec<(Place, Order)> = self.unfinished.drain().collect();
         for (place, order) in unfinished {
-            // Instead of one that waits already only where there is none.
             self.queue.order_again(place, order);
         }
-        self.teller.tell(News::Arriving(None));
     }
 
     /// Makes a picture with the renderer that is at the place, or another one; `drawn` is what is drawn
@@ -395,7 +393,7 @@ impl Worker {
         self.studio = Studio::open(&self.device, &self.plugins)
             .context("the graphics device was lost and cannot be opened again")?;
         // What is on its way was made for the other one.
-        self.arriving = None;
+        self.arriving.let_go();
         self.teller.tell(News::Arriving(None));
         self.teller.tell(News::Message("the graphics device was lost and opened again".to_owned()));
         self.tell_device();
@@ -514,5 +512,6 @@ fn shot(settled: &Settled, order: &Order, started: Instant) -> anyhow::Result<Sh
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
         frame_ms: settled.milliseconds,
         detail: order.detail,
+        one_of: 1,
     })
 }

@@ -127,6 +127,8 @@ pub struct Rendered {
     /// Bytes of the textures and buffers of the renderer's graph that the frame used, kept ones
     /// included.
     pub graph_bytes: u64,
+    /// Whether surfels were merged where a detail asked for it: not all renderers take merged ones.
+    pub merged: bool,
     /// Milliseconds in which columns were put in order and brought to where they are drawn.
     pub columns_ms: f64,
     /// Whether the renderer says that another frame would refine the picture.
@@ -304,7 +306,7 @@ impl Engine {
             Ok((rendered, Done { lent, written })) => {
                 self.resources.give_back(lent, &written);
                 self.resources.save(&self.gpu);
-                Ok(Rendered { columns_ms, ..rendered })
+                Ok(Rendered { columns_ms, merged, ..rendered })
             }
             Err(error) => {
                 self.surfaces.clear();
@@ -321,8 +323,8 @@ impl Engine {
     ) -> Result<Vec<DrawnCloud>, RenderError> {
         self.columns.next_frame();
         let drawn = |cloud: &CloudView<'_>| match on_host {
-            true => self.columns.on_host(cloud, request.detail_px > 0.0, &|_| ()),
-            false => self.columns.cloud(cloud, request.detail_px > 0.0, &|_| ()),
+            true => self.columns.on_host(cloud, request.detail_px > 0.0, &|_| true),
+            false => self.columns.cloud(cloud, request.detail_px > 0.0, &|_| true),
         };
         let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();

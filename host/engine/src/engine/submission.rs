@@ -108,8 +108,10 @@ impl Submission<'_> {
             .map_err(RenderError::Device)?;
         let wants_another_frame = self.plan.structure.wants_another_frame;
         let graph_bytes = lent.bytes();
-        let columns_ms = 0.0;
-        let rendered = Rendered { images, passes, graph_bytes, columns_ms, wants_another_frame };
+        // Both are the engine's to say.
+        let (columns_ms, merged) = (0.0, false);
+        let rendered =
+            Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
         Ok((rendered, Done { lent, written }))
     }
 

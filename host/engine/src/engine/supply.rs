@@ -21,11 +21,11 @@ pub struct Supply {
 }
 
 impl Engine {
-    /// Whether clouds can be drawn without putting their surfels in order first. What else changed of
-    /// them since may still have to be made again.
+    /// Whether clouds can be drawn without putting their surfels in order first.
     #[must_use]
     pub fn holds(&self, clouds: &[CloudView<'_>]) -> bool {
-        clouds.iter().all(|cloud| self.columns.holds(cloud))
+        let on_host = self.surfels.on_host(&self.gpu);
+        clouds.iter().all(|cloud| self.columns.holds(cloud, on_host))
     }
 
     /// What makes columns for this engine.
@@ -48,15 +48,16 @@ impl Engine {
 }
 
 impl Supplier {
-    /// Makes the columns of clouds; `tell` hears how far that is, in [0, 1]. Where the processor draws,
-    /// merged surfels are among them, which it takes while something moves.
+    /// Makes the columns of clouds; `tell` hears how far that is, in [0, 1], and says whether to go on.
+    /// Where the processor draws, merged surfels are among them, which it takes while something moves.
     ///
     /// # Errors
-    /// Where a column that drawing needs is missing or of another type, or the device fails.
+    /// Where a column that drawing needs is missing or of another type, the device fails, or it was not to
+    /// go on.
     pub fn supply(
         mut self,
         clouds: &[CloudView<'_>],
-        tell: &(dyn Fn(f32) + Sync),
+        tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<Supply, RenderError> {
         let n: usize = clouds.iter().map(|cloud| cloud.len).sum();
         let device = self.device.clone();

@@ -1,7 +1,7 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
 use super::elements::{components_of, encode_color, floats_of, is_color, part_of};
-use super::host_columns::{ORDERED, OnHost};
+use super::host_columns::{ORDERED, OnHost, STOPPED, generations_drawn};
 use super::order::{TIE_BREAKERS, drawing_order};
 use crate::run::RenderError;
 use glam::DVec3;
@@ -130,12 +130,16 @@ impl Columns {
         Self::new(self.device.clone(), self.queue.clone(), self.chunk_len)
     }
 
-    /// Whether a cloud's surfels are in order, in memory or on the device.
-    pub(crate) fn holds(&self, cloud: &CloudView<'_>) -> bool {
-        let position = cloud.column(columns::POSITION).map(|column| column.generation);
-        let is_it = |generation: &u64| position == Some(*generation);
-        self.on_host.iter().any(|known| known.generations.iter().any(is_it))
-            || self.uploaded.keys().any(|(generation, ..)| is_it(generation))
+    /// Whether a cloud's surfels are in order with all that is drawn of them, in memory where the
+    /// processor draws.
+    pub(crate) fn holds(&self, cloud: &CloudView<'_>, on_host: bool) -> bool {
+        // What cannot be drawn has nothing to be put in order.
+        let Some(drawn) = generations_drawn(cloud) else { return true };
+        if on_host {
+            return self.on_host.iter().any(|known| known.generations == drawn);
+        }
+        let is_there = |drawn: &u64| self.uploaded.keys().any(|(own, ..)| own == drawn);
+        drawn.iter().all(is_there)
     }
 
     /// Takes what another store has for the same device.
@@ -160,6 +164,14 @@ impl Columns {
         self.uploaded.extend(uploaded);
         for known in other.on_host {
             let Some(&order_serial) = serials.get(&known.order_serial) else { continue };
+            // What was made of it meanwhile gives way, unless it has merged ones besides.
+            let is_same = |own: &OnHost| {
+                own.generations == known.generations && own.order_serial == order_serial
+            };
+            if self.on_host.iter().any(|own| is_same(own) && (own.merged || !known.merged)) {
+                continue;
+            }
+            self.on_host.retain(|own| !is_same(own));
             self.n_orders += 1;
             let serial = self.n_orders;
             self.on_host.push(OnHost { order_serial, serial, last_used, ..known });
@@ -218,7 +230,7 @@ impl Columns {
         &mut self,
         cloud: &CloudView<'_>,
         merged: bool,
-        tell: &(dyn Fn(f32) + Sync),
+        tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
         let mut drawn = DrawnCloud {
@@ -246,13 +258,16 @@ impl Columns {
             false => self.order(cloud),
         };
         let mut arriving = Arriving { cloud, order_serial, order, drawn };
-        tell(ORDERED);
         // Of all columns that there may be these are the largest.
-        let told = |columns: f32| tell(ORDERED + (1.0 - ORDERED) * columns);
+        let told = |columns: f32| match tell(ORDERED + (1.0 - ORDERED) * columns) {
+            true => Ok(()),
+            false => Err(RenderError::Host(STOPPED.to_owned())),
+        };
+        told(0.0)?;
         self.floats(columns::POSITION, &mut arriving)?;
-        told(0.3);
+        told(0.3)?;
         self.floats(columns::NORMAL, &mut arriving)?;
-        told(0.6);
+        told(0.6)?;
         let tangents = [columns::TANGENT_U, columns::TANGENT_V];
         if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
             for name in tangents {
@@ -291,7 +306,7 @@ impl Columns {
             self.upload(column, columns::COLOR, &encode, stride, 0.0, &mut arriving);
             arriving.drawn.defines.push(layout);
         }
-        told(1.0);
+        told(1.0)?;
         Ok(arriving.drawn)
     }
 

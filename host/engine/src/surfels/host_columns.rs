@@ -14,6 +14,9 @@ use surfelshop_raster::{Albedo, Sources};
 /// What share of the time putting surfels in order takes.
 pub(super) const ORDERED: f32 = 0.3;
 
+/// Why columns were not made that nobody wants any more.
+pub(super) const STOPPED: &str = "its columns are not wanted any more";
+
 /// A cloud in memory.
 pub(super) struct OnHost {
     pub(super) generations: Vec<u64>,
@@ -33,6 +36,11 @@ struct Drawn<'a> {
     color: Option<&'a ColumnView<'a>>,
     /// Of the columns.
     generations: Vec<u64>,
+}
+
+/// Generations of the columns a cloud is drawn with; `None` where it cannot be drawn.
+pub(super) fn generations_drawn(cloud: &CloudView<'_>) -> Option<Vec<u64>> {
+    Drawn::of(cloud).ok().map(|drawn| drawn.generations)
 }
 
 impl<'a> Drawn<'a> {
@@ -120,7 +128,7 @@ impl Columns {
         &mut self,
         cloud: &CloudView<'_>,
         merged: bool,
-        tell: &(dyn Fn(f32) + Sync),
+        tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<DrawnCloud, RenderError> {
         let n_surfels = counted(cloud)?;
         let chunk_len = self.chunk_len;
@@ -147,7 +155,7 @@ impl Columns {
         &mut self,
         cloud: &CloudView<'_>,
         merged: bool,
-        tell: &(dyn Fn(f32) + Sync),
+        tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<&OnHost, RenderError> {
         let drawn = Drawn::of(cloud)?;
         let (order_serial, order) = self.order(cloud);
@@ -162,9 +170,13 @@ impl Columns {
                 self.uploads += 1;
                 self.let_go_of_older(order_serial, &drawn.generations);
                 let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
-                tell(ORDERED);
+                if !tell(ORDERED) {
+                    return Err(RenderError::Host(STOPPED.to_owned()));
+                }
                 let albedo = drawn.albedo(&order);
-                let told = |fraction| tell(ORDERED + (1.0 - ORDERED) * fraction);
+                let told = |fraction| {
+                    tell(ORDERED + (1.0 - ORDERED) * fraction);
+                };
                 let columns = columns_of(&drawn.sources, &order, albedo, merged, &told);
                 self.n_orders += 1;
                 self.on_host.push(OnHost {

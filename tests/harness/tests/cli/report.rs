@@ -120,6 +120,7 @@ fn detail_is_a_knob_of_the_host() {
     assert!(told.iter().all(|cell| cell["runs"][0]["own_passes_ms"].is_null()));
     assert!(desk.at("out/detail.svg").is_file());
     desk.run(&format!("{line} --knob detail=1,65")).failed(&["detail", "64"]);
+    desk.run(&format!("{line} --knob detail=1,2 --detail 1")).failed(&["--detail", "leave it out"]);
     desk.run("report bowl.ply -r reference --reference flat --knob detail=1 --size 8 -o out2")
         .failed(&["no parameter `detail`"]);
 }

@@ -241,14 +241,14 @@ fn a_few_surfels_of_a_large_cloud_are_shown_until_all_are_there() {
         let id = window.settings.panes[0].id;
         let shot = &window.panes[&id].sides[0].shown.as_ref()?.shot;
         let n = shot.color.data.chunks_exact(4).filter(|pixel| pixel[3] > 0.0).count();
-        Some((shot.detail, n as f64))
+        Some((shot.describe_detail(), n as f64))
     };
     screen.until("a first picture", |window| covered(window).is_some());
     let (detail, few) = covered(screen.window()).unwrap();
-    assert_eq!(detail.describe(), "1 surfel of 6");
+    assert_eq!(detail, "1 surfel of 6");
     screen.settle();
     let (detail, all) = covered(screen.window()).unwrap();
-    assert!(detail.is_full() && screen.window().arriving.is_none());
+    assert!(detail == "full detail" && screen.window().arriving.is_none());
     // Their discs are 2.4 times as large, which shows along the outline alone.
     assert!((0.99..1.02).contains(&(few / all)), "{few} and {all} pixels");
     // What is there is not fetched again.
