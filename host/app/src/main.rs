@@ -17,6 +17,7 @@ mod convert;
 mod cpu_time;
 mod csv;
 mod demo;
+mod explain;
 mod exr_file;
 mod files;
 mod given;
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         Some(Command::Report(arguments)) => sweep::run(&arguments, &given),
         Some(Command::Bench(arguments)) => bench::run(&arguments, &given),
         Some(Command::Check(arguments)) => check::run(&arguments),
+        Some(Command::Explain(arguments)) => explain::run(&arguments, &given),
         Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),

@@ -13,8 +13,8 @@ use surfelshop_engine::plugins::{
     self, LoadedUnit, Origin, Patience, Registry, SearchPath, UnitRef,
 };
 use surfelshop_engine::{
-    Backend, Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered,
-    RendererView, SurfelDrawing,
+    Backend, Engine, EngineOptions, Explanation, Gpu, GpuOptions, RenderError, RenderRequest,
+    Rendered, RendererView, SurfelDrawing,
 };
 
 /// Frames a renderer that refines its picture may take before the last one is taken.
@@ -175,5 +175,15 @@ impl Studio {
                 return Ok(Settled { rendered, n_frames, milliseconds, first_ms, columns_ms });
             }
         }
+    }
+
+    /// Renders until the picture does not change any more, and explains its last frame.
+    pub(crate) fn explain(
+        &mut self,
+        chosen: &mut Chosen,
+        request: &RenderRequest<'_>,
+    ) -> anyhow::Result<Explanation> {
+        let settled = self.settle(chosen, request)?;
+        Ok(self.engine.explain(&chosen.view, request, &settled.rendered))
     }
 }

@@ -24,9 +24,10 @@ pub mod tools;
 pub mod trace;
 
 pub use engine::{
-    Counters, Engine, EngineOptions, RenderRequest, Rendered, RendererView, Supplier, Supply,
+    Counters, Engine, EngineOptions, Explanation, FeatureUse, OutputUse, PassUse, RenderRequest,
+    Rendered, RendererView, ResourceUse, Supplier, Supply,
 };
 pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use run::{CompileCounts, Image, PassReport, PassState, RenderError};
 pub use store::Store;
-pub use surfels::{SurfaceCounts, SurfelDrawing};
+pub use surfels::{ColumnUse, SurfaceCounts, SurfelDrawing};

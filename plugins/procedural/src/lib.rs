@@ -123,10 +123,16 @@ impl Renderer for Procedural {
         "Marble, cloth, wood and patterns of your own, computed at every pixel.",
     );
     type Params = Settings;
-    const LIMITS: &'static [(&'static str, &'static str)] = &[(
-        "turned",
-        "patterns stand in the box along the axes around each cloud, and not in the cloud itself",
-    )];
+    const LIMITS: &'static [(&'static str, &'static str)] = &[
+        (
+            "turned",
+            "patterns stand in the box along the axes around each cloud, and not in the cloud itself",
+        ),
+        (
+            "neutral-columns",
+            "clouds without colours are white below patterns, not grey as in other renderers",
+        ),
+    ];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self { light: None })

@@ -5,12 +5,15 @@
 
 use glam::DVec3;
 use surfelshop_api::Scene;
+use surfelshop_api::columns;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
+use surfelshop_cloud::{Buffer, Column};
 use surfelshop_engine::{
     Engine, EngineOptions, GpuOptions, PassReport, PassState, RenderRequest, Rendered,
     SurfelDrawing,
 };
+use surfelshop_tests::clouds::Surfels;
 use surfelshop_tests::{clouds, stage};
 
 const PHONG: (&str, &str) = ("surfelshop_ewa_phong", "ewa-phong");
@@ -216,4 +219,33 @@ fn the_processor_draws_once_for_all_that_look_at_the_same() {
     assert_eq!((other.0, other.1), (name, PassState::Ran), "it looks at the nearest alone");
     let counts = other.2.surfaces;
     assert_eq!((counts.visibility, counts.blended, counts.nearest), (2, 1, 1));
+}
+
+/// What a cloud lacks takes no memory on the device: the simplest scene less than half of the fullest.
+#[test]
+fn the_simplest_scene_takes_less_than_half_the_memory_of_the_fullest() {
+    let n = 1000;
+    let bytes_each = |surfels: &Surfels, unit: (&str, &str)| {
+        let mut engine = quads();
+        let mut renderer = stage::built_renderer(&engine, unit.0, unit.1);
+        let cloud = surfels.cloud();
+        let wide: Vec<f32> = (0..3 * n).map(|i| (i % 9) as f32 / 8.0).collect();
+        let color = Column::new(columns::COLOR, 3, Buffer::F32(wide));
+        let cloud = match surfels.ao.is_empty() {
+            true => cloud,
+            false => cloud.with_columns(vec![color]).unwrap(),
+        };
+        let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+        let (scene, outputs) = (Scene::default(), [Output::Color]);
+        stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+        engine.counters().column_bytes / n as u64
+    };
+    let plain = Surfels { colors: Vec::new(), ..clouds::sphere(n, 1.0) };
+    let mut full = clouds::sphere(n, 1.0).elliptical(0.5);
+    full.ao = vec![0.5; n];
+    full.materials = vec![1; n];
+    let (least, most) = (bytes_each(&plain, FLAT), bytes_each(&full, PHONG));
+    println!("{least} bytes a surfel for the simplest scene, {most} for the fullest");
+    // Positions, normals and radii; half axes instead of radii, colours in half floats, and two more.
+    assert_eq!((least, most), (12 + 12 + 4, 12 + 12 + 24 + 8 + 4 + 4));
 }

@@ -2,10 +2,12 @@
 
 mod benchmark;
 mod checking;
+mod explaining;
 mod measuring;
 
 pub(crate) use benchmark::BenchArguments;
 pub(crate) use checking::CheckArguments;
+pub(crate) use explaining::ExplainArguments;
 pub(crate) use measuring::{CompareArguments, SweepArguments, options_of_pictures};
 
 use crate::camera::CameraSpec;
@@ -78,6 +80,8 @@ pub(crate) enum Command {
     Report(Box<SweepArguments>),
     /// Measure speed: frames, surfels alone, memory, growth and start-up, with each way to draw surfels.
     Bench(Box<BenchArguments>),
+    /// Say what a frame is made of for a scene, what was left out of it, and why.
+    Explain(Box<ExplainArguments>),
     /// Check plugins: against scenes with known answers, at the ends of their parameters, on hard clouds,
     /// and for what must not change anything.
     Check(CheckArguments),

@@ -4,6 +4,7 @@ use super::bench::{Bench, Shot, alike, front, picture, same};
 use crate::clouds::{self, Surfels};
 use crate::hard;
 use crate::verdict::{Judged, Said};
+use surfelshop_api::columns::{AO, COLOR, MATERIAL, NEUTRAL_ALBEDO};
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::{Buffer, Column};
 use surfelshop_engine::{EngineOptions, Image};
@@ -45,6 +46,28 @@ pub(super) fn unused(bench: &mut Bench<'_>) -> Judged {
     let found = bench.color(&Shot { cloud, ..shot(&surfels) })?;
     same("a column `check-unknown` more", &expected, &found)?;
     Ok(Said::Measured("with a column of NaN that nobody knows".to_owned()))
+}
+
+/// What a cloud lacks is left out of shaders and of the device; with values that mean the same it is there.
+pub(super) fn neutral(bench: &mut Bench<'_>) -> Judged {
+    let bare = Surfels { colors: Vec::new(), ..clouds::sphere(N, 1.0) };
+    let expected = bench.color(&shot(&bare))?;
+    let albedo = NEUTRAL_ALBEDO.iter().copied().cycle().take(3 * N).collect();
+    let neutral = [
+        Column::new(COLOR, 3, Buffer::F32(albedo)),
+        Column::new(AO, 1, Buffer::F32(vec![1.0; N])),
+        Column::new(MATERIAL, 1, Buffer::U32(vec![0; N])),
+    ];
+    let mut all = bare.cloud();
+    for column in neutral {
+        let what = format!("a neutral column `{}`", column.name());
+        all = hard::with_column(&all, column.clone());
+        let cloud = hard::with_column(&bare.cloud(), column);
+        same(&what, &expected, &bench.color(&Shot { cloud, ..shot(&bare) })?)?;
+    }
+    let found = bench.color(&Shot { cloud: all, ..shot(&bare) })?;
+    same("all neutral columns", &expected, &found)?;
+    Ok(Said::Measured("colours, accessibility and materials, alone and together".to_owned()))
 }
 
 pub(super) fn reordered(bench: &mut Bench<'_>) -> Judged {

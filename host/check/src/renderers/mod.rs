@@ -68,6 +68,11 @@ const CASES: &[(Case, Judge)] = &[
         "surfels cut into small chunks make the same picture, bit by bit",
         columns::chunked,
     ),
+    case(
+        "neutral-columns",
+        "columns that say what goes without saying change nothing, bit by bit",
+        columns::neutral,
+    ),
     case("unused-columns", "columns that nobody knows change nothing, bit by bit", columns::unused),
     case(
         "reordered",

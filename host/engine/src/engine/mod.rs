@@ -2,6 +2,7 @@
 
 mod alone;
 mod compute;
+mod explain;
 mod submission;
 mod supply;
 mod uniforms;
@@ -14,6 +15,7 @@ use crate::run::{
 };
 use crate::store::Store;
 use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing};
+pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, ResourceUse};
 use std::time::Instant;
 use submission::{Done, Submission};
 pub use supply::{Supplier, Supply};

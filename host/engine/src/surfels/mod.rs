@@ -12,6 +12,7 @@ mod on_host;
 mod order;
 mod strategy;
 mod surface;
+mod uses;
 
 pub(crate) use columns::{Columns, DrawnCloud};
 pub(crate) use drawing::RESOLVE;
@@ -19,3 +20,5 @@ pub(crate) use lit::{SurfelShading, lit_surface};
 pub use strategy::SurfelDrawing;
 pub use surface::SurfaceCounts;
 pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};
+pub use uses::ColumnUse;
+pub(crate) use uses::columns_used;

@@ -7,6 +7,7 @@ mod bench;
 mod check;
 mod compare;
 mod environments;
+mod explain;
 mod faulty;
 mod interrupted;
 mod lights;

@@ -1,0 +1,308 @@
+//! What a frame was made of, what was left out of it, and why.
+
+use super::{Engine, RenderRequest, Rendered, RendererView};
+use crate::run::{Needed, Node, PassState, Plan, needed, touched};
+use crate::surfels::{ColumnUse, columns_used};
+use serde::Serialize;
+use surfelshop_api::graph::Output;
+
+/// A frame, explained.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Explanation {
+    /// Columns of the clouds, and those that drawing knows and the clouds lack.
+    pub columns: Vec<ColumnUse>,
+    /// How surfels were drawn, and why so.
+    pub surfels: Vec<String>,
+    /// Passes of the host and of the renderer, in order.
+    pub passes: Vec<PassUse>,
+    /// Textures and buffers of the renderer's graph.
+    pub resources: Vec<ResourceUse>,
+    /// Outputs of the graph, and whether they were asked for.
+    pub outputs: Vec<OutputUse>,
+    /// What the adapter has that drawing can use, and what it lacks.
+    pub features: Vec<FeatureUse>,
+}
+
+/// A pass.
+#[derive(Clone, Debug, Serialize)]
+pub struct PassUse {
+    /// Its name.
+    pub name: String,
+    /// Whether it ran.
+    pub state: PassState,
+    /// Milliseconds on the device, where known.
+    pub gpu_ms: Option<f64>,
+    /// Why it ran or did not.
+    pub why: String,
+    /// Values of its `override` constants.
+    pub constants: Vec<(String, f64)>,
+}
+
+/// A texture or buffer of the graph.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResourceUse {
+    /// Its label.
+    pub label: String,
+    /// Texels and format, or that it is a buffer.
+    pub what: String,
+    /// Bytes that it takes, or would take.
+    pub bytes: u64,
+    /// Whether it was made.
+    pub made: bool,
+    /// Why it was or was not.
+    pub why: String,
+}
+
+/// An output of the graph.
+#[derive(Clone, Debug, Serialize)]
+pub struct OutputUse {
+    /// Its name.
+    pub name: String,
+    /// Whether it was asked for.
+    pub wanted: bool,
+}
+
+/// Something an adapter may have.
+#[derive(Clone, Debug, Serialize)]
+pub struct FeatureUse {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether the adapter has it.
+    pub here: bool,
+    /// What is done with it, or instead.
+    pub means: &'static str,
+}
+
+impl Engine {
+    /// Explains the frame that a renderer made last.
+    ///
+    /// Milliseconds and states are those of `rendered`; what the graph would have is that of its last
+    /// structure.
+    #[must_use]
+    pub fn explain(
+        &self,
+        renderer: &RendererView,
+        request: &RenderRequest<'_>,
+        rendered: &Rendered,
+    ) -> Explanation {
+        let mut explained = Explanation {
+            columns: columns_used(request.clouds),
+            surfels: self.surfels_used(renderer, request, rendered),
+            features: self.features(),
+            ..Explanation::default()
+        };
+        if let Some(plan) = &renderer.plan {
+            let graph = Graph::new(plan, request.outputs);
+            explained.passes = graph.passes(rendered);
+            explained.resources = graph.resources();
+            explained.outputs = graph.outputs();
+        }
+        explained
+    }
+
+    /// Lines about how surfels were drawn.
+    fn surfels_used(
+        &self,
+        renderer: &RendererView,
+        request: &RenderRequest<'_>,
+        rendered: &Rendered,
+    ) -> Vec<String> {
+        let mut lines = Vec::new();
+        let one_by_one = renderer
+            .plan
+            .as_ref()
+            .is_some_and(|plan| plan.passes.iter().any(|pass| pass.surfels.is_some()));
+        let gpu = &self.gpu;
+        lines.push(if one_by_one {
+            "as quads by the device: the renderer shades surfels one by one".to_owned()
+        } else if self.surfels.on_host(gpu) {
+            let why = if gpu.is_software() { "the adapter is software" } else { "asked for" };
+            format!("by the processor: {why}")
+        } else if self.surfels.computes(gpu, request.view.size_px) {
+            "small discs by compute, large ones as quads: asked for".to_owned()
+        } else {
+            "as quads by the device: usual on graphics cards, or asked for".to_owned()
+        });
+        let all: usize = request.clouds.iter().map(|cloud| cloud.len).sum();
+        // Groups are filled up to sixteen.
+        let n_drawn = self.surfaces.n_drawn.min(all);
+        lines.push(format!("{n_drawn} of {all} surfels drawn"));
+        lines.push(match (rendered.merged, request.detail_px > 0.0) {
+            (true, _) => format!("merged where one of {} px stands for several", request.detail_px),
+            (false, true) => "none merged: the renderer's passes take no merged surfels".to_owned(),
+            (false, false) => "none merged: no detail was asked for".to_owned(),
+        });
+        let counts = self.counters().compiled;
+        lines.push(format!(
+            "{} shader texts and {} pipelines compiled so far, only those that passes need",
+            counts.modules, counts.pipelines
+        ));
+        lines
+    }
+
+    fn features(&self) -> Vec<FeatureUse> {
+        use crate::gpu::Atomics;
+        let gpu = &self.gpu;
+        let feature = |name, here, with, without| FeatureUse {
+            name,
+            here,
+            means: if here { with } else { without },
+        };
+        vec![
+            feature(
+                "blending of 32-bit floats",
+                gpu.blends_f32,
+                "quads are added up by blending",
+                "surfels are added up in fixed point by compute",
+            ),
+            feature(
+                "timestamps",
+                gpu.times_passes,
+                "passes are timed on the device",
+                "passes have no times",
+            ),
+            feature(
+                "64-bit atomics",
+                gpu.atomics != Atomics::Only32,
+                "compute finds the nearest surfel in one step",
+                "compute takes two steps, distances first",
+            ),
+            feature(
+                "reversed depth",
+                gpu.keeps_reversed_depth(),
+                "depth comes from clip space",
+                "OpenGL would round it away: fragments write depth themselves",
+            ),
+            feature(
+                "stores into volumes",
+                gpu.stores_into_volumes(),
+                "compute passes fill volumes",
+                "passes that store into a volume are refused",
+            ),
+            feature(
+                "a graphics card",
+                !gpu.is_software(),
+                "shaders run on it",
+                "shaders run on the processor; only trusted plugins' graphs should",
+            ),
+        ]
+    }
+}
+
+/// A checked graph and what was asked of it.
+struct Graph<'a> {
+    plan: &'a Plan,
+    wanted: &'a [Output],
+    needed: Needed,
+    requested: Vec<usize>,
+}
+
+impl<'a> Graph<'a> {
+    fn new(plan: &'a Plan, wanted: &'a [Output]) -> Self {
+        let offered = plan.structure.outputs.iter();
+        let requested: Vec<usize> = offered
+            .filter(|(output, _)| wanted.contains(output))
+            .map(|(_, texture)| texture.index())
+            .collect();
+        let needed = needed(plan, &requested);
+        Self { plan, wanted, needed, requested }
+    }
+
+    /// Names of the outputs that a pass feeds.
+    fn fed_by(&self, pass: usize) -> Vec<String> {
+        let outputs = self.plan.structure.outputs.iter();
+        let feeds = |texture: usize| needed(self.plan, &[texture]).passes.get(pass) == Some(&true);
+        outputs.filter(|(_, texture)| feeds(texture.index())).map(|(o, _)| o.name()).collect()
+    }
+
+    fn passes(&self, rendered: &Rendered) -> Vec<PassUse> {
+        let own = &self.plan.structure.passes;
+        let explained = |report: &crate::run::PassReport| {
+            let at = own.iter().position(|pass| pass.name == report.name);
+            let outputs = at.map(|at| self.fed_by(at)).unwrap_or_default();
+            let why = match (report.state, at) {
+                (PassState::Ran, Some(_)) => format!("feeds output {}", listed(&outputs)),
+                (PassState::Ran, None) => "a pass that runs needs it".to_owned(),
+                (PassState::Reused, _) => {
+                    "what it makes is kept, and nothing it is of has changed".to_owned()
+                }
+                (PassState::Culled, _) if outputs.is_empty() => "feeds no output".to_owned(),
+                (PassState::Culled, _) => {
+                    format!("feeds output {} alone, not asked for", listed(&outputs))
+                }
+            };
+            let constants = at.and_then(|at| own.get(at)).map(|pass| {
+                pass.constants.iter().map(|(name, value)| (name.clone(), *value)).collect()
+            });
+            PassUse {
+                name: report.name.clone(),
+                state: report.state,
+                gpu_ms: report.gpu_ms,
+                why,
+                constants: constants.unwrap_or_default(),
+            }
+        };
+        rendered.passes.iter().map(explained).collect()
+    }
+
+    fn resources(&self) -> Vec<ResourceUse> {
+        let nodes = touched(self.plan, &self.needed, &self.requested);
+        let structure = &self.plan.structure;
+        let why = |made: bool, node: Node| match made {
+            true => "a pass that runs reads or writes it".to_owned(),
+            false => format!("only {} would touch it", listed(&self.touching(node))),
+        };
+        let textures = structure.textures.iter().enumerate().map(|(i, texture)| {
+            let node = Node::Texture(i);
+            let made = nodes.contains(&node);
+            let [width, height, depth] = self.plan.extent(i);
+            let level = |level: u32| {
+                let side = |side: u32| u64::from((side >> level).max(1));
+                let slices = if texture.volume { side(depth) } else { u64::from(depth) };
+                side(width) * side(height) * slices
+            };
+            let texels: u64 = (0..texture.mips).map(level).sum();
+            ResourceUse {
+                label: texture.label.clone(),
+                what: format!("{width} x {height} x {depth} {:?}", texture.format),
+                bytes: texels * u64::from(texture.format.bytes_per_texel()),
+                made,
+                why: why(made, node),
+            }
+        });
+        let buffers = structure.buffers.iter().enumerate().map(|(i, buffer)| {
+            let node = Node::Buffer(i);
+            let made = nodes.contains(&node);
+            ResourceUse {
+                label: buffer.label.clone(),
+                what: "buffer".to_owned(),
+                bytes: buffer.size,
+                made,
+                why: why(made, node),
+            }
+        });
+        textures.chain(buffers).collect()
+    }
+
+    /// Names of the passes that touch a resource.
+    fn touching(&self, node: Node) -> Vec<String> {
+        let passes = self.plan.structure.passes.iter().zip(&self.plan.passes);
+        let touches =
+            passes.filter(|(_, pass)| pass.reads.contains(&node) || pass.writes.contains(&node));
+        touches.map(|(pass, _)| pass.name.clone()).collect()
+    }
+
+    fn outputs(&self) -> Vec<OutputUse> {
+        let one = |(output, _): &(Output, _)| OutputUse {
+            name: output.name(),
+            wanted: self.wanted.contains(output),
+        };
+        self.plan.structure.outputs.iter().map(one).collect()
+    }
+}
+
+/// Names as a sentence has them.
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    if quoted.is_empty() { "nothing".to_owned() } else { quoted.join(", ") }
+}

@@ -1,0 +1,86 @@
+//! Which columns drawing reads, and what those it lacks save.
+
+use super::elements::{floats_of, is_color};
+use serde::Serialize;
+use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
+
+/// A column of the clouds, or one that drawing knows and they lack.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct ColumnUse {
+    /// Its name.
+    pub name: String,
+    /// Whether drawing reads it.
+    pub read: bool,
+    /// Bytes where surfels are drawn: taken by all clouds that have it, or saved by those that lack it.
+    pub bytes: u64,
+    /// Why it is read or not.
+    pub why: String,
+}
+
+/// Columns that drawing can do without, with the bytes that one takes a surfel and what is done without.
+const OPTIONAL: [(&str, u64, &str); 4] = [
+    (columns::COLOR, 4, "one albedo for all, in a constant"),
+    (columns::AO, 4, "accessibility is 1"),
+    (columns::MATERIAL, 4, "material 0 everywhere, looked up by nothing"),
+    (columns::TANGENT_U, 24, "discs: a radius each instead of two half axes"),
+];
+
+/// The columns of clouds, and those they lack.
+pub(crate) fn columns_used(clouds: &[CloudView<'_>]) -> Vec<ColumnUse> {
+    let mut all: Vec<ColumnUse> = Vec::new();
+    for cloud in clouds {
+        for column in &cloud.columns {
+            let one = used(cloud, column);
+            match all.iter_mut().find(|known| known.name == one.name && known.read == one.read) {
+                Some(known) => known.bytes += one.bytes,
+                None => all.push(one),
+            }
+        }
+    }
+    for (name, bytes_each, without) in OPTIONAL {
+        let lacking = clouds.iter().filter(|cloud| cloud.column(name).is_none());
+        let n: u64 = lacking.map(|cloud| cloud.len as u64).sum();
+        if n > 0 {
+            all.push(ColumnUse {
+                name: name.to_owned(),
+                read: false,
+                bytes: n * bytes_each,
+                why: format!("no `{name}` column: {without}; shaders are made without it"),
+            });
+        }
+    }
+    all
+}
+
+fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>) -> ColumnUse {
+    let are_ellipses = [columns::TANGENT_U, columns::TANGENT_V]
+        .into_iter()
+        .all(|name| cloud.floats(name, 3).is_some());
+    let is_floats = floats_of(cloud, column.name).is_ok();
+    let (bytes_each, why): (u64, Result<&str, &str>) = match column.name {
+        columns::POSITION => (12, Ok("where surfels are")),
+        columns::NORMAL => (12, Ok("how surfels stand")),
+        columns::RADIUS if are_ellipses => (0, Err("ellipses have half axes instead")),
+        columns::RADIUS => (4, Ok("how large discs are")),
+        columns::TANGENT_U | columns::TANGENT_V if are_ellipses => {
+            (12, Ok("half axes of ellipses"))
+        }
+        columns::TANGENT_U | columns::TANGENT_V => (0, Err("one half axis alone says nothing")),
+        columns::AO if is_floats => (4, Ok("ambient accessibility")),
+        columns::MATERIAL if matches!(column.values, Values::U32(_)) => (4, Ok("materials")),
+        columns::COLOR if is_color(column) && matches!(column.values, Values::U8(_)) => {
+            (4, Ok("albedo, in four bytes"))
+        }
+        columns::COLOR if is_color(column) => (8, Ok("albedo, in half precision")),
+        columns::AO | columns::MATERIAL | columns::COLOR => {
+            (0, Err("drawing knows no values of this type"))
+        }
+        _ => (0, Err("drawing knows no column of this name")),
+    };
+    ColumnUse {
+        name: column.name.to_owned(),
+        read: why.is_ok(),
+        bytes: bytes_each * cloud.len as u64,
+        why: why.unwrap_or_else(|why| why).to_owned(),
+    }
+}
