@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
 use surfelshop_engine::plugins::{Registry, UnitRef};
-use surfelshop_engine::{Explanation, PassState, RenderRequest};
+use surfelshop_engine::{Explanation, PassState, PassUse, RenderRequest};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &ExplainArguments, given: &Given) -> anyhow::Result<()> {
@@ -75,56 +75,97 @@ fn not_loaded(registry: &Registry, used: &UnitRef) -> Vec<Value> {
     available.filter(|manifest| manifest.id != used.package).map(|m| json!(m.id)).collect()
 }
 
-/// Sections of lines, what is used before what is not.
+/// A line about something that is used, or is not.
+pub(crate) struct Told {
+    pub(crate) used: bool,
+    pub(crate) word: &'static str,
+    pub(crate) name: String,
+    pub(crate) about: String,
+}
+
+/// What bytes mean, in megabytes; nothing where there are none.
+fn cost(bytes: u64, used: bool) -> String {
+    let verb = if used { "takes" } else { "saves" };
+    match bytes {
+        0 => String::new(),
+        _ => format!("{verb} {:.2} MB; ", bytes as f64 / 1e6),
+    }
+}
+
+/// Everything in sections, what is used before what is not.
+pub(crate) fn sections(explained: &Explanation) -> Vec<(&'static str, Vec<Told>)> {
+    let columns = explained.columns.iter().map(|column| Told {
+        used: column.read,
+        word: if column.read { "read" } else { "not" },
+        name: column.name.clone(),
+        about: format!("{}{}", cost(column.bytes, column.read), column.why),
+    });
+    let mut columns: Vec<Told> = columns.collect();
+    columns.sort_by_key(|column| !column.used);
+    let surfels = explained.surfels.iter().map(|line| Told {
+        used: true,
+        word: "",
+        name: String::new(),
+        about: line.clone(),
+    });
+    let resources = explained.resources.iter().map(|resource| {
+        let cost = cost(resource.bytes, resource.made);
+        Told {
+            used: resource.made,
+            word: if resource.made { "made" } else { "not" },
+            name: resource.label.clone(),
+            about: format!("{cost}{}; {}", resource.what, resource.why),
+        }
+    });
+    let outputs = explained.outputs.iter().map(|output| Told {
+        used: output.wanted,
+        word: if output.wanted { "wanted" } else { "not" },
+        name: output.name.clone(),
+        about: String::new(),
+    });
+    let features = explained.features.iter().map(|feature| Told {
+        used: feature.here,
+        word: if feature.here { "has" } else { "lacks" },
+        name: feature.name.to_owned(),
+        about: feature.means.to_owned(),
+    });
+    vec![
+        ("columns", columns),
+        ("surfels", surfels.collect()),
+        ("passes", explained.passes.iter().map(pass).collect()),
+        ("textures and buffers of the graph", resources.collect()),
+        ("outputs", outputs.collect()),
+        ("adapter", features.collect()),
+    ]
+}
+
+fn pass(pass: &PassUse) -> Told {
+    let word = match pass.state {
+        PassState::Ran => "ran",
+        PassState::Culled => "culled",
+        PassState::Reused => "reused",
+    };
+    let ms = pass.gpu_ms.map_or_else(String::new, |ms| format!("{ms:.2} ms; "));
+    let constants = pass.constants.iter().map(|(name, value)| format!("; {name} = {value}"));
+    Told {
+        used: pass.state != PassState::Culled,
+        word,
+        name: pass.name.clone(),
+        about: format!("{ms}{}{}", pass.why, constants.collect::<String>()),
+    }
+}
+
+/// The sections as lines.
 fn text(explained: &Explanation) -> String {
-    let mut lines = vec!["columns:".to_owned()];
-    let mut columns: Vec<_> = explained.columns.iter().collect();
-    columns.sort_by_key(|column| !column.read);
-    for column in columns {
-        let (word, verb) = if column.read { ("read", "takes") } else { ("not", "saves") };
-        let megabytes = column.bytes as f64 / 1e6;
-        let cost = match column.bytes {
-            0 => String::new(),
-            _ => format!("{verb} {megabytes:.2} MB; "),
-        };
-        lines.push(format!("  {word:<7} {:<12} {cost}{}", column.name, column.why));
-    }
-    lines.push("surfels:".to_owned());
-    lines.extend(explained.surfels.iter().map(|line| format!("  {line}")));
-    lines.push("passes:".to_owned());
-    for pass in &explained.passes {
-        let word = match pass.state {
-            PassState::Ran => "ran",
-            PassState::Culled => "culled",
-            PassState::Reused => "reused",
-        };
-        let ms = pass.gpu_ms.map_or_else(String::new, |ms| format!("{ms:.2} ms; "));
-        let constants: Vec<String> =
-            pass.constants.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-        let constants = match constants.is_empty() {
-            true => String::new(),
-            false => format!("; {}", constants.join(", ")),
-        };
-        lines.push(format!("  {word:<7} {:<28} {ms}{}{constants}", pass.name, pass.why));
-    }
-    lines.push("textures and buffers of the graph:".to_owned());
-    for resource in &explained.resources {
-        let (word, verb) = if resource.made { ("made", "takes") } else { ("not", "saves") };
-        let megabytes = resource.bytes as f64 / 1e6;
-        lines.push(format!(
-            "  {word:<7} {:<28} {verb} {megabytes:.2} MB; {}; {}",
-            resource.label, resource.what, resource.why
-        ));
-    }
-    lines.push("outputs:".to_owned());
-    for output in &explained.outputs {
-        let word = if output.wanted { "wanted" } else { "not" };
-        lines.push(format!("  {word:<7} {}", output.name));
-    }
-    lines.push("adapter:".to_owned());
-    for feature in &explained.features {
-        let word = if feature.here { "has" } else { "lacks" };
-        lines.push(format!("  {word:<7} {:<28} {}", feature.name, feature.means));
+    let mut lines = Vec::new();
+    for (title, all) in sections(explained) {
+        lines.push(format!("{title}:"));
+        for Told { word, name, about, .. } in all {
+            lines.push(match name.as_str() {
+                "" => format!("  {about}"),
+                _ => format!("  {word:<7} {name:<28} {about}").trim_end().to_owned(),
+            });
+        }
     }
     lines.join("\n")
 }

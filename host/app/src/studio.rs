@@ -13,8 +13,8 @@ use surfelshop_engine::plugins::{
     self, LoadedUnit, Origin, Patience, Registry, SearchPath, UnitRef,
 };
 use surfelshop_engine::{
-    Backend, Engine, EngineOptions, Explanation, Gpu, GpuOptions, RenderError, RenderRequest,
-    Rendered, RendererView, SurfelDrawing,
+    Backend, Engine, EngineOptions, Explanation, Gpu, GpuOptions, PassReport, PassState,
+    RenderError, RenderRequest, Rendered, RendererView, SurfelDrawing,
 };
 
 /// Frames a renderer that refines its picture may take before the last one is taken.
@@ -177,13 +177,29 @@ impl Studio {
         }
     }
 
-    /// Renders until the picture does not change any more, and explains its last frame.
+    /// Renders until the picture does not change any more, and explains it: a pass that ran in one of the
+    /// frames ran.
     pub(crate) fn explain(
         &mut self,
         chosen: &mut Chosen,
         request: &RenderRequest<'_>,
     ) -> anyhow::Result<Explanation> {
-        let settled = self.settle(chosen, request)?;
-        Ok(self.engine.explain(&chosen.view, request, &settled.rendered))
+        let mut ran: Vec<PassReport> = Vec::new();
+        for frame_index in 0..MAX_FRAMES {
+            let request = RenderRequest { frame_index, ..*request };
+            let rendered = self.engine.render(&mut chosen.view, &request);
+            let mut rendered = rendered.with_context(|| chosen.reference.to_string())?;
+            for pass in &mut rendered.passes {
+                match ran.iter().find(|known| known.name == pass.name) {
+                    Some(known) if pass.state == PassState::Reused => *pass = known.clone(),
+                    None if pass.state == PassState::Ran => ran.push(pass.clone()),
+                    _ => {}
+                }
+            }
+            if !rendered.wants_another_frame || frame_index + 1 == MAX_FRAMES {
+                return Ok(self.engine.explain(&chosen.view, &request, &rendered));
+            }
+        }
+        anyhow::bail!("{} has drawn no frame", chosen.reference)
     }
 }

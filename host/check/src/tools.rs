@@ -2,7 +2,7 @@
 
 use crate::clouds::{self, Surfels};
 use crate::hard::{self, Hard};
-use crate::renderers::{driven, may_be_refused};
+use crate::renderers::driven;
 use crate::verdict::{Failure, Judged, Judges, Said, run};
 use crate::{Case, Outcome, Setup};
 use glam::DVec3;
@@ -40,8 +40,12 @@ const CASES: &[(Case, Judge)] = &[
         "normals, radii, positions and colours from nothing to the largest number: no hang, no panic",
         damaged,
     ),
-    case("moved", "a ball 7 million units away: finite values", moved),
-    case("scaled", "balls from 1e-30 to 1e30 times the size: finite values", scaled),
+    case("moved", "a ball 7 million units away is no other: finite values", moved),
+    case(
+        "scaled",
+        "balls from 1e-30 to 1e30 times the size: finite values, or refused in a line",
+        scaled,
+    ),
     case(
         "parameters",
         "every parameter at both ends and beyond: finite values, or refused in a line",
@@ -97,7 +101,7 @@ impl Bench<'_> {
         match self.run_for(LONGEST, cloud, values, threads)? {
             Ran::Stopped => {
                 let line = format!("it works longer than {} s", LONGEST.as_secs());
-                Err(Failure { is_silent: true, ..Failure::new(line) })
+                Err(Failure::fault(line))
             }
             ran => Ok(ran),
         }
@@ -130,9 +134,7 @@ impl Bench<'_> {
             Ended::Failed(Fault::Error(line)) => Ok(Ran::Refused(line)),
             Ended::Failed(fault) => Err(failed(&fault)),
             Ended::Cancelled => Err(Failure::new("it stopped without being asked to")),
-            Ended::LeftBehind(_) => {
-                Err(Failure { is_silent: true, ..Failure::new("it does not stop") })
-            }
+            Ended::LeftBehind(_) => Err(Failure::silence("it does not stop")),
         }
     }
 
@@ -148,7 +150,7 @@ impl Bench<'_> {
 
 fn failed(fault: &Fault) -> Failure {
     let is_silent = matches!(fault, Fault::TimedOut(_));
-    Failure { is_silent, ..Failure::new(fault.to_string()) }
+    Failure { is_silent, ..Failure::fault(fault.to_string()) }
 }
 
 /// A ball with colours and accessibility, and with triangles: some tools read them.
@@ -289,7 +291,10 @@ fn over(bench: &Bench<'_>, clouds: Vec<Hard>) -> Judged {
     }
     Ok(Said::Measured(match refused.len() {
         0 => format!("{n} clouds"),
-        _ => format!("{n} clouds, refused {}", refused.join("; ")),
+        _ => {
+            let first = refused.first().cloned().unwrap_or_default();
+            format!("{n} clouds, refused {}, such as {first}", refused.len())
+        }
     }))
 }
 
@@ -324,10 +329,8 @@ fn parameters(bench: &mut Bench<'_>) -> Judged {
             n += 1;
             let ran = bench.run_for(LONG_ENOUGH, &cloud, &values, 2);
             match ran {
-                Err(failure) if failure.is_silent || !may_be_refused(declared) => {
-                    return Err(failure.of(&what));
-                }
-                Err(_) => {}
+                // A refusal is none of these.
+                Err(failure) => return Err(failure.of(&what)),
                 Ok(ran) => {
                     n_refused += u32::from(matches!(ran, Ran::Refused(_)));
                     n_stopped += u32::from(matches!(ran, Ran::Stopped));
@@ -344,16 +347,31 @@ fn parameters(bench: &mut Bench<'_>) -> Judged {
     }
 }
 
+/// How long it works before it is asked to stop.
+const WORKED: Duration = Duration::from_millis(5);
+
 fn cancel(bench: &mut Bench<'_>) -> Judged {
-    let cloud = clouds::sphere(60_000, 1.0).cloud();
+    let (surfels, faces) = clouds::globe(200, 300);
+    let cloud = surfels.cloud();
+    let cloud = cloud.clone().with_faces(faces).unwrap_or(cloud);
+    let before = contents(&cloud);
     let mut running = bench.start(&cloud, &Values::new(), 0)?;
+    let ended = running.wait(WORKED);
+    let was_early = ended.is_some();
     running.cancel();
     let longest = bench.setup.patience.cancel + Duration::from_secs(1);
-    match running.wait(longest) {
-        None | Some(Ended::LeftBehind(_)) => {
-            Err(Failure { is_silent: true, ..Failure::new("it does not stop") })
-        }
+    let ended = ended.or_else(|| running.wait(longest));
+    if contents(&cloud) != before {
+        return Err(Failure::fault("the cloud it worked on has changed"));
+    }
+    match ended {
+        None | Some(Ended::LeftBehind(_)) => Err(Failure::silence("it does not stop")),
+        Some(Ended::Failed(Fault::Error(line))) => Ok(Said::LeftOut(format!("it refused: {line}"))),
         Some(Ended::Failed(fault)) => Err(failed(&fault)),
-        Some(Ended::Cancelled | Ended::Done(_)) => Ok(Said::Measured("it stopped".to_owned())),
+        Some(Ended::Cancelled) => Ok(Said::Measured("it stopped".to_owned())),
+        Some(Ended::Done(_)) if was_early => {
+            Ok(Said::LeftOut("it ended before it was asked to stop".to_owned()))
+        }
+        Some(Ended::Done(_)) => Ok(Said::Measured("it ended soon after it was asked".to_owned())),
     }
 }

@@ -1,5 +1,6 @@
 //! Checks of tracers.
 
+use crate::cast::{Agreement, cast};
 use crate::clouds;
 use crate::hard;
 use crate::renderers::{driven, may_be_refused};
@@ -7,7 +8,9 @@ use crate::verdict::{Failure, Judged, Judges, Said, run};
 use crate::{Case, Outcome, Setup};
 use glam::DVec3;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 use surfelshop_api::abi::host_side::Fault;
+use surfelshop_api::job::CANCELLED;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Camera, FrameRequest, Projection, Scene, UnitKind, View};
 use surfelshop_cloud::Cloud;
@@ -23,6 +26,7 @@ const fn case(name: &'static str, about: &'static str, judge: Judge) -> (Case, J
 
 const CASES: &[(Case, Judge)] = &[
     case("outputs", "the picture has the view's size and is finite", outputs),
+    case("silhouette", "a ball covers the pixels that rays meet", silhouette),
     case("threads", "one thread and three make the same picture, bit by bit", threads),
     case("viewport", "pictures of one pixel, one row and one column are whole", viewport),
     case(
@@ -47,7 +51,7 @@ const CASES: &[(Case, Judge)] = &[
     ),
     case(
         "parameters",
-        "every parameter at both ends of its range and beyond gives finite pictures",
+        "every parameter but `samples` at both ends of its range and beyond gives finite pictures",
         parameters,
     ),
     case("cancel", "it stops when it is asked to", cancel),
@@ -75,6 +79,12 @@ struct Bench<'a> {
 
 /// Side of pictures.
 const SIZE: u32 = 40;
+
+/// How long a tracer may take for a picture of that size.
+const LONGEST: Duration = Duration::from_secs(20);
+
+/// How long it works before it is asked to stop.
+const WORKED: Duration = Duration::from_millis(200);
 
 fn view(projection: Projection) -> View {
     let eye = DVec3::new(0.5, 1.0, 3.0);
@@ -110,14 +120,22 @@ impl Bench<'_> {
         let texels: Arc<[[f32; 3]]> = Vec::new().into();
         let clouds = vec![cloud.clone()];
         let order = TraceOrder { clouds, request, texels, samples: 2, threads };
-        let traced =
-            trace(self.unit, order, self.patience, |_| true).map_err(|fault| failed(&fault))?;
+        let started = Instant::now();
+        let traced = trace(self.unit, order, self.patience, |_| started.elapsed() < LONGEST);
+        let traced = traced.map_err(|fault| match started.elapsed() < LONGEST {
+            true => failed(&fault),
+            false => {
+                let line = format!("it works longer than {} s", LONGEST.as_secs());
+                Failure { is_silent: matches!(fault, Fault::TimedOut(_)), ..Failure::fault(line) }
+            }
+        })?;
         let is_odd = |pixel: &&[f32]| pixel.iter().any(|value| !value.is_finite());
         match traced.color.data.chunks_exact(4).filter(is_odd).count() {
             0 => Ok(traced.color),
             n => {
                 let line = format!("{n} pixels are not finite");
-                Err(Failure::showing(line, [("color", &traced.color)]))
+                let shown = Failure::showing(line, [("color", &traced.color)]);
+                Err(Failure { is_fault: true, ..shown })
             }
         }
     }
@@ -129,7 +147,8 @@ impl Bench<'_> {
 
 fn failed(fault: &Fault) -> Failure {
     let is_silent = matches!(fault, Fault::TimedOut(_));
-    Failure { is_silent, ..Failure::new(fault.to_string()) }
+    let is_fault = !matches!(fault, Fault::Error(_));
+    Failure { is_silent, is_fault, ..Failure::new(fault.to_string()) }
 }
 
 fn outputs(bench: &mut Bench<'_>) -> Judged {
@@ -216,14 +235,17 @@ fn parameters(bench: &mut Bench<'_>) -> Judged {
             n += 1;
             let view = View { size_px: [8; 2], ..view(CENTRAL) };
             match bench.trace(&ball(), view, &values, 0) {
-                Err(failure) if !may_be_refused(declared) || failure.is_silent => {
+                Err(failure) if !may_be_refused(declared) || failure.is_fault => {
                     return Err(failure.of(&what));
                 }
                 _ => {}
             }
         }
     }
-    Ok(Said::Measured(format!("{n} values")))
+    match n {
+        0 => Ok(Said::LeftOut("it has no parameters but its number of samples".to_owned())),
+        _ => Ok(Said::Measured(format!("{n} values"))),
+    }
 }
 
 fn cancel(bench: &mut Bench<'_>) -> Judged {
@@ -238,8 +260,29 @@ fn cancel(bench: &mut Bench<'_>) -> Judged {
     };
     let texels: Arc<[[f32; 3]]> = Vec::new().into();
     let order = TraceOrder { clouds: vec![cloud], request, texels, samples: 1 << 20, threads: 0 };
-    match trace(bench.unit, order, bench.patience, |_| false) {
-        Err(fault @ Fault::TimedOut(_)) => Err(failed(&fault)),
-        _ => Ok(Said::Measured("it stopped".to_owned())),
+    let started = Instant::now();
+    match trace(bench.unit, order, bench.patience, |_| started.elapsed() < WORKED) {
+        Err(Fault::Error(line)) if line == CANCELLED => {
+            Ok(Said::Measured(format!("it stopped after {:?}", started.elapsed())))
+        }
+        Err(fault) => Err(failed(&fault)),
+        Ok(_) => Ok(Said::LeftOut("it ended before it was asked to stop".to_owned())),
+    }
+}
+
+/// What a ball covers, but for the rim, where samples lie to both sides.
+fn silhouette(bench: &mut Bench<'_>) -> Judged {
+    let (cloud, view) = (ball(), view(CENTRAL));
+    let reference = cast(&cloud, &view);
+    let color = bench.usual(&cloud)?;
+    let covered = color.data.chunks_exact(4).map(|p| if p[3] > 0.5 { 1.0 } else { 0.0 });
+    let agreement = Agreement::new(covered, &reference, f64::INFINITY);
+    let line = format!(
+        "rays meet discs at {} pixels, {} are covered, {} of them rightly",
+        agreement.cast, agreement.drawn, agreement.both
+    );
+    match agreement.coverage() > 0.95 && agreement.both > 100 {
+        true => Ok(Said::Measured(line)),
+        false => Err(Failure::showing(line, [("color", &color)])),
     }
 }

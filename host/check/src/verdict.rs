@@ -64,11 +64,24 @@ pub(crate) struct Failure {
     pub(crate) pictures: Vec<(String, Image)>,
     /// Whether the unit did not answer in time: it is not asked again.
     pub(crate) is_silent: bool,
+    /// Whether the unit failed, and not only what it made: no limit excuses that, nor a value that it may
+    /// refuse.
+    pub(crate) is_fault: bool,
 }
 
 impl Failure {
     pub(crate) fn new(line: impl Into<String>) -> Self {
-        Self { line: line.into(), pictures: Vec::new(), is_silent: false }
+        Self { line: line.into(), pictures: Vec::new(), is_silent: false, is_fault: false }
+    }
+
+    /// A failure of the unit itself.
+    pub(crate) fn fault(line: impl Into<String>) -> Self {
+        Self { is_fault: true, ..Self::new(line) }
+    }
+
+    /// No answer.
+    pub(crate) fn silence(line: impl Into<String>) -> Self {
+        Self { is_silent: true, ..Self::fault(line) }
     }
 
     /// The same with pictures.
@@ -128,11 +141,16 @@ pub(crate) fn run<B>(
 }
 
 fn outcome(case: Case, judged: Judged, limits: &[Limit], took: Duration) -> Outcome {
+    let limit = limits.iter().find(|limit| limit.case == case.name);
     let (verdict, said, pictures) = match judged {
+        Ok(Said::Measured(line)) if limit.is_some() => {
+            let line = format!("{line}; it declares a limit here that it does not need");
+            (Verdict::Passed, line, Vec::new())
+        }
         Ok(Said::Measured(line)) => (Verdict::Passed, line, Vec::new()),
         Ok(Said::LeftOut(line)) => (Verdict::LeftOut, line, Vec::new()),
-        Err(failure) => match limits.iter().find(|limit| limit.case == case.name) {
-            Some(Limit { why, .. }) if !failure.is_silent => {
+        Err(failure) => match limit {
+            Some(Limit { why, .. }) if !failure.is_fault => {
                 (Verdict::Limited, format!("{why} ({})", failure.line), failure.pictures)
             }
             _ => (Verdict::Failed, failure.line, failure.pictures),
@@ -159,7 +177,8 @@ mod tests {
     fn declared_limits_are_shown_and_silence_is_none() {
         let line = "patterns stay (3 pixels)".to_owned();
         assert_eq!(judged(Failure::new("3\npixels")), (Verdict::Limited, line));
-        let silent = Failure { is_silent: true, ..Failure::new("no answer") };
+        let silent = Failure::silence("no answer");
         assert_eq!(judged(silent), (Verdict::Failed, "no answer".to_owned()));
+        assert_eq!(judged(Failure::fault("a panic")), (Verdict::Failed, "a panic".to_owned()));
     }
 }

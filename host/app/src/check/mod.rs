@@ -8,8 +8,8 @@ use anyhow::{Context as _, bail};
 use std::path::{Path, PathBuf};
 use surfelshop_api::UnitKind;
 use surfelshop_check::{Case, Outcome, Setup, Verdict, cases, check};
-use surfelshop_engine::plugins::{Registry, UnitRef};
-use surfelshop_engine::{Engine, EngineOptions, Gpu};
+use surfelshop_engine::plugins::{Entry, Registry, UnitRef};
+use surfelshop_engine::{Engine, EngineOptions, Gpu, SurfelDrawing};
 use told::Told;
 
 const KINDS: [UnitKind; 3] = [UnitKind::Renderer, UnitKind::Tracer, UnitKind::Tool];
@@ -35,22 +35,34 @@ pub(crate) fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
     let given = arguments.plugins.plugin.iter().cloned().chain(files).collect::<Vec<_>>();
     let registry = studio::registry(&given)?;
     let wanted = wanted(&registry, &arguments.wanted)?;
-    let mut told = Told::new(arguments);
+    let refused: Vec<String> = match arguments.wanted.is_empty() {
+        // What was named is there, or was refused in a line already.
+        true => registry.entries().iter().filter_map(Entry::refusal).collect(),
+        false => Vec::new(),
+    };
     let mut all = Vec::with_capacity(wanted.len());
+    let mut told = Told { arguments, refused: &refused, failure: None };
+    told.refusals()?;
     for reference in wanted {
         told.begin(&reference)?;
         let outcomes = unit(arguments, &reference, &mut told);
         if let Err(line) = &outcomes {
-            told.refused(line)?;
+            told.not_checked(line)?;
         }
         all.push(Checked { reference, outcomes });
+        // One that takes the program with it leaves what was known before.
+        told.write(&all)?;
+        told.failure.take().map_or(Ok(()), Err)?;
     }
     told.end(&all)?;
-    let n_failed = all.iter().map(Checked::n_failed).sum::<usize>();
-    match n_failed {
+    let n_outcomes: usize = all.iter().map(|one| one.outcomes.as_ref().map_or(1, Vec::len)).sum();
+    if n_outcomes == 0 {
+        bail!("nothing was checked: none of these units has a case {}", arguments.case.join(", "));
+    }
+    match all.iter().map(Checked::n_failed).sum::<usize>() + refused.len() {
         0 => Ok(()),
-        1 => bail!("1 case failed"),
-        n => bail!("{n} cases failed"),
+        1 => bail!("1 failure"),
+        n => bail!("{n} failures"),
     }
 }
 
@@ -73,8 +85,12 @@ fn unit(
     let engine = |options: &EngineOptions| {
         let gpu = Gpu::headless(&studio::gpu_options(&arguments.device));
         let gpu = gpu.map_err(|error| error.to_string())?;
-        let options =
-            EngineOptions { surfels: surfel_drawing(&arguments.device), ..options.clone() };
+        // A case may be about one way to draw.
+        let surfels = match options.surfels {
+            SurfelDrawing::Automatic => surfel_drawing(&arguments.device),
+            way => way,
+        };
+        let options = EngineOptions { surfels, ..options.clone() };
         Engine::new(gpu, &options).map_err(|error| error.to_string())
     };
     let setup = Setup { engine: &engine, device: studio::gpu_options(&arguments.device), patience };
@@ -82,7 +98,13 @@ fn unit(
         arguments.case.is_empty() || arguments.case.iter().any(|name| name == case.name)
     };
     // Ctrl-C ends the program.
-    check(&unit, &setup, &is_wanted, &mut |outcome| told.outcome(reference, outcome).is_ok())
+    check(&unit, &setup, &is_wanted, &mut |outcome| match told.outcome(reference, outcome) {
+        Ok(()) => true,
+        Err(error) => {
+            told.failure = Some(error);
+            false
+        }
+    })
 }
 
 /// Refuses names that no kind of unit has a case of.

@@ -36,12 +36,19 @@ pub(super) fn list(arguments: &CheckArguments) -> anyhow::Result<()> {
 
 /// Tells as it goes.
 pub(super) struct Told<'a> {
-    arguments: &'a CheckArguments,
+    pub(super) arguments: &'a CheckArguments,
+    /// Files that are no plugins that could be checked, in a line each.
+    pub(super) refused: &'a [String],
+    /// Why something could not be told or written.
+    pub(super) failure: Option<anyhow::Error>,
 }
 
-impl<'a> Told<'a> {
-    pub(super) fn new(arguments: &'a CheckArguments) -> Self {
-        Self { arguments }
+impl Told<'_> {
+    /// Tells which files could not be opened.
+    pub(super) fn refusals(&self) -> anyhow::Result<()> {
+        let is_quiet = self.arguments.report.json;
+        let mut lines = self.refused.iter().filter(|_| !is_quiet);
+        lines.try_for_each(|line| terminal::line(format!("refused: {line}")))
     }
 
     pub(super) fn begin(&self, unit: &UnitRef) -> anyhow::Result<()> {
@@ -51,7 +58,7 @@ impl<'a> Told<'a> {
         }
     }
 
-    pub(super) fn refused(&self, line: &str) -> anyhow::Result<()> {
+    pub(super) fn not_checked(&self, line: &str) -> anyhow::Result<()> {
         match self.arguments.report.json {
             true => Ok(()),
             false => terminal::line(format!("  cannot be checked: {line}")),
@@ -60,44 +67,52 @@ impl<'a> Told<'a> {
 
     /// Tells of a case, and writes its pictures.
     pub(super) fn outcome(&self, unit: &UnitRef, outcome: &Outcome) -> anyhow::Result<()> {
-        if let Some(folder) = &self.arguments.out {
-            for (name, image) in &outcome.pictures {
-                write(folder, &stem(unit, outcome, name), name, image)?;
+        if !self.arguments.report.json {
+            let Outcome { case, verdict, said, .. } = outcome;
+            terminal::line(format!("  {:<8} {:<16} {said}", verdict.word(), case.name))?;
+            if *verdict == Verdict::Failed {
+                let again = again(self.arguments, unit, outcome);
+                terminal::line(format!("           again: {again}"))?;
             }
         }
-        if self.arguments.report.json {
-            return Ok(());
-        }
-        let Outcome { case, verdict, said, .. } = outcome;
-        terminal::line(format!("  {:<8} {:<16} {said}", verdict.word(), case.name))?;
-        if *verdict == Verdict::Failed {
-            terminal::line(format!("           again: {}", again(self.arguments, unit, outcome)))?;
+        let Some(folder) = &self.arguments.out else { return Ok(()) };
+        for (name, image) in &outcome.pictures {
+            write(folder, &stem(unit, outcome, name), name, image)?;
         }
         Ok(())
     }
 
-    /// Tells of all, and writes the files.
-    pub(super) fn end(&self, all: &[Checked]) -> anyhow::Result<()> {
-        let object = json!({
+    fn object(&self, all: &[Checked]) -> Value {
+        json!({
             "command": "check",
             "version": env!("CARGO_PKG_VERSION"),
+            "refused": self.refused,
             "units": all.iter().map(|one| object(self.arguments, one)).collect::<Vec<_>>(),
-            "counts": counts(all),
-        });
-        if let Some(folder) = &self.arguments.out {
-            put(folder, "check.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
-            put(folder, "check.xml", junit(self.arguments, all)?.as_bytes())?;
-        }
+            "counts": counts(all, self.refused),
+        })
+    }
+
+    /// Writes the files of all that is known so far.
+    pub(super) fn write(&self, all: &[Checked]) -> anyhow::Result<()> {
+        let Some(folder) = &self.arguments.out else { return Ok(()) };
+        let object = serde_json::to_string_pretty(&self.object(all))?;
+        put(folder, "check.json", object.as_bytes())?;
+        put(folder, "check.xml", junit(self.arguments, all, self.refused)?.as_bytes())
+    }
+
+    /// Tells of all.
+    pub(super) fn end(&self, all: &[Checked]) -> anyhow::Result<()> {
         if self.arguments.report.json {
-            return terminal::json(&object);
+            return terminal::json(&self.object(all));
         }
-        let counts = counts(all);
+        let counts = counts(all, self.refused);
         let count = |verdict: Verdict| {
             format!("{} {}", counts[key(verdict)].as_u64().unwrap_or(0), verdict.word())
         };
         let verdicts = [Verdict::Passed, Verdict::Failed, Verdict::Limited, Verdict::LeftOut];
         let line = verdicts.map(count).join(", ");
-        terminal::line(format!("{} units: {line}", all.len()))
+        let units = if all.len() == 1 { "unit" } else { "units" };
+        terminal::line(format!("{} {units}: {line}", all.len()))
     }
 }
 
@@ -109,12 +124,12 @@ fn key(verdict: Verdict) -> &'static str {
     }
 }
 
-fn counts(all: &[Checked]) -> Value {
+fn counts(all: &[Checked], refused: &[String]) -> Value {
     let outcomes = || all.iter().filter_map(|one| one.outcomes.as_ref().ok()).flatten();
     let n = |verdict| outcomes().filter(|outcome| outcome.verdict == verdict).count();
     json!({
         "passed": n(Verdict::Passed),
-        "failed": all.iter().map(Checked::n_failed).sum::<usize>(),
+        "failed": all.iter().map(Checked::n_failed).sum::<usize>() + refused.len(),
         "limited": n(Verdict::Limited),
         "left_out": n(Verdict::LeftOut),
     })
@@ -147,7 +162,10 @@ fn object(arguments: &CheckArguments, checked: &Checked) -> Value {
 /// The name of a picture's file, without its ending.
 fn stem(unit: &UnitRef, outcome: &Outcome, picture: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || c == '-' { c } else { '-' };
-    format!("{}-{}-{picture}", unit.id, outcome.case.name).chars().map(plain).collect()
+    let kind = unit.kind.word();
+    let UnitRef { package, id, .. } = unit;
+    let stem = format!("{package}-{kind}-{id}-{}-{picture}", outcome.case.name);
+    stem.chars().map(plain).collect()
 }
 
 /// A picture as it is seen, and with its numbers.
@@ -163,14 +181,21 @@ fn write(folder: &Path, stem: &str, name: &str, image: &Image) -> anyhow::Result
     put(folder, &format!("{stem}.exr"), &exr_file::exr(&[&(output, image.clone())])?)
 }
 
-/// The command that runs a case again.
+/// The command that runs a case again: as typed, for one unit and one case.
 fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> String {
+    let typed: Vec<String> = std::env::args().skip(2).collect();
+    let typed = command_line::without(&typed, &["--case", "--out", "-o"]);
+    let is_other = |word: &String| {
+        let is_wanted = arguments.wanted.contains(word) && super::file(word).is_none();
+        !is_wanted && word != "--json"
+    };
     let mut words = vec!["check".to_owned(), format!("{}/{}", unit.package, unit.id)];
-    for file in &arguments.plugins.plugin {
-        words.extend(["--plugin".to_owned(), file.display().to_string()]);
-    }
-    if arguments.wanted.iter().any(|text| super::file(text).is_some()) {
-        words.extend(["--plugin".to_owned(), unit.path.display().to_string()]);
+    // A file that was named as what is to be checked would have all its units checked.
+    for word in typed.into_iter().filter(is_other) {
+        if arguments.wanted.contains(&word) {
+            words.push("--plugin".to_owned());
+        }
+        words.push(word);
     }
     words.extend(["--case".to_owned(), outcome.case.name.to_owned()]);
     words.extend(["-o".to_owned(), "checked".to_owned()]);
@@ -178,22 +203,37 @@ fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> Strin
 }
 
 /// As `JUnit` writes it: a suite for each unit.
-fn junit(arguments: &CheckArguments, all: &[Checked]) -> Result<String, fmt::Error> {
+fn junit(
+    arguments: &CheckArguments,
+    all: &[Checked],
+    refused: &[String],
+) -> Result<String, fmt::Error> {
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n");
+    if !refused.is_empty() {
+        let n = refused.len();
+        writeln!(text, "  <testsuite name=\"files\" tests=\"{n}\" errors=\"{n}\">")?;
+        for line in refused {
+            let line = escaped(line);
+            writeln!(text, "    <testcase name=\"load\"><error message=\"{line}\"/></testcase>")?;
+        }
+        writeln!(text, "  </testsuite>")?;
+    }
     for Checked { reference, outcomes } in all {
         let suite = escaped(&format!("{}/{}", reference.package, reference.id));
         let none = Vec::new();
         let cases = outcomes.as_ref().unwrap_or(&none);
         let n = |verdict| cases.iter().filter(|one| one.verdict == verdict).count();
         let (failed, skipped) = (n(Verdict::Failed), n(Verdict::LeftOut) + n(Verdict::Limited));
-        let (tests, errors) = (cases.len(), u32::from(outcomes.is_err()));
+        let errors = usize::from(outcomes.is_err());
+        let tests = cases.len() + errors;
         writeln!(
             text,
             "  <testsuite name=\"{suite}\" tests=\"{tests}\" failures=\"{failed}\" \
              errors=\"{errors}\" skipped=\"{skipped}\">"
         )?;
         if let Err(line) = outcomes {
-            writeln!(text, "    <system-err>{}</system-err>", escaped(line))?;
+            let line = escaped(line);
+            writeln!(text, "    <testcase name=\"load\"><error message=\"{line}\"/></testcase>")?;
         }
         for outcome in cases {
             let (name, said) = (outcome.case.name, escaped(&outcome.said));
@@ -226,6 +266,7 @@ fn escaped(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             c if c.is_control() && c != '\n' && c != '\t' => {}
+            '\u{FFFE}' | '\u{FFFF}' => {}
             c => escaped.push(c),
         }
     }

@@ -19,7 +19,7 @@ use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::picture::Development;
 use surfelshop_engine::plugins::{Changed, Registry};
-use surfelshop_engine::{Counters, Image, PassReport};
+use surfelshop_engine::{Counters, Explanation, Image, PassReport};
 
 /// Where a picture is shown: a pane and which of its two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -64,6 +64,8 @@ pub(crate) struct Shot {
     /// What drawing took of it, until the picture did not change any more: milliseconds.
     pub(crate) frame_ms: f64,
     pub(crate) detail: Detail,
+    /// What it is made of; of still pictures alone.
+    pub(crate) explained: Option<Arc<Explanation>>,
     /// One surfel of so many of a large cloud is shown, until all are there.
     pub(crate) one_of: u32,
 }

@@ -18,6 +18,7 @@ mod film;
 mod history;
 mod lights;
 mod loading;
+mod made_of;
 mod measure;
 mod memory;
 mod menus;

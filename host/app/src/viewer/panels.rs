@@ -2,6 +2,7 @@
 
 use super::dialogs::{self, Whose};
 use super::lights::{self, Around};
+use super::made_of;
 use super::memory::Memory;
 use super::parameters;
 use super::settings::Mode;
@@ -27,6 +28,8 @@ pub(crate) fn side(window: &mut Window, ui: &mut Ui) {
         section(ui, "Environment", |ui| surroundings::show(window, ui));
         section(ui, "Surface", |ui| surface(window, ui));
         section(ui, "Passes", |ui| passes(window, ui));
+        let made_of = egui::CollapsingHeader::new("What it is made of");
+        made_of.default_open(false).show(ui, |ui| made_of::show(window, ui));
     });
 }
 

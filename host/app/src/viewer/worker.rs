@@ -15,6 +15,7 @@ use crate::surroundings::{Probes, Surroundings};
 use anyhow::{Context as _, anyhow};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
@@ -24,7 +25,7 @@ use surfelshop_engine::plugins::{
     self, Changed, Conduct, Contents, LoadedUnit, Mark, Marks, Origin, Registry, SearchPath,
     Standing, UnitRef, Watcher,
 };
-use surfelshop_engine::{RenderError, RenderRequest, RendererView};
+use surfelshop_engine::{Explanation, RenderError, RenderRequest, RendererView};
 
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 
@@ -256,11 +257,11 @@ impl Worker {
         }
         self.follow(&in_use);
         match self.render(&mut in_use.view, drawn) {
-            Ok(settled) => {
+            Ok((settled, explained)) => {
                 in_use.mark = None;
                 self.conduct.succeeded(&in_use.reference, in_use.unit.contents);
                 self.in_use.insert(place, in_use);
-                shot(&settled, order, started)
+                shot(&settled, explained, order, started)
             }
             Err(error) => {
                 let lost = matches!(error, RenderError::DeviceLost(_));
@@ -337,7 +338,12 @@ impl Worker {
     }
 
     /// Renders until the picture does not change any more.
-    fn render(&mut self, view: &mut RendererView, order: &Order) -> Result<Settled, RenderError> {
+    /// Still pictures are explained.
+    fn render(
+        &mut self,
+        view: &mut RendererView,
+        order: &Order,
+    ) -> Result<(Settled, Option<Explanation>), RenderError> {
         if order.is_measured {
             // A view may have drawn the same surfels, and what is timed pays for its own.
             self.studio.engine.forget_surfaces();
@@ -359,7 +365,11 @@ impl Worker {
             stride: order.detail.stride,
             detail_px: 0.0,
         };
-        self.studio.settle_view(view, &request)
+        let settled = self.studio.settle_view(view, &request)?;
+        let is_still = order.detail.is_full() && !order.is_measured;
+        let explained =
+            is_still.then(|| self.studio.engine.explain(view, &request, &settled.rendered));
+        Ok((settled, explained))
     }
 
     /// The light around the scene; none where its probe cannot be read, which is told once.
@@ -456,8 +466,8 @@ impl Worker {
         let order = Order { values: kept.values.clone(), ..order.clone() };
         let mut view = RendererView::new(reloaded.hosted, unit.scope());
         let started = Instant::now();
-        let settled = self.render(&mut view, &order)?;
-        let shot = shot(&settled, &order, started)?;
+        let (settled, explained) = self.render(&mut view, &order)?;
+        let shot = shot(&settled, explained, &order, started)?;
         let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
         let report = format!(
             "{} was rebuilt: load and first graph {:.1} ms, compiling and drawing {:.0} ms, after \
@@ -492,7 +502,12 @@ fn fault_of(error: &RenderError) -> Fault {
     }
 }
 
-fn shot(settled: &Settled, order: &Order, started: Instant) -> anyhow::Result<Shot> {
+fn shot(
+    settled: &Settled,
+    explained: Option<Explanation>,
+    order: &Order,
+    started: Instant,
+) -> anyhow::Result<Shot> {
     let rendered = &settled.rendered;
     let image = |output: &Output| {
         let found = rendered.image(output).cloned();
@@ -512,6 +527,7 @@ fn shot(settled: &Settled, order: &Order, started: Instant) -> anyhow::Result<Sh
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
         frame_ms: settled.milliseconds,
         detail: order.detail,
+        explained: explained.map(Arc::new),
         one_of: 1,
     })
 }

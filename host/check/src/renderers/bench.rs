@@ -107,9 +107,9 @@ impl<'a> Bench<'a> {
     /// A new instance.
     pub(super) fn start(&self) -> Result<Instance, Failure> {
         let host = self.engine.gpu().host_info();
-        let hosted = self.unit.start(&host, &self.setup.patience).map_err(|fault| Failure {
-            is_silent: matches!(fault, Fault::TimedOut(_)),
-            ..Failure::new(format!("it could not start: {fault}"))
+        let hosted = self.unit.start(&host, &self.setup.patience).map_err(|fault| {
+            let is_silent = matches!(fault, Fault::TimedOut(_));
+            Failure { is_silent, ..Failure::fault(format!("it could not start: {fault}")) }
         })?;
         Ok(Instance(RendererView::new(hosted, self.unit.scope())))
     }
@@ -123,37 +123,47 @@ impl<'a> Bench<'a> {
     /// The pictures of a shot once they do not change any more; all values are finite.
     pub(super) fn draw_by(
         &mut self,
+        instance: &mut Instance,
+        shot: &Shot<'_>,
+    ) -> Result<Rendered, Failure> {
+        for frame_index in 0..MAX_FRAMES {
+            let rendered = self.frame(instance, shot, frame_index)?;
+            if !rendered.wants_another_frame {
+                return Ok(rendered);
+            }
+        }
+        Err(Failure::fault(format!("after {MAX_FRAMES} frames it wants another one")))
+    }
+
+    /// One frame of a shot.
+    pub(super) fn frame(
+        &mut self,
         Instance(view): &mut Instance,
         shot: &Shot<'_>,
+        frame_index: u32,
     ) -> Result<Rendered, Failure> {
         let (clouds, facts) = ([shot.cloud.view()], shot.facts());
         let environment = shot
             .probe
             .as_ref()
             .map(|(probe, environment)| EnvironmentView { environment, texels: &probe.texels });
-        let mut frame_index = 0;
-        loop {
-            let request = RenderRequest {
-                clouds: &clouds,
-                facts: &facts,
-                scene: &shot.scene,
-                view: shot.view,
-                environment,
-                values: &shot.values,
-                outputs: &shot.outputs,
-                frame_index,
-                stride: 1,
-                detail_px: 0.0,
-            };
-            let rendered = self.engine.render(view, &request).map_err(|error| refused(&error))?;
-            frame_index += 1;
-            if !rendered.wants_another_frame || frame_index == MAX_FRAMES {
-                for (output, image) in &rendered.images {
-                    whole(output, image, shot.view.size_px)?;
-                }
-                return Ok(rendered);
-            }
+        let request = RenderRequest {
+            clouds: &clouds,
+            facts: &facts,
+            scene: &shot.scene,
+            view: shot.view,
+            environment,
+            values: &shot.values,
+            outputs: &shot.outputs,
+            frame_index,
+            stride: 1,
+            detail_px: 0.0,
+        };
+        let rendered = self.engine.render(view, &request).map_err(|error| refused(&error))?;
+        for (output, image) in &rendered.images {
+            whole(output, image, shot.view.size_px)?;
         }
+        Ok(rendered)
     }
 
     /// The colour of a shot by a new instance.
@@ -165,7 +175,12 @@ impl<'a> Bench<'a> {
 fn refused(error: &RenderError) -> Failure {
     let is_silent =
         matches!(error, RenderError::Plugin(Fault::TimedOut(_)) | RenderError::DeviceLost(_));
-    Failure { is_silent, ..Failure::new(error.to_string()) }
+    // What it says in words of its own, or of a file that it was given.
+    let is_refusal = matches!(
+        error,
+        RenderError::Plugin(Fault::Error(_)) | RenderError::Pass { .. } | RenderError::Graph(_)
+    );
+    Failure { is_silent, is_fault: !is_refusal, ..Failure::new(error.to_string()) }
 }
 
 /// One of the pictures.
@@ -179,7 +194,7 @@ fn whole(output: &Output, image: &Image, [width, height]: [u32; 2]) -> Result<()
     let name = output.name();
     if [image.width, image.height] != [width, height] {
         let found = format!("{} x {}", image.width, image.height);
-        return Err(Failure::new(format!(
+        return Err(Failure::fault(format!(
             "output `{name}` has {found} pixels, expected {width} x {height}"
         )));
     }
@@ -189,7 +204,7 @@ fn whole(output: &Output, image: &Image, [width, height]: [u32; 2]) -> Result<()
     let Some((first, values)) = odd.next() else { return Ok(()) };
     let (n, at) = (1 + odd.count(), [first % width as usize, first / width as usize]);
     let line = format!("output `{name}` is not finite at {n} pixels, first at {at:?}: {values:?}");
-    Err(Failure::showing(line, [(name.as_str(), image)]))
+    Err(Failure { is_fault: true, ..Failure::showing(line, [(name.as_str(), image)]) })
 }
 
 /// Bits of all values.

@@ -7,7 +7,7 @@ use crate::verdict::{Judged, Said};
 use surfelshop_api::columns::{AO, COLOR, MATERIAL, NEUTRAL_ALBEDO};
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::{Buffer, Column};
-use surfelshop_engine::{EngineOptions, Image};
+use surfelshop_engine::{EngineOptions, Image, SurfelDrawing};
 
 const SIZE: u32 = 96;
 const N: usize = 3000;
@@ -26,10 +26,12 @@ fn shot(surfels: &Surfels) -> Shot<'static> {
 
 pub(super) fn chunked(bench: &mut Bench<'_>) -> Judged {
     let surfels = full();
-    let whole = bench.color(&shot(&surfels))?;
+    // The processor knows no chunks.
+    let quads = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
+    let whole = bench.with(&quads)?.color(&shot(&surfels))?;
     let mut said = Vec::new();
     for chunk_surfels in [997, 64] {
-        let options = EngineOptions { chunk_surfels, ..EngineOptions::default() };
+        let options = EngineOptions { chunk_surfels, ..quads.clone() };
         let mut other = bench.with(&options)?;
         let chunked = other.color(&shot(&surfels))?;
         same(&format!("chunks of {chunk_surfels}"), &whole, &chunked)?;

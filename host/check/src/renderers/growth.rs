@@ -26,7 +26,7 @@ pub(super) fn growth(bench: &mut Bench<'_>) -> Judged {
     let mut instance = bench.start()?;
     let mut warm = None;
     for frame in 0..FRAMES {
-        let drawn = bench.draw_by(&mut instance, &shot)?;
+        let drawn = bench.frame(&mut instance, &shot, frame)?;
         let now = (bench.engine().counters().compiled, drawn.graph_bytes, resident());
         let (compiled, bytes, memory) = *warm.get_or_insert(now);
         if frame < WARM {

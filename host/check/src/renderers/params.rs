@@ -79,7 +79,7 @@ pub(super) fn parameters(bench: &mut Bench<'_>) -> Judged {
             let values = Values::from([(declared.id.clone(), value)]);
             n += 1;
             match bench.draw_by(&mut instance, &Shot { values, ..ball() }) {
-                Err(failure) if !may_be_refused(declared) || failure.is_silent => {
+                Err(failure) if !may_be_refused(declared) || failure.is_fault => {
                     return Err(failure.of(&what));
                 }
                 _ => {}

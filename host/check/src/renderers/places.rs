@@ -5,9 +5,9 @@ use crate::clouds::{self, Surfels};
 use crate::hard::{self, Hard};
 use crate::verdict::{Failure, Judged, Said};
 use glam::{DVec3, Vec3};
-use surfelshop_api::View;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::srgb_to_linear;
+use surfelshop_api::{Light, View};
 use surfelshop_engine::Image;
 
 const SIZE: u32 = 96;
@@ -75,8 +75,8 @@ pub(super) fn turned(bench: &mut Bench<'_>) -> Judged {
     };
     let mut surfels = ball();
     stretch(&mut surfels);
-    let here = bench.draw(&Shot::new(surfels.cloud(), front(SIZE)).of(&outputs))?;
-    for list in [&mut surfels.positions, &mut surfels.normals] {
+    let mut turned = surfels.clone();
+    for list in [&mut turned.positions, &mut turned.normals] {
         list.iter_mut().for_each(|v| *v = turned_vector(v.to_array()).into());
     }
     let mut view = front(SIZE);
@@ -84,10 +84,25 @@ pub(super) fn turned(bench: &mut Bench<'_>) -> Judged {
     for vector in [&mut camera.eye, &mut camera.target, &mut camera.up] {
         *vector = turned_vector(vector.to_array()).into();
     }
-    let there = bench.draw(&Shot::new(surfels.cloud(), view).of(&outputs))?;
-    normals_turned(&picture(&here, &Output::Normal)?, &picture(&there, &Output::Normal)?)?;
-    let color = |drawn| picture(drawn, &Output::Color);
-    alike("turned", &color(&here)?, &color(&there)?, ROUNDED).map(Said::Measured)
+    let mut said = String::new();
+    let sun = DVec3::new(0.3, 0.9, 0.5);
+    for (what, follows_camera) in [("light beside the camera", true), ("light of the world", false)]
+    {
+        let shot = |surfels: &Surfels, view, towards| {
+            let mut shot = Shot::new(surfels.cloud(), view).of(&outputs);
+            if !follows_camera {
+                let radiance = Vec3::ONE;
+                shot.scene.lights = vec![Light::Directional { towards, radiance, follows_camera }];
+            }
+            shot
+        };
+        let here = bench.draw(&shot(&surfels, front(SIZE), sun))?;
+        let there = bench.draw(&shot(&turned, view, turned_vector(sun.to_array()).into()))?;
+        normals_turned(&picture(&here, &Output::Normal)?, &picture(&there, &Output::Normal)?)?;
+        let color = |drawn| picture(drawn, &Output::Color);
+        said = alike(what, &color(&here)?, &color(&there)?, ROUNDED)?;
+    }
+    Ok(Said::Measured(said))
 }
 
 fn normals_turned(here: &Image, there: &Image) -> Result<(), Failure> {

@@ -2,7 +2,7 @@
 
 use super::{Engine, RenderRequest, Rendered, RendererView};
 use crate::run::{Needed, Node, PassState, Plan, needed, touched};
-use crate::surfels::{ColumnUse, columns_used};
+use crate::surfels::{ColumnUse, SurfelDrawing, columns_used};
 use serde::Serialize;
 use surfelshop_api::graph::Output;
 
@@ -115,24 +115,45 @@ impl Engine {
         let gpu = &self.gpu;
         lines.push(if one_by_one {
             "as quads by the device: the renderer shades surfels one by one".to_owned()
-        } else if self.surfels.on_host(gpu) {
-            let why = if gpu.is_software() { "the adapter is software" } else { "asked for" };
-            format!("by the processor: {why}")
-        } else if self.surfels.computes(gpu, request.view.size_px) {
-            "small discs by compute, large ones as quads: asked for".to_owned()
         } else {
-            "as quads by the device: usual on graphics cards, or asked for".to_owned()
+            let why = match (self.surfels, gpu.is_software()) {
+                (SurfelDrawing::Automatic, true) => "the adapter is software",
+                (SurfelDrawing::Automatic, false) => "the adapter is a graphics card",
+                _ => "asked for",
+            };
+            let size = request.view.size_px;
+            let how = match (self.surfels.on_host(gpu), self.surfels.computes(gpu, size)) {
+                (true, _) => "by the processor",
+                (_, true) => "small discs by compute, large ones as quads",
+                _ => "as quads by the device",
+            };
+            format!("{how}: {why}")
         });
         let all: usize = request.clouds.iter().map(|cloud| cloud.len).sum();
-        // Groups are filled up to sixteen.
-        let n_drawn = self.surfaces.n_drawn.min(all);
-        lines.push(format!("{n_drawn} of {all} surfels drawn"));
+        let n_drawn = self.surfaces.n_drawn;
+        lines.push(match self.surfels.on_host(gpu) || rendered.merged {
+            true => format!(
+                "{n_drawn} drawn of {all}: blocks that cannot be seen are left out, and what is left \
+                 is filled up to sixteens"
+            ),
+            false => format!("{n_drawn} drawn of {all}: the device is given all"),
+        });
         lines.push(match (rendered.merged, request.detail_px > 0.0) {
-            (true, _) => format!("merged where one of {} px stands for several", request.detail_px),
+            (true, _) => format!(
+                "merged where one of at most {} px can stand for several",
+                request.detail_px
+            ),
             (false, true) => "none merged: the renderer's passes take no merged surfels".to_owned(),
             (false, false) => "none merged: no detail was asked for".to_owned(),
         });
-        let counts = self.counters().compiled;
+        let counters = self.counters();
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        lines.push(format!(
+            "columns as they are drawn take {:.2} MB on the device and {:.2} MB in memory",
+            megabytes(counters.column_bytes),
+            megabytes(counters.host_column_bytes)
+        ));
+        let counts = counters.compiled;
         lines.push(format!(
             "{} shader texts and {} pipelines compiled so far, only those that passes need",
             counts.modules, counts.pipelines
@@ -222,7 +243,11 @@ impl<'a> Graph<'a> {
             let outputs = at.map(|at| self.fed_by(at)).unwrap_or_default();
             let why = match (report.state, at) {
                 (PassState::Ran, Some(_)) => format!("feeds output {}", listed(&outputs)),
-                (PassState::Ran, None) => "a pass that runs needs it".to_owned(),
+                (PassState::Ran, None) if report.name.starts_with("host:") => {
+                    "makes an output that was asked for and that the renderer does not make"
+                        .to_owned()
+                }
+                (PassState::Ran, None) => "draws surfels for what follows".to_owned(),
                 (PassState::Reused, _) => {
                     "what it makes is kept, and nothing it is of has changed".to_owned()
                 }
@@ -297,7 +322,16 @@ impl<'a> Graph<'a> {
             name: output.name(),
             wanted: self.wanted.contains(output),
         };
-        self.plan.structure.outputs.iter().map(one).collect()
+        let own: Vec<OutputUse> = self.plan.structure.outputs.iter().map(one).collect();
+        let is_own = |output: &Output| own.iter().any(|known| known.name == output.name());
+        let of_host = self.wanted.iter().filter(|output| !is_own(output));
+        let of_host: Vec<OutputUse> = of_host
+            .map(|output| OutputUse {
+                name: format!("{}, by the host", output.name()),
+                wanted: true,
+            })
+            .collect();
+        own.into_iter().chain(of_host).collect()
     }
 }
 

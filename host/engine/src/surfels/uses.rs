@@ -22,7 +22,7 @@ const OPTIONAL: [(&str, u64, &str); 4] = [
     (columns::COLOR, 4, "one albedo for all, in a constant"),
     (columns::AO, 4, "accessibility is 1"),
     (columns::MATERIAL, 4, "material 0 everywhere, looked up by nothing"),
-    (columns::TANGENT_U, 24, "discs: a radius each instead of two half axes"),
+    (columns::TANGENT_U, 20, "discs: a radius each instead of two half axes"),
 ];
 
 /// The columns of clouds, and those they lack.
@@ -31,21 +31,25 @@ pub(crate) fn columns_used(clouds: &[CloudView<'_>]) -> Vec<ColumnUse> {
     for cloud in clouds {
         for column in &cloud.columns {
             let one = used(cloud, column);
-            match all.iter_mut().find(|known| known.name == one.name && known.read == one.read) {
+            match all.iter_mut().find(|known| known.name == one.name && known.why == one.why) {
                 Some(known) => known.bytes += one.bytes,
                 None => all.push(one),
             }
         }
     }
     for (name, bytes_each, without) in OPTIONAL {
-        let lacking = clouds.iter().filter(|cloud| cloud.column(name).is_none());
-        let n: u64 = lacking.map(|cloud| cloud.len as u64).sum();
+        let lacking = || clouds.iter().filter(|cloud| cloud.column(name).is_none());
+        let n: u64 = lacking().map(|cloud| cloud.len as u64).sum();
+        let of = match (lacking().count(), clouds.len()) {
+            (_, 1) => String::new(),
+            (n, all) => format!(" in {n} of {all} clouds"),
+        };
         if n > 0 {
             all.push(ColumnUse {
                 name: name.to_owned(),
                 read: false,
                 bytes: n * bytes_each,
-                why: format!("no `{name}` column: {without}; shaders are made without it"),
+                why: format!("no `{name}` column{of}: {without}; shaders are made without it"),
             });
         }
     }

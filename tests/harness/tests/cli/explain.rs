@@ -29,7 +29,7 @@ fn columns_that_are_read_and_lacking_are_told_with_their_bytes() {
         (&column("position")["read"], &column("position")["bytes"]),
         (&true.into(), &24.into())
     );
-    for (lacking, saved) in [("color", 8), ("ao", 8), ("material", 8), ("tangent_u", 48)] {
+    for (lacking, saved) in [("color", 8), ("ao", 8), ("material", 8), ("tangent_u", 40)] {
         let column = column(lacking);
         assert_eq!(
             (&column["read"], &column["bytes"]),
@@ -68,7 +68,7 @@ fn how_surfels_were_drawn_is_told() {
     assert!(lines("--surfels cpu").contains("by the processor"));
     assert!(lines("").contains("no detail was asked for"));
     assert!(lines("-r flat --detail 1").contains("take no merged surfels"));
-    assert!(lines("--detail 1").contains("merged where one of 1 px"));
+    assert!(lines("--detail 1").contains("merged where one of at most 1 px"));
     let told = desk.run("explain two.ply --size 64");
     assert_eq!(told.code, 0);
     for section in ["columns:", "passes:", "adapter:", "plugins not loaded"] {

@@ -235,3 +235,17 @@ fn light_from_around_is_chosen_turned_and_dropped() {
     screen.settle();
     assert_eq!(levels(&mut screen), without);
 }
+
+#[test]
+fn a_still_picture_says_what_it_is_made_of() {
+    let mut screen = Screen::sample();
+    let window = screen.window();
+    let id = window.settings.panes[0].id;
+    let shot = &window.panes[&id].sides[0].shown.as_ref().unwrap().shot;
+    let explained = shot.explained.clone().unwrap();
+    let column = |name: &str| explained.columns.iter().find(|column| column.name == name).unwrap();
+    assert!(column("color").read && !column("ao").read);
+    assert!(explained.outputs.iter().any(|output| output.name == "color" && output.wanted));
+    // The panel that says so, closed.
+    screen.harness.get_by_label("What it is made of");
+}
