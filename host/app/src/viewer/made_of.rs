@@ -16,6 +16,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             let (used, left_out): (Vec<_>, Vec<_>) = all.into_iter().partition(|told| told.used);
             let counts = match left_out.len() {
                 0 => title.to_owned(),
+                n if title == "adapter" => format!("{title}, {n} lacking"),
                 n => format!("{title}, {n} left out"),
             };
             egui::CollapsingHeader::new(counts).id_salt((title, i)).show(ui, |ui| {
