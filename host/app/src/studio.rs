@@ -161,12 +161,23 @@ impl Studio {
         view: &mut RendererView,
         request: &RenderRequest<'_>,
     ) -> Result<Settled, RenderError> {
+        self.settle_with(view, request, |_| ())
+    }
+
+    /// The same; `each` is shown every frame.
+    fn settle_with(
+        &mut self,
+        view: &mut RendererView,
+        request: &RenderRequest<'_>,
+        mut each: impl FnMut(&mut Rendered),
+    ) -> Result<Settled, RenderError> {
         let started = Instant::now();
         let mut n_frames = 0;
         let mut first = None;
         loop {
             let request = RenderRequest { frame_index: n_frames, ..*request };
-            let rendered = self.engine.render(view, &request)?;
+            let mut rendered = self.engine.render(view, &request)?;
+            each(&mut rendered);
             n_frames += 1;
             let since = || started.elapsed().as_secs_f64() * 1e3;
             let (first_ms, columns_ms) = *first.get_or_insert((since(), rendered.columns_ms));
@@ -185,10 +196,7 @@ impl Studio {
         request: &RenderRequest<'_>,
     ) -> anyhow::Result<Explanation> {
         let mut ran: Vec<PassReport> = Vec::new();
-        for frame_index in 0..MAX_FRAMES {
-            let request = RenderRequest { frame_index, ..*request };
-            let rendered = self.engine.render(&mut chosen.view, &request);
-            let mut rendered = rendered.with_context(|| chosen.reference.to_string())?;
+        let settled = self.settle_with(&mut chosen.view, request, |rendered| {
             for pass in &mut rendered.passes {
                 match ran.iter().find(|known| known.name == pass.name) {
                     Some(known) if pass.state == PassState::Reused => *pass = known.clone(),
@@ -196,10 +204,8 @@ impl Studio {
                     _ => {}
                 }
             }
-            if !rendered.wants_another_frame || frame_index + 1 == MAX_FRAMES {
-                return Ok(self.engine.explain(&chosen.view, &request, &rendered));
-            }
-        }
-        anyhow::bail!("{} has drawn no frame", chosen.reference)
+        });
+        let settled = settled.with_context(|| chosen.reference.to_string())?;
+        Ok(self.engine.explain(&chosen.view, request, &settled.rendered))
     }
 }

@@ -2,6 +2,7 @@
 //! clouds and the ray caster are those that plugins are checked with.
 
 pub mod agreement;
+pub mod clouds;
 pub mod desk;
 pub mod lamp;
 pub mod materials;
@@ -12,4 +13,4 @@ pub mod procedural;
 pub mod stage;
 pub mod twin;
 
-pub use surfelshop_check::{cast, clouds};
+pub use surfelshop_check::cast;

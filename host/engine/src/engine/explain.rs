@@ -1,7 +1,7 @@
 //! What a frame was made of, what was left out of it, and why.
 
 use super::{Engine, RenderRequest, Rendered, RendererView};
-use crate::run::{Needed, Node, PassState, Plan, needed, touched};
+use crate::run::{Needed, Node, PassState, Plan, needed, texels, touched};
 use crate::surfels::{ColumnUse, SurfelDrawing, columns_used};
 use serde::Serialize;
 use surfelshop_api::graph::Output;
@@ -95,7 +95,7 @@ impl Engine {
             let graph = Graph::new(plan, request.outputs);
             explained.passes = graph.passes(rendered);
             explained.resources = graph.resources();
-            explained.outputs = graph.outputs();
+            explained.outputs = graph.outputs_used();
         }
         explained
     }
@@ -108,11 +108,9 @@ impl Engine {
         rendered: &Rendered,
     ) -> Vec<String> {
         let mut lines = Vec::new();
-        let one_by_one = renderer
-            .plan
-            .as_ref()
-            .is_some_and(|plan| plan.passes.iter().any(|pass| pass.surfels.is_some()));
+        let one_by_one = renderer.plan.as_ref().is_some_and(Plan::shades_surfels);
         let gpu = &self.gpu;
+        let on_host = self.surfels.on_host(gpu) && !one_by_one;
         lines.push(if one_by_one {
             "as quads by the device: the renderer shades surfels one by one".to_owned()
         } else {
@@ -122,7 +120,7 @@ impl Engine {
                 _ => "asked for",
             };
             let size = request.view.size_px;
-            let how = match (self.surfels.on_host(gpu), self.surfels.computes(gpu, size)) {
+            let how = match (on_host, self.surfels.computes(gpu, size)) {
                 (true, _) => "by the processor",
                 (_, true) => "small discs by compute, large ones as quads",
                 _ => "as quads by the device",
@@ -131,7 +129,7 @@ impl Engine {
         });
         let all: usize = request.clouds.iter().map(|cloud| cloud.len).sum();
         let n_drawn = self.surfaces.n_drawn;
-        lines.push(match self.surfels.on_host(gpu) || rendered.merged {
+        lines.push(match on_host || rendered.merged {
             true => format!(
                 "{n_drawn} drawn of {all}: blocks that cannot be seen are left out, and what is left \
                  is filled up to sixteens"
@@ -216,6 +214,8 @@ struct Graph<'a> {
     wanted: &'a [Output],
     needed: Needed,
     requested: Vec<usize>,
+    /// Each output's name, and what it needs.
+    outputs: Vec<(String, Needed)>,
 }
 
 impl<'a> Graph<'a> {
@@ -225,15 +225,17 @@ impl<'a> Graph<'a> {
             .filter(|(output, _)| wanted.contains(output))
             .map(|(_, texture)| texture.index())
             .collect();
-        let needed = needed(plan, &requested);
-        Self { plan, wanted, needed, requested }
+        let offered = plan.structure.outputs.iter();
+        let outputs =
+            offered.map(|(output, texture)| (output.name(), needed(plan, &[texture.index()])));
+        let outputs = outputs.collect();
+        Self { plan, wanted, needed: needed(plan, &requested), requested, outputs }
     }
 
     /// Names of the outputs that a pass feeds.
     fn fed_by(&self, pass: usize) -> Vec<String> {
-        let outputs = self.plan.structure.outputs.iter();
-        let feeds = |texture: usize| needed(self.plan, &[texture]).passes.get(pass) == Some(&true);
-        outputs.filter(|(_, texture)| feeds(texture.index())).map(|(o, _)| o.name()).collect()
+        let fed = self.outputs.iter().filter(|(_, needed)| needed.passes.get(pass) == Some(&true));
+        fed.map(|(name, _)| name.clone()).collect()
     }
 
     fn passes(&self, rendered: &Rendered) -> Vec<PassUse> {
@@ -281,12 +283,7 @@ impl<'a> Graph<'a> {
             let node = Node::Texture(i);
             let made = nodes.contains(&node);
             let [width, height, depth] = self.plan.extent(i);
-            let level = |level: u32| {
-                let side = |side: u32| u64::from((side >> level).max(1));
-                let slices = if texture.volume { side(depth) } else { u64::from(depth) };
-                side(width) * side(height) * slices
-            };
-            let texels: u64 = (0..texture.mips).map(level).sum();
+            let texels = texels([width, height, depth], texture.mips, texture.volume);
             ResourceUse {
                 label: texture.label.clone(),
                 what: format!("{width} x {height} x {depth} {:?}", texture.format),
@@ -317,7 +314,7 @@ impl<'a> Graph<'a> {
         touches.map(|(pass, _)| pass.name.clone()).collect()
     }
 
-    fn outputs(&self) -> Vec<OutputUse> {
+    fn outputs_used(&self) -> Vec<OutputUse> {
         let one = |(output, _): &(Output, _)| OutputUse {
             name: output.name(),
             wanted: self.wanted.contains(output),

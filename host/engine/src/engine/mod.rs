@@ -277,8 +277,7 @@ impl Engine {
             return Err(RenderError::Graph("there is none".to_owned()));
         };
         self.resources.next_frame();
-        // Surfels that are shaded one by one are the device's, which has their columns, and quads.
-        let one_by_one = plan.passes.iter().any(|pass| pass.surfels.is_some());
+        let one_by_one = plan.shades_surfels();
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
         let computes = self.surfels.computes(&self.gpu, request.view.size_px) && !one_by_one;
         let detailed = request.detail_px > 0.0 && plan.takes_merged_surfels() && !one_by_one;

@@ -20,7 +20,7 @@ pub use readback::Image;
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
-pub(crate) use resources::{FrameResources, Resources};
+pub(crate) use resources::{FrameResources, Resources, texels};
 
 use thiserror::Error;
 

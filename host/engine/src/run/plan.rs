@@ -77,6 +77,12 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
+    /// Whether a pass shades surfels one by one: these are the device's, which has their columns, and
+    /// drawn as quads.
+    pub(crate) fn shades_surfels(&self) -> bool {
+        self.passes.iter().any(|pass| pass.surfels.is_some())
+    }
+
     /// Whether every pass that looks at surfels takes merged ones.
     pub(crate) fn takes_merged_surfels(&self) -> bool {
         let mut passes = self.structure.passes.iter().zip(&self.passes);

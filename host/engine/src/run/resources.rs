@@ -102,21 +102,25 @@ pub(crate) struct FrameResources {
     lent: Vec<(Shape, Made)>,
 }
 
+/// Texels of all mip levels of a texture; the third extent counts slices of a volume, or layers.
+pub(crate) fn texels([width, height, depth]: [u32; 3], mips: u32, volume: bool) -> u64 {
+    let level = |level: u32| {
+        let side = |side: u32| u64::from((side >> level).max(1));
+        let slices = if volume { side(depth) } else { u64::from(depth) };
+        side(width) * side(height) * slices
+    };
+    (0..mips).map(level).sum()
+}
+
 impl Made {
     fn bytes(&self) -> u64 {
         match self {
             Self::Buffer(buffer) => buffer.size(),
             Self::Texture(texture) => {
                 let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
-                let level = |level: u32| {
-                    let side = |side: u32| u64::from((side >> level).max(1));
-                    let slices = match texture.dimension() {
-                        wgpu::TextureDimension::D3 => side(texture.depth_or_array_layers()),
-                        _ => u64::from(texture.depth_or_array_layers()),
-                    };
-                    side(texture.width()) * side(texture.height()) * slices * texel
-                };
-                (0..texture.mip_level_count()).map(level).sum()
+                let size = [texture.width(), texture.height(), texture.depth_or_array_layers()];
+                let volume = texture.dimension() == wgpu::TextureDimension::D3;
+                texel * texels(size, texture.mip_level_count(), volume)
             }
         }
     }

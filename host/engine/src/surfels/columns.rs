@@ -261,7 +261,7 @@ impl Columns {
         // Of all columns that there may be these are the largest.
         let told = |columns: f32| match tell(ORDERED + (1.0 - ORDERED) * columns) {
             true => Ok(()),
-            false => Err(RenderError::Host(STOPPED.to_owned())),
+            false => Err(RenderError::Cloud(STOPPED.to_owned())),
         };
         told(0.0)?;
         self.floats(columns::POSITION, &mut arriving)?;
@@ -351,7 +351,10 @@ impl Columns {
             *uploads += 1;
             let order = || arriving.order.get_or_init(|| drawing_order(arriving.cloud));
             let put: &dyn Fn(usize, &mut Vec<u8>) = match &merged {
-                Some(merged) => &|place, out| merged.put(part_of(variable), place, out),
+                Some(merged) => {
+                    let part = part_of(variable);
+                    &move |place, out| merged.put(part, place, out)
+                }
                 None => {
                     let order = order();
                     &move |place, out| encode(order[place] as usize, out)

@@ -171,7 +171,7 @@ impl Columns {
                 self.let_go_of_older(order_serial, &drawn.generations);
                 let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
                 if !tell(ORDERED) {
-                    return Err(RenderError::Host(STOPPED.to_owned()));
+                    return Err(RenderError::Cloud(STOPPED.to_owned()));
                 }
                 let albedo = drawn.albedo(&order);
                 let told = |fraction| {

@@ -1,0 +1,87 @@
+//! Rebuilt renderers take over from the old ones, once they have made a picture.
+
+use super::{InUse, Worker, shot};
+use crate::viewer::darkroom::{News, Order, Place, Print, Shot};
+use std::time::Instant;
+use surfelshop_api::FrameRequest;
+use surfelshop_engine::RendererView;
+use surfelshop_engine::plugins::{Changed, Registry, SearchPath};
+
+impl Worker {
+    /// Puts rebuilt renderers to use, and lists the plugins anew.
+    pub(super) fn changed(&mut self, changed: &Changed) {
+        // Here a file of the command line that is no good is listed as such and no failure.
+        self.registry = Registry::scan(&SearchPath::standard(self.plugins.plugin.clone()));
+        self.teller.tell(News::Plugins(self.registry.clone()));
+        if !changed.exists {
+            return;
+        }
+        let same_file = |in_use: &InUse| in_use.reference.path == changed.path;
+        let places: Vec<Place> = self
+            .in_use
+            .iter()
+            .filter(|(_, used)| same_file(used))
+            .map(|(place, _)| *place)
+            .collect();
+        for place in places {
+            let Some(old) = self.in_use.remove(&place) else { continue };
+            match self.reload(&old, changed) {
+                Ok((new, shot, report)) => {
+                    let (serial, renderer) = (new.order.serial, new.name.clone());
+                    self.in_use.insert(place, new);
+                    let print = Print { place, serial, renderer, outcome: Ok(shot) };
+                    self.teller.tell(News::Print(Box::new(print)));
+                    // Once it says so, the picture is there.
+                    self.teller.tell(News::Reloaded(report));
+                }
+                Err(error) => {
+                    let name = &old.name;
+                    let line = format!("rebuilt {name} is not used, the old one is: {error:#}");
+                    self.teller.tell(News::Message(line));
+                    self.in_use.insert(place, old);
+                }
+            }
+        }
+    }
+
+    /// A rebuilt renderer, its first picture, made of the order that the old one had last, and what it
+    /// took.
+    fn reload(&mut self, old: &InUse, changed: &Changed) -> anyhow::Result<(InUse, Shot, String)> {
+        let order = &old.order;
+        let request = FrameRequest {
+            view: order.view,
+            scene: order.scene.clone(),
+            cloud: order.clouds.facts.clone(),
+            frame_index: 0,
+            values: order.values.clone(),
+            environment: self.surroundings(order).map(|light| light.view().environment.clone()),
+        };
+        let mark = self.marks.as_ref().and_then(|marks| marks.leave(&old.reference).ok());
+        let host = self.studio.engine.gpu().host_info();
+        let patience = self.plugins.patience();
+        let reloaded = old.reference.reload(&host, &request, &patience)?;
+        let (unit, kept) = (reloaded.unit, reloaded.kept);
+        let order = Order { values: kept.values.clone(), ..order.clone() };
+        let mut view = RendererView::new(reloaded.hosted, unit.scope());
+        let started = Instant::now();
+        let (settled, explained) = self.render(&mut view, &order)?;
+        let shot = shot(&settled, explained, &order, started)?;
+        let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
+        let report = format!(
+            "{} was rebuilt: load and first graph {:.1} ms, compiling and drawing {:.0} ms, after \
+             {:.0} ms to be sure the file is whole{}",
+            old.name,
+            ms(reloaded.took.total()),
+            shot.milliseconds,
+            ms(changed.debounce()),
+            kept.notes.iter().map(|note| format!("; {note}")).collect::<String>()
+        );
+        let parameters = unit.description.params.clone();
+        let renderer = old.name.clone();
+        self.teller.tell(News::Declared { renderer, parameters });
+        self.conduct.succeeded(&old.reference, unit.contents);
+        drop(mark);
+        let (name, reference) = (old.name.clone(), old.reference.clone());
+        Ok((InUse { name, reference, unit, view, mark: None, order }, shot, report))
+    }
+}
