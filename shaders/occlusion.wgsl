@@ -12,6 +12,16 @@ const REFLECTIONS = 2u;
 // Mirrored, from lights.
 const HIGHLIGHTS = 3u;
 
+// Whether there is accessibility, and it counts: a feature of the pass, see `Pass::occluded` of the
+// plugin interface. Where it does not, nothing need look at `Surface::ao`, and its column is not drawn
+// with.
+override COUNTS: bool = true;
+
+// The same, for other modules: they cannot import constants of this kind.
+fn counts() -> bool {
+    return COUNTS;
+}
+
 // The share of a part of the light that is left where `accessibility` of it would be if all of the
 // occlusion counted; `strength` says how much of it does, and `affects` is the last part that it
 // darkens.

@@ -6,6 +6,13 @@
 #import surfelshop::light
 #import surfelshop::occlusion
 
+// Whether surfaces have highlights: a feature of the pass. Where they have none, `Material::specular` is 0.
+override HIGHLIGHTS: bool = true;
+
+fn has_highlights() -> bool {
+    return HIGHLIGHTS;
+}
+
 // cos(angle)^exponent for the angle between the normal and the half vector of two unit vectors;
 // 0 where the light is behind the surface.
 //
@@ -80,16 +87,26 @@ struct Material {
 fn lit(s: Surface, m: Material) -> vec3<f32> {
     var radiance = m.albedo * m.ambient * left(s, m, occlusion::AMBIENT);
     let matte = m.albedo * m.diffuse * left(s, m, occlusion::DIFFUSE);
-    let shine = m.specular * left(s, m, occlusion::HIGHLIGHTS);
+    var shine = vec3(0.0);
+    if HIGHLIGHTS {
+        shine = m.specular * left(s, m, occlusion::HIGHLIGHTS);
+    }
     for (var i = 0u; i < light::lights.count; i++) {
         let source = light::arriving(i, s.position);
         let cosine = max(dot(s.normal, source.towards), 0.0);
-        let highlight = half_vector_highlight(s.normal, source.towards, s.to_eye, m.shininess);
-        radiance += source.radiance * (matte * cosine + shine * highlight);
+        var reflected = matte * cosine;
+        if HIGHLIGHTS {
+            let to_light = source.towards;
+            reflected += shine * half_vector_highlight(s.normal, to_light, s.to_eye, m.shininess);
+        }
+        radiance += source.radiance * reflected;
     }
     return radiance;
 }
 
 fn left(s: Surface, m: Material, part: u32) -> f32 {
-    return occlusion::share(s.ao, m.ao_strength, part, m.ao_affects);
+    if occlusion::counts() {
+        return occlusion::share(s.ao, m.ao_strength, part, m.ao_affects);
+    }
+    return 1.0;
 }

@@ -28,13 +28,17 @@ struct Chunk {
     object: u32,
     // The albedo of all surfels where there is no `color` column, linear Rec. 709.
     albedo: vec3<f32>,
+    // The radius of all surfels where they have one.
+    radius: f32,
 }
 
 var<uniform> chunk: Chunk;
 var<storage, read> position: array<f32>;
 var<storage, read> normal: array<f32>;
 #ifndef TANGENTS
+#ifndef EQUAL_RADII
 var<storage, read> radius: array<f32>;
+#endif
 #endif
 #ifdef TANGENTS
 var<storage, read> tangent_u: array<f32>;
@@ -173,7 +177,11 @@ fn load_disc(i: u32) -> Disc {
     let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz * chunk.tangent_scale;
     let reach = longer_half_axis(axis_u, axis_v);
 #else
+#ifdef EQUAL_RADII
+    let reach = chunk.radius * chunk.radius_scale;
+#else
     let reach = radius[i] * chunk.radius_scale;
+#endif
     // Orthonormal frame around the normal without branches.
     // Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
     let s = select(-1.0, 1.0, n_view.z >= 0.0);

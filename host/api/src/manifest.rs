@@ -20,7 +20,10 @@ pub const ABI_MAJOR: u16 = 3;
 /// such lights.
 ///
 /// 2: units say what they cannot do ([`Limit`](crate::Limit)); those of 3.0 and 3.1 say nothing.
-pub const ABI_MINOR: u16 = 2;
+///
+/// 3: passes say which features of their shaders are there
+/// ([`Pass::feature`](crate::graph::Pass::feature)); those of older plugins have none.
+pub const ABI_MINOR: u16 = 3;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

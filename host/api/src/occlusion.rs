@@ -2,6 +2,7 @@
 
 use crate::choices;
 use crate::frame::CloudFacts;
+use crate::graph::Pass;
 use crate::uniform::Uniform;
 
 choices! {
@@ -35,6 +36,17 @@ impl Uniform {
     }
 }
 
+impl Pass {
+    /// Says whether occlusion counts, for a shader that imports `surfelshop::occlusion` and guards what
+    /// looks at `Surface::ao` with `if occlusion::counts() { ... }`, or leaves it to `surfelshop::phong`.
+    /// ABI 3.3.
+    #[must_use]
+    pub fn occluded(self, strength: f32, cloud: &CloudFacts) -> Self {
+        let counts = strength > 0.0 && cloud.has(crate::columns::AO);
+        self.feature("surfelshop::occlusion::COUNTS", counts)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -47,5 +59,11 @@ mod tests {
         let nothing = uniform(0.0, AoAffects::Ambient, &without);
         assert_eq!(uniform(1.0, AoAffects::All, &without), nothing);
         assert_eq!(uniform(0.5, AoAffects::All, &with), Uniform::new().f32(0.5).u32(3));
+        let counts = |strength, cloud| {
+            let pass = Pass::shading("p", "", "f").occluded(strength, cloud);
+            pass.features["surfelshop::occlusion::COUNTS"]
+        };
+        assert!(counts(0.5, &with));
+        assert!(!counts(0.0, &with) && !counts(1.0, &without));
     }
 }

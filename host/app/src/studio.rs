@@ -78,7 +78,7 @@ pub(crate) struct Chosen {
     pub(crate) reference: UnitRef,
     pub(crate) unit: LoadedUnit,
     pub(crate) values: Values,
-    view: RendererView,
+    pub(crate) view: RendererView,
 }
 
 /// A frame that does not change any more.

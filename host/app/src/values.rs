@@ -118,6 +118,11 @@ pub(crate) fn timed(text: &str) -> Result<u32, String> {
     .map(|n| n as u32)
 }
 
+/// Reads how many frames are timed.
+pub(crate) fn frames(text: &str) -> Result<usize, String> {
+    timed(text).map(|n| n as usize)
+}
+
 /// Reads the name of an output.
 pub(crate) fn output(text: &str) -> Result<Output, String> {
     let name = if text == "colour" { "color" } else { text };

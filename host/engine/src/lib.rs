@@ -24,8 +24,8 @@ pub mod tools;
 pub mod trace;
 
 pub use engine::{
-    Counters, Engine, EngineOptions, Explanation, FeatureUse, OutputUse, PassUse, RenderRequest,
-    Rendered, RendererView, ResourceUse, Supplier, Supply,
+    Counters, Engine, EngineOptions, Explanation, FeatureUse, Kept, OutputUse, PassUse,
+    RenderRequest, Rendered, RendererView, ResourceUse, Supplier, Supply,
 };
 pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use run::{CompileCounts, Image, PassReport, PassState, RenderError};

@@ -220,6 +220,21 @@ impl Columns {
         }
     }
 
+    /// Draws all with one albedo from now on, linear Rec. 709.
+    pub fn forget_albedo(&mut self, same: [f32; 3]) {
+        self.albedo = Albedo::Same(same);
+    }
+
+    /// Draws all with an accessibility of 1 from now on.
+    pub fn forget_ao(&mut self) {
+        self.ao = None;
+    }
+
+    /// Draws all with material 0 from now on.
+    pub fn forget_material(&mut self) {
+        self.material = None;
+    }
+
     /// Number of surfels.
     #[must_use]
     pub fn len(&self) -> usize {

@@ -87,8 +87,8 @@ impl NaturalLight {
         let lights = lights_that_shine(&frame.scene.lights, lit.is_some());
         let mut pass = pass
             .module("shading::natural", "natural.wgsl", include_str!("natural.wgsl"))
-            .constant("shading::natural::HAS_LIGHTS", flag(lights != 0))
-            .constant("shading::natural::HAS_AO", flag(frame.cloud.has("ao")))
+            .feature("shading::natural::HAS_LIGHTS", lights != 0)
+            .occluded(how.ao_strength, &frame.cloud)
             .constant("shading::natural::REFLECTS_AGAIN", flag(how.multiple_scattering));
         let mut last_level = 0.0;
         if let Some(environment) = lit {
@@ -131,9 +131,9 @@ impl NaturalLight {
         let has_sun = diffuse.sun.is_some();
         let uniform = graph.uniform(diffuse.uniform(environment.gain));
         self.known = Some((key.clone(), choice, diffuse));
-        pass.constant("shading::natural::HAS_BAND_4", flag(order >= 4))
+        pass.feature("shading::natural::HAS_BAND_4", order >= 4)
             .constant("shading::natural::CUTS_OFF", flag(how.window))
-            .constant("shading::natural::HAS_SUN", flag(has_sun))
+            .feature("shading::natural::HAS_SUN", has_sun)
             .bind("shading::natural::diffuse", uniform)
     }
 }

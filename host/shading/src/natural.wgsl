@@ -50,11 +50,11 @@ var prefiltered_sampler: sampler;
 // cosine, row by roughness.
 var<storage, read> reflectance: array<vec2<f32>>;
 
-// What there is in this scene, decided when the pipeline is made.
-override HAS_BAND_4: bool = false;
-override HAS_SUN: bool = false;
+// What there is in this scene: features of the pass. What is not has values that change nothing.
+override HAS_BAND_4: bool = true;
+override HAS_SUN: bool = true;
 override HAS_LIGHTS: bool = true;
-override HAS_AO: bool = false;
+// How light is reflected, decided when the pipeline is made.
 override CUTS_OFF: bool = true;
 override REFLECTS_AGAIN: bool = true;
 
@@ -173,7 +173,7 @@ fn scale_and_bias(cosine: f32, spread: f32) -> vec2<f32> {
 //
 // Source: Lagarde & de Rousiers 2014, "Moving Frostbite to Physically Based Rendering", listing 26.
 fn specular_accessibility(s: Surface, roughness: f32) -> f32 {
-    if HAS_AO {
+    if occlusion::counts() {
         let cosine = clamp(dot(s.normal, s.to_eye), 0.0, 1.0);
         let open = pow(cosine + s.ao, exp2(-16.0 * roughness - 1.0)) - 1.0 + s.ao;
         return left(clamp(open, 0.0, 1.0), occlusion::REFLECTIONS);
@@ -187,7 +187,7 @@ fn left(open: f32, part: u32) -> f32 {
 }
 
 fn accessibility(s: Surface, part: u32) -> f32 {
-    if HAS_AO {
+    if occlusion::counts() {
         return left(s.ao, part);
     }
     return 1.0;
@@ -290,9 +290,10 @@ fn lobe(
     return PI * d * 0.5 / max(masking, 1e-6) * f * normal_light;
 }
 
-// Without an environment: the scene's lights on a diffuse surface.
+// Without an environment: the scene's lights on a diffuse surface, to the last bit what `matte` is
+// under one that is black.
 fn by_lights(s: Surface, m: Material) -> vec3<f32> {
-    return m.kd * m.albedo * from_lights(s) * accessibility(s, occlusion::DIFFUSE);
+    return m.kd * m.albedo * (from_lights(s) * accessibility(s, occlusion::DIFFUSE));
 }
 
 fn matte(s: Surface, m: Material) -> vec3<f32> {

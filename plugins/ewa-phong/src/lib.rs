@@ -85,6 +85,8 @@ impl Renderer for EwaPhong {
                 .merges(true)
                 .surface(SurfaceMode::Blended)
                 .bind("settings", settings)
+                .occluded(p.ao_strength, &frame.cloud)
+                .feature("surfelshop::phong::HIGHLIGHTS", p.specular > 0.0)
                 .target(color),
         );
         graph.output(Output::Color, color);

@@ -18,5 +18,8 @@ fn shade(s: Surface) -> vec4<f32> {
 }
 
 fn left(s: Surface, part: u32) -> f32 {
-    return occlusion::share(s.ao, settings.ao_strength, part, settings.ao_affects);
+    if occlusion::counts() {
+        return occlusion::share(s.ao, settings.ao_strength, part, settings.ao_affects);
+    }
+    return 1.0;
 }

@@ -53,6 +53,7 @@ impl Renderer for Flat {
             Pass::shading("shade", include_str!("flat.wgsl"), "shade")
                 .surface(SurfaceMode::Nearest)
                 .bind("settings", settings)
+                .occluded(p.ao_strength, &frame.cloud)
                 .target(color),
         );
         graph.output(Output::Color, color);

@@ -157,10 +157,15 @@ impl Renderer for Procedural {
             .module("procedural::shown", "shown.wgsl", include_str!("shown.wgsl"))
             .bind("procedural::shown::shown", graph.uniform(p.uniform(frame)))
             .bind("procedural::shown::objects", objects(frame, &chosen, graph))
+            .feature("procedural::shown::OWN_COLOR", p.own_color > 0.0)
             .target(color);
         if p.lighting == Lighting::Natural {
             let light = self.light.get_or_insert_with(NaturalLight::new);
             pass = light.light(frame, &p.natural(), graph, pass);
+        } else {
+            pass = pass
+                .occluded(p.ao_strength, &frame.cloud)
+                .feature("surfelshop::phong::HIGHLIGHTS", p.specular > 0.0);
         }
         graph.pass(pass);
         graph.output(Output::Color, color);

@@ -14,7 +14,10 @@ fn exponent_of(roughness: f32) -> f32 {
 }
 
 fn left(s: Surface, part: u32) -> f32 {
-    return occlusion::share(s.ao, shown.ao_strength, part, shown.ao_affects);
+    if occlusion::counts() {
+        return occlusion::share(s.ao, shown.ao_strength, part, shown.ao_affects);
+    }
+    return 1.0;
 }
 
 // The thesis's own: light reaches round to the far side.
@@ -23,15 +26,22 @@ fn left(s: Surface, part: u32) -> f32 {
 fn shade_thesis(s: Surface) -> vec4<f32> {
     let m = look_of(s);
     let matte = m.albedo * left(s, occlusion::DIFFUSE);
-    let shine = mix(vec3(1.0), m.albedo, m.metallic)
-        * (0.5 * shown.specular * m.specular * left(s, occlusion::HIGHLIGHTS));
+    var shine = vec3(0.0);
+    if phong::has_highlights() {
+        shine = mix(vec3(1.0), m.albedo, m.metallic)
+            * (0.5 * shown.specular * m.specular * left(s, occlusion::HIGHLIGHTS));
+    }
     let exponent = exponent_of(m.roughness);
     var radiance = vec3(0.0);
     for (var i = 0u; i < light::lights.count; i++) {
         let source = light::arriving(i, s.position);
         let wrapped = 0.5 * dot(s.normal, source.towards) + 0.5;
-        let highlight = phong::mirrored_highlight(s.normal, source.towards, s.to_eye, exponent);
-        radiance += source.radiance * (matte * wrapped + shine * highlight);
+        var reflected = matte * wrapped;
+        if phong::has_highlights() {
+            let to_light = source.towards;
+            reflected += shine * phong::mirrored_highlight(s.normal, to_light, s.to_eye, exponent);
+        }
+        radiance += source.radiance * reflected;
     }
     return vec4(radiance, 1.0);
 }

@@ -29,6 +29,9 @@ struct Settings {
 }
 
 var<uniform> shown: Settings;
+
+// Whether the cloud's own colour counts: a feature of the pass.
+override OWN_COLOR: bool = true;
 var<storage, read> objects: array<Object>;
 
 fn place_of(s: Surface) -> Place {
@@ -46,7 +49,10 @@ fn place_of(s: Surface) -> Place {
 }
 
 fn look_of(s: Surface) -> Look {
-    let factor = objects[surface::object_at(s.pixel)].whiten;
-    let own = mix(vec3(1.0), s.albedo * factor, shown.own_color);
+    var own = vec3(1.0);
+    if OWN_COLOR {
+        let factor = objects[surface::object_at(s.pixel)].whiten;
+        own = mix(own, s.albedo * factor, shown.own_color);
+    }
     return chosen::look(warped(place_of(s)), own);
 }

@@ -114,6 +114,9 @@ pub struct Pass {
     /// Whether several surfels may be drawn as one where they are small on the screen.
     #[serde(default)]
     pub merges: bool,
+    /// Boolean WGSL `override` constants by name, and whether what each guards is there. ABI 3.3.
+    #[serde(default)]
+    pub features: BTreeMap<String, bool>,
 }
 
 impl Pass {
@@ -127,6 +130,7 @@ impl Pass {
             constants: BTreeMap::new(),
             bindings: BTreeMap::new(),
             merges: false,
+            features: BTreeMap::new(),
         }
     }
 
@@ -231,6 +235,19 @@ impl Pass {
     #[must_use]
     pub fn constant(mut self, name: &str, value: f64) -> Self {
         self.constants.insert(name.to_owned(), value);
+        self
+    }
+
+    /// Says whether something is there that the shader guards with `if NAME { ... }`, where NAME is an
+    /// `override` of type `bool`. What is not there is left out of the shader, and columns that only it
+    /// reads are left out of the frame.
+    ///
+    /// Where it is not there, the guarded lines must change nothing: while a shader without them is being
+    /// compiled, the host may draw with one that has them, under the same bindings. What does change the
+    /// picture is a [`constant`](Self::constant). ABI 3.3.
+    #[must_use]
+    pub fn feature(mut self, name: &str, is_there: bool) -> Self {
+        self.features.insert(name.to_owned(), is_there);
         self
     }
 }

@@ -10,6 +10,7 @@ use surfelshop_api::graph::Output;
 #[command(after_help = "Examples:
   surfelshop explain scan.ply
   surfelshop explain scan.ply -r environment --env studio --set ks=0
+  surfelshop explain scan.ply -r ewa-phong --measure
   surfelshop explain room.scene.toml -r procedural --output color --output depth --json")]
 pub(crate) struct ExplainArguments {
     /// The clouds, and at most one scene (.scene.toml); all are shown together.
@@ -25,6 +26,11 @@ pub(crate) struct ExplainArguments {
     /// A parameter, as id=value; may be repeated.
     #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
     pub(crate) set: Vec<Setting>,
+    /// Measures what leaving out saves: each thing is put back in for so many frames, in turns with the
+    /// frame as it is [default: 30].
+    #[arg(long, value_name = "FRAMES", num_args = 0..=1, default_missing_value = "30",
+          value_parser = values::frames)]
+    pub(crate) measure: Option<usize>,
     #[command(flatten)]
     pub(crate) picture: PictureArguments,
     #[command(flatten)]

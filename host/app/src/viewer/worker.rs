@@ -346,6 +346,8 @@ impl Worker {
         view: &mut RendererView,
         order: &Order,
     ) -> Result<(Settled, Option<Explanation>), RenderError> {
+        // What is timed is what was asked for.
+        self.studio.engine.compile_beside(!order.is_measured);
         if order.is_measured {
             // A view may have drawn the same surfels, and what is timed pays for its own.
             self.studio.engine.forget_surfaces();

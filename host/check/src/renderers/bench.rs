@@ -6,13 +6,15 @@ use glam::DVec3;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
-use surfelshop_api::{Camera, CloudFacts, Environment, EnvironmentView, Projection, Scene, View};
+use surfelshop_api::{
+    Camera, CloudFacts, CloudView, Environment, EnvironmentView, Projection, Scene, View,
+};
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::probe::Probe;
 use surfelshop_engine::picture::{Development, develop, to_8_bit};
 use surfelshop_engine::plugins::LoadedUnit;
 use surfelshop_engine::{
-    Engine, EngineOptions, Image, RenderError, RenderRequest, Rendered, RendererView,
+    Engine, EngineOptions, Image, Kept, RenderError, RenderRequest, Rendered, RendererView,
 };
 
 /// Frames that a renderer may take until its picture stays.
@@ -51,6 +53,28 @@ impl Shot<'_> {
     pub(super) fn without_low_pass(mut self) -> Self {
         self.scene.surface.low_pass = 0.0;
         self
+    }
+
+    fn request<'a>(
+        &'a self,
+        clouds: &'a [CloudView<'a>],
+        facts: &'a CloudFacts,
+        frame_index: u32,
+    ) -> RenderRequest<'a> {
+        let probe = self.probe.as_ref();
+        RenderRequest {
+            clouds,
+            facts,
+            scene: &self.scene,
+            view: self.view,
+            environment: probe
+                .map(|(probe, environment)| EnvironmentView { environment, texels: &probe.texels }),
+            values: &self.values,
+            outputs: &self.outputs,
+            frame_index,
+            stride: 1,
+            detail_px: 0.0,
+        }
     }
 
     fn facts(&self) -> CloudFacts {
@@ -104,6 +128,18 @@ impl<'a> Bench<'a> {
         &self.engine
     }
 
+    /// What a shot that this instance drew last did without, but for pictures that nobody asked for.
+    pub(super) fn left_out(&self, Instance(view): &Instance, shot: &Shot<'_>) -> Vec<Kept> {
+        let (clouds, facts) = ([shot.cloud.view()], shot.facts());
+        let left_out = self.engine.left_out(view, &shot.request(&clouds, &facts, 0));
+        left_out.into_iter().filter(|kept| !matches!(kept, Kept::Output(_))).collect()
+    }
+
+    /// Draws with what need not be there.
+    pub(super) fn keep(&mut self, kept: Vec<Kept>) {
+        self.engine.keep(kept);
+    }
+
     /// A new instance.
     pub(super) fn start(&self) -> Result<Instance, Failure> {
         let host = self.engine.gpu().host_info();
@@ -143,22 +179,7 @@ impl<'a> Bench<'a> {
         frame_index: u32,
     ) -> Result<Rendered, Failure> {
         let (clouds, facts) = ([shot.cloud.view()], shot.facts());
-        let environment = shot
-            .probe
-            .as_ref()
-            .map(|(probe, environment)| EnvironmentView { environment, texels: &probe.texels });
-        let request = RenderRequest {
-            clouds: &clouds,
-            facts: &facts,
-            scene: &shot.scene,
-            view: shot.view,
-            environment,
-            values: &shot.values,
-            outputs: &shot.outputs,
-            frame_index,
-            stride: 1,
-            detail_px: 0.0,
-        };
+        let request = shot.request(&clouds, &facts, frame_index);
         let rendered = self.engine.render(view, &request).map_err(|error| refused(&error))?;
         for (output, image) in &rendered.images {
             whole(output, image, shot.view.size_px)?;

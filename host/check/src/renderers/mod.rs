@@ -3,6 +3,7 @@
 mod bench;
 mod columns;
 mod growth;
+mod left_out;
 mod lights;
 mod params;
 mod pictures;
@@ -72,6 +73,11 @@ const CASES: &[(Case, Judge)] = &[
         "neutral-columns",
         "columns that say what goes without saying change nothing, bit by bit",
         columns::neutral,
+    ),
+    case(
+        "left-out",
+        "what frames do without changes nothing where it is there: columns, and features of shaders",
+        left_out::left_out,
     ),
     case("unused-columns", "columns that nobody knows change nothing, bit by bit", columns::unused),
     case(

@@ -36,6 +36,8 @@ pub struct PassUse {
     pub why: String,
     /// Values of its `override` constants.
     pub constants: Vec<(String, f64)>,
+    /// Whether what its shader guards is there; what is not is left out of the shader.
+    pub features: Vec<(String, bool)>,
 }
 
 /// A texture or buffer of the graph.
@@ -86,7 +88,7 @@ impl Engine {
         rendered: &Rendered,
     ) -> Explanation {
         let mut explained = Explanation {
-            columns: columns_used(request.clouds),
+            columns: columns_used(request.clouds, &self.columns),
             surfels: self.surfels_used(renderer, request, rendered),
             features: self.features(),
             ..Explanation::default()
@@ -261,12 +263,23 @@ impl<'a> Graph<'a> {
             let constants = at.and_then(|at| own.get(at)).map(|pass| {
                 pass.constants.iter().map(|(name, value)| (name.clone(), *value)).collect()
             });
+            let features = at.and_then(|at| own.get(at)).map(|pass| {
+                pass.features.iter().map(|(name, there)| (name.clone(), *there)).collect()
+            });
+            let stood_in = at.is_some_and(|at| self.plan.passes[at].stood_in.get());
+            let why = match stood_in {
+                true => {
+                    format!("{why}; drawn by a shader with more in it while its own is compiled")
+                }
+                false => why,
+            };
             PassUse {
                 name: report.name.clone(),
                 state: report.state,
                 gpu_ms: report.gpu_ms,
                 why,
                 constants: constants.unwrap_or_default(),
+                features: features.unwrap_or_default(),
             }
         };
         rendered.passes.iter().map(explained).collect()

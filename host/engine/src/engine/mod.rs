@@ -3,6 +3,7 @@
 mod alone;
 mod compute;
 mod explain;
+mod kept;
 mod submission;
 mod supply;
 mod uniforms;
@@ -14,10 +15,11 @@ use crate::run::{
     CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
 };
 use crate::store::Store;
-use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing};
+use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing, Wanted};
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, ResourceUse};
+pub use kept::Kept;
 use std::time::Instant;
-use submission::{Done, Submission};
+use submission::{Asked, Done, Submission};
 pub use supply::{Supplier, Supply};
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
 use surfelshop_api::graph::{Output, Structure};
@@ -176,8 +178,17 @@ pub struct Engine {
     resources: Resources,
     environments: Environments,
     surfels: SurfelDrawing,
+    /// What is drawn with although it need not be.
+    keeping: kept::Keeping,
     plans: u32,
     chunks: usize,
+}
+
+/// Tells engines apart, and what was planned by one before it was to keep something else.
+fn next_serial() -> u64 {
+    use std::sync::atomic::{AtomicU64, Ordering};
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl Engine {
@@ -186,19 +197,18 @@ impl Engine {
     /// # Errors
     /// Where a shader module of the host is broken.
     pub fn new(mut gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
-        use std::sync::atomic::{AtomicU64, Ordering};
-        static ENGINES: AtomicU64 = AtomicU64::new(1);
         if options.only_32_bit_atomics {
             gpu.atomics = Atomics::Only32;
         }
         Ok(Self {
-            serial: ENGINES.fetch_add(1, Ordering::Relaxed),
+            serial: next_serial(),
             pipelines: Pipelines::new(gpu.device.clone())?,
             columns: Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels),
             surfaces: Surfaces::default(),
             resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
             surfels: options.surfels,
+            keeping: kept::Keeping::default(),
             plans: 0,
             chunks: 0,
             gpu,
@@ -225,6 +235,12 @@ impl Engine {
             drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
         }
+    }
+
+    /// Says whether a pipeline that leaves out what a scene lacks is compiled beside drawing, where one
+    /// that has it can stand in, which makes the same picture. Else, and at first, drawing waits for it.
+    pub fn compile_beside(&mut self, beside: bool) {
+        self.pipelines.compiles_beside = beside;
     }
 
     /// Draws surfels anew in the next frame even where the same view of them was drawn: for frames
@@ -276,6 +292,10 @@ impl Engine {
         let Some(plan) = &renderer.plan else {
             return Err(RenderError::Graph("there is none".to_owned()));
         };
+        let outputs = self.keeping.outputs(request.outputs);
+        let n_outputs = request.outputs.len();
+        let request = &RenderRequest { outputs: &outputs, ..*request };
+        let asked = Asked::new(plan, request.outputs)?;
         self.resources.next_frame();
         let one_by_one = plan.shades_surfels();
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
@@ -286,7 +306,7 @@ impl Engine {
         let mut scene = request.scene.clone();
         let request = &request.drawn(merged, &mut scene);
         let started = Instant::now();
-        let clouds = self.drawn_clouds(request, on_host)?;
+        let clouds = self.drawn_clouds(request, Some(asked.wanted()), on_host)?;
         let columns_ms = started.elapsed().as_secs_f64() * 1e3;
         let device = self.gpu.device.clone();
         let work = Submission {
@@ -299,12 +319,14 @@ impl Engine {
             scope: &renderer.scope,
             data: &encoded.data,
             request,
+            asked,
             clouds: &clouds,
             computes,
         };
         let done = checked(&device, || work.run()).map_err(RenderError::Device);
         match done.and_then(|done| done) {
-            Ok((rendered, Done { lent, written })) => {
+            Ok((mut rendered, Done { lent, written })) => {
+                rendered.images.truncate(n_outputs);
                 self.resources.give_back(lent, &written);
                 self.resources.save(&self.gpu);
                 Ok(Rendered { columns_ms, merged, ..rendered })
@@ -316,16 +338,22 @@ impl Engine {
         }
     }
 
-    /// The clouds as they are drawn, with their columns where that happens.
+    /// The clouds as they are drawn, with the columns that are wanted where that happens; without a wish
+    /// of its own a frame is drawn with what others want.
     fn drawn_clouds(
         &mut self,
         request: &RenderRequest<'_>,
+        wanted: Option<Wanted>,
         on_host: bool,
     ) -> Result<Vec<DrawnCloud>, RenderError> {
-        self.columns.next_frame();
+        self.columns.next_frame(wanted.map(|wanted| self.keeping.wanted(wanted)));
+        for cloud in request.clouds {
+            self.keeping.make(cloud);
+        }
+        let keeping = &self.keeping;
         let drawn = |cloud: &CloudView<'_>| match on_host {
-            true => self.columns.on_host(cloud, request.detail_px > 0.0, &|_| true),
-            false => self.columns.cloud(cloud, request.detail_px > 0.0, &|_| true),
+            true => self.columns.on_host(&keeping.with(cloud), request.detail_px > 0.0, &|_| true),
+            false => self.columns.cloud(&keeping.with(cloud), request.detail_px > 0.0, &|_| true),
         };
         let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
@@ -357,9 +385,11 @@ impl Engine {
             return Ok(());
         }
         renderer.plan = None;
-        let structure: Structure = rmp_serde::from_slice(&encoded.structure).map_err(|error| {
-            RenderError::Plugin(Fault::Misbehaved(format!("its graph is unreadable: {error}")))
-        })?;
+        let mut structure: Structure =
+            rmp_serde::from_slice(&encoded.structure).map_err(|error| {
+                RenderError::Plugin(Fault::Misbehaved(format!("its graph is unreadable: {error}")))
+            })?;
+        self.keeping.restore(&mut structure);
         self.plans += 1;
         renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
         renderer.structure.clone_from(&encoded.structure);

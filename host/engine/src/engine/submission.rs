@@ -6,10 +6,9 @@ use crate::environment::Environments;
 use crate::gpu::Gpu;
 use crate::run::{
     Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Needed, Node, Pending, Pipelines, Plan,
-    Recorder, RenderError, Resources, Seen, Stage, bind, copy, execute, needed, touched,
+    Recorder, RenderError, Resources, Seen, Settings, Stage, bind, copy, execute, needed, touched,
 };
-use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceParts, Surfaces};
-use std::collections::BTreeMap;
+use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceParts, Surfaces, Wanted};
 use surfelshop_api::graph::{Output, SurfaceMode};
 
 /// Everything one frame's commands are made from.
@@ -23,6 +22,7 @@ pub(super) struct Submission<'a> {
     pub(super) scope: &'a str,
     pub(super) data: &'a [u8],
     pub(super) request: &'a RenderRequest<'a>,
+    pub(super) asked: Asked,
     pub(super) clouds: &'a [DrawnCloud],
     /// Whether compute draws the small surfels.
     pub(super) computes: bool,
@@ -32,6 +32,42 @@ pub(super) struct Submission<'a> {
 pub(super) struct Done {
     pub(super) lent: FrameResources,
     pub(super) written: Vec<Node>,
+}
+
+/// What is asked of a graph, and what that takes.
+pub(super) struct Asked {
+    sources: Vec<Source>,
+    graph_outputs: Vec<usize>,
+    needed: Needed,
+    host_mode: SurfaceMode,
+}
+
+impl Asked {
+    /// # Errors
+    /// Where neither the graph nor the host offers a requested output.
+    pub(super) fn new(plan: &Plan, outputs: &[Output]) -> Result<Self, RenderError> {
+        let sources = sources(plan, outputs)?;
+        let of_graph = |source: &Source| match source {
+            Source::Graph(texture) => Some(*texture),
+            Source::Surface(_) => None,
+        };
+        let graph_outputs: Vec<usize> = sources.iter().filter_map(of_graph).collect();
+        let needed = needed(plan, &graph_outputs);
+        let host_mode = plan.passes.iter().find_map(|pass| pass.surface).unwrap_or_default();
+        Ok(Self { sources, graph_outputs, needed, host_mode })
+    }
+
+    /// Columns that are read, of those that drawing can do without.
+    pub(super) fn wanted(&self) -> Wanted {
+        let shown = |entry: &str| {
+            self.sources.iter().any(|s| matches!(s, Source::Surface(shown) if *shown == entry))
+        };
+        Wanted {
+            color: self.needed.members.albedo || shown("albedo_only"),
+            ao: self.needed.members.ao || shown("ao_only"),
+            material: self.needed.material,
+        }
+    }
 }
 
 /// Where a requested output comes from.
@@ -44,14 +80,7 @@ enum Source {
 
 impl Submission<'_> {
     pub(super) fn run(self) -> Result<(Rendered, Done), RenderError> {
-        let sources = self.sources()?;
-        let of_graph = |source: &Source| match source {
-            Source::Graph(texture) => Some(*texture),
-            Source::Surface(_) => None,
-        };
-        let graph_outputs: Vec<usize> = sources.iter().filter_map(of_graph).collect();
-        let needed = needed(self.plan, &graph_outputs);
-        let host_mode = self.plan.passes.iter().find_map(|p| p.surface).unwrap_or_default();
+        let Asked { sources, graph_outputs, needed, host_mode } = self.asked;
         let parts = parts(&needed, &sources, host_mode);
         let seeing = Seeing::new(self.gpu, self.request, self.clouds, self.computes)?;
         let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &seeing.drawn));
@@ -114,30 +143,30 @@ impl Submission<'_> {
             Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
         Ok((rendered, Done { lent, written }))
     }
+}
 
-    /// Where each requested output comes from.
-    fn sources(&self) -> Result<Vec<Source>, RenderError> {
-        let offered = &self.plan.structure.outputs;
-        let source = |wanted: &Output| {
-            if let Some((_, texture)) = offered.iter().find(|(output, _)| output == wanted) {
-                return Ok(Source::Graph(texture.index()));
+/// Where each requested output comes from.
+fn sources(plan: &Plan, outputs: &[Output]) -> Result<Vec<Source>, RenderError> {
+    let offered = &plan.structure.outputs;
+    let source = |wanted: &Output| {
+        if let Some((_, texture)) = offered.iter().find(|(output, _)| output == wanted) {
+            return Ok(Source::Graph(texture.index()));
+        }
+        match wanted {
+            Output::Depth => Ok(Source::Surface("depth_only")),
+            Output::Normal => Ok(Source::Surface("normal_only")),
+            Output::Albedo => Ok(Source::Surface("albedo_only")),
+            Output::Ao => Ok(Source::Surface("ao_only")),
+            Output::Color | Output::Debug(_) => {
+                let own = offered.iter().map(|(output, _)| output.name());
+                let host = ["depth", "normal", "albedo", "ao"].map(str::to_owned);
+                let mut names: Vec<_> = own.chain(host).collect();
+                names.dedup();
+                Err(RenderError::NoOutput { wanted: wanted.name(), offered: names.join(", ") })
             }
-            match wanted {
-                Output::Depth => Ok(Source::Surface("depth_only")),
-                Output::Normal => Ok(Source::Surface("normal_only")),
-                Output::Albedo => Ok(Source::Surface("albedo_only")),
-                Output::Ao => Ok(Source::Surface("ao_only")),
-                Output::Color | Output::Debug(_) => {
-                    let own = offered.iter().map(|(output, _)| output.name());
-                    let host = ["depth", "normal", "albedo", "ao"].map(str::to_owned);
-                    let mut names: Vec<_> = own.chain(host).collect();
-                    names.dedup();
-                    Err(RenderError::NoOutput { wanted: wanted.name(), offered: names.join(", ") })
-                }
-            }
-        };
-        self.request.outputs.iter().map(source).collect()
-    }
+        }
+    };
+    outputs.iter().map(source).collect()
 }
 
 /// The parts of the surface that needed passes and requested outputs read.
@@ -194,8 +223,8 @@ fn show_surface(
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
     let name = format!("host: {}", entry.trim_end_matches("_only"));
     let shader = pipelines.shader(RESOLVE, &[]).map_err(RenderError::Host)?;
-    let pipeline =
-        pipelines.compute(&name, &shader, entry, &BTreeMap::new()).map_err(RenderError::Host)?;
+    let found = pipelines.compute(&name, &shader, entry, &Settings::default());
+    let pipeline = found.map_err(RenderError::Host)?.pipeline;
     let group = bind(gpu, &pipeline, |name| match name {
         HOST_VIEW => Some(view_uniform.as_entire_binding()),
         HOST_SURFACE => Some(wgpu::BindingResource::TextureView(surface.packed(mode)?)),

@@ -1,14 +1,15 @@
 //! The rules a graph must keep; each refusal names what was expected and what was found.
 
 use super::RenderError;
-use super::pipelines::Shader;
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
     HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, is_given, targets_of, wgpu_format,
 };
+use super::recipe::Shader;
 use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::gpu::Gpu;
 use crate::shader::{Binding, BindingKind};
+use naga::{Scalar, TypeInner};
 use surfelshop_api::graph::{Format, Groups, Module, Pass, Resource, SurfaceMode, TextureId, Work};
 
 /// Most bytes of one texture or buffer of a graph.
@@ -90,11 +91,26 @@ impl Plan {
         }
         let constants: Vec<&str> =
             module.overrides.iter().filter_map(|(_, constant)| constant.name.as_deref()).collect();
-        for name in pass.constants.keys() {
+        for name in pass.constants.keys().chain(pass.features.keys()) {
             if !constants.contains(&name.as_str()) {
                 return Err(format!(
                     "the shader has no override constant `{name}`; it has: {}",
                     list(&constants)
+                ));
+            }
+        }
+        for name in pass.features.keys() {
+            if pass.constants.contains_key(name) {
+                return Err(format!("`{name}` is set as a constant and as a feature; set it once"));
+            }
+            let mut overrides = module.overrides.iter().map(|(_, constant)| constant);
+            let is_bool = overrides.any(|constant| {
+                let ty = &module.types[constant.ty].inner;
+                constant.name.as_ref() == Some(name) && *ty == TypeInner::Scalar(Scalar::BOOL)
+            });
+            if !is_bool {
+                return Err(format!(
+                    "the feature `{name}` is no `override` of type `bool`; a number is a constant"
                 ));
             }
         }

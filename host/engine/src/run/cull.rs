@@ -1,6 +1,7 @@
 //! Which passes run: those that requested outputs depend on.
 
 use super::plan::{Node, Plan};
+use crate::shader::SurfaceMembers;
 use std::collections::HashSet;
 use surfelshop_api::graph::SurfaceMode;
 
@@ -11,6 +12,8 @@ pub(crate) struct Needed {
     pub(crate) passes: Vec<bool>,
     /// Surfaces that those passes read.
     pub(crate) surfaces: Vec<SurfaceMode>,
+    /// What they read of surfaces.
+    pub(crate) members: SurfaceMembers,
     /// Whether one of them reads materials.
     pub(crate) material: bool,
     /// Whether one of them reads which cloud a pixel shows.
@@ -29,6 +32,7 @@ pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> Needed {
         }
         needed.passes[i] = true;
         wanted.extend(&pass.reads);
+        needed.members = needed.members.or(pass.members);
         needed.material |= pass.material;
         needed.object |= pass.object;
         needed.surfels |= pass.surfels.is_some();

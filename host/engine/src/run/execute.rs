@@ -1,11 +1,12 @@
 //! Runs the needed passes of a plan.
 
 use super::cull::Needed;
-use super::pipelines::{Pipeline, Pipelines, Stage};
+use super::pipelines::Pipelines;
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
     HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, is_given, targets_of,
 };
+use super::recipe::{Pipeline, Stage};
 use super::recorder::{Attachment, PassState, Recorder};
 use super::resources::FrameResources;
 use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};

@@ -1,26 +1,31 @@
 //! Checks, compiles, culls, runs and times graphs.
 
+mod beside;
 mod check;
 mod cull;
 mod execute;
 mod pipelines;
 mod plan;
 mod readback;
+mod recipe;
 mod recorder;
 mod resources;
 mod shading;
 mod stored;
+mod variants;
 
 pub(crate) use cull::{Needed, needed};
 pub(crate) use execute::{Frame, Seen, execute, touched};
 pub use pipelines::CompileCounts;
-pub(crate) use pipelines::{Draw, DrawKind, Pipeline, Pipelines, Stage, checked};
+pub(crate) use pipelines::{Draw, Pipelines};
 pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Node, Plan};
 pub use readback::Image;
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
+pub(crate) use recipe::{DrawKind, Pipeline, Stage, checked};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
 pub(crate) use resources::{FrameResources, Resources, texels};
+pub(crate) use variants::Settings;
 
 use thiserror::Error;
 

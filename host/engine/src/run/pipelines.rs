@@ -1,10 +1,13 @@
 //! Pipelines by content: equal shaders, constants and formats are compiled once.
 
 use super::RenderError;
-use crate::shader::{Binding, BindingKind, Composed, Library, on_large_stack, reflect};
+use super::beside::Beside;
+use super::recipe::{DrawKind, Pipeline, Recipe, Shader, Work, checked};
+use super::variants::{Settings, Variants};
+use crate::shader::{Library, on_large_stack};
 use std::borrow::Cow;
-use std::collections::{BTreeMap, HashMap};
-use std::rc::Rc;
+use std::collections::HashMap;
+use std::sync::Arc;
 use surfelshop_api::graph::Module;
 
 /// How many things were compiled since the engine was made.
@@ -16,62 +19,36 @@ pub struct CompileCounts {
     pub pipelines: u32,
 }
 
-/// A shader text, checked, with the module on the device.
-pub(crate) struct Shader {
-    pub(crate) composed: Composed,
-    module: wgpu::ShaderModule,
-    /// Distinguishes shaders in pipeline keys.
-    serial: u64,
-}
-
-/// A pipeline and what it wants bound, in the order of the layout.
-pub(crate) struct Pipeline {
-    pub(crate) stage: Stage,
-    pub(crate) layout: wgpu::BindGroupLayout,
-    pub(crate) bindings: Vec<Binding>,
-}
-
-pub(crate) enum Stage {
-    Render(wgpu::RenderPipeline),
-    Compute(wgpu::ComputePipeline),
-}
-
-/// What a draw does with depth and with what is there already.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum DrawKind {
-    /// One triangle over the whole target.
-    Fullscreen,
-    /// The same with a depth of its own, over whatever is there.
-    SeededSurfels,
-    /// Surfel quads; nearest wins, depth is written.
-    NearestSurfels,
-    /// Surfel quads added up where they pass the depth test.
-    AddedSurfels,
-}
-
+/// Entry points, with what they draw into.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct RenderKey {
-    vertex: (u64, String),
-    fragment: (u64, String),
-    constants: Vec<(String, u64)>,
-    formats: Vec<wgpu::TextureFormat>,
-    kind: DrawKind,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct ComputeKey {
-    shader: (u64, String),
-    constants: Vec<(String, u64)>,
+enum Stages {
+    Draw {
+        vertex: (u64, String),
+        fragment: (u64, String),
+        formats: Vec<wgpu::TextureFormat>,
+        kind: DrawKind,
+    },
+    Compute {
+        shader: u64,
+        entry: String,
+    },
 }
 
 /// A fragment stage to be drawn.
 pub(crate) struct Draw<'a> {
     pub(crate) label: &'a str,
-    pub(crate) vertex: (&'a Shader, &'a str),
-    pub(crate) fragment: (&'a Shader, &'a str),
-    pub(crate) constants: &'a BTreeMap<String, f64>,
+    pub(crate) vertex: (&'a Arc<Shader>, &'a str),
+    pub(crate) fragment: (&'a Arc<Shader>, &'a str),
+    pub(crate) settings: &'a Settings,
     pub(crate) formats: &'a [wgpu::TextureFormat],
     pub(crate) kind: DrawKind,
+}
+
+/// A pipeline to draw with.
+pub(crate) struct Found {
+    pub(crate) pipeline: Arc<Pipeline>,
+    /// Whether it is what was asked for, or stands in for it while that is being compiled.
+    pub(crate) is_it: bool,
 }
 
 /// A text, the modules it brings along and the names set for `#ifdef`.
@@ -81,9 +58,14 @@ type ShaderKey = (String, Vec<Module>, Vec<String>);
 pub(crate) struct Pipelines {
     device: wgpu::Device,
     library: Library,
-    shaders: HashMap<ShaderKey, Result<Rc<Shader>, String>>,
-    render: HashMap<RenderKey, Rc<Pipeline>>,
-    compute: HashMap<ComputeKey, Rc<Pipeline>>,
+    shaders: HashMap<ShaderKey, Result<Arc<Shader>, String>>,
+    made: HashMap<Stages, Variants<Pipeline>>,
+    /// Pipelines that others stand in for meanwhile.
+    beside: Beside<Stages>,
+    /// Whether there are to be any.
+    pub(crate) compiles_beside: bool,
+    /// Grows with every pipeline that is asked for.
+    now: u64,
     pub(crate) counts: CompileCounts,
 }
 
@@ -91,17 +73,19 @@ impl Pipelines {
     pub(crate) fn new(device: wgpu::Device) -> Result<Self, RenderError> {
         let library = Library::new().map_err(|error| RenderError::Host(error.message))?;
         Ok(Self {
+            beside: Beside::new(device.clone()),
             device,
             library,
             shaders: HashMap::new(),
-            render: HashMap::new(),
-            compute: HashMap::new(),
+            made: HashMap::new(),
+            compiles_beside: false,
+            now: 0,
             counts: CompileCounts::default(),
         })
     }
 
     /// The checked shader of this text; the same text is composed once, mistakes included.
-    pub(crate) fn shader(&mut self, source: &str, defines: &[&str]) -> Result<Rc<Shader>, String> {
+    pub(crate) fn shader(&mut self, source: &str, defines: &[&str]) -> Result<Arc<Shader>, String> {
         self.shader_with(source, &[], defines)
     }
 
@@ -111,14 +95,14 @@ impl Pipelines {
         source: &str,
         modules: &[Module],
         defines: &[&str],
-    ) -> Result<Rc<Shader>, String> {
+    ) -> Result<Arc<Shader>, String> {
         let defined = defines.iter().map(|name| (*name).to_owned()).collect();
         let key = (source.to_owned(), modules.to_vec(), defined);
         if let Some(known) = self.shaders.get(&key) {
             return known.clone();
         }
         self.counts.modules += 1;
-        let made = self.make_shader(source, modules, defines).map(Rc::new);
+        let made = self.make_shader(source, modules, defines).map(Arc::new);
         self.shaders.insert(key, made.clone());
         made
     }
@@ -145,222 +129,76 @@ impl Pipelines {
     }
 
     /// The pipeline of a draw.
-    pub(crate) fn draw(&mut self, draw: &Draw<'_>) -> Result<Rc<Pipeline>, String> {
-        let key = RenderKey {
-            vertex: (draw.vertex.0.serial, draw.vertex.1.to_owned()),
-            fragment: (draw.fragment.0.serial, draw.fragment.1.to_owned()),
-            constants: bits_of(draw.constants),
+    pub(crate) fn draw(&mut self, draw: &Draw<'_>) -> Result<Found, String> {
+        let named = |(shader, entry): (&Arc<Shader>, &str)| (shader.serial, entry.to_owned());
+        let stages = Stages::Draw {
+            vertex: named(draw.vertex),
+            fragment: named(draw.fragment),
             formats: draw.formats.to_vec(),
             kind: draw.kind,
         };
-        if let Some(known) = self.render.get(&key) {
-            return Ok(known.clone());
-        }
-        let made = Rc::new(on_large_stack(|| make_draw(&self.device, draw))??);
-        self.counts.pipelines += 1;
-        self.render.insert(key, made.clone());
-        Ok(made)
+        let held = |(shader, entry): (&Arc<Shader>, &str)| (shader.clone(), entry.to_owned());
+        self.find(stages, draw.settings, || Recipe {
+            label: draw.label.to_owned(),
+            settings: draw.settings.clone(),
+            work: Work::Draw {
+                vertex: held(draw.vertex),
+                fragment: held(draw.fragment),
+                formats: draw.formats.to_vec(),
+                kind: draw.kind,
+            },
+        })
     }
 
     /// The pipeline of a compute entry point.
     pub(crate) fn compute(
         &mut self,
         label: &str,
-        shader: &Shader,
+        shader: &Arc<Shader>,
         entry: &str,
-        constants: &BTreeMap<String, f64>,
-    ) -> Result<Rc<Pipeline>, String> {
-        let key =
-            ComputeKey { shader: (shader.serial, entry.to_owned()), constants: bits_of(constants) };
-        if let Some(known) = self.compute.get(&key) {
-            return Ok(known.clone());
+        settings: &Settings,
+    ) -> Result<Found, String> {
+        let stages = Stages::Compute { shader: shader.serial, entry: entry.to_owned() };
+        self.find(stages, settings, || Recipe {
+            label: label.to_owned(),
+            settings: settings.clone(),
+            work: Work::Compute((shader.clone(), entry.to_owned())),
+        })
+    }
+
+    /// The variant of these values; where it must be made and another can stand in for it, that one
+    /// meanwhile, if pipelines are made beside drawing.
+    fn find(
+        &mut self,
+        stages: Stages,
+        settings: &Settings,
+        recipe: impl Fn() -> Recipe,
+    ) -> Result<Found, String> {
+        self.now += 1;
+        self.take_in();
+        let variants = self.made.entry(stages.clone()).or_default();
+        if let Some(pipeline) = variants.get(settings, self.now) {
+            return Ok(Found { pipeline, is_it: true });
         }
-        let point = reflect(&shader.composed, naga::ShaderStage::Compute, entry)
-            .map_err(|error| error.message)?;
-        let layout = layout(&self.device, label, &point.bindings, wgpu::ShaderStages::COMPUTE);
-        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(label),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
-        let pairs = borrowed(constants);
-        let device = &self.device;
-        let create = || {
-            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                label: Some(label),
-                layout: Some(&pipeline_layout),
-                module: &shader.module,
-                entry_point: Some(entry),
-                compilation_options: wgpu::PipelineCompilationOptions {
-                    constants: &pairs,
-                    ..Default::default()
-                },
-                cache: None,
-            })
-        };
-        let stage = on_large_stack(|| checked(device, create))??;
+        if self.compiles_beside
+            && let Some(pipeline) = variants.stand_in(settings)
+            && self.beside.make(&stages, settings, &recipe)
+        {
+            return Ok(Found { pipeline, is_it: false });
+        }
+        let (device, recipe) = (&self.device, recipe());
+        let pipeline = Arc::new(on_large_stack(|| recipe.make(device))??);
         self.counts.pipelines += 1;
-        let made =
-            Rc::new(Pipeline { stage: Stage::Compute(stage), layout, bindings: point.bindings });
-        self.compute.insert(key, made.clone());
-        Ok(made)
+        variants.keep(settings.clone(), pipeline.clone(), self.now);
+        Ok(Found { pipeline, is_it: true })
     }
-}
 
-fn make_draw(device: &wgpu::Device, draw: &Draw<'_>) -> Result<Pipeline, String> {
-    let same_module = draw.vertex.0.serial == draw.fragment.0.serial;
-    let vertex = reflect(&draw.vertex.0.composed, naga::ShaderStage::Vertex, draw.vertex.1)
-        .map_err(|error| error.message)?;
-    let fragment = reflect(&draw.fragment.0.composed, naga::ShaderStage::Fragment, draw.fragment.1)
-        .map_err(|error| error.message)?;
-    if !same_module && !vertex.bindings.is_empty() {
-        return Err("a vertex stage of another module cannot have bindings".to_owned());
-    }
-    let mut bindings = vertex.bindings;
-    for binding in fragment.bindings {
-        if !bindings.contains(&binding) {
-            bindings.push(binding);
+    /// Takes in what was made beside.
+    fn take_in(&mut self) {
+        for (stages, settings, pipeline) in self.beside.made() {
+            self.counts.pipelines += 1;
+            let variants = self.made.entry(stages).or_default();
+            variants.keep(settings, Arc::new(pipeline), self.now);
         }
     }
-    let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
-    let layout = layout(device, draw.label, &bindings, visibility);
-    let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label: Some(draw.label),
-        bind_group_layouts: &[Some(&layout)],
-        immediate_size: 0,
-    });
-    let constants = borrowed(draw.constants);
-    let options = wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-    let blend = (draw.kind == DrawKind::AddedSurfels).then_some(ADD);
-    let targets: Vec<_> = draw
-        .formats
-        .iter()
-        .map(|&format| {
-            Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
-        })
-        .collect();
-    let stage = checked(device, || {
-        device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(draw.label),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &draw.vertex.0.module,
-                entry_point: Some(draw.vertex.1),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState {
-                topology: match draw.kind {
-                    DrawKind::Fullscreen | DrawKind::SeededSurfels => {
-                        wgpu::PrimitiveTopology::TriangleList
-                    }
-                    _ => wgpu::PrimitiveTopology::TriangleStrip,
-                },
-                ..Default::default()
-            },
-            depth_stencil: depth_state(draw.kind),
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &draw.fragment.0.module,
-                entry_point: Some(draw.fragment.1),
-                compilation_options: options,
-                targets: &targets,
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
-    })?;
-    Ok(Pipeline { stage: Stage::Render(stage), layout, bindings })
-}
-
-fn layout(
-    device: &wgpu::Device,
-    label: &str,
-    bindings: &[Binding],
-    visibility: wgpu::ShaderStages,
-) -> wgpu::BindGroupLayout {
-    // Float textures are bound as filterable where a sampler is there to filter them.
-    let filterable = bindings.iter().any(|b| matches!(b.kind, BindingKind::Sampler { .. }));
-    let entries: Vec<_> = bindings
-        .iter()
-        .map(|binding| wgpu::BindGroupLayoutEntry {
-            binding: binding.number,
-            // Writable storage is only allowed behind the vertex stage.
-            visibility: if binding.kind.writes() {
-                visibility - wgpu::ShaderStages::VERTEX
-            } else {
-                visibility
-            },
-            ty: binding.kind.layout(filterable),
-            count: None,
-        })
-        .collect();
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some(label),
-        entries: &entries,
-    })
-}
-
-const ADD: wgpu::BlendState = {
-    let component = wgpu::BlendComponent {
-        src_factor: wgpu::BlendFactor::One,
-        dst_factor: wgpu::BlendFactor::One,
-        operation: wgpu::BlendOperation::Add,
-    };
-    wgpu::BlendState { color: component, alpha: component }
-};
-
-fn depth_state(kind: DrawKind) -> Option<wgpu::DepthStencilState> {
-    let (compare, write) = match kind {
-        DrawKind::Fullscreen => return None,
-        DrawKind::SeededSurfels => (wgpu::CompareFunction::Always, true),
-        DrawKind::NearestSurfels => (wgpu::CompareFunction::Greater, true),
-        DrawKind::AddedSurfels => (wgpu::CompareFunction::GreaterEqual, false),
-    };
-    Some(wgpu::DepthStencilState {
-        format: wgpu::TextureFormat::Depth32Float,
-        depth_write_enabled: Some(write),
-        depth_compare: Some(compare),
-        stencil: wgpu::StencilState::default(),
-        bias: wgpu::DepthBiasState::default(),
-    })
-}
-
-fn bits_of(constants: &BTreeMap<String, f64>) -> Vec<(String, u64)> {
-    constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect()
-}
-
-fn borrowed(constants: &BTreeMap<String, f64>) -> Vec<(&str, f64)> {
-    constants.iter().map(|(name, value)| (name.as_str(), *value)).collect()
-}
-
-/// Runs something that reports its failure through the device's error scopes.
-pub(crate) fn checked<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> Result<T, String> {
-    let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-    let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
-    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let made = make();
-    let errors = [
-        pollster::block_on(validation.pop()),
-        pollster::block_on(internal.pop()),
-        pollster::block_on(memory.pop()),
-    ];
-    match errors.into_iter().flatten().next() {
-        None => Ok(made),
-        Some(error) => Err(one_line(&error)),
-    }
-}
-
-/// A driver's report as one line, outermost context first.
-fn one_line(error: &wgpu::Error) -> String {
-    let mut parts = Vec::new();
-    let mut cause: Option<&dyn std::error::Error> = Some(error);
-    while let Some(inner) = cause {
-        let text = inner.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-        if !parts.iter().any(|part: &String| part.contains(&text)) {
-            parts.push(text);
-        }
-        cause = inner.source();
-    }
-    parts.join(": ")
 }

@@ -1,12 +1,14 @@
 //! A graph's structure, checked and with its shaders reflected; made once per structure.
 
 use super::RenderError;
-use super::pipelines::{Draw, DrawKind, Pipeline, Pipelines, Shader};
+use super::pipelines::{Draw, Found, Pipelines};
+use super::recipe::{DrawKind, Pipeline, Shader};
 use super::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
+use super::variants::Settings;
 use crate::gpu::Gpu;
-use crate::shader::reflect;
-use std::cell::OnceCell;
-use std::rc::Rc;
+use crate::shader::{SurfaceMembers, members_read, reflect};
+use std::cell::{Cell, OnceCell};
+use std::sync::Arc;
 use surfelshop_api::graph::{Extent, Format, Lifetime, Pass, Structure, SurfaceMode, Target, Work};
 
 pub(crate) const HOST_VIEW: &str = "surfelshop::view::view";
@@ -44,13 +46,15 @@ pub(crate) enum Node {
 
 /// A pass that may run.
 pub(crate) struct Planned {
-    pub(crate) shader: Rc<Shader>,
+    pub(crate) shader: Arc<Shader>,
     /// The entry point; the host's wrapper for shading functions.
     pub(crate) entry: String,
     pub(crate) reads: Vec<Node>,
     pub(crate) writes: Vec<Node>,
     /// The surface it reads, where it reads one.
     pub(crate) surface: Option<SurfaceMode>,
+    /// What it reads of that.
+    pub(crate) members: SurfaceMembers,
     /// Whether it reads materials.
     pub(crate) material: bool,
     /// Whether it reads which cloud a pixel shows.
@@ -63,9 +67,13 @@ pub(crate) struct Planned {
     /// Whether it runs as a compute pass: compute passes, and shading passes on devices that
     /// cannot draw into the target's format.
     pub(crate) computes: bool,
-    pipeline: OnceCell<Rc<Pipeline>>,
+    /// Values of its `override` constants.
+    pub(crate) settings: Settings,
+    pipeline: OnceCell<Arc<Pipeline>>,
+    /// Whether it was last drawn by a variant that stands in for its own.
+    pub(crate) stood_in: Cell<bool>,
     /// What shades surfels one by one, where that is asked for.
-    pub(crate) surfels: Option<Rc<Shader>>,
+    pub(crate) surfels: Option<Arc<Shader>>,
 }
 
 /// A checked graph.
@@ -159,18 +167,23 @@ impl Plan {
             reads: Vec::new(),
             writes: Vec::new(),
             surface: None,
+            members: SurfaceMembers::default(),
             material: false,
             object: false,
             environment: false,
             of_host: None,
             workgroup_size: point.workgroup_size,
             computes: stage == naga::ShaderStage::Compute,
+            settings: Settings::of(pass),
             pipeline: OnceCell::new(),
+            stood_in: Cell::new(false),
             surfels: None,
         };
         for binding in &point.bindings {
             self.check_binding(pass, binding, surface, gpu, &mut planned)?;
         }
+        planned.members =
+            members_read(&planned.shader.composed, stage, &planned.entry, &pass.features);
         if matches!(pass.work, Work::Shading { per_surfel: true, .. }) {
             let shader = pipelines.shader_with(&surfel_source(pass), &pass.modules, &[])?;
             let stage = naga::ShaderStage::Compute;
@@ -179,6 +192,7 @@ impl Plan {
             for binding in &point.bindings {
                 self.check_binding(pass, binding, surface, gpu, &mut planned)?;
             }
+            planned.members = members_read(&shader.composed, stage, SURFEL_ENTRY, &pass.features);
             // It has a surface of its own, for which the nearest surfels must be known.
             planned.surface = None;
             planned.surfels = Some(shader);
@@ -192,13 +206,15 @@ impl Plan {
         &self,
         index: usize,
         pipelines: &mut Pipelines,
-    ) -> Result<Rc<Pipeline>, RenderError> {
+    ) -> Result<Arc<Pipeline>, RenderError> {
         let (pass, planned) = (&self.structure.passes[index], &self.passes[index]);
         if let Some(known) = planned.pipeline.get() {
             return Ok(known.clone());
         }
         let made = match planned.computes {
-            true => pipelines.compute(&pass.name, &planned.shader, &planned.entry, &pass.constants),
+            true => {
+                pipelines.compute(&pass.name, &planned.shader, &planned.entry, &planned.settings)
+            }
             false => {
                 let formats: Vec<_> = targets_of(pass)
                     .iter()
@@ -209,32 +225,35 @@ impl Plan {
                         label: &pass.name,
                         vertex: (&screen, "cover_screen"),
                         fragment: (&planned.shader, &planned.entry),
-                        constants: &pass.constants,
+                        settings: &planned.settings,
                         formats: &formats,
                         kind: DrawKind::Fullscreen,
                     })
                 })
             }
         };
-        let made = made.map_err(|message| RenderError::pass(&pass.name, message))?;
-        Ok(planned.pipeline.get_or_init(|| made).clone())
+        let Found { pipeline, is_it } =
+            made.map_err(|message| RenderError::pass(&pass.name, message))?;
+        planned.stood_in.set(!is_it);
+        if is_it {
+            return Ok(planned.pipeline.get_or_init(|| pipeline).clone());
+        }
+        Ok(pipeline)
     }
 
     /// The pipeline that shades surfels one by one.
     pub(crate) fn surfel_pipeline(
         &self,
         index: usize,
-        shader: &Shader,
+        shader: &Arc<Shader>,
         pipelines: &mut Pipelines,
-    ) -> Result<Rc<Pipeline>, RenderError> {
+    ) -> Result<Arc<Pipeline>, RenderError> {
         let pass = &self.structure.passes[index];
-        let known = |name: &String| {
-            shader.composed.module.overrides.iter().any(|(_, o)| o.name.as_ref() == Some(name))
-        };
-        let constants = pass.constants.iter().filter(|(name, _)| known(name));
-        let constants = constants.map(|(name, value)| (name.clone(), *value)).collect();
-        let made = pipelines.compute(&pass.name, shader, SURFEL_ENTRY, &constants);
-        made.map_err(|message| RenderError::pass(&pass.name, message))
+        let overrides = &shader.composed.module.overrides;
+        let known = |name: &str| overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
+        let settings = self.passes[index].settings.only(known);
+        let made = pipelines.compute(&pass.name, shader, SURFEL_ENTRY, &settings);
+        made.map(|found| found.pipeline).map_err(|message| RenderError::pass(&pass.name, message))
     }
 
     /// Whether a resource outlives the frame.

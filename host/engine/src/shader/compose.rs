@@ -327,7 +327,7 @@ fn restore_names(module: &mut naga::Module) {
 }
 
 /// `nameX_naga_oil_mod_XBASE32X` as `module::name`; other names unchanged.
-fn undecorated(name: &str) -> String {
+pub(super) fn undecorated(name: &str) -> String {
     const MARK: &str = "X_naga_oil_mod_X";
     let Some((item, rest)) = name.split_once(MARK) else {
         return name.to_owned();

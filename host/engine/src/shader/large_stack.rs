@@ -2,7 +2,7 @@
 
 /// Stack of a compiling thread. The longest shader allowed, [`MAX_WGSL_BYTES`] of `x+x+x`, takes
 /// under 200 MiB; pages that are not touched cost nothing.
-const STACK_BYTES: usize = 512 << 20;
+pub(crate) const STACK_BYTES: usize = 512 << 20;
 
 /// Longest shader, in bytes.
 pub(crate) const MAX_WGSL_BYTES: usize = 256 << 10;

@@ -3,9 +3,11 @@
 mod bound_loops;
 mod compose;
 mod large_stack;
+mod members;
 mod numbered;
 mod reflect;
 
 pub(crate) use compose::{Composed, Library, fingerprint};
-pub(crate) use large_stack::on_large_stack;
+pub(crate) use large_stack::{STACK_BYTES, on_large_stack};
+pub(crate) use members::{SurfaceMembers, members_read};
 pub(crate) use reflect::{Binding, BindingKind, reflect};

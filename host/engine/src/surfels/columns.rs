@@ -1,8 +1,10 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
 use super::elements::{components_of, encode_color, floats_of, is_color, part_of};
-use super::host_columns::{ORDERED, OnHost, STOPPED, generations_drawn};
+use super::host_columns::{ORDERED, OnHost, STOPPED, columns_drawn};
 use super::order::{TIE_BREAKERS, drawing_order};
+use super::radii::Radii;
+use super::wanted::{Wanted, Wishes};
 use crate::run::RenderError;
 use glam::DVec3;
 use std::cell::OnceCell;
@@ -21,7 +23,7 @@ const GROUP: u32 = surfelshop_raster::GROUP as u32;
 const BATCH: usize = 4096;
 
 /// Frames a column survives without being drawn.
-const KEPT_FRAMES: u64 = 64;
+pub(super) const KEPT_FRAMES: u64 = 64;
 
 /// One column's buffers, chunk by chunk.
 type ChunkBuffers = Arc<Vec<wgpu::Buffer>>;
@@ -41,6 +43,8 @@ pub(crate) struct DrawnCloud {
     pub(crate) generations: Vec<u64>,
     /// Largest radius, scene units.
     pub(crate) max_radius: f32,
+    /// The radius of all surfels where they have one: the device is not given a column then.
+    pub(crate) equal_radius: Option<f32>,
     /// Its columns in memory, where the processor draws it.
     pub(crate) on_host: Option<Arc<surfelshop_raster::Columns>>,
     /// What its places are chosen by, where the device draws merged surfels.
@@ -97,6 +101,8 @@ pub(crate) struct Columns {
     uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
     pub(super) on_host: Vec<OnHost>,
     orders: Vec<Order>,
+    pub(super) radii: Radii,
+    wishes: Wishes,
     /// Serial numbers given away.
     pub(super) n_orders: u32,
     pub(super) chunk_len: u32,
@@ -118,6 +124,8 @@ impl Columns {
             uploaded: HashMap::new(),
             on_host: Vec::new(),
             orders: Vec::new(),
+            radii: Radii::default(),
+            wishes: Wishes::default(),
             n_orders: 0,
             chunk_len: chunk_len.clamp(1, fits.max(1)),
             frame: 0,
@@ -125,21 +133,42 @@ impl Columns {
         }
     }
 
-    /// Another, empty store for the same device.
+    /// Another, empty store for the same device, of which the same is wanted.
     pub(crate) fn another(&self) -> Self {
-        Self::new(self.device.clone(), self.queue.clone(), self.chunk_len)
+        let mut other = Self::new(self.device.clone(), self.queue.clone(), self.chunk_len);
+        other.wishes = self.wishes.clone();
+        other.frame = self.frame;
+        other
+    }
+
+    /// The columns that are drawn with now, of those that can be done without.
+    pub(crate) fn wanted(&self) -> Wanted {
+        self.wishes.at(self.frame)
+    }
+
+    /// Has equal radii uploaded as columns, or put into a constant.
+    pub(crate) fn keep_radii(&mut self, keeps: bool) {
+        self.radii.are_columns = keeps;
+    }
+
+    /// Whether a cloud's radii are one, in a constant.
+    pub(crate) fn has_equal_radii(&self, cloud: &CloudView<'_>) -> bool {
+        let column = cloud.column(columns::RADIUS);
+        column.is_some_and(|column| self.radii.in_a_constant(column.generation))
     }
 
     /// Whether a cloud's surfels are in order with all that is drawn of them, in memory where the
     /// processor draws.
     pub(crate) fn holds(&self, cloud: &CloudView<'_>, on_host: bool) -> bool {
         // What cannot be drawn has nothing to be put in order.
-        let Some(drawn) = generations_drawn(cloud) else { return true };
+        let Some(drawn) = columns_drawn(cloud, self.wanted()) else { return true };
         if on_host {
-            return self.on_host.iter().any(|known| known.generations == drawn);
+            return self.on_host.iter().any(|known| known.has(&drawn));
         }
-        let is_there = |drawn: &u64| self.uploaded.keys().any(|(own, ..)| own == drawn);
-        drawn.iter().all(is_there)
+        drawn.iter().all(|(name, drawn)| {
+            let is_there = self.uploaded.keys().any(|(own, ..)| own == drawn);
+            is_there || *name == columns::RADIUS && self.radii.in_a_constant(*drawn)
+        })
     }
 
     /// Takes what another store has for the same device.
@@ -165,9 +194,8 @@ impl Columns {
         for known in other.on_host {
             let Some(&order_serial) = serials.get(&known.order_serial) else { continue };
             // What was made of it meanwhile gives way, unless it has merged ones besides.
-            let is_same = |own: &OnHost| {
-                own.generations == known.generations && own.order_serial == order_serial
-            };
+            let is_same =
+                |own: &OnHost| own.drawn == known.drawn && own.order_serial == order_serial;
             if self.on_host.iter().any(|own| is_same(own) && (own.merged || !known.merged)) {
                 continue;
             }
@@ -176,6 +204,7 @@ impl Columns {
             let serial = self.n_orders;
             self.on_host.push(OnHost { order_serial, serial, last_used, ..known });
         }
+        self.radii.absorb(other.radii, last_used);
         self.uploads += other.uploads;
     }
 
@@ -189,12 +218,24 @@ impl Columns {
         self.on_host.iter().map(|cloud| cloud.columns.bytes() as u64).sum()
     }
 
-    /// Drops what has not been drawn for a while; called once a frame.
-    pub(crate) fn next_frame(&mut self) {
+    /// Drops what has not been drawn or read for a while; called once a frame, with what that reads.
+    pub(crate) fn next_frame(&mut self, wanted: Option<Wanted>) {
         self.frame += 1;
+        if let Some(wanted) = wanted {
+            self.wishes.hear(wanted, self.frame);
+        }
+        let wanted = self.wanted();
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
-        self.uploaded.retain(|_, column| column.last_used >= oldest);
+        self.uploaded.retain(|(_, _, variable), column| {
+            // Merged surfels are told apart by their materials.
+            let is_read = wanted.reads(variable) || *variable == columns::MATERIAL;
+            column.last_used >= oldest && is_read
+        });
         self.on_host.retain(|cloud| cloud.last_used >= oldest);
+        for cloud in &mut self.on_host {
+            cloud.keep(wanted);
+        }
+        self.radii.forget(oldest);
         self.orders.retain(|order| order.last_used >= oldest);
     }
 
@@ -242,9 +283,11 @@ impl Columns {
             defines: Vec::new(),
             generations: Vec::new(),
             max_radius: 0.0,
+            equal_radius: None,
             on_host: None,
             merged: None,
         };
+        let wanted = self.wanted().for_merged(merged);
         let (order_serial, order) = match merged {
             true => {
                 let known = self.in_memory(cloud, true, tell)?;
@@ -268,27 +311,16 @@ impl Columns {
         told(0.3)?;
         self.floats(columns::NORMAL, &mut arriving)?;
         told(0.6)?;
-        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
-        if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
-            for name in tangents {
-                let largest = self.floats(name, &mut arriving)?;
-                // The largest component bounds the length of a tangent within a factor of sqrt(3),
-                // and two skewed ones that of the ellipse within sqrt(2) more.
-                let bound = arriving.drawn.max_radius.max(largest * 2.45);
-                arriving.drawn.max_radius = bound;
-            }
-            arriving.drawn.defines.push("TANGENTS");
-        } else {
-            arriving.drawn.max_radius = self.floats(columns::RADIUS, &mut arriving)?;
-        }
+        self.shape(merged, &mut arriving)?;
         if let Some(merged) = &arriving.drawn.merged {
             arriving.drawn.max_radius = arriving.drawn.max_radius.max(merged.max_reach());
         }
-        if cloud.floats(columns::AO, 1).is_some() {
+        if wanted.ao && cloud.floats(columns::AO, 1).is_some() {
             self.floats(columns::AO, &mut arriving)?;
             arriving.drawn.defines.push("AO");
         }
         if let Some(column) = cloud.column(columns::MATERIAL)
+            && wanted.material
             && let (1, Values::U32(values)) = (column.components, column.values)
         {
             let encode = |i: usize, out: &mut Vec<u8>| out.extend(values[i].to_le_bytes());
@@ -296,6 +328,7 @@ impl Columns {
             arriving.drawn.defines.push("MATERIAL");
         }
         if let Some(column) = cloud.column(columns::COLOR)
+            && wanted.color
             && is_color(column)
         {
             let (layout, stride): (_, u64) = match column.values {
@@ -308,6 +341,31 @@ impl Columns {
         }
         told(1.0)?;
         Ok(arriving.drawn)
+    }
+
+    /// Brings along how large surfels are: half axes, radii, or one radius for all.
+    fn shape(&mut self, merged: bool, arriving: &mut Arriving<'_>) -> Result<(), RenderError> {
+        let cloud = arriving.cloud;
+        let tangents = [columns::TANGENT_U, columns::TANGENT_V];
+        if tangents.iter().all(|name| cloud.floats(name, 3).is_some()) {
+            for name in tangents {
+                let largest = self.floats(name, arriving)?;
+                // The largest component bounds the length of a tangent within a factor of sqrt(3),
+                // and two skewed ones that of the ellipse within sqrt(2) more.
+                let bound = arriving.drawn.max_radius.max(largest * 2.45);
+                arriving.drawn.max_radius = bound;
+            }
+            arriving.drawn.defines.push("TANGENTS");
+        } else if let Some(radius) = self.radii.equal(cloud, self.frame).filter(|_| !merged) {
+            arriving.drawn.max_radius = radius.abs();
+            arriving.drawn.equal_radius = Some(radius);
+            arriving.drawn.defines.push("EQUAL_RADII");
+            let column = cloud.column(columns::RADIUS);
+            arriving.drawn.generations.extend(column.map(|column| column.generation));
+        } else {
+            arriving.drawn.max_radius = self.floats(columns::RADIUS, arriving)?;
+        }
+        Ok(())
     }
 
     /// Uploads a column of floats and returns its largest magnitude.

@@ -121,7 +121,7 @@ impl Drawing<'_> {
             defines.extend(atomics);
             let shader = pipelines.shader(&source, &defines)?;
             let label = "surfels: compute visibility";
-            let pipeline = pipelines.compute(label, &shader, "find_nearest", &self.none)?;
+            let pipeline = pipelines.compute(label, &shader, "find_nearest", &self.none)?.pipeline;
             let group = self.bind(gpu, &pipeline, chunk, &more)?;
             dispatches.push((pipeline, group, chunk.drawn(self.input.stride)));
         }
@@ -144,7 +144,7 @@ impl Drawing<'_> {
         let mut dispatches = Vec::new();
         for chunk in &self.chunks {
             let shader = pipelines.shader(&source, &chunk.defines())?;
-            let pipeline = pipelines.compute(name, &shader, "list_large", &self.none)?;
+            let pipeline = pipelines.compute(name, &shader, "list_large", &self.none)?.pipeline;
             let group = self.bind(recorder.gpu, &pipeline, chunk, &[])?;
             dispatches.push((pipeline, group));
         }
@@ -168,14 +168,16 @@ impl Drawing<'_> {
         let name = "surfels: large visibility";
         let screen = pipelines.shader(RESOLVE, &[])?;
         let shader = pipelines.shader(SEED, &[])?;
-        let seed = pipelines.draw(&Draw {
-            label: name,
-            vertex: (&screen, "cover_screen"),
-            fragment: (&shader, "seed"),
-            constants: &self.none,
-            formats: NEAREST_QUADS.formats,
-            kind: DrawKind::SeededSurfels,
-        })?;
+        let seed = pipelines
+            .draw(&Draw {
+                label: name,
+                vertex: (&screen, "cover_screen"),
+                fragment: (&shader, "seed"),
+                settings: &self.none,
+                formats: NEAREST_QUADS.formats,
+                kind: DrawKind::SeededSurfels,
+            })?
+            .pipeline;
         let group = bind(recorder.gpu, &seed, |name| match name {
             "surfelshop::view::view" => Some(self.input.view_uniform.as_entire_binding()),
             "keys" => Some(keys.as_entire_binding()),

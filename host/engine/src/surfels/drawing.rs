@@ -4,10 +4,11 @@ use super::chunk::{Chunk, Runs};
 use super::elements::linear_of_srgb;
 use super::surface::{Surface, SurfaceInput, texture};
 use crate::gpu::Gpu;
-use crate::run::{Attachment, Draw, DrawKind, Pipeline, Pipelines, Recorder, Stage, bind};
-use std::collections::BTreeMap;
+use crate::run::{
+    Attachment, Draw, DrawKind, Pipeline, Pipelines, Recorder, Settings, Stage, bind,
+};
 use std::ops::Range;
-use std::rc::Rc;
+use std::sync::Arc;
 use surfelshop_api::Uniform;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_raster::{Cloud, places};
@@ -38,7 +39,7 @@ pub(super) struct Step<'a> {
 }
 
 /// How a chunk is drawn: pipeline, bindings and number of surfels.
-pub(super) type ChunkDraw = (Rc<Pipeline>, wgpu::BindGroup, u32);
+pub(super) type ChunkDraw = (Arc<Pipeline>, wgpu::BindGroup, u32);
 
 /// One surface being drawn.
 pub(super) struct Drawing<'a> {
@@ -49,7 +50,7 @@ pub(super) struct Drawing<'a> {
     linear_of_srgb: wgpu::Buffer,
     /// How many surfels of all chunks are large, where compute has drawn the small ones.
     pub(super) n_large: Option<wgpu::Buffer>,
-    pub(super) none: BTreeMap<String, f64>,
+    pub(super) none: Settings,
 }
 
 impl<'a> Drawing<'a> {
@@ -82,6 +83,7 @@ impl<'a> Drawing<'a> {
                     .u32(input.stride)
                     .u32(u32::try_from(object).unwrap_or(u32::MAX))
                     .vec3(NEUTRAL_ALBEDO.into())
+                    .f32(cloud.equal_radius.unwrap_or(0.0))
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
                 let (lit, computed) = (None, None);
@@ -91,7 +93,7 @@ impl<'a> Drawing<'a> {
         }
         let linear_of_srgb =
             gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), wgpu::BufferUsages::UNIFORM);
-        let (n_large, none) = (None, BTreeMap::new());
+        let (n_large, none) = (None, Settings::default());
         Self { input, chunks, n_drawn, linear_of_srgb, n_large, none }
     }
 
@@ -178,14 +180,16 @@ impl<'a> Drawing<'a> {
             }
             let shader = pipelines.shader(&source, &defines)?;
             let vertex = if step.kind == DrawKind::Fullscreen { &screen } else { &shader };
-            let pipeline = pipelines.draw(&Draw {
-                label: step.name,
-                vertex: (vertex, step.entries[0]),
-                fragment: (&shader, step.entries[1]),
-                constants: &self.none,
-                formats: step.formats,
-                kind: step.kind,
-            })?;
+            let pipeline = pipelines
+                .draw(&Draw {
+                    label: step.name,
+                    vertex: (vertex, step.entries[0]),
+                    fragment: (&shader, step.entries[1]),
+                    settings: &self.none,
+                    formats: step.formats,
+                    kind: step.kind,
+                })?
+                .pipeline;
             let group = self.bind(gpu, &pipeline, chunk, more)?;
             prepared.push((pipeline, group, chunk.drawn(self.input.stride)));
         }
@@ -302,14 +306,16 @@ impl<'a> Drawing<'a> {
     ) -> Result<(), String> {
         let name = "surfels: resolve";
         let shader = pipelines.shader(RESOLVE, &[])?;
-        let pipeline = pipelines.draw(&Draw {
-            label: name,
-            vertex: (&shader, "cover_screen"),
-            fragment: (&shader, entry),
-            constants: &self.none,
-            formats: &[wgpu::TextureFormat::Rgba32Uint],
-            kind: DrawKind::Fullscreen,
-        })?;
+        let pipeline = pipelines
+            .draw(&Draw {
+                label: name,
+                vertex: (&shader, "cover_screen"),
+                fragment: (&shader, entry),
+                settings: &self.none,
+                formats: &[wgpu::TextureFormat::Rgba32Uint],
+                kind: DrawKind::Fullscreen,
+            })?
+            .pipeline;
         let group = bind(recorder.gpu, &pipeline, |name| {
             if let Some((_, resource)) = more.iter().find(|(other, _)| *other == name) {
                 return Some(resource.clone());

@@ -108,7 +108,7 @@ impl Drawing<'_> {
             defines.extend((band.channels == 4).then_some("PLAIN"));
             defines.extend(floats.is_some().then_some("LARGE_ARE_DRAWN"));
             let shader = pipelines.shader(&source, &defines)?;
-            let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?;
+            let pipeline = pipelines.compute(name, &shader, "accumulate", &self.none)?.pipeline;
             let group = self.bind(gpu, &pipeline, chunk, &more)?;
             dispatches.push((pipeline, group, chunk.drawn(self.input.stride)));
         }

@@ -5,6 +5,7 @@ use super::columns::{Columns, DrawnCloud, counted};
 use super::elements::{encode_color, floats_of, is_color};
 use super::on_host::columns as columns_of;
 use super::order::drawing_order;
+use super::wanted::Wanted;
 use crate::run::RenderError;
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -19,7 +20,8 @@ pub(super) const STOPPED: &str = "its columns are not wanted any more";
 
 /// A cloud in memory.
 pub(super) struct OnHost {
-    pub(super) generations: Vec<u64>,
+    /// Names and generations of its columns.
+    pub(super) drawn: Vec<(&'static str, u64)>,
     pub(super) order_serial: u32,
     /// Equal for equal columns.
     pub(super) serial: u32,
@@ -30,27 +32,58 @@ pub(super) struct OnHost {
     pub(super) last_used: u64,
 }
 
+impl OnHost {
+    /// Whether all of these columns are there.
+    pub(super) fn has(&self, drawn: &[(&'static str, u64)]) -> bool {
+        drawn.iter().all(|column| self.drawn.contains(column))
+    }
+
+    /// Lets go of columns that nothing reads any more.
+    pub(super) fn keep(&mut self, wanted: Wanted) {
+        let wanted = wanted.for_merged(self.merged);
+        if self.drawn.iter().all(|(name, _)| wanted.reads(name)) {
+            return;
+        }
+        // Whoever holds them still draws with them.
+        let Some(columns) = Arc::get_mut(&mut self.columns) else { return };
+        if !wanted.color {
+            columns.forget_albedo(columns::NEUTRAL_ALBEDO);
+        }
+        if !wanted.ao {
+            columns.forget_ao();
+        }
+        if !wanted.material {
+            columns.forget_material();
+        }
+        self.drawn.retain(|(name, _)| wanted.reads(name));
+    }
+}
+
 /// What a cloud is drawn with.
 struct Drawn<'a> {
     sources: Sources<'a>,
     color: Option<&'a ColumnView<'a>>,
-    /// Of the columns.
-    generations: Vec<u64>,
+    /// Names and generations of the columns.
+    columns: Vec<(&'static str, u64)>,
 }
 
-/// Generations of the columns a cloud is drawn with; `None` where it cannot be drawn.
-pub(super) fn generations_drawn(cloud: &CloudView<'_>) -> Option<Vec<u64>> {
-    Drawn::of(cloud).ok().map(|drawn| drawn.generations)
+/// Names and generations of the columns a cloud is drawn with; `None` where it cannot be drawn.
+pub(super) fn columns_drawn(
+    cloud: &CloudView<'_>,
+    wanted: Wanted,
+) -> Option<Vec<(&'static str, u64)>> {
+    Drawn::of(cloud, wanted).ok().map(|drawn| drawn.columns)
 }
 
 impl<'a> Drawn<'a> {
-    fn of(cloud: &'a CloudView<'a>) -> Result<Self, RenderError> {
+    fn of(cloud: &'a CloudView<'a>, wanted: Wanted) -> Result<Self, RenderError> {
         let tangents = [columns::TANGENT_U, columns::TANGENT_V];
         let tangents = match tangents.map(|name| cloud.floats(name, 3)) {
             [Some(u), Some(v)] => Some([u, v]),
             _ => None,
         };
-        let materials = cloud.column(columns::MATERIAL).and_then(|column| match column.values {
+        let material = cloud.column(columns::MATERIAL).filter(|_| wanted.material);
+        let materials = material.and_then(|column| match column.values {
             Values::U32(values) if column.components == 1 => Some(values),
             _ => None,
         });
@@ -62,10 +95,11 @@ impl<'a> Drawn<'a> {
                 None => floats_of(cloud, columns::RADIUS)?,
             },
             tangents,
-            ao: cloud.floats(columns::AO, 1),
+            ao: cloud.floats(columns::AO, 1).filter(|_| wanted.ao),
             materials,
         };
-        let color = cloud.column(columns::COLOR).filter(|column| is_color(column));
+        let color = cloud.column(columns::COLOR);
+        let color = color.filter(|column| wanted.color && is_color(column));
         let used = [
             Some(columns::POSITION),
             Some(columns::NORMAL),
@@ -76,9 +110,9 @@ impl<'a> Drawn<'a> {
             materials.map(|_| columns::MATERIAL),
             color.map(|_| columns::COLOR),
         ];
-        let used = used.into_iter().flatten().filter_map(|name| cloud.column(name));
-        let generations = used.map(|column| column.generation).collect();
-        Ok(Self { sources, color, generations })
+        let used = used.into_iter().flatten();
+        let named = |name| cloud.column(name).map(|column| (name, column.generation));
+        Ok(Self { sources, color, columns: used.filter_map(named).collect() })
     }
 
     /// At least the longest half axis.
@@ -140,8 +174,9 @@ impl Columns {
             chunk_len,
             columns: Vec::new(),
             defines: Vec::new(),
-            generations: known.generations.clone(),
+            generations: known.drawn.iter().map(|(_, generation)| *generation).collect(),
             max_radius: known.max_radius,
+            equal_radius: None,
             on_host: Some(known.columns.clone()),
             merged: None,
         })
@@ -157,10 +192,10 @@ impl Columns {
         merged: bool,
         tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<&OnHost, RenderError> {
-        let drawn = Drawn::of(cloud)?;
+        let drawn = Drawn::of(cloud, self.wanted().for_merged(merged))?;
         let (order_serial, order) = self.order(cloud);
         let is_it = |known: &OnHost| {
-            known.generations == drawn.generations
+            known.has(&drawn.columns)
                 && known.order_serial == order_serial
                 && (known.merged || !merged)
         };
@@ -168,7 +203,7 @@ impl Columns {
             Some(at) => at,
             None => {
                 self.uploads += 1;
-                self.let_go_of_older(order_serial, &drawn.generations);
+                self.let_go_of_older(order_serial, &drawn.columns);
                 let order = order.into_inner().unwrap_or_else(|| drawing_order(cloud));
                 if !tell(ORDERED) {
                     return Err(RenderError::Cloud(STOPPED.to_owned()));
@@ -180,7 +215,7 @@ impl Columns {
                 let columns = columns_of(&drawn.sources, &order, albedo, merged, &told);
                 self.n_orders += 1;
                 self.on_host.push(OnHost {
-                    generations: drawn.generations.clone(),
+                    drawn: drawn.columns.clone(),
                     order_serial,
                     serial: self.n_orders,
                     columns: Arc::new(columns),
@@ -199,11 +234,12 @@ impl Columns {
 
     /// Drops copies of a cloud as it was: all but the last one, which another view may still show. One
     /// without merged surfels goes, too, where one with them follows.
-    fn let_go_of_older(&mut self, order_serial: u32, generations: &[u64]) {
+    fn let_go_of_older(&mut self, order_serial: u32, columns: &[(&'static str, u64)]) {
         let of_it = self.on_host.iter().filter(|known| known.order_serial == order_serial);
         let latest = of_it.map(|known| known.last_used).max();
         self.on_host.retain(|known| {
-            let stays = Some(known.last_used) == latest && known.generations != generations;
+            let is_there = known.drawn.iter().all(|column| columns.contains(column));
+            let stays = Some(known.last_used) == latest && !is_there;
             known.order_serial != order_serial || stays
         });
     }

@@ -2,8 +2,7 @@
 
 use super::drawing::{DISC, Drawing, each_of};
 use super::surface::{Surface, SurfaceInput, packed_texture};
-use crate::run::{Pipeline, Pipelines, Recorder};
-use std::collections::BTreeMap;
+use crate::run::{Pipeline, Pipelines, Recorder, Settings};
 
 const RECORDS: &str = include_str!("../../../../shaders/host/records.wgsl");
 
@@ -45,12 +44,12 @@ pub(crate) fn lit_surface(
     let counts: Vec<u32> = drawing.counts().map(|n| n.div_ceil(input.stride)).collect();
     let largest = counts.iter().copied().max().unwrap_or(0);
     let records = buffer("surfel records", u64::from(largest) * RECORD_BYTES);
-    let none = BTreeMap::new();
+    let none = Settings::default();
     for (chunk, &count) in counts.iter().enumerate() {
         let radiance = buffer("surfel radiance", u64::from(count) * RADIANCE_BYTES);
         let source = format!("{DISC}\n{RECORDS}");
         let shader = pipelines.shader(&source, drawing.defines(chunk))?;
-        let pipeline = pipelines.compute("surfels: records", &shader, "record", &none)?;
+        let pipeline = pipelines.compute("surfels: records", &shader, "record", &none)?.pipeline;
         let group = drawing.bind_chunk(
             gpu,
             &pipeline,

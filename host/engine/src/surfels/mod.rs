@@ -10,9 +10,11 @@ mod host_columns;
 mod lit;
 mod on_host;
 mod order;
+mod radii;
 mod strategy;
 mod surface;
 mod uses;
+mod wanted;
 
 pub(crate) use columns::{Columns, DrawnCloud};
 pub(crate) use drawing::RESOLVE;
@@ -22,3 +24,4 @@ pub use surface::SurfaceCounts;
 pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};
 pub use uses::ColumnUse;
 pub(crate) use uses::columns_used;
+pub(crate) use wanted::Wanted;

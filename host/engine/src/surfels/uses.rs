@@ -1,5 +1,6 @@
 //! Which columns drawing reads, and what those it lacks save.
 
+use super::columns::Columns;
 use super::elements::{floats_of, is_color};
 use serde::Serialize;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
@@ -25,12 +26,12 @@ const OPTIONAL: [(&str, u64, &str); 4] = [
     (columns::TANGENT_U, 20, "discs: a radius each instead of two half axes"),
 ];
 
-/// The columns of clouds, and those they lack.
-pub(crate) fn columns_used(clouds: &[CloudView<'_>]) -> Vec<ColumnUse> {
+/// The columns of clouds, and those they lack, as they are drawn from what is held of them.
+pub(crate) fn columns_used(clouds: &[CloudView<'_>], held: &Columns) -> Vec<ColumnUse> {
     let mut all: Vec<ColumnUse> = Vec::new();
     for cloud in clouds {
         for column in &cloud.columns {
-            let one = used(cloud, column);
+            let one = used(cloud, column, held);
             match all.iter_mut().find(|known| known.name == one.name && known.why == one.why) {
                 Some(known) => known.bytes += one.bytes,
                 None => all.push(one),
@@ -56,7 +57,7 @@ pub(crate) fn columns_used(clouds: &[CloudView<'_>]) -> Vec<ColumnUse> {
     all
 }
 
-fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>) -> ColumnUse {
+fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, held: &Columns) -> ColumnUse {
     let are_ellipses = [columns::TANGENT_U, columns::TANGENT_V]
         .into_iter()
         .all(|name| cloud.floats(name, 3).is_some());
@@ -65,11 +66,15 @@ fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>) -> ColumnUse {
         columns::POSITION => (12, Ok("where surfels are")),
         columns::NORMAL => (12, Ok("how surfels stand")),
         columns::RADIUS if are_ellipses => (0, Err("ellipses have half axes instead")),
+        columns::RADIUS if held.radii.in_a_constant(column.generation) => {
+            (0, Err("all discs are as large: one radius, in a constant"))
+        }
         columns::RADIUS => (4, Ok("how large discs are")),
         columns::TANGENT_U | columns::TANGENT_V if are_ellipses => {
             (12, Ok("half axes of ellipses"))
         }
         columns::TANGENT_U | columns::TANGENT_V => (0, Err("one half axis alone says nothing")),
+        name if !held.wanted().reads(name) => (0, Err("no pass that runs reads what comes of it")),
         columns::AO if is_floats => (4, Ok("ambient accessibility")),
         columns::MATERIAL if matches!(column.values, Values::U32(_)) => (4, Ok("materials")),
         columns::COLOR if is_color(column) && matches!(column.values, Values::U8(_)) => {

@@ -69,6 +69,7 @@ fn what_is_wrong_is_found_by_its_case() {
         ("always-central", "orthographic"),
         ("swaps-axes", "normal"),
         ("swaps-axes", "turned"),
+        ("leaves-out-light", "left-out"),
         ("by-order", "reordered"),
     ] {
         let found = failed(unit, "");

@@ -1,5 +1,7 @@
 //! `surfelshop explain`: what a frame is made of for a scene, what was left out of it, and why.
 
+mod measured;
+
 use crate::arguments::ExplainArguments;
 use crate::clouds::Clouds;
 use crate::given::Given;
@@ -9,6 +11,7 @@ use crate::studio::{self, Studio};
 use crate::surroundings::Surroundings;
 use crate::{render, report, surroundings, terminal};
 use anyhow::bail;
+use measured::Side;
 use serde_json::{Value, json};
 use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
@@ -49,24 +52,42 @@ pub(crate) fn run(arguments: &ExplainArguments, given: &Given) -> anyhow::Result
         detail_px: staging.detail_px,
     };
     let explained = studio.explain(&mut chosen, &request)?;
+    let adapter = report::adapter(&studio);
+    let drawn_by = studio.engine.gpu().describe();
     let others = not_loaded(&registry, &reference);
+    let savings = match arguments.measure {
+        Some(n_frames) => {
+            let other = || {
+                let studio = Studio::open(&arguments.device, &arguments.plugins)?;
+                let chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
+                Ok(Side::new(studio, chosen))
+            };
+            measured::savings(Side::new(studio, chosen), other, &request, n_frames)?
+        }
+        None => Vec::new(),
+    };
     if arguments.report.json {
         return terminal::json(&json!({
             "command": "explain",
             "version": env!("CARGO_PKG_VERSION"),
             "renderer": reference,
-            "adapter": report::adapter(&studio),
+            "adapter": adapter,
             "explained": explained,
+            "savings": savings,
             "plugins_not_loaded": others,
         }));
     }
-    terminal::line(format!("{reference} on {}", studio.engine.gpu().describe()))?;
+    terminal::line(format!("{reference} on {drawn_by}"))?;
     terminal::line(text(&explained))?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
     terminal::line(format!(
         "plugins not loaded, since nobody asked for them: {}",
         if others.is_empty() { "none".to_owned() } else { others.join(", ") }
-    ))
+    ))?;
+    match arguments.measure {
+        Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
+        None => Ok(()),
+    }
 }
 
 /// Packages of which nothing is used.
@@ -147,6 +168,11 @@ fn pass(pass: &PassUse) -> Told {
     };
     let ms = pass.gpu_ms.map_or_else(String::new, |ms| format!("{ms:.2} ms; "));
     let constants = pass.constants.iter().map(|(name, value)| format!("; {name} = {value}"));
+    let features = pass.features.iter().map(|(name, there)| match there {
+        true => format!("; with {name}"),
+        false => format!("; without {name}"),
+    });
+    let constants = features.chain(constants);
     Told {
         used: pass.state != PassState::Culled,
         word,

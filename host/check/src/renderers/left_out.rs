@@ -1,0 +1,72 @@
+//! What frames do without.
+
+use super::bench::{Bench, Shot, front, picture, same};
+use super::params::driven;
+use crate::clouds::{self, Surfels};
+use crate::verdict::{Judged, Said};
+use glam::DMat3;
+use std::collections::BTreeSet;
+use surfelshop_api::Environment;
+use surfelshop_api::graph::Output;
+use surfelshop_cloud::probe::Probe;
+
+const SIZE: u32 = 64;
+const N: usize = 1500;
+
+/// Surfels with nothing but what drawing needs, and with everything.
+fn balls() -> [(&'static str, Surfels); 2] {
+    let bare = Surfels { colors: Vec::new(), ..clouds::sphere(N, 1.0) };
+    let mut full = clouds::sphere(N, 1.0);
+    full.ao = (0..N).map(|i| (i % 7) as f32 / 8.0).collect();
+    full.materials = (0..N).map(|i| (i % 3) as u32).collect();
+    [("a bare cloud", bare), ("a cloud with everything", full)]
+}
+
+/// With usual parameters, and each parameter at each of its ends, where most of what is left out is not
+/// needed; with and without light from around.
+pub(super) fn left_out(bench: &mut Bench<'_>) -> Judged {
+    let probe = Probe::studio();
+    let (facts, probe_from_world) = (probe.facts.clone(), DMat3::IDENTITY);
+    let environment = Environment { facts, probe_from_world, gain: 1.0 };
+    let mut names = BTreeSet::new();
+    let mut n_pictures = 0;
+    for (cloud, surfels) in balls() {
+        for (under, natural) in [("under lights", false), ("in natural light", true)] {
+            let usual = Shot {
+                probe: natural.then(|| (&probe, environment.clone())),
+                ..Shot::new(surfels.cloud(), front(SIZE)).of(&[Output::Color])
+            };
+            let mut shots = vec![("usual parameters".to_owned(), usual.clone())];
+            for declared in &bench.unit.description.params {
+                // The ends come first.
+                for value in driven(declared).into_iter().take(2) {
+                    let mut shot = usual.clone();
+                    let said = format!("{} = {value:?}", declared.id);
+                    shot.values.insert(declared.id.clone(), value);
+                    shots.push((said, shot));
+                }
+            }
+            for (said, shot) in shots {
+                let mut instance = bench.start()?;
+                // A value that is refused is the parameters' case.
+                let Ok(drawn) = bench.draw_by(&mut instance, &shot) else { continue };
+                let expected = picture(&drawn, &Output::Color)?;
+                n_pictures += 1;
+                for kept in bench.left_out(&instance, &shot) {
+                    let what = format!("{cloud} {under}, {said}, {kept}");
+                    // What was seen to change nothing once is asked once with each cloud and light.
+                    if !names.insert((cloud, under, kept.to_string())) && !said.starts_with("usual")
+                    {
+                        continue;
+                    }
+                    bench.keep(vec![kept]);
+                    let drawn = bench.draw_by(&mut instance, &shot);
+                    bench.keep(Vec::new());
+                    same(&what, &expected, &picture(&drawn?, &Output::Color)?)?;
+                }
+            }
+        }
+    }
+    let kinds: BTreeSet<&str> = names.iter().map(|(_, _, kept)| kept.as_str()).collect();
+    Ok(Said::Measured(format!("{} things in {n_pictures} pictures", kinds.len())))
+}

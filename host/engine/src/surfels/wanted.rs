@@ -1,0 +1,83 @@
+//! Which of the columns that a cloud can do without are drawn with: those that something drawn of late
+//! reads.
+
+use super::columns::KEPT_FRAMES;
+use surfelshop_api::columns;
+
+/// Columns that drawing can do without, and whether they are read.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Wanted {
+    pub(crate) color: bool,
+    pub(crate) ao: bool,
+    pub(crate) material: bool,
+}
+
+impl Wanted {
+    /// All of them.
+    pub(crate) const ALL: Self = Self { color: true, ao: true, material: true };
+
+    /// Whether a column of this name is wanted; surfels cannot be drawn without the others.
+    pub(crate) fn reads(self, name: &str) -> bool {
+        match name {
+            columns::COLOR => self.color,
+            columns::AO => self.ao,
+            columns::MATERIAL => self.material,
+            _ => true,
+        }
+    }
+
+    /// The same where surfels are merged: never those of different materials.
+    pub(super) fn for_merged(self, merged: bool) -> Self {
+        Self { material: self.material || merged, ..self }
+    }
+}
+
+/// When each was wanted last. Views that are drawn in turns want different ones, and a column that came
+/// and went with each would cost more than it takes.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Wishes {
+    /// Of colour, accessibility and material; nothing before the first frame.
+    last: Option<[u64; 3]>,
+}
+
+impl Wishes {
+    /// Hears what a frame wants. Frames are numbered from 1.
+    pub(super) fn hear(&mut self, wanted: Wanted, frame: u64) {
+        let last = self.last.get_or_insert_default();
+        let all = [wanted.color, wanted.ao, wanted.material];
+        for (last, wanted) in last.iter_mut().zip(all) {
+            if wanted {
+                *last = frame;
+            }
+        }
+    }
+
+    /// What is wanted now: everything, as long as nothing is known.
+    pub(super) fn at(&self, frame: u64) -> Wanted {
+        let Some(last) = self.last else { return Wanted::ALL };
+        let oldest = frame.saturating_sub(KEPT_FRAMES).max(1);
+        let [color, ao, material] = last.map(|last| last >= oldest);
+        Wanted { color, ao, material }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn wishes_last_a_while() {
+        let mut wishes = Wishes::default();
+        assert_eq!(wishes.at(0), Wanted::ALL, "nothing is known yet");
+        let color = Wanted { color: true, ..Wanted::default() };
+        wishes.hear(color, 1);
+        assert_eq!(wishes.at(1), color);
+        let ao = Wanted { ao: true, ..Wanted::default() };
+        wishes.hear(ao, 2);
+        assert_eq!(wishes.at(2), Wanted { color: true, ao: true, material: false });
+        assert_eq!(wishes.at(1 + KEPT_FRAMES), Wanted { color: true, ao: true, material: false });
+        assert_eq!(wishes.at(2 + KEPT_FRAMES), ao);
+        assert_eq!(wishes.at(3 + KEPT_FRAMES), Wanted::default());
+        assert!(Wanted::default().reads(columns::NORMAL) && !ao.reads(columns::COLOR));
+    }
+}
