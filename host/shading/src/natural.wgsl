@@ -134,14 +134,15 @@ fn sample_level(direction: vec3<f32>, level: f32) -> vec3<f32> {
 // Share of light that a smooth surface of a dielectric reflects, unpolarised. 1 where all of it is
 // (an index below 1, beyond the critical angle), 0 for an index of 1.
 //
-// Written with g - c = (n^2 - 1) / (g + c), which keeps its digits for an index near 1.
+// Written with g - c = (n - 1) (n + 1) / (g + c), which keeps its digits for an index near 1.
 // Source: Liu 2006, section 3.2, with the factor one half (erratum T11).
 fn fresnel(cosine: f32, ior: f32) -> f32 {
     let c = clamp(cosine, 0.0, 1.0);
-    let squared = ior * ior - 1.0 + c * c;
+    let excess = (ior - 1.0) * (ior + 1.0);
+    let squared = excess + c * c;
     let g = sqrt(max(squared, 0.0));
     let sum = g + c;
-    let a = (ior * ior - 1.0) / max(sum * sum, 1e-12);
+    let a = excess / max(sum * sum, 1e-12);
     let b = (c * sum - 1.0) / max(c * (g - c) + 1.0, 1e-6);
     let partial = clamp(0.5 * a * a * (1.0 + b * b), 0.0, 1.0);
     let total = select(1.0, 0.0, ior == 1.0);

@@ -9,6 +9,7 @@ pub mod materials;
 pub mod measure;
 pub mod natural_light;
 pub mod occlusion;
+pub mod precision;
 pub mod procedural;
 pub mod stage;
 pub mod twin;

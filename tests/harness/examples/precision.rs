@@ -1,0 +1,16 @@
+//! Prints how far results are from f64 where textbook forms fail, beside those forms.
+
+#![allow(clippy::print_stdout, reason = "a program that prints a table")]
+
+fn main() -> anyhow::Result<()> {
+    println!("| computed | figure | textbook form | error | form used | error |");
+    println!("|---|---|---|---|---|---|");
+    for figure in surfelshop_tests::precision::figures()? {
+        let ((before, error_before), (after, error_after)) = (figure.before, figure.after);
+        println!(
+            "| {} | {} | {before} | {error_before:.2e} | {after} | {error_after:.2e} |",
+            figure.what, figure.measure
+        );
+    }
+    Ok(())
+}

@@ -1,0 +1,26 @@
+//! Forms that keep their digits keep them, and those that they replace do not.
+
+#![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
+
+use surfelshop_tests::precision::figures;
+
+#[test]
+fn robust_forms_keep_their_digits_where_textbook_forms_lose_them() {
+    let bounds = [
+        // Two steps of f32 beyond 1024.
+        2.5e-4, // WGSL's log2 may be off by 2^-21 near 1; 512 times that, times ln 2.
+        1.7e-4, // Some ten operations in f32 on values up to 1.
+        1e-6,
+        // f32 offsets are rounded by 2^-24 of themselves, over neighbours a tenth as far away.
+        1e-4, // Nine harmonics of what is left without the sun, packed normals, and f32.
+        1e-3,
+    ];
+    let all = figures().unwrap();
+    assert_eq!(all.len(), bounds.len());
+    for (figure, bound) in all.iter().zip(bounds) {
+        let (before, after) = (figure.before.1, figure.after.1);
+        assert!(after <= bound, "{}: {after}, at most {bound}", figure.what);
+        // Otherwise the simple form would do.
+        assert!(before > 50.0 * after, "{}: {before} by the form replaced", figure.what);
+    }
+}
