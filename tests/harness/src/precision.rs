@@ -100,7 +100,7 @@ fn values_of(name: &str) -> Result<Image> {
 /// A slanted plane about 1000 units away, the near plane at 0.01.
 fn far_depth() -> Result<Figure> {
     let (near, far) = (0.01, 1e5);
-    let normal = DVec3::new(0.3, 0.2, 1.0).normalize();
+    let normal = DVec3::new(0.3, 0.2, 1.0).normalize_or(DVec3::Z);
     let middle = DVec3::new(0.0, 0.0, -1000.0);
     let mut plane = crate::clouds::Surfels::default();
     plane.push(middle.as_vec3(), normal.as_vec3(), 5000.0);
