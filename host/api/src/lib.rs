@@ -80,7 +80,7 @@ pub use occlusion::AoAffects;
 pub use scene::{Scene, SurfaceSettings};
 pub use tool::{Edit, Tile, Traced};
 pub use uniform::Uniform;
-pub use unit::{Limit, Renderer, Tool, Tracer, UnitInfo, UnitKind};
+pub use unit::{Limit, LimitInfo, Renderer, Tool, Tracer, UnitInfo, UnitKind};
 
 /// Everything a plugin usually needs.
 pub mod prelude {
@@ -90,8 +90,8 @@ pub mod prelude {
     };
     pub use crate::params::FilePath;
     pub use crate::{
-        AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, Projection,
-        Renderer, Result, Tile, Tool, Traced, Tracer, Uniform, UnitInfo, choices, export_plugin,
-        params,
+        AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, LimitInfo,
+        Projection, Renderer, Result, Tile, Tool, Traced, Tracer, Uniform, UnitInfo, choices,
+        export_plugin, params,
     };
 }

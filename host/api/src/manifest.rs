@@ -22,7 +22,8 @@ pub const ABI_MAJOR: u16 = 3;
 /// 2: units say what they cannot do ([`Limit`](crate::Limit)); those of 3.0 and 3.1 say nothing.
 ///
 /// 3: passes say which features of their shaders are there
-/// ([`Pass::feature`](crate::graph::Pass::feature)); those of older plugins have none.
+/// ([`Pass::feature`](crate::graph::Pass::feature)); those of older plugins have none;
+/// and limits have a bound.
 pub const ABI_MINOR: u16 = 3;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;

@@ -64,13 +64,46 @@ impl UnitInfo {
     }
 }
 
+/// Something that a unit cannot do, as its type states it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LimitInfo {
+    case: &'static str,
+    why: &'static str,
+    at_most: Option<f32>,
+}
+
+impl LimitInfo {
+    /// A case of `surfelshop check` that the unit does not pass, and why not, in a sentence.
+    #[must_use]
+    pub const fn new(case: &'static str, why: &'static str) -> Self {
+        Self { case, why, at_most: None }
+    }
+
+    /// The largest share of what the case counts (pixels, values, surfels) that is wrong, 0 to 1: beyond
+    /// it the case fails all the same. Without it, and in cases that count nothing, any share is let pass.
+    #[must_use]
+    pub const fn at_most(mut self, share: f32) -> Self {
+        self.at_most = Some(share);
+        self
+    }
+}
+
+impl From<&LimitInfo> for Limit {
+    fn from(info: &LimitInfo) -> Self {
+        Self { case: info.case.to_owned(), why: info.why.to_owned(), at_most: info.at_most }
+    }
+}
+
 /// Something that a unit cannot do, as it says itself. Checks show it and count it as no failure.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limit {
     /// The case of `surfelshop check` that it does not pass.
     pub case: String,
-    /// Why not, in a sentence, with a bound where there is one.
+    /// Why not, in a sentence.
     pub why: String,
+    /// The largest share of what the case counts that is wrong, 0 to 1. ABI 3.3.
+    #[serde(default)]
+    pub at_most: Option<f32>,
 }
 
 /// A renderer: describes the whole frame as a graph the host runs.
@@ -79,8 +112,8 @@ pub trait Renderer: Send + Sized + 'static {
     const INFO: UnitInfo;
     /// Its parameters, declared with [`params!`](crate::params!).
     type Params: ParamSet;
-    /// What it cannot do: cases of `surfelshop check`, and why; see [`Limit`].
-    const LIMITS: &'static [(&'static str, &'static str)] = &[];
+    /// What it cannot do: cases of `surfelshop check`, and why; see [`LimitInfo`].
+    const LIMITS: &'static [LimitInfo] = &[];
 
     /// Makes an instance; one per view.
     ///
@@ -101,8 +134,8 @@ pub trait Tracer: Send + Sync + Sized + 'static {
     const INFO: UnitInfo;
     /// Its parameters.
     type Params: ParamSet;
-    /// What it cannot do: cases of `surfelshop check`, and why; see [`Limit`].
-    const LIMITS: &'static [(&'static str, &'static str)] = &[];
+    /// What it cannot do: cases of `surfelshop check`, and why; see [`LimitInfo`].
+    const LIMITS: &'static [LimitInfo] = &[];
 
     /// Makes an instance; one per view.
     ///
@@ -136,8 +169,8 @@ pub trait Tool: Send + Sized + 'static {
     const INFO: UnitInfo;
     /// Its parameters.
     type Params: ParamSet;
-    /// What it cannot do: cases of `surfelshop check`, and why; see [`Limit`].
-    const LIMITS: &'static [(&'static str, &'static str)] = &[];
+    /// What it cannot do: cases of `surfelshop check`, and why; see [`LimitInfo`].
+    const LIMITS: &'static [LimitInfo] = &[];
 
     /// Makes an instance; one per run.
     ///

@@ -3,15 +3,16 @@
 use crate::clouds::{self, Surfels};
 use crate::hard::{self, Hard};
 use crate::renderers::driven;
-use crate::verdict::{Failure, Judged, Judges, Said, run};
+use crate::verdict::{Failure, Judged, Judges, Said, limits_name, run};
 use crate::{Case, Outcome, Setup};
 use glam::DVec3;
+use std::collections::HashSet;
 use std::time::Duration;
 use surfelshop_api::UnitKind;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::columns::Values as Numbers;
 use surfelshop_api::params::Values;
-use surfelshop_cloud::Cloud;
+use surfelshop_cloud::{Cloud, Column};
 use surfelshop_engine::plugins::LoadedUnit;
 use surfelshop_engine::tools::{Ended, Running, ToolOptions};
 
@@ -22,6 +23,7 @@ const fn case(name: &'static str, about: &'static str, judge: Judge) -> (Case, J
 }
 
 const CASES: &[(Case, Judge)] = &[
+    case("limits", "limits that it declares are those of cases that there are", limits),
     case("outputs", "what it makes of a ball is finite, and the ball stays as it was", outputs),
     case("threads", "one thread and three make the same, bit by bit", threads),
     case("again", "a second run makes the same, bit by bit", again),
@@ -53,6 +55,10 @@ const CASES: &[(Case, Judge)] = &[
     ),
     case("cancel", "it stops when it is asked to, and nothing has changed", cancel),
 ];
+
+fn limits(bench: &mut Bench<'_>) -> Judged {
+    limits_name(&bench.unit.description.limits, &cases())
+}
 
 pub(crate) fn cases() -> Vec<Case> {
     CASES.iter().map(|(case, _)| *case).collect()
@@ -235,48 +241,78 @@ fn again(bench: &mut Bench<'_>) -> Judged {
     equal(bench, [2, 2])
 }
 
-/// The largest difference of a column's values, by the surfels' places; `None` where these differ.
-fn difference(a: &Cloud, b: &Cloud, name: &str) -> Option<f64> {
-    let sorted = |cloud: &Cloud| -> Option<Vec<([u32; 3], Vec<f32>)>> {
-        let column = cloud.column(name)?;
-        let Numbers::F32(values) = column.values().as_values() else { return None };
-        let n = column.components().max(1) as usize;
-        let places = cloud.positions().iter().map(|place| place.to_array().map(f32::to_bits));
-        let mut all: Vec<_> =
-            places.zip(values.chunks_exact(n)).map(|(at, v)| (at, v.to_vec())).collect();
-        all.sort_by_key(|(place, _)| *place);
-        Some(all)
-    };
-    let (a, b) = (sorted(a)?, sorted(b)?);
-    let mut most = 0.0f64;
-    for ((here, a), (there, b)) in a.iter().zip(&b) {
-        if here != there {
-            return None;
-        }
-        for (a, b) in a.iter().zip(b) {
-            let scale = f64::from(a.abs().max(b.abs())).max(1e-3);
-            most = most.max(f64::from((a - b).abs()) / scale);
-        }
+/// Numbers of a column, with what is one step between two of them: nothing for floats, whose steps are
+/// shares of them.
+fn numbers(column: &Column) -> (Vec<f64>, f64) {
+    fn floats<T: Copy + Into<f64>>(values: &[T]) -> Vec<f64> {
+        values.iter().map(|value| (*value).into()).collect()
     }
-    (a.len() == b.len()).then_some(most)
+    match column.values().as_values() {
+        Numbers::I8(values) => (floats(values), 1.0),
+        Numbers::U8(values) => (floats(values), 1.0),
+        Numbers::I16(values) => (floats(values), 1.0),
+        Numbers::U16(values) => (floats(values), 1.0),
+        Numbers::I32(values) => (floats(values), 1.0),
+        Numbers::U32(values) => (floats(values), 1.0),
+        Numbers::F32(values) => (floats(values), 0.0),
+        Numbers::F64(values) => (values.to_vec(), 0.0),
+    }
+}
+
+/// Places of surfels, by their bits, with values.
+type ByPlace = Vec<([u32; 3], Vec<f64>)>;
+
+/// A column's values by the surfels' places, and what is one step of them.
+fn by_place(cloud: &Cloud, column: &Column) -> (ByPlace, f64) {
+    let (values, step) = numbers(column);
+    let n = column.components().max(1) as usize;
+    let places = cloud.positions().iter().map(|place| place.to_array().map(f32::to_bits));
+    let mut all: Vec<_> = places.zip(values.chunks_exact(n).map(<[f64]>::to_vec)).collect();
+    all.sort_by_key(|(place, _)| *place);
+    (all, step)
+}
+
+/// Surfels of one cloud at places where another has none.
+fn strangers(of: &Cloud, among: &Cloud) -> usize {
+    let places = |cloud: &Cloud| -> Vec<[u32; 3]> {
+        cloud.positions().iter().map(|place| place.to_array().map(f32::to_bits)).collect()
+    };
+    let known: HashSet<[u32; 3]> = places(among).into_iter().collect();
+    places(of).iter().filter(|place| !known.contains(*place)).count()
 }
 
 fn reordered(bench: &mut Bench<'_>) -> Judged {
     let here = bench.made(&ball(), 2)?;
     let there = bench.made(&shuffled_ball(), 2)?;
+    let others = strangers(&here, &there).max(strangers(&there, &here));
+    if others > 0 || here.len() != there.len() {
+        let most = here.len().max(there.len());
+        let line = format!("{others} of {most} surfels that are left are others");
+        return Err(Failure::new(line).counting(others, most));
+    }
     let mut worst = 0.0f64;
     for column in here.columns() {
-        if !matches!(column.values().as_values(), Numbers::F32(_)) {
-            continue;
-        }
         let name = column.name();
-        let Some(difference) = difference(&here, &there, name) else {
-            return Err(Failure::new("other surfels are left, or at other places"));
+        let Some(other) = there.column(name) else {
+            return Err(Failure::new(format!("there is no column `{name}` in another order")));
         };
-        worst = worst.max(difference);
-        // Sums in another order: sqrt(n) units in the last place, and what is decided by a hair.
-        if difference > 1e-3 {
-            return Err(Failure::new(format!("`{name}` differs by {difference:.3} of its values")));
+        let ((a, step), (b, _)) = (by_place(&here, column), by_place(&there, other));
+        let mut wrong = 0;
+        for ((_, a), (_, b)) in a.iter().zip(&b) {
+            let off = |(a, b): (&f64, &f64)| {
+                let scale = a.abs().max(b.abs()).max(1e-3);
+                // What is rounded to whole steps may fall to either side.
+                if (a - b).abs() <= step { 0.0 } else { (a - b).abs() / scale }
+            };
+            let most = a.iter().zip(b).map(off).fold(0.0, f64::max);
+            worst = worst.max(most);
+            // Sums in another order: sqrt(n) units in the last place, and what is decided by a hair.
+            wrong += usize::from(most > 1e-3);
+        }
+        if wrong > 0 {
+            let line =
+                format!("`{name}` differs by up to {worst:.3} of its values at {wrong} surfels");
+            return Err(Failure::new(line).counting(wrong, a.len()));
         }
     }
     Ok(Said::Measured(format!("values differ by at most {worst:.1e} of themselves")))

@@ -4,7 +4,7 @@ use crate::cast::{Agreement, cast};
 use crate::clouds;
 use crate::hard;
 use crate::renderers::{driven, may_be_refused};
-use crate::verdict::{Failure, Judged, Judges, Said, run};
+use crate::verdict::{Failure, Judged, Judges, Said, limits_name, run};
 use crate::{Case, Outcome, Setup};
 use glam::DVec3;
 use std::sync::Arc;
@@ -25,6 +25,7 @@ const fn case(name: &'static str, about: &'static str, judge: Judge) -> (Case, J
 }
 
 const CASES: &[(Case, Judge)] = &[
+    case("limits", "limits that it declares are those of cases that there are", limits),
     case("outputs", "the picture has the view's size and is finite", outputs),
     case("silhouette", "a ball covers the pixels that rays meet", silhouette),
     case("threads", "one thread and three make the same picture, bit by bit", threads),
@@ -56,6 +57,10 @@ const CASES: &[(Case, Judge)] = &[
     ),
     case("cancel", "it stops when it is asked to", cancel),
 ];
+
+fn limits(bench: &mut Bench<'_>) -> Judged {
+    limits_name(&bench.unit.description.limits, &cases())
+}
 
 pub(crate) fn cases() -> Vec<Case> {
     CASES.iter().map(|(case, _)| *case).collect()

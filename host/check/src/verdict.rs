@@ -62,6 +62,8 @@ pub struct Outcome {
 pub(crate) struct Failure {
     pub(crate) line: String,
     pub(crate) pictures: Vec<(String, Image)>,
+    /// What share of what was counted is wrong, 0 to 1, where something was.
+    pub(crate) share: Option<f64>,
     /// Whether the unit did not answer in time: it is not asked again.
     pub(crate) is_silent: bool,
     /// Whether the unit failed, and not only what it made: no limit excuses that, nor a value that it may
@@ -71,7 +73,8 @@ pub(crate) struct Failure {
 
 impl Failure {
     pub(crate) fn new(line: impl Into<String>) -> Self {
-        Self { line: line.into(), pictures: Vec::new(), is_silent: false, is_fault: false }
+        let (is_silent, is_fault) = (false, false);
+        Self { line: line.into(), pictures: Vec::new(), share: None, is_silent, is_fault }
     }
 
     /// A failure of the unit itself.
@@ -91,6 +94,11 @@ impl Failure {
     ) -> Self {
         let owned = |(name, image): (&str, &Image)| (name.to_owned(), image.clone());
         Self { pictures: pictures.into_iter().map(owned).collect(), ..Self::new(line) }
+    }
+
+    /// The same, where so many of all that was counted are wrong.
+    pub(crate) fn counting(self, wrong: usize, of: usize) -> Self {
+        Self { share: Some(wrong as f64 / of.max(1) as f64), ..self }
     }
 
     /// The same, of one of several things that were tried.
@@ -140,6 +148,19 @@ pub(crate) fn run<B>(
     all
 }
 
+/// Fails where a declared limit names no case.
+pub(crate) fn limits_name(limits: &[Limit], cases: &[Case]) -> Judged {
+    let known: Vec<&str> = cases.iter().map(|case| case.name).collect();
+    match limits.iter().find(|limit| !known.contains(&limit.case.as_str())) {
+        None => Ok(Said::Measured(format!("{} declared", limits.len()))),
+        Some(limit) => Err(Failure::fault(format!(
+            "it declares a limit in the case `{}`; there are {}",
+            limit.case,
+            known.join(", ")
+        ))),
+    }
+}
+
 fn outcome(case: Case, judged: Judged, limits: &[Limit], took: Duration) -> Outcome {
     let limit = limits.iter().find(|limit| limit.case == case.name);
     let (verdict, said, pictures) = match judged {
@@ -150,9 +171,23 @@ fn outcome(case: Case, judged: Judged, limits: &[Limit], took: Duration) -> Outc
         Ok(Said::Measured(line)) => (Verdict::Passed, line, Vec::new()),
         Ok(Said::LeftOut(line)) => (Verdict::LeftOut, line, Vec::new()),
         Err(failure) => match limit {
-            Some(Limit { why, .. }) if !failure.is_fault => {
-                (Verdict::Limited, format!("{why} ({})", failure.line), failure.pictures)
-            }
+            Some(limit) if !failure.is_fault => match (failure.share, limit.at_most) {
+                (Some(share), Some(most)) if share > f64::from(most) => {
+                    let line = format!(
+                        "{}: {:.2} % are wrong, and it declares at most {:.2} %",
+                        failure.line,
+                        100.0 * share,
+                        100.0 * most
+                    );
+                    (Verdict::Failed, line, failure.pictures)
+                }
+                (_, most) => {
+                    let bound = most.map(|most| format!(", at most {:.2} %", 100.0 * most));
+                    let bound = bound.unwrap_or_default();
+                    let line = format!("{}{bound} ({})", limit.why, failure.line);
+                    (Verdict::Limited, line, failure.pictures)
+                }
+            },
             _ => (Verdict::Failed, failure.line, failure.pictures),
         },
     };
@@ -168,9 +203,27 @@ mod tests {
     const CASE: Case = Case { kind: UnitKind::Renderer, name: "turned", about: "" };
 
     fn judged(failure: Failure) -> (Verdict, String) {
-        let limit = Limit { case: "turned".to_owned(), why: "patterns stay".to_owned() };
+        judged_within(failure, None)
+    }
+
+    fn judged_within(failure: Failure, at_most: Option<f32>) -> (Verdict, String) {
+        let (case, why) = ("turned".to_owned(), "patterns stay".to_owned());
+        let limit = Limit { case, why, at_most };
         let outcome = outcome(CASE, Err(failure), &[limit], Duration::ZERO);
         (outcome.verdict, outcome.said)
+    }
+
+    #[test]
+    fn limits_with_a_bound_let_pass_no_more() {
+        let wrong = || Failure::new("some").counting(3, 4);
+        let line = "patterns stay, at most 80.00 % (some)".to_owned();
+        assert_eq!(judged_within(wrong(), Some(0.8)), (Verdict::Limited, line));
+        let line = "some: 75.00 % are wrong, and it declares at most 50.00 %".to_owned();
+        assert_eq!(judged_within(wrong(), Some(0.5)), (Verdict::Failed, line));
+        assert_eq!(judged_within(Failure::new("some"), Some(0.5)).0, Verdict::Limited);
+        let limit = |case: &str| Limit { case: case.to_owned(), why: String::new(), at_most: None };
+        assert!(limits_name(&[limit("turned")], &[CASE]).is_ok());
+        assert!(limits_name(&[limit("turnd")], &[CASE]).is_err());
     }
 
     #[test]

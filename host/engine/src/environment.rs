@@ -1,5 +1,6 @@
 //! The light around the scene, on the device: an octahedral map with mip levels, uploaded once.
 
+use crate::engine::ResourceUse;
 use crate::gpu::Gpu;
 use crate::run::RenderError;
 use glam::Vec4;
@@ -41,6 +42,18 @@ pub(crate) struct Environments {
 }
 
 impl Environments {
+    /// Bytes of the maps on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.textures().iter().map(|texture| texture.bytes).sum()
+    }
+
+    /// The maps on the device.
+    pub(crate) fn textures(&self) -> Vec<ResourceUse> {
+        let why = "light around a scene, kept for passes that read it";
+        let maps = self.kept.iter();
+        maps.map(|(_, map)| ResourceUse::of("environment", map.view.texture(), why)).collect()
+    }
+
     /// What shaders read of an environment; black where there is none.
     ///
     /// # Errors

@@ -78,8 +78,10 @@ impl Tool for Thin {
     const INFO: UnitInfo =
         UnitInfo::new("thin", "Thin out", "Keeps fewer surfels, evenly, and enlarges them.");
     type Params = Settings;
-    const LIMITS: &'static [(&'static str, &'static str)] =
-        &[("reordered", "which of several neighbours stays depends on their order in the file")];
+    const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
+        "reordered",
+        "which of several neighbours stays depends on their order in the file",
+    )];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -123,12 +123,12 @@ impl Renderer for Procedural {
         "Marble, cloth, wood and patterns of your own, computed at every pixel.",
     );
     type Params = Settings;
-    const LIMITS: &'static [(&'static str, &'static str)] = &[
-        (
+    const LIMITS: &'static [LimitInfo] = &[
+        LimitInfo::new(
             "turned",
             "patterns stand in the box along the axes around each cloud, and not in the cloud itself",
         ),
-        (
+        LimitInfo::new(
             "neutral-columns",
             "clouds without colours are white below patterns, not grey as in other renderers",
         ),

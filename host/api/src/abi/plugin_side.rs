@@ -12,7 +12,7 @@ use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::object::ObjectFrame;
 use crate::params::{ParamDecl, ParamSet, Values};
 use crate::tool::{Tile, Traced};
-use crate::unit::{Limit, Renderer, Tool, Tracer, UnitInfo, UnitKind};
+use crate::unit::{Limit, LimitInfo, Renderer, Tool, Tracer, UnitInfo, UnitKind};
 use core::ffi::c_void;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -32,10 +32,8 @@ pub struct Description {
 }
 
 /// A description with limits as a unit's type states them.
-fn description(params: Vec<ParamDecl>, limits: &[(&str, &str)]) -> Description {
-    let limit =
-        |(case, why): &(&str, &str)| Limit { case: (*case).to_owned(), why: (*why).to_owned() };
-    Description { params, limits: limits.iter().map(limit).collect() }
+fn description(params: Vec<ParamDecl>, limits: &[LimitInfo]) -> Description {
+    Description { params, limits: limits.iter().map(Limit::from).collect() }
 }
 
 /// One exported unit: how to describe and make it.

@@ -105,7 +105,7 @@ fn compared(
     };
     let bytes = |settled: &Settled, counters: &Counters| {
         let columns = counters.column_bytes + counters.host_column_bytes;
-        (columns + settled.rendered.graph_bytes) as i64
+        (columns + counters.environment_bytes + settled.rendered.graph_bytes) as i64
     };
     let pipelines = |counters: &Counters| i64::from(counters.compiled.pipelines);
     Ok(Saving {
@@ -145,7 +145,7 @@ pub(super) fn lines(savings: &[Saving], n_frames: usize) -> Vec<String> {
         };
         lines.push(format!(
             "  {what}: {saved_ms:.2} ms (quartiles {spread_ms:.2} apart; {without_ms:.2} instead of \
-             {with_ms:.2}), {:.2} MB, {} pipelines, {} passes; {picture}",
+             {with_ms:.2}), {:.2} MB, pipelines: {}, passes: {}; {picture}",
             saving.saved_bytes as f64 / 1e6,
             saving.saved_pipelines,
             saving.saved_passes,

@@ -154,7 +154,7 @@ pub(crate) fn sections(explained: &Explanation) -> Vec<(&'static str, Vec<Told>)
         ("columns", columns),
         ("surfels", surfels.collect()),
         ("passes", explained.passes.iter().map(pass).collect()),
-        ("textures and buffers of the graph", resources.collect()),
+        ("textures and buffers", resources.collect()),
         ("outputs", outputs.collect()),
         ("adapter", features.collect()),
     ]

@@ -135,6 +135,11 @@ impl<'a> Bench<'a> {
         left_out.into_iter().filter(|kept| !matches!(kept, Kept::Output(_))).collect()
     }
 
+    /// Who makes a picture, for lines: nothing where the renderer itself does.
+    pub(super) fn whose(&self, Instance(view): &Instance, output: &Output) -> &'static str {
+        if self.engine.makes(view, output) { "" } else { " (made by the host)" }
+    }
+
     /// Draws with what need not be there.
     pub(super) fn keep(&mut self, kept: Vec<Kept>) {
         self.engine.keep(kept);
@@ -241,7 +246,8 @@ pub(super) fn same(what: &str, expected: &Image, found: &Image) -> Result<(), Fa
         return Ok(());
     }
     let line = format!("{what}: {differ} of {} values differ", sizes.0);
-    Err(Failure::showing(line, [("expected", expected), ("found", found)]))
+    let pictures = [("expected", expected), ("found", found)];
+    Err(Failure::showing(line, pictures).counting(differ, sizes.0))
 }
 
 /// 8-bit levels as a screen shows them.
@@ -267,7 +273,8 @@ pub(super) fn alike(
         return Err(Failure::new(format!("{what}: the picture is empty")));
     }
     if n as f64 > most * covered as f64 {
-        return Err(Failure::showing(line, [("expected", expected), ("found", found)]));
+        let pictures = [("expected", expected), ("found", found)];
+        return Err(Failure::showing(line, pictures).counting(n, covered));
     }
     Ok(line)
 }

@@ -10,7 +10,7 @@ mod pictures;
 mod places;
 mod silhouettes;
 
-use crate::verdict::{Judged, Judges, run};
+use crate::verdict::{Judged, Judges, limits_name, run};
 use crate::{Case, Outcome, Setup};
 use bench::Bench;
 pub(crate) use params::{driven, may_be_refused};
@@ -25,6 +25,7 @@ const fn case(name: &'static str, about: &'static str, judge: Judge) -> (Case, J
 
 /// All cases with what judges them.
 const CASES: &[(Case, Judge)] = &[
+    case("limits", "limits that it declares are those of cases that there are", limits),
     case(
         "outputs",
         "each output has the view's size and is finite, and colour is the same whatever else is asked for",
@@ -130,6 +131,10 @@ const CASES: &[(Case, Judge)] = &[
         growth::growth,
     ),
 ];
+
+fn limits(bench: &mut Bench<'_>) -> Judged {
+    limits_name(&bench.unit.description.limits, &cases())
+}
 
 pub(crate) fn cases() -> Vec<Case> {
     CASES.iter().map(|(case, _)| *case).collect()

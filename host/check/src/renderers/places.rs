@@ -120,7 +120,8 @@ fn normals_turned(here: &Image, there: &Image) -> Result<(), Failure> {
         true => Ok(()),
         false => {
             let line = format!("{wrong} of {covered} normals do not turn with the scene");
-            Err(Failure::showing(line, [("here", here), ("turned", there)]))
+            let pictures = [("here", here), ("turned", there)];
+            Err(Failure::showing(line, pictures).counting(wrong, covered as usize))
         }
     }
 }

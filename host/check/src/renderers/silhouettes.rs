@@ -48,7 +48,11 @@ fn covers(bench: &mut Bench<'_>, cloud: Cloud, view: View) -> Judged {
     );
     match agreement.coverage() >= COVERAGE && agreement.both > 100 {
         true => Ok(Said::Measured(line)),
-        false => Err(Failure::showing(line, [("color", &color)])),
+        false => {
+            let wrong = agreement.cast.max(agreement.drawn) - agreement.both;
+            let failure = Failure::showing(line, [("color", &color)]);
+            Err(failure.counting(wrong, agreement.cast.max(agreement.drawn)))
+        }
     }
 }
 
@@ -121,11 +125,13 @@ pub(super) fn depth(bench: &mut Bench<'_>) -> Judged {
         ("parallel", ball(), parallel(SIZE)),
         ("at a slant", clouds::plane(100, 1.0).cloud(), slanted()),
     ];
-    let mut said = Vec::new();
+    let (mut said, mut whose) = (Vec::new(), "");
     for (what, cloud, view) in views {
         let reference = cast(&cloud, &view);
         let shot = Shot::new(cloud, view).without_low_pass().of(&[Output::Depth]);
-        let depth = picture(&bench.draw(&shot)?, &Output::Depth)?;
+        let mut instance = bench.start()?;
+        let depth = picture(&bench.draw_by(&mut instance, &shot)?, &Output::Depth)?;
+        whose = bench.whose(&instance, &Output::Depth);
         let values = depth.data.chunks_exact(depth.components.max(1) as usize).map(|p| p[0]);
         let agreement = Agreement::new(values, &reference, DEPTH_FRACTION);
         let line = format!(
@@ -134,11 +140,12 @@ pub(super) fn depth(bench: &mut Bench<'_>) -> Judged {
         );
         let wrong = agreement.depth_differs as f64 > (1.0 - COVERAGE) * agreement.both as f64;
         if wrong || agreement.coverage() < COVERAGE || agreement.both < 100 {
-            return Err(Failure::showing(line, [("depth", &depth)]));
+            let failure = Failure::showing(line, [("depth", &depth)]);
+            return Err(failure.counting(agreement.depth_differs, agreement.both));
         }
         said.push(line);
     }
-    Ok(Said::Measured(said.join("; ")))
+    Ok(Said::Measured(said.join("; ") + whose))
 }
 
 pub(super) fn far_depth(bench: &mut Bench<'_>) -> Judged {
@@ -169,7 +176,9 @@ pub(super) fn far_depth(bench: &mut Bench<'_>) -> Judged {
 pub(super) fn normal(bench: &mut Bench<'_>) -> Judged {
     let (cloud, view) = (ball(), front_view(SIZE));
     let shot = Shot::new(cloud, view).of(&[Output::Normal, Output::Depth]);
-    let drawn = bench.draw(&shot)?;
+    let mut instance = bench.start()?;
+    let drawn = bench.draw_by(&mut instance, &shot)?;
+    let whose = bench.whose(&instance, &Output::Normal);
     let normals = picture(&drawn, &Output::Normal)?;
     let depths = picture(&drawn, &Output::Depth)?;
     let world_from_view = view.camera.view_from_world().transpose();
@@ -194,9 +203,10 @@ pub(super) fn normal(bench: &mut Bench<'_>) -> Judged {
             wrong += usize::from(off > bound);
         }
     }
-    let line = format!("{wrong} of {n} normals are off by more than {bound}; worst {worst:.3}");
+    let line =
+        format!("{wrong} of {n} normals are off by more than {bound}; worst {worst:.3}{whose}");
     match wrong == 0 && n > 100 {
         true => Ok(Said::Measured(line)),
-        false => Err(Failure::showing(line, [("normal", &normals)])),
+        false => Err(Failure::showing(line, [("normal", &normals)]).counting(wrong, n)),
     }
 }

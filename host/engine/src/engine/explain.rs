@@ -15,7 +15,7 @@ pub struct Explanation {
     pub surfels: Vec<String>,
     /// Passes of the host and of the renderer, in order.
     pub passes: Vec<PassUse>,
-    /// Textures and buffers of the renderer's graph.
+    /// Textures and buffers: the host's own, then those of the renderer's graph.
     pub resources: Vec<ResourceUse>,
     /// Outputs of the graph, and whether they were asked for.
     pub outputs: Vec<OutputUse>,
@@ -40,7 +40,7 @@ pub struct PassUse {
     pub features: Vec<(String, bool)>,
 }
 
-/// A texture or buffer of the graph.
+/// A texture or buffer.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResourceUse {
     /// Its label.
@@ -53,6 +53,28 @@ pub struct ResourceUse {
     pub made: bool,
     /// Why it was or was not.
     pub why: String,
+}
+
+impl ResourceUse {
+    /// A texture that the host has.
+    pub(crate) fn of(label: &str, texture: &wgpu::Texture, why: &str) -> Self {
+        let size = texture.size();
+        let (mips, is_volume) = (texture.mip_level_count(), false);
+        let texels = texels([size.width, size.height, size.depth_or_array_layers], mips, is_volume);
+        Self {
+            label: label.to_owned(),
+            what: format!("{} x {} {:?}", size.width, size.height, texture.format()),
+            bytes: texels * u64::from(texture.format().block_copy_size(None).unwrap_or(4)),
+            made: true,
+            why: why.to_owned(),
+        }
+    }
+
+    /// A texture of the host that is not there.
+    pub(crate) fn missing(label: &str, why: &str) -> Self {
+        let what = "texture".to_owned();
+        Self { label: label.to_owned(), what, bytes: 0, made: false, why: why.to_owned() }
+    }
 }
 
 /// An output of the graph.
@@ -96,10 +118,19 @@ impl Engine {
         if let Some(plan) = &renderer.plan {
             let graph = Graph::new(plan, request.outputs);
             explained.passes = graph.passes(rendered);
-            explained.resources = graph.resources();
+            explained.resources = self.surfaces.textures();
+            explained.resources.extend(self.environments.textures());
+            explained.resources.extend(graph.resources());
             explained.outputs = graph.outputs_used();
         }
         explained
+    }
+
+    /// Whether a renderer makes a picture itself, by the frame that it made last; else the host does.
+    #[must_use]
+    pub fn makes(&self, renderer: &RendererView, output: &Output) -> bool {
+        let plan = renderer.plan.as_ref();
+        plan.is_some_and(|plan| plan.structure.outputs.iter().any(|(own, _)| own == output))
     }
 
     /// Lines about how surfels were drawn.

@@ -73,6 +73,8 @@ pub struct Counters {
     pub drawn_surfels: usize,
     /// Environment maps uploaded.
     pub environments: u32,
+    /// Bytes of environment maps on the device now.
+    pub environment_bytes: u64,
 }
 
 /// A frame to be rendered.
@@ -234,6 +236,7 @@ impl Engine {
             host_column_bytes: self.columns.host_bytes(),
             drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
+            environment_bytes: self.environments.bytes(),
         }
     }
 

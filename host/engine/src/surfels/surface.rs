@@ -3,6 +3,7 @@
 use super::columns::DrawnCloud;
 use super::drawing::{Drawing, Lookup};
 use super::on_host;
+use crate::engine::ResourceUse;
 use crate::gpu::Gpu;
 use crate::run::{PassState, Pipelines, Recorder};
 use glam::DVec3;
@@ -113,6 +114,28 @@ impl Surfaces {
     /// Lets go of all that is kept.
     pub(crate) fn forget(&mut self) {
         self.kept.clear();
+    }
+
+    /// Textures of the surface that was drawn last.
+    pub(crate) fn textures(&self) -> Vec<ResourceUse> {
+        let Some((_, surface)) = self.kept.first() else { return Vec::new() };
+        let all = [
+            ("surfels: nearest depth", "decides which surfels are nearest", &surface.depth),
+            (
+                "surfels: nearest",
+                "numbers and distances of the nearest",
+                &Some(surface.winners.clone()),
+            ),
+            ("surfels: nearest surface", "read by passes over the nearest", &surface.nearest),
+            ("surfels: blended surface", "read by passes over what is blended", &surface.blended),
+            ("surfels: materials", "read by passes that ask for materials", &surface.material),
+            ("surfels: clouds", "read by passes that ask which cloud it is", &surface.object),
+        ];
+        let used = all.into_iter().map(|(label, why, view)| match view {
+            Some(view) => ResourceUse::of(label, view.texture(), why),
+            None => ResourceUse::missing(label, "nothing that was drawn needs it"),
+        });
+        used.collect()
     }
 
     /// Records what is missing of a view's surface and returns it.

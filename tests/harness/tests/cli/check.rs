@@ -76,6 +76,11 @@ fn what_is_wrong_is_found_by_its_case() {
         assert!(found.iter().any(|name| name == case), "{unit}: {found:?}");
     }
     assert_eq!(failed("by-order", ""), ["reordered"]);
+    // A limit lets pass no more than it says, and it must be one of a case.
+    assert_eq!(
+        failed("belittles", "--case normal --case turned --case limits"),
+        ["limits", "normal"]
+    );
     assert_eq!(failed("leaks", "--case growth --case outputs"), ["growth"]);
     // One that does not answer is asked once.
     assert_eq!(failed("hangs", "--patience 1"), ["outputs"]);
