@@ -81,7 +81,8 @@ impl Tool for Thin {
     const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
         "reordered",
         "which of several neighbours stays depends on their order in the file",
-    )];
+    )
+    .at_most(0.5)];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -127,11 +127,13 @@ impl Renderer for Procedural {
         LimitInfo::new(
             "turned",
             "patterns stand in the box along the axes around each cloud, and not in the cloud itself",
-        ),
+        )
+        .at_most(1.0),
         LimitInfo::new(
             "neutral-columns",
             "clouds without colours are white below patterns, not grey as in other renderers",
-        ),
+        )
+        .at_most(0.75),
     ];
 
     fn new(_host: &HostInfo) -> Result<Self> {

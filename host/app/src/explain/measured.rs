@@ -135,7 +135,7 @@ fn differing(without: &Settled, with: &Settled) -> usize {
 
 /// The savings as lines.
 pub(super) fn lines(savings: &[Saving], n_frames: usize) -> Vec<String> {
-    let mut lines = vec![format!("what leaving out saves, {n_frames} frames with each in turns:")];
+    let mut lines = vec![format!("what leaving out saves, frames with each in turns: {n_frames}")];
     for saving in savings {
         let Saving { what, without_ms, with_ms, saved_ms, spread_ms, .. } = saving;
         let picture = match saving.differing {

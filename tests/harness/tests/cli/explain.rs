@@ -76,3 +76,32 @@ fn how_surfels_were_drawn_is_told() {
     }
     desk.run("explain two.ply -r reference").failed(&["expected a renderer"]);
 }
+
+/// A column that nothing reads stays where it is, and what is left out changes nothing where it is put back.
+#[test]
+fn what_leaving_out_saves_is_measured_and_changes_nothing() {
+    let desk = desk();
+    let depth = explained(&desk, "-r ewa-phong --output depth");
+    assert!(of(&depth["columns"], "name", "radius")["read"] == true, "{depth}");
+    let line = "explain two.ply --size 32 --json -r ewa-phong --set specular=0 --measure 3";
+    let told = desk.run(line).json();
+    let savings = told["savings"].as_array().unwrap();
+    let what: Vec<&str> = savings.iter().map(|saving| saving["what"].as_str().unwrap()).collect();
+    for expected in [
+        "column color",
+        "feature surfelshop::occlusion::COUNTS",
+        "feature surfelshop::phong::HIGHLIGHTS",
+        "output depth",
+    ] {
+        assert!(what.contains(&expected), "{what:?}");
+    }
+    for saving in savings {
+        assert_eq!(saving["differing"], 0, "{saving}");
+        assert!(saving["saved_ms"].is_number() && saving["without_ms"].is_number(), "{saving}");
+    }
+    let depth = of(&told["savings"], "what", "output depth");
+    assert_eq!((&depth["saved_passes"], &depth["saved_pipelines"]), (&1.into(), &1.into()));
+    let lines = desk.run("explain two.ply --size 32 -r flat --measure 1").stdout;
+    assert!(lines.contains("what leaving out saves, frames with each in turns: 1"), "{lines}");
+    assert!(lines.contains("the same picture, bit by bit"), "{lines}");
+}
