@@ -80,7 +80,8 @@ impl LimitInfo {
     }
 
     /// The largest share of what the case counts (pixels, values, surfels) that is wrong, 0 to 1: beyond
-    /// it the case fails all the same. Without it, and in cases that count nothing, any share is let pass.
+    /// it the case fails all the same, as it does for what is counted in no share, such as an empty picture.
+    /// Without it everything is let pass but panics, silence and numbers that are none.
     #[must_use]
     pub const fn at_most(mut self, share: f32) -> Self {
         self.at_most = Some(share);

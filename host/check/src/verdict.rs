@@ -181,9 +181,16 @@ fn outcome(case: Case, judged: Judged, limits: &[Limit], took: Duration) -> Outc
                     );
                     (Verdict::Failed, line, failure.pictures)
                 }
+                (None, Some(_)) => {
+                    let line = format!(
+                        "{}: this is counted in no share, of which it declares the most",
+                        failure.line
+                    );
+                    (Verdict::Failed, line, failure.pictures)
+                }
                 (_, most) => {
                     let bound = most.map(|most| format!(", at most {:.2} %", 100.0 * most));
-                    let bound = bound.unwrap_or_default();
+                    let bound = bound.unwrap_or_else(|| ", without a bound".to_owned());
                     let line = format!("{}{bound} ({})", limit.why, failure.line);
                     (Verdict::Limited, line, failure.pictures)
                 }
@@ -220,7 +227,7 @@ mod tests {
         assert_eq!(judged_within(wrong(), Some(0.8)), (Verdict::Limited, line));
         let line = "some: 75.00 % are wrong, and it declares at most 50.00 %".to_owned();
         assert_eq!(judged_within(wrong(), Some(0.5)), (Verdict::Failed, line));
-        assert_eq!(judged_within(Failure::new("some"), Some(0.5)).0, Verdict::Limited);
+        assert_eq!(judged_within(Failure::new("none"), Some(0.5)).0, Verdict::Failed);
         let limit = |case: &str| Limit { case: case.to_owned(), why: String::new(), at_most: None };
         assert!(limits_name(&[limit("turned")], &[CASE]).is_ok());
         assert!(limits_name(&[limit("turnd")], &[CASE]).is_err());
@@ -228,7 +235,7 @@ mod tests {
 
     #[test]
     fn declared_limits_are_shown_and_silence_is_none() {
-        let line = "patterns stay (3 pixels)".to_owned();
+        let line = "patterns stay, without a bound (3 pixels)".to_owned();
         assert_eq!(judged(Failure::new("3\npixels")), (Verdict::Limited, line));
         let silent = Failure::silence("no answer");
         assert_eq!(judged(silent), (Verdict::Failed, "no answer".to_owned()));

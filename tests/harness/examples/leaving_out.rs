@@ -41,7 +41,9 @@ struct Side {
 
 impl Side {
     fn new(shot: Shot, surfels: SurfelDrawing) -> Self {
-        let options = EngineOptions { surfels, ..EngineOptions::default() };
+        // As on a graphics card.
+        let constant_radii = Some(true);
+        let options = EngineOptions { surfels, constant_radii, ..EngineOptions::default() };
         let mut engine = stage::engine_with(&GpuOptions::default(), &options);
         engine.keep(shot.kept.clone());
         let renderer = stage::built_renderer(&engine, shot.renderer.0, shot.renderer.1);

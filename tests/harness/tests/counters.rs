@@ -91,7 +91,7 @@ fn two_renderers_over_one_view_share_its_surface() {
     assert_eq!(counters.surfaces.visibility, 1, "all three look at the same surfels");
     assert_eq!(counters.surfaces.blended, 1, "the two blending ones share the blended surface");
     assert_eq!(counters.surfaces.nearest, 1);
-    assert_eq!(counters.uploads, 3, "position, normal and color, once each; radii are all one");
+    assert_eq!(counters.uploads, 4, "position, normal, radius and color, once each");
     engine.forget_surfaces();
     let outputs = [Output::Color];
     let [first, ..] = &mut renderers;
@@ -226,7 +226,11 @@ fn the_processor_draws_once_for_all_that_look_at_the_same() {
 fn the_simplest_scene_takes_less_than_half_the_memory_of_the_fullest() {
     let n = 1000;
     let bytes_each = |surfels: &Surfels, unit: (&str, &str)| {
-        let mut engine = quads();
+        // As on a graphics card.
+        let (surfels_by, constant_radii) = (SurfelDrawing::Quads, Some(true));
+        let options =
+            EngineOptions { surfels: surfels_by, constant_radii, ..EngineOptions::default() };
+        let mut engine = stage::engine_with(&GpuOptions::default(), &options);
         let mut renderer = stage::built_renderer(&engine, unit.0, unit.1);
         let cloud = surfels.cloud();
         let wide: Vec<f32> = (0..3 * n).map(|i| (i % 9) as f32 / 8.0).collect();

@@ -30,7 +30,8 @@ fn view() -> View {
 fn drawing(surfels: SurfelDrawing) -> Engine {
     stage::engine_with(
         &GpuOptions::default(),
-        &EngineOptions { surfels, ..EngineOptions::default() },
+        // As on a graphics card.
+        &EngineOptions { surfels, constant_radii: Some(true), ..EngineOptions::default() },
     )
 }
 

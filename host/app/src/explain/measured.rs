@@ -38,7 +38,9 @@ impl Side {
         Self { studio, chosen }
     }
 
+    /// Its pictures, for which surfels are drawn anew.
     fn settled(&mut self, request: &RenderRequest<'_>) -> anyhow::Result<(Settled, Counters)> {
+        self.studio.engine.forget_surfaces();
         let settled = self.studio.settle(&mut self.chosen, request)?;
         Ok((settled, self.studio.engine.counters()))
     }
@@ -53,21 +55,21 @@ impl Side {
     }
 }
 
-/// Measures all that a frame does without, with so many frames each; `other` makes another device with the
-/// same renderer.
+/// Measures all that a frame does without, with so many frames each; `side` makes a device with the
+/// renderer. What is kept for the next start is there already.
 pub(super) fn savings(
-    mut usual: Side,
-    mut other: impl FnMut() -> anyhow::Result<Side>,
+    mut side: impl FnMut() -> anyhow::Result<Side>,
     request: &RenderRequest<'_>,
     n_frames: usize,
 ) -> anyhow::Result<Vec<Saving>> {
+    let mut usual = side()?;
     let without = usual.settled(request)?;
     let left_out = usual.studio.engine.left_out(&usual.chosen.view, request);
     let mut savings = Vec::with_capacity(left_out.len());
     for kept in left_out {
-        let mut side = other()?;
-        side.studio.engine.keep(vec![kept.clone()]);
-        match compared(kept.clone(), &mut usual, &mut side, &without, request, n_frames) {
+        let mut other = side()?;
+        other.studio.engine.keep(vec![kept.clone()]);
+        match compared(kept.clone(), &mut usual, &mut other, &without, request, n_frames) {
             Ok(saving) => savings.push(saving),
             // A renderer may refuse what is asked of it then, as an output may have to be made at a cost.
             Err(error) => terminal::note(format!("{kept} was not measured: {error:#}")),

@@ -57,12 +57,12 @@ pub(crate) fn run(arguments: &ExplainArguments, given: &Given) -> anyhow::Result
     let others = not_loaded(&registry, &reference);
     let savings = match arguments.measure {
         Some(n_frames) => {
-            let other = || {
+            let side = || {
                 let studio = Studio::open(&arguments.device, &arguments.plugins)?;
                 let chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
                 Ok(Side::new(studio, chosen))
             };
-            measured::savings(Side::new(studio, chosen), other, &request, n_frames)?
+            measured::savings(side, &request, n_frames)?
         }
         None => Vec::new(),
     };

@@ -11,7 +11,7 @@ use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, Loaded};
 use surfelshop_engine::{Engine, Supplier, Supply};
 
 /// Clouds of fewer surfels are in order in a tenth of a second.
-const LARGE: usize = 1_000_000;
+pub(super) const LARGE: usize = 1_000_000;
 
 /// About so many surfels stand for all.
 const FEW: usize = 200_000;

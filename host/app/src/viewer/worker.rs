@@ -86,6 +86,13 @@ pub(super) struct Worker {
     unfinished: HashMap<Place, Order>,
 }
 
+/// Opens the device. Anything may be asked for at any moment, so that large clouds keep their columns.
+fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<Studio> {
+    let mut studio = Studio::open(device, plugins)?;
+    studio.engine.keep_whole_from(super::arriving::LARGE);
+    Ok(studio)
+}
+
 impl Worker {
     /// Opens the device; tells the window and returns nothing where there is none.
     pub(super) fn open(
@@ -99,7 +106,7 @@ impl Worker {
         let search = SearchPath::standard(plugins.plugin.clone());
         let watcher = Watcher::start(&search, move |changed| changes.add(Task::Changed(changed)));
         let opened = studio::registry(&plugins.plugin)
-            .and_then(|registry| Studio::open(&device, &plugins).map(|studio| (studio, registry)));
+            .and_then(|registry| open(&device, &plugins).map(|studio| (studio, registry)));
         match opened {
             Ok((studio, registry)) => {
                 let worker = Self {
@@ -404,7 +411,7 @@ impl Worker {
 
     /// Opens the device again after it was lost; clouds and shaders follow with the next picture.
     fn open_again(&mut self) -> anyhow::Result<()> {
-        self.studio = Studio::open(&self.device, &self.plugins)
+        self.studio = open(&self.device, &self.plugins)
             .context("the graphics device was lost and cannot be opened again")?;
         // What is on its way was made for the other one.
         self.arriving.let_go();

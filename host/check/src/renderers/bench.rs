@@ -270,7 +270,7 @@ pub(super) fn alike(
     let n = pairs().filter(|(a, b)| is_far(a, b)).count();
     let line = format!("{what}: {n} of {covered} covered pixels differ by more than a level");
     if covered == 0 {
-        return Err(Failure::new(format!("{what}: the picture is empty")));
+        return Err(Failure::new(format!("{what}: the picture is empty")).counting(1, 1));
     }
     if n as f64 > most * covered as f64 {
         let pictures = [("expected", expected), ("found", found)];

@@ -3,7 +3,7 @@
 use super::bench::{Bench, Shot, front, picture, same};
 use super::params::driven;
 use crate::clouds::{self, Surfels};
-use crate::verdict::{Judged, Said};
+use crate::verdict::{Failure, Judged, Said};
 use glam::DMat3;
 use std::collections::BTreeSet;
 use surfelshop_api::Environment;
@@ -36,27 +36,30 @@ pub(super) fn left_out(bench: &mut Bench<'_>) -> Judged {
                 probe: natural.then(|| (&probe, environment.clone())),
                 ..Shot::new(surfels.cloud(), front(SIZE)).of(&[Output::Color])
             };
-            let mut shots = vec![("usual parameters".to_owned(), usual.clone())];
+            let mut shots = vec![(String::new(), "usual parameters".to_owned(), usual.clone())];
             for declared in &bench.unit.description.params {
                 // The ends come first.
                 for value in driven(declared).into_iter().take(2) {
                     let mut shot = usual.clone();
                     let said = format!("{} = {value:?}", declared.id);
                     shot.values.insert(declared.id.clone(), value);
-                    shots.push((said, shot));
+                    shots.push((declared.id.clone(), said, shot));
                 }
             }
-            for (said, shot) in shots {
+            for (of, said, shot) in shots {
                 let mut instance = bench.start()?;
-                // A value that is refused is the parameters' case.
-                let Ok(drawn) = bench.draw_by(&mut instance, &shot) else { continue };
+                let drawn = match bench.draw_by(&mut instance, &shot) {
+                    Ok(drawn) => drawn,
+                    Err(failure) if failure.is_fault => return Err(failure.of(&said)),
+                    // A value that is refused in words is the parameters' case.
+                    Err(_) => continue,
+                };
                 let expected = picture(&drawn, &Output::Color)?;
                 n_pictures += 1;
                 for kept in bench.left_out(&instance, &shot) {
                     let what = format!("{cloud} {under}, {said}, {kept}");
-                    // What was seen to change nothing once is asked once with each cloud and light.
-                    if !names.insert((cloud, under, kept.to_string())) && !said.starts_with("usual")
-                    {
+                    // What was seen to change nothing is asked once with each cloud, light and parameter.
+                    if !names.insert((cloud, under, of.clone(), kept.to_string())) {
                         continue;
                     }
                     bench.keep(vec![kept]);
@@ -67,6 +70,9 @@ pub(super) fn left_out(bench: &mut Bench<'_>) -> Judged {
             }
         }
     }
-    let kinds: BTreeSet<&str> = names.iter().map(|(_, _, kept)| kept.as_str()).collect();
+    if n_pictures == 0 {
+        return Err(Failure::new("it refuses every picture"));
+    }
+    let kinds: BTreeSet<&str> = names.iter().map(|(_, _, _, kept)| kept.as_str()).collect();
     Ok(Said::Measured(format!("{} things in {n_pictures} pictures", kinds.len())))
 }

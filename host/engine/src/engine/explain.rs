@@ -2,7 +2,7 @@
 
 use super::{Engine, RenderRequest, Rendered, RendererView};
 use crate::run::{Needed, Node, PassState, Plan, needed, texels, touched};
-use crate::surfels::{ColumnUse, SurfelDrawing, columns_used};
+use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
 use serde::Serialize;
 use surfelshop_api::graph::Output;
 
@@ -110,7 +110,7 @@ impl Engine {
         rendered: &Rendered,
     ) -> Explanation {
         let mut explained = Explanation {
-            columns: columns_used(request.clouds, &self.columns),
+            columns: columns_used(request.clouds, &self.drawn_how(renderer, rendered.merged)),
             surfels: self.surfels_used(renderer, request, rendered),
             features: self.features(),
             ..Explanation::default()
@@ -133,6 +133,13 @@ impl Engine {
         plan.is_some_and(|plan| plan.structure.outputs.iter().any(|(own, _)| own == output))
     }
 
+    /// How a renderer's surfels are drawn.
+    fn drawn_how(&self, renderer: &RendererView, merged: bool) -> DrawnHow<'_> {
+        let one_by_one = renderer.plan.as_ref().is_some_and(Plan::shades_surfels);
+        let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
+        DrawnHow { held: &self.columns, on_host, merged }
+    }
+
     /// Lines about how surfels were drawn.
     fn surfels_used(
         &self,
@@ -143,7 +150,7 @@ impl Engine {
         let mut lines = Vec::new();
         let one_by_one = renderer.plan.as_ref().is_some_and(Plan::shades_surfels);
         let gpu = &self.gpu;
-        let on_host = self.surfels.on_host(gpu) && !one_by_one;
+        let on_host = self.drawn_how(renderer, rendered.merged).on_host;
         lines.push(if one_by_one {
             "as quads by the device: the renderer shades surfels one by one".to_owned()
         } else {
@@ -204,8 +211,8 @@ impl Engine {
             feature(
                 "blending of 32-bit floats",
                 gpu.blends_f32,
-                "quads are added up by blending",
-                "surfels are added up in fixed point by compute",
+                "quads, where they are drawn, are added up by blending",
+                "surfels that the device draws are added up in fixed point by compute",
             ),
             feature(
                 "timestamps",
@@ -216,8 +223,8 @@ impl Engine {
             feature(
                 "64-bit atomics",
                 gpu.atomics != Atomics::Only32,
-                "compute finds the nearest surfel in one step",
-                "compute takes two steps, distances first",
+                "compute, where it draws, finds the nearest surfel in one step",
+                "compute, where it draws, takes two steps, distances first",
             ),
             feature(
                 "reversed depth",

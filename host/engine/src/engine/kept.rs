@@ -137,7 +137,7 @@ impl Keeping {
 impl Engine {
     /// Has frames drawn with these from now on, which they can do without; nothing for the usual.
     pub fn keep(&mut self, kept: Vec<Kept>) {
-        self.columns.keep_radii(kept.contains(&Kept::Radii));
+        self.columns.keep_radii(!self.constant_radii || kept.contains(&Kept::Radii));
         self.keeping = Keeping { all: kept, ..Keeping::default() };
         // Plans and surfaces were made without.
         self.serial = super::next_serial();

@@ -35,6 +35,10 @@ pub struct EngineOptions {
     pub surfels: SurfelDrawing,
     /// Whether 64-bit atomics are left unused, as on devices that have none.
     pub only_32_bit_atomics: bool,
+    /// Whether radii that are all the same are a constant, where the device draws, and no column; by
+    /// default on graphics cards. On software drivers the column takes no more: Mesa's llvmpipe was seen
+    /// to take 2 bytes a surfel more while it draws without it.
+    pub constant_radii: Option<bool>,
     /// Where textures that graphs want stored are kept for the next start, if anywhere.
     pub store: Option<Store>,
 }
@@ -45,6 +49,7 @@ impl Default for EngineOptions {
             chunk_surfels: 1 << 20,
             surfels: SurfelDrawing::default(),
             only_32_bit_atomics: false,
+            constant_radii: None,
             store: None,
         }
     }
@@ -180,6 +185,8 @@ pub struct Engine {
     resources: Resources,
     environments: Environments,
     surfels: SurfelDrawing,
+    /// Whether equal radii are a constant.
+    constant_radii: bool,
     /// What is drawn with although it need not be.
     keeping: kept::Keeping,
     plans: u32,
@@ -202,14 +209,19 @@ impl Engine {
         if options.only_32_bit_atomics {
             gpu.atomics = Atomics::Only32;
         }
+        let constant_radii = options.constant_radii.unwrap_or(!gpu.is_software());
+        let mut columns =
+            Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels);
+        columns.keep_radii(!constant_radii);
         Ok(Self {
             serial: next_serial(),
             pipelines: Pipelines::new(gpu.device.clone())?,
-            columns: Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels),
+            columns,
             surfaces: Surfaces::default(),
             resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
             surfels: options.surfels,
+            constant_radii,
             keeping: kept::Keeping::default(),
             plans: 0,
             chunks: 0,
@@ -244,6 +256,13 @@ impl Engine {
     /// that has it can stand in, which makes the same picture. Else, and at first, drawing waits for it.
     pub fn compile_beside(&mut self, beside: bool) {
         self.pipelines.compiles_beside = beside;
+    }
+
+    /// Has clouds of so many surfels and more drawn with all columns that they have, whether something
+    /// reads them or not: putting so many in order once more, for a column that is read after all, takes
+    /// seconds.
+    pub fn keep_whole_from(&mut self, n_surfels: usize) {
+        self.columns.keep_whole_from(n_surfels);
     }
 
     /// Draws surfels anew in the next frame even where the same view of them was drawn: for frames

@@ -181,7 +181,7 @@ impl Pipelines {
             return Ok(Found { pipeline, is_it: true });
         }
         if self.compiles_beside
-            && let Some(pipeline) = variants.stand_in(settings)
+            && let Some(pipeline) = variants.stand_in(settings, self.now)
             && self.beside.make(&stages, settings, &recipe)
         {
             return Ok(Found { pipeline, is_it: false });

@@ -182,8 +182,8 @@ impl Plan {
         for binding in &point.bindings {
             self.check_binding(pass, binding, surface, gpu, &mut planned)?;
         }
-        planned.members =
-            members_read(&planned.shader.composed, stage, &planned.entry, &pass.features);
+        let flags = planned.settings.flags();
+        planned.members = members_read(&planned.shader.composed, stage, &planned.entry, &flags);
         if matches!(pass.work, Work::Shading { per_surfel: true, .. }) {
             let shader = pipelines.shader_with(&surfel_source(pass), &pass.modules, &[])?;
             let stage = naga::ShaderStage::Compute;
@@ -192,7 +192,10 @@ impl Plan {
             for binding in &point.bindings {
                 self.check_binding(pass, binding, surface, gpu, &mut planned)?;
             }
-            planned.members = members_read(&shader.composed, stage, SURFEL_ENTRY, &pass.features);
+            let of_surfels = members_read(&shader.composed, stage, SURFEL_ENTRY, &flags);
+            // What pixels show as albedo is then what surfels radiate, and no column.
+            let ao = of_surfels.ao || planned.members.ao;
+            planned.members = SurfaceMembers { ao, ..of_surfels };
             // It has a surface of its own, for which the nearest surfels must be known.
             planned.surface = None;
             planned.surfels = Some(shader);
@@ -253,7 +256,11 @@ impl Plan {
         let known = |name: &str| overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
         let settings = self.passes[index].settings.only(known);
         let made = pipelines.compute(&pass.name, shader, SURFEL_ENTRY, &settings);
-        made.map(|found| found.pipeline).map_err(|message| RenderError::pass(&pass.name, message))
+        let Found { pipeline, is_it } =
+            made.map_err(|message| RenderError::pass(&pass.name, message))?;
+        let stood_in = &self.passes[index].stood_in;
+        stood_in.set(stood_in.get() || !is_it);
+        Ok(pipeline)
     }
 
     /// Whether a resource outlives the frame.

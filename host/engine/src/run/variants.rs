@@ -35,6 +35,14 @@ impl Settings {
         known
     }
 
+    /// What is known of boolean constants, by name.
+    pub(super) fn flags(&self) -> BTreeMap<String, bool> {
+        let constants = self.constants.iter();
+        let constants = constants.map(|(name, bits)| (name.clone(), f64::from_bits(*bits) != 0.0));
+        let features = self.features.iter().map(|(name, there)| (name.clone(), *there));
+        constants.chain(features).collect()
+    }
+
     /// Names and values, as pipelines are made with.
     pub(super) fn values(&self) -> Vec<(&str, f64)> {
         let constants = self.constants.iter().map(|(name, bits)| (name, f64::from_bits(*bits)));
@@ -85,14 +93,17 @@ impl<P> Variants<P> {
     }
 
     /// One that makes the same picture, with as little more as there is.
-    pub(super) fn stand_in(&self, settings: &Settings) -> Option<Arc<P>> {
-        let able = self.all.iter().filter(|variant| variant.settings.stands_in_for(settings));
+    pub(super) fn stand_in(&mut self, settings: &Settings, now: u64) -> Option<Arc<P>> {
+        let able = self.all.iter_mut().filter(|variant| variant.settings.stands_in_for(settings));
         let least = able.min_by_key(|variant| variant.settings.n_there())?;
+        least.last_used = now;
         Some(least.pipeline.clone())
     }
 
     /// Keeps one.
     pub(super) fn keep(&mut self, settings: Settings, pipeline: Arc<P>, now: u64) {
+        // It may have been made twice at a time.
+        self.all.retain(|variant| variant.settings != settings);
         if self.all.len() >= MAX_VARIANTS {
             let oldest = self.all.iter().enumerate().min_by_key(|(_, variant)| variant.last_used);
             if let Some((oldest, _)) = oldest {
@@ -124,11 +135,11 @@ mod tests {
         variants.keep(sun.clone(), Arc::new("sun"), 1);
         let none = settings(2.0, &[("AO", false), ("SUN", false)]);
         assert_eq!(variants.get(&none, 2), None);
-        assert_eq!(variants.stand_in(&none).as_deref(), Some(&"sun"));
+        assert_eq!(variants.stand_in(&none, 2).as_deref(), Some(&"sun"));
         let ao = settings(2.0, &[("AO", true), ("SUN", false)]);
-        assert_eq!(variants.stand_in(&ao).as_deref(), Some(&"all"));
+        assert_eq!(variants.stand_in(&ao, 2).as_deref(), Some(&"all"));
         let other = settings(3.0, &[("AO", false), ("SUN", false)]);
-        assert_eq!(variants.stand_in(&other), None, "a constant changes the picture");
+        assert_eq!(variants.stand_in(&other, 2), None, "a constant changes the picture");
         assert_eq!(none.values(), [("EXPONENT", 2.0), ("AO", 0.0), ("SUN", 0.0)]);
     }
 

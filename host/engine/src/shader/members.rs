@@ -71,8 +71,9 @@ struct Reader<'a> {
 
 impl Reader<'_> {
     fn function(&mut self, function: &Function, info: &FunctionInfo, name: &str) {
-        if !UNPACKING.contains(&name) && reads_packed(&self.composed.module, function) {
-            // It may take anything out of the bits.
+        let module = &self.composed.module;
+        if !UNPACKING.contains(&name) && reads_packed(module, function) {
+            // Whoever has the bits may take anything out of them.
             self.members = SurfaceMembers::ALL;
         }
         self.block(function, info, &function.body);
@@ -146,8 +147,10 @@ impl Reader<'_> {
             // A function of another module that says whether a feature of that is there.
             Expression::CallResult(called) => {
                 let called = &self.composed.module.functions[called];
-                match called.body.last() {
-                    Some(Statement::Return { value: Some(value) }) if called.body.len() <= 2 => {
+                let mut statements =
+                    called.body.iter().filter(|one| !matches!(one, Statement::Emit(_)));
+                match (statements.next(), statements.next()) {
+                    (Some(Statement::Return { value: Some(value) }), None) => {
                         self.value_of(called, *value)
                     }
                     _ => None,
@@ -173,6 +176,8 @@ fn structure_behind(module: &Module, ty: &TypeResolution) -> Option<Handle<Type>
     }
 }
 
+/// Whether a function reads the packed surface. (Whole surfaces cannot lie in buffers, where another shader
+/// might read them under other names: they have a member of type `bool`.)
 fn reads_packed(module: &Module, function: &Function) -> bool {
     function.expressions.iter().any(|(_, expression)| match expression {
         Expression::GlobalVariable(variable) => {
@@ -239,6 +244,23 @@ mod tests {
             }";
         let counts = |value| read(called, &[("surfelshop::occlusion::COUNTS", value)]);
         assert_eq!((counts(true), counts(false)), ((false, true), (false, false)));
+    }
+
+    #[test]
+    fn functions_that_only_look_constant_are_looked_into() {
+        for body in [
+            "if s.covered { return false; } return true;",
+            "switch s.pixel.x { case 0u: { return false; } default: {} } return true;",
+            "loop { if s.covered { return false; } break; } return true;",
+        ] {
+            let source = format!(
+                "fn is_bare(s: Surface) -> bool {{ {body} }}\n\
+                 fn shade(s: Surface) -> vec4<f32> {{\n\
+                     if is_bare(s) {{ return vec4(1.0); }} else {{ return vec4(s.albedo, 1.0); }}\n\
+                 }}"
+            );
+            assert_eq!(read(&source, &[]), (true, false), "{body}");
+        }
     }
 
     #[test]

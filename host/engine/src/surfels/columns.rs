@@ -66,6 +66,7 @@ impl DrawnCloud {
 
 struct Uploaded {
     buffers: ChunkBuffers,
+    n_surfels: usize,
     bytes: u64,
     /// The largest value, for radii.
     largest: f32,
@@ -103,6 +104,8 @@ pub(crate) struct Columns {
     orders: Vec<Order>,
     pub(super) radii: Radii,
     wishes: Wishes,
+    /// Clouds of so many surfels and more have all their columns.
+    whole_from: usize,
     /// Serial numbers given away.
     pub(super) n_orders: u32,
     pub(super) chunk_len: u32,
@@ -126,6 +129,7 @@ impl Columns {
             orders: Vec::new(),
             radii: Radii::default(),
             wishes: Wishes::default(),
+            whole_from: usize::MAX,
             n_orders: 0,
             chunk_len: chunk_len.clamp(1, fits.max(1)),
             frame: 0,
@@ -138,12 +142,24 @@ impl Columns {
         let mut other = Self::new(self.device.clone(), self.queue.clone(), self.chunk_len);
         other.wishes = self.wishes.clone();
         other.frame = self.frame;
+        other.whole_from = self.whole_from;
+        other.radii.are_columns = self.radii.are_columns;
         other
     }
 
-    /// The columns that are drawn with now, of those that can be done without.
+    /// The columns that something drawn of late reads, of those that can be done without.
     pub(crate) fn wanted(&self) -> Wanted {
         self.wishes.at(self.frame)
+    }
+
+    /// The columns that a cloud of so many surfels is drawn with, of those that can be done without.
+    pub(crate) fn wanted_of(&self, n_surfels: usize) -> Wanted {
+        if n_surfels >= self.whole_from { Wanted::ALL } else { self.wanted() }
+    }
+
+    /// Has clouds of so many surfels and more drawn with all columns that they have.
+    pub(crate) fn keep_whole_from(&mut self, n_surfels: usize) {
+        self.whole_from = n_surfels;
     }
 
     /// Has equal radii uploaded as columns, or put into a constant.
@@ -161,9 +177,9 @@ impl Columns {
     /// processor draws.
     pub(crate) fn holds(&self, cloud: &CloudView<'_>, on_host: bool) -> bool {
         // What cannot be drawn has nothing to be put in order.
-        let Some(drawn) = columns_drawn(cloud, self.wanted()) else { return true };
+        let Some(drawn) = columns_drawn(cloud, self.wanted_of(cloud.len)) else { return true };
         if on_host {
-            return self.on_host.iter().any(|known| known.has(&drawn));
+            return self.on_host.iter().any(|known| known.has(&drawn, cloud));
         }
         drawn.iter().all(|(name, drawn)| {
             let is_there = self.uploaded.keys().any(|(own, ..)| own == drawn);
@@ -221,18 +237,22 @@ impl Columns {
     /// Drops what has not been drawn or read for a while; called once a frame, with what that reads.
     pub(crate) fn next_frame(&mut self, wanted: Option<Wanted>) {
         self.frame += 1;
-        if let Some(wanted) = wanted {
-            self.wishes.hear(wanted, self.frame);
+        match wanted {
+            Some(wanted) => self.wishes.hear(wanted, self.frame),
+            None => self.wishes.wait(),
         }
         let wanted = self.wanted();
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
         self.uploaded.retain(|(_, _, variable), column| {
             // Merged surfels are told apart by their materials.
-            let is_read = wanted.reads(variable) || *variable == columns::MATERIAL;
+            let is_read = column.n_surfels >= self.whole_from
+                || wanted.reads(variable)
+                || *variable == columns::MATERIAL;
             column.last_used >= oldest && is_read
         });
         self.on_host.retain(|cloud| cloud.last_used >= oldest);
-        for cloud in &mut self.on_host {
+        let whole_from = self.whole_from;
+        for cloud in self.on_host.iter_mut().filter(|cloud| cloud.columns.len() < whole_from) {
             cloud.keep(wanted);
         }
         self.radii.forget(oldest);
@@ -287,7 +307,7 @@ impl Columns {
             on_host: None,
             merged: None,
         };
-        let wanted = self.wanted().for_merged(merged);
+        let wanted = self.wanted_of(cloud.len).for_merged(merged);
         let (order_serial, order) = match merged {
             true => {
                 let known = self.in_memory(cloud, true, tell)?;
@@ -356,7 +376,7 @@ impl Columns {
                 arriving.drawn.max_radius = bound;
             }
             arriving.drawn.defines.push("TANGENTS");
-        } else if let Some(radius) = self.radii.equal(cloud, self.frame).filter(|_| !merged) {
+        } else if !merged && let Some(radius) = self.radii.equal(cloud, self.frame) {
             arriving.drawn.max_radius = radius.abs();
             arriving.drawn.equal_radius = Some(radius);
             arriving.drawn.defines.push("EQUAL_RADII");
@@ -453,6 +473,7 @@ impl Columns {
                 .collect();
             Uploaded {
                 buffers: Arc::new(buffers),
+                n_surfels: arriving.cloud.len,
                 bytes: (n_places * stride) as u64,
                 largest,
                 last_used: frame,

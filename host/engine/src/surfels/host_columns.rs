@@ -33,9 +33,12 @@ pub(super) struct OnHost {
 }
 
 impl OnHost {
-    /// Whether all of these columns are there.
-    pub(super) fn has(&self, drawn: &[(&'static str, u64)]) -> bool {
-        drawn.iter().all(|column| self.drawn.contains(column))
+    /// Whether all of these columns of a cloud are there, and others only where the cloud has them, too.
+    pub(super) fn has(&self, drawn: &[(&'static str, u64)], cloud: &CloudView<'_>) -> bool {
+        let is_of_cloud = |(name, generation): &(&'static str, u64)| {
+            cloud.column(name).is_some_and(|column| column.generation == *generation)
+        };
+        drawn.iter().all(|column| self.drawn.contains(column)) && self.drawn.iter().all(is_of_cloud)
     }
 
     /// Lets go of columns that nothing reads any more.
@@ -192,10 +195,10 @@ impl Columns {
         merged: bool,
         tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<&OnHost, RenderError> {
-        let drawn = Drawn::of(cloud, self.wanted().for_merged(merged))?;
+        let drawn = Drawn::of(cloud, self.wanted_of(cloud.len).for_merged(merged))?;
         let (order_serial, order) = self.order(cloud);
         let is_it = |known: &OnHost| {
-            known.has(&drawn.columns)
+            known.has(&drawn.columns, cloud)
                 && known.order_serial == order_serial
                 && (known.merged || !merged)
         };

@@ -23,5 +23,5 @@ pub use strategy::SurfelDrawing;
 pub use surface::SurfaceCounts;
 pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};
 pub use uses::ColumnUse;
-pub(crate) use uses::columns_used;
+pub(crate) use uses::{DrawnHow, columns_used};
 pub(crate) use wanted::Wanted;

@@ -26,12 +26,33 @@ const OPTIONAL: [(&str, u64, &str); 4] = [
     (columns::TANGENT_U, 20, "discs: a radius each instead of two half axes"),
 ];
 
-/// The columns of clouds, and those they lack, as they are drawn from what is held of them.
-pub(crate) fn columns_used(clouds: &[CloudView<'_>], held: &Columns) -> Vec<ColumnUse> {
+/// How clouds are drawn.
+pub(crate) struct DrawnHow<'a> {
+    pub(crate) held: &'a Columns,
+    /// Whether the processor does it.
+    pub(crate) on_host: bool,
+    /// Whether surfels are merged.
+    pub(crate) merged: bool,
+}
+
+impl DrawnHow<'_> {
+    /// Whether a column is read.
+    fn reads(&self, cloud: &CloudView<'_>, name: &str) -> bool {
+        self.held.wanted_of(cloud.len).for_merged(self.merged).reads(name)
+    }
+
+    /// Whether radii are one, in a constant.
+    fn in_a_constant(&self, generation: u64) -> bool {
+        !self.on_host && !self.merged && self.held.radii.in_a_constant(generation)
+    }
+}
+
+/// The columns of clouds, and those they lack.
+pub(crate) fn columns_used(clouds: &[CloudView<'_>], how: &DrawnHow<'_>) -> Vec<ColumnUse> {
     let mut all: Vec<ColumnUse> = Vec::new();
     for cloud in clouds {
         for column in &cloud.columns {
-            let one = used(cloud, column, held);
+            let one = used(cloud, column, how);
             match all.iter_mut().find(|known| known.name == one.name && known.why == one.why) {
                 Some(known) => known.bytes += one.bytes,
                 None => all.push(one),
@@ -45,19 +66,26 @@ pub(crate) fn columns_used(clouds: &[CloudView<'_>], held: &Columns) -> Vec<Colu
             (_, 1) => String::new(),
             (n, all) => format!(" in {n} of {all} clouds"),
         };
+        let would_be_read = lacking().any(|cloud| how.reads(cloud, name));
         if n > 0 {
             all.push(ColumnUse {
                 name: name.to_owned(),
                 read: false,
-                bytes: n * bytes_each,
-                why: format!("no `{name}` column{of}: {without}; shaders are made without it"),
+                // Accessibility counts where there is some; of the others is known whether they would be read.
+                bytes: if would_be_read || name == columns::AO { n * bytes_each } else { 0 },
+                why: match would_be_read || name == columns::AO {
+                    true => {
+                        format!("no `{name}` column{of}: {without}; surfels are drawn without it")
+                    }
+                    false => format!("no `{name}` column{of}, and no pass that runs would read it"),
+                },
             });
         }
     }
     all
 }
 
-fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, held: &Columns) -> ColumnUse {
+fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, how: &DrawnHow<'_>) -> ColumnUse {
     let are_ellipses = [columns::TANGENT_U, columns::TANGENT_V]
         .into_iter()
         .all(|name| cloud.floats(name, 3).is_some());
@@ -66,15 +94,14 @@ fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, held: &Columns) -> Colum
         columns::POSITION => (12, Ok("where surfels are")),
         columns::NORMAL => (12, Ok("how surfels stand")),
         columns::RADIUS if are_ellipses => (0, Err("ellipses have half axes instead")),
-        columns::RADIUS if held.radii.in_a_constant(column.generation) => {
-            (0, Err("all discs are as large: one radius, in a constant"))
+        columns::RADIUS if how.in_a_constant(column.generation) => {
+            (4, Err("all discs are as large: one radius, in a constant"))
         }
         columns::RADIUS => (4, Ok("how large discs are")),
         columns::TANGENT_U | columns::TANGENT_V if are_ellipses => {
             (12, Ok("half axes of ellipses"))
         }
         columns::TANGENT_U | columns::TANGENT_V => (0, Err("one half axis alone says nothing")),
-        name if !held.wanted().reads(name) => (0, Err("no pass that runs reads what comes of it")),
         columns::AO if is_floats => (4, Ok("ambient accessibility")),
         columns::MATERIAL if matches!(column.values, Values::U32(_)) => (4, Ok("materials")),
         columns::COLOR if is_color(column) && matches!(column.values, Values::U8(_)) => {
@@ -85,6 +112,10 @@ fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, held: &Columns) -> Colum
             (0, Err("drawing knows no values of this type"))
         }
         _ => (0, Err("drawing knows no column of this name")),
+    };
+    let why = match how.reads(cloud, column.name) {
+        true => why,
+        false => why.and(Err("no pass that runs reads what comes of it")),
     };
     ColumnUse {
         name: column.name.to_owned(),

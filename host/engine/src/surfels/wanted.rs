@@ -52,6 +52,13 @@ impl Wishes {
         }
     }
 
+    /// Lets a frame pass that reads nothing of its own.
+    pub(super) fn wait(&mut self) {
+        for last in self.last.iter_mut().flatten().filter(|last| **last > 0) {
+            *last += 1;
+        }
+    }
+
     /// What is wanted now: everything, as long as nothing is known.
     pub(super) fn at(&self, frame: u64) -> Wanted {
         let Some(last) = self.last else { return Wanted::ALL };
@@ -78,6 +85,12 @@ mod tests {
         assert_eq!(wishes.at(1 + KEPT_FRAMES), Wanted { color: true, ao: true, material: false });
         assert_eq!(wishes.at(2 + KEPT_FRAMES), ao);
         assert_eq!(wishes.at(3 + KEPT_FRAMES), Wanted::default());
+        wishes.wait();
+        assert_eq!(
+            wishes.at(3 + KEPT_FRAMES),
+            ao,
+            "frames that read nothing of their own do not count"
+        );
         assert!(Wanted::default().reads(columns::NORMAL) && !ao.reads(columns::COLOR));
     }
 }

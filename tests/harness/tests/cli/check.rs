@@ -37,6 +37,15 @@ fn built_in_plugins_pass() {
         assert!(is_known, "{unit}, {case}: {verdict}; `surfelshop check {unit}` says why");
     }
     assert_eq!(ended.code, 0);
+    // What ours cannot do, and nothing else.
+    let limited: Vec<(&str, &str)> = verdicts
+        .iter()
+        .filter(|(_, _, verdict)| verdict == "limited")
+        .map(|(unit, case, _)| (unit.as_str(), case.as_str()))
+        .collect();
+    let known =
+        [("procedural", "neutral-columns"), ("procedural", "turned"), ("thin", "reordered")];
+    assert_eq!(limited, known);
     for unit in ["flat", "ewa-phong", "environment", "procedural", "reference", "ambient-occlusion"]
     {
         let n = verdicts.iter().filter(|(id, ..)| id == unit).count();
@@ -81,6 +90,8 @@ fn what_is_wrong_is_found_by_its_case() {
         failed("belittles", "--case normal --case turned --case limits"),
         ["limits", "normal"]
     );
+    assert_eq!(failed("no-number", "--case left-out"), ["left-out"]);
+    assert_eq!(failed("hangs", "--case left-out --patience 1"), ["left-out"]);
     assert_eq!(failed("leaks", "--case growth --case outputs"), ["growth"]);
     // One that does not answer is asked once.
     assert_eq!(failed("hangs", "--patience 1"), ["outputs"]);

@@ -29,7 +29,7 @@ fn columns_that_are_read_and_lacking_are_told_with_their_bytes() {
         (&column("position")["read"], &column("position")["bytes"]),
         (&true.into(), &24.into())
     );
-    for (lacking, saved) in [("color", 8), ("ao", 8), ("material", 8), ("tangent_u", 40)] {
+    for (lacking, saved) in [("color", 8), ("ao", 8), ("material", 0), ("tangent_u", 40)] {
         let column = column(lacking);
         assert_eq!(
             (&column["read"], &column["bytes"]),
@@ -101,6 +101,14 @@ fn what_leaving_out_saves_is_measured_and_changes_nothing() {
     }
     let depth = of(&told["savings"], "what", "output depth");
     assert_eq!((&depth["saved_passes"], &depth["saved_pipelines"]), (&1.into(), &1.into()));
+    // The device draws a surface of its own for each.
+    for (surfels, passes) in [("quads", 0), ("compute", 0), ("cpu", 0)] {
+        let line = format!("explain two.ply --size 32 --json --measure 1 --surfels {surfels}");
+        let told = desk.run(&line).json();
+        let column = of(&told["savings"], "what", "column ao");
+        assert_eq!(column["saved_passes"], passes, "{surfels}: {column}");
+        assert_eq!(of(&told["savings"], "what", "output depth")["saved_passes"], 1, "{surfels}");
+    }
     let lines = desk.run("explain two.ply --size 32 -r flat --measure 1").stdout;
     assert!(lines.contains("what leaving out saves, frames with each in turns: 1"), "{lines}");
     assert!(lines.contains("the same picture, bit by bit"), "{lines}");
