@@ -300,13 +300,17 @@ fn a_shader_with_more_stands_in_while_its_own_is_compiled() {
     let (own, _) = matte.draw(&mut engine, &mut renderer);
     assert_eq!(engine.counters().compiled.pipelines, first + 1, "one is compiled, once");
     assert!(bits(&stood_in) == bits(&own), "the same picture");
-    // The other way round nothing can stand in: highlights are missing from what there is.
+    // The other way round what has everything is made as soon as there is anything.
     let mut engine = drawing(SurfelDrawing::Processor);
     engine.compile_beside(true);
     let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
     matte.draw(&mut engine, &mut renderer);
     let before = engine.counters().compiled.pipelines;
     let (shown, _) = shining.draw(&mut engine, &mut renderer);
-    assert_eq!(engine.counters().compiled.pipelines, before + 1);
+    assert_eq!(engine.counters().compiled.pipelines, before + 1, "once, by whoever began");
+    let without_ao = Shot::new(&full()).with(&[("ao-strength", number(0.0))]);
+    without_ao.draw(&mut engine, &mut renderer);
+    let stood_in = engine.counters().compiled.pipelines;
+    assert!(stood_in <= before + 2, "{stood_in}: it waits for nothing");
     assert!(bits(&shown) != bits(&own), "highlights show");
 }

@@ -34,7 +34,9 @@ pub(crate) fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
     let files: Vec<PathBuf> = arguments.wanted.iter().filter_map(|text| file(text)).collect();
     let given = arguments.plugins.plugin.iter().cloned().chain(files).collect::<Vec<_>>();
     let registry = studio::registry(&given)?;
-    let wanted = wanted(&registry, &arguments.wanted)?;
+    let mut wanted = wanted(&registry, &arguments.wanted)?;
+    // A kind without such a case has nothing to say.
+    wanted.retain(|unit| cases(unit.kind).iter().any(|case| is_wanted(arguments, case)));
     let refused: Vec<String> = match arguments.wanted.is_empty() {
         // What was named is there, or was refused in a line already.
         true => registry.entries().iter().filter_map(Entry::refusal).collect(),
@@ -94,9 +96,7 @@ fn unit(
         Engine::new(gpu, &options).map_err(|error| error.to_string())
     };
     let setup = Setup { engine: &engine, device: studio::gpu_options(&arguments.device), patience };
-    let is_wanted = |case: &Case| {
-        arguments.case.is_empty() || arguments.case.iter().any(|name| name == case.name)
-    };
+    let is_wanted = |case: &Case| is_wanted(arguments, case);
     // Ctrl-C ends the program.
     check(&unit, &setup, &is_wanted, &mut |outcome| match told.outcome(reference, outcome) {
         Ok(()) => true,
@@ -105,6 +105,11 @@ fn unit(
             false
         }
     })
+}
+
+/// Whether a case is among those that were typed, or all are wanted.
+fn is_wanted(arguments: &CheckArguments, case: &Case) -> bool {
+    arguments.case.is_empty() || arguments.case.iter().any(|name| name == case.name)
 }
 
 /// Refuses names that no kind of unit has a case of.

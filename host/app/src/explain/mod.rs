@@ -146,9 +146,17 @@ pub(crate) fn sections(explained: &Explanation) -> Vec<(&'static str, Vec<Told>)
     });
     let features = explained.features.iter().map(|feature| Told {
         used: feature.here,
-        word: if feature.here { "has" } else { "lacks" },
+        word: match (feature.here, feature.counts) {
+            (true, true) => "used",
+            (true, false) => "has",
+            (false, true) => "missed",
+            (false, false) => "lacks",
+        },
         name: feature.name.to_owned(),
-        about: feature.means.to_owned(),
+        about: match feature.counts {
+            true => feature.means.to_owned(),
+            false => format!("{}; this frame has no need of it", feature.means),
+        },
     });
     vec![
         ("columns", columns),

@@ -95,6 +95,8 @@ pub struct FeatureUse {
     pub here: bool,
     /// What is done with it, or instead.
     pub means: &'static str,
+    /// Whether this frame would be made otherwise if the adapter had it, or lacked it.
+    pub counts: bool,
 }
 
 impl Engine {
@@ -112,7 +114,7 @@ impl Engine {
         let mut explained = Explanation {
             columns: columns_used(request.clouds, &self.drawn_how(renderer, rendered.merged)),
             surfels: self.surfels_used(renderer, request, rendered),
-            features: self.features(),
+            features: self.features(renderer, request, rendered),
             ..Explanation::default()
         };
         if let Some(plan) = &renderer.plan {
@@ -199,50 +201,72 @@ impl Engine {
         lines
     }
 
-    fn features(&self) -> Vec<FeatureUse> {
+    fn features(
+        &self,
+        renderer: &RendererView,
+        request: &RenderRequest<'_>,
+        rendered: &Rendered,
+    ) -> Vec<FeatureUse> {
         use crate::gpu::Atomics;
         let gpu = &self.gpu;
-        let feature = |name, here, with, without| FeatureUse {
+        let draws = !self.drawn_how(renderer, rendered.merged).on_host;
+        let computes = draws && self.surfels.computes(gpu, request.view.size_px);
+        let textures = renderer.plan.as_ref().map(|plan| &plan.structure.textures);
+        let has_volumes = textures.is_some_and(|all| all.iter().any(|texture| texture.volume));
+        let feature = |name, here, [with, without]: [&'static str; 2], counts| FeatureUse {
             name,
             here,
             means: if here { with } else { without },
+            counts,
         };
         vec![
             feature(
                 "blending of 32-bit floats",
                 gpu.blends_f32,
-                "quads, where they are drawn, are added up by blending",
-                "surfels that the device draws are added up in fixed point by compute",
+                [
+                    "quads are added up by blending",
+                    "surfels that the device draws are added up in fixed point by compute",
+                ],
+                draws,
             ),
             feature(
                 "timestamps",
                 gpu.times_passes,
-                "passes are timed on the device",
-                "passes have no times",
+                ["passes are timed on the device", "passes have no times"],
+                true,
             ),
             feature(
                 "64-bit atomics",
                 gpu.atomics != Atomics::Only32,
-                "compute, where it draws, finds the nearest surfel in one step",
-                "compute, where it draws, takes two steps, distances first",
+                [
+                    "compute finds the nearest surfel in one step",
+                    "compute takes two steps, distances first",
+                ],
+                computes,
             ),
             feature(
                 "reversed depth",
                 gpu.keeps_reversed_depth(),
-                "depth comes from clip space",
-                "OpenGL would round it away: fragments write depth themselves",
+                [
+                    "depth comes from clip space",
+                    "OpenGL would round it away: fragments write depth themselves",
+                ],
+                draws,
             ),
             feature(
                 "stores into volumes",
                 gpu.stores_into_volumes(),
-                "compute passes fill volumes",
-                "passes that store into a volume are refused",
+                ["compute passes fill volumes", "passes that store into a volume are refused"],
+                has_volumes,
             ),
             feature(
                 "a graphics card",
                 !gpu.is_software(),
-                "shaders run on it",
-                "shaders run on the processor; only trusted plugins' graphs should",
+                [
+                    "shaders run on it",
+                    "shaders run on the processor; only trusted plugins' graphs should",
+                ],
+                true,
             ),
         ]
     }

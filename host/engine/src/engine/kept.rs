@@ -6,7 +6,6 @@ use crate::surfels::Wanted;
 use serde::{Serialize, Serializer};
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, NEUTRAL_ALBEDO, Values};
 use surfelshop_api::graph::{Output, Structure};
 
@@ -55,7 +54,7 @@ enum Neutral {
 pub(super) struct Keeping {
     all: Vec<Kept>,
     /// By the generation of the cloud's positions, and the name.
-    made: HashMap<(u64, &'static str), Arc<Neutral>>,
+    made: HashMap<(u64, &'static str), Neutral>,
 }
 
 impl Keeping {
@@ -104,12 +103,10 @@ impl Keeping {
                 continue;
             }
             let n = cloud.len;
-            self.made.entry((of, name)).or_insert_with(|| {
-                Arc::new(match name {
-                    columns::MATERIAL => Neutral::Numbers(vec![0; n]),
-                    columns::AO => Neutral::Floats(vec![1.0; n]),
-                    _ => Neutral::Floats(NEUTRAL_ALBEDO.repeat(n)),
-                })
+            self.made.entry((of, name)).or_insert_with(|| match name {
+                columns::MATERIAL => Neutral::Numbers(vec![0; n]),
+                columns::AO => Neutral::Floats(vec![1.0; n]),
+                _ => Neutral::Floats(NEUTRAL_ALBEDO.repeat(n)),
             });
         }
     }
@@ -121,7 +118,7 @@ impl Keeping {
         for (at, name) in COLUMNS.into_iter().enumerate() {
             let Some(of) = of.filter(|_| cloud.column(name).is_none()) else { continue };
             let Some(made) = self.made.get(&(of, name)) else { continue };
-            let (components, values) = match &**made {
+            let (components, values) = match made {
                 Neutral::Floats(values) if name == columns::AO => (1, Values::F32(values)),
                 Neutral::Floats(values) => (3, Values::F32(values)),
                 Neutral::Numbers(values) => (1, Values::U32(values)),

@@ -55,6 +55,12 @@ impl<K: Clone + PartialEq> Beside<K> {
         }
     }
 
+    /// One that is being made, once it is there; nothing where it is not being made, or could not be.
+    pub(super) fn wait_for(&mut self, of: &K, settings: &Settings) -> Option<Pipeline> {
+        let at = self.jobs.iter().position(|job| job.of == *of && job.settings == *settings)?;
+        self.jobs.swap_remove(at).thread.join().ok()?.ok()
+    }
+
     /// Those that have come since.
     pub(super) fn made(&mut self) -> Vec<(K, Settings, Pipeline)> {
         let mut made = Vec::new();

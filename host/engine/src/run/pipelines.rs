@@ -138,9 +138,9 @@ impl Pipelines {
             kind: draw.kind,
         };
         let held = |(shader, entry): (&Arc<Shader>, &str)| (shader.clone(), entry.to_owned());
-        self.find(stages, draw.settings, || Recipe {
+        self.find(stages, draw.settings, |settings| Recipe {
             label: draw.label.to_owned(),
-            settings: draw.settings.clone(),
+            settings: settings.clone(),
             work: Work::Draw {
                 vertex: held(draw.vertex),
                 fragment: held(draw.fragment),
@@ -159,20 +159,20 @@ impl Pipelines {
         settings: &Settings,
     ) -> Result<Found, String> {
         let stages = Stages::Compute { shader: shader.serial, entry: entry.to_owned() };
-        self.find(stages, settings, || Recipe {
+        self.find(stages, settings, |settings| Recipe {
             label: label.to_owned(),
             settings: settings.clone(),
             work: Work::Compute((shader.clone(), entry.to_owned())),
         })
     }
 
-    /// The variant of these values; where it must be made and another can stand in for it, that one
-    /// meanwhile, if pipelines are made beside drawing.
+    /// The variant of these values. If pipelines are made beside drawing, one that can stand in for it is
+    /// drawn with while it is made, and one that can stand in for all is made as soon as there is any.
     fn find(
         &mut self,
         stages: Stages,
         settings: &Settings,
-        recipe: impl Fn() -> Recipe,
+        recipe: impl Fn(&Settings) -> Recipe,
     ) -> Result<Found, String> {
         self.now += 1;
         self.take_in();
@@ -182,14 +182,24 @@ impl Pipelines {
         }
         if self.compiles_beside
             && let Some(pipeline) = variants.stand_in(settings, self.now)
-            && self.beside.make(&stages, settings, &recipe)
+            && self.beside.make(&stages, settings, || recipe(settings))
         {
             return Ok(Found { pipeline, is_it: false });
         }
-        let (device, recipe) = (&self.device, recipe());
-        let pipeline = Arc::new(on_large_stack(|| recipe.make(device))??);
+        let made = match self.beside.wait_for(&stages, settings) {
+            Some(made) => made,
+            None => {
+                let (device, recipe) = (&self.device, recipe(settings));
+                on_large_stack(|| recipe.make(device))??
+            }
+        };
+        let pipeline = Arc::new(made);
         self.counts.pipelines += 1;
         variants.keep(settings.clone(), pipeline.clone(), self.now);
+        let general = settings.general();
+        if self.compiles_beside && variants.get(&general, self.now).is_none() {
+            self.beside.make(&stages, &general, || recipe(&general));
+        }
         Ok(Found { pipeline, is_it: true })
     }
 

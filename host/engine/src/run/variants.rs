@@ -27,6 +27,13 @@ impl Settings {
         }
     }
 
+    /// The same with all that may be there, which can stand in for every choice of features.
+    pub(super) fn general(&self) -> Self {
+        let mut all = self.clone();
+        all.features.values_mut().for_each(|is_there| *is_there = true);
+        all
+    }
+
     /// Those that a shader knows.
     pub(crate) fn only(&self, is_known: impl Fn(&str) -> bool) -> Self {
         let mut known = self.clone();
