@@ -258,8 +258,8 @@ impl Plan {
         let made = pipelines.compute(&pass.name, shader, SURFEL_ENTRY, &settings);
         let Found { pipeline, is_it } =
             made.map_err(|message| RenderError::pass(&pass.name, message))?;
-        let stood_in = &self.passes[index].stood_in;
-        stood_in.set(stood_in.get() || !is_it);
+        let planned = &self.passes[index];
+        planned.stood_in.set(!is_it || planned.pipeline.get().is_none());
         Ok(pipeline)
     }
 
