@@ -97,6 +97,19 @@ fn values_of(name: &str) -> Result<Image> {
     Ok(rendered.image(&output).context("no picture")?.clone())
 }
 
+/// The largest errors over all values of one of the functions, by the form replaced and the one used; what
+/// is no number is as wrong as can be.
+fn largest_errors(name: &str, errors: impl Fn([f64; 3]) -> [f64; 2]) -> Result<[f64; 2]> {
+    let mut largest = [0.0f64; 2];
+    for texel in values_of(name)?.data.chunks_exact(4) {
+        let errors = errors([texel[0], texel[1], texel[2]].map(f64::from));
+        for (largest, error) in largest.iter_mut().zip(errors) {
+            *largest = largest.max(if error.is_nan() { 1.0 } else { error.abs() });
+        }
+    }
+    Ok(largest)
+}
+
 /// A slanted plane about 1000 units away, the near plane at 0.01.
 fn far_depth() -> Result<Figure> {
     let (near, far) = (0.01, 1e5);
@@ -141,16 +154,12 @@ fn far_depth() -> Result<Figure> {
 
 /// The lobe of exponent 1024.
 fn sharp_highlight() -> Result<Figure> {
-    let found = values_of("highlight")?;
-    let (mut before, mut after) = (0.0f64, 0.0f64);
-    for texel in found.data.chunks_exact(4) {
-        let [value, x, z] = [texel[0], texel[1], texel[2]].map(f64::from);
+    let [before, after] = largest_errors("highlight", |[value, x, z]| {
         let truth = (z / x.hypot(z)).powi(1024);
-        after = after.max((value - truth).abs());
         // Eleven bits of the cosine.
         let half = (z * 2048.0).round() / 2048.0;
-        before = before.max((half.powi(1024) - truth).abs());
-    }
+        [half.powi(1024) - truth, value - truth]
+    })?;
     Ok(Figure {
         what: "highlight of exponent 1024",
         measure: "largest error of values up to 1",
@@ -161,16 +170,10 @@ fn sharp_highlight() -> Result<Figure> {
 
 /// What a boundary reflects whose index is near 1.
 fn faint_boundary() -> Result<Figure> {
-    let found = values_of("fresnel")?;
-    let (mut before, mut after) = (0.0f64, 0.0f64);
-    for texel in found.data.chunks_exact(4) {
-        let [value, c, n] = [texel[0], texel[1], texel[2]].map(f64::from);
+    let [before, after] = largest_errors("fresnel", |[value, c, n]| {
         let truth = fresnel(c, n);
-        after = after.max((value - truth).abs());
-        let textbook = f64::from(textbook_fresnel(texel[1], texel[2]));
-        // What is no number is as wrong as can be.
-        before = before.max(if textbook.is_nan() { 1.0 } else { (textbook - truth).abs() });
-    }
+        [f64::from(textbook_fresnel(c as f32, n as f32)) - truth, value - truth]
+    })?;
     Ok(Figure {
         what: "Fresnel's reflectance, index 1 to 2, at any angle",
         measure: "largest error of values up to 1",

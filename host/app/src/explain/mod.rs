@@ -57,6 +57,8 @@ pub(crate) fn run(arguments: &ExplainArguments, given: &Given) -> anyhow::Result
     let others = not_loaded(&registry, &reference);
     let savings = match arguments.measure {
         Some(n_frames) => {
+            // Its columns would stand in memory besides those of the two that are measured.
+            drop((studio, chosen));
             let side = || {
                 let studio = Studio::open(&arguments.device, &arguments.plugins)?;
                 let chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;

@@ -12,12 +12,17 @@ use surfelshop_engine::{EngineOptions, Image, SurfelDrawing};
 const SIZE: u32 = 96;
 const N: usize = 3000;
 
-/// Surfels with everything that drawing reads.
-fn full() -> Surfels {
-    let mut surfels = clouds::sphere(N, 1.0);
-    surfels.ao = (0..N).map(|i| (i % 7) as f32 / 8.0).collect();
-    surfels.materials = (0..N).map(|i| (i % 3) as u32).collect();
+/// So many surfels of a ball with everything that drawing reads.
+pub(super) fn full(n: usize) -> Surfels {
+    let mut surfels = clouds::sphere(n, 1.0);
+    surfels.ao = (0..n).map(|i| (i % 7) as f32 / 8.0).collect();
+    surfels.materials = (0..n).map(|i| (i % 3) as u32).collect();
     surfels
+}
+
+/// The same with nothing but what drawing needs.
+pub(super) fn bare(n: usize) -> Surfels {
+    Surfels { colors: Vec::new(), ..clouds::sphere(n, 1.0) }
 }
 
 fn shot(surfels: &Surfels) -> Shot<'static> {
@@ -25,7 +30,7 @@ fn shot(surfels: &Surfels) -> Shot<'static> {
 }
 
 pub(super) fn chunked(bench: &mut Bench<'_>) -> Judged {
-    let surfels = full();
+    let surfels = full(N);
     // The processor knows no chunks.
     let quads = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
     let whole = bench.with(&quads)?.color(&shot(&surfels))?;
@@ -41,7 +46,7 @@ pub(super) fn chunked(bench: &mut Bench<'_>) -> Judged {
 }
 
 pub(super) fn unused(bench: &mut Bench<'_>) -> Judged {
-    let surfels = full();
+    let surfels = full(N);
     let expected = bench.color(&shot(&surfels))?;
     let odd = Column::new("check-unknown", 2, Buffer::F32(vec![f32::NAN; 2 * N]));
     let cloud = hard::with_column(&surfels.cloud(), odd);
@@ -52,7 +57,7 @@ pub(super) fn unused(bench: &mut Bench<'_>) -> Judged {
 
 /// What a cloud lacks is left out of shaders and of the device; with values that mean the same it is there.
 pub(super) fn neutral(bench: &mut Bench<'_>) -> Judged {
-    let bare = Surfels { colors: Vec::new(), ..clouds::sphere(N, 1.0) };
+    let bare = bare(N);
     let expected = bench.color(&shot(&bare))?;
     let albedo = NEUTRAL_ALBEDO.iter().copied().cycle().take(3 * N).collect();
     let neutral = [
@@ -73,7 +78,7 @@ pub(super) fn neutral(bench: &mut Bench<'_>) -> Judged {
 }
 
 pub(super) fn reordered(bench: &mut Bench<'_>) -> Judged {
-    let surfels = full();
+    let surfels = full(N);
     let outputs = [Output::Color, Output::Depth, Output::Normal];
     let drawn = bench.draw(&shot(&surfels).of(&outputs))?;
     let other = bench.draw(&shot(&hard::shuffled(&surfels)).of(&outputs))?;

@@ -1,8 +1,8 @@
 //! What frames do without.
 
 use super::bench::{Bench, Shot, front, picture, same};
+use super::columns::{bare, full};
 use super::params::driven;
-use crate::clouds::{self, Surfels};
 use crate::verdict::{Failure, Judged, Said};
 use glam::DMat3;
 use std::collections::BTreeSet;
@@ -13,15 +13,6 @@ use surfelshop_cloud::probe::Probe;
 const SIZE: u32 = 64;
 const N: usize = 1500;
 
-/// Surfels with nothing but what drawing needs, and with everything.
-fn balls() -> [(&'static str, Surfels); 2] {
-    let bare = Surfels { colors: Vec::new(), ..clouds::sphere(N, 1.0) };
-    let mut full = clouds::sphere(N, 1.0);
-    full.ao = (0..N).map(|i| (i % 7) as f32 / 8.0).collect();
-    full.materials = (0..N).map(|i| (i % 3) as u32).collect();
-    [("a bare cloud", bare), ("a cloud with everything", full)]
-}
-
 /// With usual parameters, and each parameter at each of its ends, where most of what is left out is not
 /// needed; with and without light from around.
 pub(super) fn left_out(bench: &mut Bench<'_>) -> Judged {
@@ -30,7 +21,7 @@ pub(super) fn left_out(bench: &mut Bench<'_>) -> Judged {
     let environment = Environment { facts, probe_from_world, gain: 1.0 };
     let mut names = BTreeSet::new();
     let mut n_pictures = 0;
-    for (cloud, surfels) in balls() {
+    for (cloud, surfels) in [("a bare cloud", bare(N)), ("a cloud with everything", full(N))] {
         for (under, natural) in [("under lights", false), ("in natural light", true)] {
             let usual = Shot {
                 probe: natural.then(|| (&probe, environment.clone())),

@@ -36,7 +36,7 @@ impl Engine {
         let made = checked(&device, || self.make_surface(request, &clouds, computes));
         let made = made.map_err(RenderError::Device).and_then(|made| made);
         if made.is_err() {
-            self.surfaces.clear();
+            self.surfaces.forget();
         }
         made
     }

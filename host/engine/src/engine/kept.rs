@@ -112,7 +112,10 @@ impl Keeping {
     }
 
     /// A cloud with the columns made for it.
-    pub(super) fn with<'a>(&'a self, cloud: &CloudView<'a>) -> CloudView<'a> {
+    pub(super) fn with<'v, 'a>(&'a self, cloud: &'v CloudView<'a>) -> Cow<'v, CloudView<'a>> {
+        if self.made.is_empty() {
+            return Cow::Borrowed(cloud);
+        }
         let mut cloud = cloud.clone();
         let of = cloud.column(columns::POSITION).map(|column| column.generation);
         for (at, name) in COLUMNS.into_iter().enumerate() {
@@ -127,7 +130,7 @@ impl Keeping {
             let generation = u64::MAX - (of * COLUMNS.len() as u64 + at as u64);
             cloud.columns.push(ColumnView { name, components, generation, values });
         }
-        cloud
+        Cow::Owned(cloud)
     }
 }
 
@@ -138,7 +141,7 @@ impl Engine {
         self.keeping = Keeping { all: kept, ..Keeping::default() };
         // Plans and surfaces were made without.
         self.serial = super::next_serial();
-        self.surfaces.clear();
+        self.surfaces.forget();
     }
 
     /// What the frame that a renderer made last did without, and could be drawn with.

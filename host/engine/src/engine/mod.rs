@@ -354,7 +354,7 @@ impl Engine {
                 Ok(Rendered { columns_ms, merged, ..rendered })
             }
             Err(error) => {
-                self.surfaces.clear();
+                self.surfaces.forget();
                 Err(error)
             }
         }

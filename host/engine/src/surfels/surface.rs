@@ -111,7 +111,7 @@ pub(crate) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Lets go of all that is kept.
+    /// Lets go of all that is kept: where it is to be made anew, and after a frame that failed half way.
     pub(crate) fn forget(&mut self) {
         self.kept.clear();
     }
@@ -217,11 +217,6 @@ impl Surfaces {
         self.kept.insert(0, (input.key.clone(), surface));
         self.kept.truncate(KEPT_SURFACES);
         &self.kept[0].1
-    }
-
-    /// Forgets every surface: after a frame that failed half way.
-    pub(crate) fn clear(&mut self) {
-        self.kept.clear();
     }
 }
 
