@@ -4,6 +4,7 @@
 //! offsets from that origin, so millimetres survive at coordinates of a million metres.
 
 use crate::object::ObjectFrame;
+use crate::params::srgb_to_linear;
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +27,10 @@ pub const MATERIAL: &str = "material";
 
 /// Linear Rec. 709 albedo of clouds without colours: a grey that leaves room for highlights.
 pub const NEUTRAL_ALBEDO: [f32; 3] = [0.5; 3];
+
+/// The largest half-precision number, which the surface buffer holds; products of larger albedos would be
+/// no numbers.
+const MAX_ALBEDO: f32 = 65504.0;
 
 /// The type of a column's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -240,5 +245,23 @@ impl<'a> CloudView<'a> {
     /// The three-component `f32` column as vectors, surfel by surfel; empty where absent.
     pub fn vectors(&self, name: &str) -> impl ExactSizeIterator<Item = Vec3> + 'a {
         self.floats(name, 3).unwrap_or_default().chunks_exact(3).map(Vec3::from_slice)
+    }
+
+    /// The albedo of each surfel as the host's surface buffer has it: linear Rec. 709, at least 0; 8- and
+    /// 16-bit colours decoded, [`NEUTRAL_ALBEDO`] where there are none of three or four components.
+    #[must_use]
+    pub fn albedos(&self) -> Vec<Vec3> {
+        let neutral = Vec3::from(NEUTRAL_ALBEDO);
+        let column = self.column(COLOR).filter(|column| column.components >= 3);
+        let Some(column) = column else { return vec![neutral; self.len] };
+        let channel = |i: usize| match column.values {
+            Values::U8(values) => srgb_to_linear(f32::from(values[i]) / 255.0),
+            Values::U16(values) => srgb_to_linear(f32::from(values[i]) / 65535.0),
+            Values::F32(values) => values[i].clamp(0.0, MAX_ALBEDO),
+            _ => neutral.x,
+        };
+        let components = column.components as usize;
+        let first = (0..column.values.len()).step_by(components).take(self.len);
+        first.map(|i| Vec3::new(channel(i), channel(i + 1), channel(i + 2))).collect()
     }
 }

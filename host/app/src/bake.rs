@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
 
 /// Finds all tools and checks all parameters, before anything runs.
 fn steps(arguments: &BakeArguments) -> anyhow::Result<Vec<Step>> {
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let find = |name: &String| Ok(registry.find(UnitKind::Tool, name)?);
     let units: Vec<UnitRef> = arguments.tool.iter().map(find).collect::<anyhow::Result<_>>()?;
     let typed = settings::dealt(&units, &arguments.set)?;

@@ -28,7 +28,7 @@ const SHOWPIECE: &str = "ewa-phong";
 /// Runs the command.
 pub(crate) fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
     let sample = find_sample()?;
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let renderers = registry.names(UnitKind::Renderer);
     if renderers.is_empty() {
         bail!("no renderer is installed; `surfelshop plugins` says where it looked");

@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     }
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
     let seen = seen.as_ref();
     let staging = Staging::new(&arguments.picture, given, opened, seen)?;

@@ -199,12 +199,7 @@ mod tests {
     use surfelshop_cloud::scene::SceneView;
 
     fn unit() -> UnitRef {
-        UnitRef {
-            kind: UnitKind::Renderer,
-            package: "org.example".to_owned(),
-            id: "mine".to_owned(),
-            path: "mine.so".into(),
-        }
+        UnitRef::named(UnitKind::Renderer, "org.example", "mine", "mine.so")
     }
 
     fn read(typed: &[&str]) -> anyhow::Result<Values> {

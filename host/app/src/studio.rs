@@ -5,13 +5,10 @@ use crate::staging::ChosenView;
 use crate::values::Setting;
 use crate::{settings, surroundings, terminal};
 use anyhow::{Context as _, anyhow};
-use std::path::PathBuf;
 use std::time::Instant;
 use surfelshop_api::params::Values;
 use surfelshop_api::{HostInfo, UnitKind};
-use surfelshop_engine::plugins::{
-    self, LoadedUnit, Origin, Patience, Registry, SearchPath, UnitRef,
-};
+use surfelshop_engine::plugins::{self, LoadedUnit, Origin, Patience, Registry, UnitRef};
 use surfelshop_engine::{
     Backend, Engine, EngineOptions, Explanation, Gpu, GpuOptions, PassReport, PassState,
     RenderError, RenderRequest, Rendered, RendererView, SurfelDrawing,
@@ -24,8 +21,8 @@ const MAX_FRAMES: u32 = 1024;
 ///
 /// A file that was named and is no good is a failure: another plugin with the same renderer would
 /// silently take its place. One that `SURFELSHOP_PLUGINS` names is reported and passed over.
-pub(crate) fn registry(plugin_files: &[PathBuf]) -> anyhow::Result<Registry> {
-    let registry = Registry::scan(&SearchPath::standard(plugin_files.to_vec()));
+pub(crate) fn registry(plugins: &PluginFiles) -> anyhow::Result<Registry> {
+    let registry = Registry::scan(&plugins.search()?);
     for entry in registry.entries() {
         let Some(refusal) = entry.refusal() else { continue };
         match entry.origin {

@@ -1,9 +1,8 @@
 //! The clouds as a surface that rays meet.
 
-use surfelshop_api::columns::{COLOR, NEUTRAL_ALBEDO, NORMAL, POSITION, RADIUS, Values};
+use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::glam::{DVec3, Vec3};
-use surfelshop_api::params::srgb_to_linear;
-use surfelshop_api::{CloudView, ColumnView, SurfaceSettings};
+use surfelshop_api::{CloudView, SurfaceSettings};
 use surfelshop_geometry::discs::{Disc, Discs, Hit};
 use surfelshop_geometry::silent;
 
@@ -44,14 +43,12 @@ impl Surface {
         for cloud in clouds {
             let offset = cloud.origin - origin;
             let radii = cloud.floats(RADIUS, 1).unwrap_or_default();
-            let colors = cloud.column(COLOR).filter(|column| column.components >= 3);
             let places = cloud.vectors(POSITION).zip(cloud.vectors(NORMAL)).zip(radii);
-            for (i, ((position, normal), radius)) in places.enumerate() {
+            for (((position, normal), radius), albedo) in places.zip(cloud.albedos()) {
                 let radius = radius * settings.radius_scale;
                 let normal = normal.normalize_or(Vec3::Y);
                 let centre = (position.as_dvec3() + offset).as_vec3();
                 discs.push(Disc { centre, normal, radius });
-                let albedo = colors.map_or(NEUTRAL_ALBEDO.into(), |column| linear(column, i));
                 surfels.push(Surfel { normal, radius, albedo });
             }
         }
@@ -131,20 +128,4 @@ impl Point {
     pub(crate) fn towards(&self, direction: Vec3) -> Ray {
         Ray { origin: self.position, direction, near: 0.0, leaves: true }
     }
-}
-
-/// A surfel's colour, linear Rec. 709.
-/// The largest half-precision number.
-const MAX_ALBEDO: f32 = 65504.0;
-
-fn linear(column: &ColumnView<'_>, i: usize) -> Vec3 {
-    let first = column.components as usize * i;
-    let channel = |c: usize| match column.values {
-        Values::U8(values) => srgb_to_linear(f32::from(values[first + c]) / 255.0),
-        Values::U16(values) => srgb_to_linear(f32::from(values[first + c]) / 65535.0),
-        // As the surface buffer holds them; products of larger ones would be no numbers.
-        Values::F32(values) => values[first + c].clamp(0.0, MAX_ALBEDO),
-        _ => NEUTRAL_ALBEDO[c],
-    };
-    Vec3::from([0, 1, 2].map(channel))
 }

@@ -9,7 +9,7 @@ use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Projection, Scene, UnitKind, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_engine::plugins::{
-    Hosted, LoadedUnit, Origin, Patience, Place, Registry, SearchPath,
+    Hosted, LoadedUnit, Origin, Patience, Place, Registry, SearchPath, Trust,
 };
 use surfelshop_engine::{
     Engine, EngineOptions, Gpu, GpuOptions, RenderError, RenderRequest, Rendered, RendererView,
@@ -106,7 +106,7 @@ pub fn built_unit(library: &str, kind: UnitKind, unit: &str) -> LoadedUnit {
     let path = build_folder().join(file);
     assert!(path.exists(), "{} is missing: `cargo verify` builds it", path.display());
     let files = vec![Place::new(path, Origin::CommandLine)];
-    let search = SearchPath { files, ..SearchPath::default() };
+    let search = SearchPath { files, trust: Trust::everything(), ..SearchPath::default() };
     let registry = Registry::scan(&search);
     let found = registry.find(kind, unit).expect("the library has the unit");
     registry.load(&found).expect("the library loads")

@@ -7,7 +7,7 @@ use surfelshop_api::params::{Value, Values};
 use surfelshop_api::tool::{ColumnHeader, EditHeader};
 use surfelshop_api::{HostInfo, UnitKind};
 use surfelshop_cloud::{Buffer, Cloud, Column, ReadOptions};
-use surfelshop_engine::plugins::{LoadedUnit, Origin, Place, Registry, SearchPath};
+use surfelshop_engine::plugins::{LoadedUnit, Origin, Place, Registry, SearchPath, Trust};
 use surfelshop_tests::desk::Desk;
 use surfelshop_tests::stage;
 
@@ -22,7 +22,8 @@ fn tools() -> Vec<LoadedUnit> {
     let path = stage::build_folder().join(format!("{before}surfelshop_preparation{after}"));
     assert!(path.exists(), "{} is missing: `cargo verify` builds it", path.display());
     let files = vec![Place::new(path, Origin::CommandLine)];
-    let registry = Registry::scan(&SearchPath { files, ..SearchPath::default() });
+    let registry =
+        Registry::scan(&SearchPath { files, trust: Trust::everything(), ..SearchPath::default() });
     let load = |id: &&str| registry.load(&registry.find(UnitKind::Tool, id).unwrap()).unwrap();
     TOOLS.iter().map(load).collect()
 }

@@ -272,7 +272,7 @@ fn a_request_to_end_closes_the_window_and_is_no_crash() {
     let library = build_folder().join("examples").join(library);
     assert!(library.is_file(), "{} is not built; `cargo verify` builds it", library.display());
     let screen = Screen::start();
-    let options = ["--patience", "100", "--plugin", library.to_str().unwrap()];
+    let options = ["--patience", "100", "--trust", "--plugin", library.to_str().unwrap()];
     let mut program = Program::start_with(&screen, &scene, folder.path(), &options);
     // The renderer is at its first picture once its mark stands.
     let marks = folder.path().join("surfelshop/at-work");

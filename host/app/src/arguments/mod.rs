@@ -4,11 +4,13 @@ mod benchmark;
 mod checking;
 mod explaining;
 mod measuring;
+mod plugins;
 
 pub(crate) use benchmark::BenchArguments;
 pub(crate) use checking::CheckArguments;
 pub(crate) use explaining::ExplainArguments;
 pub(crate) use measuring::{CompareArguments, SweepArguments, options_of_pictures};
+pub(crate) use plugins::{NewArguments, NewKind, PluginFiles, PluginsAction, PluginsArguments};
 
 use crate::camera::CameraSpec;
 use crate::light_spec::LightSpec;
@@ -16,11 +18,9 @@ use crate::values::{self, Backdrop, OutputFile, Setting, Size};
 use clap::error::ErrorKind;
 use clap::{ArgAction, Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
-use std::time::Duration;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::probe::Mapping;
 use surfelshop_cloud::scene::Axis;
-use surfelshop_engine::plugins::Patience;
 
 /// Renders point clouds as surfaces of oriented discs (surfels), with renderers that are plugins.
 #[derive(Debug, Parser)]
@@ -299,28 +299,6 @@ pub(crate) struct LensArguments {
     pub(crate) zoom: f64,
 }
 
-/// Plugins beside the installed ones.
-#[derive(Clone, Debug, Default, Args)]
-pub(crate) struct PluginFiles {
-    /// A plugin file to use besides the installed ones; may be repeated.
-    ///
-    /// A plugin is a native library: using a renderer of it runs its code with your rights, as
-    /// starting a program does. Name only files you trust.
-    #[arg(long = "plugin", value_name = "FILE")]
-    pub(crate) plugin: Vec<PathBuf>,
-    /// How long the program waits for a plugin's own code before it gives it up [default: 10 to
-    /// start, 5 for a frame, 3 for a tool to stop].
-    #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
-    pub(crate) patience: Option<Duration>,
-}
-
-impl PluginFiles {
-    /// How long to wait for plugins.
-    pub(crate) fn patience(&self) -> Patience {
-        self.patience.map_or_else(Patience::default, Patience::of)
-    }
-}
-
 /// How surfels are drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum SurfelChoice {
@@ -366,29 +344,6 @@ pub(crate) struct InfoArguments {
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) report: ReportArguments,
-}
-
-#[derive(Debug, Args)]
-#[command(after_help = "Examples:
-  surfelshop plugins
-  surfelshop plugins list --plugin target/release/libmine.so --json
-No plugin's code runs: files are judged by their bytes.")]
-pub(crate) struct PluginsArguments {
-    #[command(subcommand)]
-    pub(crate) action: Option<PluginsAction>,
-    /// A plugin file to look at besides the installed ones; may be repeated.
-    #[arg(long = "plugin", value_name = "FILE", global = true)]
-    pub(crate) plugin: Vec<PathBuf>,
-    /// Print one JSON object with everything, and nothing else.
-    #[arg(long, global = true)]
-    pub(crate) json: bool,
-}
-
-/// What to do with plugins.
-#[derive(Clone, Copy, Debug, Subcommand)]
-pub(crate) enum PluginsAction {
-    /// List them; what happens without a word, too.
-    List,
 }
 
 #[derive(Debug, Args)]
@@ -496,13 +451,5 @@ mod tests {
         let Some(Command::Render(render)) = cli.command else { panic!("another command") };
         assert_eq!(render.picture.exposure.to_bits(), (-1.5f32).to_bits());
         assert_eq!(render.picture.light.len(), 1);
-    }
-
-    #[test]
-    fn list_is_the_only_word_behind_plugins() {
-        let parsed = |line: &str| Cli::try_parse_from(line.split(' '));
-        assert!(parsed("surfelshop plugins list --json").is_ok());
-        assert!(parsed("surfelshop plugins --json").is_ok());
-        assert!(parsed("surfelshop plugins eat").is_err());
     }
 }

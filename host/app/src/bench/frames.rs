@@ -39,7 +39,7 @@ struct Session<'a> {
 
 /// Measures frames and surfels alone.
 pub(super) fn run(arguments: &BenchArguments, given: &Given) -> anyhow::Result<()> {
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let variants = Variant::all(&arguments.strategies(given), &arguments.details());
     let mut session = Session {
         arguments,

@@ -42,7 +42,7 @@ struct Drawn {
 
 /// Measures growth.
 pub(super) fn run(arguments: &BenchArguments, given: &Given) -> anyhow::Result<()> {
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let variants = Variant::all(&arguments.strategies(given), &arguments.details());
     let picture = arguments.picture(Size([USUAL_SIDE; 2]))?;
     let staging = Staging::new(&picture, given, None, None)?;

@@ -75,7 +75,7 @@ struct Started<'a> {
 
 /// Measures starts.
 pub(super) fn run(arguments: &BenchArguments, given: &Given) -> anyhow::Result<()> {
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let variants = Variant::all(&arguments.strategies(given), &arguments.details());
     let named = renderers(arguments, &registry)?;
     let patience = arguments.plugins.patience();

@@ -32,7 +32,8 @@ pub(crate) fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
     }
     // A plugin that was named by its file is at hand as with --plugin.
     let files: Vec<PathBuf> = arguments.wanted.iter().filter_map(|text| file(text)).collect();
-    let given = arguments.plugins.plugin.iter().cloned().chain(files).collect::<Vec<_>>();
+    let mut given = arguments.plugins.clone();
+    given.plugin.extend(files);
     let registry = studio::registry(&given)?;
     let mut wanted = wanted(&registry, &arguments.wanted)?;
     // A kind without such a case has nothing to say.
@@ -136,12 +137,7 @@ fn wanted(registry: &Registry, typed: &[String]) -> anyhow::Result<Vec<UnitRef>>
     let mut all = Vec::new();
     for kind in KINDS {
         for (entry, manifest, unit) in registry.units(kind) {
-            all.push(UnitRef {
-                kind,
-                package: manifest.id.clone(),
-                id: unit.id.clone(),
-                path: entry.path.clone(),
-            });
+            all.push(entry.unit(manifest, unit));
         }
     }
     if typed.is_empty() {

@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result
     }
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let mut named = wanted::named(&registry, &arguments.renderer)?;
     let judge = judge(arguments, &registry, &mut named)?;
     keeps_reference(arguments, &judge, &named)?;

@@ -22,7 +22,7 @@ use surfelshop_engine::{Explanation, PassState, PassUse, RenderRequest};
 pub(crate) fn run(arguments: &ExplainArguments, given: &Given) -> anyhow::Result<()> {
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     let reference = staging::drawer(&registry, &arguments.renderer)?;
     if reference.kind != UnitKind::Renderer {
         bail!("-r {}: expected a renderer; a tracer has no graph", arguments.renderer);

@@ -30,7 +30,7 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &SweepArguments, given: &Given) -> anyhow::Result<()> {
-    let registry = studio::registry(&arguments.plugins.plugin)?;
+    let registry = studio::registry(&arguments.plugins)?;
     match (&arguments.renderer, &arguments.tool) {
         _ if arguments.reference.is_none() && arguments.reference_set.is_empty() => bail!(
             "say what errors are measured against: --reference, or --reference-set with what makes \

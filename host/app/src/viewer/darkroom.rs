@@ -18,7 +18,7 @@ use surfelshop_api::params::{ParamDecl, Values};
 use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::picture::Development;
-use surfelshop_engine::plugins::{Changed, Registry};
+use surfelshop_engine::plugins::{Changed, Contents, Registry};
 use surfelshop_engine::{Counters, Explanation, Image, PassReport};
 
 /// Where a picture is shown: a pane and which of its two sides.
@@ -149,6 +149,8 @@ pub(crate) enum Task {
     Arrived(Box<Arrived>),
     /// A renderer that was switched off is to be used again.
     SwitchOn(String),
+    /// What is trusted has changed; these contents are, until the window is closed.
+    Trust(Option<Contents>),
     /// A renderer is not to be used.
     Avoid(String),
     /// Nothing is shown at a place any more.

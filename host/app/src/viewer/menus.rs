@@ -1,17 +1,18 @@
 //! The menu, the keys that do the same, and the windows that menus open.
 
 use super::canvas;
-use super::darkroom::{Task, UnitConduct};
+use super::darkroom::Task;
 use super::dialogs::{open_dialog, save_cloud, save_scene, scene_dialog};
 use super::export;
 use super::history::State;
 use super::navigation;
+use super::plugin_list;
 use super::settings::Mode;
 use super::tool_window;
+use super::trust;
 use super::window::Window;
 use eframe::egui::{self, Context, Key, KeyboardShortcut, Modifiers, Ui};
 use surfelshop_api::UnitKind;
-use surfelshop_engine::plugins;
 
 /// Windows beside the panels, open or not.
 #[derive(Default)]
@@ -273,9 +274,10 @@ pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
     export::show(window, ctx);
     tool_window::show(window, ctx);
     ask_about_crash(window, ctx);
+    trust::ask(window, ctx);
     window.messages.show_all(ctx);
     let mut open = window.open_windows.plugins;
-    egui::Window::new("Plugins").open(&mut open).show(ctx, |ui| plugins(window, ui));
+    egui::Window::new("Plugins").open(&mut open).show(ctx, |ui| plugin_list::show(window, ui));
     window.open_windows.plugins = open;
     egui::Window::new("Mouse and keys").open(&mut window.open_windows.keys).show(ctx, |ui| {
         egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {
@@ -286,53 +288,6 @@ pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
             }
         });
     });
-}
-
-/// Every plugin with its state, and the renderers that failed.
-fn plugins(window: &mut Window, ui: &mut Ui) {
-    egui::Grid::new("plugins").num_columns(4).striped(true).show(ui, |ui| {
-        for title in ["package", "version", "state", "file"] {
-            ui.strong(title);
-        }
-        ui.end_row();
-        for entry in window.registry.entries() {
-            let (id, version, state) = match &entry.state {
-                plugins::State::Available(m) => {
-                    (m.id.clone(), m.version.clone(), "available".to_owned())
-                }
-                plugins::State::Shadowed { manifest: m, by } => {
-                    let state = format!("{} is used instead", by.display());
-                    (m.id.clone(), m.version.clone(), state)
-                }
-                plugins::State::Refused(reason) => (String::new(), String::new(), reason.clone()),
-            };
-            ui.label(id);
-            ui.label(version);
-            ui.label(state);
-            ui.label(entry.path.display().to_string());
-            ui.end_row();
-        }
-    });
-    let row = |ui: &mut Ui, unit: &UnitConduct| {
-        let row = ui.horizontal(|ui| {
-            ui.strong(&unit.renderer);
-            ui.label(&unit.text);
-            unit.off && ui.button("switch on").clicked()
-        });
-        row.inner
-    };
-    for unit in &window.conduct {
-        if row(ui, unit) {
-            window.darkroom.add(Task::SwitchOn(unit.renderer.clone()));
-        }
-    }
-    for shelf in [&mut window.tools.shelf, &mut window.measure.shelf] {
-        for unit in shelf.failures() {
-            if row(ui, &unit) {
-                shelf.switch_on(&window.registry, &unit.renderer);
-            }
-        }
-    }
 }
 
 /// Offers to go on without the plugin that was at work when the program crashed.

@@ -30,6 +30,7 @@ mod paint;
 mod pane;
 mod panels;
 mod parameters;
+mod plugin_list;
 mod presets;
 mod saving;
 mod scene_file;
@@ -41,6 +42,7 @@ mod surroundings;
 mod timings;
 mod tool_window;
 mod tools;
+mod trust;
 mod window;
 mod worker;
 

@@ -21,7 +21,7 @@ use crate::studio;
 use eframe::egui::{self, Context, Ui};
 use egui_tiles::Tree;
 use glam::DVec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -30,7 +30,7 @@ use surfelshop_api::params::ParamDecl;
 use surfelshop_api::{Camera, UnitKind};
 use surfelshop_cloud::scene::{Keyed, SceneFile, SceneView};
 use surfelshop_engine::Counters;
-use surfelshop_engine::plugins::{Crash, Mark, Marks, Registry};
+use surfelshop_engine::plugins::{Contents, Crash, Mark, Marks, Registry};
 
 /// The clouds on show.
 pub(crate) struct Shown {
@@ -103,6 +103,10 @@ pub(crate) struct Window {
     pub(crate) adaptive: bool,
     /// The axis that points upwards in the cloud.
     pub(crate) up: UpAxis,
+    /// Plugins from new places about which the user has not decided when asked.
+    pub(crate) undecided: BTreeSet<Contents>,
+    /// The list of trusted plugins, instead of the user's own.
+    pub(crate) trust_file: Option<PathBuf>,
     /// What there is to say.
     pub(crate) messages: Messages,
     /// The name typed for a preset.
@@ -126,7 +130,7 @@ pub(crate) struct Window {
 
 impl Window {
     pub(crate) fn new(ctx: &Context, arguments: &ViewerArguments) -> anyhow::Result<Self> {
-        let registry = studio::registry(&arguments.plugins.plugin)?;
+        let registry = studio::registry(&arguments.plugins)?;
         let wake = ctx.clone();
         let darkroom =
             Darkroom::open(arguments.device.clone(), arguments.plugins.clone(), move || {
@@ -171,6 +175,8 @@ impl Window {
             crash,
             adaptive: true,
             up: arguments.up,
+            undecided: BTreeSet::new(),
+            trust_file: arguments.plugins.trust_file.clone(),
             messages: Messages::default(),
             dialog: None,
             preset: String::new(),

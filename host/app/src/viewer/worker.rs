@@ -24,8 +24,7 @@ use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{ParamKind, Value};
 use surfelshop_engine::plugins::{
-    self, Conduct, Contents, LoadedUnit, Mark, Marks, Origin, Registry, SearchPath, Standing,
-    UnitRef, Watcher,
+    self, Conduct, Contents, LoadedUnit, Mark, Marks, Origin, Registry, Standing, UnitRef, Watcher,
 };
 use surfelshop_engine::{Explanation, RenderError, RenderRequest, RendererView};
 
@@ -103,9 +102,10 @@ impl Worker {
     ) -> Option<Self> {
         // Before the scan, so that nothing changes unseen between the two.
         let changes = queue.clone();
-        let search = SearchPath::standard(plugins.plugin.clone());
+        // Where trust cannot be read, the registry says so below.
+        let search = plugins.search().unwrap_or_default();
         let watcher = Watcher::start(&search, move |changed| changes.add(Task::Changed(changed)));
-        let opened = studio::registry(&plugins.plugin)
+        let opened = studio::registry(&plugins)
             .and_then(|registry| open(&device, &plugins).map(|studio| (studio, registry)));
         match opened {
             Ok((studio, registry)) => {
@@ -156,6 +156,10 @@ impl Worker {
                     self.file_changed(&changed.path);
                 }
                 Task::Changed(changed) => self.changed(&changed),
+                Task::Trust(once) => {
+                    self.plugins.trusted_once.extend(once);
+                    self.list_anew();
+                }
                 Task::Avoid(renderer) => self.avoided.push(renderer),
                 Task::Arriving(serial, fraction) => {
                     if self.arriving.is_meant(serial) {

@@ -1,6 +1,7 @@
 //! Where plugins lie: beside the program, in the user's folder, in `SURFELSHOP_PLUGINS` and where
 //! the command line says.
 
+use super::trust::Trust;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -50,20 +51,24 @@ pub struct SearchPath {
     pub folders: Vec<Place>,
     /// Files that are listed whatever they are; missing ones are listed as refused.
     pub files: Vec<Place>,
+    /// What of it may run.
+    pub trust: Trust,
 }
 
 impl SearchPath {
     /// The program's own folder and its `plugins`, the user's folder, the places in
-    /// `SURFELSHOP_PLUGINS`, and these files.
+    /// `SURFELSHOP_PLUGINS`, and these files; what of them may run.
     #[must_use]
-    pub fn standard(extra_files: Vec<PathBuf>) -> Self {
-        let mut search = Self::default();
+    pub fn standard(extra_files: Vec<PathBuf>, trust: Trust) -> Self {
+        let mut search = Self { trust, ..Self::default() };
         if let Some(folder) = std::env::current_exe().ok().as_deref().and_then(Path::parent) {
             let origin = Origin::BesideProgram;
             search.folders.push(Place { shared: true, ..Place::new(folder, origin) });
             search.folders.push(Place::new(folder.join("plugins"), origin));
+            search.trust.own_folder(folder);
+            search.trust.own_folder(&folder.join("plugins"));
         }
-        if let Some(folder) = user_folder(|name| std::env::var_os(name)) {
+        if let Some(folder) = user_plugins_folder() {
             search.folders.push(Place::new(folder, Origin::UserFolder));
         }
         if let Some(list) = std::env::var_os(VARIABLE) {
@@ -133,7 +138,12 @@ fn has_library_extension(path: &Path) -> bool {
     extension.is_some_and(|e| ["so", "dylib", "dll"].iter().any(|l| e.eq_ignore_ascii_case(l)))
 }
 
-/// The folder for plugins among the user's data; `None` where the system names none.
+/// The folder for the user's own plugins; `None` where the system names none.
+#[must_use]
+pub fn user_plugins_folder() -> Option<PathBuf> {
+    user_folder(|name| std::env::var_os(name))
+}
+
 fn user_folder(variable: impl Fn(&str) -> Option<OsString>) -> Option<PathBuf> {
     let base = Base {
         windows: ("APPDATA", "Surfelshop"),
@@ -250,6 +260,7 @@ mod tests {
                 Place::new(beside.path(), Origin::BesideProgram),
             ],
             files: vec![Place::new(beside.path().join("b.so"), Origin::CommandLine)],
+            ..SearchPath::default()
         };
         let found: Vec<(Origin, PathBuf)> =
             search.candidates().into_iter().map(|place| (place.origin, place.path)).collect();

@@ -1,13 +1,16 @@
 //! Finds a unit by the name a person types.
 
+use super::inspect::Contents;
 use super::registry::{Registry, lossy};
+use super::trust::Standing;
 use serde::Serialize;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use surfelshop_api::UnitKind;
 
-/// A unit of a plugin file, found and not loaded.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
+/// A unit of a plugin file, found and not loaded. Two are the same where they name the same unit of the
+/// same file, whatever the file holds.
+#[derive(Clone, Debug, Serialize)]
 pub struct UnitRef {
     /// What the unit is.
     pub kind: UnitKind,
@@ -18,7 +21,34 @@ pub struct UnitRef {
     /// The file that exports it.
     #[serde(serialize_with = "lossy")]
     pub path: PathBuf,
+    /// Its contents when it was found.
+    #[serde(skip)]
+    pub judged: Contents,
+    /// Whether its code may run.
+    #[serde(skip)]
+    pub trust: Standing,
 }
+
+impl UnitRef {
+    /// A unit by its names alone, which nobody trusts.
+    #[must_use]
+    pub fn named(kind: UnitKind, package: &str, id: &str, path: impl Into<PathBuf>) -> Self {
+        let (package, id, path) = (package.to_owned(), id.to_owned(), path.into());
+        Self { kind, package, id, path, judged: Contents::default(), trust: Standing::New }
+    }
+
+    fn names(&self) -> (UnitKind, &str, &str, &Path) {
+        (self.kind, &self.package, &self.id, &self.path)
+    }
+}
+
+impl PartialEq for UnitRef {
+    fn eq(&self, other: &Self) -> bool {
+        self.names() == other.names()
+    }
+}
+
+impl Eq for UnitRef {}
 
 impl fmt::Display for UnitRef {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -98,12 +128,7 @@ impl Registry {
             .filter(move |(_, manifest, unit)| {
                 unit.id == id && package.is_none_or(|package| manifest.id == package)
             })
-            .map(|(entry, manifest, unit)| UnitRef {
-                kind: unit.kind,
-                package: manifest.id.clone(),
-                id: unit.id.clone(),
-                path: entry.path.clone(),
-            })
+            .map(|(entry, manifest, unit)| entry.unit(manifest, unit))
     }
 
     fn unknown(&self, kind: UnitKind, name: &str) -> FindError {

@@ -1,9 +1,9 @@
 //! Judges a plugin file by its bytes, before any of its code runs.
 
 use super::binary::{self, Library};
+use sha2::{Digest as _, Sha256};
 use std::fmt;
 use std::fs::File;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{self, Read};
 use std::path::Path;
 use surfelshop_api::abi::table::{self, PluginTable};
@@ -13,12 +13,9 @@ use surfelshop_api::manifest::{self, HEADER_LEN, MAX_TEXT_LEN, Manifest, Refusal
 pub const MAX_FILE_LEN: u64 = 1 << 30;
 
 /// What tells one state of a file from another: its contents rather than the time of its change,
-/// since a copy may keep the time of its source.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Contents {
-    len: u64,
-    digest: u64,
-}
+/// since a copy may keep the time of its source. It is their SHA-256, since trust is given to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Contents([u8; 32]);
 
 impl Contents {
     /// Those of a file as it is now; files that cannot be read are all alike.
@@ -28,15 +25,28 @@ impl Contents {
     }
 
     pub(super) fn of(bytes: &[u8]) -> Self {
-        let mut hasher = DefaultHasher::new();
-        bytes.hash(&mut hasher);
-        Self { len: bytes.len() as u64, digest: hasher.finish() }
+        Self(Sha256::digest(bytes).into())
+    }
+
+    /// Those of a written SHA-256: 64 hexadecimal digits.
+    #[must_use]
+    pub fn from_sha256(text: &str) -> Option<Self> {
+        let mut digest = [0; 32];
+        let pairs = text.as_bytes().chunks_exact(2);
+        if text.len() != 64 || !text.bytes().all(|byte| byte.is_ascii_hexdigit()) {
+            return None;
+        }
+        for (byte, pair) in digest.iter_mut().zip(pairs) {
+            *byte = u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok()?;
+        }
+        Some(Self(digest))
     }
 }
 
+/// The SHA-256, in hexadecimal digits.
 impl fmt::Display for Contents {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:016x}", self.digest)
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
     }
 }
 
@@ -115,13 +125,14 @@ pub enum Refused {
     Manifest(Refusal),
 }
 
-/// Reads the manifest of a plugin file without loading it.
+/// Reads the manifest of a plugin file without loading it, and its contents.
 ///
 /// # Errors
 /// Where the file is not a whole plugin for this host; says what was expected and found, without
 /// naming the file.
-pub fn inspect(path: &Path) -> Result<Manifest, Refused> {
-    inspect_bytes(&read(path)?)
+pub fn inspect(path: &Path) -> Result<(Manifest, Contents), Refused> {
+    let bytes = read(path)?;
+    Ok((inspect_bytes(&bytes)?, Contents::of(&bytes)))
 }
 
 /// The contents of a plugin file.
@@ -186,13 +197,22 @@ fn malformed(what: impl Into<String>) -> Refused {
     Refused::Manifest(Refusal::Malformed(what.into()))
 }
 
+/// Whether a text can be the id of a package: 1 to 128 ASCII letters, digits, `-`, `_` and `.`.
+#[must_use]
+pub fn is_package_id(text: &str) -> bool {
+    let allowed = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+    !text.is_empty() && text.len() <= 128 && text.bytes().all(allowed)
+}
+
+/// Whether a text can be the id of a unit.
+fn is_unit_id(text: &str) -> bool {
+    let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+    !text.is_empty() && text.len() <= 128 && text.bytes().all(allowed)
+}
+
 /// Refuses names that could not be typed or that would disturb a terminal.
 fn check_names(manifest: &Manifest) -> Result<(), Refused> {
-    let is_id = |id: &str, more: &str| {
-        let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || more.contains(c);
-        !id.is_empty() && id.len() <= 128 && id.chars().all(allowed)
-    };
-    if !is_id(&manifest.id.to_ascii_lowercase(), "-_.") {
+    if !is_package_id(&manifest.id) {
         let id = manifest.id.escape_debug();
         return Err(malformed(format!("`{id}` is no package id such as org.example.mine")));
     }
@@ -203,7 +223,7 @@ fn check_names(manifest: &Manifest) -> Result<(), Refused> {
         return Err(malformed(format!("its text \"{text}\" has control characters")));
     }
     for (i, unit) in manifest.units.iter().enumerate() {
-        if !is_id(&unit.id, "-") {
+        if !is_unit_id(&unit.id) {
             let id = unit.id.escape_debug();
             return Err(malformed(format!("`{id}` is no unit id: a-z, 0-9 and - are allowed")));
         }

@@ -1,7 +1,7 @@
 //! Brings units into memory.
 //!
-//! Lifecycle: read the file again (it may have changed since the scan); inspect those bytes;
-//! write them to a private copy; load that; check the function table; ask the unit to describe
+//! Lifecycle: read the file again (it may have changed since the scan); ask whether these bytes are
+//! trusted; inspect them; write them to a private copy; load that; check the function table; ask the unit to describe
 //! itself. All of it happens on a thread of its own, which is abandoned where initialisers or the
 //! description take too long. Libraries stay loaded until the process ends, and units of one
 //! package share one.
@@ -12,6 +12,7 @@ use super::inspect::{Contents, Refused, inspect_bytes, read};
 use super::open::{OpenError, open};
 use super::patience::{Patience, within};
 use super::registry::Registry;
+use super::trust::Standing;
 use std::collections::HashMap;
 use std::fmt;
 use std::io;
@@ -41,6 +42,18 @@ pub enum LoadError {
         unit: Box<UnitRef>,
         /// What the file exports instead.
         found: String,
+    },
+    /// Nobody has said that its code may run.
+    #[error(
+        "{unit} is {what}, and a plugin can do all that you can: to use it once add --trust, to trust it \
+         from now on run `surfelshop plugins trust {file}`",
+        file = .unit.path.display()
+    )]
+    Untrusted {
+        /// The unit asked for.
+        unit: Box<UnitRef>,
+        /// What is new about it.
+        what: &'static str,
     },
     /// The copy to load could not be written.
     #[error("{unit} could not be copied to the folder for temporary files: {error}")]
@@ -102,6 +115,7 @@ impl LoadError {
             }
             Self::Refused { .. }
             | Self::Replaced { .. }
+            | Self::Untrusted { .. }
             | Self::Copy { .. }
             | Self::Open { .. }
             | Self::Static { .. } => None,
@@ -248,6 +262,13 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     let bytes = read(&unit.path).map_err(refused)?;
     let path = unit.path.canonicalize().unwrap_or_else(|_| unit.path.clone());
     let contents = Contents::of(&bytes);
+    if !unit.trust.allows(unit.judged, contents) {
+        let what = match unit.trust {
+            Standing::Build => "another build than the one that you trust",
+            _ => "from a place that is new here",
+        };
+        return Err(LoadError::Untrusted { unit: Box::new(unit.clone()), what });
+    }
     // Values are only ever added whole, so both are sound even if a thread died holding the lock.
     let slots = SLOTS.lock();
     let slot =

@@ -183,8 +183,7 @@ mod tests {
     use surfelshop_api::UnitKind;
 
     fn unit(id: &str) -> UnitRef {
-        let (package, path) = ("org.example".to_owned(), "/plugins/li\nb.so".into());
-        UnitRef { kind: UnitKind::Renderer, package, id: id.to_owned(), path }
+        UnitRef::named(UnitKind::Renderer, "org.example", id, "/plugins/li\nb.so")
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! What was found: the plugins at hand, and the files that were refused with the reason.
 
 use super::discover::{Origin, SearchPath};
-use super::inspect::{Refused, inspect};
+use super::find::UnitRef;
+use super::inspect::{Contents, Refused, inspect_bytes, read};
+use super::trust::Standing;
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -34,6 +36,11 @@ pub struct Entry {
     pub path: PathBuf,
     /// Who named the place.
     pub origin: Origin,
+    /// Its contents, where it could be read.
+    #[serde(serialize_with = "written")]
+    pub contents: Contents,
+    /// Whether its code may run.
+    pub trust: Standing,
     /// What became of it.
     pub state: State,
 }
@@ -46,6 +53,31 @@ impl Entry {
             State::Available(manifest) => Some(manifest),
             State::Shadowed { .. } | State::Refused(_) => None,
         }
+    }
+
+    /// What the file says of itself, where it is a good plugin.
+    #[must_use]
+    pub fn manifest(&self) -> Option<&Manifest> {
+        match &self.state {
+            State::Available(manifest) | State::Shadowed { manifest, .. } => Some(manifest),
+            State::Refused(_) => None,
+        }
+    }
+
+    /// A unit of it.
+    #[must_use]
+    pub fn unit(&self, manifest: &Manifest, unit: &UnitEntry) -> UnitRef {
+        UnitRef {
+            judged: self.contents,
+            trust: self.trust,
+            ..UnitRef::named(unit.kind, &manifest.id, &unit.id, &self.path)
+        }
+    }
+
+    /// Whether it could be used if somebody said yes to it.
+    #[must_use]
+    pub fn asks_for_trust(&self) -> bool {
+        self.available().is_some() && self.trust == Standing::New
     }
 
     /// Why the file was refused, after its path.
@@ -71,7 +103,9 @@ impl Registry {
     pub fn scan(search: &SearchPath) -> Self {
         let mut entries = Vec::new();
         for place in search.candidates() {
-            let state = match inspect(&place.path) {
+            let bytes = read(&place.path);
+            let contents = bytes.as_deref().map(Contents::of).unwrap_or_default();
+            let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
                 Ok(manifest) => State::Available(manifest),
                 Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
                 Err(refused) => {
@@ -79,7 +113,8 @@ impl Registry {
                     State::Refused(refused.to_string())
                 }
             };
-            entries.push(Entry { path: place.path, origin: place.origin, state });
+            let trust = search.trust.standing(&place, contents);
+            entries.push(Entry { path: place.path, origin: place.origin, contents, trust, state });
         }
         shadow_duplicates(&mut entries);
         Self { entries }
@@ -112,6 +147,10 @@ fn shadow_duplicates(entries: &mut [Entry]) {
             used.insert(manifest.id.clone(), entry.path.clone());
         }
     }
+}
+
+fn written<S: Serializer>(contents: &Contents, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(contents)
 }
 
 /// Paths need not be UTF-8; lists show what can be shown.

@@ -40,7 +40,7 @@ pub(crate) const OLD: &str = "what stood there before\n";
 /// Bakes `in.ply` to `out.ply` with the faulty plugin.
 fn bake(desk: &Desk, arguments: &str) -> Ended {
     let plugin = faulty();
-    let line = ["bake", "in.ply", "-o", "out.ply", "--plugin", &plugin];
+    let line = ["bake", "in.ply", "-o", "out.ply", "--trust", "--plugin", &plugin];
     desk.run_with(&line.into_iter().chain(arguments.split_whitespace()).collect::<Vec<_>>())
 }
 
@@ -103,7 +103,17 @@ fn a_scene_with_one_cloud_is_baked_where_it_stands() {
     desk.put("b.scene.toml", &format!("format = 1\n{cloud}{cloud}"));
     let plugin = faulty();
     let bake = |scene| {
-        desk.run_with(&["bake", scene, "-t", "stages-ao", "-o", "new.ply", "--plugin", &plugin])
+        desk.run_with(&[
+            "bake",
+            scene,
+            "-t",
+            "stages-ao",
+            "-o",
+            "new.ply",
+            "--trust",
+            "--plugin",
+            &plugin,
+        ])
     };
     bake("b.scene.toml").failed(&["b.scene.toml", "shows one cloud, found 2"]);
     bake("a.scene.toml").done();
@@ -122,7 +132,7 @@ fn mistakes_are_found_before_anything_runs() {
     bake(&desk, "-t scatters -t stages-ao --set seed=1").failed(&["say scatters:seed=1"]);
     bake(&desk, "").misused(&["--tool"]);
     assert_untouched(&desk);
-    let line = ["bake", "in.ply", "-t", "stages-ao", "--plugin", &faulty(), "-o"];
+    let line = ["bake", "in.ply", "-t", "stages-ao", "--trust", "--plugin", &faulty(), "-o"];
     let to = |out: &str| desk.run_with(&[&line[..], &[out]].concat());
     to("out.xyz").misused(&["ending in .ply, found .xyz"]);
     to("no/out.ply").failed(&["no such folder"]);
@@ -149,7 +159,8 @@ fn the_input_may_be_the_output() {
     let desk = Desk::new();
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
     let plugin = faulty();
-    let line = ["bake", "one.ply", "-t", "stages-ao", "-o", "one.ply", "--plugin", &plugin];
+    let line =
+        ["bake", "one.ply", "-t", "stages-ao", "-o", "one.ply", "--trust", "--plugin", &plugin];
     desk.run_with(&line).done();
     desk.run_with(&line).done();
     assert_eq!(desk.files(), ["one.ply"]);

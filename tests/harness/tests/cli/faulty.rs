@@ -20,7 +20,9 @@ fn assert_fails_alone(unit: &str, words: &[&str]) {
     let plugin = fixture("faulty");
     let render = |unit: &str| {
         let arguments = ["render", "one.ply", "-o", "a.png", "--size", "16", "-r", unit];
-        desk.run_with(&[&arguments[..], &["--plugin", &plugin, "--patience", "2"]].concat())
+        desk.run_with(
+            &[&arguments[..], &["--trust", "--plugin", &plugin, "--patience", "2"]].concat(),
+        )
     };
     let started = Instant::now();
     render(unit).failed(words);
@@ -51,7 +53,7 @@ fn a_plugin_that_never_ends_does_not_keep_the_program() {
     let desk = Desk::new();
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
     let arguments = ["render", "one.ply", "-o", "a.exr", "--output", "depth", "--size", "16"];
-    let plugin = ["-r", "hangs-in-drop", "--plugin", &fixture("faulty")];
+    let plugin = ["-r", "hangs-in-drop", "--trust", "--plugin", &fixture("faulty")];
     desk.run_with(&[&arguments[..], &plugin].concat()).done();
 }
 
@@ -61,7 +63,7 @@ fn a_library_that_is_never_done_loading_is_given_up() {
     let desk = Desk::new();
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
     let arguments = ["render", "one.ply", "-o", "a.png", "--size", "16", "-r", "fine"];
-    let plugin = ["--plugin", &fixture("sleeper"), "--patience", "2"];
+    let plugin = ["--trust", "--plugin", &fixture("sleeper"), "--patience", "2"];
     let ended = desk.run_with(&[&arguments[..], &plugin].concat());
     ended.failed(&["test.sleeper/fine", "while it was loaded", "did not answer within 2 s"]);
 }
@@ -93,7 +95,7 @@ fn a_named_plugin_that_is_no_good_is_not_passed_over() {
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 1.0)]);
     let arguments = ["render", "one.ply", "-o", "a.png", "--size", "16", "-r", "flat"];
     for file in ["nowhere.so", "one.ply"] {
-        desk.run_with(&[&arguments[..], &["--plugin", file]].concat()).failed(&[file]);
+        desk.run_with(&[&arguments[..], &["--trust", "--plugin", file]].concat()).failed(&[file]);
         assert_eq!(desk.files(), ["one.ply"]);
     }
 }

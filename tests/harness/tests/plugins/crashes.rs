@@ -19,7 +19,7 @@ fn live_program() {
     let marks = Marks::in_folder(folder);
     assert_eq!(marks.crashed_last_time(), None, "programs that run do not count");
     let (package, path) = ("org.example".to_owned(), PathBuf::from("/somewhere/lib.so"));
-    let unit = UnitRef { kind: UnitKind::Renderer, package, id: id.clone(), path };
+    let unit = UnitRef::named(UnitKind::Renderer, &package, &id, path);
     let mark = marks.leave(&unit).unwrap();
     let loaded = load(UnitKind::Renderer, &id);
     let patience = Patience::of(Duration::from_millis(300));
@@ -61,12 +61,7 @@ fn programs_that_end_well_leave_nothing() {
 #[test]
 fn programs_side_by_side_do_not_count_as_crashed() {
     let folder = tempfile::tempdir().unwrap();
-    let own = UnitRef {
-        kind: UnitKind::Renderer,
-        package: "org.example".to_owned(),
-        id: "own".to_owned(),
-        path: PathBuf::new(),
-    };
+    let own = UnitRef::named(UnitKind::Renderer, "org.example", "own", PathBuf::new());
     let mark = Marks::in_folder(folder.path()).leave(&own).unwrap();
     thread::scope(|scope| {
         for _ in 0..4 {

@@ -9,7 +9,7 @@ use surfelshop_engine::plugins::{Origin, Place, Registry, inspect, inspect_bytes
 
 #[test]
 fn the_library_itself_is_accepted() {
-    let manifest = inspect(&faulty()).unwrap();
+    let (manifest, _) = inspect(&faulty()).unwrap();
     assert_eq!(manifest.id, crate::fixture::FAULTY);
     assert_eq!((manifest.abi_major, manifest.abi_minor), (ABI_MAJOR, ABI_MINOR));
     assert!(manifest.units.iter().any(|unit| unit.id == "fine"));

@@ -7,7 +7,9 @@ use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::{
     Camera, FrameRequest, HostInfo, Projection, Scene, UnitKind, View, glam::DVec3,
 };
-use surfelshop_engine::plugins::{Entry, LoadedUnit, Origin, Place, Registry, SearchPath, State};
+use surfelshop_engine::plugins::{
+    Entry, LoadedUnit, Origin, Place, Registry, SearchPath, State, Trust,
+};
 use tempfile::TempDir;
 
 /// Package id of [`faulty`].
@@ -96,7 +98,7 @@ impl Shelf {
     /// A search path with this folder alone.
     pub(crate) fn search(&self) -> SearchPath {
         let folders = vec![Place::new(self.path(), Origin::UserFolder)];
-        SearchPath { folders, files: Vec::new() }
+        SearchPath { folders, trust: Trust::everything(), ..SearchPath::default() }
     }
 
     /// What is in the folder.
@@ -160,7 +162,7 @@ pub(crate) fn load(kind: UnitKind, id: &str) -> LoadedUnit {
 /// [`faulty`] as named on the command line.
 pub(crate) fn faulty_registry() -> Registry {
     let files = vec![Place::new(faulty(), Origin::CommandLine)];
-    Registry::scan(&SearchPath { folders: Vec::new(), files })
+    Registry::scan(&SearchPath { files, trust: Trust::everything(), ..SearchPath::default() })
 }
 
 /// A small frame.

@@ -3,7 +3,7 @@
 use crate::fixture::{FAULTY, Shelf, assert_good_plugin_works, entry, faulty, faulty_bytes, rival};
 use std::path::PathBuf;
 use surfelshop_api::UnitKind;
-use surfelshop_engine::plugins::{Origin, Place, Registry, SearchPath, State};
+use surfelshop_engine::plugins::{Origin, Place, Registry, SearchPath, State, Trust};
 
 fn paths(registry: &Registry) -> Vec<PathBuf> {
     registry.entries().iter().map(|entry| entry.path.clone()).collect()
@@ -114,7 +114,7 @@ fn subfolders_and_other_names_are_not_searched() {
 
 #[test]
 fn standard_places_take_explicit_files_last() {
-    let search = SearchPath::standard(vec![rival()]);
+    let search = SearchPath::standard(vec![rival()], Trust::everything());
     assert_eq!(search.files.last(), Some(&Place::new(rival(), Origin::CommandLine)));
     let beside = std::env::current_exe().unwrap().parent().unwrap().to_owned();
     assert_eq!(search.folders[0].path, beside);

@@ -6,7 +6,7 @@ use surfelshop_api::UnitKind;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_engine::plugins::{
-    LoadedUnit, Origin, Patience, Place, Registry, SearchPath, UnitRef,
+    LoadedUnit, Origin, Patience, Place, Registry, SearchPath, Trust, UnitRef,
 };
 use surfelshop_engine::tools::{Done, Ended, Running, ToolOptions};
 use surfelshop_tests::stage::build_folder;
@@ -21,7 +21,8 @@ pub(crate) fn tool(id: &str) -> (UnitRef, LoadedUnit) {
     let path = build_folder().join("examples").join(format!("{prefix}faulty{suffix}"));
     assert!(path.is_file(), "{} is not built; `cargo verify` builds it", path.display());
     let files = vec![Place::new(path, Origin::CommandLine)];
-    let registry = Registry::scan(&SearchPath { folders: Vec::new(), files });
+    let registry =
+        Registry::scan(&SearchPath { files, trust: Trust::everything(), ..SearchPath::default() });
     let reference = registry.find(UnitKind::Tool, id).unwrap();
     let unit = registry.load(&reference).unwrap_or_else(|error| panic!("{error}"));
     (reference, unit)

@@ -28,7 +28,12 @@ fn with_panel(renderer: &str) -> Screen {
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
         // For a tracer that must be left behind; the others stop at once.
-        plugins: PluginFiles { plugin, patience: Some(Duration::from_secs(5)) },
+        plugins: PluginFiles {
+            plugin,
+            trust: true,
+            patience: Some(Duration::from_secs(5)),
+            ..PluginFiles::default()
+        },
         device: DeviceArguments::default(),
     });
     // High enough that the whole panel lies within it.

@@ -32,7 +32,7 @@ fn built_plugins() -> PluginFiles {
     let plugin = ["flat", "ewa_phong", "environment", "procedural"]
         .map(|id| file(&format!("surfelshop_{id}")));
     let plugin = plugin.to_vec();
-    PluginFiles { plugin, patience: None }
+    PluginFiles { plugin, trust: true, ..PluginFiles::default() }
 }
 
 /// A window over files, and the means to use it.

@@ -18,7 +18,11 @@ fn rebuilt_plugins_take_over_and_broken_ones_do_not() {
     let arguments = ViewerArguments {
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
-        plugins: PluginFiles { plugin: built.iter().map(file_of).collect(), patience: None },
+        plugins: PluginFiles {
+            plugin: built.iter().map(file_of).collect(),
+            trust: true,
+            ..PluginFiles::default()
+        },
         device: DeviceArguments::default(),
     };
     let mut screen = Screen::with(&arguments);
@@ -122,7 +126,12 @@ fn showing_fine(folder: &Path) -> (Screen, PathBuf) {
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
         // Long enough for what is in order, also where tests run beside each other.
-        plugins: PluginFiles { plugin, patience: Some(Duration::from_secs(3)) },
+        plugins: PluginFiles {
+            plugin,
+            trust: true,
+            patience: Some(Duration::from_secs(3)),
+            ..PluginFiles::default()
+        },
         device: DeviceArguments::default(),
     });
     screen.window().settings.panes[0].renderers[0] = "fine".to_owned();
@@ -248,7 +257,7 @@ fn a_renderer_that_was_switched_off_comes_back_with_a_good_build() {
     let mut screen = Screen::with(&ViewerArguments {
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
-        plugins: PluginFiles { plugin, patience: None },
+        plugins: PluginFiles { plugin, trust: true, ..PluginFiles::default() },
         device: DeviceArguments::default(),
     });
     screen.window().settings.panes[0].renderers[0] = "fine".to_owned();

@@ -5,14 +5,12 @@ use crate::viewer::darkroom::{News, Order, Place, Print, Shot};
 use std::time::Instant;
 use surfelshop_api::FrameRequest;
 use surfelshop_engine::RendererView;
-use surfelshop_engine::plugins::{Changed, Registry, SearchPath};
+use surfelshop_engine::plugins::{Changed, Registry};
 
 impl Worker {
     /// Puts rebuilt renderers to use, and lists the plugins anew.
     pub(super) fn changed(&mut self, changed: &Changed) {
-        // Here a file of the command line that is no good is listed as such and no failure.
-        self.registry = Registry::scan(&SearchPath::standard(self.plugins.plugin.clone()));
-        self.teller.tell(News::Plugins(self.registry.clone()));
+        self.list_anew();
         if !changed.exists {
             return;
         }
@@ -41,6 +39,18 @@ impl Worker {
                     self.in_use.insert(place, old);
                 }
             }
+        }
+    }
+
+    /// Lists the plugins anew: files, or what of them is trusted, may have changed.
+    pub(super) fn list_anew(&mut self) {
+        match self.plugins.search() {
+            // Here a file of the command line that is no good is listed as such and no failure.
+            Ok(search) => {
+                self.registry = Registry::scan(&search);
+                self.teller.tell(News::Plugins(self.registry.clone()));
+            }
+            Err(error) => self.teller.tell(News::Message(format!("{error:#}"))),
         }
     }
 

@@ -1,14 +1,18 @@
-//! `surfelshop plugins`: what is installed, what was refused and why. Runs no plugin's code.
+//! `surfelshop plugins list`: what is installed, whether it may run, and what was refused and why.
 
+use super::{TrustFile, api_range, author, licence, named};
 use crate::arguments::PluginsArguments;
 use crate::terminal;
 use serde_json::{Value, json};
 use surfelshop_api::manifest::Manifest;
-use surfelshop_engine::plugins::{Entry, Origin, Place, Registry, SearchPath, State};
+use surfelshop_engine::plugins::{
+    Entry, Origin, Place, Registry, SearchPath, State, TrustStanding,
+};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &PluginsArguments) -> anyhow::Result<()> {
-    let search = SearchPath::standard(arguments.plugin.clone());
+    let list = TrustFile::named(arguments.trust_file.as_deref())?;
+    let search = SearchPath::standard(arguments.plugin.clone(), list.trust());
     let registry = Registry::scan(&search);
     if arguments.json {
         return terminal::json(&json!({
@@ -62,6 +66,8 @@ fn object(entry: &Entry) -> Value {
         "origin": entry.origin,
         "state": state,
         "reason": reason,
+        "sha256": entry.contents.to_string(),
+        "trust": entry.trust,
         "manifest": manifest,
     })
 }
@@ -71,20 +77,37 @@ fn text(entry: &Entry) -> String {
     match &entry.state {
         State::Available(manifest) => available(manifest, entry),
         State::Shadowed { manifest, by } => {
-            let Manifest { id, version, .. } = manifest;
-            format!("{id} {version}\n  file      {path}\n  not used  replaced by {}", by.display())
+            let by = by.display();
+            format!("{}\n  file      {path}\n  not used  replaced by {by}", named(manifest))
         }
         State::Refused(reason) => format!("refused: {path} {reason}"),
     }
 }
 
 fn available(manifest: &Manifest, entry: &Entry) -> String {
-    let Manifest { id, version, abi_major, abi_minor, .. } = manifest;
-    let mut text = format!("{id} {version}\n  file      {}", entry.path.display());
-    text += &format!("\n  found     {}, ABI {abi_major}.{abi_minor}", origin(entry.origin));
+    let Manifest { id, version, .. } = manifest;
+    let mut text = format!("{id} {version}");
+    let mut row = |what: &str, is: &str| text += &format!("\n  {what:<9} {is}");
+    row("file", &entry.path.display().to_string());
+    row("sha256", &entry.contents.to_string());
+    row("found", origin(entry.origin));
+    row("trusted", trusted(entry.trust));
+    row("api", &api_range(manifest));
+    row("by", &author(manifest));
+    row("licence", licence(manifest));
     for unit in &manifest.units {
-        let word = unit.kind.word();
-        text += &format!("\n  {word:<9} {} ({}): {}", unit.id, unit.title, unit.summary);
+        row(unit.kind.word(), &format!("{} ({}): {}", unit.id, unit.title, unit.summary));
     }
     text
+}
+
+/// Whether a file may run, and why.
+pub(crate) fn trusted(standing: TrustStanding) -> &'static str {
+    match standing {
+        TrustStanding::OfProgram => "yes, it came with the program",
+        TrustStanding::Build => "yes, this build",
+        TrustStanding::Place => "yes, whatever is built there",
+        TrustStanding::Once => "yes, this once",
+        TrustStanding::New => "no: its code runs after `surfelshop plugins trust`, or with --trust",
+    }
 }

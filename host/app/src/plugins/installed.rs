@@ -1,0 +1,91 @@
+//! `surfelshop plugins add` and `remove`: the user's own folder.
+
+use super::{TrustFile, inspected, named};
+use crate::arguments::PluginsArguments;
+use crate::{files, terminal};
+use anyhow::{Context as _, anyhow, bail, ensure};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use surfelshop_engine::plugins::{Entry, Origin, Place, Registry, SearchPath, user_plugins_folder};
+
+fn folder() -> anyhow::Result<PathBuf> {
+    user_plugins_folder().ok_or_else(|| {
+        anyhow!(
+            "this system names no folder for your own plugins (HOME is not set); use --plugin FILE"
+        )
+    })
+}
+
+/// Copies plugins into the user's folder and trusts them.
+pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Result<()> {
+    let folder = folder()?;
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let list_path = arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
+    let mut list = TrustFile::read_or_new(&list_path)?;
+    let mut added = Vec::new();
+    for file in given {
+        let (manifest, contents) = inspected(file)?;
+        let name = file.file_name().context("a plugin file has a name")?;
+        let target = folder.join(name);
+        let bytes =
+            std::fs::read(file).with_context(|| format!("{}: cannot be read", file.display()))?;
+        files::write_whole(&target, &bytes)?;
+        let (_, copied) = inspected(&target)?;
+        ensure!(copied == contents, "{}: the file changed while it was copied", file.display());
+        list.add(&target, &manifest, contents, false)?;
+        added.push((target, manifest));
+    }
+    list.write(&list_path)?;
+    if arguments.json {
+        return terminal::json(&json!({
+            "command": "plugins add",
+            "added": added.iter().map(|(file, manifest)| json!({
+                "file": file.display().to_string(),
+                "manifest": manifest,
+            })).collect::<Vec<_>>(),
+        }));
+    }
+    for (file, manifest) in added {
+        let units = manifest.units.iter().map(|unit| format!("{} {}", unit.kind.word(), unit.id));
+        let units = units.collect::<Vec<_>>().join(", ");
+        terminal::line(format!("{}: {units}\n  file      {}", named(&manifest), file.display()))?;
+    }
+    Ok(())
+}
+
+/// Removes plugins from the user's folder.
+pub(super) fn remove(arguments: &PluginsArguments, what: &[String]) -> anyhow::Result<()> {
+    let folder = folder()?;
+    let folders = vec![Place::new(&folder, Origin::UserFolder)];
+    let registry = Registry::scan(&SearchPath { folders, ..SearchPath::default() });
+    let mut removed = Vec::new();
+    for text in what {
+        let is_meant = |entry: &&Entry| {
+            let package = entry.manifest().is_some_and(|manifest| manifest.id == *text);
+            let file = entry.path.file_name() == Path::new(text).file_name();
+            package
+                || file && (Path::new(text).components().count() == 1 || same(&entry.path, text))
+        };
+        let meant: Vec<&Entry> = registry.entries().iter().filter(is_meant).collect();
+        if meant.is_empty() {
+            bail!("{text}: there is no such plugin in {}", folder.display());
+        }
+        removed.extend(meant.into_iter().map(|entry| entry.path.clone()));
+    }
+    removed.sort();
+    removed.dedup();
+    for path in &removed {
+        std::fs::remove_file(path)
+            .with_context(|| format!("{}: cannot be removed", path.display()))?;
+    }
+    let removed: Vec<String> = removed.iter().map(|path| path.display().to_string()).collect();
+    if arguments.json {
+        return terminal::json(&json!({ "command": "plugins remove", "removed": removed }));
+    }
+    terminal::line(format!("removed {}", removed.join(", ")))
+}
+
+fn same(path: &Path, text: &str) -> bool {
+    path.canonicalize().ok().is_some_and(|path| Path::new(text).canonicalize().ok() == Some(path))
+}

@@ -1,0 +1,334 @@
+//! `surfelshop plugins new`: a project that builds, loads and passes `check`, to be changed from there.
+
+use crate::arguments::{NewArguments, NewKind};
+use crate::terminal;
+use anyhow::{Context as _, bail, ensure};
+use serde_json::json;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::path::{Path, PathBuf};
+use surfelshop_engine::plugins::is_package_id;
+
+/// Names that Cargo or Rust would not take, or that would be taken for others.
+const TAKEN: [&str; 47] = [
+    "abstract",
+    "alloc",
+    "as",
+    "async",
+    "await",
+    "become",
+    "box",
+    "break",
+    "const",
+    "continue",
+    "core",
+    "crate",
+    "do",
+    "dyn",
+    "else",
+    "enum",
+    "extern",
+    "false",
+    "final",
+    "fn",
+    "for",
+    "gen",
+    "glam",
+    "if",
+    "impl",
+    "in",
+    "let",
+    "loop",
+    "macro",
+    "match",
+    "mod",
+    "move",
+    "mut",
+    "override",
+    "priv",
+    "proc-macro",
+    "pub",
+    "ref",
+    "return",
+    "self",
+    "serde",
+    "static",
+    "std",
+    "surfelshop-api",
+    "surfelshop-geometry",
+    "test",
+    "type",
+];
+
+/// A file of a template: where it goes, and its text.
+type File = (&'static str, &'static str);
+
+/// The files of every project.
+const COMMON: [File; 3] = [
+    ("Cargo.toml", include_str!("template/Cargo.toml.txt")),
+    ("README.md", include_str!("template/README.txt")),
+    (".gitignore", "/target\n"),
+];
+
+impl NewKind {
+    fn files(self) -> &'static [File] {
+        match self {
+            Self::Shading => &[
+                ("src/lib.rs", include_str!("template/shading/src/lib.rs")),
+                ("src/shade.wgsl", include_str!("template/shading/src/shade.wgsl")),
+            ],
+            Self::Graph => &[
+                ("src/lib.rs", include_str!("template/graph/src/lib.rs")),
+                ("src/shade.wgsl", include_str!("template/graph/src/shade.wgsl")),
+                ("src/measure.wgsl", include_str!("template/graph/src/measure.wgsl")),
+                ("src/edges.wgsl", include_str!("template/graph/src/edges.wgsl")),
+                ("src/ink.wgsl", include_str!("template/graph/src/ink.wgsl")),
+            ],
+            Self::Tool => &[("src/lib.rs", include_str!("template/tool/src/lib.rs"))],
+            Self::Tracer => &[("src/lib.rs", include_str!("template/tracer/src/lib.rs"))],
+        }
+    }
+
+    /// The crates of this project that it links.
+    fn crates(self) -> &'static [&'static str] {
+        match self {
+            Self::Shading | Self::Graph | Self::Tool => &["api"],
+            Self::Tracer => &["api", "geometry"],
+        }
+    }
+
+    fn what(self) -> &'static str {
+        match self {
+            Self::Shading => "A renderer of one WGSL function",
+            Self::Graph => "A renderer with a graph of its own",
+            Self::Tool => "A tool",
+            Self::Tracer => "A tracer, a renderer that computes pixels itself,",
+        }
+    }
+
+    /// The command that shows what it does.
+    fn look(self, name: &str, library: &str) -> String {
+        match self {
+            Self::Shading | Self::Graph => format!("surfelshop --plugin {library}"),
+            Self::Tool => {
+                format!("surfelshop bake scan.ply -t {name} --plugin {library} -o {name}.ply")
+            }
+            Self::Tracer => {
+                format!("surfelshop render scan.ply -r {name} --plugin {library} -o {name}.png")
+            }
+        }
+    }
+}
+
+/// Runs the command.
+pub(super) fn run(arguments: &NewArguments, json: bool) -> anyhow::Result<()> {
+    let path = &arguments.path;
+    let project = Project::new(arguments)?;
+    project.write(path)?;
+    if json {
+        return terminal::json(&json!({
+            "command": "plugins new",
+            "folder": path.display().to_string(),
+            "package": project.package,
+            "library": project.library(),
+            "files": project.files().map(|(name, _)| name).collect::<Vec<_>>(),
+        }));
+    }
+    let (folder, library) = (path.display(), project.library());
+    terminal::line(format!("{} is in {folder}. Next:\n", project.kind.what()))?;
+    terminal::line(format!("  cd {folder}\n  cargo build --release"))?;
+    terminal::line(format!("  surfelshop plugins trust --place {library}"))?;
+    terminal::line(format!("  {}", project.kind.look(&project.name, &library)))?;
+    terminal::line(format!("  surfelshop check {library}\n\n{folder}/README.md says more."))
+}
+
+/// A project that is to be written.
+struct Project {
+    kind: NewKind,
+    name: String,
+    package: String,
+    dependencies: String,
+}
+
+impl Project {
+    fn new(arguments: &NewArguments) -> anyhow::Result<Self> {
+        let path = &arguments.path;
+        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
+        let name = match name.is_empty() {
+            true => bail!("{}: expected a folder with a name", path.display()),
+            false => name,
+        };
+        check_name(&name)?;
+        let package = arguments.id.clone().unwrap_or_else(|| format!("org.example.{name}"));
+        ensure!(
+            is_package_id(&package),
+            "--id {package}: expected letters, digits, '.', '-' and '_', as in org.example.{name}"
+        );
+        let dependencies = dependencies(arguments.api.as_deref(), arguments.kind.crates())?;
+        Ok(Self { kind: arguments.kind, name, package, dependencies })
+    }
+
+    /// Where Cargo puts the library.
+    fn library(&self) -> String {
+        format!("target/release/{DLL_PREFIX}{}{DLL_SUFFIX}", self.name.replace('-', "_"))
+    }
+
+    /// The files with their texts.
+    fn files(&self) -> impl Iterator<Item = (&'static str, String)> {
+        COMMON.iter().chain(self.kind.files()).map(|(file, text)| (*file, self.filled(text)))
+    }
+
+    fn filled(&self, text: &str) -> String {
+        let words = || self.name.split('-').filter(|word| !word.is_empty());
+        let capital = |word: &str| {
+            let (first, rest) = word.split_at(1);
+            format!("{}{rest}", first.to_ascii_uppercase())
+        };
+        let type_name: String = words().map(capital).collect();
+        let title = capital(&words().collect::<Vec<_>>().join(" "));
+        let is_shader = |(name, _): &&File| name.ends_with(".wgsl");
+        let shaders: Vec<String> = self
+            .kind
+            .files()
+            .iter()
+            .filter(is_shader)
+            .map(|(name, _)| format!("`{name}`"))
+            .collect();
+        let shaders = match shaders.is_empty() {
+            true => String::new(),
+            false => format!(" and {}", shaders.join(", ")),
+        };
+        let (library, what) = (self.library(), self.kind.what().trim_end_matches(','));
+        text.replace("{{id}}", &self.name)
+            .replace("{{Name}}", &type_name)
+            .replace("{{title}}", &title)
+            .replace("{{package}}", &self.package)
+            .replace("{{dependencies}}", &self.dependencies)
+            .replace("{{what}}", what)
+            .replace("{{shader}}", &shaders)
+            .replace("{{look}}", &self.kind.look(&self.name, &library))
+            .replace("{{library}}", &library)
+    }
+
+    /// Writes the folder, whole or not at all.
+    fn write(&self, path: &Path) -> anyhow::Result<()> {
+        let name = path.display();
+        let is_empty = path.read_dir().is_ok_and(|mut folder| folder.next().is_none());
+        ensure!(is_empty || !path.exists(), "{name}: is there already; name a folder that is not");
+        let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        let parent = parent.unwrap_or(Path::new("."));
+        std::fs::create_dir_all(parent)
+            .with_context(|| format!("{}: the folder cannot be made", parent.display()))?;
+        let cannot = || format!("{name}: cannot be written");
+        let made = tempfile::Builder::new().prefix(".surfelshop-").tempdir_in(parent);
+        let made = made.with_context(cannot)?;
+        // A folder for temporary files is private; a project is like any other.
+        let root = made.path().join("project");
+        std::fs::create_dir_all(root.join("src")).with_context(cannot)?;
+        for (file, text) in self.files() {
+            std::fs::write(root.join(file), text).with_context(cannot)?;
+        }
+        if is_empty {
+            std::fs::remove_dir(path).with_context(cannot)?;
+        }
+        std::fs::rename(&root, path).with_context(cannot)
+    }
+}
+
+/// Refuses names that Cargo, Rust or a command line would not take.
+fn check_name(name: &str) -> anyhow::Result<()> {
+    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
+    let sound = name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(allowed)
+        && !name.ends_with('-')
+        && !name.contains("--")
+        && name.len() <= 64;
+    ensure!(sound, "{name}: expected a name of a-z, 0-9 and single -, such as rim-light");
+    ensure!(
+        !TAKEN.contains(&name),
+        "{name}: this name is taken by Rust or its libraries; choose another"
+    );
+    Ok(())
+}
+
+/// Lines of `Cargo.toml` that name this project's crates.
+fn dependencies(api: Option<&str>, crates: &[&str]) -> anyhow::Result<String> {
+    let is_address = |text: &str| text.contains("://") || text.starts_with("git@");
+    let line = |name: &str| -> anyhow::Result<String> {
+        let source = match api {
+            Some(address) if is_address(address) => format!("git = {}", quoted(address)),
+            _ => {
+                let host = match api {
+                    Some(path) => host_folder(Path::new(path)).with_context(|| {
+                        format!("--api {path}: expected a checkout of Surfelshop or its host/api")
+                    })?,
+                    None => checkout().context(
+                        "the checkout that this program was built in is not there; name its folder or \
+                         the address of its repository with --api",
+                    )?,
+                };
+                let folder = host.join(name);
+                let folder = folder.to_str().with_context(|| {
+                    format!("{}: the path is not UTF-8; rename it", folder.display())
+                })?;
+                format!("path = {}", quoted(folder))
+            }
+        };
+        Ok(format!("surfelshop-{name} = {{ {source} }}"))
+    };
+    let lines = crates.iter().map(|name| line(name)).collect::<anyhow::Result<Vec<_>>>()?;
+    Ok(lines.join("\n"))
+}
+
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+/// The folder `host` of a checkout, or of one that a path leads into.
+fn host_folder(path: &Path) -> Option<PathBuf> {
+    let path = path.canonicalize().ok()?;
+    let is_host = |folder: &PathBuf| {
+        let text = std::fs::read_to_string(folder.join("api/Cargo.toml")).unwrap_or_default();
+        text.contains("name = \"surfelshop-api\"")
+    };
+    let parent = path.parent().map(Path::to_owned);
+    [Some(path.join("host")), Some(path), parent].into_iter().flatten().find(is_host)
+}
+
+/// The checkout that this program was built in: it lies in its target folder.
+fn checkout() -> Option<PathBuf> {
+    let program = std::env::current_exe().ok()?;
+    program.ancestors().skip(1).find_map(|folder| {
+        let host = folder.join("host");
+        host.is_dir().then(|| host_folder(folder)).flatten()
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_that_cargo_or_rust_refuse_are_refused_in_a_line() {
+        for name in ["rim", "rim-light", "a1"] {
+            assert!(check_name(name).is_ok(), "{name}");
+        }
+        for name in ["Rim", "1rim", "rim_light", "-rim", "rim-", "a--b", "self", "std", "ä", "a b"]
+        {
+            assert!(check_name(name).is_err(), "{name}");
+        }
+        assert!(TAKEN.is_sorted());
+    }
+
+    #[test]
+    fn nothing_of_a_template_is_left_unfilled() {
+        for kind in [NewKind::Shading, NewKind::Graph, NewKind::Tool, NewKind::Tracer] {
+            let (name, package) = ("rim-light".to_owned(), "org.example.rim-light".to_owned());
+            let project = Project { kind, name, package, dependencies: "a = 1".to_owned() };
+            for (file, text) in project.files() {
+                assert!(!text.contains("{{"), "{file} of {kind:?}: {text}");
+            }
+            let (_, code) = project.files().find(|(file, _)| *file == "src/lib.rs").unwrap();
+            assert!(code.contains("struct RimLight") && code.contains("\"Rim light\""), "{code}");
+        }
+    }
+}

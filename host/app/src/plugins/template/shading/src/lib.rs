@@ -1,0 +1,50 @@
+//! # `{{id}}`: Lambert's law with a coloured rim
+//!
+//! One WGSL function, `shade` in `shade.wgsl`, is called for each pixel that the surface covers. The host
+//! draws the surfels, blends them and says where the lights are.
+//!
+//! | parameter   | type   | default           | meaning                  |
+//! |-------------|--------|-------------------|--------------------------|
+//! | `rim`       | colour | `0.2,0.4,1` (linear) | radiance of the rim |
+//! | `sharpness` | float  | 3                 | how narrow the rim is    |
+
+use surfelshop_api::glam::Vec3;
+use surfelshop_api::prelude::*;
+
+params! {
+    /// Settings of `{{id}}`: the panel, `--set` and `report` are made from these lines.
+    pub struct Settings {
+        /// Radiance of the rim.
+        rim: [f32; 3] { default: [0.2, 0.4, 1.0] },
+        /// How narrow the rim is.
+        sharpness: f32 { default: 3.0, range: 0.5..=16.0, logarithmic: true },
+    }
+}
+
+struct {{Name}};
+
+impl Renderer for {{Name}} {
+    const INFO: UnitInfo = UnitInfo::new("{{id}}", "{{title}}", "Lambert's law with a coloured rim.");
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
+        let p = &frame.params;
+        // Member by member, as `struct Settings` of the shader declares them.
+        let settings = graph.uniform(Uniform::new().vec3(Vec3::from(p.rim)).f32(p.sharpness));
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(
+            Pass::shading("shade", include_str!("shade.wgsl"), "shade")
+                .bind("settings", settings)
+                .merges(true)
+                .target(color),
+        );
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
+export_plugin! { id: "{{package}}", renderers: [{{Name}}] }

@@ -1,0 +1,198 @@
+//! The file that remembers which plugins may run.
+//!
+//! ```toml
+//! format = 1
+//!
+//! [[builds]]
+//! sha256 = "9f86d081884c7d659a2feaa0c55ad015a3bf4f1b2b0b822cd15d6c15b0f00a08"
+//! package = "org.example.rim 0.1.0"
+//! file = "/home/me/rim/target/release/librim.so"
+//!
+//! [[places]]
+//! file = "/home/me/rim/target/release/librim.so"
+//! ```
+//!
+//! Of a build the digits count, `package` and `file` are for the reader. It is written whole or not at all,
+//! and one that is damaged is a failure: read as empty it would lose what was trusted with the next yes.
+
+use crate::files;
+use anyhow::{Context as _, anyhow, ensure};
+use serde::{Deserialize, Serialize};
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use surfelshop_api::manifest::Manifest;
+use surfelshop_engine::plugins::{Contents, Trust, user_plugins_folder};
+
+const FORMAT: u32 = 1;
+
+/// What a trust file holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TrustFile {
+    format: u32,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) builds: Vec<Build>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) places: Vec<TrustedPlace>,
+}
+
+/// A file that is trusted by its contents.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Build {
+    pub(super) sha256: String,
+    #[serde(default)]
+    pub(super) package: String,
+    #[serde(default)]
+    pub(super) file: PathBuf,
+}
+
+/// A path that is trusted whatever stands there.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TrustedPlace {
+    pub(super) file: PathBuf,
+}
+
+impl TrustFile {
+    /// Where the user's own lies; a failure where the system names no folder for it.
+    pub(crate) fn path_of_user() -> anyhow::Result<PathBuf> {
+        let folder = user_plugins_folder().and_then(|plugins| Some(plugins.parent()?.to_owned()));
+        let folder = folder.ok_or_else(|| {
+            anyhow!(
+                "this system names no folder for your data (HOME is not set); name a --trust-file"
+            )
+        })?;
+        Ok(folder.join("trust.toml"))
+    }
+
+    /// The list of this name, which must be there; without one the user's own, which may be missing.
+    pub(crate) fn named(path: Option<&Path>) -> anyhow::Result<Self> {
+        match path {
+            Some(path) => Self::read(path),
+            None => match Self::path_of_user() {
+                Ok(path) => Self::read_or_new(&path),
+                // Where there is no place for a list nothing was ever trusted.
+                Err(_) => Ok(Self::default()),
+            },
+        }
+    }
+
+    /// Reads a file that may not be there yet.
+    pub(crate) fn read_or_new(path: &Path) -> anyhow::Result<Self> {
+        if matches!(path.metadata(), Err(error) if error.kind() == ErrorKind::NotFound) {
+            return Ok(Self::default());
+        }
+        Self::read(path)
+    }
+
+    /// Reads a file.
+    pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
+        let name = path.display();
+        let text = std::fs::read_to_string(path)
+            .with_context(|| format!("{name}: the list of trusted plugins cannot be read"))?;
+        Self::parse(&text).map_err(|what| {
+            anyhow!("{name}: {what}; correct the file, or remove it and trust your plugins again")
+        })
+    }
+
+    fn parse(text: &str) -> Result<Self, String> {
+        let file: Self = toml::from_str(text).map_err(|error| {
+            let line = error.span().map(|span| text[..span.start].matches('\n').count() + 1);
+            let line = line.map(|line| format!("line {line}: ")).unwrap_or_default();
+            format!("{line}{}", error.message().replace('\n', " "))
+        })?;
+        if file.format != FORMAT {
+            return Err(format!("expected format {FORMAT}, found {}", file.format));
+        }
+        match file.builds.iter().find(|build| Contents::from_sha256(&build.sha256).is_none()) {
+            Some(Build { sha256, .. }) => {
+                Err(format!("expected a SHA-256 of 64 hexadecimal digits, found `{sha256}`"))
+            }
+            None => Ok(file),
+        }
+    }
+
+    /// Writes it, whole or not at all.
+    pub(crate) fn write(&self, path: &Path) -> anyhow::Result<()> {
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+        }
+        let text = toml::to_string_pretty(&Self { format: FORMAT, ..self.clone() })
+            .with_context(|| format!("{}: cannot be written", path.display()))?;
+        let head =
+            "# Plugins whose code Surfelshop may run; `surfelshop plugins trust` adds to them.\n";
+        files::write_whole(path, format!("{head}{text}").as_bytes())
+    }
+
+    /// What it says may run.
+    pub(crate) fn trust(&self) -> Trust {
+        let mut trust = Trust::default();
+        for contents in self.builds.iter().filter_map(|build| Contents::from_sha256(&build.sha256))
+        {
+            trust.build(contents);
+        }
+        for place in &self.places {
+            trust.place(&place.file);
+        }
+        trust
+    }
+
+    /// Adds a build, or its place.
+    pub(crate) fn add(
+        &mut self,
+        path: &Path,
+        manifest: &Manifest,
+        contents: Contents,
+        place: bool,
+    ) -> anyhow::Result<()> {
+        let file = std::path::absolute(path)
+            .with_context(|| format!("{}: its place cannot be told", path.display()))?;
+        // What is not text could not be found again in the file.
+        ensure!(file.to_str().is_some(), "{}: the path is not UTF-8; rename it", path.display());
+        if place {
+            if !self.places.iter().any(|known| known.file == file) {
+                self.places.push(TrustedPlace { file });
+            }
+            return Ok(());
+        }
+        let (sha256, package) =
+            (contents.to_string(), format!("{} {}", manifest.id, manifest.version));
+        if !self.builds.iter().any(|known| known.sha256.eq_ignore_ascii_case(&sha256)) {
+            self.builds.push(Build { sha256, package, file });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read_back_and_damage_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep/trust.toml");
+        assert_eq!(TrustFile::read_or_new(&path).unwrap(), TrustFile::default());
+        let mut file = TrustFile { format: FORMAT, ..TrustFile::default() };
+        let contents = Contents::from_sha256(&"0aF".repeat(22)[..64]).unwrap();
+        for place in [false, true, false, true] {
+            file.add(Path::new("a.so"), &Manifest::default(), contents, place).unwrap();
+        }
+        assert_eq!((file.builds.len(), file.places.len()), (1, 1));
+        file.write(&path).unwrap();
+        assert_eq!(TrustFile::read(&path).unwrap(), file);
+        assert_ne!(file.trust(), Trust::default());
+
+        for (text, expected) in [
+            ("", "missing field `format`"),
+            ("format = 2", "expected format 1, found 2"),
+            ("format = 1\nbuild = 3", "line 2: unknown field `build`"),
+            ("format = 1\n[[builds]]\nsha256 = \"12\"", "expected a SHA-256 of 64"),
+        ] {
+            let line = TrustFile::parse(text).unwrap_err();
+            assert!(line.contains(expected), "{line}");
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! `surfelshop plugins trust` and `distrust`.
+
+use super::{TrustFile, inspected, named};
+use crate::arguments::PluginsArguments;
+use crate::terminal;
+use anyhow::bail;
+use serde_json::json;
+use std::path::{Path, PathBuf};
+
+/// Fewer digits of a SHA-256 are a slip rather than a name.
+const LEAST_DIGITS: usize = 8;
+
+/// The file to change.
+fn path(arguments: &PluginsArguments) -> anyhow::Result<PathBuf> {
+    arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)
+}
+
+/// Lets plugins run from now on.
+pub(super) fn trust(
+    arguments: &PluginsArguments,
+    files: &[PathBuf],
+    place: bool,
+) -> anyhow::Result<()> {
+    let path = path(arguments)?;
+    let mut list = TrustFile::read_or_new(&path)?;
+    let mut told = Vec::new();
+    for file in files {
+        let (manifest, contents) = inspected(file)?;
+        list.add(file, &manifest, contents, place)?;
+        let what = if place { "whatever is built there" } else { "this build" };
+        told.push((file, named(&manifest), contents, what));
+    }
+    list.write(&path)?;
+    if arguments.json {
+        return terminal::json(&json!({
+            "command": "plugins trust",
+            "list": path.display().to_string(),
+            "trusted": told.iter().map(|(file, package, contents, _)| json!({
+                "file": file.display().to_string(),
+                "package": package,
+                "sha256": contents.to_string(),
+                "place": place,
+            })).collect::<Vec<_>>(),
+        }));
+    }
+    for (file, package, contents, what) in told {
+        terminal::line(format!("{package}\n  file      {}", file.display()))?;
+        terminal::line(format!("  sha256    {contents}\n  trusted   {what}"))?;
+    }
+    terminal::line(format!("written to {}", path.display()))
+}
+
+/// Takes trust back.
+pub(super) fn distrust(arguments: &PluginsArguments, what: &[String]) -> anyhow::Result<()> {
+    let path = path(arguments)?;
+    let mut list = TrustFile::read_or_new(&path)?;
+    let mut n_all = 0;
+    for text in what {
+        let before = list.builds.len() + list.places.len();
+        let file = std::path::absolute(Path::new(text)).ok();
+        let now = inspected(Path::new(text)).ok().map(|(_, contents)| contents.to_string());
+        let digits = text.len() >= LEAST_DIGITS && text.bytes().all(|b| b.is_ascii_hexdigit());
+        let prefix = digits.then(|| text.to_ascii_lowercase());
+        list.builds.retain(|build| {
+            let sha256 = build.sha256.to_ascii_lowercase();
+            let by_digits = prefix.as_ref().is_some_and(|prefix| sha256.starts_with(prefix));
+            !by_digits && Some(&sha256) != now.as_ref() && Some(&build.file) != file.as_ref()
+        });
+        list.places.retain(|place| Some(&place.file) != file.as_ref());
+        match before - list.builds.len() - list.places.len() {
+            0 => bail!("{text}: {} trusts no such file, build or place", path.display()),
+            n => n_all += n,
+        }
+    }
+    list.write(&path)?;
+    if arguments.json {
+        return terminal::json(&json!({
+            "command": "plugins distrust",
+            "list": path.display().to_string(),
+            "removed": n_all,
+        }));
+    }
+    terminal::line(format!("{n_all} removed from {}", path.display()))
+}
