@@ -204,7 +204,8 @@ impl ParamDecl {
     #[must_use]
     pub fn fitted(&self, value: &Value) -> Option<Value> {
         let clamp = |number: f64| match self.range {
-            Some([low, high]) => number.clamp(low, high),
+            // Unlike `clamp` these take a range without order.
+            Some([low, high]) => number.max(low).min(high),
             None => number,
         };
         match (&self.kind, value) {

@@ -8,6 +8,7 @@ mod arguments;
 mod bake;
 mod bench;
 mod camera;
+mod captured;
 mod chart;
 mod check;
 mod clouds;

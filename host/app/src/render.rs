@@ -9,8 +9,8 @@ use crate::staging::{self, Staging};
 use crate::studio::{self, Studio};
 use crate::surroundings::{self, Surroundings};
 use crate::values::{Format, OutputFile};
-use crate::{camera, exr_file, files, pictures, probe_info, report, terminal, traced};
-use anyhow::{Context as _, anyhow};
+use crate::{camera, captured, exr_file, files, pictures, probe_info, report, terminal, traced};
+use anyhow::{Context as _, anyhow, ensure};
 use serde::Serialize;
 use serde_json::json;
 use std::path::Path;
@@ -53,11 +53,16 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins)?;
-    let (reference, seen) = staging::renderer(arguments, given, opened, &registry)?;
+    let graph = arguments.graph.as_deref().map(captured::renderer).transpose()?;
+    let (reference, seen) = match &graph {
+        Some(graph) => (graph.reference.clone(), None),
+        None => staging::renderer(arguments, given, opened, &registry)?,
+    };
     let seen = seen.as_ref();
     let staging = Staging::new(&arguments.picture, given, opened, seen)?;
     let staging = staging.showing(arguments.output.clone());
     if reference.kind == UnitKind::Tracer {
+        ensure!(arguments.save_graph.is_none(), "{reference} describes no graph to save");
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }
     let opening = Instant::now();
@@ -68,7 +73,10 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         None => error,
     })?;
     let loading = Instant::now();
-    let mut chosen = studio.choose_for(reference, seen, &arguments.set)?;
+    let mut chosen = match graph {
+        Some(graph) => graph,
+        None => studio.choose_for(reference, seen, &arguments.set)?,
+    };
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
@@ -103,6 +111,9 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
 
     let started = Instant::now();
     let written = write_all(arguments, &staging, &settled.rendered)?;
+    if let Some(path) = &arguments.save_graph {
+        captured::save(path, chosen.view.graph())?;
+    }
     timings.write_ms = since(started);
     if !arguments.report.json {
         let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));

@@ -14,8 +14,23 @@ use core::ffi::c_void;
 use std::fmt;
 use std::time::Duration;
 
-/// Most bytes a plugin may write in one call.
+/// Most bytes a plugin may write in one call, and of a graph's data or a computation's buffers.
 pub const MAX_OUTPUT_BYTES: usize = 1 << 30;
+/// Most bytes of the structure of a graph: hundreds of the longest shaders that are compiled.
+pub const MAX_STRUCTURE_BYTES: usize = 16 << 20;
+/// Most bytes of a unit's description.
+const MAX_DESCRIPTION_BYTES: usize = 1 << 20;
+/// Most bytes of a line that says what went wrong; what is longer is cut.
+const MAX_ERROR_BYTES: usize = 4 << 10;
+
+/// Most bytes of what goes through a channel.
+fn most(of: u32) -> usize {
+    match of {
+        channel::STRUCTURE => MAX_STRUCTURE_BYTES,
+        channel::DESCRIPTION => MAX_DESCRIPTION_BYTES,
+        _ => MAX_OUTPUT_BYTES,
+    }
+}
 
 /// How a call into a plugin failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -108,8 +123,13 @@ impl Plugin {
         // SAFETY: the table's functions may be called with a sink that lives for the call.
         let status = unsafe { (self.table.describe)(unit, outputs.sink()) };
         outputs.check(status)?;
-        rmp_serde::from_slice(outputs.channel(channel::DESCRIPTION))
-            .map_err(|error| Fault::Misbehaved(format!("its description is unreadable: {error}")))
+        let misbehaved = |what: &dyn fmt::Display| {
+            Fault::Misbehaved(format!("its description is no good: {what}"))
+        };
+        let description: Description = rmp_serde::from_slice(outputs.channel(channel::DESCRIPTION))
+            .map_err(|error| misbehaved(&error))?;
+        description.check().map_err(|line| misbehaved(&line))?;
+        Ok(description)
     }
 
     /// Makes an instance of a unit, by its position in the manifest.
@@ -318,7 +338,8 @@ pub(super) unsafe fn lent<'a>(bytes: Bytes) -> &'a [u8] {
 struct Outputs {
     channels: Vec<(u32, Vec<u8>)>,
     total: usize,
-    overflow: bool,
+    /// What was too much: so many bytes, where so many are taken.
+    too_much: Option<(usize, usize)>,
 }
 
 impl Outputs {
@@ -327,10 +348,16 @@ impl Outputs {
             // SAFETY: the context is the `Outputs` whose sink this is, alive for the call and
             // used by one thread at a time; the plugin lends the bytes for the call.
             let (outputs, bytes) = unsafe { (&mut *context.cast::<Outputs>(), lent(bytes)) };
+            let bytes = match channel {
+                channel::ERROR => &bytes[..bytes.len().min(MAX_ERROR_BYTES)],
+                _ => bytes,
+            };
             outputs.total = outputs.total.saturating_add(bytes.len());
-            if outputs.total > MAX_OUTPUT_BYTES {
-                outputs.overflow = true;
-                return;
+            for (found, most) in [(bytes.len(), most(channel)), (outputs.total, MAX_OUTPUT_BYTES)] {
+                if found > most {
+                    outputs.too_much.get_or_insert((found, most));
+                    return;
+                }
             }
             outputs.channels.retain(|(other, _)| *other != channel);
             outputs.channels.push((channel, bytes.to_vec()));
@@ -354,11 +381,12 @@ impl Outputs {
             if one_line.is_empty() { "it gave no reason".to_owned() } else { one_line }
         };
         match status {
-            status::OK if self.overflow => Err(Fault::Misbehaved(format!(
-                "it wrote {} bytes in one call, at most {MAX_OUTPUT_BYTES} are taken",
-                self.total
-            ))),
-            status::OK => Ok(()),
+            status::OK => match self.too_much {
+                None => Ok(()),
+                Some((found, most)) => Err(Fault::Misbehaved(format!(
+                    "it wrote {found} bytes where at most {most} are taken"
+                ))),
+            },
             status::ERROR => Err(Fault::Error(line())),
             status::PANIC => Err(Fault::Panic(line())),
             other => Err(Fault::Misbehaved(format!("it returned the unknown status {other}"))),

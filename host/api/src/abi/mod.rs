@@ -9,12 +9,18 @@
 //! [`table::SYMBOL`]; checks magic, size and versions; asks each unit to describe itself; creates
 //! instances; calls them from one thread at a time (tracers from several); destroys them. The
 //! library stays loaded until the process ends.
+//!
+//! The boundary is the same from other languages: `host/api/c/surfelshop.h` declares it for C and C++, with
+//! a renderer in C beside it. A graph can be kept in a file and drawn without its plugin
+//! ([`EncodedGraph::to_file`](host_side::EncodedGraph::to_file)).
 
 #![expect(
     unsafe_code,
     reason = "the C boundary itself: raw pointers are turned into checked slices and back here"
 )]
 
+mod captured;
+mod description;
 mod host_job;
 pub mod host_side;
 mod plugin_job;

@@ -1,6 +1,7 @@
 //! What runs inside a plugin: decodes requests, calls the author's code, catches its panics and
 //! writes the results to the host's sink.
 
+pub use super::description::Description;
 use super::plugin_job::RemoteJob;
 use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, channel, status};
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
@@ -15,21 +16,10 @@ use crate::tool::{Tile, Traced};
 use crate::unit::{Limit, LimitInfo, Renderer, Tool, Tracer, UnitInfo, UnitKind};
 use core::ffi::c_void;
 use glam::{DQuat, DVec3};
-use serde::{Deserialize, Serialize};
 use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Once;
-
-/// What a unit says of itself once it is loaded.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct Description {
-    /// Its parameters.
-    pub params: Vec<ParamDecl>,
-    /// What it cannot do. ABI 3.2.
-    pub limits: Vec<Limit>,
-}
 
 /// A description with limits as a unit's type states them.
 fn description(params: Vec<ParamDecl>, limits: &[LimitInfo]) -> Description {

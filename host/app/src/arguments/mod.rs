@@ -117,6 +117,13 @@ pub(crate) struct RenderArguments {
     /// The renderer, by its id or as PACKAGE/ID; `surfelshop plugins` lists them.
     #[arg(short, long, value_name = "RENDERER", default_value = "ewa-phong")]
     pub(crate) renderer: String,
+    /// A captured graph to draw instead of a renderer's: a file that --save-graph wrote. No plugin is
+    /// loaded; the camera and the parameters that went into its numbers are those of then.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["renderer", "set"])]
+    pub(crate) graph: Option<PathBuf>,
+    /// Also write the graph that the renderer described, for --graph, a test or a bug report.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) save_graph: Option<PathBuf>,
     /// The picture to write, .png or .exr; may be repeated.
     ///
     /// PNG holds what a screen shows. EXR holds linear 32-bit floats before exposure, tone mapping

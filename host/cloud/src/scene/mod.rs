@@ -28,7 +28,7 @@ use surfelshop_api::{Camera, Light, Scene, SurfaceSettings};
 pub use environment::{Axis, ProbeSource, SceneEnvironment};
 pub use error::{SceneError, SceneFault, SceneWriteError};
 pub(crate) use read::toml_values;
-pub use read::{OpenedScene, is_scene, read};
+pub use read::{OpenedScene, is_scene, read, read_bytes};
 /// A table of TOML, sorted by key.
 pub use toml::Table;
 pub(crate) use write::toml_text;

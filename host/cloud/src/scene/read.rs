@@ -39,8 +39,15 @@ pub fn is_scene(path: &Path) -> bool {
 pub fn read(path: impl AsRef<Path>) -> Result<OpenedScene, SceneError> {
     let path = path.as_ref();
     let without_place = |fault| SceneError { path: path.to_owned(), place: None, fault };
-    let bytes = bytes(path).map_err(without_place)?;
-    let text = std::str::from_utf8(&bytes).map_err(|error| {
+    read_bytes(path, &bytes(path).map_err(without_place)?)
+}
+
+/// Reads a scene from the contents of its file.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_bytes(path: &Path, bytes: &[u8]) -> Result<OpenedScene, SceneError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
         let (text, rest) = bytes.split_at(error.valid_up_to());
         let text = String::from_utf8_lossy(text);
         let fault = SceneFault::NotText { byte: rest.first().copied().unwrap_or_default() };

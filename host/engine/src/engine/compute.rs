@@ -2,10 +2,10 @@
 
 use super::Engine;
 use crate::run::{
-    Frame, Needed, Node, Plan, Recorder, RenderError, Resources, checked, copy_buffer, execute,
-    map, touched,
+    Frame, Needed, Node, Plan, Recorder, RenderError, Resources, checked, copy_buffer, decode,
+    execute, map, touched,
 };
-use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
+use surfelshop_api::abi::host_side::EncodedGraph;
 use surfelshop_api::graph::{Extent, Groups, Lifetime, Structure, Work};
 
 /// Stands for the size of a view, which no part of such a graph depends on.
@@ -22,9 +22,7 @@ impl Engine {
         graph: &EncodedGraph,
         buffers: &[u32],
     ) -> Result<Vec<Vec<u8>>, RenderError> {
-        let structure: Structure = rmp_serde::from_slice(&graph.structure).map_err(|error| {
-            RenderError::Plugin(Fault::Misbehaved(format!("its graph is unreadable: {error}")))
-        })?;
+        let structure = decode(graph).map_err(RenderError::Plugin)?;
         check(&structure, buffers)?;
         self.plans += 1;
         let device = self.gpu.device.clone();

@@ -12,7 +12,7 @@ use crate::environment::Environments;
 use crate::gpu::{Atomics, Gpu};
 use crate::plugins::Hosted;
 use crate::run::{
-    CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked,
+    CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked, decode,
 };
 use crate::store::Store;
 use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing, Wanted};
@@ -21,8 +21,8 @@ pub use kept::Kept;
 use std::time::Instant;
 use submission::{Asked, Done, Submission};
 pub use supply::{Supplier, Supply};
-use surfelshop_api::abi::host_side::{EncodedGraph, Fault};
-use surfelshop_api::graph::{Output, Structure};
+use surfelshop_api::abi::host_side::EncodedGraph;
+use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{CloudFacts, CloudView, EnvironmentView, FrameRequest, Scene, View};
 
@@ -158,7 +158,8 @@ impl Rendered {
 pub struct RendererView {
     hosted: Hosted,
     scope: String,
-    structure: Vec<u8>,
+    /// What it described last.
+    graph: EncodedGraph,
     plan: Option<Plan>,
     /// The engine that made the plan, whose device its pipelines belong to.
     planned_by: u64,
@@ -170,7 +171,14 @@ impl RendererView {
     /// [`LoadedUnit::scope`](crate::plugins::LoadedUnit::scope).
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
-        Self { hosted, scope: scope.into(), structure: Vec::new(), plan: None, planned_by: 0 }
+        let (graph, scope) = (EncodedGraph::default(), scope.into());
+        Self { hosted, scope, graph, plan: None, planned_by: 0 }
+    }
+
+    /// The graph of the last frame.
+    #[must_use]
+    pub fn graph(&self) -> &EncodedGraph {
+        &self.graph
     }
 }
 
@@ -310,7 +318,18 @@ impl Engine {
                 environment: request.environment.map(|given| given.environment.clone()),
             })
             .map_err(RenderError::Plugin)?;
-        self.replan(renderer, &encoded, request.view.size_px)?;
+        let drawn = self.draw(renderer, &encoded, request);
+        renderer.graph = encoded;
+        drawn
+    }
+
+    fn draw(
+        &mut self,
+        renderer: &mut RendererView,
+        encoded: &EncodedGraph,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
+        self.replan(renderer, encoded, request.view.size_px)?;
         let Some(plan) = &renderer.plan else {
             return Err(RenderError::Graph("there is none".to_owned()));
         };
@@ -402,19 +421,15 @@ impl Engine {
     ) -> Result<(), RenderError> {
         let known = renderer.plan.as_ref().is_some_and(|plan| plan.size == size)
             && renderer.planned_by == self.serial
-            && renderer.structure == encoded.structure;
+            && renderer.graph.structure == encoded.structure;
         if known {
             return Ok(());
         }
         renderer.plan = None;
-        let mut structure: Structure =
-            rmp_serde::from_slice(&encoded.structure).map_err(|error| {
-                RenderError::Plugin(Fault::Misbehaved(format!("its graph is unreadable: {error}")))
-            })?;
+        let mut structure = decode(encoded).map_err(RenderError::Plugin)?;
         self.keeping.restore(&mut structure);
         self.plans += 1;
         renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
-        renderer.structure.clone_from(&encoded.structure);
         renderer.planned_by = self.serial;
         Ok(())
     }

@@ -19,10 +19,10 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::{Arc, LazyLock, Mutex, Once, PoisonError};
 use std::time::{Duration, Instant};
-use surfelshop_api::HostInfo;
 use surfelshop_api::abi::host_side::{Fault, Instance, Plugin};
-use surfelshop_api::abi::plugin_side::{Description, Package};
+use surfelshop_api::abi::plugin_side::{Description, Package, Unit};
 use surfelshop_api::manifest::{self, Manifest, UnitEntry};
+use surfelshop_api::{HostInfo, UnitKind};
 
 /// Why a unit could not be loaded; every message names the plugin and its file.
 #[derive(Debug, thiserror::Error)]
@@ -175,6 +175,22 @@ impl LoadedUnit {
     #[must_use]
     pub fn scope(&self) -> String {
         format!("{}/{} {}", self.manifest.id, self.unit.id, self.contents)
+    }
+
+    /// What stands for the renderer of a captured graph in lists: a unit of no package.
+    #[must_use]
+    pub fn of_graph(name: &str) -> Self {
+        struct Nothing;
+        impl Package for Nothing {
+            const UNITS: &'static [Unit] = &[];
+        }
+        let title = format!("Captured graph {name}");
+        let (id, kind, summary) = (name.to_owned(), UnitKind::Renderer, String::new());
+        let unit = UnitEntry { kind, id, title, summary };
+        let manifest = Manifest { id: "graph".to_owned(), ..Manifest::default() };
+        let plugin = Plugin::of::<Nothing>();
+        let (unit_index, description, contents, took) = Default::default();
+        Self { manifest, unit, unit_index, description, plugin, contents, took }
     }
 
     /// A unit registered in this program with `static_plugin!`, by its position.

@@ -10,6 +10,7 @@ use super::find::UnitRef;
 use super::hosted::Hosted;
 use super::load::{LoadError, LoadTimes, LoadedUnit};
 use super::patience::Patience;
+use crate::run::decode;
 use std::time::{Duration, Instant};
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::graph::Structure;
@@ -82,9 +83,7 @@ impl UnitRef {
 }
 
 fn first_graph(hosted: &mut Hosted, request: FrameRequest) -> Result<Structure, Fault> {
-    let encoded = hosted.frame(request)?;
-    rmp_serde::from_slice(&encoded.structure)
-        .map_err(|error| Fault::Misbehaved(format!("its graph is unreadable: {error}")))
+    decode(&hosted.frame(request)?)
 }
 
 /// Carries values over to a declaration: those of the same id and a fitting kind, brought into

@@ -3,6 +3,7 @@
 mod beside;
 mod check;
 mod cull;
+mod decode;
 mod execute;
 mod pipelines;
 mod plan;
@@ -15,6 +16,7 @@ mod stored;
 mod variants;
 
 pub(crate) use cull::{Needed, needed};
+pub(crate) use decode::decode;
 pub(crate) use execute::{Frame, Seen, execute, touched};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, Pipelines};

@@ -1,0 +1,44 @@
+//! Graphs in files: kept by `--save-graph`, and drawn by `--graph` without the plugin that described them.
+
+use crate::files;
+use crate::studio::Chosen;
+use anyhow::{Context as _, anyhow, ensure};
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+use surfelshop_api::UnitKind;
+use surfelshop_api::abi::host_side::{EncodedGraph, MAX_OUTPUT_BYTES, MAX_STRUCTURE_BYTES};
+use surfelshop_api::manifest::Refusal;
+use surfelshop_api::params::Values;
+use surfelshop_engine::RendererView;
+use surfelshop_engine::plugins::{Hosted, LoadedUnit, UnitRef};
+
+/// More than any graph that is taken from a plugin.
+const LARGEST_FILE: u64 = (MAX_OUTPUT_BYTES + MAX_STRUCTURE_BYTES + 1024) as u64;
+
+/// Writes the graph of a frame.
+pub(crate) fn save(path: &Path, graph: &EncodedGraph) -> anyhow::Result<()> {
+    files::write_whole(path, &graph.to_file())
+}
+
+/// A renderer whose every frame is the graph in this file.
+pub(crate) fn renderer(path: &Path) -> anyhow::Result<Chosen> {
+    let name = path.display();
+    let cannot = || format!("{name}: the graph cannot be read");
+    let mut bytes = Vec::new();
+    let file = File::open(path).with_context(cannot)?;
+    ensure!(file.metadata().with_context(cannot)?.is_file(), "{name}: expected a file, found none");
+    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).with_context(cannot)?;
+    ensure!(bytes.len() as u64 <= LARGEST_FILE, "{name}: expected at most {LARGEST_FILE} bytes");
+    let graph = EncodedGraph::from_file(&bytes).map_err(|refusal| match refusal {
+        Refusal::Malformed(what) => {
+            anyhow!("{name}: expected a graph as --save-graph writes it: {what}")
+        }
+        Refusal::Incompatible { .. } => anyhow!("{name}: of {refusal}"),
+    })?;
+    let hosted = Hosted::replaying(graph).map_err(|fault| anyhow!("{name}: {fault}"))?;
+    let id = path.file_stem().unwrap_or_default().to_string_lossy();
+    let reference = UnitRef::named(UnitKind::Renderer, "graph", &id, path);
+    let view = RendererView::new(hosted, reference.to_string());
+    Ok(Chosen { unit: LoadedUnit::of_graph(&id), reference, values: Values::new(), view })
+}

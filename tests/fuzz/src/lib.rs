@@ -1,0 +1,51 @@
+//! Everything that reads bytes of strangers, fed with any bytes.
+//!
+//! Each function takes the bytes of one input and returns; a panic, a hang or memory beyond
+//! [`MOST_BYTES`] is a finding. `targets` beside this crate drives them with libFuzzer, the tests with the
+//! inputs in `corpus`: seeds, and every finding there was.
+//!
+//! Invariants: inputs are never trusted by the functions themselves; what they call is what the program
+//! calls.
+
+mod device;
+mod graph;
+mod manifest;
+mod parameters;
+mod scene;
+mod shader;
+
+pub use graph::graph;
+pub use manifest::manifest;
+pub use parameters::parameters;
+pub use scene::scene;
+pub use shader::shader;
+
+/// Most memory that reading one input may take at a time. The largest share is that of naga: 256 KiB of
+/// shader, the most that is compiled, become syntax trees a thousand times as large.
+pub const MOST_BYTES: usize = 512 << 20;
+
+/// A function that takes any bytes.
+pub type Target = fn(&[u8]);
+
+/// The targets by the names of their folders in `corpus`.
+pub const TARGETS: [(&str, Target); 5] = [
+    ("graph", graph),
+    ("manifest", manifest),
+    ("parameters", parameters),
+    ("scene", scene),
+    ("shader", shader),
+];
+
+/// Lets panics of shader compilers pass: they happen in code of others, on a thread that is there to
+/// contain them, and become a line. All others go to the hook that was there.
+pub fn allow_contained_panics() {
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        let previous = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if std::thread::current().name() != Some("shader compiler") {
+                previous(info);
+            }
+        }));
+    });
+}

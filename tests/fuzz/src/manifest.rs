@@ -1,0 +1,14 @@
+//! Plugin files and the manifests in them.
+
+use surfelshop_api::manifest::decode;
+use surfelshop_engine::plugins::inspect_bytes;
+
+/// Takes the bytes as a library and as a manifest.
+pub fn manifest(bytes: &[u8]) {
+    // What is refused says why in one line, whatever it is.
+    if let Err(refused) = inspect_bytes(bytes) {
+        let line = refused.to_string();
+        assert!(!line.is_empty() && !line.contains('\n'), "{line:?}");
+    }
+    drop(decode(bytes));
+}

@@ -1,0 +1,55 @@
+//! Every seed and every finding of the fuzzers, once more: no panic, no hang, no allocation beyond the limit.
+
+use peak_alloc::PeakAlloc;
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+use surfelshop_fuzz::{MOST_BYTES, TARGETS, Target};
+
+#[global_allocator]
+static MEMORY: PeakAlloc = PeakAlloc;
+
+/// Far more than any input takes, on a machine that does other things besides.
+const HANGS: Duration = Duration::from_secs(60);
+
+fn inputs(target: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    let listing = folder.read_dir().unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
+    let mut inputs: Vec<PathBuf> = listing.map(|entry| entry.unwrap().path()).collect();
+    inputs.sort();
+    assert!(!inputs.is_empty(), "{} has no inputs", folder.display());
+    inputs
+}
+
+/// Runs a target on a thread of its own; a panic of it fails the test, and so does silence.
+fn run(name: &str, target: Target, bytes: Vec<u8>) {
+    let (done, ended) = channel();
+    let thread = std::thread::spawn(move || {
+        target(&bytes);
+        done.send(()).unwrap();
+    });
+    match ended.recv_timeout(HANGS) {
+        Ok(()) => thread.join().unwrap(),
+        Err(RecvTimeoutError::Disconnected) => panic!("{name}: panicked"),
+        Err(RecvTimeoutError::Timeout) => panic!("{name}: hangs"),
+    }
+}
+
+// One test, since memory is counted for the whole process.
+#[test]
+fn nothing_that_fuzzers_found_panics_hangs_or_takes_much_memory() {
+    for (name, target) in TARGETS {
+        for input in inputs(name) {
+            let bytes = std::fs::read(&input).unwrap();
+            let before = MEMORY.current_usage();
+            MEMORY.reset_peak_usage();
+            run(&input.display().to_string(), target, bytes);
+            let taken = MEMORY.peak_usage().saturating_sub(before);
+            let input = input.display();
+            assert!(
+                taken < MOST_BYTES,
+                "{input}: {taken} bytes, at most {MOST_BYTES} may be taken"
+            );
+        }
+    }
+}
