@@ -1,0 +1,8 @@
+//! What is promised to plugins that were built before: their libraries work, their graphs give the same
+//! pictures, and nothing that they use goes away.
+
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod interface;
+mod listing;
+mod stored;
