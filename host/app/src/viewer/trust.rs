@@ -3,8 +3,14 @@
 use super::darkroom::Task;
 use super::window::Window;
 use crate::plugins::{TrustFile, api_range, author, licence};
-use eframe::egui::{Context, Grid, Id, Modal, RichText, Ui};
+use eframe::egui::{Context, Grid, Id, Label, Modal, RichText, Ui};
+use surfelshop_api::manifest::UnitEntry;
 use surfelshop_engine::plugins::Entry;
+
+/// How wide the question is at most, in points.
+const WIDTH: f32 = 620.0;
+/// Units that are named one by one.
+const MOST_NAMED: usize = 5;
 
 /// What a person says to a plugin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,23 +49,21 @@ pub(super) fn ask(window: &mut Window, ctx: &Context) {
 
 fn question(ui: &mut Ui, entry: &Entry) -> Option<Answer> {
     let manifest = entry.available()?;
-    ui.set_max_width(620.0);
+    ui.set_max_width(WIDTH);
     ui.heading("Use this plugin?");
     ui.label(
         "It comes from a place that is new here. A plugin is a program that can do all that you can: \
          read, change and send your files. Nothing of it has run yet.",
     );
     ui.add_space(6.0);
-    Grid::new("question").num_columns(2).show(ui, |ui| {
+    Grid::new("question").num_columns(2).max_col_width(WIDTH - 100.0).show(ui, |ui| {
         let mut row = |what: &str, is: String| {
             ui.label(what);
-            ui.label(RichText::new(is).strong());
+            ui.add(Label::new(RichText::new(is).strong()).wrap());
             ui.end_row();
         };
         row("package", format!("{} {}", manifest.id, manifest.version));
-        let units = manifest.units.iter();
-        let units = units.map(|unit| format!("{} {}", unit.kind.word(), unit.title));
-        row("offers", units.collect::<Vec<_>>().join(", "));
+        row("offers", offers(&manifest.units));
         row("by", author(manifest));
         row("licence", licence(manifest).to_owned());
         row("API", api_range(manifest));
@@ -83,6 +87,16 @@ fn question(ui: &mut Ui, entry: &Entry) -> Option<Answer> {
         }
     });
     answer
+}
+
+/// What a plugin has, a few by their titles.
+fn offers(units: &[UnitEntry]) -> String {
+    let title = |unit: &UnitEntry| format!("{} {}", unit.kind.word(), unit.title);
+    let titles = units.iter().take(MOST_NAMED).map(title).collect::<Vec<_>>().join(", ");
+    match units.len().saturating_sub(MOST_NAMED) {
+        0 => titles,
+        others => format!("{titles}, and {others} others"),
+    }
 }
 
 /// Writes a yes down.

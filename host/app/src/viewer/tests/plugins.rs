@@ -279,3 +279,75 @@ fn what_was_said_before_a_cloud_came_stays() {
     screen.settle();
     assert!(screen.window().messages.say("something is missing"));
 }
+
+/// A window with the library `faulty` as a plugin that nobody has said yes to.
+fn with_a_stranger(folder: &Path) -> Screen {
+    let mut plugin = built_plugins().plugin;
+    let list = folder.join("trust.toml");
+    let mut trusted = crate::plugins::TrustFile::default();
+    for path in &plugin {
+        let (manifest, contents) = surfelshop_engine::plugins::inspect(path).unwrap();
+        trusted.add(path, &manifest, contents, false).unwrap();
+    }
+    trusted.write(&list).unwrap();
+    let path = folder.join("stranger.so");
+    std::fs::copy(faulty(), &path).unwrap();
+    plugin.push(path);
+    let arguments = ViewerArguments {
+        files: vec![SAMPLE.into()],
+        up: UpAxis::Y,
+        plugins: PluginFiles { plugin, trust_file: Some(list), ..PluginFiles::default() },
+        device: DeviceArguments::default(),
+    };
+    Screen::with(&arguments)
+}
+
+#[test]
+fn a_plugin_of_a_new_place_is_asked_about_and_runs_after_a_yes_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = with_a_stranger(folder.path());
+    screen.settle();
+    let stranger = |screen: &mut Screen| {
+        let entries = screen.window().registry.entries().to_vec();
+        entries.into_iter().find(|entry| entry.path.ends_with("stranger.so")).unwrap()
+    };
+    assert!(stranger(&mut screen).asks_for_trust());
+    // Pictures of others go on behind the question.
+    screen.harness.get_by_label("Use this plugin?");
+    screen.harness.get_by_label("not now").click();
+    screen.until("the answer", |window| window.messages.say("stays unused"));
+    screen.window().settings.panes[0].renderers[0] = "fine".to_owned();
+    screen.until("the refusal", |window| window.messages.say("a place that is new here"));
+    assert_eq!(screen.window().settings.panes[0].renderers[0], "ewa-phong");
+
+    // Asked again, it is used for as long as the window is open.
+    screen.window().undecided.clear();
+    screen.harness.step();
+    screen.harness.get_by_label("use it this once").click();
+    screen.until("trust", |window| {
+        !window.registry.entries().iter().any(surfelshop_engine::plugins::Entry::asks_for_trust)
+    });
+    screen.window().settings.panes[0].renderers[0] = "fine".to_owned();
+    screen.settle();
+    assert_eq!(screen.window().panes[&0].sides[0].shown.as_ref().unwrap().renderer, "fine");
+    let list = std::fs::read_to_string(folder.path().join("trust.toml")).unwrap();
+    assert!(!list.contains("stranger"), "{list}");
+}
+
+#[test]
+fn a_yes_in_the_window_is_written_down() {
+    for (button, table) in
+        [("trust this build", "[[builds]]"), ("trust what is built there", "[[places]]")]
+    {
+        let folder = tempfile::tempdir().unwrap();
+        let mut screen = with_a_stranger(folder.path());
+        screen.settle();
+        screen.harness.get_by_label(button).click();
+        screen.until("trust", |window| {
+            !window.registry.entries().iter().any(surfelshop_engine::plugins::Entry::asks_for_trust)
+        });
+        let list = std::fs::read_to_string(folder.path().join("trust.toml")).unwrap();
+        let last = list.rsplit("[[").next().unwrap();
+        assert!(list.contains(table) && last.contains("stranger.so"), "{list}");
+    }
+}

@@ -29,7 +29,11 @@ params! {
 struct {{Name}};
 
 impl Renderer for {{Name}} {
-    const INFO: UnitInfo = UnitInfo::new("{{id}}", "{{title}}", "Lambert's law with ink along edges.");
+    const INFO: UnitInfo = UnitInfo::new(
+        "{{id}}",
+        "{{title}}",
+        "Lambert's law with ink along edges: begin here with a graph of your own.",
+    );
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {
@@ -53,8 +57,13 @@ impl Renderer for {{Name}} {
                 .target(lit),
         );
         graph.pass(
-            Pass::compute("measure", include_str!("measure.wgsl"), "measure", per_pixel)
-                .bind("measured", measured),
+            Pass::compute(
+                "measure",
+                include_str!("measure.wgsl"),
+                "measure",
+                per_pixel,
+            )
+            .bind("measured", measured),
         );
         graph.pass(
             Pass::compute("edges", include_str!("edges.wgsl"), "find", per_pixel)

@@ -24,7 +24,11 @@ params! {
 struct {{Name}};
 
 impl Renderer for {{Name}} {
-    const INFO: UnitInfo = UnitInfo::new("{{id}}", "{{title}}", "Lambert's law with a coloured rim.");
+    const INFO: UnitInfo = UnitInfo::new(
+        "{{id}}",
+        "{{title}}",
+        "Lambert's law with a coloured rim: begin here with a shading function of your own.",
+    );
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {

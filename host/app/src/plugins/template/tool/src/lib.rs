@@ -45,7 +45,11 @@ params! {
 struct {{Name}};
 
 impl Tool for {{Name}} {
-    const INFO: UnitInfo = UnitInfo::new("{{id}}", "{{title}}", "Gives surfels colours by their height.");
+    const INFO: UnitInfo = UnitInfo::new(
+        "{{id}}",
+        "{{title}}",
+        "Gives surfels colours by their height: begin here with a tool of your own.",
+    );
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {
@@ -56,9 +60,14 @@ impl Tool for {{Name}} {
         job.progress(0.0, "measuring heights");
         let axis = params.axis as usize;
         // In f64, where no two f32 differ by more than there are numbers.
-        let heights: Vec<f64> = cloud.vectors(POSITION).map(|at| f64::from(at[axis])).collect();
+        let heights: Vec<f64> = cloud
+            .vectors(POSITION)
+            .map(|at| f64::from(at[axis]))
+            .collect();
         if heights.len() != cloud.len {
-            return Err(Error::new("expected a column `position` of three f32, found none"));
+            return Err(Error::new(
+                "expected a column `position` of three f32, found none",
+            ));
         }
         let finite = || heights.iter().copied().filter(|height| height.is_finite());
         let low = finite().fold(f64::INFINITY, f64::min);
@@ -70,16 +79,32 @@ impl Tool for {{Name}} {
         // On all of the host's threads; it stops by itself when the user asks to. What is computed of a
         // surfel depends on that surfel alone, so the result is the same on any number of threads.
         let colors: Vec<Vec3> = job.map(cloud.len, 0.2..0.9, |i| {
-            let share = if high > low { (heights[i] - low) / (high - low) } else { 0.5 };
-            let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.5 };
+            let share = if high > low {
+                (heights[i] - low) / (high - low)
+            } else {
+                0.5
+            };
+            let share = if share.is_finite() {
+                share.clamp(0.0, 1.0)
+            } else {
+                0.5
+            };
             from.lerp(to, share as f32).lerp(albedos[i], params.own)
         })?;
 
         // Staged now, committed when this function returns `Ok`: a failure or a stop changes nothing.
         let values: Vec<f32> = colors.iter().flat_map(|color| color.to_array()).collect();
-        let column = NewColumn { name: COLOR, components: 3, values: Values::F32(&values) };
+        let column = NewColumn {
+            name: COLOR,
+            components: 3,
+            values: Values::F32(&values),
+        };
         job.edit(&Edit::Columns(vec![column]))?;
-        let range = if high >= low { format!(" from {low:.4} to {high:.4}") } else { String::new() };
+        let range = if high >= low {
+            format!(" from {low:.4} to {high:.4}")
+        } else {
+            String::new()
+        };
         job.progress(1.0, &format!("{} surfels coloured{range}", cloud.len));
         Ok(())
     }

@@ -10,8 +10,8 @@
 //! | `shadows` | bool | true    | whether surfels hide lights       |
 
 use std::sync::{Arc, Mutex, PoisonError};
-use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::Lamp;
+use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::glam::{DVec2, DVec3, Vec3};
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::discs::{Disc, Discs};
@@ -49,7 +49,11 @@ struct {{Name}} {
 const OWN: f32 = 2.0;
 
 impl Tracer for {{Name}} {
-    const INFO: UnitInfo = UnitInfo::new("{{id}}", "{{title}}", "Rays, lights and shadows on the processor.");
+    const INFO: UnitInfo = UnitInfo::new(
+        "{{id}}",
+        "{{title}}",
+        "Rays, lights and shadows on the processor: begin here with a tracer of your own.",
+    );
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {
@@ -66,8 +70,9 @@ impl Tracer for {{Name}} {
     ) -> Result<()> {
         let kept = self.kept(frame, scene);
         let lights = frame.scene.lights.iter();
-        let lamps: Vec<Lamp> =
-            lights.map(|light| Lamp::new(light, &frame.view, &frame.cloud)).collect();
+        let lamps: Vec<Lamp> = lights
+            .map(|light| Lamp::new(light, &frame.view, &frame.cloud))
+            .collect();
         let inside = place_of_sample(tile.sample);
         for (i, pixel) in pixels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let (column, row) = (i as u32 % tile.width, i as u32 / tile.width);
@@ -75,7 +80,9 @@ impl Tracer for {{Name}} {
                 job.check()?; // Once a row is often enough to stop soon.
             }
             let at = DVec2::new((tile.x + column).into(), (tile.y + row).into()) + inside;
-            *pixel = kept.seen(frame, &lamps, at).map_or([0.0; 4], |light| light.extend(1.0).into());
+            *pixel = kept
+                .seen(frame, &lamps, at)
+                .map_or([0.0; 4], |light| light.extend(1.0).into());
         }
         Ok(())
     }
@@ -95,7 +102,11 @@ impl {{Name}} {
         let columns = scene.clouds.iter().flat_map(|cloud| &cloud.columns);
         let of = (
             columns.map(|column| column.generation).collect(),
-            scene.clouds.iter().map(|cloud| cloud.origin.to_array()).collect(),
+            scene
+                .clouds
+                .iter()
+                .map(|cloud| cloud.origin.to_array())
+                .collect(),
             frame.scene.surface.radius_scale.to_bits(),
         );
         // Made once, while the other threads wait for it.
@@ -114,12 +125,18 @@ impl Kept {
         scene: &Traced<'_>,
     ) -> Self {
         // Positions are f32 around an f64 origin, so that millimetres survive far from zero.
-        let origin = scene.clouds.first().map_or(DVec3::ZERO, |cloud| cloud.object.center);
+        let origin = scene
+            .clouds
+            .first()
+            .map_or(DVec3::ZERO, |cloud| cloud.object.center);
         let (mut discs, mut albedos) = (Vec::new(), Vec::new());
         for cloud in scene.clouds {
             let offset = cloud.origin - origin;
             let radii = cloud.floats(RADIUS, 1).unwrap_or_default();
-            let surfels = cloud.vectors(POSITION).zip(cloud.vectors(NORMAL)).zip(radii);
+            let surfels = cloud
+                .vectors(POSITION)
+                .zip(cloud.vectors(NORMAL))
+                .zip(radii);
             discs.extend(surfels.map(|((position, normal), radius)| Disc {
                 centre: (position.as_dvec3() + offset).as_vec3(),
                 normal: normal.normalize_or(Vec3::Y),
@@ -130,7 +147,13 @@ impl Kept {
         let normals = discs.iter().map(|disc| disc.normal).collect();
         // Nobody asks this hierarchy to stop.
         let discs = Discs::build(&discs, &silent).unwrap_or_default();
-        Self { of, origin, discs, normals, albedos }
+        Self {
+            of,
+            origin,
+            discs,
+            normals,
+            albedos,
+        }
     }
 
     /// The light that comes through a place of the picture; nothing where no disc is.
@@ -144,10 +167,18 @@ impl Kept {
         let near = (view.near / -direction.z) as f32;
         let direction = (world_from_view * direction).as_vec3();
         let counts = |front: bool| front || two_sided;
-        let hit = self.discs.nearest(start, direction, near..f32::INFINITY, |hit| counts(hit.front))?;
+        let hit = self
+            .discs
+            .nearest(start, direction, near..f32::INFINITY, |hit| {
+                counts(hit.front)
+            })?;
 
         let (i, place) = (hit.index as usize, start + hit.distance * direction);
-        let normal = if hit.front { self.normals[i] } else { -self.normals[i] };
+        let normal = if hit.front {
+            self.normals[i]
+        } else {
+            -self.normals[i]
+        };
         let mut light = DVec3::ZERO;
         for lamp in lamps {
             let arriving = lamp.arriving(place.as_dvec3() + self.origin);

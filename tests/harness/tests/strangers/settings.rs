@@ -1,0 +1,59 @@
+//! The boundary does not depend on how either side was compiled.
+
+use crate::workshop::{build, cargo, graph, project, renderer};
+use std::fs;
+use std::path::Path;
+use surfelshop_api::params::{Value, Values};
+
+/// Adds lines to a project's manifest, behind one that is there.
+fn edit(project: &Path, behind: &str, lines: &str) {
+    let path = project.join("Cargo.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    assert!(text.contains(behind), "{text}");
+    fs::write(&path, text.replacen(behind, &format!("{behind}\n{lines}"), 1)).unwrap();
+}
+
+#[test]
+fn other_optimisation_debugging_and_features_describe_the_same_graph() {
+    let usual = project("rim", "shading");
+    let usual = build(&usual, &["--release"], "release");
+    // Another crate of the same code, so that the libraries lie side by side.
+    let plain = project("rim-plain", "shading");
+    let plain = build(&plain, &[], "debug");
+    let other = project("rim-other", "shading");
+    edit(
+        &other,
+        "[dependencies]",
+        "glam = { version = \"0.34\", features = [\"scalar-math\"] }\n\
+         serde = { version = \"1\", features = [\"rc\"] }",
+    );
+    edit(&other, "[profile.release]", "opt-level = \"s\"\noverflow-checks = true\ndebug = 1");
+    let other = build(&other, &["--release"], "release");
+
+    let units = [usual, plain, other].map(|library| renderer(&library));
+    let values: Values = [
+        ("sharpness".to_owned(), Value::Float(7.25)),
+        ("rim".to_owned(), Value::Color([0.5, 0.25, 2.0])),
+    ]
+    .into();
+    for values in [Values::new(), values] {
+        let [usual, plain, other] = units.each_ref().map(|unit| graph(unit, &values).unwrap());
+        assert!(usual == plain && usual == other);
+        assert!(!usual.structure.is_empty() && usual.data.len() == 16);
+    }
+    assert_eq!(units[0].description, units[1].description);
+    assert_eq!(units[0].description, units[2].description);
+}
+
+#[test]
+fn aborting_panics_are_refused_when_it_is_compiled_and_the_reason_is_said() {
+    let project = project("aborts", "shading");
+    let path = project.join("Cargo.toml");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("panic = \"unwind\"", "panic = \"abort\"")).unwrap();
+    let checked = cargo(&project, &["check", "--release"]);
+    let told = String::from_utf8_lossy(&checked.stderr);
+    assert!(!checked.status.success(), "{told}");
+    let reason = "a Surfelshop plugin needs panic = \"unwind\"";
+    assert!(told.contains(reason) && told.contains("would end the whole program"), "{told}");
+}
