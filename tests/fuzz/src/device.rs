@@ -1,7 +1,7 @@
 //! An engine on a device that computes nothing, and a small scene to draw with it.
 
 use glam::DVec3;
-use std::cell::RefCell;
+use std::sync::Mutex;
 use surfelshop_api::abi::host_side::EncodedGraph;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::graph::Output;
@@ -18,20 +18,19 @@ const INPUTS_OF_AN_ENGINE: u32 = 64;
 
 /// Draws a graph of a stranger, and computes it as a tool's.
 pub(crate) fn draw(graph: &EncodedGraph) {
-    thread_local! {
-        static ENGINE: RefCell<Option<(Engine, u32)>> = const { RefCell::new(None) };
-    }
+    // Not of a thread: wgpu cannot end a device while a thread ends.
+    static ENGINE: Mutex<Option<(Engine, u32)>> = Mutex::new(None);
     crate::allow_contained_panics();
-    ENGINE.with_borrow_mut(|kept| {
-        let (engine, used) = kept.get_or_insert_with(|| (engine(), 0));
-        // Any answer is right as long as there is one.
-        drop(draw_with(engine, graph));
-        drop(engine.compute(graph, &[0]));
-        *used += 1;
-        if *used == INPUTS_OF_AN_ENGINE {
-            *kept = None;
-        }
-    });
+    // An engine that a panic left behind is not used again: the fuzzer ends, and tests have failed.
+    let mut kept = ENGINE.lock().expect("no input panicked");
+    let (engine, used) = kept.get_or_insert_with(|| (engine(), 0));
+    // Any answer is right as long as there is one.
+    drop(draw_with(engine, graph));
+    drop(engine.compute(graph, &[0]));
+    *used += 1;
+    if *used == INPUTS_OF_AN_ENGINE {
+        *kept = None;
+    }
 }
 
 /// Draws it twice: the second frame is the one that is recognised.

@@ -47,9 +47,8 @@ impl Description {
 }
 
 fn check(declared: &ParamDecl) -> Result<(), String> {
-    if let Some([low, high]) = declared.range
-        && !(low <= high && low < f64::INFINITY && high > f64::NEG_INFINITY)
-    {
+    let [low, high] = declared.range.unwrap_or([0.0, 1.0]);
+    if !(low <= high && low < f64::INFINITY && high > f64::NEG_INFINITY) {
         return Err(format!("expected a range from lower to upper end, found {low} to {high}"));
     }
     if matches!(&declared.kind, ParamKind::Choice(ids) if ids.is_empty()) {
