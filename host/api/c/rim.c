@@ -3,7 +3,7 @@
  *
  *     cc -shared -fPIC -O2 -o librim_c.so rim.c
  *
- * It is the twin of the shading template of `surfelshop new`, which is written in Rust: both write
+ * It is the twin of the shading template of `surfelshop plugins new`, which is written in Rust: both write
  * the same bytes for the same frame. It computes no pixel itself. It hands the host a shader, says
  * which texture that fills, and gives the values of its parameters.
  *

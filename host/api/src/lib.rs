@@ -55,6 +55,7 @@ mod error;
 mod export;
 mod frame;
 pub mod graph;
+pub mod guide;
 pub mod job;
 mod light;
 pub mod manifest;

@@ -138,7 +138,7 @@ pub trait Tracer: Send + Sync + Sized + 'static {
     /// What it cannot do: cases of `surfelshop check`, and why; see [`LimitInfo`].
     const LIMITS: &'static [LimitInfo] = &[];
 
-    /// Makes an instance; one per view.
+    /// Makes an instance; one per picture, of all its samples.
     ///
     /// # Errors
     /// Where the host lacks something the tracer cannot do without.

@@ -34,7 +34,7 @@ pub(crate) fn renderer(path: &Path) -> anyhow::Result<Chosen> {
         Refusal::Malformed(what) => {
             anyhow!("{name}: expected a graph as --save-graph writes it: {what}")
         }
-        Refusal::Incompatible { .. } => anyhow!("{name}: of {refusal}"),
+        Refusal::Incompatible { .. } => anyhow!("{name}: {refusal}"),
     })?;
     let hosted = Hosted::replaying(graph).map_err(|fault| anyhow!("{name}: {fault}"))?;
     let id = path.file_stem().unwrap_or_default().to_string_lossy();

@@ -6,7 +6,7 @@ use crate::given::Given;
 use crate::report::Written;
 use crate::scenes::Inputs;
 use crate::staging::{self, Staging};
-use crate::studio::{self, Studio};
+use crate::studio::{self, Chosen, Settled, Studio};
 use crate::surroundings::{self, Surroundings};
 use crate::values::{Format, OutputFile};
 use crate::{camera, captured, exr_file, files, pictures, probe_info, report, terminal, traced};
@@ -18,6 +18,7 @@ use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{UnitKind, View};
 use surfelshop_engine::picture::{Background, Development};
+use surfelshop_engine::plugins::Registry;
 use surfelshop_engine::{RenderRequest, Rendered};
 
 /// What an EXR file holds unless one output was asked for.
@@ -66,17 +67,11 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }
     let opening = Instant::now();
-    let studio = Studio::open(&arguments.device, &arguments.plugins);
+    let mut studio = open_studio(arguments, &registry)?;
     timings.device_ms = since(opening);
-    let mut studio = studio.map_err(|error| match registry.names(UnitKind::Tracer).first() {
-        Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
-        None => error,
-    })?;
     let loading = Instant::now();
-    let mut chosen = match graph {
-        Some(graph) => graph,
-        None => studio.choose_for(reference, seen, &arguments.set)?,
-    };
+    let choose = || studio.choose_for(reference, seen, &arguments.set);
+    let mut chosen = graph.map_or_else(choose, Ok)?;
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
@@ -103,10 +98,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     timings.render_ms = settled.milliseconds;
     timings.frame_ms = settled.first_ms;
     timings.columns_ms = settled.columns_ms;
-    if staging.detail_px > 0.0 && !settled.rendered.merged {
-        let renderer = &chosen.reference.id;
-        terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
-    }
+    note_detail(&staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
@@ -137,6 +129,24 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         "timings": timings,
         "counters": studio.engine.counters(),
     }))
+}
+
+/// Opens the device; without one the line says what draws all the same.
+fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Result<Studio> {
+    Studio::open(&arguments.device, &arguments.plugins).map_err(|error| {
+        match registry.names(UnitKind::Tracer).first() {
+            Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
+            None => error,
+        }
+    })
+}
+
+/// Says where less detail was asked for and is not to be had.
+fn note_detail(staging: &Staging, chosen: &Chosen, settled: &Settled) {
+    if staging.detail_px > 0.0 && !settled.rendered.merged {
+        let renderer = &chosen.reference.id;
+        terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
+    }
 }
 
 /// The colour behind the clouds, sRGB-encoded.

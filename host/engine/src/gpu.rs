@@ -172,6 +172,27 @@ impl Gpu {
         }
     }
 
+    /// wgpu's device that computes nothing, with the limits that WebGPU promises: graphs are checked, compiled
+    /// by naga and recorded for it, and no driver sees them. Pictures are zeros.
+    ///
+    /// # Errors
+    /// Never but by a fault of wgpu.
+    pub fn noop() -> Result<Self, GpuError> {
+        let noop = wgpu::NoopBackendOptions {
+            limits: Some(wgpu::Limits::default()),
+            ..wgpu::NoopBackendOptions::enabled()
+        };
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::NOOP,
+            flags: wgpu::InstanceFlags::empty(),
+            backend_options: wgpu::BackendOptions { noop, ..Default::default() },
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::NOOP));
+        let none = || GpuError::NoAdapter { tried: "no-op".to_owned() };
+        Self::open(found.first().ok_or_else(none)?)
+    }
+
     /// Opens a device on an adapter.
     ///
     /// # Errors
@@ -224,8 +245,7 @@ impl Gpu {
             .map(|format| {
                 let promised = format.guaranteed_format_features(features).allowed_usages;
                 let here = adapter.get_texture_format_features(format).allowed_usages;
-                // wgpu's no-op device, which graphs are checked with where no driver is wanted, names
-                // none and takes all.
+                // The no-op device names none and takes all.
                 let is_noop = info.backend == wgpu::Backend::Noop;
                 (format, if is_noop { promised } else { promised & here })
             })

@@ -63,19 +63,7 @@ fn draw_with(engine: &mut Engine, graph: &EncodedGraph) -> Result<Rendered, Rend
 
 /// An engine without a driver behind it, and with the limits that WebGPU promises.
 fn engine() -> Engine {
-    let noop = wgpu::NoopBackendOptions {
-        limits: Some(wgpu::Limits::default()),
-        ..wgpu::NoopBackendOptions::enabled()
-    };
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
-        backends: wgpu::Backends::NOOP,
-        flags: wgpu::InstanceFlags::empty(),
-        backend_options: wgpu::BackendOptions { noop, ..Default::default() },
-        ..wgpu::InstanceDescriptor::new_without_display_handle()
-    });
-    let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::NOOP));
-    let adapter = adapters.first().expect("the no-op adapter is always there");
-    let gpu = Gpu::open(adapter).expect("the no-op device is always there");
+    let gpu = Gpu::noop().expect("the no-op device is always there");
     let options = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
     Engine::new(gpu, &options).expect("the host's shaders compose")
 }
@@ -83,7 +71,7 @@ fn engine() -> Engine {
 /// Three surfels.
 fn cloud() -> Cloud {
     let column = |name: &str, components: u32, values: Vec<f32>| {
-        Column::new(name, components, Buffer::F32(values.into()))
+        Column::new(name, components, Buffer::F32(values))
     };
     let columns = vec![
         column(POSITION, 3, vec![0.0, 0.0, 0.0, 0.5, 0.0, 0.1, 0.0, 0.5, -0.1]),

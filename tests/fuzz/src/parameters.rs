@@ -5,6 +5,9 @@ use surfelshop_api::params::{Value, Values};
 use surfelshop_engine::plugins::keep_values;
 
 /// Takes a description, values behind it, and the rest as what was typed for each parameter.
+///
+/// # Panics
+/// Where it finds what must not be: that is a finding.
 pub fn parameters(bytes: &[u8]) {
     let mut rest = bytes;
     let description = rmp_serde::from_read::<_, Description>(&mut rest).unwrap_or_default();

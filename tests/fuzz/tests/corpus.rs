@@ -1,5 +1,7 @@
 //! Every seed and every finding of the fuzzers, once more: no panic, no hang, no allocation beyond the limit.
 
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
 use peak_alloc::PeakAlloc;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{RecvTimeoutError, channel};

@@ -6,6 +6,8 @@
 //!
 //! Libraries have a renderer each; without one it is `flat`. Times are medians, with quartiles.
 
+#![expect(clippy::print_stdout, reason = "its tables are what it is for")]
+
 use anyhow::{Context as _, ensure};
 use std::hint::black_box;
 use std::path::{Path, PathBuf};

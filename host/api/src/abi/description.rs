@@ -34,7 +34,7 @@ impl Description {
             if id.is_empty() || id.len() > 128 || !id.chars().all(typed) {
                 let id = id.escape_debug();
                 return Err(format!(
-                    "parameter `{id}`: expected an id of letters, digits, - and _"
+                    "parameter `{id}`: expected an id of letters, digits, -, _ and ."
                 ));
             }
             if self.params[..i].iter().any(|other| other.id == *id) {

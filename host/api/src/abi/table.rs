@@ -1,4 +1,5 @@
-//! The C structures of the boundary. Fields are only ever added at the end.
+//! The C structures of the boundary. They change with the ABI major version alone: rows of an array and
+//! functions of the table have a fixed size on both sides. What is added within it travels as msgpack.
 
 use core::ffi::c_void;
 

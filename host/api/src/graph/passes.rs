@@ -196,8 +196,9 @@ impl Pass {
 
     /// Takes merged surfels: where several are small on the screen, one may stand for them, with the
     /// mean of their positions, normals, albedos and accessibilities, weighted by area. Surfels of
-    /// different materials are never merged, nor are ellipses. It happens only where the user asks for
-    /// less detail, and only if all passes of the graph that look at the surface take it.
+    /// different materials are never merged, nor are ellipses. It happens where the user asks for less
+    /// detail, if all passes of the graph that look at the surface take it. Previews while a view moves
+    /// merge what the processor draws, whatever is said here.
     #[must_use]
     pub fn merges(mut self, yes: bool) -> Self {
         self.merges = yes;

@@ -55,5 +55,7 @@ pub(crate) fn licence(manifest: &Manifest) -> &str {
 pub(crate) fn api_range(manifest: &Manifest) -> String {
     let Manifest { api, abi_major: major, abi_minor: minor, .. } = manifest;
     let next = u32::from(*major) + 1;
-    format!("{api}, for hosts of ABI {major}.{minor} and later, before {next}.0")
+    // C has no version of the crate.
+    let of = if api.is_empty() { String::new() } else { format!("{api}, ") };
+    format!("{of}for hosts of ABI {major}.{minor} and later, before {next}.0")
 }

@@ -40,7 +40,8 @@ impl Plan {
             }
             let deepest = if texture.volume { largest } else { limits.max_texture_array_layers };
             if w.max(h) > largest || d > deepest {
-                return refuse(format!("is {w} x {h} x {d}; the device allows {largest}"));
+                let most = format!("{largest} x {largest} x {deepest}");
+                return refuse(format!("is {w} x {h} x {d}; the device allows {most}"));
             }
             if texture.mips == 0 || texture.mips > 32 - w.max(h).leading_zeros() {
                 return refuse(format!("of {w} x {h} cannot have {} mip levels", texture.mips));

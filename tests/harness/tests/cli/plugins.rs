@@ -16,7 +16,7 @@ fn rival() -> PathBuf {
 fn desk() -> Desk {
     let desk = Desk::new();
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 0.5)]);
-    std::fs::write(desk.at("mine.so"), &std::fs::read(rival()).unwrap()).unwrap();
+    std::fs::write(desk.at("mine.so"), std::fs::read(rival()).unwrap()).unwrap();
     desk
 }
 

@@ -10,11 +10,14 @@ use syn::{Attribute, Fields, ImplItem, Item, TraitItem, Visibility};
 pub(crate) fn listing() -> BTreeSet<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut lines = BTreeSet::new();
-    for file in files(&root.join("host/api/src"), "rs") {
-        let text = fs::read_to_string(&file).unwrap();
+    let sources = files(&root.join("host/api/src"), "rs");
+    for file in sources.iter().filter(|file| !file.ends_with("guide.rs")) {
+        let text = fs::read_to_string(file).unwrap();
         let parsed = syn::parse_file(&text).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         items("", &parsed.items, &mut lines);
     }
+    // Pages to read, which no plugin names.
+    lines.retain(|line| !line.starts_with("mod guide"));
     // What is in `host` belongs to the engine alone.
     let shaders = root.join("shaders");
     for file in files(&shaders, "wgsl").iter().filter(|file| file.parent() == Some(&shaders)) {
@@ -176,8 +179,8 @@ fn wgsl(module: &str, lines: &mut BTreeSet<String>) {
                 // The value of a constant may be improved; its name and type stay.
                 _ => rest.find([';', '=']),
             };
-            let item = &rest[..end.unwrap_or(rest.len())];
-            lines.insert(format!("wgsl {path} {}", item.trim()));
+            let item = rest[..end.unwrap_or(rest.len())].split_whitespace();
+            lines.insert(format!("wgsl {path} {}", item.collect::<Vec<_>>().join(" ")));
         }
     }
 }

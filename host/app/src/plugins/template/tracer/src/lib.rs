@@ -12,7 +12,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 use surfelshop_api::Lamp;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
-use surfelshop_api::glam::{DVec2, DVec3, Vec3};
+use surfelshop_api::glam::{DVec2, DVec3, Vec3, Vec4};
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::discs::{Disc, Discs};
 use surfelshop_geometry::silent;
@@ -74,15 +74,15 @@ impl Tracer for {{Name}} {
             .map(|light| Lamp::new(light, &frame.view, &frame.cloud))
             .collect();
         let inside = place_of_sample(tile.sample);
-        for (i, pixel) in pixels.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+        for (i, pixel) in pixels.chunks_exact_mut(4).enumerate() {
             let (column, row) = (i as u32 % tile.width, i as u32 / tile.width);
             if column == 0 {
                 job.check()?; // Once a row is often enough to stop soon.
             }
             let at = DVec2::new((tile.x + column).into(), (tile.y + row).into()) + inside;
-            *pixel = kept
-                .seen(frame, &lamps, at)
-                .map_or([0.0; 4], |light| light.extend(1.0).into());
+            let seen = kept.seen(frame, &lamps, at);
+            let light = seen.map_or(Vec4::ZERO, |light| light.extend(1.0));
+            pixel.copy_from_slice(&light.to_array());
         }
         Ok(())
     }
