@@ -114,7 +114,8 @@ typedef struct surfelshop_bytes {
 /**
  * Where one side writes what it makes, during the call it was passed to and on that call's thread
  * only. `write` copies the bytes, so the caller keeps them, and replaces what the channel held. A
- * host takes at most 2^30 bytes in one call, replaced ones included.
+ * host takes at most 2^30 bytes in one call, replaced ones included; of these at most 16 MiB of a
+ * graph's structure and 1 MiB of a description, and of an error line the first 4 KiB.
  */
 typedef struct surfelshop_sink {
     void *context;

@@ -2,9 +2,7 @@
 
 use crate::files;
 use crate::studio::Chosen;
-use anyhow::{Context as _, anyhow, ensure};
-use std::fs::File;
-use std::io::Read as _;
+use anyhow::anyhow;
 use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_api::abi::host_side::{EncodedGraph, MAX_OUTPUT_BYTES, MAX_STRUCTURE_BYTES};
@@ -24,12 +22,7 @@ pub(crate) fn save(path: &Path, graph: &EncodedGraph) -> anyhow::Result<()> {
 /// A renderer whose every frame is the graph in this file.
 pub(crate) fn renderer(path: &Path) -> anyhow::Result<Chosen> {
     let name = path.display();
-    let cannot = || format!("{name}: the graph cannot be read");
-    let mut bytes = Vec::new();
-    let file = File::open(path).with_context(cannot)?;
-    ensure!(file.metadata().with_context(cannot)?.is_file(), "{name}: expected a file, found none");
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes).with_context(cannot)?;
-    ensure!(bytes.len() as u64 <= LARGEST_FILE, "{name}: expected at most {LARGEST_FILE} bytes");
+    let bytes = files::read_short(path, LARGEST_FILE)?;
     let graph = EncodedGraph::from_file(&bytes).map_err(|refusal| match refusal {
         Refusal::Malformed(what) => {
             anyhow!("{name}: expected a graph as --save-graph writes it: {what}")

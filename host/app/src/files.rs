@@ -1,12 +1,38 @@
 //! Files that appear whole or not at all.
 
 use anyhow::{Context as _, bail};
-use std::io::Write as _;
+use std::fs::File;
+use std::io::{Read as _, Write as _};
 use std::path::Path;
 
 /// The folder a file lies in.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The contents of a file that is expected to be short: no folder, pipe or device is read, and nothing longer.
+pub(crate) fn read_short(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
+    let name = path.display();
+    let cannot = || format!("{name}: cannot be read");
+    // Opening a pipe would wait for a writer, so the type is asked for first.
+    let facts = path.metadata().with_context(cannot)?;
+    if !facts.is_file() {
+        let found = if facts.is_dir() { "a folder" } else { "no regular file" };
+        bail!("{name}: expected a file, found {found}");
+    }
+    let mut bytes = Vec::new();
+    if facts.len() <= most {
+        File::open(path)
+            .with_context(cannot)?
+            .take(most + 1)
+            .read_to_end(&mut bytes)
+            .with_context(cannot)?;
+    }
+    let found = facts.len().max(bytes.len() as u64);
+    if found > most {
+        bail!("{name}: expected at most {most} bytes, found {found}");
+    }
+    Ok(bytes)
 }
 
 /// Says early, before long work, that a file could not be written.

@@ -133,11 +133,14 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
 
 /// Opens the device; without one the line says what draws all the same.
 fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Result<Studio> {
-    Studio::open(&arguments.device, &arguments.plugins).map_err(|error| {
-        match registry.names(UnitKind::Tracer).first() {
-            Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
-            None => error,
-        }
+    // What a captured graph would have stored may have been made of another scene than its key says.
+    let store = if arguments.graph.is_none() { surroundings::store() } else { None };
+    Studio::open_with(&arguments.device, &arguments.plugins, store).map_err(|error| match registry
+        .names(UnitKind::Tracer)
+        .first()
+    {
+        Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
+        None => error,
     })
 }
 

@@ -11,7 +11,7 @@ use surfelshop_api::{HostInfo, UnitKind};
 use surfelshop_engine::plugins::{self, LoadedUnit, Origin, Patience, Registry, UnitRef};
 use surfelshop_engine::{
     Backend, Engine, EngineOptions, Explanation, Gpu, GpuOptions, PassReport, PassState,
-    RenderError, RenderRequest, Rendered, RendererView, SurfelDrawing,
+    RenderError, RenderRequest, Rendered, RendererView, Store, SurfelDrawing,
 };
 
 /// Frames a renderer that refines its picture may take before the last one is taken.
@@ -92,13 +92,19 @@ pub(crate) struct Settled {
 impl Studio {
     /// Opens the device.
     pub(crate) fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<Self> {
+        Self::open_with(device, plugins, surroundings::store())
+    }
+
+    /// Opens the device; what is stored for the next start is found and kept in `store`.
+    pub(crate) fn open_with(
+        device: &DeviceArguments,
+        plugins: &PluginFiles,
+        store: Option<Store>,
+    ) -> anyhow::Result<Self> {
         let gpu = Gpu::headless(&gpu_options(device))?;
         let host = gpu.host_info();
-        let options = EngineOptions {
-            store: surroundings::store(),
-            surfels: surfel_drawing(device),
-            ..EngineOptions::default()
-        };
+        let options =
+            EngineOptions { store, surfels: surfel_drawing(device), ..EngineOptions::default() };
         let engine = Engine::new(gpu, &options)?;
         Ok(Self { engine, host, patience: plugins.patience() })
     }

@@ -11,6 +11,7 @@ use crate::object::ObjectFrame;
 use crate::params::Values;
 use crate::tool::{Tile, Traced};
 use core::ffi::c_void;
+use core::mem::offset_of;
 use std::fmt;
 use std::time::Duration;
 
@@ -110,7 +111,25 @@ impl Plugin {
                 size_of::<PluginTable>()
             ));
         }
-        // SAFETY: magic, version and size say that a whole table is there, and it stays.
+        let functions = [
+            ("describe", offset_of!(PluginTable, describe)),
+            ("create", offset_of!(PluginTable, create)),
+            ("destroy", offset_of!(PluginTable, destroy)),
+            ("frame", offset_of!(PluginTable, frame)),
+            ("tile", offset_of!(PluginTable, tile)),
+            ("run", offset_of!(PluginTable, run)),
+        ];
+        for (name, offset) in functions {
+            // SAFETY: magic, version and size say that a whole table is there; a function is a pointer of
+            // it, which other languages can leave null.
+            let function = unsafe { table.byte_add(offset).cast::<*const c_void>().read() };
+            if function.is_null() {
+                return misbehaved(format!(
+                    "its function table has no `{name}`; one that a plugin does without returns an error"
+                ));
+            }
+        }
+        // SAFETY: the whole table is there, with no function missing, and it stays.
         Ok(Self { table: unsafe { &*table } })
     }
 
@@ -126,8 +145,12 @@ impl Plugin {
         let misbehaved = |what: &dyn fmt::Display| {
             Fault::Misbehaved(format!("its description is no good: {what}"))
         };
-        let description: Description = rmp_serde::from_slice(outputs.channel(channel::DESCRIPTION))
-            .map_err(|error| misbehaved(&error))?;
+        let written = outputs.channel(channel::DESCRIPTION);
+        if written.is_empty() {
+            return Err(Fault::Misbehaved("it wrote no description".to_owned()));
+        }
+        let description: Description =
+            rmp_serde::from_slice(written).map_err(|error| misbehaved(&error))?;
         description.check().map_err(|line| misbehaved(&line))?;
         Ok(description)
     }

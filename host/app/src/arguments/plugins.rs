@@ -1,7 +1,7 @@
 //! What can be typed about plugins: which to use, how far to trust them, and `surfelshop plugins`.
 
 use crate::plugins::TrustFile;
-use crate::values;
+use crate::{terminal, values};
 use clap::{Args, Subcommand, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -41,7 +41,12 @@ impl PluginFiles {
     /// Where to look for plugins, and which may run.
     pub(crate) fn search(&self) -> anyhow::Result<SearchPath> {
         let mut trust = if self.trust { Trust::everything() } else { Trust::default() };
-        trust.add(TrustFile::named(self.trust_file.as_deref())?.trust());
+        match TrustFile::named(self.trust_file.as_deref()) {
+            Ok(list) => trust.add(list.trust()),
+            // What came with the program works without it; a list that was named is needed.
+            Err(error) if self.trust_file.is_none() => terminal::warn(format!("{error:#}")),
+            Err(error) => return Err(error),
+        }
         for contents in &self.trusted_once {
             trust.build(*contents);
         }

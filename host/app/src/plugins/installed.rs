@@ -5,8 +5,12 @@ use crate::arguments::PluginsArguments;
 use crate::{files, terminal};
 use anyhow::{Context as _, anyhow, bail, ensure};
 use serde_json::json;
+use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
-use surfelshop_engine::plugins::{Entry, Origin, Place, Registry, SearchPath, user_plugins_folder};
+use surfelshop_api::manifest::Manifest;
+use surfelshop_engine::plugins::{
+    self, Contents, Entry, Origin, Place, Registry, SearchPath, user_plugins_folder,
+};
 
 fn folder() -> anyhow::Result<PathBuf> {
     user_plugins_folder().ok_or_else(|| {
@@ -22,21 +26,44 @@ pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Re
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     let list_path = arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
-    let mut list = TrustFile::read_or_new(&list_path)?;
-    let mut added = Vec::new();
+    // Everything is judged before anything is copied.
+    let mut wanted: Vec<(&PathBuf, PathBuf, Manifest, Contents)> = Vec::new();
     for file in given {
         let (manifest, contents) = inspected(file)?;
-        let name = file.file_name().context("a plugin file has a name")?;
-        let target = folder.join(name);
-        let bytes =
-            std::fs::read(file).with_context(|| format!("{}: cannot be read", file.display()))?;
-        files::write_whole(&target, &bytes)?;
-        let (_, copied) = inspected(&target)?;
-        ensure!(copied == contents, "{}: the file changed while it was copied", file.display());
-        list.add(&target, &manifest, contents, false)?;
-        added.push((target, manifest));
+        let target = folder.join(file.file_name().unwrap_or_default());
+        let name = target.extension().and_then(|ending| ending.to_str());
+        ensure!(
+            name.is_some_and(|ending| ["so", "dylib", "dll"].contains(&ending)),
+            "{}: expected a name that ends in {DLL_SUFFIX}, which every start looks for; rename it",
+            file.display()
+        );
+        if let Some((other, ..)) = wanted.iter().find(|(_, taken, ..)| *taken == target) {
+            bail!("{} and {} have one name; rename one", other.display(), file.display());
+        }
+        if let Ok((there, _)) = plugins::inspect(&target)
+            && there.id != manifest.id
+        {
+            bail!(
+                "{}: {} has that name in {} already; rename the file, or `surfelshop plugins remove` that",
+                file.display(),
+                there.id,
+                folder.display()
+            );
+        }
+        wanted.push((file, target, manifest, contents));
     }
-    list.write(&list_path)?;
+    let added = TrustFile::change(&list_path, |list| {
+        for (file, target, manifest, contents) in &wanted {
+            let bytes = std::fs::read(file)
+                .with_context(|| format!("{}: cannot be read", file.display()))?;
+            files::write_whole(target, &bytes)?;
+            let (_, copied) = inspected(target)?;
+            ensure!(copied == *contents, "{}: the file changed meanwhile", file.display());
+            list.add(target, manifest, *contents, false)?;
+        }
+        Ok(wanted.into_iter().map(|(_, target, manifest, _)| (target, manifest)))
+    })?;
+    let added: Vec<(PathBuf, Manifest)> = added.collect();
     if arguments.json {
         return terminal::json(&json!({
             "command": "plugins add",
@@ -75,10 +102,17 @@ pub(super) fn remove(arguments: &PluginsArguments, what: &[String]) -> anyhow::R
     }
     removed.sort();
     removed.dedup();
-    for path in &removed {
-        std::fs::remove_file(path)
-            .with_context(|| format!("{}: cannot be removed", path.display()))?;
-    }
+    let list_path = arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
+    TrustFile::change(&list_path, |list| {
+        for path in &removed {
+            let contents = Contents::of_file(path);
+            std::fs::remove_file(path)
+                .with_context(|| format!("{}: cannot be removed", path.display()))?;
+            // What is gone is trusted no more, wherever a copy of it may lie.
+            list.forget(contents);
+        }
+        Ok(())
+    })?;
     let removed: Vec<String> = removed.iter().map(|path| path.display().to_string()).collect();
     if arguments.json {
         return terminal::json(&json!({ "command": "plugins remove", "removed": removed }));

@@ -59,6 +59,11 @@ fn object(entry: &Entry) -> Value {
         State::Shadowed { manifest, by } => {
             ("shadowed", Some(manifest), Some(format!("replaced by {}", by.display())))
         }
+        State::Waiting { manifest, meanwhile } => (
+            "waiting",
+            Some(manifest),
+            Some(format!("not trusted; {} is used", meanwhile.display())),
+        ),
         State::Refused(reason) => ("refused", None, Some(reason.clone())),
     };
     json!({
@@ -79,6 +84,13 @@ fn text(entry: &Entry) -> String {
         State::Shadowed { manifest, by } => {
             let by = by.display();
             format!("{}\n  file      {path}\n  not used  replaced by {by}", named(manifest))
+        }
+        State::Waiting { manifest, meanwhile } => {
+            let meanwhile = meanwhile.display();
+            format!(
+                "{}\n  not used  until it is trusted; meanwhile {meanwhile} is",
+                available(manifest, entry)
+            )
         }
         State::Refused(reason) => format!("refused: {path} {reason}"),
     }

@@ -1,7 +1,7 @@
 //! `surfelshop plugins new`: a project that builds, loads and passes `check`, to be changed from there.
 
 use crate::arguments::{NewArguments, NewKind};
-use crate::terminal;
+use crate::{command_line, terminal};
 use anyhow::{Context as _, bail, ensure};
 use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
@@ -9,23 +9,28 @@ use std::path::{Path, PathBuf};
 use surfelshop_engine::plugins::is_package_id;
 
 /// Names that Cargo or Rust would not take, or that would be taken for others.
-const TAKEN: [&str; 47] = [
+const TAKEN: [&str; 68] = [
     "abstract",
     "alloc",
     "as",
     "async",
+    "aux",
     "await",
     "become",
     "box",
     "break",
+    "build",
+    "con",
     "const",
     "continue",
     "core",
     "crate",
+    "deps",
     "do",
     "dyn",
     "else",
     "enum",
+    "examples",
     "extern",
     "false",
     "final",
@@ -36,6 +41,7 @@ const TAKEN: [&str; 47] = [
     "if",
     "impl",
     "in",
+    "incremental",
     "let",
     "loop",
     "macro",
@@ -43,8 +49,10 @@ const TAKEN: [&str; 47] = [
     "mod",
     "move",
     "mut",
+    "nul",
     "override",
     "priv",
+    "prn",
     "proc-macro",
     "pub",
     "ref",
@@ -53,10 +61,23 @@ const TAKEN: [&str; 47] = [
     "serde",
     "static",
     "std",
+    "struct",
+    "super",
     "surfelshop-api",
     "surfelshop-geometry",
     "test",
+    "trait",
+    "true",
+    "try",
     "type",
+    "typeof",
+    "unsafe",
+    "unsized",
+    "use",
+    "virtual",
+    "where",
+    "while",
+    "yield",
 ];
 
 /// A file of a template: where it goes, and its text.
@@ -93,6 +114,15 @@ impl NewKind {
         match self {
             Self::Shading | Self::Graph | Self::Tool => &["api"],
             Self::Tracer => &["api", "geometry"],
+        }
+    }
+
+    /// What the name of its type ends with.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Shading | Self::Graph => "Renderer",
+            Self::Tool => "Tool",
+            Self::Tracer => "Tracer",
         }
     }
 
@@ -134,8 +164,9 @@ pub(super) fn run(arguments: &NewArguments, json: bool) -> anyhow::Result<()> {
         }));
     }
     let (folder, library) = (path.display(), project.library());
+    let enter = command_line::words("cd", [folder.to_string()]);
     terminal::line(format!("{} is in {folder}. Next:\n", project.kind.what()))?;
-    terminal::line(format!("  cd {folder}\n  cargo build --release"))?;
+    terminal::line(format!("  {enter}\n  cargo build --release"))?;
     terminal::line(format!("  surfelshop plugins trust --place {library}"))?;
     terminal::line(format!("  {}", project.kind.look(&project.name, &library)))?;
     terminal::line(format!("  surfelshop check {library}\n\n{folder}/README.md says more."))
@@ -154,7 +185,7 @@ impl Project {
         let path = &arguments.path;
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
         let name = match name.is_empty() {
-            true => bail!("{}: expected a folder with a name", path.display()),
+            true => bail!("{}: expected the name of a folder to make", path.display()),
             false => name,
         };
         check_name(&name)?;
@@ -183,7 +214,9 @@ impl Project {
             let (first, rest) = word.split_at(1);
             format!("{}{rest}", first.to_ascii_uppercase())
         };
-        let type_name: String = words().map(capital).collect();
+        // With its kind behind it, so that it is no name of the interface's or of Rust's own.
+        let name: String = words().map(capital).collect();
+        let type_name = format!("{name}{}", self.kind.word());
         let title = capital(&words().collect::<Vec<_>>().join(" "));
         let is_shader = |(name, _): &&File| name.ends_with(".wgsl");
         let shaders: Vec<String> = self

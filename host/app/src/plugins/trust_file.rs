@@ -18,12 +18,15 @@
 use crate::files;
 use anyhow::{Context as _, anyhow, ensure};
 use serde::{Deserialize, Serialize};
+use std::fs::File;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_engine::plugins::{Contents, Trust, user_plugins_folder};
 
 const FORMAT: u32 = 1;
+/// Thousands of plugins.
+const LARGEST_FILE: u64 = 1 << 20;
 
 /// What a trust file holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,8 +92,9 @@ impl TrustFile {
     /// Reads a file.
     pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
         let name = path.display();
-        let text = std::fs::read_to_string(path)
-            .with_context(|| format!("{name}: the list of trusted plugins cannot be read"))?;
+        let text = String::from_utf8(files::read_short(path, LARGEST_FILE)?).map_err(|_error| {
+            anyhow!("{name}: expected a list of trusted plugins, found no text")
+        })?;
         Self::parse(&text).map_err(|what| {
             anyhow!("{name}: {what}; correct the file, or remove it and trust your plugins again")
         })
@@ -114,16 +118,38 @@ impl TrustFile {
     }
 
     /// Writes it, whole or not at all.
-    pub(crate) fn write(&self, path: &Path) -> anyhow::Result<()> {
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder)
-                .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
-        }
+    fn write(&self, path: &Path) -> anyhow::Result<()> {
         let text = toml::to_string_pretty(&Self { format: FORMAT, ..self.clone() })
             .with_context(|| format!("{}: cannot be written", path.display()))?;
         let head =
             "# Plugins whose code Surfelshop may run; `surfelshop plugins trust` adds to them.\n";
         files::write_whole(path, format!("{head}{text}").as_bytes())
+    }
+
+    /// Changes a list that no other program changes meanwhile; one that is damaged is not touched.
+    pub(crate) fn change<T>(
+        path: &Path,
+        work: impl FnOnce(&mut Self) -> anyhow::Result<T>,
+    ) -> anyhow::Result<T> {
+        let name = path.display();
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+        }
+        let lock = path.with_extension("lock");
+        let file =
+            File::create(&lock).with_context(|| format!("{}: cannot be made", lock.display()))?;
+        // Freed when this ends, however it does.
+        file.lock().with_context(|| format!("{name}: another program is changing it"))?;
+        let mut list = Self::read_or_new(path)?;
+        let done = work(&mut list)?;
+        list.write(path)?;
+        Ok(done)
+    }
+
+    /// Takes trust back from a build.
+    pub(super) fn forget(&mut self, contents: Contents) {
+        self.builds.retain(|build| Contents::from_sha256(&build.sha256) != Some(contents));
     }
 
     /// What it says may run.
@@ -147,7 +173,9 @@ impl TrustFile {
         contents: Contents,
         place: bool,
     ) -> anyhow::Result<()> {
-        let file = std::path::absolute(path)
+        // Where it really lies, whatever leads there: a link may lead elsewhere tomorrow.
+        let file = path
+            .canonicalize()
             .with_context(|| format!("{}: its place cannot be told", path.display()))?;
         // What is not text could not be found again in the file.
         ensure!(file.to_str().is_some(), "{}: the path is not UTF-8; rename it", path.display());
@@ -175,15 +203,32 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("deep/trust.toml");
         assert_eq!(TrustFile::read_or_new(&path).unwrap(), TrustFile::default());
-        let mut file = TrustFile { format: FORMAT, ..TrustFile::default() };
         let contents = Contents::from_sha256(&"0aF".repeat(22)[..64]).unwrap();
-        for place in [false, true, false, true] {
-            file.add(Path::new("a.so"), &Manifest::default(), contents, place).unwrap();
-        }
-        assert_eq!((file.builds.len(), file.places.len()), (1, 1));
-        file.write(&path).unwrap();
-        assert_eq!(TrustFile::read(&path).unwrap(), file);
+        let plugin = folder.path().join("a.so");
+        std::fs::write(&plugin, "").unwrap();
+        // All at once, as programs side by side do.
+        std::thread::scope(|scope| {
+            for i in 0..8 {
+                let (path, plugin) = (&path, &plugin);
+                scope.spawn(move || {
+                    let add = |list: &mut TrustFile| {
+                        let mut other = [i; 32];
+                        other[0] = 0;
+                        let hex: String = other.iter().map(|byte| format!("{byte:02x}")).collect();
+                        let own = Contents::from_sha256(&hex).unwrap();
+                        list.add(plugin, &Manifest::default(), own, false)?;
+                        list.add(plugin, &Manifest::default(), contents, i % 2 == 0)
+                    };
+                    TrustFile::change(path, add).unwrap();
+                });
+            }
+        });
+        let file = TrustFile::read(&path).unwrap();
+        assert_eq!((file.builds.len(), file.places.len()), (9, 1));
         assert_ne!(file.trust(), Trust::default());
+        let refused = |_: &mut TrustFile| -> anyhow::Result<()> { anyhow::bail!("no") };
+        assert!(TrustFile::change(&path, refused).is_err());
+        assert_eq!(TrustFile::read(&path).unwrap(), file);
 
         for (text, expected) in [
             ("", "missing field `format`"),

@@ -22,15 +22,16 @@ pub(super) fn trust(
     place: bool,
 ) -> anyhow::Result<()> {
     let path = path(arguments)?;
-    let mut list = TrustFile::read_or_new(&path)?;
-    let mut told = Vec::new();
-    for file in files {
-        let (manifest, contents) = inspected(file)?;
-        list.add(file, &manifest, contents, place)?;
-        let what = if place { "whatever is built there" } else { "this build" };
-        told.push((file, named(&manifest), contents, what));
-    }
-    list.write(&path)?;
+    let told = TrustFile::change(&path, |list| {
+        let mut told = Vec::new();
+        for file in files {
+            let (manifest, contents) = inspected(file)?;
+            list.add(file, &manifest, contents, place)?;
+            let what = if place { "whatever is built there" } else { "this build" };
+            told.push((file, named(&manifest), contents, what));
+        }
+        Ok(told)
+    })?;
     if arguments.json {
         return terminal::json(&json!({
             "command": "plugins trust",
@@ -53,26 +54,12 @@ pub(super) fn trust(
 /// Takes trust back.
 pub(super) fn distrust(arguments: &PluginsArguments, what: &[String]) -> anyhow::Result<()> {
     let path = path(arguments)?;
-    let mut list = TrustFile::read_or_new(&path)?;
-    let mut n_all = 0;
-    for text in what {
-        let before = list.builds.len() + list.places.len();
-        let file = std::path::absolute(Path::new(text)).ok();
-        let now = inspected(Path::new(text)).ok().map(|(_, contents)| contents.to_string());
-        let digits = text.len() >= LEAST_DIGITS && text.bytes().all(|b| b.is_ascii_hexdigit());
-        let prefix = digits.then(|| text.to_ascii_lowercase());
-        list.builds.retain(|build| {
-            let sha256 = build.sha256.to_ascii_lowercase();
-            let by_digits = prefix.as_ref().is_some_and(|prefix| sha256.starts_with(prefix));
-            !by_digits && Some(&sha256) != now.as_ref() && Some(&build.file) != file.as_ref()
-        });
-        list.places.retain(|place| Some(&place.file) != file.as_ref());
-        match before - list.builds.len() - list.places.len() {
+    let n_all = TrustFile::change(&path, |list| {
+        what.iter().try_fold(0, |n_all, text| match take_back(list, text) {
             0 => bail!("{text}: {} trusts no such file, build or place", path.display()),
-            n => n_all += n,
-        }
-    }
-    list.write(&path)?;
+            n => Ok(n_all + n),
+        })
+    })?;
     if arguments.json {
         return terminal::json(&json!({
             "command": "plugins distrust",
@@ -81,4 +68,28 @@ pub(super) fn distrust(arguments: &PluginsArguments, what: &[String]) -> anyhow:
         }));
     }
     terminal::line(format!("{n_all} removed from {}", path.display()))
+}
+
+/// Removes what a file or the digits of a build name; says how many entries that were.
+fn take_back(list: &mut TrustFile, text: &str) -> usize {
+    let before = list.builds.len() + list.places.len();
+    // Different ways may lead to one file, and one that is gone still has a name.
+    let resolved = |path: &Path| {
+        let absolute = || std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        path.canonicalize().unwrap_or_else(|_| absolute())
+    };
+    let file = resolved(Path::new(text));
+    let now = inspected(Path::new(text)).ok().map(|(_, contents)| contents);
+    let digits = text.len() >= LEAST_DIGITS && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let prefix = digits.then(|| text.to_ascii_lowercase());
+    if let Some(now) = now {
+        list.forget(now);
+    }
+    list.builds.retain(|build| {
+        let sha256 = build.sha256.to_ascii_lowercase();
+        let by_digits = prefix.as_ref().is_some_and(|prefix| sha256.starts_with(prefix));
+        !by_digits && resolved(&build.file) != file
+    });
+    list.places.retain(|place| resolved(&place.file) != file);
+    before - list.builds.len() - list.places.len()
 }

@@ -39,6 +39,7 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
     ui.label(match &entry.state {
         State::Available(_) => "available".to_owned(),
         State::Shadowed { by, .. } => format!("{} is used instead", by.display()),
+        State::Waiting { meanwhile, .. } => format!("{} is used meanwhile", meanwhile.display()),
         State::Refused(reason) => reason.clone(),
     });
     let mut asks = false;

@@ -48,7 +48,7 @@ pub(super) fn ask(window: &mut Window, ctx: &Context) {
 }
 
 fn question(ui: &mut Ui, entry: &Entry) -> Option<Answer> {
-    let manifest = entry.available()?;
+    let manifest = entry.manifest()?;
     ui.set_max_width(WIDTH);
     ui.heading("Use this plugin?");
     ui.label(
@@ -101,9 +101,7 @@ fn offers(units: &[UnitEntry]) -> String {
 
 /// Writes a yes down.
 fn keep(window: &Window, entry: &Entry, place: bool) -> anyhow::Result<()> {
-    let Some(manifest) = entry.available() else { return Ok(()) };
+    let Some(manifest) = entry.manifest() else { return Ok(()) };
     let path = window.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
-    let mut list = TrustFile::read_or_new(&path)?;
-    list.add(&entry.path, manifest, entry.contents, place)?;
-    list.write(&path)
+    TrustFile::change(&path, |list| list.add(&entry.path, manifest, entry.contents, place))
 }

@@ -201,30 +201,67 @@ fn malformed(what: impl Into<String>) -> Refused {
 #[must_use]
 pub fn is_package_id(text: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
-    !text.is_empty() && text.len() <= 128 && text.bytes().all(allowed)
+    !text.is_empty() && text.len() <= MAX_NAME_LEN && text.bytes().all(allowed)
+}
+
+/// Longest id of a package or unit, in bytes.
+const MAX_NAME_LEN: usize = 128;
+/// Longest other text of a manifest, in bytes: a long sentence, or many authors.
+const MAX_SHOWN_LEN: usize = 1024;
+/// Most units of a library.
+const MAX_UNITS: usize = 256;
+
+/// Whether a character does not show, or changes how others are shown: what a person decides by must be
+/// what is written.
+fn is_deceptive(c: char) -> bool {
+    c.is_control()
+        || matches!(c, '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}')
+        || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
+        || matches!(c, '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
+}
+
+/// The start of a text, with what does not show written out.
+fn shortened(text: &str) -> String {
+    let escaped = |c: char| match is_deceptive(c) {
+        true => c.escape_unicode().to_string(),
+        false => c.to_string(),
+    };
+    text.chars().take(MAX_NAME_LEN).map(escaped).collect()
 }
 
 /// Whether a text can be the id of a unit.
 fn is_unit_id(text: &str) -> bool {
     let allowed = |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
-    !text.is_empty() && text.len() <= 128 && text.bytes().all(allowed)
+    !text.is_empty() && text.len() <= MAX_NAME_LEN && text.bytes().all(allowed)
 }
 
 /// Refuses names that could not be typed or that would disturb a terminal.
 fn check_names(manifest: &Manifest) -> Result<(), Refused> {
     if !is_package_id(&manifest.id) {
-        let id = manifest.id.escape_debug();
+        let id = shortened(&manifest.id);
         return Err(malformed(format!("`{id}` is no package id such as org.example.mine")));
     }
     let shown = [&manifest.version, &manifest.authors, &manifest.license, &manifest.api];
     let units = manifest.units.iter().flat_map(|unit| [&unit.title, &unit.summary]);
-    if let Some(text) = shown.into_iter().chain(units).find(|t| t.chars().any(char::is_control)) {
-        let text = text.escape_debug();
-        return Err(malformed(format!("its text \"{text}\" has control characters")));
+    for text in shown.into_iter().chain(units) {
+        if text.chars().any(is_deceptive) {
+            let text = shortened(text);
+            return Err(malformed(format!("its text \"{text}\" has characters that do not show")));
+        }
+        if text.len() > MAX_SHOWN_LEN {
+            let found = text.len();
+            return Err(malformed(format!(
+                "a text of it has {found} bytes, at most {MAX_SHOWN_LEN} are shown"
+            )));
+        }
+    }
+    if manifest.units.len() > MAX_UNITS {
+        let found = manifest.units.len();
+        return Err(malformed(format!("it exports {found} units, at most {MAX_UNITS} are listed")));
     }
     for (i, unit) in manifest.units.iter().enumerate() {
         if !is_unit_id(&unit.id) {
-            let id = unit.id.escape_debug();
+            let id = shortened(&unit.id);
             return Err(malformed(format!("`{id}` is no unit id: a-z, 0-9 and - are allowed")));
         }
         if manifest.units[..i].iter().any(|other| other.kind == unit.kind && other.id == unit.id) {

@@ -24,6 +24,14 @@ pub enum State {
         #[serde(serialize_with = "lossy")]
         by: PathBuf,
     },
+    /// A good plugin that nobody has said yes to, and that would take the place of one that may run.
+    Waiting {
+        /// What the file says of itself.
+        manifest: Manifest,
+        /// The file used meanwhile.
+        #[serde(serialize_with = "lossy")]
+        meanwhile: PathBuf,
+    },
     /// Not a plugin this host can use; reads on from the path: `is empty`.
     Refused(String),
 }
@@ -51,7 +59,7 @@ impl Entry {
     pub fn available(&self) -> Option<&Manifest> {
         match &self.state {
             State::Available(manifest) => Some(manifest),
-            State::Shadowed { .. } | State::Refused(_) => None,
+            State::Shadowed { .. } | State::Waiting { .. } | State::Refused(_) => None,
         }
     }
 
@@ -59,7 +67,9 @@ impl Entry {
     #[must_use]
     pub fn manifest(&self) -> Option<&Manifest> {
         match &self.state {
-            State::Available(manifest) | State::Shadowed { manifest, .. } => Some(manifest),
+            State::Available(manifest)
+            | State::Shadowed { manifest, .. }
+            | State::Waiting { manifest, .. } => Some(manifest),
             State::Refused(_) => None,
         }
     }
@@ -77,7 +87,8 @@ impl Entry {
     /// Whether it could be used if somebody said yes to it.
     #[must_use]
     pub fn asks_for_trust(&self) -> bool {
-        self.available().is_some() && self.trust == Standing::New
+        let would_be_used = matches!(self.state, State::Available(_) | State::Waiting { .. });
+        would_be_used && self.trust == Standing::New
     }
 
     /// Why the file was refused, after its path.
@@ -85,7 +96,7 @@ impl Entry {
     pub fn refusal(&self) -> Option<String> {
         match &self.state {
             State::Refused(reason) => Some(format!("{} {reason}", self.path.display())),
-            State::Available(_) | State::Shadowed { .. } => None,
+            State::Available(_) | State::Shadowed { .. } | State::Waiting { .. } => None,
         }
     }
 }
@@ -136,16 +147,29 @@ impl Registry {
     }
 }
 
-/// Leaves one available entry per package id: the last.
+/// Leaves one available entry per package id: the last that may run, or that was named on the command line,
+/// and where there is none the last. A file that only lies in a folder takes nobody's place unasked.
 fn shadow_duplicates(entries: &mut [Entry]) {
-    let mut used: BTreeMap<String, PathBuf> = BTreeMap::new();
-    for entry in entries.iter_mut().rev() {
-        let State::Available(manifest) = &entry.state else { continue };
-        if let Some(by) = used.get(&manifest.id) {
-            entry.state = State::Shadowed { manifest: manifest.clone(), by: by.clone() };
-        } else {
-            used.insert(manifest.id.clone(), entry.path.clone());
+    let counts =
+        |entry: &Entry| entry.trust != Standing::New || entry.origin == Origin::CommandLine;
+    let mut used: BTreeMap<String, (usize, PathBuf)> = BTreeMap::new();
+    for (i, entry) in entries.iter().enumerate() {
+        let Some(manifest) = entry.available() else { continue };
+        if counts(entry) || !used.get(&manifest.id).is_some_and(|(best, _)| counts(&entries[*best]))
+        {
+            used.insert(manifest.id.clone(), (i, entry.path.clone()));
         }
+    }
+    for (i, entry) in entries.iter_mut().enumerate() {
+        let State::Available(manifest) = &entry.state else { continue };
+        let Some((best, path)) = used.get(&manifest.id).filter(|(best, _)| *best != i) else {
+            continue;
+        };
+        let (manifest, path) = (manifest.clone(), path.clone());
+        entry.state = match i < *best {
+            true => State::Shadowed { manifest, by: path },
+            false => State::Waiting { manifest, meanwhile: path },
+        };
     }
 }
 

@@ -73,8 +73,11 @@ impl Trust {
     #[must_use]
     pub fn standing(&self, place: &Place, contents: Contents) -> Standing {
         let path = resolved(&place.path);
-        let is_own = path.parent().is_some_and(|folder| self.own.contains(folder));
-        if is_own || place.origin == Origin::BesideProgram {
+        let folder = path.parent();
+        // A link beside the program may lead anywhere.
+        let lies_there = folder == place.path.parent().map(resolved).as_deref();
+        let is_own = folder.is_some_and(|folder| self.own.contains(folder));
+        if is_own || (place.origin == Origin::BesideProgram && lies_there) {
             Standing::OfProgram
         } else if self.builds.contains(&contents) {
             Standing::Build

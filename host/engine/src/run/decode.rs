@@ -22,6 +22,9 @@ pub(crate) fn decode(graph: &EncodedGraph) -> Result<Structure, Fault> {
             "its graph has {found} bytes of structure, at most {MAX_STRUCTURE_BYTES} are taken"
         ));
     }
+    if graph.structure.is_empty() {
+        return misbehaved("it wrote no graph".to_owned());
+    }
     let structure: Structure = match rmp_serde::from_slice(&graph.structure) {
         Ok(structure) => structure,
         Err(error) => {

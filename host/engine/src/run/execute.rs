@@ -14,7 +14,7 @@ use super::{RenderError, bind};
 use crate::environment::Bound;
 use crate::surfels::{Surface, SurfaceInput, SurfelShading, lit_surface};
 use std::collections::{BTreeSet, HashMap};
-use surfelshop_api::graph::{Groups, Pass, Resource, SamplerKind, Target, Work};
+use surfelshop_api::graph::{Groups, Pass, Resource, SamplerKind, Span, Target, Work};
 
 /// What a frame's passes are bound to besides the graph's own resources.
 pub(crate) struct Frame<'a> {
@@ -223,8 +223,13 @@ fn upload_data(
 ) -> Result<Option<wgpu::Buffer>, RenderError> {
     let end = |offset: u64, len: u64| offset.saturating_add(len);
     for span in &plan.structure.uniforms {
-        if end(span.offset, span.len) > frame.data.len() as u64 || span.offset % 256 != 0 {
-            return Err(RenderError::Graph("a uniform lies outside the frame's data".to_owned()));
+        let Span { offset, len } = *span;
+        let n_bytes = frame.data.len();
+        if end(offset, len) > n_bytes as u64 || offset % 256 != 0 {
+            return Err(RenderError::Graph(format!(
+                "a uniform of {len} bytes at {offset} of the frame's {n_bytes} bytes of data; it must lie \
+                 within them, at a multiple of 256"
+            )));
         }
     }
     for (buffer, made) in plan.structure.buffers.iter().zip(&resources.buffers) {

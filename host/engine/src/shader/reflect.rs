@@ -51,7 +51,13 @@ impl BindingKind {
             Self::Uniform { size } => format!("a uniform of {size} bytes"),
             Self::Storage { writable: true, .. } => "a writable storage buffer".to_owned(),
             Self::Storage { .. } => "a storage buffer".to_owned(),
-            Self::Texture { .. } => "a texture".to_owned(),
+            Self::Texture { sample, .. } => match sample {
+                wgpu::TextureSampleType::Float { .. } => "a texture of floats".to_owned(),
+                wgpu::TextureSampleType::Depth => "a depth texture".to_owned(),
+                wgpu::TextureSampleType::Sint | wgpu::TextureSampleType::Uint => {
+                    "a texture of whole numbers".to_owned()
+                }
+            },
             Self::StorageTexture { format, .. } => format!("a storage texture of {format:?}"),
             Self::Sampler { .. } => "a sampler".to_owned(),
         }

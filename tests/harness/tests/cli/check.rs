@@ -59,7 +59,7 @@ fn what_is_wrong_is_found_by_its_case() {
     let desk = Desk::new();
     let plugin = example("wrong");
     let failed = |unit: &str, more: &str| -> Vec<String> {
-        let line = format!("check {unit} --plugin {plugin} --json {more}");
+        let line = format!("check {unit} --trust --plugin {plugin} --json {more}");
         let ended = desk.run(&line);
         let verdicts = verdicts(&serde_json::from_str(&ended.stdout).unwrap());
         let failed: Vec<String> = verdicts
@@ -98,7 +98,8 @@ fn what_is_wrong_is_found_by_its_case() {
     // A tracer that does not answer, and a tool that panics.
     let faulty = example("faulty");
     let of_faulty = |unit: &str| {
-        let line = format!("check {unit} --plugin {faulty} --json --patience 1 --case outputs");
+        let line =
+            format!("check {unit} --trust --plugin {faulty} --json --patience 1 --case outputs");
         let ended = desk.run(&line);
         assert_eq!(ended.code, 1, "{unit}");
         verdicts(&serde_json::from_str(&ended.stdout).unwrap())
@@ -114,7 +115,7 @@ fn what_is_wrong_is_found_by_its_case() {
 fn failures_come_with_pictures_and_the_command_to_see_them_again() {
     let desk = Desk::new();
     let plugin = example("wrong");
-    let line = format!("check deeper right --plugin {plugin} --case depth -o out");
+    let line = format!("check deeper right --trust --plugin {plugin} --case depth -o out");
     let ended = desk.run(&line);
     assert_eq!(ended.code, 1);
     assert!(ended.stdout.contains("failed   depth"), "{}", ended.stdout);

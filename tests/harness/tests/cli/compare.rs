@@ -90,7 +90,7 @@ fn what_goes_wrong_is_marked_and_not_averaged_in() {
     let plugin = faulty();
     let bad = ["not-finite", "panics-in-frame", "wrong-target-size", "no-output", "panics-in-new"];
     let line = format!("compare two.ply -r flat -r {} -o out {SMALL}", bad.join(" -r "));
-    let ended = desk.run(&format!("{line} --plugin {plugin}"));
+    let ended = desk.run(&format!("{line} --trust --plugin {plugin}"));
     assert_eq!(ended.code, 1, "{}", ended.stderr);
     for name in bad {
         assert!(ended.stderr.contains(&format!("`{name}`: ")), "{name}: {}", ended.stderr);

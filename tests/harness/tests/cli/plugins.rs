@@ -53,6 +53,12 @@ fn plugins_of_new_places_run_after_a_yes_and_their_next_build_after_another() {
     assert!(desk.run("plugins distrust mine.so").done().stdout.contains("2 removed"));
     desk.run(RENDER).failed(&["new here"]);
     desk.run("plugins distrust mine.so").failed(&["mine.so", "trusts no such file"]);
+    // However it is named.
+    std::fs::create_dir(desk.at("deep")).unwrap();
+    desk.run("plugins trust --place deep/../mine.so").done();
+    desk.run(RENDER).done();
+    desk.run("plugins distrust ./mine.so").done();
+    desk.run(RENDER).failed(&["new here"]);
 }
 
 #[test]
@@ -108,8 +114,20 @@ fn added_plugins_are_found_and_trusted_and_removed_ones_are_gone() {
     desk.run(render).done();
     desk.run("plugins add one.ply").failed(&["one.ply", "is not a shared library"]);
     desk.run("plugins remove nobody").failed(&["nobody", "no such plugin"]);
+    // Another package under that name, and names that no start would look for.
+    let faulty = rival()
+        .with_file_name(rival().file_name().unwrap().to_str().unwrap().replace("rival", "faulty"));
+    std::fs::create_dir(desk.at("other")).unwrap();
+    std::fs::copy(&faulty, desk.at("other/mine.so")).unwrap();
+    desk.run("plugins add other/mine.so").failed(&["other/mine.so", RIVAL, "rename the file"]);
+    std::fs::copy(rival(), desk.at("other/plain")).unwrap();
+    desk.run("plugins add other/plain").failed(&["other/plain", "expected a name that ends in"]);
+    desk.run("plugins add mine.so other/mine.so").failed(&["have one name"]);
+    desk.run(render).done();
     desk.run(&format!("plugins remove {RIVAL}")).done();
     desk.run(render).failed(&["there is no renderer `fine`"]);
+    // And nothing of it is trusted any more.
+    desk.run(RENDER).failed(&["new here"]);
 }
 
 #[test]

@@ -24,7 +24,8 @@ fn cells(told: &Value) -> Vec<Value> {
 #[test]
 fn a_stranger_s_knob_is_swept_over_its_range() {
     let (desk, plugin) = (desk(), faulty());
-    let line = format!("report two.ply -r fine --reference flat -o out {SMALL} --plugin {plugin}");
+    let line =
+        format!("report two.ply -r fine --reference flat -o out {SMALL} --trust --plugin {plugin}");
     let told = desk.run(&format!("{line} --json")).json();
     assert_eq!(told["knobs"][0]["id"], "steps", "the one that trades time for quality");
     let cells = cells(&told);
@@ -50,7 +51,7 @@ fn what_was_measured_is_kept_until_something_is_another() {
     let (desk, plugin) = (desk(), faulty());
     let run = |knob: &str, more: &str| {
         let line = format!(
-            "report two.ply -r fine --reference fine -o out {SMALL} --plugin {plugin} {more}"
+            "report two.ply -r fine --reference fine -o out {SMALL} --trust --plugin {plugin} {more}"
         );
         cells(&desk.run(&format!("{line} --knob gain={knob} --json")).json())
     };
@@ -70,7 +71,7 @@ fn what_was_measured_is_kept_until_something_is_another() {
 #[test]
 fn what_cannot_be_reported_is_one_line() {
     let (desk, plugin) = (desk(), faulty());
-    let line = format!("report two.ply -o out {SMALL} --plugin {plugin} --reference flat");
+    let line = format!("report two.ply -o out {SMALL} --trust --plugin {plugin} --reference flat");
     let flat = format!("{line} -r flat");
     desk.run(&format!("report two.ply -r flat -o out {SMALL} --knob ambient=0.5"))
         .failed(&["say what errors are measured against", "--reference"]);
@@ -220,7 +221,7 @@ fn what_takes_too_long_is_left_out_and_said() {
     let (desk, plugin) = (desk(), faulty());
     let line = format!(
         "report two.ply -t works-slowly --set milliseconds=300 --knob items=1,2,4,8 --repeats 0 \
-         --reference-set items=1 --longest 0.2 --plugin {plugin} -o out"
+         --reference-set items=1 --longest 0.2 --trust --plugin {plugin} -o out"
     );
     // However often: what is known of a value is enough to leave out those behind it.
     for _ in 0..2 {
@@ -236,8 +237,9 @@ fn what_takes_too_long_is_left_out_and_said() {
 fn tools_that_cannot_be_measured_are_one_line() {
     let (desk, plugin) = (desk(), faulty());
     bowl(&desk);
-    let line =
-        format!("report two.ply --repeats 0 --plugin {plugin} -o out --reference-set seed=9");
+    let line = format!(
+        "report two.ply --repeats 0 --trust --plugin {plugin} -o out --reference-set seed=9"
+    );
     let scatters = format!("{line} -t scatters --knob seed=1,2");
     let done = desk.run(&format!("{scatters} --json")).json();
     assert_eq!(done["of"], "2 surfels, column noise");

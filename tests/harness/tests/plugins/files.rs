@@ -134,7 +134,14 @@ fn manifest_without_text() {
 #[test]
 fn manifest_that_writes_to_the_terminal() {
     let bytes = replaced(faulty_bytes(), b"Shows the albedo.", b"Shows \x1b[31mlbedo.");
-    assert_refused(&bytes, &["manifest is damaged", "control characters", "\\u{1b}[31m"]);
+    assert_refused(&bytes, &["manifest is damaged", "do not show", "\\u{1b}[31m"]);
+}
+
+#[test]
+fn manifest_whose_text_is_not_what_it_shows() {
+    // Written from right to left from there on.
+    let bytes = replaced(faulty_bytes(), b"Shows the albedo.", "Shows \u{202e} albedo.".as_bytes());
+    assert_refused(&bytes, &["manifest is damaged", "do not show", "\\u{202e}"]);
 }
 
 #[test]

@@ -26,6 +26,36 @@ fn later_places_win_and_the_others_are_listed_as_shadowed() {
 }
 
 #[test]
+fn a_file_that_nobody_trusts_takes_nobodys_place_unless_it_was_named() {
+    let (program, user) = (Shelf::with_good_plugin(), Shelf::with_good_plugin());
+    let (ours, other) = (program.at("good"), user.at("good"));
+    let mut search = SearchPath {
+        folders: vec![
+            Place::new(program.path(), Origin::BesideProgram),
+            Place::new(user.path(), Origin::UserFolder),
+        ],
+        ..SearchPath::default()
+    };
+    let registry = Registry::scan(&search);
+    assert_eq!(registry.find(UnitKind::Renderer, "fine").unwrap().path, ours);
+    let waiting = entry(&registry, &other);
+    assert!(matches!(&waiting.state, State::Waiting { meanwhile, .. } if *meanwhile == ours));
+    assert!(waiting.asks_for_trust() && !entry(&registry, &ours).asks_for_trust());
+
+    // After a yes it takes the place, and one that was named is never passed over in silence.
+    search.trust.place(&other);
+    let registry = Registry::scan(&search);
+    assert_eq!(registry.find(UnitKind::Renderer, "fine").unwrap().path, other);
+    let named = Shelf::with_good_plugin();
+    search.files.push(Place::new(named.at("good"), Origin::CommandLine));
+    let registry = Registry::scan(&search);
+    let found = registry.find(UnitKind::Renderer, "fine").unwrap();
+    assert_eq!(found.path, named.at("good"));
+    let line = registry.load(&found).unwrap_err().to_string();
+    assert!(line.contains("a place that is new here"), "{line}");
+}
+
+#[test]
 fn a_damaged_file_shadows_nothing() {
     let (user, named) = (Shelf::new(), Shelf::new());
     let good = user.put("mine", &faulty_bytes());

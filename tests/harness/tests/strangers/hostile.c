@@ -16,6 +16,7 @@
 #define SEGFAULT 10
 #define LONG_ERROR 11
 #define COUNT 12
+#define NO_FUNCTION 13
 
 #if FAULT == NO_UNITS
 #define UNITS ""
@@ -93,5 +94,10 @@ static int32_t frame(void *instance, surfelshop_bytes request, surfelshop_sink s
 }
 
 SURFELSHOP_EXPORT const surfelshop_plugin_table SURFELSHOP_PLUGIN = {
-    SURFELSHOP_TABLE_HEAD, describe, create, destroy, frame, surfelshop_no_tile, surfelshop_no_run,
+    SURFELSHOP_TABLE_HEAD, describe, create, destroy, frame, surfelshop_no_tile,
+#if FAULT == NO_FUNCTION
+    NULL,
+#else
+    surfelshop_no_run,
+#endif
 };

@@ -62,7 +62,7 @@ fn a_graph_of_a_gigabyte_is_refused_before_it_is_copied() {
 fn graphs_without_end_or_beginning_are_refused() {
     frame_fails("NESTED", "its graph is unreadable");
     frame_fails("COUNT", "its graph is unreadable");
-    frame_fails("NOTHING", "its graph is unreadable");
+    frame_fails("NOTHING", "it wrote no graph");
 }
 
 #[test]
@@ -70,6 +70,14 @@ fn answers_that_are_none_are_refused() {
     frame_fails("STATUS", "the unknown status 77");
     frame_fails("NO_INSTANCE", "it made no instance and gave no reason");
     frame_fails("LONG_ERROR", "xxxx");
+}
+
+#[test]
+fn a_table_without_a_function_is_refused_by_its_name() {
+    let registry = registry(&library("NO_FUNCTION"));
+    let unit = registry.find(UnitKind::Renderer, "hostile").unwrap();
+    let line = registry.load(&unit).unwrap_err().to_string();
+    assert!(line.contains("its function table has no `run`"), "{line}");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! The boundary does not depend on how either side was compiled.
 
-use crate::workshop::{build, cargo, graph, project, renderer};
+use crate::workshop::{build, cargo, folder, graph, project, renderer, root};
 use std::fs;
+use std::io::Read as _;
 use std::path::Path;
 use surfelshop_api::params::{Value, Values};
 
@@ -45,13 +46,36 @@ fn other_optimisation_debugging_and_features_describe_the_same_graph() {
     assert_eq!(units[0].description, units[2].description);
 }
 
+/// A plugin that another compiler built, and the same built here, from the same source.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+fn another_compiler_describes_the_same_graph() {
+    let stored = root().join("tests/stored");
+    let other = folder("of_another_compiler.so");
+    let zipped = fs::File::open(stored.join("3.3/plugin-x86_64-linux.so.gz")).unwrap();
+    let mut bytes = Vec::new();
+    flate2::read::GzDecoder::new(zipped).read_to_end(&mut bytes).unwrap();
+    let has = |text: &[u8]| bytes.windows(text.len()).any(|window| window == text);
+    assert!(has(b"rustc-1.85.0"), "it was built by Debian's rustc 1.85.0");
+    fs::write(&other, bytes).unwrap();
+
+    let here = project("stored-here", "shading");
+    fs::copy(stored.join("plugin.rs"), here.join("src/lib.rs")).unwrap();
+    let here = build(&here, &["--release"], "release");
+    let units = [other, here].map(|library| renderer(&library));
+    for gain in [1.0, 1.0 / 3.0] {
+        let values: Values = [("gain".to_owned(), Value::Float(gain))].into();
+        let [other, here] = units.each_ref().map(|unit| graph(unit, &values).unwrap());
+        assert!(other == here && !here.structure.is_empty());
+    }
+}
+
 #[test]
 fn aborting_panics_are_refused_when_it_is_compiled_and_the_reason_is_said() {
     let project = project("aborts", "shading");
-    let path = project.join("Cargo.toml");
-    let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("panic = \"unwind\"", "panic = \"abort\"")).unwrap();
-    let checked = cargo(&project, &["check", "--release"]);
+    // Its own crate alone: what it depends on is built already.
+    let options = ["rustc", "--release"];
+    let checked = cargo(&project, &options, &["--", "-C", "panic=abort"]);
     let told = String::from_utf8_lossy(&checked.stderr);
     assert!(!checked.status.success(), "{told}");
     let reason = "a Surfelshop plugin needs panic = \"unwind\"";

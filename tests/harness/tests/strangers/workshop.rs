@@ -46,8 +46,8 @@ pub(crate) fn project(name: &str, kind: &str) -> PathBuf {
     folder
 }
 
-/// Runs cargo in a project.
-pub(crate) fn cargo(project: &Path, arguments: &[&str]) -> Output {
+/// Runs cargo in a project, with these options and what is meant for the compiler.
+pub(crate) fn cargo(project: &Path, options: &[&str], for_rustc: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO"));
     for (name, _) in std::env::vars_os() {
         let name = name.to_string_lossy();
@@ -57,13 +57,14 @@ pub(crate) fn cargo(project: &Path, arguments: &[&str]) -> Output {
         }
     }
     command.current_dir(project).env("CARGO_TARGET_DIR", folder("target"));
-    command.args(arguments).arg("--offline").output().unwrap()
+    command.args(options).arg("--offline").args(for_rustc).output().unwrap()
 }
 
 /// Builds a project with these options of cargo; its library is in the folder of this profile.
 pub(crate) fn build(project: &Path, options: &[&str], profile: &str) -> PathBuf {
-    let built = cargo(project, &[&["build"], options].concat());
-    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    let built = cargo(project, &[&["build"], options].concat(), &[]);
+    let told = String::from_utf8_lossy(&built.stderr);
+    assert!(built.status.success() && !told.contains("warning"), "{told}");
     let name = project.file_name().unwrap().to_str().unwrap().replace('-', "_");
     folder("target").join(profile).join(format!("{DLL_PREFIX}{name}{DLL_SUFFIX}"))
 }

@@ -6,4 +6,6 @@
 mod guide;
 mod interface;
 mod listing;
+// Libraries are stored as they were built then, for one system.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod stored;

@@ -284,12 +284,11 @@ fn what_was_said_before_a_cloud_came_stays() {
 fn with_a_stranger(folder: &Path) -> Screen {
     let mut plugin = built_plugins().plugin;
     let list = folder.join("trust.toml");
-    let mut trusted = crate::plugins::TrustFile::default();
     for path in &plugin {
         let (manifest, contents) = surfelshop_engine::plugins::inspect(path).unwrap();
-        trusted.add(path, &manifest, contents, false).unwrap();
+        let add = |list: &mut crate::plugins::TrustFile| list.add(path, &manifest, contents, false);
+        crate::plugins::TrustFile::change(&list, add).unwrap();
     }
-    trusted.write(&list).unwrap();
     let path = folder.join("stranger.so");
     std::fs::copy(faulty(), &path).unwrap();
     plugin.push(path);
