@@ -277,7 +277,8 @@ pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
     trust::ask(window, ctx);
     window.messages.show_all(ctx);
     let mut open = window.open_windows.plugins;
-    egui::Window::new("Plugins").open(&mut open).show(ctx, |ui| plugin_list::show(window, ui));
+    let plugins = egui::Window::new("Plugins").open(&mut open).default_width(1100.0);
+    plugins.show(ctx, |ui| plugin_list::show(window, ui));
     window.open_windows.plugins = open;
     egui::Window::new("Mouse and keys").open(&mut window.open_windows.keys).show(ctx, |ui| {
         egui::Grid::new("keys").num_columns(2).striped(true).show(ui, |ui| {

@@ -38,7 +38,7 @@ pub(super) fn ask(window: &mut Window, ctx: &Context) {
     match answer {
         Answer::NotNow => window
             .messages
-            .tell(format!("{} stays unused; View > Plugins asks again", entry.path.display())),
+            .tell(format!("{} stays unused; Help > Plugins asks again", entry.path.display())),
         Answer::Once => window.darkroom.add(Task::Trust(Some(entry.contents))),
         Answer::Build | Answer::Place => match keep(window, &entry, answer == Answer::Place) {
             Ok(()) => window.darkroom.add(Task::Trust(None)),

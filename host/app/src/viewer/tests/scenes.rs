@@ -57,9 +57,9 @@ fn n_pixels_unlike_rendered(screen: &mut Screen, scene: &Path) -> usize {
     let shot = screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.clone();
     let [width, height] = shot.size;
     let plugins = built_plugins().plugin;
-    let mut line = vec!["surfelshop".to_owned(), "render".to_owned()];
+    let mut line = ["surfelshop", "render", "--trust"].map(str::to_owned).to_vec();
     for plugin in &plugins {
-        line.extend(["--trust".to_owned(), "--plugin".to_owned(), plugin.display().to_string()]);
+        line.extend(["--plugin".to_owned(), plugin.display().to_string()]);
     }
     line.extend([scene.display().to_string(), "-o".to_owned(), png.display().to_string()]);
     line.extend(["--size".to_owned(), format!("{width}x{height}")]);
