@@ -8,7 +8,7 @@ use anyhow::{Context as _, bail};
 use std::path::{Path, PathBuf};
 use surfelshop_api::UnitKind;
 use surfelshop_check::{Case, Outcome, Setup, Verdict, cases, check};
-use surfelshop_engine::plugins::{Entry, Registry, UnitRef};
+use surfelshop_engine::plugins::{self, Entry, Registry, UnitRef};
 use surfelshop_engine::{Engine, EngineOptions, Gpu, SurfelDrawing};
 use told::Told;
 
@@ -127,9 +127,8 @@ fn check_names(typed: &[String]) -> anyhow::Result<()> {
 /// The plugin file that an argument names.
 fn file(text: &str) -> Option<PathBuf> {
     let path = Path::new(text);
-    let ending = path.extension().and_then(|ending| ending.to_str());
-    let is_library = ending.is_some_and(|ending| ["so", "dll", "dylib"].contains(&ending));
-    (is_library || path.components().count() > 1 && path.is_file()).then(|| path.to_owned())
+    (plugins::has_library_extension(path) || path.components().count() > 1 && path.is_file())
+        .then(|| path.to_owned())
 }
 
 /// The units that are meant, each once, in the order of the plugins.

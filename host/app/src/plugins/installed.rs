@@ -25,15 +25,14 @@ pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Re
     let folder = folder()?;
     std::fs::create_dir_all(&folder)
         .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
-    let list_path = arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
+    let list_path = TrustFile::path(arguments.trust_file.as_deref())?;
     // Everything is judged before anything is copied.
     let mut wanted: Vec<(&PathBuf, PathBuf, Manifest, Contents)> = Vec::new();
     for file in given {
         let (manifest, contents) = inspected(file)?;
         let target = folder.join(file.file_name().unwrap_or_default());
-        let name = target.extension().and_then(|ending| ending.to_str());
         ensure!(
-            name.is_some_and(|ending| ["so", "dylib", "dll"].contains(&ending)),
+            plugins::has_library_extension(&target),
             "{}: expected a name that ends in {DLL_SUFFIX}, which every start looks for; rename it",
             file.display()
         );
@@ -102,7 +101,7 @@ pub(super) fn remove(arguments: &PluginsArguments, what: &[String]) -> anyhow::R
     }
     removed.sort();
     removed.dedup();
-    let list_path = arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
+    let list_path = TrustFile::path(arguments.trust_file.as_deref())?;
     TrustFile::change(&list_path, |list| {
         for path in &removed {
             let contents = Contents::of_file(path);

@@ -2,7 +2,7 @@
 
 use crate::arguments::{NewArguments, NewKind};
 use crate::{command_line, terminal};
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{Context as _, ensure};
 use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
@@ -184,10 +184,7 @@ impl Project {
     fn new(arguments: &NewArguments) -> anyhow::Result<Self> {
         let path = &arguments.path;
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_owned();
-        let name = match name.is_empty() {
-            true => bail!("{}: expected the name of a folder to make", path.display()),
-            false => name,
-        };
+        ensure!(!name.is_empty(), "{}: expected the name of a folder to make", path.display());
         check_name(&name)?;
         let package = arguments.id.clone().unwrap_or_else(|| format!("org.example.{name}"));
         ensure!(

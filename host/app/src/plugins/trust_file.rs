@@ -58,8 +58,12 @@ pub(super) struct TrustedPlace {
 }
 
 impl TrustFile {
-    /// Where the user's own lies; a failure where the system names no folder for it.
-    pub(crate) fn path_of_user() -> anyhow::Result<PathBuf> {
+    /// Where the list of this name lies, or else the user's own; a failure where the system names no folder
+    /// for it.
+    pub(crate) fn path(named: Option<&Path>) -> anyhow::Result<PathBuf> {
+        if let Some(path) = named {
+            return Ok(path.to_owned());
+        }
         let folder = user_plugins_folder().and_then(|plugins| Some(plugins.parent()?.to_owned()));
         let folder = folder.ok_or_else(|| {
             anyhow!(
@@ -73,7 +77,7 @@ impl TrustFile {
     pub(crate) fn named(path: Option<&Path>) -> anyhow::Result<Self> {
         match path {
             Some(path) => Self::read(path),
-            None => match Self::path_of_user() {
+            None => match Self::path(None) {
                 Ok(path) => Self::read_or_new(&path),
                 // Where there is no place for a list nothing was ever trusted.
                 Err(_) => Ok(Self::default()),
@@ -102,7 +106,8 @@ impl TrustFile {
 
     fn parse(text: &str) -> Result<Self, String> {
         let file: Self = toml::from_str(text).map_err(|error| {
-            let line = error.span().map(|span| text[..span.start].matches('\n').count() + 1);
+            let before = error.span().and_then(|span| text.get(..span.start));
+            let line = before.map(|before| before.matches('\n').count() + 1);
             let line = line.map(|line| format!("line {line}: ")).unwrap_or_default();
             format!("{line}{}", error.message().replace('\n', " "))
         })?;
@@ -212,10 +217,7 @@ mod tests {
                 let (path, plugin) = (&path, &plugin);
                 scope.spawn(move || {
                     let add = |list: &mut TrustFile| {
-                        let mut other = [i; 32];
-                        other[0] = 0;
-                        let hex: String = other.iter().map(|byte| format!("{byte:02x}")).collect();
-                        let own = Contents::from_sha256(&hex).unwrap();
+                        let own = Contents::from_sha256(&i.to_string().repeat(64)).unwrap();
                         list.add(plugin, &Manifest::default(), own, false)?;
                         list.add(plugin, &Manifest::default(), contents, i % 2 == 0)
                     };

@@ -10,18 +10,13 @@ use std::path::{Path, PathBuf};
 /// Fewer digits of a SHA-256 are a slip rather than a name.
 const LEAST_DIGITS: usize = 8;
 
-/// The file to change.
-fn path(arguments: &PluginsArguments) -> anyhow::Result<PathBuf> {
-    arguments.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)
-}
-
 /// Lets plugins run from now on.
 pub(super) fn trust(
     arguments: &PluginsArguments,
     files: &[PathBuf],
     place: bool,
 ) -> anyhow::Result<()> {
-    let path = path(arguments)?;
+    let path = TrustFile::path(arguments.trust_file.as_deref())?;
     let told = TrustFile::change(&path, |list| {
         let mut told = Vec::new();
         for file in files {
@@ -53,7 +48,7 @@ pub(super) fn trust(
 
 /// Takes trust back.
 pub(super) fn distrust(arguments: &PluginsArguments, what: &[String]) -> anyhow::Result<()> {
-    let path = path(arguments)?;
+    let path = TrustFile::path(arguments.trust_file.as_deref())?;
     let n_all = TrustFile::change(&path, |list| {
         what.iter().try_fold(0, |n_all, text| match take_back(list, text) {
             0 => bail!("{text}: {} trusts no such file, build or place", path.display()),

@@ -102,6 +102,6 @@ fn offers(units: &[UnitEntry]) -> String {
 /// Writes a yes down.
 fn keep(window: &Window, entry: &Entry, place: bool) -> anyhow::Result<()> {
     let Some(manifest) = entry.manifest() else { return Ok(()) };
-    let path = window.trust_file.clone().map_or_else(TrustFile::path_of_user, Ok)?;
+    let path = TrustFile::path(window.trust_file.as_deref())?;
     TrustFile::change(&path, |list| list.add(&entry.path, manifest, entry.contents, place))
 }

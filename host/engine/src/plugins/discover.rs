@@ -133,7 +133,8 @@ pub(super) fn libraries_in(folder: &Place) -> Vec<Place> {
 
 /// Whether a name ends as libraries of any system do: those of other systems are listed with the
 /// reason why they do not work here.
-fn has_library_extension(path: &Path) -> bool {
+#[must_use]
+pub fn has_library_extension(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str());
     extension.is_some_and(|e| ["so", "dylib", "dll"].iter().any(|l| e.eq_ignore_ascii_case(l)))
 }

@@ -33,7 +33,10 @@ mod trust;
 mod watch;
 
 pub use conduct::{Barred, Conduct, Record, STRIKES, Standing};
-pub use discover::{Origin, Place, SearchPath, cache_folder, state_folder, user_plugins_folder};
+pub use discover::{
+    Origin, Place, SearchPath, cache_folder, has_library_extension, state_folder,
+    user_plugins_folder,
+};
 pub use find::{FindError, UnitRef};
 pub use hosted::Hosted;
 pub use inspect::{Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes, is_package_id};
