@@ -25,6 +25,25 @@ pub const AO: &str = "ao";
 /// Index into the scene's material table: one `u32`.
 pub const MATERIAL: &str = "material";
 
+/// Linear normal field of an elliptical surfel: four `f32`, x, y, α and β.
+///
+/// The normal at (u, v), in units of the half axes, has the direction of
+/// n + (x + α u) û + (y + β v) v̂, where û and v̂ are the directions of the two tangents and n is the
+/// unit normal of their plane, on the side of the column `normal`. Not read where there are no tangents.
+///
+/// Source: Botsch et al. 2004, "Phong Splatting", eq. 2 with errata B1 and B2: one orthonormal frame.
+/// ABI 3.4.
+pub const NORMAL_FIELD: &str = "normal_field";
+/// Lines that cut an elliptical surfel: seven `f32`, two lines (a, b, c) and how many of both count.
+///
+/// A point (u, v), in units of the half axes, is on the side of a line that stays where
+/// a u + b v + c >= 0. The last number is 0 where nothing is cut off, 1 where what is on that side of
+/// both lines stays (a convex corner), 2 where what is on that side of either stays (a concave one).
+/// A line (0, 0, 1) cuts nothing off, one (0, 0, -1) everything. Not read where there are no tangents.
+///
+/// Source: Botsch et al. 2004, "Phong Splatting", section 4, with erratum B9. ABI 3.4.
+pub const CLIP: &str = "clip";
+
 /// Linear Rec. 709 albedo of clouds without colours: a grey that leaves room for highlights.
 pub const NEUTRAL_ALBEDO: [f32; 3] = [0.5; 3];
 
