@@ -56,6 +56,12 @@ struct Splat {
     normal: vec3<f32>,
     albedo: vec3<f32>,
     access: f32,
+#ifdef CLIP
+    cut: Cut,
+#endif
+#ifdef FIELD
+    field: NormalField,
+#endif
 }
 
 @compute @workgroup_size(64)
@@ -84,7 +90,18 @@ fn accumulate(
     if !disc.visible {
         return;
     }
-    let splat = Splat(chunk.first + i, disc.share, disc.normal, load_albedo(i), load_ao(i));
+    var splat: Splat;
+    splat.number = chunk.first + i;
+    splat.share = disc.share;
+    splat.normal = disc.normal;
+    splat.albedo = load_albedo(i);
+    splat.access = load_ao(i);
+#ifdef CLIP
+    splat.cut = load_cut(i, disc);
+#endif
+#ifdef FIELD
+    splat.field = load_field(i, disc);
+#endif
     var footprint = footprint_of(disc);
     if !footprint.whole {
         through_sphere(disc, splat);
@@ -119,6 +136,11 @@ fn add_where_seen(pixel: vec2<i32>, crossing: Crossing, disc: Disc, splat: Splat
     if !(crossing.r2 <= 1.0) || row >= band.rows {
         return;
     }
+#ifdef CLIP
+    if is_cut_off(sides_of(splat.cut, crossing.at)) {
+        return;
+    }
+#endif
     let winner = textureLoad(nearest, pixel, 0).xy;
     let is_nearest = (winner.x & INDEX_MASK) == splat.number;
     let behind = distance_brought_nearer(crossing.distance, disc) > bitcast<f32>(winner.y) * SLACK;
@@ -128,7 +150,12 @@ fn add_where_seen(pixel: vec2<i32>, crossing: Crossing, disc: Disc, splat: Splat
     let at = u32(pixel.x) + row * u32(view::view.size_px.x);
     let weight = splat_weight(crossing.r2) * splat.share * band.scale;
     if weight >= 0.5 {
-        add(at, weight, splat);
+#ifdef FIELD
+        let normal = normalize(normal_on(splat.field, crossing.at));
+#else
+        let normal = splat.normal;
+#endif
+        add(at, weight, normal, splat);
     }
 }
 
@@ -179,15 +206,15 @@ fn through_sphere(disc: Disc, splat: Splat) {
             let corner = vec2(dot(across_ray, disc.axis_v), -dot(across_ray, disc.axis_u)) / slope;
             let distance = -(disc.center.z + corner.x * disc.axis_u.z + corner.y * disc.axis_v.z);
             if abs(slope) > 0.0 && distance >= view::view.near {
-                add_where_seen(pixel, Crossing(dot(corner, corner), distance), disc, splat);
+                add_where_seen(pixel, Crossing(dot(corner, corner), distance, corner), disc, splat);
             }
         }
     }
 }
 
 // Adds a splat to a pixel's sums with a weight in their units.
-fn add(pixel: u32, w: f32, splat: Splat) {
-    let n = (splat.normal + 1.0) * w;
+fn add(pixel: u32, w: f32, normal: vec3<f32>, splat: Splat) {
+    let n = (normal + 1.0) * w;
     let at = band.channels * pixel;
     add_to(at, w);
     add_to(at + 1u, n.x);

@@ -80,12 +80,20 @@ fn find_nearest(
     let number = ((chunk.first + i) << 1u) | disc.back;
     let width = i32(view::view.size_px.x);
     let n = footprint.extent.x * footprint.extent.y;
+#ifdef CLIP
+    let cut = load_cut(i, disc);
+#endif
     // One loop instead of two: invocations that run together wait for the largest box alone.
     var at = vec2(0);
     for (var k = 0; k < n; k++) {
         let pixel = footprint.first + at;
         let crossing = crossing_at(footprint, pixel);
-        if crossing.r2 <= 1.0 {
+#ifdef CLIP
+        let is_met = crossing.r2 <= 1.0 && !is_cut_off(sides_of(cut, crossing.at));
+#else
+        let is_met = crossing.r2 <= 1.0;
+#endif
+        if is_met {
             offer(u32(pixel.x + pixel.y * width), crossing.distance, number);
         }
         at.x++;

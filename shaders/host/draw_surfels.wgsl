@@ -43,6 +43,9 @@ struct Nearest {
 #ifdef EXPLICIT_DEPTH
     @location(2) distance: f32,
 #endif
+#ifdef CLIP
+    @location(3) sides: vec3<f32>,
+#endif
 }
 
 @vertex
@@ -56,6 +59,9 @@ fn nearest_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn:
     out.surfel = (chunk.first + i) | (disc.back << BACK_BIT);
 #ifdef EXPLICIT_DEPTH
     out.distance = -(disc.center + corner.x * disc.axis_u + corner.y * disc.axis_v).z;
+#endif
+#ifdef CLIP
+    out.sides = sides_of(load_cut(i, disc), corner);
 #endif
     return out;
 }
@@ -82,6 +88,11 @@ fn nearest_fragment(in: Nearest) -> Winner {
     if dot(in.corner, in.corner) > 1.0 || distance < view::view.near {
         discard;
     }
+#ifdef CLIP
+    if is_cut_off(in.sides) {
+        discard;
+    }
+#endif
     var out: Winner;
     out.number_distance = vec2(in.surfel, bitcast<u32>(distance));
 #ifdef EXPLICIT_DEPTH
@@ -99,6 +110,12 @@ struct Blended {
     // as software drivers keep every one of them for each triangle that waits for its pixels.
     @location(1) @interpolate(flat) normal_share: vec4<f32>,
     @location(2) @interpolate(flat) albedo_ao: vec4<f32>,
+#ifdef CLIP
+    @location(3) sides: vec3<f32>,
+#endif
+#ifdef FIELD
+    @location(4) normal: vec3<f32>,
+#endif
 }
 
 @vertex
@@ -114,6 +131,12 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn:
     out.corner_distance = vec3(corner, -p.z);
     out.normal_share = vec4(disc.normal, select(disc.share, -disc.share, disc.back == 1u));
     out.albedo_ao = vec4(load_albedo(i), load_ao(i));
+#ifdef CLIP
+    out.sides = sides_of(load_cut(i, disc), corner);
+#endif
+#ifdef FIELD
+    out.normal = normal_on(load_field(i, disc), corner);
+#endif
     return out;
 }
 
@@ -132,11 +155,21 @@ fn blended_fragment(in: Blended) -> Sums {
     if r2 > 1.0 || in.corner_distance.z < view::view.near {
         discard;
     }
+#ifdef CLIP
+    if is_cut_off(in.sides) {
+        discard;
+    }
+#endif
     if textureLoad(nearest, vec2<u32>(in.clip.xy), 0).x >> BACK_BIT != select(0u, 1u, in.normal_share.w < 0.0) {
         discard;
     }
     let w = splat_weight(r2) * abs(in.normal_share.w);
-    return Sums(vec4(in.normal_share.xyz * w, w), in.albedo_ao * w);
+#ifdef FIELD
+    let normal = normalize(in.normal);
+#else
+    let normal = in.normal_share.xyz;
+#endif
+    return Sums(vec4(normal * w, w), in.albedo_ao * w);
 }
 
 // The nearest surfel of a pixel, counted within this chunk; a number not below `chunk.count` where

@@ -40,6 +40,8 @@ struct Crossing {
     r2: f32,
     // Along the viewing axis.
     distance: f32,
+    // In units of the disc's half axes.
+    at: vec2<f32>,
 }
 
 // The footprint of a disc.
@@ -103,10 +105,10 @@ fn crossing_at(footprint: Footprint, pixel: vec2<i32>) -> Crossing {
     let g = footprint.right * offset.x + footprint.down * offset.y;
     let rise = dot(footprint.tilt, g);
     if view::view.orthographic == 1u {
-        return Crossing(dot(g, g), footprint.distance - rise);
+        return Crossing(dot(g, g), footprint.distance - rise, g);
     }
     let nearer = 1.0 / (1.0 + rise);
-    return Crossing(dot(g, g) * nearer * nearer, footprint.distance * nearer);
+    return Crossing(dot(g, g) * nearer * nearer, footprint.distance * nearer, g * nearer);
 }
 
 // What is done with a disc of this footprint.

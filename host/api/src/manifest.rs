@@ -24,7 +24,10 @@ pub const ABI_MAJOR: u16 = 3;
 /// 3: passes say which features of their shaders are there
 /// ([`Pass::feature`](crate::graph::Pass::feature)); those of older plugins have none;
 /// and limits have a bound.
-pub const ABI_MINOR: u16 = 3;
+///
+/// 4: passes may read normals that vary over surfels
+/// ([`SurfaceMode::Fields`](crate::graph::SurfaceMode)).
+pub const ABI_MINOR: u16 = 4;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

@@ -17,6 +17,10 @@ pub struct Surfels {
     pub radii: Vec<f32>,
     /// Half axes of elliptical splats; no columns where empty.
     pub tangents: Vec<[Vec3; 2]>,
+    /// Normal fields of elliptical splats; no column where empty.
+    pub fields: Vec<[f32; 4]>,
+    /// Lines that cut elliptical splats; no column where empty.
+    pub clips: Vec<[f32; 7]>,
     /// sRGB-encoded colours; no column where empty.
     pub colors: Vec<[u8; 3]>,
     /// Accessibility; no column where empty.
@@ -49,6 +53,27 @@ impl Surfels {
         self
     }
 
+    /// Gives every splat a normal field of its own, and cuts two of three: by one line or two, of which
+    /// both count or either.
+    #[must_use]
+    pub fn varying(mut self) -> Self {
+        let n = self.normals.len();
+        let wave = |i: usize, k: f32| (k * i as f32 + k).sin();
+        self.fields = (0..n)
+            .map(|i| [0.3 * wave(i, 1.0), 0.3 * wave(i, 2.0), wave(i, 3.0), -wave(i, 5.0)])
+            .collect();
+        self.clips = (0..n)
+            .map(|i| {
+                let (a, b) = (7.0 * i as f32).sin_cos();
+                let (d, e) = (11.0 * i as f32).sin_cos();
+                let kind = [0.0, 1.0, 2.0][i % 3];
+                let second = if i % 2 == 0 { [d, e, 0.4] } else { [0.0, 0.0, 2.0 - 1.5 * kind] };
+                [a, b, 0.5 * wave(i, 13.0), second[0], second[1], second[2], kind]
+            })
+            .collect();
+        self
+    }
+
     /// The cloud.
     ///
     /// # Panics
@@ -66,6 +91,14 @@ impl Surfels {
                 let axes: Vec<Vec3> = self.tangents.iter().map(|axes| axes[which]).collect();
                 all.push(Column::new(name, 3, flat(&axes)));
             }
+        }
+        if !self.fields.is_empty() {
+            let values = self.fields.iter().flatten().copied().collect();
+            all.push(Column::new(columns::NORMAL_FIELD, 4, Buffer::F32(values)));
+        }
+        if !self.clips.is_empty() {
+            let values = self.clips.iter().flatten().copied().collect();
+            all.push(Column::new(columns::CLIP, 7, Buffer::F32(values)));
         }
         if !self.colors.is_empty() {
             let values = self.colors.iter().flatten().copied().collect();

@@ -124,6 +124,8 @@ pub(crate) fn shuffled(surfels: &Surfels) -> Surfels {
         normals: taken(&surfels.normals, from),
         radii: taken(&surfels.radii, from),
         tangents: taken(&surfels.tangents, from),
+        fields: taken(&surfels.fields, from),
+        clips: taken(&surfels.clips, from),
         colors: taken(&surfels.colors, from),
         ao: taken(&surfels.ao, from),
         materials: taken(&surfels.materials, from),

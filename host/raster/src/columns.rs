@@ -2,6 +2,7 @@
 
 use crate::lanes::{F, V, WIDTH};
 use crate::levels::{self, Block, Sample};
+use crate::local::Splats;
 use fearless_simd::prelude::*;
 use half::f16;
 
@@ -88,6 +89,7 @@ pub struct Columns {
     pub(crate) albedo: Albedo,
     pub(crate) ao: Option<Singles>,
     material: Option<Vec<u32>>,
+    pub(crate) splats: Splats,
     /// Of each merged surfel, one that it stands for.
     stands_for: Vec<u32>,
     pub(crate) blocks: Vec<Block>,
@@ -120,13 +122,14 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
-    /// columns' length. Albedos are in drawing order already. Surfels that stand for several are made
+    /// columns' length. Albedos and what varies over splats are in drawing order already. Surfels that stand for several are made
     /// where there are to be `merged` ones. `tell` hears how far it is, in [0, 1].
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,
         order: &[u32],
         albedo: Albedo,
+        splats: Splats,
         merged: bool,
         linear_of_srgb: &[f32; 256],
         tell: &(dyn Fn(f32) + Sync),
@@ -166,6 +169,7 @@ impl Columns {
             albedo,
             ao,
             material: material.map(|all| order.iter().map(|&i| all[i as usize]).collect()),
+            splats,
             stands_for: Vec::new(),
             blocks: Vec::new(),
             roots: 0..0,
@@ -235,6 +239,16 @@ impl Columns {
         self.material = None;
     }
 
+    /// Draws all without normal fields from now on.
+    pub fn forget_fields(&mut self) {
+        self.splats.fields = None;
+    }
+
+    /// Whether something varies over surfels that is drawn.
+    pub(crate) fn varies(&self, with_fields: bool) -> bool {
+        !self.splats.clips.is_empty() || with_fields && self.splats.fields.is_some()
+    }
+
     /// Number of surfels.
     #[must_use]
     pub fn len(&self) -> usize {
@@ -264,6 +278,7 @@ impl Columns {
         self.n_places * words * 4
             + albedo
             + material
+            + self.splats.bytes()
             + 4 * self.stands_for.len()
             + self.blocks.len() * size_of::<Block>()
     }

@@ -31,6 +31,8 @@ pub(crate) struct Discs<S: Simd> {
     /// Seen from behind.
     pub(crate) back: M<S>,
     pub(crate) share: F<S>,
+    /// What the low-pass left of the two half axes, as shares.
+    pub(crate) kept: [F<S>; 2],
     /// Whether `outline` holds what of the screen they cover.
     outlined: M<S>,
     /// First and last of the pixels that they may cover, in pixels: left, top, right, bottom.
@@ -78,8 +80,11 @@ pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: 
         }
     };
     let visible = reach.simd_gt(zero) & (!back | M::splat(simd, eye.two_sided));
-    let (share, outlined, outline) = (splat(1.0), M::splat(simd, false), [zero; 4]);
-    filtered(Discs { center, axis_u, axis_v, reach, visible, back, share, outlined, outline }, eye)
+    let (share, kept) = (splat(1.0), [splat(1.0); 2]);
+    let (outlined, outline) = (M::splat(simd, false), [zero; 4]);
+    let discs =
+        Discs { center, axis_u, axis_v, reach, visible, back, share, kept, outlined, outline };
+    filtered(discs, eye)
 }
 
 struct Outline<S: Simd> {
@@ -257,6 +262,7 @@ fn filtered<S: Simd>(disc: Discs<S>, eye: &Eye) -> Discs<S> {
         axis_v,
         reach: widens.select(longer_half_axis(wide_u, wide_v), disc.reach),
         share: widens.select(larger(kept[0] * kept[1], splat(MIN_SHARE)), disc.share),
+        kept: kept.map(|kept| widens.select(kept, splat(1.0))),
         outlined,
         outline,
         ..disc

@@ -14,6 +14,7 @@ mod cull;
 mod disc;
 mod lanes;
 mod levels;
+mod local;
 mod pack;
 mod places;
 mod resolve;
@@ -24,6 +25,7 @@ mod tile;
 mod view;
 
 pub use columns::{Albedo, Columns, Sources};
+pub use local::Splats;
 pub use places::{Part, places};
 pub use view::View;
 
@@ -58,6 +60,15 @@ pub enum Mode {
     Nearest,
     /// The surface of blended surfels.
     Blended,
+    /// The same with the normals of fields.
+    Fields,
+}
+
+impl Mode {
+    /// Whether surfels are added up.
+    fn blends(self) -> bool {
+        matches!(self, Self::Blended | Self::Fields)
+    }
 }
 
 /// What is made of a picture.
@@ -233,8 +244,9 @@ fn draw_band<S: Simd>(
         blocks.clear();
         let here = |placed: &&Placed| placed.pixels[0] < right && placed.pixels[2] > left as i32;
         blocks.extend(of_band.iter().map(|&i| &placed[i as usize]).filter(here));
-        tile.nearest(simd, [left, band.top], size, scene.clouds, blocks);
-        if scene.mode == Mode::Blended {
+        let with_fields = scene.mode == Mode::Fields;
+        tile.nearest(simd, [left, band.top], size, scene.clouds, blocks, with_fields);
+        if scene.mode.blends() {
             tile.blend(simd, scene.clouds, scene.n_sums, scene.linear_of_srgb);
         }
         resolve::write(simd, tile, scene, band);

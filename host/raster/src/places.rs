@@ -28,6 +28,10 @@ pub enum Part {
     TangentU,
     /// Three floats, scene units; of discs none.
     TangentV,
+    /// Four floats: a normal field.
+    Field,
+    /// Seven floats: lines that cut it.
+    Clip,
     /// A float.
     Ao,
     /// An index.
@@ -63,6 +67,12 @@ impl Columns {
             (Part::Radius, Shape::Radius(radii), _) => floats(out, &[radii.one(place)]),
             (Part::TangentU, Shape::Tangents(u, _), _) => floats(out, &u.one(place)),
             (Part::TangentV, Shape::Tangents(_, v), _) => floats(out, &v.one(place)),
+            (Part::Field, ..) => {
+                let fields = self.splats.fields.as_ref();
+                let field = fields.and_then(|fields| fields.get(place)).copied();
+                floats(out, &field.unwrap_or_default());
+            }
+            (Part::Clip, ..) => floats(out, &self.splats.clip(place).copied().unwrap_or_default()),
             (Part::Ao, ..) => floats(out, &[self.ao_of(place)]),
             (Part::Material, ..) => {
                 let surfel = self.surfel_at(place);

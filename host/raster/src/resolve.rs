@@ -130,7 +130,7 @@ fn packed<S: Simd>(
     }
     let depth = F::load_array_ref(simd, &tile.depth[square]);
     let (normal, albedo, ao) = match scene.mode {
-        Mode::Blended => blended(simd, tile, [column, row], scene),
+        Mode::Blended | Mode::Fields => blended(simd, tile, [column, row], scene),
         Mode::Nearest | Mode::None => nearest(simd, tile, square, scene),
     };
     let [a, b, c, d] = pack_surface(depth, normal, albedo, ao);

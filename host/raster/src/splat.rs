@@ -1,9 +1,11 @@
 //! Discs as the pixels of a tile meet them.
 
 use crate::cull::Seen;
-use crate::disc::{MAX_PULL, load_discs};
+use crate::disc::{Discs, MAX_PULL, load_discs};
 use crate::lanes::{F, V, WIDTH, larger, smaller};
+use crate::local::Local;
 use fearless_simd::prelude::*;
+use glam::Vec3;
 
 /// Highest bit of a surfel's number: it is seen from behind.
 pub(crate) const BACK: u32 = 1 << 31;
@@ -25,8 +27,27 @@ pub(crate) struct Splat {
     /// Number of its place among all clouds', and the side it is seen from.
     pub(crate) number: u32,
     pub(crate) cloud: u32,
+    /// Its place, from 1, among what varies over splats; 0 where nothing does.
+    pub(crate) local: u32,
     /// First and behind-last pixels in the picture.
     pub(crate) pixels: [i32; 4],
+}
+
+/// A surfel as it is drawn, in view space.
+pub(crate) struct Widened<'a> {
+    pub(crate) place: usize,
+    pub(crate) center: Vec3,
+    pub(crate) axis_u: Vec3,
+    pub(crate) axis_v: Vec3,
+    /// What the low-pass left of the half axes, as shares.
+    pub(crate) kept: [f32; 2],
+    /// Seen from behind.
+    pub(crate) back: bool,
+    /// The centre before the low-pass.
+    pub(crate) own_center: Vec3,
+    /// Takes differences of positions to view space.
+    pub(crate) offset: &'a dyn Fn(Vec3) -> Vec3,
+    pub(crate) tangent_scale: f32,
 }
 
 impl Splat {
@@ -59,6 +80,49 @@ impl Seen<'_> {
     }
 }
 
+/// The splats of a tile, and what varies over them.
+#[derive(Default)]
+pub(crate) struct Met {
+    pub(crate) splats: Vec<Splat>,
+    pub(crate) locals: Vec<Local>,
+    /// Whether normal fields are read.
+    pub(crate) with_fields: bool,
+}
+
+impl Met {
+    /// What varies over a splat.
+    #[inline(always)]
+    pub(crate) fn local(&self, splat: &Splat) -> Option<&Local> {
+        self.locals.get((splat.local as usize).checked_sub(1)?)
+    }
+
+    /// Adds what varies over a surfel of a group and returns its place, from 1; 0 where nothing does.
+    fn vary<S: Simd>(
+        &mut self,
+        seen: &Seen<'_>,
+        discs: &Discs<S>,
+        group: usize,
+        lane: usize,
+    ) -> u32 {
+        let vector = |of: V<S>| Vec3::new(of.x[lane], of.y[lane], of.z[lane]);
+        let place = group * WIDTH + lane;
+        let widened = Widened {
+            place,
+            center: vector(discs.center),
+            axis_u: vector(discs.axis_u),
+            axis_v: vector(discs.axis_v),
+            kept: [discs.kept[0][lane], discs.kept[1][lane]],
+            back: discs.back.to_bitmask() >> lane & 1 == 1,
+            own_center: seen.eye.one(seen.columns.positions.one(place)),
+            offset: &|v| seen.eye.one_offset(v.to_array()),
+            tangent_scale: seen.eye.tangent_scale,
+        };
+        let Some(local) = Local::of(seen.columns, &widened, self.with_fields) else { return 0 };
+        self.locals.push(local);
+        self.locals.len() as u32
+    }
+}
+
 /// Appends the surfels of a group that a tile meets.
 #[inline(always)]
 pub(crate) fn splats<S: Simd>(
@@ -68,7 +132,7 @@ pub(crate) fn splats<S: Simd>(
     group: usize,
     corner: [i32; 2],
     size: [usize; 2],
-    all: &mut Vec<Splat>,
+    all: &mut Met,
 ) {
     let eye = &seen.eye;
     let splat = |value: f32| F::splat(simd, value);
@@ -135,10 +199,12 @@ pub(crate) fn splats<S: Simd>(
     let three = |of: &[F<S>; 3], lane: usize| [of[0][lane], of[1][lane], of[2][lane]];
     let depth = [-discs.center.z, -discs.axis_u.z, -discs.axis_v.z];
     let first = seen.first + (group * WIDTH) as u32;
+    let varies = seen.columns.varies(all.with_fields);
     while drawn != 0 {
         let lane = drawn.trailing_zeros() as usize;
         drawn &= drawn - 1;
-        all.push(Splat {
+        let local = if varies { all.vary(seen, &discs, group, lane) } else { 0 };
+        all.splats.push(Splat {
             u: three(&u, lane),
             v: three(&v, lane),
             w: three(&w_of, lane),
@@ -148,6 +214,7 @@ pub(crate) fn splats<S: Simd>(
             share: discs.share[lane],
             number: (first + lane as u32) | ((back >> lane & 1) as u32) << 31,
             cloud,
+            local,
             pixels: [x0[lane] as i32, y0[lane] as i32, x1[lane] as i32, y1[lane] as i32],
         });
     }

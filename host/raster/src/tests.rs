@@ -30,7 +30,10 @@ fn sphere(n: usize) -> Columns {
     };
     let order: Vec<u32> = (0..n as u32).collect();
     let halves = order.iter().map(|&i| [0, 1, 2, 3].map(|k| f16::from_f32((i * k % 255) as f32)));
-    Columns::new(&sources, &order, Albedo::Halves(halves.collect()), true, &linear(), &|_| ())
+    {
+        let albedo = Albedo::Halves(halves.collect());
+        Columns::new(&sources, &order, albedo, Splats::default(), true, &linear(), &|_| ())
+    }
 }
 
 fn linear() -> [f32; 256] {

@@ -4,7 +4,8 @@
 
 use crate::cull::{Placed, Seen};
 use crate::lanes::{F, I, M, U, V, WIDTH};
-use crate::splat::{BACK, Splat, splats};
+use crate::local::Local;
+use crate::splat::{BACK, Met, Splat, splats};
 use fearless_simd::prelude::*;
 
 /// Width and height of a tile in pixels.
@@ -34,7 +35,7 @@ pub(crate) struct Tile {
     /// Numbers of the nearest surfels; 0 where nothing is.
     pub(crate) number: Vec<[u32; WIDTH]>,
     pub(crate) sums: Vec<Sums>,
-    splats: Vec<Splat>,
+    met: Met,
     /// Largest distance in each cell, infinite where a pixel is empty; not known where NaN.
     farthest: [f32; CELLS[0] * CELLS[1]],
 }
@@ -47,7 +48,7 @@ impl Tile {
             depth: vec![[f32::INFINITY; WIDTH]; N_SQUARES],
             number: vec![[0; WIDTH]; N_SQUARES],
             sums: vec![[[0.0; WIDTH]; 8]; N_SQUARES],
-            splats: Vec::new(),
+            met: Met::default(),
             farthest: [f32::INFINITY; CELLS[0] * CELLS[1]],
         }
     }
@@ -64,7 +65,8 @@ impl Tile {
         self.size = size;
         self.depth.fill([f32::INFINITY; WIDTH]);
         self.number.fill([0; WIDTH]);
-        self.splats.clear();
+        self.met.splats.clear();
+        self.met.locals.clear();
         self.farthest.fill(f32::INFINITY);
         // Pixels beyond the picture's edge are as near as can be: nothing waits for them to be filled.
         for row in 0..SQUARES[1] {
@@ -133,8 +135,10 @@ impl Tile {
         size: [usize; 2],
         clouds: &[Seen<'_>],
         blocks: &[Placed],
+        with_fields: bool,
     ) {
         self.begin(corner, size);
+        self.met.with_fields = with_fields;
         for placed in blocks {
             if self.hides(&placed.pixels, placed.nearest) {
                 continue;
@@ -142,18 +146,28 @@ impl Tile {
             let seen = &clouds[placed.cloud as usize];
             let block = &seen.columns.blocks[placed.block as usize];
             for group in block.first..block.first + block.count {
-                let first = self.splats.len();
-                splats(simd, seen, placed.cloud, group, self.corner, self.size, &mut self.splats);
+                let (first, mut n_locals) = (self.met.splats.len(), self.met.locals.len());
+                splats(simd, seen, placed.cloud, group, self.corner, self.size, &mut self.met);
                 let mut kept = first;
-                for at in first..self.splats.len() {
-                    let splat = self.splats[at];
+                for at in first..self.met.splats.len() {
+                    let splat = self.met.splats[at];
                     // What is behind the surface now will be so at the end.
-                    if self.keep_nearest(simd, &splat, seen.eye.near) {
-                        self.splats[kept] = splat;
+                    let is_seen = match self.met.local(&splat).copied() {
+                        None => {
+                            self.keep_nearest::<S, false>(simd, &splat, &NOTHING, seen.eye.near)
+                        }
+                        Some(own) => {
+                            self.keep_nearest::<S, true>(simd, &splat, &own, seen.eye.near)
+                        }
+                    };
+                    if is_seen {
+                        self.met.splats[kept] = splat;
                         kept += 1;
+                        n_locals = n_locals.max(splat.local as usize);
                     }
                 }
-                self.splats.truncate(kept);
+                self.met.splats.truncate(kept);
+                self.met.locals.truncate(n_locals);
             }
             let [x0, y0, x1, y1] = self.cells(&placed.pixels);
             for row in y0..y1 {
@@ -163,16 +177,25 @@ impl Tile {
     }
 
     /// Keeps a splat where it is the nearest so far; of equal ones the first by number. Says whether
-    /// any of it may blend.
+    /// any of it may blend. What is `LOCAL` may be cut.
     #[inline(always)]
-    fn keep_nearest<S: Simd>(&mut self, simd: S, splat: &Splat, near: f32) -> bool {
+    fn keep_nearest<S: Simd, const LOCAL: bool>(
+        &mut self,
+        simd: S,
+        splat: &Splat,
+        own_parts: &Local,
+        near: f32,
+    ) -> bool {
         let lines = Lines::new(simd, splat, self.corner, near);
         let [x0, y0, x1, y1] = self.within(&splat.pixels);
         let own = U::splat(simd, splat.number);
         let mut is_seen = false;
         for row in y0 / SIDE..y1.div_ceil(SIDE) {
             for column in x0 / SIDE..x1.div_ceil(SIDE) {
-                let hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+                let mut hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+                if LOCAL {
+                    hit.inside &= !own_parts.cuts(hit.u, hit.v);
+                }
                 let at = Self::square(column, row);
                 let depth = F::load_array_ref(simd, &self.depth[at]);
                 let blends = hit.inside & hit.brought_nearer(splat).simd_le(depth);
@@ -201,22 +224,37 @@ impl Tile {
         linear_of_srgb: &[f32; 256],
     ) {
         self.sums.fill([[0.0; WIDTH]; 8]);
-        let splats = std::mem::take(&mut self.splats);
-        for splat in &splats {
+        let met = std::mem::take(&mut self.met);
+        for splat in &met.splats {
             let seen = &clouds[splat.cloud as usize];
             let own = splat.attributes(seen, n_sums > N_NORMAL_SUMS, linear_of_srgb);
-            self.add(simd, splat, &own[..n_sums], seen.eye.near);
+            let (own, near) = (&own[..n_sums], seen.eye.near);
+            match met.local(splat) {
+                None => self.add::<S, false>(simd, splat, own, &NOTHING, near),
+                Some(parts) => self.add::<S, true>(simd, splat, own, parts, near),
+            }
         }
-        self.splats = splats;
+        self.met = met;
     }
 
+    /// Adds up one splat. What is `LOCAL` may be cut, and may have a normal field.
     #[inline(always)]
-    fn add<S: Simd>(&mut self, simd: S, splat: &Splat, own: &[f32], near: f32) {
+    fn add<S: Simd, const LOCAL: bool>(
+        &mut self,
+        simd: S,
+        splat: &Splat,
+        own: &[f32],
+        parts: &Local,
+        near: f32,
+    ) {
         let lines = Lines::new(simd, splat, self.corner, near);
         let [x0, y0, x1, y1] = self.within(&splat.pixels);
         for row in y0 / SIDE..y1.div_ceil(SIDE) {
             for column in x0 / SIDE..x1.div_ceil(SIDE) {
-                let hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+                let mut hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+                if LOCAL {
+                    hit.inside &= !parts.cuts(hit.u, hit.v);
+                }
                 let at = Self::square(column, row);
                 let depth = F::load_array_ref(simd, &self.depth[at]);
                 let number = U::load_array_ref(simd, &self.number[at]);
@@ -227,7 +265,20 @@ impl Tile {
                 }
                 let weight = splat_weight(hit.r2) * splat.share;
                 let weight = counts.select(weight, F::splat(simd, 0.0));
-                for (sums, own) in self.sums[at].iter_mut().zip(own) {
+                let mut own = own;
+                let mut sums = &mut self.sums[at][..];
+                if LOCAL && parts.has_field() {
+                    // Rays beside the splat may not meet its plane at all.
+                    let zero = F::splat(simd, 0.0);
+                    let nothing = V { x: zero, y: zero, z: zero };
+                    let normal = V::pick(counts, parts.normals(hit.u, hit.v), nothing);
+                    let (of_normal, rest) = sums.split_at_mut(3);
+                    for (sums, normal) in of_normal.iter_mut().zip([normal.x, normal.y, normal.z]) {
+                        (F::load_array_ref(simd, sums) + weight * normal).store_array(sums);
+                    }
+                    (own, sums) = (&own[3..], rest);
+                }
+                for (sums, own) in sums.iter_mut().zip(own) {
                     (F::load_array_ref(simd, sums) + weight * *own).store_array(sums);
                 }
             }
@@ -260,9 +311,15 @@ struct Lines<S: Simd> {
 /// What of a splat a square of pixels meets.
 struct Hit<S: Simd> {
     inside: M<S>,
+    /// In units of the half axes.
+    u: F<S>,
+    v: F<S>,
     distance: F<S>,
     r2: F<S>,
 }
+
+/// Stands for what varies over a splat where nothing does.
+static NOTHING: Local = Local::NONE;
 
 /// Columns and rows of the pixels of a square.
 const ACROSS: [f32; WIDTH] =
@@ -297,7 +354,7 @@ impl<S: Simd> Lines<S> {
         let distance = u * splat.depth[1] + v * splat.depth[2] + splat.depth[0];
         let lanes = M::from_bitmask(r2.token(), lanes);
         let inside = lanes & r2.simd_le(self.one) & distance.simd_ge(self.near);
-        Hit { inside, distance, r2 }
+        Hit { inside, u, v, distance, r2 }
     }
 }
 

@@ -97,6 +97,15 @@ impl Eye {
         self.offset(v).times(unit)
     }
 
+    /// A difference of positions in view space.
+    pub(crate) fn one_offset(&self, [x, y, z]: [f32; 3]) -> Vec3 {
+        let row = |i: usize| {
+            let [a, b, c] = self.rows[i];
+            a * x + b * y + c * z
+        };
+        Vec3::new(row(0), row(1), row(2))
+    }
+
     /// A position in view space.
     pub(crate) fn one(&self, [x, y, z]: [f32; 3]) -> Vec3 {
         let row = |i: usize| {
@@ -107,12 +116,8 @@ impl Eye {
     }
 
     /// A direction in view space, as long as it was.
-    pub(crate) fn turned(&self, [x, y, z]: [f32; 3]) -> Vec3 {
-        let row = |i: usize| {
-            let [a, b, c] = self.rows[i];
-            a * x + b * y + c * z
-        };
-        Vec3::new(row(0), row(1), row(2)) * self.unit
+    pub(crate) fn turned(&self, direction: [f32; 3]) -> Vec3 {
+        self.one_offset(direction) * self.unit
     }
 
     /// The ray through the middle of a pixel: across and up, at distance 1 or where it starts.

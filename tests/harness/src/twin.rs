@@ -1,8 +1,11 @@
 //! The surface buffer and the baseline's lighting computed in f64, pixel by pixel, for small
 //! scenes: the same rules as the shaders, without a rasteriser.
 
+mod local;
+
 use crate::lamp::arriving;
 use glam::{DMat3, DMat4, DVec2, DVec3};
+use local::Local;
 use surfelshop_api::{Projection, Scene, View, columns};
 use surfelshop_cloud::Cloud;
 
@@ -79,6 +82,8 @@ pub struct Twin<'a> {
     scene: &'a Scene,
     view: &'a View,
     doubt: Doubt,
+    /// Whether normals vary over splats that have fields.
+    fields: bool,
 }
 
 impl<'a> Twin<'a> {
@@ -97,7 +102,13 @@ impl<'a> Twin<'a> {
                 .collect()
         };
         let splats = clouds.iter().flat_map(of_cloud).collect();
-        Self { splats, scene, view, doubt: Doubt::default() }
+        Self { splats, scene, view, doubt: Doubt::default(), fields: false }
+    }
+
+    /// The same with normals that vary over splats that have fields.
+    #[must_use]
+    pub fn with_fields(self, fields: bool) -> Self {
+        Self { fields, ..self }
     }
 
     /// The same with another opinion of what rounding decides.
@@ -111,7 +122,7 @@ impl<'a> Twin<'a> {
     pub fn pixel(&self, x: u32, y: u32) -> Pixel {
         let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let mut hits: Vec<Hit<'_>> =
-            self.splats.iter().filter_map(|splat| splat.meet(center, self.view)).collect();
+            self.splats.iter().filter_map(|splat| splat.meet(center, self)).collect();
         let near = self.view.near;
         let cut = hits.iter().any(|hit| (hit.depth - near).abs() < self.doubt.at(hit));
         hits.retain(|hit| hit.depth >= near);
@@ -127,7 +138,8 @@ struct Hit<'a> {
     depth: f64,
     slope: f64,
     r2: f64,
-    /// Pixels to the splat's edge, about; negative outside.
+    normal: DVec3,
+    /// Pixels to the splat's edge or to a line that cuts it, about; negative outside.
     inside_px: f64,
 }
 
@@ -170,7 +182,7 @@ fn blend(hits: &[Hit<'_>], scene: &Scene, view: &View, doubt: &Doubt, to_eye: DV
             continue;
         }
         let w = (-4.0 * hit.r2).exp() * splat.share;
-        normal += splat.normal * w;
+        normal += hit.normal * w;
         albedo += splat.albedo * w;
         weight += w;
     }
@@ -197,6 +209,7 @@ struct Splat {
     reach: f64,
     share: f64,
     outline: Option<Outline>,
+    local: Option<Local>,
 }
 
 /// An ellipse on the screen, pixels, y downwards: what the filter made of a disc's outline.
@@ -206,6 +219,8 @@ struct Outline {
     axes: [DVec2; 2],
     /// Half axes in pixels.
     widened: [f64; 2],
+    /// The same before widening.
+    own: [f64; 2],
     /// Inverse distance (distance, where orthographic) at the centre, and its change along each of
     /// the half axes.
     depth: [f64; 3],
@@ -230,15 +245,18 @@ impl Outline {
         if self.orthographic { DVec2::ZERO } else { tilt }
     }
 
+    /// The point of the widened disc in view space at a position in units of the half axes.
+    fn point(&self, at: DVec2, view: &View) -> DVec3 {
+        let px = self.center
+            + self.axes[0] * (self.widened[0] * at.x)
+            + self.axes[1] * (self.widened[1] * at.y);
+        let (start, direction) = view.ray(px.x, px.y);
+        start + direction * ((self.distance(at) + start.z) / -direction.z)
+    }
+
     /// Half the longest diameter of the widened disc in space, found by going around it.
     fn reach(&self, view: &View) -> f64 {
-        let point = |at: DVec2| {
-            let px = self.center
-                + self.axes[0] * (self.widened[0] * at.x)
-                + self.axes[1] * (self.widened[1] * at.y);
-            let (start, direction) = view.ray(px.x, px.y);
-            start + direction * ((self.distance(at) + start.z) / -direction.z)
-        };
+        let point = |at: DVec2| self.point(at, view);
         // The disc's centre lies where the mean of two opposite points of its edge is the same.
         let center = point(-self.tilt());
         // A degree apart, so that the longest is found to a part in 10,000.
@@ -292,6 +310,7 @@ impl Splat {
             reach: longer_half_axis(axis_u, axis_v),
             share: 1.0,
             outline: None,
+            local: Local::new(cloud, i, &turned, back),
         };
         splat.widen(f64::from(scene.surface.low_pass), view);
         splat
@@ -361,7 +380,7 @@ impl Splat {
         };
         let scale = if orthographic { 1.0 } else { moved };
         let [s, t] = ranges.map(|range| range * scale);
-        let outline = Outline { center, axes, widened, depth: [moved, s, t], orthographic };
+        let outline = Outline { center, axes, widened, own, depth: [moved, s, t], orthographic };
         self.reach = outline.reach(view);
         self.share = (own[0] * own[1] / (widened[0] * widened[1])).max(1e-6);
         self.outline = Some(outline);
@@ -392,8 +411,41 @@ impl Splat {
         (at, if w.z > 0.0 { depth } else { -1.0 })
     }
 
+    /// The point that a pixel shows, view space.
+    fn point_at(&self, px: DVec2, view: &View) -> DVec3 {
+        match &self.outline {
+            Some(outline) => outline.point(outline.position(px), view),
+            None => {
+                let (at, _) = self.disc_at(px, view);
+                self.center + at.x * self.axis_u + at.y * self.axis_v
+            }
+        }
+    }
+
+    /// Where of the splat a pixel's filter sees its field, from the splat's centre: for Gaussians the
+    /// mean of what blends into a pixel lies nearer to the middle, by the splat's share of the variance.
+    fn filtered_at(&self, px: DVec2, view: &View) -> DVec3 {
+        let Some(outline) = &self.outline else { return self.point_at(px, view) - self.center };
+        // The widened disc's own coordinates, in which it is linear in space.
+        let zeta = -outline.tilt();
+        let root = (1.0 - zeta.length_squared()).sqrt();
+        let boost = |at: DVec2, zeta: DVec2| {
+            let across = at * root + zeta * (zeta.dot(at) / (1.0 + root));
+            (zeta + across) / (1.0 + zeta.dot(at))
+        };
+        let on_disc = boost(outline.position(px), -zeta);
+        let kept: DVec2 = (0..2)
+            .map(|k| {
+                let axis = if k == 0 { DVec2::X } else { DVec2::Y };
+                axis * (on_disc.dot(axis) * (outline.own[k] / outline.widened[k]).powi(2))
+            })
+            .sum();
+        outline.point(boost(kept, zeta), view) - outline.point(zeta, view)
+    }
+
     /// What a pixel sees of the splat, if it is near enough to its edge to matter.
-    fn meet(&self, px: DVec2, view: &View) -> Option<Hit<'_>> {
+    fn meet(&self, px: DVec2, twin: &Twin<'_>) -> Option<Hit<'_>> {
+        let view = twin.view;
         let at = |px: DVec2| match &self.outline {
             Some(outline) => outline.meet(px),
             None => {
@@ -411,8 +463,21 @@ impl Splat {
         let slope = (right.1 - depth).hypot(down.1 - depth) / step;
         let r = r2.max(0.0).sqrt();
         let grown = [right, down].map(|(r2, _)| r2.max(0.0).sqrt() - r);
-        let inside_px = (1.0 - r) / (grown[0].hypot(grown[1]) / step);
-        Some(Hit { splat: self, depth, slope, r2, inside_px })
+        let mut inside_px = (1.0 - r) / (grown[0].hypot(grown[1]) / step);
+        let mut normal = self.normal;
+        if let Some(local) = &self.local {
+            let side = |px: DVec2| local.stays(self.point_at(px, view) - self.center);
+            let here = side(px);
+            let [right, down] = [DVec2::X, DVec2::Y].map(|d| side(px + d * step) - here);
+            let moved = right.hypot(down) / step;
+            let to_line = if here == f64::INFINITY { here } else { here / moved.max(1e-12) };
+            inside_px = inside_px.min(to_line);
+            if let Some(of_field) = local.normal(self.filtered_at(px, view)).filter(|_| twin.fields)
+            {
+                normal = of_field;
+            }
+        }
+        Some(Hit { splat: self, depth, slope, r2, normal, inside_px })
     }
 }
 

@@ -15,6 +15,10 @@ pub enum SurfaceMode {
     /// All surfels within the scene's depth tolerance, weighted.
     #[default]
     Blended,
+    /// The same with normals that vary over each surfel, where a cloud has the column
+    /// [`NORMAL_FIELD`](crate::columns::NORMAL_FIELD): each pixel blends the normals of the points that it
+    /// shows. Other clouds look as with `Blended`. ABI 3.4.
+    Fields,
 }
 
 /// A texture drawn into.

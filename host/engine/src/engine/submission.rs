@@ -66,6 +66,8 @@ impl Asked {
             color: self.needed.members.albedo || shown("albedo_only"),
             ao: self.needed.members.ao || shown("ao_only"),
             material: self.needed.material,
+            fields: self.needed.surfaces.contains(&SurfaceMode::Fields)
+                || self.host_mode == SurfaceMode::Fields && shown("normal_only"),
         }
     }
 }

@@ -55,6 +55,10 @@ pub(super) struct Chunk<'a> {
     pub(super) uniform: wgpu::Buffer,
     /// What its surfels radiate, where they were shaded one by one.
     pub(super) lit: Option<wgpu::Buffer>,
+    /// Whether its surfels are cut.
+    pub(super) clipped: bool,
+    /// Whether its surfels' normals are drawn as fields, where they have some.
+    pub(super) fields: bool,
     /// The places that are drawn, where they were chosen.
     pub(super) runs: Option<Runs>,
     /// Where compute has drawn its small surfels: quads are then drawn of the large ones alone.
@@ -67,6 +71,10 @@ impl Chunk<'_> {
         defines.extend(self.lit.is_some().then_some("LIT"));
         defines.extend(self.computed.is_some().then_some("COMPUTED"));
         defines.extend(self.runs.is_some().then_some("RUNS"));
+        let fields = self.fields && self.cloud.has_fields();
+        defines.extend(self.clipped.then_some("CLIP"));
+        defines.extend(fields.then_some("FIELD"));
+        defines.extend((self.clipped || fields).then_some("LOCAL"));
         defines
     }
 

@@ -1,6 +1,9 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
-use super::elements::{components_of, encode_color, floats_of, is_color, part_of};
+use super::elements::{
+    clips_of, components_of, cut_by, encode_color, field_drawn, fields_of, floats_of, is_color,
+    part_of,
+};
 use super::host_columns::{ORDERED, OnHost, STOPPED, columns_drawn};
 use super::order::{TIE_BREAKERS, drawing_order};
 use super::radii::Radii;
@@ -15,6 +18,8 @@ use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 
 /// Bytes of the widest element drawn from a storage buffer: three floats.
 const WIDEST_STRIDE: u64 = 12;
+/// The same of surfels that have fields or are cut: seven floats.
+const WIDEST_OF_SPLATS: u64 = 28;
 
 /// Chunks of clouds with merged surfels are made of whole groups.
 const GROUP: u32 = surfelshop_raster::GROUP as u32;
@@ -34,6 +39,8 @@ pub(crate) struct DrawnCloud {
     pub(crate) n_surfels: u32,
     /// Places on the device: those of the surfels, and behind them those of merged ones.
     pub(crate) n_places: u32,
+    /// Places before those of surfels that are cut; all places where none is.
+    pub(crate) n_whole: u32,
     pub(crate) chunk_len: u32,
     /// Buffers by shader variable.
     pub(crate) columns: Vec<(&'static str, ChunkBuffers)>,
@@ -57,10 +64,20 @@ impl DrawnCloud {
         self.columns.first().map_or(0, |(_, buffers)| buffers.len())
     }
 
-    /// First place and number of places of each chunk.
-    pub(crate) fn chunks(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
-        let (n, len) = (self.n_places, self.chunk_len);
-        (0..n.div_ceil(len)).map(move |i| (i * len, len.min(n - i * len)))
+    /// First place and number of places of each chunk: of whole surfels, or of those that are cut.
+    pub(crate) fn chunks(&self) -> Vec<(u32, u32)> {
+        let parts = [0..self.n_whole, self.n_whole..self.n_places];
+        let len = self.chunk_len;
+        let chunks = parts.into_iter().flat_map(|part| {
+            let firsts = part.clone().step_by(len as usize);
+            firsts.map(move |first| (first, len.min(part.end - first)))
+        });
+        chunks.collect()
+    }
+
+    /// Whether its surfels have normal fields, and they are read.
+    pub(crate) fn has_fields(&self) -> bool {
+        self.columns.iter().any(|(name, _)| *name == columns::NORMAL_FIELD)
     }
 }
 
@@ -80,7 +97,9 @@ struct Order {
     of: Vec<u64>,
     /// Equal for equal orders.
     serial: u32,
-    /// Hash of the indices.
+    /// Surfels that are not cut, which come first.
+    n_whole: u32,
+    /// Hash of the indices, and of what divides them into chunks.
     hash: u64,
     last_used: u64,
 }
@@ -259,27 +278,30 @@ impl Columns {
         self.orders.retain(|order| order.last_used >= oldest);
     }
 
-    /// The serial number of the order a cloud is drawn in, and the order itself where it had to be
-    /// made to know.
-    pub(super) fn order(&mut self, cloud: &CloudView<'_>) -> (u32, OnceCell<Vec<u32>>) {
+    /// The serial number of the order a cloud is drawn in, how many of its surfels are not cut, and the
+    /// order itself where it had to be made to know.
+    pub(super) fn order(&mut self, cloud: &CloudView<'_>) -> (u32, u32, OnceCell<Vec<u32>>) {
         let names = [columns::POSITION].into_iter().chain(TIE_BREAKERS);
         let of: Vec<u64> =
             names.filter_map(|name| cloud.column(name)).map(|column| column.generation).collect();
         let last_used = self.frame;
         if let Some(known) = self.orders.iter_mut().find(|order| order.of == of) {
             known.last_used = last_used;
-            return (known.serial, OnceCell::new());
+            return (known.serial, known.n_whole, OnceCell::new());
         }
         let indices = drawing_order(cloud);
+        let n_whole = indices.partition_point(|&i| cut_by(cloud, i as usize).is_none()) as u32;
         let mut hasher = DefaultHasher::new();
         hasher.write(bytemuck::cast_slice(&indices));
+        hasher.write_u32(n_whole);
+        hasher.write_u64(widest_of(cloud));
         let hash = hasher.finish();
         // Other attributes rarely change the order; columns on the device then stay as they are.
         let equal = self.orders.iter().find(|order| order.hash == hash).map(|order| order.serial);
         let serial = equal.unwrap_or(self.n_orders + 1);
         self.n_orders = self.n_orders.max(serial);
-        self.orders.push(Order { of, serial, hash, last_used });
-        (serial, OnceCell::from(indices))
+        self.orders.push(Order { of, serial, n_whole, hash, last_used });
+        (serial, n_whole, OnceCell::from(indices))
     }
 
     /// Brings the columns a cloud is drawn with onto the device, and behind them those of surfels that
@@ -298,7 +320,8 @@ impl Columns {
             origin: cloud.origin,
             n_surfels,
             n_places: n_surfels,
-            chunk_len: self.chunk_len,
+            n_whole: n_surfels,
+            chunk_len: self.chunk_len_for(cloud),
             columns: Vec::new(),
             defines: Vec::new(),
             generations: Vec::new(),
@@ -308,18 +331,20 @@ impl Columns {
             merged: None,
         };
         let wanted = self.wanted_of(cloud.len).for_merged(merged);
-        let (order_serial, order) = match merged {
+        let (order_serial, n_whole, order) = match merged {
             true => {
                 let known = self.in_memory(cloud, true, tell)?;
                 let n_places = known.columns.n_places();
                 drawn.merged = Some(known.columns.clone());
-                let serial = known.serial;
+                let (serial, n_whole) = (known.serial, known.n_whole);
                 drawn.n_places = numbered(n_places)?;
-                drawn.chunk_len = (self.chunk_len / GROUP).max(1) * GROUP;
-                (serial, OnceCell::new())
+                drawn.chunk_len = (drawn.chunk_len / GROUP).max(1) * GROUP;
+                (serial, n_whole, OnceCell::new())
             }
             false => self.order(cloud),
         };
+        // Behind the last of the surfels stand merged ones, which are not cut.
+        drawn.n_whole = if n_whole < n_surfels { n_whole } else { drawn.n_places };
         let mut arriving = Arriving { cloud, order_serial, order, drawn };
         // Of all columns that there may be these are the largest.
         let told = |columns: f32| match tell(ORDERED + (1.0 - ORDERED) * columns) {
@@ -335,6 +360,7 @@ impl Columns {
         if let Some(merged) = &arriving.drawn.merged {
             arriving.drawn.max_radius = arriving.drawn.max_radius.max(merged.max_reach());
         }
+        self.splats(wanted, &mut arriving);
         if wanted.ao && cloud.floats(columns::AO, 1).is_some() {
             self.floats(columns::AO, &mut arriving)?;
             arriving.drawn.defines.push("AO");
@@ -388,6 +414,35 @@ impl Columns {
         Ok(())
     }
 
+    /// Brings along normal fields, and the lines that cut surfels.
+    fn splats(&mut self, wanted: Wanted, arriving: &mut Arriving<'_>) {
+        let cloud = arriving.cloud;
+        if let (Some(fields), true) = (fields_of(cloud), wanted.fields)
+            && let Some(column) = cloud.column(columns::NORMAL_FIELD)
+        {
+            let encode = |i: usize, out: &mut Vec<u8>| {
+                out.extend_from_slice(bytemuck::cast_slice(&field_drawn(fields[i])));
+            };
+            self.upload(column, columns::NORMAL_FIELD, &encode, 16, 0.0, arriving);
+        }
+        if arriving.drawn.n_whole < arriving.drawn.n_places
+            && let Some(column) = cloud.column(columns::CLIP)
+        {
+            let encode = |i: usize, out: &mut Vec<u8>| {
+                let clip = cut_by(cloud, i).unwrap_or_default();
+                out.extend_from_slice(bytemuck::cast_slice(&clip));
+            };
+            self.upload(column, columns::CLIP, &encode, WIDEST_OF_SPLATS, 0.0, arriving);
+        }
+    }
+
+    /// Surfels in a chunk of a cloud at most.
+    fn chunk_len_for(&self, cloud: &CloudView<'_>) -> u32 {
+        // A number that fits 64 bits: both factors are below 2^32.
+        let len = u64::from(self.chunk_len) * WIDEST_STRIDE / widest_of(cloud);
+        u32::try_from(len).unwrap_or(u32::MAX).max(1)
+    }
+
     /// Uploads a column of floats and returns its largest magnitude.
     fn floats(
         &mut self,
@@ -420,8 +475,11 @@ impl Columns {
         largest: f32,
         arriving: &mut Arriving<'_>,
     ) {
-        let (frame, chunk_len) = (self.frame, arriving.drawn.chunk_len);
+        let frame = self.frame;
         let n_places = arriving.drawn.n_places as usize;
+        // Whole surfels have no lines: theirs are never bound.
+        let n_whole = if variable == columns::CLIP { arriving.drawn.n_whole } else { 0 };
+        let chunks = arriving.drawn.chunks();
         let merged = arriving.drawn.merged.clone();
         let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
         let key = (column.generation, arriving.order_serial, variable);
@@ -439,11 +497,11 @@ impl Columns {
                 }
             };
             let stride = usize::try_from(stride).unwrap_or(usize::MAX);
-            let chunk_len = chunk_len as usize;
-            let buffers = (0..n_places)
-                .step_by(chunk_len)
-                .map(|first| {
-                    let len = chunk_len.min(n_places - first);
+            let buffers = chunks
+                .into_iter()
+                .map(|(first, len)| {
+                    let len = if first < n_whole { 1 } else { len as usize };
+                    let first = first as usize;
                     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some(variable),
                         size: (len * stride) as u64,
@@ -488,6 +546,12 @@ impl Columns {
 /// Number of surfels, where all can be numbered.
 pub(super) fn counted(cloud: &CloudView<'_>) -> Result<u32, RenderError> {
     numbered(cloud.len)
+}
+
+/// Bytes of the widest element that a cloud's surfels are drawn from.
+fn widest_of(cloud: &CloudView<'_>) -> u64 {
+    let are_splats = fields_of(cloud).is_some() || clips_of(cloud).is_some();
+    if are_splats { WIDEST_OF_SPLATS } else { WIDEST_STRIDE }
 }
 
 fn numbered(n: usize) -> Result<u32, RenderError> {

@@ -68,7 +68,7 @@ impl<'a> Drawing<'a> {
                 Some(runs) => runs.iter().map(ExactSizeIterator::len).sum(),
                 None => cloud.n_surfels.div_ceil(input.stride) as usize,
             };
-            for (position, (first, count)) in cloud.chunks().enumerate() {
+            for (position, (first, count)) in cloud.chunks().into_iter().enumerate() {
                 let runs = chosen.as_ref().map(|all| Runs::new(all, first..first + count, gpu));
                 let bytes = Uniform::new()
                     .mat4(view_from_chunk)
@@ -86,8 +86,17 @@ impl<'a> Drawing<'a> {
                     .f32(cloud.equal_radius.unwrap_or(0.0))
                     .into_bytes();
                 let uniform = gpu.filled_buffer("chunk", &bytes, wgpu::BufferUsages::UNIFORM);
-                let (lit, computed) = (None, None);
-                chunks.push(Chunk { cloud, position, count, uniform, lit, runs, computed });
+                chunks.push(Chunk {
+                    cloud,
+                    position,
+                    count,
+                    uniform,
+                    lit: None,
+                    clipped: first >= cloud.n_whole,
+                    fields: false,
+                    runs,
+                    computed: None,
+                });
             }
             first_of_cloud += cloud.n_places;
         }
@@ -95,6 +104,14 @@ impl<'a> Drawing<'a> {
             gpu.filled_buffer("linear of sRGB", &linear_of_srgb(), wgpu::BufferUsages::UNIFORM);
         let (n_large, none) = (None, Settings::default());
         Self { input, chunks, n_drawn, linear_of_srgb, n_large, none }
+    }
+
+    /// Says whether normals are drawn as fields, where surfels have some.
+    pub(super) fn with_fields(&mut self, fields: bool) -> &Self {
+        for chunk in &mut self.chunks {
+            chunk.fields = fields;
+        }
+        self
     }
 
     /// Surfels in each chunk.

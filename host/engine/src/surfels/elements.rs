@@ -14,6 +14,8 @@ pub(super) fn part_of(variable: &str) -> Part {
         columns::RADIUS => Part::Radius,
         columns::TANGENT_U => Part::TangentU,
         columns::TANGENT_V => Part::TangentV,
+        columns::NORMAL_FIELD => Part::Field,
+        columns::CLIP => Part::Clip,
         columns::AO => Part::Ao,
         columns::MATERIAL => Part::Material,
         _ => Part::Color,
@@ -24,8 +26,38 @@ pub(super) fn part_of(variable: &str) -> Part {
 pub(super) fn components_of(name: &str) -> u32 {
     match name {
         columns::RADIUS | columns::AO => 1,
+        columns::NORMAL_FIELD => 4,
+        columns::CLIP => 7,
         _ => 3,
     }
+}
+
+/// Whether surfels are ellipses.
+pub(super) fn are_ellipses(cloud: &CloudView<'_>) -> bool {
+    [columns::TANGENT_U, columns::TANGENT_V].iter().all(|name| cloud.floats(name, 3).is_some())
+}
+
+/// The normal fields of ellipses, where a cloud has them.
+pub(super) fn fields_of<'a>(cloud: &CloudView<'a>) -> Option<&'a [[f32; 4]]> {
+    let values = cloud.floats(columns::NORMAL_FIELD, 4).filter(|_| are_ellipses(cloud))?;
+    Some(values.as_chunks().0)
+}
+
+/// The lines that cut ellipses, where a cloud has them.
+pub(super) fn clips_of<'a>(cloud: &CloudView<'a>) -> Option<&'a [[f32; 7]]> {
+    let values = cloud.floats(columns::CLIP, 7).filter(|_| are_ellipses(cloud))?;
+    Some(values.as_chunks().0)
+}
+
+/// The field of a surfel as it is drawn: none, zeros, where it is not of finite numbers.
+pub(super) fn field_drawn(field: [f32; 4]) -> [f32; 4] {
+    if field.iter().all(|value| value.is_finite()) { field } else { [0.0; 4] }
+}
+
+/// The lines that cut a surfel; `None` where nothing does, or they are not of finite numbers.
+pub(super) fn cut_by(cloud: &CloudView<'_>, i: usize) -> Option<[f32; 7]> {
+    let clip = *clips_of(cloud)?.get(i)?;
+    (clip[6] > 0.5 && clip.iter().all(|value| value.is_finite())).then_some(clip)
 }
 
 /// A column of floats that drawing needs.

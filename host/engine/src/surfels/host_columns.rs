@@ -2,7 +2,9 @@
 //! dropped when unused.
 
 use super::columns::{Columns, DrawnCloud, counted};
-use super::elements::{encode_color, floats_of, is_color};
+use super::elements::{
+    clips_of, cut_by, encode_color, field_drawn, fields_of, floats_of, is_color,
+};
 use super::on_host::columns as columns_of;
 use super::order::drawing_order;
 use super::wanted::Wanted;
@@ -10,7 +12,7 @@ use crate::run::RenderError;
 use rayon::prelude::*;
 use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
-use surfelshop_raster::{Albedo, Sources};
+use surfelshop_raster::{Albedo, Sources, Splats};
 
 /// What share of the time putting surfels in order takes.
 pub(super) const ORDERED: f32 = 0.3;
@@ -25,6 +27,8 @@ pub(super) struct OnHost {
     pub(super) order_serial: u32,
     /// Equal for equal columns.
     pub(super) serial: u32,
+    /// Surfels that are not cut, which come first.
+    pub(super) n_whole: u32,
     pub(super) columns: Arc<surfelshop_raster::Columns>,
     pub(super) max_radius: f32,
     /// Whether there are surfels that stand for several.
@@ -58,13 +62,19 @@ impl OnHost {
         if !wanted.material {
             columns.forget_material();
         }
+        if !wanted.fields {
+            columns.forget_fields();
+        }
         self.drawn.retain(|(name, _)| wanted.reads(name));
     }
 }
 
 /// What a cloud is drawn with.
 struct Drawn<'a> {
+    cloud: &'a CloudView<'a>,
     sources: Sources<'a>,
+    fields: Option<&'a [[f32; 4]]>,
+    has_clips: bool,
     color: Option<&'a ColumnView<'a>>,
     /// Names and generations of the columns.
     columns: Vec<(&'static str, u64)>,
@@ -103,7 +113,11 @@ impl<'a> Drawn<'a> {
         };
         let color = cloud.column(columns::COLOR);
         let color = color.filter(|column| wanted.color && is_color(column));
+        let fields = fields_of(cloud).filter(|_| wanted.fields);
+        let has_clips = clips_of(cloud).is_some();
         let used = [
+            fields.map(|_| columns::NORMAL_FIELD),
+            has_clips.then_some(columns::CLIP),
             Some(columns::POSITION),
             Some(columns::NORMAL),
             tangents.is_none().then_some(columns::RADIUS),
@@ -115,7 +129,22 @@ impl<'a> Drawn<'a> {
         ];
         let used = used.into_iter().flatten();
         let named = |name| cloud.column(name).map(|column| (name, column.generation));
-        Ok(Self { sources, color, columns: used.filter_map(named).collect() })
+        let columns = used.filter_map(named).collect();
+        Ok(Self { cloud, sources, fields, has_clips, color, columns })
+    }
+
+    /// Normal fields and the lines that cut surfels, in this order.
+    fn splats(&self, order: &[u32], n_whole: u32) -> Splats {
+        let all = order.iter().map(|&i| i as usize);
+        let cut = order.iter().skip(n_whole as usize).map(|&i| i as usize);
+        Splats {
+            fields: self.fields.map(|fields| all.map(|i| field_drawn(fields[i])).collect()),
+            n_whole: n_whole as usize,
+            clips: match self.has_clips {
+                true => cut.map(|i| cut_by(self.cloud, i).unwrap_or_default()).collect(),
+                false => Vec::new(),
+            },
+        }
     }
 
     /// At least the longest half axis.
@@ -174,6 +203,7 @@ impl Columns {
             origin: cloud.origin,
             n_surfels,
             n_places: n_surfels,
+            n_whole: known.n_whole,
             chunk_len,
             columns: Vec::new(),
             defines: Vec::new(),
@@ -196,7 +226,7 @@ impl Columns {
         tell: &(dyn Fn(f32) -> bool + Sync),
     ) -> Result<&OnHost, RenderError> {
         let drawn = Drawn::of(cloud, self.wanted_of(cloud.len).for_merged(merged))?;
-        let (order_serial, order) = self.order(cloud);
+        let (order_serial, n_whole, order) = self.order(cloud);
         let is_it = |known: &OnHost| {
             known.has(&drawn.columns, cloud)
                 && known.order_serial == order_serial
@@ -215,12 +245,14 @@ impl Columns {
                 let told = |fraction| {
                     tell(ORDERED + (1.0 - ORDERED) * fraction);
                 };
-                let columns = columns_of(&drawn.sources, &order, albedo, merged, &told);
+                let splats = drawn.splats(&order, n_whole);
+                let columns = columns_of(&drawn.sources, &order, albedo, splats, merged, &told);
                 self.n_orders += 1;
                 self.on_host.push(OnHost {
                     drawn: drawn.columns.clone(),
                     order_serial,
                     serial: self.n_orders,
+                    n_whole,
                     columns: Arc::new(columns),
                     max_radius: drawn.max_radius(),
                     merged,

@@ -7,7 +7,7 @@ use crate::run::{PassState, Recorder};
 use std::sync::LazyLock;
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::params::srgb_to_linear;
-use surfelshop_raster::{Albedo, Cloud, Columns, Mode, Parts, Picture, Sources, draw};
+use surfelshop_raster::{Albedo, Cloud, Columns, Mode, Parts, Picture, Sources, Splats, draw};
 
 /// What the pass is called.
 const NAME: &str = "surfels: processor";
@@ -26,6 +26,7 @@ pub(super) fn ensure(
     let modes = [
         (Mode::Nearest, wanted(SurfaceMode::Nearest, parts.nearest)),
         (Mode::Blended, wanted(SurfaceMode::Blended, parts.blended)),
+        (Mode::Fields, wanted(SurfaceMode::Fields, parts.fields)),
     ];
     let mut modes: Vec<Mode> =
         modes.into_iter().filter(|(_, w)| *w).map(|(mode, _)| mode).collect();
@@ -67,10 +68,11 @@ pub(super) fn columns(
     sources: &Sources<'_>,
     order: &[u32],
     albedo: Albedo,
+    splats: Splats,
     merged: bool,
     tell: &(dyn Fn(f32) + Sync),
 ) -> Columns {
-    Columns::new(sources, order, albedo, merged, &LINEAR_OF_SRGB, tell)
+    Columns::new(sources, order, albedo, splats, merged, &LINEAR_OF_SRGB, tell)
 }
 
 /// The clouds that are in memory.
@@ -110,6 +112,7 @@ fn keep(
     match mode {
         Mode::Nearest => surface.nearest = packed(),
         Mode::Blended => surface.blended = packed(),
+        Mode::Fields => surface.fields = packed(),
         Mode::None => {}
     }
     if looked_up.material {

@@ -2,8 +2,10 @@
 //!
 //! Sums of floats and ties of depth depend on the order of drawing. An order that follows from
 //! the surfels alone makes pictures independent of the order in the file; one along a curve keeps
-//! neighbours together in memory.
+//! neighbours together in memory. Surfels that lines cut come after all others, so that those are
+//! drawn without asking.
 
+use super::elements::cut_by;
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use surfelshop_api::columns::{self, CloudView, Values};
@@ -11,9 +13,12 @@ use surfelshop_api::columns::{self, CloudView, Values};
 /// Bits of the curve's position per axis; three times as many fit into 64.
 const BITS: u32 = 21;
 
-/// Indices of a cloud's surfels in drawing order: by the Morton code of the position in the
-/// cloud's box, then by position, then by attributes. Surfels equal in all of them may stand in
-/// any order without it showing.
+/// The bit above those of a curve: a surfel is cut.
+const CUT: u64 = 1 << 63;
+
+/// Indices of a cloud's surfels in drawing order: those that are not cut before the others, by the
+/// Morton code of the position in the cloud's box, then by position, then by attributes. Surfels
+/// equal in all of them may stand in any order without it showing.
 pub(super) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
     let positions = cloud.floats(columns::POSITION, 3).unwrap_or_default();
     let at = |i: u32| &positions[3 * i as usize..3 * i as usize + 3];
@@ -33,7 +38,8 @@ pub(super) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
             let cell = (f64::from(position[axis]) - low[axis]) * per_cell;
             cell.clamp(0.0, f64::from((1u32 << BITS) - 1)) as u64
         };
-        spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
+        let cut = if cut_by(cloud, i as usize).is_some() { CUT } else { 0 };
+        cut | spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
     };
     let n = u32::try_from(positions.len() / 3).unwrap_or(u32::MAX);
     let mut keyed: Vec<(u64, u32)> = (0..n).into_par_iter().map(|i| (code(i), i)).collect();
@@ -52,7 +58,7 @@ pub(super) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
 }
 
 /// Columns that decide between surfels at one place.
-pub(super) const TIE_BREAKERS: [&str; 7] = [
+pub(super) const TIE_BREAKERS: [&str; 9] = [
     columns::NORMAL,
     columns::RADIUS,
     columns::TANGENT_U,
@@ -60,6 +66,8 @@ pub(super) const TIE_BREAKERS: [&str; 7] = [
     columns::COLOR,
     columns::AO,
     columns::MATERIAL,
+    columns::NORMAL_FIELD,
+    columns::CLIP,
 ];
 
 /// Puts two empty bits in front of each of the lowest 21.

@@ -22,6 +22,8 @@ pub(crate) struct SurfaceParts {
     pub(crate) nearest: bool,
     /// The surface of blended surfels.
     pub(crate) blended: bool,
+    /// The same with normals that vary over surfels.
+    pub(crate) fields: bool,
     /// The material of the nearest surfels.
     pub(crate) material: bool,
     /// The cloud of the nearest surfels.
@@ -36,6 +38,7 @@ impl SurfaceParts {
         match mode {
             SurfaceMode::Nearest => self.nearest = true,
             SurfaceMode::Blended => self.blended = true,
+            SurfaceMode::Fields => self.fields = true,
         }
     }
 }
@@ -59,6 +62,7 @@ pub(crate) struct Surface {
     pub(crate) winners: wgpu::TextureView,
     pub(super) nearest: Option<wgpu::TextureView>,
     pub(super) blended: Option<wgpu::TextureView>,
+    pub(super) fields: Option<wgpu::TextureView>,
     pub(crate) material: Option<wgpu::TextureView>,
     pub(crate) object: Option<wgpu::TextureView>,
     pub(super) visible: bool,
@@ -75,6 +79,7 @@ impl Surface {
         match mode {
             SurfaceMode::Nearest => self.nearest.as_ref(),
             SurfaceMode::Blended => self.blended.as_ref(),
+            SurfaceMode::Fields => self.fields.as_ref(),
         }
     }
 }
@@ -128,6 +133,11 @@ impl Surfaces {
             ),
             ("surfels: nearest surface", "read by passes over the nearest", &surface.nearest),
             ("surfels: blended surface", "read by passes over what is blended", &surface.blended),
+            (
+                "surfels: blended surface with normal fields",
+                "read by passes over normals that vary over surfels",
+                &surface.fields,
+            ),
             ("surfels: materials", "read by passes that ask for materials", &surface.material),
             ("surfels: clouds", "read by passes that ask which cloud it is", &surface.object),
         ];
@@ -154,12 +164,15 @@ impl Surfaces {
             None => Surface::new(recorder.gpu, input.size),
         };
         if input.clouds.iter().all(|cloud| cloud.on_host.is_some()) {
-            let was = (surface.nearest.is_some(), surface.blended.is_some());
+            let n_blended = |surface: &Surface| {
+                u32::from(surface.blended.is_some()) + u32::from(surface.fields.is_some())
+            };
+            let was = (surface.nearest.is_some(), n_blended(&surface));
             let drawn = on_host::ensure(parts, input, &mut surface, &mut self.scratch, recorder);
             self.counts.visibility += drawn;
             self.n_drawn = self.scratch.drawn.surfels;
             self.counts.nearest += u32::from(surface.nearest.is_some() && !was.0);
-            self.counts.blended += u32::from(surface.blended.is_some() && !was.1);
+            self.counts.blended += n_blended(&surface) - was.1;
             return Ok(self.keep(input, surface));
         }
         let mut drawing = None;
@@ -185,7 +198,9 @@ impl Surfaces {
             surface.depth = Some(texture(gpu, "nearest depth", input.size, format));
         }
         // What compute leaves for blending is not kept: it is found again where that comes later.
-        let left = input.computes && parts.blended && surface.blended.is_none();
+        let blends =
+            parts.blended && surface.blended.is_none() || parts.fields && surface.fields.is_none();
+        let left = input.computes && blends;
         if parts.visibility && surface.visible && !left {
             recorder.note("surfels: visibility", PassState::Reused);
         } else if parts.visibility {
@@ -206,8 +221,18 @@ impl Surfaces {
             recorder.note("surfels: blend", PassState::Reused);
         } else if parts.blended {
             let view = packed_texture(gpu, input.size);
-            begun(drawing, input, gpu).blended(surface, &view, recorder, pipelines)?;
+            let drawing = begun(drawing, input, gpu).with_fields(false);
+            drawing.blended(surface, &view, recorder, pipelines)?;
             surface.blended = Some(view);
+            self.counts.blended += 1;
+        }
+        if parts.fields && surface.fields.is_some() {
+            recorder.note("surfels: blend", PassState::Reused);
+        } else if parts.fields {
+            let view = packed_texture(gpu, input.size);
+            let drawing = begun(drawing, input, gpu).with_fields(true);
+            drawing.blended(surface, &view, recorder, pipelines)?;
+            surface.fields = Some(view);
             self.counts.blended += 1;
         }
         Ok(())
@@ -270,6 +295,7 @@ impl Surface {
             winners: texture(gpu, "nearest surfels", size, wgpu::TextureFormat::Rg32Uint),
             nearest: None,
             blended: None,
+            fields: None,
             material: None,
             object: None,
             visible: false,

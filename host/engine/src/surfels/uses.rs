@@ -1,7 +1,7 @@
 //! Which columns drawing reads, and what those it lacks save.
 
 use super::columns::Columns;
-use super::elements::{floats_of, is_color};
+use super::elements::{are_ellipses, cut_by, fields_of, floats_of, is_color};
 use serde::Serialize;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 
@@ -19,11 +19,13 @@ pub struct ColumnUse {
 }
 
 /// Columns that drawing can do without, with the bytes that one takes a surfel and what is done without.
-const OPTIONAL: [(&str, u64, &str); 4] = [
+const OPTIONAL: [(&str, u64, &str); 6] = [
     (columns::COLOR, 4, "one albedo for all, in a constant"),
     (columns::AO, 4, "accessibility is 1"),
     (columns::MATERIAL, 4, "material 0 everywhere, looked up by nothing"),
     (columns::TANGENT_U, 20, "discs: a radius each instead of two half axes"),
+    (columns::NORMAL_FIELD, 16, "one normal for each ellipse"),
+    (columns::CLIP, 28, "ellipses are whole"),
 ];
 
 /// How clouds are drawn.
@@ -60,7 +62,14 @@ pub(crate) fn columns_used(clouds: &[CloudView<'_>], how: &DrawnHow<'_>) -> Vec<
         }
     }
     for (name, bytes_each, without) in OPTIONAL {
-        let lacking = || clouds.iter().filter(|cloud| cloud.column(name).is_none());
+        // What only ellipses have is missed of ellipses alone.
+        let is_of_ellipses = [columns::NORMAL_FIELD, columns::CLIP].contains(&name);
+        let lacking = || {
+            let lacks = |cloud: &&CloudView<'_>| {
+                cloud.column(name).is_none() && (!is_of_ellipses || are_ellipses(cloud))
+            };
+            clouds.iter().filter(lacks)
+        };
         let n: u64 = lacking().map(|cloud| cloud.len as u64).sum();
         let of = match (lacking().count(), clouds.len()) {
             (_, 1) => String::new(),
@@ -86,9 +95,7 @@ pub(crate) fn columns_used(clouds: &[CloudView<'_>], how: &DrawnHow<'_>) -> Vec<
 }
 
 fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, how: &DrawnHow<'_>) -> ColumnUse {
-    let are_ellipses = [columns::TANGENT_U, columns::TANGENT_V]
-        .into_iter()
-        .all(|name| cloud.floats(name, 3).is_some());
+    let are_ellipses = are_ellipses(cloud);
     let is_floats = floats_of(cloud, column.name).is_ok();
     let (bytes_each, why): (u64, Result<&str, &str>) = match column.name {
         columns::POSITION => (12, Ok("where surfels are")),
@@ -102,6 +109,24 @@ fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, how: &DrawnHow<'_>) -> C
             (12, Ok("half axes of ellipses"))
         }
         columns::TANGENT_U | columns::TANGENT_V => (0, Err("one half axis alone says nothing")),
+        columns::NORMAL_FIELD if fields_of(cloud).is_some() => {
+            (16, Ok("normals that vary over ellipses"))
+        }
+        columns::CLIP if are_ellipses && is_floats => {
+            let n_cut = (0..cloud.len).filter(|&i| cut_by(cloud, i).is_some()).count();
+            return ColumnUse {
+                name: column.name.to_owned(),
+                read: n_cut > 0,
+                bytes: 28 * n_cut as u64,
+                why: format!(
+                    "lines cut {n_cut} of {} ellipses, which are drawn after the others",
+                    cloud.len
+                ),
+            };
+        }
+        columns::NORMAL_FIELD | columns::CLIP => {
+            (0, Err("drawing knows these of ellipses alone, as 4 and 7 x f32"))
+        }
         columns::AO if is_floats => (4, Ok("ambient accessibility")),
         columns::MATERIAL if matches!(column.values, Values::U32(_)) => (4, Ok("materials")),
         columns::COLOR if is_color(column) && matches!(column.values, Values::U8(_)) => {

@@ -10,11 +10,13 @@ pub(crate) struct Wanted {
     pub(crate) color: bool,
     pub(crate) ao: bool,
     pub(crate) material: bool,
+    /// Normal fields.
+    pub(crate) fields: bool,
 }
 
 impl Wanted {
     /// All of them.
-    pub(crate) const ALL: Self = Self { color: true, ao: true, material: true };
+    pub(crate) const ALL: Self = Self { color: true, ao: true, material: true, fields: true };
 
     /// Whether a column of this name is wanted; surfels cannot be drawn without the others.
     pub(crate) fn reads(self, name: &str) -> bool {
@@ -22,6 +24,7 @@ impl Wanted {
             columns::COLOR => self.color,
             columns::AO => self.ao,
             columns::MATERIAL => self.material,
+            columns::NORMAL_FIELD => self.fields,
             _ => true,
         }
     }
@@ -36,15 +39,15 @@ impl Wanted {
 /// and went with each would cost more than it takes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Wishes {
-    /// Of colour, accessibility and material; nothing before the first frame.
-    last: Option<[u64; 3]>,
+    /// Of colour, accessibility, material and normal fields; nothing before the first frame.
+    last: Option<[u64; 4]>,
 }
 
 impl Wishes {
     /// Hears what a frame wants. Frames are numbered from 1.
     pub(super) fn hear(&mut self, wanted: Wanted, frame: u64) {
         let last = self.last.get_or_insert_default();
-        let all = [wanted.color, wanted.ao, wanted.material];
+        let all = [wanted.color, wanted.ao, wanted.material, wanted.fields];
         for (last, wanted) in last.iter_mut().zip(all) {
             if wanted {
                 *last = frame;
@@ -63,8 +66,8 @@ impl Wishes {
     pub(super) fn at(&self, frame: u64) -> Wanted {
         let Some(last) = self.last else { return Wanted::ALL };
         let oldest = frame.saturating_sub(KEPT_FRAMES).max(1);
-        let [color, ao, material] = last.map(|last| last >= oldest);
-        Wanted { color, ao, material }
+        let [color, ao, material, fields] = last.map(|last| last >= oldest);
+        Wanted { color, ao, material, fields }
     }
 }
 
@@ -81,8 +84,11 @@ mod tests {
         assert_eq!(wishes.at(1), color);
         let ao = Wanted { ao: true, ..Wanted::default() };
         wishes.hear(ao, 2);
-        assert_eq!(wishes.at(2), Wanted { color: true, ao: true, material: false });
-        assert_eq!(wishes.at(1 + KEPT_FRAMES), Wanted { color: true, ao: true, material: false });
+        assert_eq!(wishes.at(2), Wanted { color: true, ao: true, ..Wanted::default() });
+        assert_eq!(
+            wishes.at(1 + KEPT_FRAMES),
+            Wanted { color: true, ao: true, ..Wanted::default() }
+        );
         assert_eq!(wishes.at(2 + KEPT_FRAMES), ao);
         assert_eq!(wishes.at(3 + KEPT_FRAMES), Wanted::default());
         wishes.wait();
