@@ -1,10 +1,14 @@
+//! Eigenvalues of symmetric 3x3 matrices.
+
 use glam::{DMat3, DVec3};
 
 /// Eigenvalues in ascending order and their unit eigenvectors.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Eigen {
-    pub(crate) values: [f64; 3],
-    pub(crate) vectors: [DVec3; 3],
+pub struct Eigen {
+    /// Eigenvalues, smallest first.
+    pub values: [f64; 3],
+    /// Their eigenvectors: unit length and orthogonal.
+    pub vectors: [DVec3; 3],
 }
 
 /// Rotations of all three off-diagonal elements. Convergence is quadratic: 3x3 matrices need at
@@ -16,7 +20,8 @@ const MAX_SWEEPS: usize = 16;
 /// Source: cyclic Jacobi rotations, Golub and Van Loan, Matrix Computations, section 8.5. It is
 /// chosen over the closed form because its eigenvectors are orthogonal to rounding error even
 /// where eigenvalues coincide.
-pub(crate) fn symmetric(matrix: DMat3) -> Eigen {
+#[must_use]
+pub fn symmetric(matrix: DMat3) -> Eigen {
     let mut a = matrix.to_cols_array_2d();
     let mut v = DMat3::IDENTITY.to_cols_array_2d();
     for _ in 0..MAX_SWEEPS {

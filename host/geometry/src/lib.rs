@@ -12,7 +12,7 @@ pub mod areas;
 pub mod bounds;
 mod cell;
 pub mod discs;
-mod eigen;
+pub mod eigen;
 mod grid;
 pub mod harmonics;
 mod hashing;

@@ -1,0 +1,201 @@
+//! Choosing few regions that together hold every sample.
+
+use crate::finish::{self, Outline, Splat};
+use crate::regions::Ground;
+use crate::samples::within;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::ops::Range;
+use surfelshop_api::glam::DVec3;
+use surfelshop_api::prelude::*;
+
+/// Samples that one splat can stand for; the first is where it grew from.
+type Region = Vec<u32>;
+
+/// Regions that every sample is in, or it is the seed of one, before regions are chosen.
+const CHOICE: u16 = 16;
+
+/// Share of the progress that is growing the regions to choose from, where there are rounds after it.
+const GROWING: f64 = 0.6;
+
+/// Splats that hold every sample, from regions that were moved `rounds` times.
+pub(crate) fn cover(
+    ground: &Ground<'_>,
+    rounds: u32,
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Vec<Splat>> {
+    job.progress(share.start, "growing splats");
+    let grown = within(&share, GROWING);
+    let mut pool = candidates(ground, share.start..grown, job)?;
+    job.check()?;
+    let mut chosen = choose(ground, &pool, job)?;
+    let step = (within(&share, 0.9) - grown) / f64::from(rounds.max(1));
+    for round in 0..rounds {
+        let start = grown + step * f64::from(round);
+        job.progress(start, "moving splats");
+        let moved = moved(ground, &pool, &chosen, start..start + step, job)?;
+        pool.extend(moved);
+        let next = choose(ground, &pool, job)?;
+        if next.len() < chosen.len() {
+            chosen = next;
+        }
+    }
+    let regions: Vec<Region> = chosen.into_iter().map(|i| std::mem::take(&mut pool[i])).collect();
+    drop(pool);
+    job.progress(within(&share, 0.9), "fitting ellipses and normals");
+    finished(ground, &regions, within(&share, 0.9)..share.end, job)
+}
+
+/// Regions from seeds in an order that has nothing to do with that of the samples, until all samples
+/// are in enough of them.
+fn candidates(ground: &Ground<'_>, share: Range<f64>, job: &Job<'_>) -> Result<Vec<Region>> {
+    let n = ground.samples.len();
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    order.sort_by_cached_key(|&i| scattered(u64::from(i)));
+    let mut n_holding = vec![0u16; n];
+    let mut found: Vec<Region> = Vec::new();
+    let (mut next, mut n_held) = (0, 0usize);
+    while next < n {
+        // As many as hold a part of all samples together, by what regions held so far.
+        let size = if found.is_empty() { 512 } else { n_held / found.len() + 1 };
+        let most = (n / (4 * size)).clamp(32, 8192);
+        let mut seeds = Vec::with_capacity(most);
+        let started = next;
+        while next < n && seeds.len() < most {
+            let seed = order[next];
+            next += 1;
+            if n_holding[seed as usize] < CHOICE {
+                seeds.push(seed);
+            }
+        }
+        let part = |at: usize| within(&share, at as f64 / n as f64);
+        let grown =
+            job.map(seeds.len(), part(started)..part(next), |i| ground.region(seeds[i]))?;
+        for region in grown {
+            for &i in &region {
+                n_holding[i as usize] = n_holding[i as usize].saturating_add(1);
+            }
+            n_held += region.len();
+            found.push(region);
+        }
+    }
+    Ok(found)
+}
+
+/// Numbers without a pattern, the same in every run.
+///
+/// Source: the output function of `SplitMix64`, Steele et al. 2014, "Fast Splittable Pseudorandom Number
+/// Generators".
+fn scattered(place: u64) -> u64 {
+    let mut z = place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// Regions that hold all samples that any does: always the one that holds the largest area that none
+/// before does, less those that are not needed in the end.
+fn choose(ground: &Ground<'_>, pool: &[Region], job: &Job<'_>) -> Result<Vec<usize>> {
+    let area = |i: u32| ground.samples.disc(i) * ground.samples.disc(i);
+    let mut n_holding = vec![0u32; ground.samples.len()];
+    let gain = |n_holding: &[u32], region: &Region| -> f64 {
+        region.iter().filter(|&&i| n_holding[i as usize] == 0).map(|&i| area(i)).sum()
+    };
+    // Bits of numbers that are not negative are in their order. Of equal ones the first is taken.
+    let key = |gain: f64, i: usize| (gain.to_bits(), Reverse(i));
+    let mut queue: BinaryHeap<(u64, Reverse<usize>)> =
+        pool.iter().enumerate().map(|(i, region)| key(gain(&n_holding, region), i)).collect();
+    let mut chosen = Vec::new();
+    let mut n_seen = 0usize;
+    while let Some((bits, Reverse(i))) = queue.pop() {
+        n_seen += 1;
+        if n_seen.is_multiple_of(1024) {
+            job.check()?;
+        }
+        let now = gain(&n_holding, &pool[i]);
+        if now.to_bits() == bits && now > 0.0 {
+            pool[i].iter().for_each(|&sample| n_holding[sample as usize] += 1);
+            chosen.push(i);
+        } else if now > 0.0 {
+            queue.push(key(now, i));
+        }
+    }
+    // The last are the smallest: what they hold may be held by larger ones on both sides by now.
+    let mut needed = Vec::with_capacity(chosen.len());
+    for i in chosen.into_iter().rev() {
+        if pool[i].iter().all(|&sample| n_holding[sample as usize] > 1) {
+            pool[i].iter().for_each(|&sample| n_holding[sample as usize] -= 1);
+        } else {
+            needed.push(i);
+        }
+    }
+    needed.reverse();
+    Ok(needed)
+}
+
+/// For each region the samples that it is the nearest to, in units of its half axes.
+fn cells(ground: &Ground<'_>, regions: &[&Region], outlines: &[Outline]) -> Vec<Vec<u32>> {
+    let n = ground.samples.len();
+    let mut nearest = vec![(f64::INFINITY, u32::MAX); n];
+    for (number, (region, outline)) in regions.iter().zip(outlines).enumerate() {
+        for &i in *region {
+            let distance = outline.of(ground.samples.point(i)).length_squared();
+            if distance < nearest[i as usize].0 || nearest[i as usize].1 == u32::MAX {
+                nearest[i as usize] = (distance, number as u32);
+            }
+        }
+    }
+    let mut cells = vec![Vec::new(); regions.len()];
+    for (i, &(_, number)) in nearest.iter().enumerate() {
+        if let Some(cell) = cells.get_mut(number as usize) {
+            cell.push(i as u32);
+        }
+    }
+    cells
+}
+
+/// Regions grown anew from the middle of what each chosen one is the nearest to.
+fn moved(
+    ground: &Ground<'_>,
+    pool: &[Region],
+    chosen: &[usize],
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Vec<Region>> {
+    let middle = within(&share, 0.3);
+    let regions: Vec<&Region> = chosen.iter().map(|&i| &pool[i]).collect();
+    let outlines =
+        job.map(regions.len(), share.start..middle, |i| finish::whole(ground, regions[i]))?;
+    let cells = cells(ground, &regions, &outlines);
+    let samples = ground.samples;
+    let seeds: Vec<Option<u32>> = cells
+        .iter()
+        .map(|cell| {
+            let sum: DVec3 = cell.iter().map(|&i| samples.point(i)).sum();
+            let mean = sum / cell.len().max(1) as f64;
+            let distance = |&i: &u32| samples.point(i).distance_squared(mean);
+            cell.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        })
+        .collect();
+    let grown = job.map(seeds.len(), middle..share.end, |i| seeds[i].map(|seed| ground.region(seed)))?;
+    Ok(grown.into_iter().flatten().collect())
+}
+
+/// The splats of regions, each as large as the samples it is the nearest to ask for.
+fn finished(
+    ground: &Ground<'_>,
+    regions: &[Region],
+    share: Range<f64>,
+    job: &Job<'_>,
+) -> Result<Vec<Splat>> {
+    let middle = within(&share, 0.5);
+    let outlines =
+        job.map(regions.len(), share.start..middle, |i| finish::whole(ground, &regions[i]))?;
+    let all: Vec<&Region> = regions.iter().collect();
+    let cells = cells(ground, &all, &outlines);
+    let splats = job.map(regions.len(), middle..share.end, |i| {
+        (!cells[i].is_empty()).then(|| finish::splat(ground, &regions[i], &cells[i]))
+    })?;
+    Ok(splats.into_iter().flatten().collect())
+}

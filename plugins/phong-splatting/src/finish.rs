@@ -1,0 +1,122 @@
+//! From regions to splats: ellipses around the samples that each is the nearest to.
+
+use crate::creases::{self, Cut};
+use crate::ellipse::Ellipse;
+use crate::field::{Field, Normal};
+use crate::plane::{Axes, Plane, Shape};
+use crate::regions::Ground;
+use surfelshop_api::glam::{DVec2, DVec3};
+
+/// An ellipse in space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Outline {
+    pub(crate) plane: Plane,
+    pub(crate) axes: Axes,
+    pub(crate) ellipse: Ellipse,
+}
+
+impl Outline {
+    /// Coordinates of a point in units of the half axes.
+    pub(crate) fn of(&self, point: DVec3) -> DVec2 {
+        self.ellipse.of(self.axes.of(point - self.plane.at))
+    }
+
+    /// The middle.
+    pub(crate) fn centre(&self) -> DVec3 {
+        self.plane.at + self.axes.u * self.ellipse.centre.x + self.axes.v * self.ellipse.centre.y
+    }
+}
+
+/// A splat.
+#[derive(Clone, Debug)]
+pub(crate) struct Splat {
+    pub(crate) outline: Outline,
+    /// Samples that it stands for.
+    pub(crate) members: Vec<u32>,
+    pub(crate) field: Field,
+    /// Lines in the plane, from its middle.
+    pub(crate) cut: Cut,
+}
+
+/// Share of the tolerance that a region's shape has to make in height for the directions of its
+/// curvature to be those of its axes; flatter ones follow where their samples lie.
+const CURVED: f64 = 0.05;
+
+/// The ellipse around the discs of samples in a plane, its axes along what suits the `members`.
+pub(crate) fn outline(
+    ground: &Ground<'_>,
+    plane: Plane,
+    members: &[u32],
+    held: &[u32],
+) -> Outline {
+    let samples = ground.samples;
+    let shape = Shape::of(samples, members, &plane);
+    let bend = (shape.curvatures[0] - shape.curvatures[1]).abs() * shape.spread;
+    let axes = if bend < CURVED * ground.tolerance {
+        Shape::extents(samples, members, &plane)
+    } else {
+        shape.axes
+    };
+    let disc = |&i: &u32| (axes.of(samples.point(i) - plane.at), samples.disc(i));
+    let discs: Vec<(DVec2, f64)> = held.iter().map(disc).collect();
+    Outline { plane, axes, ellipse: Ellipse::around(&discs) }
+}
+
+/// The outline of a whole region.
+pub(crate) fn whole(ground: &Ground<'_>, region: &[u32]) -> Outline {
+    outline(ground, Plane::fit(ground.samples, region), region, region)
+}
+
+/// The splat of a region that has to hold the discs of the samples `held`, at least one: as small as it
+/// can be, since where splats lie over each other they blur.
+pub(crate) fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
+    let samples = ground.samples;
+    let mut found = outline(ground, Plane::fit(samples, region), region, held);
+    let mut members = inside(ground, &found, region, held);
+    // The plane of what is inside suits it better; it is taken where it keeps within the tolerance.
+    let plane = Plane::fit(samples, &members);
+    if plane.height <= ground.tolerance {
+        let closer = outline(ground, plane, &members, held);
+        let stay = inside(ground, &closer, region, held);
+        if stay.iter().all(|&i| plane.height_of(samples.point(i)).abs() <= ground.tolerance) {
+            (found, members) = (closer, stay);
+        }
+    }
+    let normals: Vec<Normal> = members
+        .iter()
+        .map(|&i| Normal { at: found.of(samples.point(i)), normal: samples.normal(i) })
+        .collect();
+    let sum: DVec3 = members.iter().map(|&i| samples.normal(i)).sum();
+    found.plane.mean = sum.try_normalize().unwrap_or(found.plane.normal);
+    let field = Field::fit(&normals, found.plane.normal, &found.axes, found.plane.mean);
+    let cut = if ground.clip { lines(ground, &found, region, &members) } else { Cut::default() };
+    Splat { outline: found, members, field, cut }
+}
+
+/// Samples of a region whose centres are inside an outline, those it holds first.
+fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) -> Vec<u32> {
+    let others = region.iter().copied().filter(|&i| {
+        outline.of(ground.samples.point(i)).length_squared() <= 1.0
+    });
+    let mut all: Vec<u32> = held.iter().copied().chain(others).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// The lines that cut a splat, and only those that cut something off its ellipse.
+fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]) -> Cut {
+    // What lies beside the region may be on the edge that the ellipse reaches over.
+    let joined = region.iter().flat_map(|&i| ground.graph.joined.of(i));
+    let mut near: Vec<u32> = region.iter().chain(joined).copied().collect();
+    near.sort_unstable();
+    near.dedup();
+    near.retain(|&i| {
+        !ground.graph.across.of(i).is_empty()
+            && outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
+    });
+    creases::cut(ground, &outline.plane, &outline.axes, &near, members).unwrap_or_default()
+}
+
+/// Distance in half axes up to which samples tell where a splat is to be cut.
+const REACH: f64 = 1.5;
