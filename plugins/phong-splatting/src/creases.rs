@@ -82,7 +82,8 @@ pub(crate) fn cut(
     near: &[u32],
     members: &[u32],
 ) -> Option<Cut> {
-    let mut locals: Vec<Local> = near.iter().flat_map(|&i| locals(ground, plane, axes, i)).collect();
+    let mut locals: Vec<Local> =
+        near.iter().flat_map(|&i| locals(ground, plane, axes, i)).collect();
     let mut found = Cut::default();
     let strays = locals.len() / STRAY;
     let mut n_left = 0;
@@ -112,17 +113,21 @@ pub(crate) fn cut(
         return None;
     }
     let slack = ground.tolerance;
-    keep(&mut found, members.iter().map(|&i| {
-        let at = axes.of(ground.samples.point(i) - plane.at);
-        (at, slack + SLACK * ground.samples.disc(i))
-    }))
+    keep(
+        &mut found,
+        members.iter().map(|&i| {
+            let at = axes.of(ground.samples.point(i) - plane.at);
+            (at, slack + SLACK * ground.samples.disc(i))
+        }),
+    )
     .then_some(found)
 }
 
 /// Moves lines outwards until all samples stay; false where one would have to move by more than a
 /// sample's slack.
 fn keep(cut: &mut Cut, samples: impl Iterator<Item = (DVec2, f64)> + Clone) -> bool {
-    let values = |cut: &Cut, at: DVec2| cut.lines.iter().map(|line| line.of(at)).collect::<Vec<_>>();
+    let values =
+        |cut: &Cut, at: DVec2| cut.lines.iter().map(|line| line.of(at)).collect::<Vec<_>>();
     let is_convex = samples.clone().all(|(at, slack)| values(cut, at).iter().all(|&d| d >= -slack));
     cut.either = !is_convex;
     if !is_convex && cut.lines.len() < 2 {
@@ -175,7 +180,8 @@ fn locals<'a>(
         let discs = samples.disc(i) + samples.disc(other);
         let slack = ground.tolerance + SLACK * samples.disc(i);
         let is_near = distance <= NEAR * discs && distance >= -slack;
-        let found = Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
+        let found =
+            Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
         is_near.then_some(found)
     })
 }

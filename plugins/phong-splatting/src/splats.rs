@@ -48,7 +48,9 @@ impl Tool for Splats {
     fn run(&mut self, cloud: &CloudView<'_>, settings: &Settings, job: &Job<'_>) -> Result<()> {
         let finite = |id: &str, value: f64| match value.is_finite() && value > 0.0 {
             true => Ok(value),
-            false => Err(Error::new(format!("expected a number above 0 for `{id}`, found {value}"))),
+            false => {
+                Err(Error::new(format!("expected a number above 0 for `{id}`, found {value}")))
+            }
         };
         let share = finite("tolerance", settings.tolerance)?;
         let alike = finite("crease", settings.crease)?.to_radians().cos();
@@ -62,7 +64,8 @@ impl Tool for Splats {
         let columns = Columns::of(&samples, &splats);
         job.check()?;
         columns.stage(cloud, &samples, &splats, job)?;
-        let count = |n: usize, what: &str| if n > 0 { format!(", {n} {what}") } else { String::new() };
+        let count =
+            |n: usize, what: &str| if n > 0 { format!(", {n} {what}") } else { String::new() };
         job.progress(
             1.0,
             &format!(

@@ -11,6 +11,7 @@ pub mod natural_light;
 pub mod occlusion;
 pub mod precision;
 pub mod procedural;
+pub mod splats;
 pub mod stage;
 pub mod twin;
 

@@ -1,0 +1,200 @@
+//! Pictures of splats against the samples' own, path traced.
+
+use crate::stage;
+use anyhow::{Context as _, Result};
+use glam::{DVec3, Vec3};
+use std::sync::Arc;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::{Value, Values};
+use surfelshop_api::{FrameRequest, Light, Scene, SurfaceSettings, UnitKind, View};
+use surfelshop_cloud::Cloud;
+use surfelshop_engine::metrics::{Settings, compare};
+use surfelshop_engine::plugins::Patience;
+use surfelshop_engine::trace::{TraceOrder, TracedPicture, trace};
+use surfelshop_engine::{Engine, Image, RenderRequest, Rendered, RendererView};
+
+/// The renderer's modes, the paper's first.
+pub const MODES: [&str; 4] = ["phong", "averaged", "blended", "flat"];
+
+/// Directions that models are seen from.
+const DIRECTIONS: [[f64; 3]; 3] = [[0.3, 0.3, 1.0], [-1.0, 0.2, -0.4], [0.2, 1.0, -0.7]];
+
+/// How far pictures of splats are from those of the samples.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Quality {
+    /// Mean FLIP of all views against the path-traced samples.
+    pub flip: f64,
+    /// Root mean square angle between normals where both cover a pixel, degrees.
+    pub normal_degrees: f64,
+    /// Pixels inside of the samples' silhouette, farther from its edge than the tolerance, that no splat
+    /// covers.
+    pub holes: usize,
+}
+
+/// A model as samples, seen from several sides.
+pub struct Bench {
+    /// The engine that draws.
+    pub engine: Engine,
+    /// The renderer `phong-splatting`.
+    pub splatting: RendererView,
+    /// The renderer `ewa-phong`.
+    pub baseline: RendererView,
+    /// The model.
+    pub samples: Cloud,
+    /// The scene: a light at the camera, which throws no shadows that it could see, on surfaces of one
+    /// side, as the paper has it for closed models: splats just behind a silhouette are not seen.
+    pub scene: Scene,
+    views: Vec<View>,
+    traced: Vec<TracedPicture>,
+    normals: Vec<Image>,
+}
+
+impl Bench {
+    /// Traces a model in pictures of this size.
+    ///
+    /// # Errors
+    /// Those of drawing and tracing.
+    pub fn new(samples: Cloud, size: u32, paths: u32) -> Result<Self> {
+        let engine = stage::engine();
+        let library = "surfelshop-phong-splatting";
+        let splatting = stage::built_renderer(&engine, library, "phong-splatting");
+        let baseline = stage::built_renderer(&engine, "surfelshop-ewa-phong", "ewa-phong");
+        let light =
+            Light::Directional { towards: DVec3::Z, radiance: Vec3::ONE, follows_camera: true };
+        let surface = SurfaceSettings { two_sided: false, ..SurfaceSettings::default() };
+        let scene = Scene { lights: vec![light], surface, ..Scene::default() };
+        let facts = samples.facts();
+        let center = 0.5 * (facts.bounds_min + facts.bounds_max);
+        let reach = (facts.bounds_max - facts.bounds_min).length();
+        let views = DIRECTIONS.map(|direction| {
+            let eye = center + DVec3::from_array(direction).normalize() * (1.25 * reach);
+            View { near: 1e-4 * reach, far: 9.0 * reach, ..stage::view(eye, center, size) }
+        });
+        let (views, traced, normals) = (views.to_vec(), Vec::new(), Vec::new());
+        let mut bench =
+            Self { engine, splatting, baseline, samples, scene, views, traced, normals };
+        for view in bench.views.clone() {
+            bench.traced.push(bench.trace(view, paths)?);
+            let samples = bench.samples.clone();
+            let drawn = bench.draw(&samples, view, "averaged", &[Output::Normal])?;
+            bench.normals.push(drawn.image(&Output::Normal).context("no normals")?.clone());
+        }
+        Ok(bench)
+    }
+
+    fn trace(&self, view: View, paths: u32) -> Result<TracedPicture> {
+        let unit = stage::built_unit("surfelshop-reference", UnitKind::Tracer, "reference");
+        let text = |value: &str| Value::Text(value.to_owned());
+        let values: Values = [
+            ("mode", text("direct")),
+            ("model", text("phong")),
+            ("samples", Value::Int(i64::from(paths))),
+        ]
+        .map(|(id, value)| (id.to_owned(), value))
+        .into();
+        let order = TraceOrder {
+            request: FrameRequest {
+                view,
+                scene: self.scene.clone(),
+                cloud: self.samples.facts().clone(),
+                frame_index: 0,
+                values,
+                environment: None,
+            },
+            clouds: vec![self.samples.clone()],
+            texels: Arc::default(),
+            samples: paths,
+            threads: 0,
+        };
+        trace(&unit, order, &Patience::default(), |_| true).map_err(anyhow::Error::msg)
+    }
+
+    /// Draws a cloud in one of the modes.
+    ///
+    /// # Errors
+    /// Those of drawing.
+    pub fn draw(
+        &mut self,
+        cloud: &Cloud,
+        view: View,
+        mode: &str,
+        outputs: &[Output],
+    ) -> Result<Rendered> {
+        let values: Values = [
+            ("mode".to_owned(), Value::Text(mode.to_owned())),
+            ("ambient".to_owned(), Value::Float(0.0)),
+        ]
+        .into();
+        let request = RenderRequest {
+            clouds: &[cloud.view()],
+            facts: cloud.facts(),
+            scene: &self.scene,
+            view,
+            values: &values,
+            outputs,
+            frame_index: 0,
+            environment: None,
+            stride: 1,
+            detail_px: 0.0,
+        };
+        Ok(self.engine.render(&mut self.splatting, &request)?)
+    }
+
+    /// The views.
+    #[must_use]
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// A traced picture of the samples.
+    #[must_use]
+    pub fn traced(&self, view: usize) -> &TracedPicture {
+        &self.traced[view]
+    }
+
+    /// How far pictures of splats, made with a tolerance in scene units, are from those of the samples.
+    ///
+    /// # Errors
+    /// Those of drawing.
+    pub fn quality(&mut self, splats: &Cloud, mode: &str, tolerance: f64) -> Result<Quality> {
+        let mut found = Quality::default();
+        let (mut squares, mut n) = (0.0, 0.0);
+        for (i, view) in self.views.clone().into_iter().enumerate() {
+            let drawn = self.draw(splats, view, mode, &[Output::Color, Output::Normal])?;
+            let color = drawn.image(&Output::Color).context("no colours")?;
+            let compared = compare(color, &self.traced[i], &Settings::default())?;
+            let errors = compared.errors.context("pictures are finite")?;
+            found.flip += errors.flip.mean / self.views.len() as f64;
+            let normals = drawn.image(&Output::Normal).context("no normals")?;
+            let pairs = normals.data.chunks_exact(4).zip(self.normals[i].data.chunks_exact(4));
+            for (own, other) in pairs.filter(|(own, other)| own[3] > 0.0 && other[3] > 0.0) {
+                let angle = Vec3::from_slice(own).angle_between(Vec3::from_slice(other));
+                squares += f64::from(angle.to_degrees()).powi(2);
+                n += 1.0;
+            }
+            // How far the tolerance, and a pixel, may move the silhouette.
+            let [_, half_y] = view.half_extent();
+            let distance = view.camera.eye.distance(view.camera.target);
+            let pixels = tolerance / distance / half_y * 0.5 * f64::from(view.size_px[1]);
+            found.holes += holes(color, &self.normals[i], pixels.ceil() as i64 + 1);
+        }
+        found.normal_degrees = (squares / f64::max(n, 1.0)).sqrt();
+        Ok(found)
+    }
+}
+
+/// Pixels that one picture does not cover, all of whose neighbours within so many pixels another covers.
+fn holes(drawn: &Image, whole: &Image, margin: i64) -> usize {
+    let [width, height] = [i64::from(drawn.width), i64::from(drawn.height)];
+    let covers = |image: &Image, x: i64, y: i64| {
+        let inside = (0..width).contains(&x) && (0..height).contains(&y);
+        inside && image.pixel(x as u32, y as u32)[3] > 0.0
+    };
+    let all = (0..width * height).map(|i| (i % width, i / width));
+    let is_hole = |&(x, y): &(i64, i64)| {
+        let around =
+            (-margin..=margin).flat_map(|dy| (-margin..=margin).map(move |dx| (x + dx, y + dy)));
+        !covers(drawn, x, y) && around.into_iter().all(|(x, y)| covers(whole, x, y))
+    };
+    all.filter(is_hole).count()
+}
