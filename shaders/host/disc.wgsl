@@ -310,9 +310,8 @@ fn load_field(i: u32, disc: Disc) -> NormalField {
     if all(plane == vec3(0.0)) {
         plane = given;
     }
-    plane *= select(1.0, -1.0, dot(plane, given) < 0.0);
     let f = vec4(normal_field[4u * i], normal_field[4u * i + 1u], normal_field[4u * i + 2u], normal_field[4u * i + 3u]);
-    let side = select(1.0, -1.0, disc.back == 1u);
+    let side = select(1.0, -1.0, (disc.back == 1u) != (dot(plane, given) < 0.0));
     let kept = side * disc.kept * disc.kept;
     let du = f.z * u;
     let dv = f.w * v;

@@ -28,8 +28,9 @@ pub const MATERIAL: &str = "material";
 /// Linear normal field of an elliptical surfel: four `f32`, x, y, α and β.
 ///
 /// The normal at (u, v), in units of the half axes, has the direction of
-/// n + (x + α u) û + (y + β v) v̂, where û and v̂ are the directions of the two tangents and n is the
-/// unit normal of their plane, on the side of the column `normal`. Not read where there are no tangents.
+/// n + (x + α u) û + (y + β v) v̂, where û and v̂ are the directions of the two tangents and n that of
+/// their vector product; all of it is turned round where n points away from the column `normal`. Not
+/// read where there are no tangents.
 ///
 /// Source: Botsch et al. 2004, "Phong Splatting", eq. 2 with errata B1 and B2: one orthonormal frame.
 /// ABI 3.4.

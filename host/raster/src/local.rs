@@ -154,10 +154,7 @@ impl Own {
         if plane == Vec3::ZERO {
             plane = given;
         }
-        if plane.dot(given) < 0.0 {
-            plane = -plane;
-        }
-        let side = if drawn.back { -1.0 } else { 1.0 };
+        let side = if drawn.back == (plane.dot(given) < 0.0) { 1.0 } else { -1.0 };
         let kept = drawn.kept.map(|kept| side * kept * kept);
         let (du, dv) = (field[2] * u, field[3] * v);
         [

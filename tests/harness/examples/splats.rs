@@ -9,7 +9,8 @@ use surfelshop_cloud::{Cloud, ReadOptions, read};
 use surfelshop_tests::splats::{Bench, MODES, Quality, splats, torso};
 
 /// Tolerances, shares of the diagonal; from one to the next there are about twice as many splats.
-const TOLERANCES: [f64; 10] = [2e-2, 1e-2, 5e-3, 2.5e-3, 1.2e-3, 6e-4, 3e-4, 1.5e-4, 7e-5, 3e-5];
+const TOLERANCES: [f64; 12] =
+    [2e-2, 1e-2, 5e-3, 2.5e-3, 1.2e-3, 6e-4, 3e-4, 1.5e-4, 7e-5, 3e-5, 1.5e-5, 7e-6];
 
 /// Pictures' width and height, and paths of a pixel of the reference.
 const SIZE: u32 = 512;
@@ -44,10 +45,12 @@ fn measure(name: &str, samples: Cloud) -> Result<()> {
     println!("## {name}: {n_samples} samples, {}\n", bench.engine.gpu().describe());
     let noise = bench.traced(0).standard_error();
     println!("reference: {PATHS} paths a pixel, standard error {noise:.5}\n");
-    let own = MODES.map(|mode| bench.quality(&samples, mode, 0.0));
-    let [phong, ..] = own;
-    let floor = phong?;
-    println!("the samples themselves: FLIP {:.4}\n", floor.flip);
+    let own = MODES.map(|mode| bench.quality(&samples, mode));
+    for (mode, quality) in MODES.iter().zip(own) {
+        let Quality { flip, normal_degrees } = quality?;
+        println!("the samples themselves, {mode}: FLIP {flip:.4}, normals {normal_degrees:.2}");
+    }
+    println!();
     println!(
         "| tolerance | splats | s | FLIP: {} | normals, degrees: {} | holes |",
         MODES.join(", "),
@@ -59,14 +62,14 @@ fn measure(name: &str, samples: Cloud) -> Result<()> {
         let made = splats(&samples, tolerance)?;
         let mut modes = [Quality::default(); MODES.len()];
         for (quality, mode) in modes.iter_mut().zip(MODES) {
-            *quality = bench.quality(&made.cloud, mode, tolerance * diagonal)?;
+            *quality = bench.quality(&made.cloud, mode)?;
         }
         let list = |of: fn(&Quality) -> f64, digits: usize| {
             modes.iter().map(|q| format!("{:.digits$}", of(q))).collect::<Vec<_>>().join(", ")
         };
-        let holes: Vec<usize> = modes.iter().map(|quality| quality.holes).collect();
+        let holes = bench.holes(&made.cloud, tolerance * diagonal)?;
         println!(
-            "| {tolerance:.1e} | {} | {:.1} | {} | {} | {holes:?} |",
+            "| {tolerance:.1e} | {} | {:.1} | {} | {} | {holes} |",
             made.cloud.len(),
             made.seconds,
             list(|q| q.flip, 4),

@@ -26,9 +26,6 @@ pub struct Quality {
     pub flip: f64,
     /// Root mean square angle between normals where both cover a pixel, degrees.
     pub normal_degrees: f64,
-    /// Pixels inside of the samples' silhouette, farther from its edge than the tolerance, that no splat
-    /// covers.
-    pub holes: usize,
 }
 
 /// A model as samples, seen from several sides.
@@ -152,11 +149,11 @@ impl Bench {
         &self.traced[view]
     }
 
-    /// How far pictures of splats, made with a tolerance in scene units, are from those of the samples.
+    /// How far pictures of splats are from those of the samples.
     ///
     /// # Errors
     /// Those of drawing.
-    pub fn quality(&mut self, splats: &Cloud, mode: &str, tolerance: f64) -> Result<Quality> {
+    pub fn quality(&mut self, splats: &Cloud, mode: &str) -> Result<Quality> {
         let mut found = Quality::default();
         let (mut squares, mut n) = (0.0, 0.0);
         for (i, view) in self.views.clone().into_iter().enumerate() {
@@ -172,13 +169,29 @@ impl Bench {
                 squares += f64::from(angle.to_degrees()).powi(2);
                 n += 1.0;
             }
+        }
+        found.normal_degrees = (squares / f64::max(n, 1.0)).sqrt();
+        Ok(found)
+    }
+
+    /// Pixels inside of the samples' silhouettes, farther from their edges than a tolerance in scene units,
+    /// that no splat covers; of surfaces of two sides, as they are drawn unless a scene says otherwise.
+    ///
+    /// # Errors
+    /// Those of drawing.
+    pub fn holes(&mut self, splats: &Cloud, tolerance: f64) -> Result<usize> {
+        self.scene.surface.two_sided = true;
+        let mut found = 0;
+        for (i, view) in self.views.clone().into_iter().enumerate() {
+            let drawn = self.draw(splats, view, "flat", &[Output::Normal])?;
+            let drawn = drawn.image(&Output::Normal).context("no normals")?;
             // How far the tolerance, and a pixel, may move the silhouette.
             let [_, half_y] = view.half_extent();
             let distance = view.camera.eye.distance(view.camera.target);
             let pixels = tolerance / distance / half_y * 0.5 * f64::from(view.size_px[1]);
-            found.holes += holes(color, &self.normals[i], pixels.ceil() as i64 + 1);
+            found += holes(drawn, &self.normals[i], pixels.ceil() as i64 + 1);
         }
-        found.normal_degrees = (squares / f64::max(n, 1.0)).sqrt();
+        self.scene.surface.two_sided = false;
         Ok(found)
     }
 }

@@ -1,9 +1,11 @@
 //! Splats made by the tool `splats`, and how far pictures of them are from those of the samples.
 
 mod bench;
+mod edges;
 mod torso;
 
 pub use bench::{Bench, MODES, Quality};
+pub use edges::{AtEdges, EdgeBench, ell, sampled};
 pub use torso::torso;
 
 use crate::stage;
@@ -12,6 +14,7 @@ use std::time::{Duration, Instant};
 use surfelshop_api::UnitKind;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_cloud::Cloud;
+use surfelshop_engine::plugins::LoadedUnit;
 use surfelshop_engine::tools::{Ended, Running, ToolOptions};
 
 /// Splats, and how they came about.
@@ -34,9 +37,13 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// Those of the tool.
 pub fn bake(cloud: &Cloud, values: &[(&str, Value)]) -> Result<Baked> {
     let tool = stage::built_unit("surfelshop-phong-splatting", UnitKind::Tool, "splats");
+    bake_with(&tool, cloud, values)
+}
+
+fn bake_with(tool: &LoadedUnit, cloud: &Cloud, values: &[(&str, Value)]) -> Result<Baked> {
     let values: Values = values.iter().map(|(id, v)| ((*id).to_owned(), v.clone())).collect();
     let started = Instant::now();
-    let running = Running::start(&tool, &values, cloud, &ToolOptions::default());
+    let running = Running::start(tool, &values, cloud, &ToolOptions::default());
     let mut running = running.context("the tool does not start")?;
     let mut ended = None;
     while ended.is_none() && started.elapsed() < PATIENCE {

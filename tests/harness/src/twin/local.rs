@@ -12,6 +12,8 @@ pub(super) struct Local {
     clip: Option<[f64; 7]>,
     /// Seen from behind.
     back: bool,
+    /// Whether the vector product of the tangents points away from the normal.
+    turned_round: bool,
 }
 
 fn numbers<const N: usize>(cloud: &Cloud, name: &str, i: usize) -> Option<[f64; N]> {
@@ -37,7 +39,7 @@ impl Local {
         }
         let directions = [u, v].map(|axis| axis.as_dvec3().normalize());
         let plane = directions[0].cross(directions[1]).normalize();
-        let plane = plane * plane.dot(cloud.normals()[i].as_dvec3()).signum();
+        let turned_round = plane.dot(cloud.normals()[i].as_dvec3()) < 0.0;
         // Rows of the inverse of (u v n).
         let axes = glam::DMat3::from_cols(turned(u), turned(v), turned(u).cross(turned(v)));
         let inverse = axes.inverse();
@@ -46,6 +48,7 @@ impl Local {
             field: field.map(|field| (field, [directions[0], directions[1], plane])),
             clip,
             back,
+            turned_round,
         })
     }
 
@@ -66,6 +69,6 @@ impl Local {
         let ([x, y, alpha, beta], [u, v, plane]) = self.field?;
         let at = self.at(from_center);
         let normal = (plane + (x + alpha * at.x) * u + (y + beta * at.y) * v).normalize();
-        Some(if self.back { -normal } else { normal })
+        Some(if self.back == self.turned_round { normal } else { -normal })
     }
 }

@@ -132,7 +132,10 @@ fn cases() -> Vec<Case> {
     scaled.scene.surface.radius_scale = 0.7;
     let mut sharp = Case::new("no low-pass", &splats(400, 0.6), ahead(3.0, 64));
     sharp.scene.surface.low_pass = 0.0;
-    cases.extend([parallel, scaled, sharp]);
+    let mut swapped = splats(60, 0.6);
+    swapped.tangents.iter_mut().for_each(|axes| axes.swap(0, 1));
+    let swapped = Case::new("swapped tangents", &swapped, ahead(3.0, 64));
+    cases.extend([parallel, scaled, sharp, swapped]);
     for case in &mut cases {
         case.covered = match case.name {
             "below a pixel" => 40,
