@@ -106,16 +106,11 @@ fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) 
 
 /// The lines that cut a splat, and only those that cut something off its ellipse.
 fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]) -> Cut {
-    // What lies beside the region may be on the edge that the ellipse reaches over.
-    let joined = region.iter().flat_map(|&i| ground.graph.joined.of(i));
-    let mut near: Vec<u32> = region.iter().chain(joined).copied().collect();
-    near.sort_unstable();
-    near.dedup();
+    let mut near = creases::edge(ground, region);
     near.retain(|&i| {
-        !ground.graph.across.of(i).is_empty()
-            && outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
+        outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
     });
-    creases::cut(ground, &outline.plane, &outline.axes, &near, members).unwrap_or_default()
+    creases::cut(ground, &outline.plane, &outline.axes, &near, members)
 }
 
 /// Distance in half axes up to which samples tell where a splat is to be cut.

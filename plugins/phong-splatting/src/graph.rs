@@ -50,6 +50,8 @@ pub(crate) struct Graph {
     pub(crate) joined: Lists,
     /// Samples that are near, both among others of their like, and whose normals differ.
     pub(crate) across: Lists,
+    /// Whether a sample, or one beside it, has others across a crease.
+    pub(crate) by_edge: Vec<bool>,
     /// Normals that were turned.
     pub(crate) n_turned: usize,
 }
@@ -118,7 +120,11 @@ impl Graph {
             })
             .collect();
         differing.retain(|&(a, b)| on_face[a as usize] && on_face[b as usize]);
-        Ok(Self { joined, across: Lists::symmetric(n, &differing), n_turned })
+        let across = Lists::symmetric(n, &differing);
+        let ends = |i: u32| !across.of(i).is_empty();
+        let by_edge =
+            (0..n as u32).map(|i| ends(i) || joined.of(i).iter().any(|&j| ends(j))).collect();
+        Ok(Self { joined, across, by_edge, n_turned })
     }
 }
 
