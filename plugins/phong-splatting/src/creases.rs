@@ -5,7 +5,7 @@
 
 use crate::plane::{Axes, Plane};
 use crate::regions::Ground;
-use surfelshop_api::glam::{DVec2, DVec3};
+use surfelshop_api::glam::DVec2;
 
 /// The line of one pair of samples in the splat's plane, scene directions, from the plane's middle.
 #[derive(Clone, Copy)]

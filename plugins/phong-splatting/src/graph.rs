@@ -52,8 +52,6 @@ pub(crate) struct Graph {
     pub(crate) across: Lists,
     /// Whether a sample, or one beside it, has others across a crease.
     pub(crate) by_edge: Vec<bool>,
-    /// Normals that were turned.
-    pub(crate) n_turned: usize,
 }
 
 /// How much farther than those nearest to it a sample may lie to be beside another, where their
@@ -70,29 +68,22 @@ const OPPOSITE: f64 = -0.94;
 const FACE: usize = 3;
 
 impl Graph {
-    /// Links the samples, and turns normals that nearly all around say are the wrong way round.
-    /// Normals are alike where the angle between them has a cosine of `alike` or more.
+    /// Links the samples. Normals are alike where the angle between them has a cosine of `alike` or more.
     pub(crate) fn of(
-        samples: &mut Samples,
+        samples: &Samples,
         alike: f64,
         share: Range<f64>,
         job: &Job<'_>,
     ) -> Result<Self> {
-        let n = samples.len();
-        let middle = share.start.midpoint(share.end);
-        let wrong = job.map(n, share.start..middle, |i| is_wrong(samples, i))?;
-        for (normal, _) in samples.normals.iter_mut().zip(&wrong).filter(|(_, wrong)| **wrong) {
-            *normal = -*normal;
-        }
-        let n_turned = wrong.iter().filter(|wrong| **wrong).count();
-        let known: &Samples = samples;
+        let known = samples;
+        let n = known.len();
         let spacings: Vec<f64> = (0..n).map(|i| spacing(known, i)).collect();
         let beside = |a: usize, b: usize| {
             let distance = known.points[a].distance(known.points[b]);
             let apart = known.discs[a] + known.discs[b];
             distance <= apart.max(GAP * spacings[a].max(spacings[b]))
         };
-        let links = job.map(n, middle..share.end, |i| {
+        let links = job.map(n, share, |i| {
             let mine = known.near[i].iter().map(|&other| other as usize);
             // Where both know each other, the lower one says so.
             let told = mine.filter(|&j| i < j || !known.near[j].contains(&(i as u32)));
@@ -124,8 +115,17 @@ impl Graph {
         let ends = |i: u32| !across.of(i).is_empty();
         let by_edge =
             (0..n as u32).map(|i| ends(i) || joined.of(i).iter().any(|&j| ends(j))).collect();
-        Ok(Self { joined, across, by_edge, n_turned })
+        Ok(Self { joined, across, by_edge })
     }
+}
+
+/// Turns normals that nearly all samples in their plane say are the wrong way round, and returns how many.
+pub(crate) fn turn(samples: &mut Samples, share: Range<f64>, job: &Job<'_>) -> Result<usize> {
+    let wrong = job.map(samples.len(), share, |i| is_wrong(samples, i))?;
+    for (normal, _) in samples.normals.iter_mut().zip(&wrong).filter(|(_, wrong)| **wrong) {
+        *normal = -*normal;
+    }
+    Ok(wrong.iter().filter(|wrong| **wrong).count())
 }
 
 /// Mean distance of the nearest samples.

@@ -8,6 +8,7 @@
 
 mod cover;
 mod creases;
+mod edges;
 mod ellipse;
 mod field;
 mod finish;
