@@ -28,7 +28,8 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    fn of(&self, at: DVec2) -> f64 {
+    /// Distance of a point inside of the line.
+    pub(crate) fn of(&self, at: DVec2) -> f64 {
         self.inwards.dot(at) + self.offset
     }
 }
@@ -52,7 +53,7 @@ pub(crate) struct Cut {
 const ALONG: f64 = 0.9;
 
 /// Sine of the least angle between planes that meet in a line.
-const LEAST_ANGLE: f64 = 0.25;
+pub(crate) const LEAST_ANGLE: f64 = 0.25;
 
 /// How far from a sample its face may end, in discs of both samples: farther, it is not the end that the
 /// pair is about.

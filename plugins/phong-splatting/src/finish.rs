@@ -115,3 +115,27 @@ fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]
 
 /// Distance in half axes up to which samples tell where a splat is to be cut.
 const REACH: f64 = 1.5;
+
+/// How far outwards each line of a splat has to move to reach the splats across it: their planes are off
+/// the samples by as much as the tolerance, and what is between would be a crack.
+pub(crate) fn moves<'a>(
+    ground: &Ground<'_>,
+    splat: &Splat,
+    plane_of: impl Fn(u32) -> &'a Plane,
+) -> Vec<f64> {
+    let (axes, plane) = (&splat.outline.axes, &splat.outline.plane);
+    let farthest = |met: &creases::Met| {
+        let inwards = axes.u * met.line.inwards.x + axes.v * met.line.inwards.y;
+        let reaches = met.at.iter().map(|(at, across)| {
+            let other = plane_of(*across);
+            let steepness = other.normal.dot(inwards);
+            let point = plane.at + axes.u * at.x + axes.v * at.y;
+            let beyond = other.height_of(point) / steepness;
+            let is_near = beyond.abs() * steepness.abs() <= 2.0 * ground.tolerance;
+            let is_steep = steepness.abs() >= creases::LEAST_ANGLE;
+            if is_near && is_steep { beyond - met.line.of(*at) } else { 0.0 }
+        });
+        reaches.fold(0.0, f64::max)
+    };
+    splat.cut.lines.iter().map(farthest).collect()
+}

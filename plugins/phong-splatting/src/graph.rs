@@ -2,7 +2,6 @@
 
 use crate::samples::Samples;
 use std::ops::Range;
-use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::*;
 
 /// Lists of samples, one for each sample, in one row.
@@ -67,6 +66,11 @@ const OPPOSITE: f64 = -0.94;
 /// Samples of its like that a sample needs around it to be a part of a face.
 const FACE: usize = 3;
 
+/// How much normals may bend around a sample of a face, as a share of the least bend of a crease: about
+/// the square of the share of angles. Where all around bends as much there is no crease in it, but
+/// detail that is sampled coarsely.
+const FLAT: f64 = 0.1;
+
 impl Graph {
     /// Links the samples. Normals are alike where the angle between them has a cosine of `alike` or more.
     pub(crate) fn of(
@@ -102,12 +106,12 @@ impl Graph {
         }
         job.check()?;
         let joined = Lists::symmetric(n, &alikes);
-        let face = f64::midpoint(1.0, alike);
+        let bend = FLAT * (1.0 - alike);
         let on_face: Vec<bool> = (0..n as u32)
             .map(|i| {
                 let others = joined.of(i);
-                let sum: DVec3 = others.iter().map(|&j| known.normal(j)).sum();
-                others.len() >= FACE && sum.normalize_or(DVec3::ZERO).dot(known.normal(i)) >= face
+                let bends = others.iter().map(|&j| 1.0 - known.normal(j).dot(known.normal(i)));
+                others.len() >= FACE && bends.sum::<f64>() <= bend * others.len() as f64
             })
             .collect();
         differing.retain(|&(a, b)| on_face[a as usize] && on_face[b as usize]);
