@@ -195,12 +195,14 @@ fn finished(
     let all: Vec<&Region> = regions.iter().collect();
     let cells = cells(ground, &all, &outlines);
     let used: Vec<usize> = (0..regions.len()).filter(|&i| !cells[i].is_empty()).collect();
-    let mut splats = job.map(used.len(), middle..last, |i| {
-        finish::splat(ground, &regions[used[i]], &cells[used[i]])
+    let found = job.map(used.len(), middle..last, |i| {
+        finish::splats(ground, &regions[used[i]], &cells[used[i]], 0)
     })?;
     let mut holder = vec![0u32; ground.samples.len()];
-    for (number, &i) in used.iter().enumerate() {
-        cells[i].iter().for_each(|&sample| holder[sample as usize] = number as u32);
+    let mut splats = Vec::with_capacity(found.len());
+    for (splat, held) in found.into_iter().flatten() {
+        held.iter().for_each(|&sample| holder[sample as usize] = splats.len() as u32);
+        splats.push(splat);
     }
     let moves = job.map(splats.len(), last..share.end, |i| {
         let others = |sample: u32| &splats[holder[sample as usize] as usize].outline.plane;

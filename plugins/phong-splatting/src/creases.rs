@@ -59,8 +59,9 @@ pub(crate) const LEAST_ANGLE: f64 = 0.25;
 /// pair is about.
 const NEAR: f64 = 1.5;
 
-/// Share of a disc that a line may be off, beside the tolerance.
-const SLACK: f64 = 0.25;
+/// Share of a sample's disc that a line may be off there, beside a half of the tolerance: edges that curve
+/// are cut in pieces that are straight to within this.
+const SLACK: f64 = 0.1;
 
 /// Lines that are tried to stand for others.
 const TRIED: usize = 24;
@@ -147,7 +148,7 @@ fn lines(mut locals: Vec<Local>, fewest: usize) -> (Vec<Met>, usize) {
 fn stays(ground: &Ground<'_>, plane: &Plane, axes: &Axes, members: &[u32]) -> Vec<(DVec2, f64)> {
     let place = |&i: &u32| {
         let at = axes.of(ground.samples.point(i) - plane.at);
-        (at, ground.tolerance + SLACK * ground.samples.disc(i))
+        (at, slack(ground, i))
     };
     members.iter().map(place).collect()
 }
@@ -216,11 +217,16 @@ fn locals<'a>(
         let line = Line { inwards: outwards * sign, offset: offset * sign };
         let distance = line.of(at);
         let discs = samples.disc(i) + samples.disc(other);
-        let slack = ground.tolerance + SLACK * samples.disc(i);
+        let slack = slack(ground, i);
         let is_near = distance <= NEAR * discs && distance >= -slack;
         let found = Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
         is_near.then_some(found)
     })
+}
+
+/// How far a line may be off at a sample.
+fn slack(ground: &Ground<'_>, sample: u32) -> f64 {
+    0.5 * ground.tolerance + SLACK * ground.samples.disc(sample)
 }
 
 fn fits(line: &Line, local: &Local) -> bool {

@@ -69,7 +69,7 @@ pub(crate) fn whole(ground: &Ground<'_>, region: &[u32]) -> Outline {
 
 /// The splat of a region that has to hold the discs of the samples `held`, at least one: as small as it
 /// can be, since where splats lie over each other they blur.
-pub(crate) fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
+fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
     let samples = ground.samples;
     let mut found = outline(ground, Plane::fit(samples, region), region, held);
     let mut members = inside(ground, &found, region, held);
@@ -91,6 +91,40 @@ pub(crate) fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat 
     let field = Field::fit(&normals, found.plane.normal, &found.axes, found.plane.mean);
     let cut = if ground.clip { lines(ground, &found, region, &members) } else { Cut::default() };
     Splat { outline: found, members, field, cut }
+}
+
+/// Farthest that samples under or above a splat may lie from its plane, in tolerances. At the edge of a
+/// round splat of a sphere it is 2; where a flat part ends in a round edge, much more.
+const OVERHANG: f64 = 4.0;
+
+/// Times that a splat is halved at most.
+const HALVED: u32 = 8;
+
+/// The splats of a region that hold the discs of the samples `held`, and what each of them holds: one, or
+/// where that would stand out over a place at which the surface falls away, its halves.
+pub(crate) fn splats(
+    ground: &Ground<'_>,
+    region: &[u32],
+    held: &[u32],
+    halved: u32,
+) -> Vec<(Splat, Vec<u32>)> {
+    let found = splat(ground, region, held);
+    let outline = &found.outline;
+    let is_whole = halved >= HALVED
+        || held.len() < 4
+        || ground.farthest_from(outline, held) <= OVERHANG * ground.tolerance;
+    if is_whole {
+        return vec![(found, held.to_vec())];
+    }
+    let is_long = outline.ellipse.half.x >= outline.ellipse.half.y;
+    let along = |i: u32| {
+        let at = outline.of(ground.samples.point(i));
+        if is_long { at.x } else { at.y }
+    };
+    let mut sorted = held.to_vec();
+    sorted.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+    let (first, second) = sorted.split_at(held.len() / 2);
+    [first, second].into_iter().flat_map(|half| splats(ground, region, half, halved + 1)).collect()
 }
 
 /// Samples of a region whose centres are inside an outline, those it holds first.
