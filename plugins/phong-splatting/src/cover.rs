@@ -189,13 +189,29 @@ fn finished(
     share: Range<f64>,
     job: &Job<'_>,
 ) -> Result<Vec<Splat>> {
-    let middle = within(&share, 0.5);
+    let (middle, last) = (within(&share, 0.45), within(&share, 0.95));
     let outlines =
         job.map(regions.len(), share.start..middle, |i| finish::whole(ground, &regions[i]))?;
     let all: Vec<&Region> = regions.iter().collect();
     let cells = cells(ground, &all, &outlines);
-    let splats = job.map(regions.len(), middle..share.end, |i| {
-        (!cells[i].is_empty()).then(|| finish::splat(ground, &regions[i], &cells[i]))
+    let used: Vec<usize> = (0..regions.len()).filter(|&i| !cells[i].is_empty()).collect();
+    let found = job.map(used.len(), middle..last, |i| {
+        finish::splats(ground, &regions[used[i]], &cells[used[i]], 0)
     })?;
-    Ok(splats.into_iter().flatten().collect())
+    let mut holder = vec![0u32; ground.samples.len()];
+    let mut splats = Vec::with_capacity(found.len());
+    for (splat, held) in found.into_iter().flatten() {
+        held.iter().for_each(|&sample| holder[sample as usize] = splats.len() as u32);
+        splats.push(splat);
+    }
+    let moves = job.map(splats.len(), last..share.end, |i| {
+        let others = |sample: u32| &splats[holder[sample as usize] as usize].outline.plane;
+        finish::moves(ground, &splats[i], others)
+    })?;
+    for (splat, moves) in splats.iter_mut().zip(moves) {
+        for (met, outwards) in splat.cut.lines.iter_mut().zip(moves) {
+            met.line.offset += outwards;
+        }
+    }
+    Ok(splats)
 }

@@ -5,7 +5,7 @@
 
 use crate::plane::{Axes, Plane};
 use crate::regions::Ground;
-use surfelshop_api::glam::{DVec2, DVec3};
+use surfelshop_api::glam::DVec2;
 
 /// The line of one pair of samples in the splat's plane, scene directions, from the plane's middle.
 #[derive(Clone, Copy)]
@@ -28,17 +28,23 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    fn of(&self, at: DVec2) -> f64 {
+    /// Distance of a point inside of the line.
+    pub(crate) fn of(&self, at: DVec2) -> f64 {
         self.inwards.dot(at) + self.offset
     }
 }
 
-/// Lines that cut a splat, and the samples across each.
+/// A line, points where it was found, and the sample across it at each.
+#[derive(Clone, Debug)]
+pub(crate) struct Met {
+    pub(crate) line: Line,
+    pub(crate) at: Vec<(DVec2, u32)>,
+}
+
+/// Lines that cut a splat: none, one or two.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cut {
-    pub(crate) lines: Vec<Line>,
-    /// Points of each line and the samples across it there.
-    pub(crate) met: Vec<Vec<(DVec2, u32)>>,
+    pub(crate) lines: Vec<Met>,
     /// Whether what is on the side of either line stays, rather than of both.
     pub(crate) either: bool,
 }
@@ -47,107 +53,140 @@ pub(crate) struct Cut {
 const ALONG: f64 = 0.9;
 
 /// Sine of the least angle between planes that meet in a line.
-const LEAST_ANGLE: f64 = 0.25;
+pub(crate) const LEAST_ANGLE: f64 = 0.25;
 
 /// How far from a sample its face may end, in discs of both samples: farther, it is not the end that the
 /// pair is about.
 const NEAR: f64 = 1.5;
 
-/// Share of a disc that a line may be off, beside the tolerance.
-const SLACK: f64 = 0.25;
+/// Share of a sample's disc that a line may be off there, beside a half of the tolerance: edges that curve
+/// are cut in pieces that are straight to within this.
+const SLACK: f64 = 0.1;
 
 /// Lines that are tried to stand for others.
 const TRIED: usize = 24;
 
 /// Share of the pairs that no line needs to stand for: samples have noise.
-const STRAY: usize = 20;
+const STRAY: usize = 100;
 
-/// Fewest pairs that make a line.
+/// Fewest pairs that a line to cut at stands for.
 const FEWEST: usize = 2;
 
 /// Whether two lines are enough to cut a region where it borders on other faces.
 pub(crate) fn can_cut(ground: &Ground<'_>, plane: &Plane, members: &[u32]) -> bool {
-    if members.iter().all(|&i| ground.graph.across.of(i).is_empty()) {
-        return true;
-    }
+    let near = edge(ground, members);
     let axes = Axes::across(plane.normal);
-    cut(ground, plane, &axes, members, members).is_some()
+    near.is_empty() || exact(ground, plane, &axes, &near, members).is_some()
+}
+
+/// Samples of a region and beside it that are on the edge of a face: an ellipse around the region may
+/// reach over that edge too.
+pub(crate) fn edge(ground: &Ground<'_>, region: &[u32]) -> Vec<u32> {
+    let graph = ground.graph;
+    let by_edge = region.iter().copied().filter(|&i| graph.by_edge[i as usize]);
+    let around = by_edge.flat_map(|i| std::iter::once(i).chain(graph.joined.of(i).iter().copied()));
+    let mut near: Vec<u32> = around.filter(|&i| !graph.across.of(i).is_empty()).collect();
+    near.sort_unstable();
+    near.dedup();
+    near
 }
 
 /// The lines at which the faces of samples `near` end; `members` stay. Nothing where two do not suffice.
-pub(crate) fn cut(
+fn exact(
     ground: &Ground<'_>,
     plane: &Plane,
     axes: &Axes,
     near: &[u32],
     members: &[u32],
 ) -> Option<Cut> {
-    let mut locals: Vec<Local> =
-        near.iter().flat_map(|&i| locals(ground, plane, axes, i)).collect();
-    let mut found = Cut::default();
-    let strays = locals.len() / STRAY;
-    let mut n_left = 0;
-    while !locals.is_empty() {
-        let (line, n) = best(&locals);
-        let (mut met, mut rest) = (Vec::new(), Vec::new());
-        for local in locals {
-            if fits(&line, &local) { met.push(local) } else { rest.push(local) }
-        }
-        locals = rest;
-        if n < FEWEST || met.is_empty() {
-            // What is left has nothing in common.
-            n_left += met.len().max(1);
-            if met.is_empty() {
-                locals.pop();
-            }
-            continue;
-        }
-        if found.lines.len() == 2 {
-            n_left += met.len();
-            continue;
-        }
-        found.lines.push(line);
-        found.met.push(met.iter().map(|local| (local.at, local.across)).collect());
-    }
-    if n_left > strays.max(FEWEST) {
+    let locals: Vec<Local> = near.iter().flat_map(|&i| locals(ground, plane, axes, i)).collect();
+    let strays = (locals.len() / STRAY).max(1);
+    let (lines, n_left) = lines(locals, 1);
+    if n_left > strays {
         return None;
     }
-    let slack = ground.tolerance;
-    keep(
-        &mut found,
-        members.iter().map(|&i| {
-            let at = axes.of(ground.samples.point(i) - plane.at);
-            (at, slack + SLACK * ground.samples.disc(i))
-        }),
-    )
-    .then_some(found)
+    keep(lines, &stays(ground, plane, axes, members))
 }
 
-/// Moves lines outwards until all samples stay; false where one would have to move by more than a
-/// sample's slack.
-fn keep(cut: &mut Cut, samples: impl Iterator<Item = (DVec2, f64)> + Clone) -> bool {
-    let values =
-        |cut: &Cut, at: DVec2| cut.lines.iter().map(|line| line.of(at)).collect::<Vec<_>>();
-    let is_convex = samples.clone().all(|(at, slack)| values(cut, at).iter().all(|&d| d >= -slack));
-    cut.either = !is_convex;
-    if !is_convex && cut.lines.len() < 2 {
-        return false;
+/// The lines that cut a splat best: where those found would cut off samples, as lines of a face do that
+/// ends beside it, fewer of them.
+pub(crate) fn cut(
+    ground: &Ground<'_>,
+    plane: &Plane,
+    axes: &Axes,
+    near: &[u32],
+    members: &[u32],
+) -> Cut {
+    let locals: Vec<Local> = near.iter().flat_map(|&i| locals(ground, plane, axes, i)).collect();
+    let (lines, _) = lines(locals, FEWEST);
+    let stays = stays(ground, plane, axes, members);
+    if let Some(both) = keep(lines.clone(), &stays) {
+        return both;
     }
-    for (at, slack) in samples {
-        let values = values(cut, at);
+    let single = lines.into_iter().filter_map(|line| keep(vec![line], &stays));
+    single.reduce(|a, _| a).unwrap_or_default()
+}
+
+/// At most two lines that stand for as many of all as they can, each for at least so many; and how many
+/// none stands for.
+fn lines(mut locals: Vec<Local>, fewest: usize) -> (Vec<Met>, usize) {
+    let mut found = Vec::new();
+    while found.len() < 2 && !locals.is_empty() {
+        let (line, n) = best(&locals);
+        if n < fewest.max(1) {
+            break;
+        }
+        let (met, rest): (Vec<Local>, Vec<Local>) =
+            locals.iter().partition(|local| fits(&line, local));
+        locals = rest;
+        found.push(Met { line, at: met.iter().map(|local| (local.at, local.across)).collect() });
+    }
+    (found, locals.len())
+}
+
+/// Where samples of a splat are, and how far off each a line may be.
+fn stays(ground: &Ground<'_>, plane: &Plane, axes: &Axes, members: &[u32]) -> Vec<(DVec2, f64)> {
+    let place = |&i: &u32| {
+        let at = axes.of(ground.samples.point(i) - plane.at);
+        (at, slack(ground, i))
+    };
+    members.iter().map(place).collect()
+}
+
+/// Moves lines outwards until all samples stay; nothing where one would have to move by more than a
+/// sample's slack.
+fn keep(lines: Vec<Met>, samples: &[(DVec2, f64)]) -> Option<Cut> {
+    let holds = |met: &Met, at: DVec2, slack: f64| met.line.of(at) >= -slack;
+    let all = samples.iter().all(|&(at, slack)| lines.iter().all(|line| holds(line, at, slack)));
+    let mut cut = Cut { lines, either: !all };
+    if cut.either && !is_reflex(&cut.lines) {
+        return None;
+    }
+    for &(at, slack) in samples {
+        let values: Vec<f64> = cut.lines.iter().map(|met| met.line.of(at)).collect();
         if cut.either {
             let nearest = usize::from(values[1] > values[0]);
             if values[nearest] < -slack {
-                return false;
+                return None;
             }
-            cut.lines[nearest].offset += (-values[nearest]).max(0.0);
+            cut.lines[nearest].line.offset += (-values[nearest]).max(0.0);
         } else {
-            for (line, value) in cut.lines.iter_mut().zip(values) {
-                line.offset += (-value).max(0.0);
+            for (met, value) in cut.lines.iter_mut().zip(values) {
+                met.line.offset += (-value).max(0.0);
             }
         }
     }
-    true
+    Some(cut)
+}
+
+/// Whether two lines meet in a corner that goes inwards: each goes on where the other cuts off.
+fn is_reflex(lines: &[Met]) -> bool {
+    let [a, b] = lines else { return false };
+    let beyond = |met: &Met, other: &Met| {
+        let values = met.at.iter().map(|(at, _)| other.line.of(*at));
+        values.sum::<f64>() < 0.0
+    };
+    beyond(a, b) && beyond(b, a)
 }
 
 /// The lines that a sample's neighbours on other faces make in the plane of a splat.
@@ -160,10 +199,6 @@ fn locals<'a>(
     let (samples, graph) = (ground.samples, ground.graph);
     let across = graph.across.of(i);
     let at = axes.of(samples.point(i) - plane.at);
-    // The face's own side is told by the samples around, since one on the edge itself is on no side.
-    let joined = if across.is_empty() { &[][..] } else { graph.joined.of(i) };
-    let inside: DVec3 = joined.iter().map(|&j| samples.point(j)).sum();
-    let inside = axes.of(inside / joined.len().max(1) as f64 - plane.at);
     across.iter().filter_map(move |&other| {
         let (point, normal) = (samples.point(other), samples.normal(other));
         let direction = axes.of(normal);
@@ -174,16 +209,24 @@ fn locals<'a>(
         let outwards = direction / steepness;
         // Distance from the other plane along the splat's.
         let offset = normal.dot(plane.at - point) / steepness;
-        let sign = (outwards.dot(inside) + offset).signum();
+        // Where the other face falls away from this one, what is below it stays; where it rises, what is
+        // above. Samples around the other tell, since one on the edge itself does neither.
+        let around = graph.joined.of(other).iter().chain([&other]);
+        let rise: f64 = around.map(|&j| samples.normal(i).dot(samples.point(j) - samples.point(i))).sum();
+        let sign = rise.signum();
         let line = Line { inwards: outwards * sign, offset: offset * sign };
         let distance = line.of(at);
         let discs = samples.disc(i) + samples.disc(other);
-        let slack = ground.tolerance + SLACK * samples.disc(i);
+        let slack = slack(ground, i);
         let is_near = distance <= NEAR * discs && distance >= -slack;
-        let found =
-            Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
+        let found = Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
         is_near.then_some(found)
     })
+}
+
+/// How far a line may be off at a sample.
+fn slack(ground: &Ground<'_>, sample: u32) -> f64 {
+    0.5 * ground.tolerance + SLACK * ground.samples.disc(sample)
 }
 
 fn fits(line: &Line, local: &Local) -> bool {

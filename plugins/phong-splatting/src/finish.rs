@@ -64,7 +64,7 @@ pub(crate) fn whole(ground: &Ground<'_>, region: &[u32]) -> Outline {
 
 /// The splat of a region that has to hold the discs of the samples `held`, at least one: as small as it
 /// can be, since where splats lie over each other they blur.
-pub(crate) fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
+fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
     let samples = ground.samples;
     let mut found = outline(ground, Plane::fit(samples, region), region, held);
     let mut members = inside(ground, &found, region, held);
@@ -88,6 +88,40 @@ pub(crate) fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat 
     Splat { outline: found, members, field, cut }
 }
 
+/// Farthest that samples under or above a splat may lie from its plane, in tolerances. At the edge of a
+/// round splat of a sphere it is 2; where a flat part ends in a round edge, much more.
+const OVERHANG: f64 = 4.0;
+
+/// Times that a splat is halved at most.
+const HALVED: u32 = 8;
+
+/// The splats of a region that hold the discs of the samples `held`, and what each of them holds: one, or
+/// where that would stand out over a place at which the surface falls away, its halves.
+pub(crate) fn splats(
+    ground: &Ground<'_>,
+    region: &[u32],
+    held: &[u32],
+    halved: u32,
+) -> Vec<(Splat, Vec<u32>)> {
+    let found = splat(ground, region, held);
+    let outline = &found.outline;
+    let is_whole = halved >= HALVED
+        || held.len() < 4
+        || ground.farthest_from(outline, held) <= OVERHANG * ground.tolerance;
+    if is_whole {
+        return vec![(found, held.to_vec())];
+    }
+    let is_long = outline.ellipse.half.x >= outline.ellipse.half.y;
+    let along = |i: u32| {
+        let at = outline.of(ground.samples.point(i));
+        if is_long { at.x } else { at.y }
+    };
+    let mut sorted = held.to_vec();
+    sorted.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+    let (first, second) = sorted.split_at(held.len() / 2);
+    [first, second].into_iter().flat_map(|half| splats(ground, region, half, halved + 1)).collect()
+}
+
 /// Samples of a region whose centres are inside an outline, those it holds first.
 fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) -> Vec<u32> {
     let others = region
@@ -102,17 +136,36 @@ fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) 
 
 /// The lines that cut a splat, and only those that cut something off its ellipse.
 fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]) -> Cut {
-    // What lies beside the region may be on the edge that the ellipse reaches over.
-    let joined = region.iter().flat_map(|&i| ground.graph.joined.of(i));
-    let mut near: Vec<u32> = region.iter().chain(joined).copied().collect();
-    near.sort_unstable();
-    near.dedup();
+    let mut near = creases::edge(ground, region);
     near.retain(|&i| {
-        !ground.graph.across.of(i).is_empty()
-            && outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
+        outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
     });
-    creases::cut(ground, &outline.plane, &outline.axes, &near, members).unwrap_or_default()
+    creases::cut(ground, &outline.plane, &outline.axes, &near, members)
 }
 
 /// Distance in half axes up to which samples tell where a splat is to be cut.
 const REACH: f64 = 1.5;
+
+/// How far outwards each line of a splat has to move to reach the splats across it: their planes are off
+/// the samples by as much as the tolerance, and what is between would be a crack.
+pub(crate) fn moves<'a>(
+    ground: &Ground<'_>,
+    splat: &Splat,
+    plane_of: impl Fn(u32) -> &'a Plane,
+) -> Vec<f64> {
+    let (axes, plane) = (&splat.outline.axes, &splat.outline.plane);
+    let farthest = |met: &creases::Met| {
+        let inwards = axes.u * met.line.inwards.x + axes.v * met.line.inwards.y;
+        let reaches = met.at.iter().map(|(at, across)| {
+            let other = plane_of(*across);
+            let steepness = other.normal.dot(inwards);
+            let point = plane.at + axes.u * at.x + axes.v * at.y;
+            let beyond = other.height_of(point) / steepness;
+            let is_near = beyond.abs() * steepness.abs() <= 2.0 * ground.tolerance;
+            let is_steep = steepness.abs() >= creases::LEAST_ANGLE;
+            if is_near && is_steep { beyond - met.line.of(*at) } else { 0.0 }
+        });
+        reaches.fold(0.0, f64::max)
+    };
+    splat.cut.lines.iter().map(farthest).collect()
+}

@@ -2,7 +2,6 @@
 
 use crate::samples::Samples;
 use std::ops::Range;
-use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::*;
 
 /// Lists of samples, one for each sample, in one row.
@@ -50,8 +49,8 @@ pub(crate) struct Graph {
     pub(crate) joined: Lists,
     /// Samples that are near, both among others of their like, and whose normals differ.
     pub(crate) across: Lists,
-    /// Normals that were turned.
-    pub(crate) n_turned: usize,
+    /// Whether a sample, or one beside it, has others across a crease.
+    pub(crate) by_edge: Vec<bool>,
 }
 
 /// How much farther than those nearest to it a sample may lie to be beside another, where their
@@ -67,30 +66,28 @@ const OPPOSITE: f64 = -0.94;
 /// Samples of its like that a sample needs around it to be a part of a face.
 const FACE: usize = 3;
 
+/// How much normals may bend around a sample of a face, as a share of the least bend of a crease: about
+/// the square of the share of angles. Where all around bends as much there is no crease in it, but
+/// detail that is sampled coarsely.
+const FLAT: f64 = 0.1;
+
 impl Graph {
-    /// Links the samples, and turns normals that nearly all around say are the wrong way round.
-    /// Normals are alike where the angle between them has a cosine of `alike` or more.
+    /// Links the samples. Normals are alike where the angle between them has a cosine of `alike` or more.
     pub(crate) fn of(
-        samples: &mut Samples,
+        samples: &Samples,
         alike: f64,
         share: Range<f64>,
         job: &Job<'_>,
     ) -> Result<Self> {
-        let n = samples.len();
-        let middle = share.start.midpoint(share.end);
-        let wrong = job.map(n, share.start..middle, |i| is_wrong(samples, i))?;
-        for (normal, _) in samples.normals.iter_mut().zip(&wrong).filter(|(_, wrong)| **wrong) {
-            *normal = -*normal;
-        }
-        let n_turned = wrong.iter().filter(|wrong| **wrong).count();
-        let known: &Samples = samples;
+        let known = samples;
+        let n = known.len();
         let spacings: Vec<f64> = (0..n).map(|i| spacing(known, i)).collect();
         let beside = |a: usize, b: usize| {
             let distance = known.points[a].distance(known.points[b]);
             let apart = known.discs[a] + known.discs[b];
             distance <= apart.max(GAP * spacings[a].max(spacings[b]))
         };
-        let links = job.map(n, middle..share.end, |i| {
+        let links = job.map(n, share, |i| {
             let mine = known.near[i].iter().map(|&other| other as usize);
             // Where both know each other, the lower one says so.
             let told = mine.filter(|&j| i < j || !known.near[j].contains(&(i as u32)));
@@ -109,17 +106,30 @@ impl Graph {
         }
         job.check()?;
         let joined = Lists::symmetric(n, &alikes);
-        let face = f64::midpoint(1.0, alike);
+        let bend = FLAT * (1.0 - alike);
         let on_face: Vec<bool> = (0..n as u32)
             .map(|i| {
                 let others = joined.of(i);
-                let sum: DVec3 = others.iter().map(|&j| known.normal(j)).sum();
-                others.len() >= FACE && sum.normalize_or(DVec3::ZERO).dot(known.normal(i)) >= face
+                let bends = others.iter().map(|&j| 1.0 - known.normal(j).dot(known.normal(i)));
+                others.len() >= FACE && bends.sum::<f64>() <= bend * others.len() as f64
             })
             .collect();
         differing.retain(|&(a, b)| on_face[a as usize] && on_face[b as usize]);
-        Ok(Self { joined, across: Lists::symmetric(n, &differing), n_turned })
+        let across = Lists::symmetric(n, &differing);
+        let ends = |i: u32| !across.of(i).is_empty();
+        let by_edge =
+            (0..n as u32).map(|i| ends(i) || joined.of(i).iter().any(|&j| ends(j))).collect();
+        Ok(Self { joined, across, by_edge })
     }
+}
+
+/// Turns normals that nearly all samples in their plane say are the wrong way round, and returns how many.
+pub(crate) fn turn(samples: &mut Samples, share: Range<f64>, job: &Job<'_>) -> Result<usize> {
+    let wrong = job.map(samples.len(), share, |i| is_wrong(samples, i))?;
+    for (normal, _) in samples.normals.iter_mut().zip(&wrong).filter(|(_, wrong)| **wrong) {
+        *normal = -*normal;
+    }
+    Ok(wrong.iter().filter(|wrong| **wrong).count())
 }
 
 /// Mean distance of the nearest samples.

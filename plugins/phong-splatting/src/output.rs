@@ -64,7 +64,8 @@ impl Columns {
         const WHOLE: [f64; 3] = [0.0, 0.0, 1.0];
         let ellipse = &splat.outline.ellipse;
         let lines: Vec<[f64; 3]> = (splat.cut.lines.iter())
-            .map(|line| {
+            .map(|met| {
+                let line = met.line;
                 let [a, b] = (line.inwards * ellipse.half).to_array();
                 [a, b, line.offset + line.inwards.dot(ellipse.centre)]
             })

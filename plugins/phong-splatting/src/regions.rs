@@ -1,13 +1,14 @@
 //! Growing the largest region around a sample that one plane stands in for.
 
 use crate::creases;
+use crate::finish::Outline;
 use crate::graph::Graph;
 use crate::plane::{Axes, Plane, STEEPEST, Shape};
 use crate::samples::Samples;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Mutex, PoisonError};
-use surfelshop_api::glam::DVec3;
+use surfelshop_api::glam::{DVec2, DVec3};
 
 /// What regions grow on, and how far.
 pub(crate) struct Ground<'a> {
@@ -28,6 +29,28 @@ struct Desk {
     border: BinaryHeap<Reverse<(u64, u32)>>,
     /// Samples, those nearest to the seed first.
     order: Vec<u32>,
+}
+
+impl Desk {
+    /// Nothing is seen yet.
+    fn start(&mut self) {
+        self.region = self.region.wrapping_add(1);
+        if self.region == 0 {
+            self.seen.fill(0);
+            self.region = 1;
+        }
+        self.order.clear();
+        self.border.clear();
+    }
+
+    /// Puts a sample in the order where it is seen for the first time.
+    fn visit(&mut self, sample: u32) {
+        let seen = &mut self.seen[sample as usize];
+        if *seen != self.region {
+            *seen = self.region;
+            self.order.push(sample);
+        }
+    }
 }
 
 /// How distance is measured while a region grows: an ellipse of unit area about a seed.
@@ -69,13 +92,7 @@ impl<'a> Ground<'a> {
     /// The region about a sample, which is its first: connected, within the tolerance of one plane,
     /// and as large as it gets in an ellipse of the shape that suits the curvature there.
     pub(crate) fn region(&self, seed: u32) -> Vec<u32> {
-        let known = self.desks.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let mut desk = known.unwrap_or_else(|| Desk {
-            seen: vec![0; self.samples.len()],
-            region: 0,
-            border: BinaryHeap::new(),
-            order: Vec::new(),
-        });
+        let mut desk = self.desk();
         let normal = self.samples.normal(seed);
         let at = self.samples.point(seed);
         let axes = Axes::across(normal);
@@ -104,8 +121,52 @@ impl<'a> Ground<'a> {
                 break;
             }
         }
-        self.desks.lock().unwrap_or_else(PoisonError::into_inner).push(desk);
+        self.give_back(desk);
         best
+    }
+
+    /// The farthest that samples lie from a splat's plane, of those that are under or above it and
+    /// connected to the ones it holds: where the surface falls away under its edge, that is seen. Discs
+    /// reach over whatever there is, and do not count.
+    pub(crate) fn farthest_from(&self, outline: &Outline, held: &[u32]) -> f64 {
+        let mut desk = self.desk();
+        desk.start();
+        let mut farthest = 0.0f64;
+        let discs: f64 = held.iter().map(|&i| self.samples.disc(i)).sum();
+        let disc = discs / held.len().max(1) as f64;
+        let inner = (outline.ellipse.half - disc).max(DVec2::ZERO) / outline.ellipse.half;
+        let is_here = |at: DVec2| {
+            let at = at / inner.max(DVec2::splat(f64::MIN_POSITIVE));
+            at.length_squared() <= 1.0
+        };
+        for &i in held {
+            desk.visit(i);
+        }
+        while let Some(sample) = desk.order.pop() {
+            farthest = farthest.max(outline.plane.height_of(self.samples.point(sample)).abs());
+            for &other in self.graph.joined.of(sample) {
+                let is_here = is_here(outline.of(self.samples.point(other)));
+                if is_here && outline.plane.normal.dot(self.samples.normal(other)) > 0.0 {
+                    desk.visit(other);
+                }
+            }
+        }
+        self.give_back(desk);
+        farthest
+    }
+
+    fn desk(&self) -> Desk {
+        let known = self.desks.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        known.unwrap_or_else(|| Desk {
+            seen: vec![0; self.samples.len()],
+            region: 0,
+            border: BinaryHeap::new(),
+            order: Vec::new(),
+        })
+    }
+
+    fn give_back(&self, desk: Desk) {
+        self.desks.lock().unwrap_or_else(PoisonError::into_inner).push(desk);
     }
 
     /// Half axes at which heights are alike along both, of product 1: as one to the root of curvature.
@@ -120,13 +181,7 @@ impl<'a> Ground<'a> {
 
     /// Leaves in the desk's order the samples of the largest region.
     fn grow(&self, desk: &mut Desk, seed: u32, metric: &Metric) {
-        desk.region = desk.region.wrapping_add(1);
-        if desk.region == 0 {
-            desk.seen.fill(0);
-            desk.region = 1;
-        }
-        desk.order.clear();
-        desk.border.clear();
+        desk.start();
         desk.border.push(Reverse((0, seed)));
         desk.seen[seed as usize] = desk.region;
         let (mut good, mut next) = (1, 2);

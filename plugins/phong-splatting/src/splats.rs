@@ -7,8 +7,8 @@
 //! | `crease`    | float | 40      | angle between the normals of two faces from which it is a crease   |
 //! | `rounds`    | int   | 3       | times that splats are moved to where fewer are needed              |
 
-use crate::cover;
-use crate::graph::Graph;
+use crate::{cover, edges};
+use crate::graph::{self, Graph};
 use crate::output::Columns;
 use crate::regions::Ground;
 use crate::samples::Samples;
@@ -56,11 +56,14 @@ impl Tool for Splats {
         let alike = finite("crease", settings.crease)?.to_radians().cos();
         job.progress(0.0, "looking for neighbours");
         let mut samples = Samples::of(cloud, alike, 0.0..0.15, job)?;
-        let graph = Graph::of(&mut samples, alike, 0.15..0.2, job)?;
+        let n_samples = samples.len();
+        let n_turned = graph::turn(&mut samples, 0.15..0.17, job)?;
+        let n_split = edges::split(&mut samples, alike, 0.17..0.19, job)?;
+        let graph = Graph::of(&samples, alike, 0.19..0.21, job)?;
         let tolerance = share * samples.diagonal;
         // A little less, so that rounding to single precision stays within it.
         let ground = Ground::new(&samples, &graph, tolerance * (1.0 - 1e-6), settings.clip);
-        let splats = cover::cover(&ground, settings.rounds, 0.2..0.98, job)?;
+        let splats = cover::cover(&ground, settings.rounds, 0.21..0.98, job)?;
         let columns = Columns::of(&samples, &splats);
         job.check()?;
         columns.stage(cloud, &samples, &splats, job)?;
@@ -69,13 +72,14 @@ impl Tool for Splats {
         job.progress(
             1.0,
             &format!(
-                "{} splats for {} samples: tolerance {:.4e}, largest error {:.4e} scene units{}{}{}",
+                "{} splats for {} samples: tolerance {:.4e}, largest error {:.4e} scene units{}{}{}{}",
                 splats.len(),
-                samples.len(),
+                n_samples,
                 tolerance * samples.unit,
                 columns.error * samples.unit,
                 count(columns.n_cut, "cut at creases"),
-                count(graph.n_turned, "normals turned"),
+                count(n_turned, "normals turned"),
+                count(n_split, "samples on edges"),
                 count(samples.n_refused, "samples without a position or normal left out"),
             ),
         );
