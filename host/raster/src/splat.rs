@@ -196,7 +196,7 @@ pub(crate) fn splats<S: Simd>(
         (splat(1.0) / pull, zero)
     };
     let back = discs.back.to_bitmask();
-    let three = |of: &[F<S>; 3], lane: usize| [of[0][lane], of[1][lane], of[2][lane]];
+    let three = |of: &[F<S>; 3], lane: usize| of.map(|of| of[lane]);
     let depth = [-discs.center.z, -discs.axis_u.z, -discs.axis_v.z];
     let first = seen.first + (group * WIDTH) as u32;
     let varies = seen.columns.varies(all.with_fields);

@@ -6,7 +6,7 @@
 
 use anyhow::Result;
 use surfelshop_cloud::{Cloud, ReadOptions, read};
-use surfelshop_tests::splats::{Bench, MODES, Quality, splats, torso};
+use surfelshop_tests::splats::{Bench, MODES, Quality, bytes_each, splats, torso};
 
 /// Tolerances, shares of the diagonal; from one to the next there are about twice as many splats.
 const TOLERANCES: [f64; 12] =
@@ -33,6 +33,7 @@ fn main() -> Result<()> {
 
 /// A set of splats with the quality of each mode.
 struct Row {
+    cloud: Cloud,
     n: usize,
     modes: [Quality; MODES.len()],
 }
@@ -75,14 +76,92 @@ fn measure(name: &str, samples: Cloud) -> Result<()> {
             list(|q| q.flip, 4),
             list(|q| q.normal_degrees, 2),
         );
-        rows.push(Row { n: made.cloud.len(), modes });
-        if made.cloud.len() * 2 > n_samples {
+        rows.push(Row { n: made.cloud.len(), cloud: made.cloud, modes });
+        if rows.last().is_some_and(|row| row.n * 2 > n_samples) {
             break;
         }
     }
     println!();
     told("FLIP", &rows, |quality| quality.flip);
     told("normals", &rows, |quality| quality.normal_degrees);
+    memory(&samples, &rows)?;
+    speed(&samples, &rows)
+}
+
+/// Prints what surfels and splats take where they are drawn.
+fn memory(samples: &Cloud, rows: &[Row]) -> Result<()> {
+    println!("| drawn | bytes each |\n|---|---|");
+    let told = |name: &str, cloud: &Cloud, mode: &str| -> Result<()> {
+        println!("| {name} | {:.1} |", bytes_each(cloud, mode)?);
+        Ok(())
+    };
+    told("samples, averaged", samples, "averaged")?;
+    if let Some(row) = rows.last() {
+        told("splats, averaged", &row.cloud, "averaged")?;
+        told("splats, phong", &row.cloud, "phong")?;
+    }
+    println!();
+    Ok(())
+}
+
+/// Sizes of pictures that are timed, and frames of each kind.
+const TIMED: [u32; 3] = [256, 512, 1024];
+const FRAMES: usize = 15;
+
+/// Which of the sets of splats has an error of the first mode that others can reach: about a thousand.
+const EQUAL: usize = 1000;
+
+/// Prints what frames take: of one set of splats in all modes beside `ewa-phong`, and of sets that look
+/// as good in the mode they are for.
+fn speed(samples: &Cloud, rows: &[Row]) -> Result<()> {
+    let Some(few) = rows.iter().position(|row| row.n >= EQUAL) else { return Ok(()) };
+    println!(
+        "| size | set | splats | FLIP | ms, quartiles | splats/s | over phong |\n|---|---|---|---|---|---|---|"
+    );
+    for size in TIMED {
+        let mut bench = Bench::new(samples.clone(), size, PATHS)?;
+        let error = bench.quality(&rows[few].cloud, "phong")?.flip;
+        let mut kinds = vec![("phong, equal", &rows[few].cloud, "phong", error)];
+        for mode in ["blended", "flat"] {
+            for row in &rows[few..] {
+                let own = bench.quality(&row.cloud, mode)?.flip;
+                let is_last = row.n == rows[rows.len() - 1].n;
+                if own <= error || is_last {
+                    kinds.push((mode, &row.cloud, mode, own));
+                    break;
+                }
+            }
+        }
+        let many = &rows[rows.len() - 1].cloud;
+        for mode in ["phong", "averaged", "ewa-phong"] {
+            kinds.push((mode, many, mode, f64::NAN));
+        }
+        kinds.push(("samples, ewa-phong", samples, "ewa-phong", f64::NAN));
+        let mut times = vec![Vec::new(); kinds.len()];
+        for frame in 0..=FRAMES {
+            for (times, (_, cloud, mode, _)) in times.iter_mut().zip(&kinds) {
+                let took = bench.time(cloud, mode)?;
+                // The first brings columns along.
+                if frame > 0 {
+                    times.push(took);
+                }
+            }
+        }
+        let quartiles = |times: &mut Vec<f64>| {
+            times.sort_by(f64::total_cmp);
+            [1, 2, 3].map(|quarter| times[quarter * times.len() / 4])
+        };
+        let quartiles: Vec<[f64; 3]> = times.iter_mut().map(quartiles).collect();
+        for ((name, cloud, _, flip), [low, ms, high]) in kinds.iter().zip(&quartiles) {
+            println!(
+                "| {size} | {name} | {} | {flip:.4} | {ms:.1} ({low:.1} to {high:.1}) | {:.2} M | {:.2} |",
+                cloud.len(),
+                cloud.len() as f64 / ms / 1e3,
+                ms / quartiles[0][1],
+            );
+        }
+    }
+    println!();
     Ok(())
 }
 

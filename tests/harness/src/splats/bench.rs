@@ -4,6 +4,7 @@ use crate::stage;
 use anyhow::{Context as _, Result};
 use glam::{DVec3, Vec3};
 use std::sync::Arc;
+use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{FrameRequest, Light, Scene, SurfaceSettings, UnitKind, View};
@@ -137,6 +138,24 @@ impl Bench {
         Ok(self.engine.render(&mut self.splatting, &request)?)
     }
 
+    /// Milliseconds that a frame of the first view takes, drawn anew, in a mode or by `ewa-phong`.
+    ///
+    /// # Errors
+    /// Those of drawing.
+    pub fn time(&mut self, cloud: &Cloud, mode: &str) -> Result<f64> {
+        self.engine.forget_surfaces();
+        let started = Instant::now();
+        match mode {
+            "ewa-phong" => {
+                let (engine, renderer) = (&mut self.engine, &mut self.baseline);
+                let color = [Output::Color];
+                stage::render(engine, renderer, cloud, &self.scene, self.views[0], &color)?;
+            }
+            _ => drop(self.draw(cloud, self.views[0], mode, &[Output::Color])?),
+        }
+        Ok(started.elapsed().as_secs_f64() * 1e3)
+    }
+
     /// The views.
     #[must_use]
     pub fn views(&self) -> &[View] {
@@ -194,6 +213,32 @@ impl Bench {
         self.scene.surface.two_sided = false;
         Ok(found)
     }
+}
+
+/// Bytes that a surfel takes where it is drawn in a mode of the renderer, and nothing else is.
+///
+/// # Errors
+/// Those of drawing.
+pub fn bytes_each(cloud: &Cloud, mode: &str) -> Result<f64> {
+    let mut engine = stage::engine();
+    let library = "surfelshop-phong-splatting";
+    let mut renderer = stage::built_renderer(&engine, library, "phong-splatting");
+    let view = stage::view(DVec3::splat(9.0), DVec3::ZERO, 64);
+    let request = RenderRequest {
+        clouds: &[cloud.view()],
+        facts: cloud.facts(),
+        scene: &Scene::default(),
+        view,
+        values: &[("mode".to_owned(), Value::Text(mode.to_owned()))].into(),
+        outputs: &[Output::Color],
+        frame_index: 0,
+        environment: None,
+        stride: 1,
+        detail_px: 0.0,
+    };
+    engine.render(&mut renderer, &request)?;
+    let counts = engine.counters();
+    Ok((counts.column_bytes + counts.host_column_bytes) as f64 / cloud.len() as f64)
 }
 
 /// Pixels that one picture does not cover, all of whose neighbours within so many pixels another covers.

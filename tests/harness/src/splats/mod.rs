@@ -4,7 +4,7 @@ mod bench;
 mod edges;
 mod torso;
 
-pub use bench::{Bench, MODES, Quality};
+pub use bench::{Bench, MODES, Quality, bytes_each};
 pub use edges::{AtEdges, EdgeBench, ell, sampled};
 pub use torso::torso;
 
