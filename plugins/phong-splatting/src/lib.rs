@@ -6,6 +6,7 @@
 //!
 //! The tool's file opens with its parameters, method, limits and sources.
 
+mod choice;
 mod cover;
 mod creases;
 mod edges;
