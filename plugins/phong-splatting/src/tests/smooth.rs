@@ -18,7 +18,7 @@ fn sweep(name: &str, least: &Order) {
         let splats = Drawn::all(&ran);
         assert!(ran.bytes("clip").is_none(), "{}", ran.message);
         let (now, _) = errors(&surface.given, &splats, tolerance);
-        assert!(now.field <= now.constant && now.field_max < 0.6, "{tolerance} {now:?}");
+        assert!(now.field <= now.constant && now.field_max < 0.75, "{tolerance} {now:?}");
         assert_eq!(n_bare(&surface.given, &[], &splats, tolerance, 1e-6), 0);
         if let Some((before, n)) = before {
             assert!(before.constant / now.constant > least.constant, "{before:?} {now:?}");
