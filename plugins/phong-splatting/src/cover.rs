@@ -70,8 +70,7 @@ fn candidates(ground: &Ground<'_>, share: Range<f64>, job: &Job<'_>) -> Result<V
             }
         }
         let part = |at: usize| within(&share, at as f64 / n as f64);
-        let grown =
-            job.map(seeds.len(), part(started)..part(next), |i| ground.region(seeds[i]))?;
+        let grown = job.map(seeds.len(), part(started)..part(next), |i| ground.region(seeds[i]))?;
         for region in grown {
             for &i in &region {
                 n_holding[i as usize] = n_holding[i as usize].saturating_add(1);
@@ -138,7 +137,8 @@ fn moved(
             cell.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)))
         })
         .collect();
-    let grown = job.map(seeds.len(), middle..share.end, |i| seeds[i].map(|seed| ground.region(seed)))?;
+    let grown =
+        job.map(seeds.len(), middle..share.end, |i| seeds[i].map(|seed| ground.region(seed)))?;
     Ok(grown.into_iter().flatten().collect())
 }
 

@@ -33,8 +33,7 @@ pub(crate) fn split(
     let known: &Samples = samples;
     let own = |j: u32| slice::from_ref(&known.normals[j as usize]);
     let [first, second] = [0.5, 0.8].map(|fraction| within(&share, fraction));
-    let on_edge =
-        job.map(n, share.start..first, |i| faces(known, alike, i, own).len() > 1)?;
+    let on_edge = job.map(n, share.start..first, |i| faces(known, alike, i, own).len() > 1)?;
     // Others on edges say nothing of the faces, and in a corner each edge looks like one.
     let on_face = |j: u32| if on_edge[j as usize] { &[][..] } else { own(j) };
     let along_edges = job.map(n, first..second, |i| match on_edge[i] {
@@ -72,10 +71,11 @@ pub(crate) fn split(
         let all = near.iter().flat_map(|&j| std::iter::once(j).chain(copies[j as usize].clone()));
         all.filter(|&j| j != own).collect()
     };
-    let mut near: Vec<Vec<u32>> =
-        (0..n).map(|i| with_copies(&[&[i as u32], &samples.near[i][..]].concat(), i as u32)).collect();
-    for i in 0..n {
-        for copy in copies[i].clone() {
+    let mut near: Vec<Vec<u32>> = (0..n)
+        .map(|i| with_copies(&[&[i as u32], &samples.near[i][..]].concat(), i as u32))
+        .collect();
+    for (i, copies) in copies.iter().enumerate() {
+        for copy in copies.clone() {
             near.push(with_copies(&[&[i as u32], &samples.near[i][..]].concat(), copy));
         }
     }
@@ -94,7 +94,8 @@ fn faces<'a>(
     // A quarter of the angle between faces: a mean is half of it from both, a corner's more.
     let differs = (alike.clamp(-1.0, 1.0).acos() * 0.25).sin();
     let mut groups: Vec<(DVec3, usize)> = Vec::new();
-    let near = samples.near[i].iter().flat_map(|&j| normals(j).iter().map(move |&other| (j, other)));
+    let near =
+        samples.near[i].iter().flat_map(|&j| normals(j).iter().map(move |&other| (j, other)));
     for (j, other) in near {
         let offset = samples.point(j) - point;
         let sine = normal.cross(other).length();

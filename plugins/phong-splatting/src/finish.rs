@@ -43,12 +43,7 @@ pub(crate) struct Splat {
 const CURVED: f64 = 0.05;
 
 /// The ellipse around the discs of samples in a plane, its axes along what suits the `members`.
-pub(crate) fn outline(
-    ground: &Ground<'_>,
-    plane: Plane,
-    members: &[u32],
-    held: &[u32],
-) -> Outline {
+pub(crate) fn outline(ground: &Ground<'_>, plane: Plane, members: &[u32], held: &[u32]) -> Outline {
     let samples = ground.samples;
     let shape = Shape::of(samples, members, &plane);
     let bend = (shape.curvatures[0] - shape.curvatures[1]).abs() * shape.spread;
@@ -129,9 +124,10 @@ pub(crate) fn splats(
 
 /// Samples of a region whose centres are inside an outline, those it holds first.
 fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) -> Vec<u32> {
-    let others = region.iter().copied().filter(|&i| {
-        outline.of(ground.samples.point(i)).length_squared() <= 1.0
-    });
+    let others = region
+        .iter()
+        .copied()
+        .filter(|&i| outline.of(ground.samples.point(i)).length_squared() <= 1.0);
     let mut all: Vec<u32> = held.iter().copied().chain(others).collect();
     all.sort_unstable();
     all.dedup();
@@ -141,9 +137,7 @@ fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) 
 /// The lines that cut a splat, and only those that cut something off its ellipse.
 fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]) -> Cut {
     let mut near = creases::edge(ground, region);
-    near.retain(|&i| {
-        outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
-    });
+    near.retain(|&i| outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH);
     creases::cut(ground, &outline.plane, &outline.axes, &near, members)
 }
 

@@ -95,7 +95,8 @@ impl Columns {
         let means = Means { samples, splats };
         let (colors, components) = means.colors(cloud);
         let access = cloud.floats(AO, 1).map(|values| means.of(1, |i, _| f64::from(values[i])));
-        let floats = |name, components, values| NewColumn { name, components, values: Values::F32(values) };
+        let floats =
+            |name, components, values| NewColumn { name, components, values: Values::F32(values) };
         let mut columns = vec![
             floats(POSITION, 3, &self.positions),
             floats(NORMAL, 3, &self.normals),
@@ -138,8 +139,10 @@ impl Means<'_> {
         let mut means = Vec::with_capacity(self.splats.len() * components);
         for splat in self.splats {
             for component in 0..components {
-                let values =
-                    splat.members.iter().map(|&i| value(self.samples.index[i as usize] as usize, component));
+                let values = splat
+                    .members
+                    .iter()
+                    .map(|&i| value(self.samples.index[i as usize] as usize, component));
                 let (sum, n) = values
                     .filter(|value| value.is_finite())
                     .fold((0.0, 0.0), |(sum, n), value| (sum + value, n + 1.0));
@@ -161,10 +164,14 @@ impl Means<'_> {
                 if component < 3 { f64::from(srgb_to_linear(code as f32)) } else { code }
             };
             let means = self.of(n, linear);
-            means.into_iter().enumerate().map(move |(i, mean)| {
-                let encoded = if i % n < 3 { linear_to_srgb(mean) } else { mean };
-                f64::from(encoded.clamp(0.0, 1.0)) * most
-            }).collect::<Vec<f64>>()
+            means
+                .into_iter()
+                .enumerate()
+                .map(move |(i, mean)| {
+                    let encoded = if i % n < 3 { linear_to_srgb(mean) } else { mean };
+                    f64::from(encoded.clamp(0.0, 1.0)) * most
+                })
+                .collect::<Vec<f64>>()
         };
         let found = match column.values {
             Values::U8(values) => {
@@ -175,7 +182,9 @@ impl Means<'_> {
                 let codes = blended(&|i| f64::from(values[i]), 65535.0);
                 Some(Colors::U16(codes.into_iter().map(|code| code.round() as u16).collect()))
             }
-            Values::F32(values) => Some(Colors::F32(self.of(n, |i, c| f64::from(values[i * n + c])))),
+            Values::F32(values) => {
+                Some(Colors::F32(self.of(n, |i, c| f64::from(values[i * n + c]))))
+            }
             _ => None,
         };
         (found, column.components)

@@ -85,12 +85,7 @@ const MOST: usize = 8192;
 const STEP: f64 = 1.3;
 
 impl<'a> Ground<'a> {
-    pub(crate) fn new(
-        samples: &'a Samples,
-        graph: &'a Graph,
-        tolerance: f64,
-        clip: bool,
-    ) -> Self {
+    pub(crate) fn new(samples: &'a Samples, graph: &'a Graph, tolerance: f64, clip: bool) -> Self {
         Self { samples, graph, tolerance, clip, desks: Mutex::new(Vec::new()) }
     }
 
@@ -111,7 +106,12 @@ impl<'a> Ground<'a> {
             }
             let plane = Plane::fit(self.samples, &best);
             let shape = Shape::of(self.samples, &best, &plane);
-            metric = Metric { at, axes: shape.axes, stretch: self.stretch(&shape), normal: plane.normal };
+            metric = Metric {
+                at,
+                axes: shape.axes,
+                stretch: self.stretch(&shape),
+                normal: plane.normal,
+            };
             self.grow(&mut desk, seed, &metric);
             let is_better = desk.order.len() > best.len();
             if is_better {

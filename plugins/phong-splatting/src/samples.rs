@@ -29,6 +29,8 @@ pub(crate) struct Samples {
     pub(crate) unit: f64,
     /// Diagonal of the box.
     pub(crate) diagonal: f64,
+    /// How far a position is moved where it is rounded to single precision.
+    pub(crate) grain: f64,
     /// Samples left out, since their position or normal is not finite or the normal is zero.
     pub(crate) n_refused: usize,
 }
@@ -58,8 +60,10 @@ impl Samples {
         let sound = |i: usize| positions[i].is_finite() && normals::is_valid(given[i]);
         let known: Vec<Vec3> =
             (0..positions.len()).map(|i| if sound(i) { positions[i] } else { Vec3::NAN }).collect();
-        let given: Vec<DVec3> =
-            given.iter().map(|&n| normals::normalised(n).as_dvec3().normalize_or(DVec3::Z)).collect();
+        let given: Vec<DVec3> = given
+            .iter()
+            .map(|&n| normals::normalised(n).as_dvec3().normalize_or(DVec3::Z))
+            .collect();
         let told = |from: f64, to: f64| told(job, within(&share, from), within(&share, to));
         let neighbours = Neighbours::build(&known, &told(0.0, 0.3))?;
         if neighbours.n_distinct() == 0 {
@@ -83,9 +87,8 @@ impl Samples {
             let around = neighbours.nearest(index, NEAREST);
             let others = around.iter().map(|neighbour| places.of[neighbour.index]);
             let all = std::iter::once(own).chain(others);
-            let samples = all.flat_map(|place| {
-                places.ranges.get(place as usize).cloned().into_iter().flatten()
-            });
+            let samples = all
+                .flat_map(|place| places.ranges.get(place as usize).cloned().into_iter().flatten());
             samples.filter(|&other| other as usize != sample).collect()
         })?;
         let index = places.index;
@@ -97,6 +100,7 @@ impl Samples {
             centre,
             unit,
             diagonal: bounds.diagonal() / unit,
+            grain: bounds.reach() / unit * f64::from(f32::EPSILON),
             n_refused: (0..known.len()).filter(|&i| !known[i].is_finite()).count(),
             index,
         })

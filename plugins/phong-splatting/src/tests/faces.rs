@@ -79,7 +79,7 @@ fn vertices_on_edges_are_on_each_face() {
             }
         }
     }
-    let given = super::shapes::given(points.into_iter());
+    let given = shapes::given(points.into_iter());
     let ran = given.run(&within(1e-3)).unwrap();
     let splats = Drawn::all(&ran);
     assert!(farthest(&splats, outside_of_cube) < 1e-6);

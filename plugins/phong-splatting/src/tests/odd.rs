@@ -61,7 +61,11 @@ fn samples_that_are_no_numbers_are_left_out() {
     given.radii[12] = -1.0;
     given.radii[13] = 0.0;
     let ran = given.run(&within(0.01)).unwrap();
-    assert!(ran.message.contains("4 samples without a position or normal left out"), "{}", ran.message);
+    assert!(
+        ran.message.contains("4 samples without a position or normal left out"),
+        "{}",
+        ran.message
+    );
     Drawn::all(&ran);
 }
 
@@ -88,9 +92,9 @@ fn single_normals_that_face_the_wrong_way_are_turned() {
 fn both_sides_of_a_thin_sheet_stay_apart() {
     let mut points = Vec::new();
     for (z, normal) in [(0.0, -DVec3::Z), (1e-4, DVec3::Z)] {
-        points.extend(super::shapes::jittered(40, 40).map(|(x, y)| (DVec3::new(x, y, z), normal)));
+        points.extend(shapes::jittered(40, 40).map(|(x, y)| (DVec3::new(x, y, z), normal)));
     }
-    let given = super::shapes::given(points.into_iter());
+    let given = shapes::given(points.into_iter());
     let ran = given.run(&within(1e-3)).unwrap();
     let splats = Drawn::all(&ran);
     let side = |z: f64| splats.iter().filter(|splat| splat.up.z * z > 0.999).count();
@@ -143,7 +147,7 @@ fn clouds_that_cannot_be_stood_for_are_refused() {
 
 #[test]
 fn a_run_stops_at_every_question() {
-    let given = super::shapes::cube(6);
+    let given = shapes::cube(6);
     for stops_at in 1.. {
         let desk = Desk { stops_at, ..Desk::default() };
         let result = given.run_at(&within(0.01), &desk);
