@@ -1,6 +1,7 @@
 //! Choosing few regions that together hold every sample.
 
 use crate::choice;
+use crate::exchange;
 use crate::finish::{self, Outline, Splat};
 use crate::regions::Ground;
 use crate::samples::within;
@@ -35,11 +36,10 @@ pub(crate) fn cover(
         job.progress(start, "moving splats");
         let moved = moved(ground, &pool, &best, start..start + step, job)?;
         pool.extend(moved);
-        let next = choice::choose(ground, &pool, job)?;
-        if next.len() >= best.len() {
-            break;
-        }
-        best = next;
+        // To choose anew among more finds fewer at times, and to exchange some always finds no more.
+        let anew = choice::choose(ground, &pool, job)?;
+        let next = if anew.len() < best.len() { anew } else { best };
+        best = exchange::exchange(ground, &pool, &next, round, job)?;
     }
     let regions: Vec<Region> = best.into_iter().map(|i| std::mem::take(&mut pool[i])).collect();
     drop(pool);
@@ -86,7 +86,7 @@ fn candidates(ground: &Ground<'_>, share: Range<f64>, job: &Job<'_>) -> Result<V
 ///
 /// Source: the output function of `SplitMix64`, Steele et al. 2014, "Fast Splittable Pseudorandom Number
 /// Generators".
-fn scattered(place: u64) -> u64 {
+pub(crate) fn scattered(place: u64) -> u64 {
     let mut z = place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

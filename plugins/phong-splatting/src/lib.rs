@@ -11,6 +11,7 @@ mod cover;
 mod creases;
 mod edges;
 mod ellipse;
+mod exchange;
 mod field;
 mod finish;
 mod graph;
