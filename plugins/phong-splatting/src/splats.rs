@@ -2,7 +2,7 @@
 //!
 //! | parameter   | type  | default | meaning                                                            |
 //! |-------------|-------|---------|--------------------------------------------------------------------|
-//! | `tolerance` | float | 0.001   | farthest that a sample lies from its splat, share of the diagonal  |
+//! | `tolerance` | float | 0.0005  | farthest that a sample lies from its splat, share of the diagonal  |
 //! | `clip`      | bool  | true    | cut splats where two faces meet in a crease                        |
 //! | `crease`    | float | 40      | angle between the normals of two faces from which it is a crease   |
 //! | `rounds`    | int   | 3       | rounds of moving splats and exchanging them for fewer               |
@@ -53,7 +53,7 @@
 //! steep normals for too much, and the better of both by angle is taken.
 //!
 //! ```text
-//! surfelshop bake scan.ply -t splats --set tolerance=0.0005 -o splats.ply
+//! surfelshop bake scan.ply -t splats --set tolerance=0.001 -o splats.ply
 //! ```
 
 use crate::graph::{self, Graph};
@@ -68,7 +68,7 @@ params! {
     pub struct Settings {
         /// Farthest that a sample may lie from the plane of the splat that stands for it, as a share of
         /// the diagonal of the cloud's box.
-        tolerance: f64 { default: 1e-3, range: 1e-6..=0.1, quality: true, logarithmic: true },
+        tolerance: f64 { default: 5e-4, range: 1e-6..=0.1, quality: true, logarithmic: true },
         /// Cut splats at the line where the face they lie on meets another, for sharp edges and corners.
         clip: bool { default: true },
         /// Angle between the normals of neighbouring samples from which they lie on two faces, and no

@@ -96,3 +96,14 @@ fn colours_are_means_in_linear_light() {
     assert!(colors.iter().all(|&code| code.abs_diff(188) < 25), "{colors:?}");
     assert!(ran.floats("ao").iter().all(|&access| (access - 0.5).abs() < 0.2));
 }
+
+#[test]
+fn the_order_of_samples_makes_no_difference() {
+    let given = smooth(8_000).remove(2).given;
+    let mut other = given.clone();
+    other.positions.reverse();
+    other.normals.reverse();
+    let settings = within(1e-3);
+    let (one, other) = (given.run(&settings).unwrap(), other.run(&settings).unwrap());
+    assert!(one == other, "{} {}", one.message, other.message);
+}
