@@ -1,16 +1,16 @@
 //! Choosing few regions that together hold every sample.
 
+use crate::choice;
+use crate::exchange;
 use crate::finish::{self, Outline, Splat};
 use crate::regions::Ground;
 use crate::samples::within;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
 use std::ops::Range;
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::*;
 
 /// Samples that one splat can stand for; the first is where it grew from.
-type Region = Vec<u32>;
+pub(crate) type Region = Vec<u32>;
 
 /// Regions that every sample is in, or it is the seed of one, before regions are chosen.
 const CHOICE: u16 = 16;
@@ -29,19 +29,19 @@ pub(crate) fn cover(
     let grown = within(&share, GROWING);
     let mut pool = candidates(ground, share.start..grown, job)?;
     job.check()?;
-    let mut chosen = choose(ground, &pool, job)?;
+    let mut best = choice::choose(ground, &pool, job)?;
     let step = (within(&share, 0.9) - grown) / f64::from(rounds.max(1));
     for round in 0..rounds {
         let start = grown + step * f64::from(round);
         job.progress(start, "moving splats");
-        let moved = moved(ground, &pool, &chosen, start..start + step, job)?;
+        let moved = moved(ground, &pool, &best, start..start + step, job)?;
         pool.extend(moved);
-        let next = choose(ground, &pool, job)?;
-        if next.len() < chosen.len() {
-            chosen = next;
-        }
+        // To choose anew among more finds fewer at times, and to exchange some always finds no more.
+        let anew = choice::choose(ground, &pool, job)?;
+        let next = if anew.len() < best.len() { anew } else { best };
+        best = exchange::exchange(ground, &pool, &next, round, job)?;
     }
-    let regions: Vec<Region> = chosen.into_iter().map(|i| std::mem::take(&mut pool[i])).collect();
+    let regions: Vec<Region> = best.into_iter().map(|i| std::mem::take(&mut pool[i])).collect();
     drop(pool);
     job.progress(within(&share, 0.9), "fitting ellipses and normals");
     finished(ground, &regions, within(&share, 0.9)..share.end, job)
@@ -86,51 +86,11 @@ fn candidates(ground: &Ground<'_>, share: Range<f64>, job: &Job<'_>) -> Result<V
 ///
 /// Source: the output function of `SplitMix64`, Steele et al. 2014, "Fast Splittable Pseudorandom Number
 /// Generators".
-fn scattered(place: u64) -> u64 {
+pub(crate) fn scattered(place: u64) -> u64 {
     let mut z = place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     z ^ (z >> 31)
-}
-
-/// Regions that hold all samples that any does: always the one that holds the largest area that none
-/// before does, less those that are not needed in the end.
-fn choose(ground: &Ground<'_>, pool: &[Region], job: &Job<'_>) -> Result<Vec<usize>> {
-    let area = |i: u32| ground.samples.disc(i) * ground.samples.disc(i);
-    let mut n_holding = vec![0u32; ground.samples.len()];
-    let gain = |n_holding: &[u32], region: &Region| -> f64 {
-        region.iter().filter(|&&i| n_holding[i as usize] == 0).map(|&i| area(i)).sum()
-    };
-    // Bits of numbers that are not negative are in their order. Of equal ones the first is taken.
-    let key = |gain: f64, i: usize| (gain.to_bits(), Reverse(i));
-    let mut queue: BinaryHeap<(u64, Reverse<usize>)> =
-        pool.iter().enumerate().map(|(i, region)| key(gain(&n_holding, region), i)).collect();
-    let mut chosen = Vec::new();
-    let mut n_seen = 0usize;
-    while let Some((bits, Reverse(i))) = queue.pop() {
-        n_seen += 1;
-        if n_seen.is_multiple_of(1024) {
-            job.check()?;
-        }
-        let now = gain(&n_holding, &pool[i]);
-        if now.to_bits() == bits && now > 0.0 {
-            pool[i].iter().for_each(|&sample| n_holding[sample as usize] += 1);
-            chosen.push(i);
-        } else if now > 0.0 {
-            queue.push(key(now, i));
-        }
-    }
-    // The last are the smallest: what they hold may be held by larger ones on both sides by now.
-    let mut needed = Vec::with_capacity(chosen.len());
-    for i in chosen.into_iter().rev() {
-        if pool[i].iter().all(|&sample| n_holding[sample as usize] > 1) {
-            pool[i].iter().for_each(|&sample| n_holding[sample as usize] -= 1);
-        } else {
-            needed.push(i);
-        }
-    }
-    needed.reverse();
-    Ok(needed)
 }
 
 /// For each region the samples that it is the nearest to, in units of its half axes.

@@ -212,14 +212,16 @@ fn locals<'a>(
         // Where the other face falls away from this one, what is below it stays; where it rises, what is
         // above. Samples around the other tell, since one on the edge itself does neither.
         let around = graph.joined.of(other).iter().chain([&other]);
-        let rise: f64 = around.map(|&j| samples.normal(i).dot(samples.point(j) - samples.point(i))).sum();
+        let rise: f64 =
+            around.map(|&j| samples.normal(i).dot(samples.point(j) - samples.point(i))).sum();
         let sign = rise.signum();
         let line = Line { inwards: outwards * sign, offset: offset * sign };
         let distance = line.of(at);
         let discs = samples.disc(i) + samples.disc(other);
         let slack = slack(ground, i);
         let is_near = distance <= NEAR * discs && distance >= -slack;
-        let found = Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
+        let found =
+            Local { inwards: line.inwards, at: at - line.inwards * distance, slack, across: other };
         is_near.then_some(found)
     })
 }

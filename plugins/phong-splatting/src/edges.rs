@@ -5,8 +5,9 @@
 //! those on each face although its normal differs from theirs, where on a smooth surface it would lie
 //! half the slope between beside them. It becomes a sample of each face in the same place.
 
-use crate::samples::Samples;
+use crate::samples::{Samples, within};
 use std::ops::Range;
+use std::slice;
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::*;
 
@@ -29,12 +30,24 @@ pub(crate) fn split(
     job: &Job<'_>,
 ) -> Result<usize> {
     let n = samples.len();
-    let (start, middle) = (share.start, share.start.midpoint(share.end));
-    let on_edge = job.map(n, start..middle, |i| faces(samples, alike, i, |_| true).len() > 1)?;
+    let known: &Samples = samples;
+    let own = |j: u32| slice::from_ref(&known.normals[j as usize]);
+    let [first, second] = [0.5, 0.8].map(|fraction| within(&share, fraction));
+    let on_edge = job.map(n, share.start..first, |i| faces(known, alike, i, own).len() > 1)?;
     // Others on edges say nothing of the faces, and in a corner each edge looks like one.
-    let found = job.map(n, middle..share.end, |i| match on_edge[i] {
-        true => faces(samples, alike, i, |j| !on_edge[j as usize]),
+    let on_face = |j: u32| if on_edge[j as usize] { &[][..] } else { own(j) };
+    let along_edges = job.map(n, first..second, |i| match on_edge[i] {
+        true => faces(known, alike, i, on_face),
         false => Vec::new(),
+    })?;
+    // In a corner they do, once they are on their faces.
+    let split = |j: u32| match &along_edges[j as usize] {
+        normals if normals.len() > 1 => normals,
+        _ => on_face(j),
+    };
+    let found = job.map(n, second..share.end, |i| match along_edges[i].len() {
+        0 | 1 if on_edge[i] => faces(known, alike, i, split),
+        _ => along_edges[i].clone(),
     })?;
     let mut copies: Vec<Range<u32>> = vec![0..0; n];
     let mut n_split = 0;
@@ -58,10 +71,11 @@ pub(crate) fn split(
         let all = near.iter().flat_map(|&j| std::iter::once(j).chain(copies[j as usize].clone()));
         all.filter(|&j| j != own).collect()
     };
-    let mut near: Vec<Vec<u32>> =
-        (0..n).map(|i| with_copies(&[&[i as u32], &samples.near[i][..]].concat(), i as u32)).collect();
-    for i in 0..n {
-        for copy in copies[i].clone() {
+    let mut near: Vec<Vec<u32>> = (0..n)
+        .map(|i| with_copies(&[&[i as u32], &samples.near[i][..]].concat(), i as u32))
+        .collect();
+    for (i, copies) in copies.iter().enumerate() {
+        for copy in copies.clone() {
             near.push(with_copies(&[&[i as u32], &samples.near[i][..]].concat(), copy));
         }
     }
@@ -69,14 +83,21 @@ pub(crate) fn split(
     Ok(n_split)
 }
 
-/// Normals of the faces that meet in a sample, of what lies near it and is `trusted`.
-fn faces(samples: &Samples, alike: f64, i: usize, trusted: impl Fn(u32) -> bool) -> Vec<DVec3> {
+/// Normals of the faces that meet in a sample, by the normals of each that is near it.
+fn faces<'a>(
+    samples: &Samples,
+    alike: f64,
+    i: usize,
+    normals: impl Fn(u32) -> &'a [DVec3],
+) -> Vec<DVec3> {
     let (point, normal) = (samples.points[i], samples.normals[i]);
     // A quarter of the angle between faces: a mean is half of it from both, a corner's more.
     let differs = (alike.clamp(-1.0, 1.0).acos() * 0.25).sin();
     let mut groups: Vec<(DVec3, usize)> = Vec::new();
-    for &j in samples.near[i].iter().filter(|&&j| trusted(j)) {
-        let (offset, other) = (samples.point(j) - point, samples.normal(j));
+    let near =
+        samples.near[i].iter().flat_map(|&j| normals(j).iter().map(move |&other| (j, other)));
+    for (j, other) in near {
+        let offset = samples.point(j) - point;
         let sine = normal.cross(other).length();
         let is_in_plane = other.dot(offset).abs() <= IN_PLANE * sine * offset.length();
         if normal.dot(other) <= 0.0 || sine < differs || !is_in_plane {

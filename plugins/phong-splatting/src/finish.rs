@@ -137,9 +137,7 @@ fn inside(ground: &Ground<'_>, outline: &Outline, region: &[u32], held: &[u32]) 
 /// The lines that cut a splat, and only those that cut something off its ellipse.
 fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]) -> Cut {
     let mut near = creases::edge(ground, region);
-    near.retain(|&i| {
-        outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH
-    });
+    near.retain(|&i| outline.of(ground.samples.point(i)).length_squared() <= REACH * REACH);
     creases::cut(ground, &outline.plane, &outline.axes, &near, members)
 }
 

@@ -18,6 +18,24 @@ impl Lists {
         &self.items[self.starts[sample] as usize..self.starts[sample + 1] as usize]
     }
 
+    /// For each of `n` items the rows that it is in.
+    pub(crate) fn inverse(n: usize, rows: &[Vec<u32>]) -> Self {
+        let mut starts = vec![0u32; n + 1];
+        rows.iter().flatten().for_each(|&item| starts[item as usize + 1] += 1);
+        for i in 0..n {
+            starts[i + 1] += starts[i];
+        }
+        let mut next = starts.clone();
+        let mut items = vec![0; starts[n] as usize];
+        for (number, row) in rows.iter().enumerate() {
+            for &item in row {
+                items[next[item as usize] as usize] = number as u32;
+                next[item as usize] += 1;
+            }
+        }
+        Self { starts, items }
+    }
+
     /// Lists in which each pair is found from both ends.
     fn symmetric(n: usize, pairs: &[(u32, u32)]) -> Self {
         let mut starts = vec![0u32; n + 1];

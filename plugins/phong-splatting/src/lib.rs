@@ -9,10 +9,12 @@
 //!
 //! Source: Botsch, Spornat & Kobbelt 2004, "Phong Splatting".
 
+mod choice;
 mod cover;
 mod creases;
 mod edges;
 mod ellipse;
+mod exchange;
 mod field;
 mod finish;
 mod graph;

@@ -75,7 +75,7 @@ impl Metric {
 
 /// Ratio of the axes of an ellipse beyond which it is not stretched further: what curves one way only
 /// would else become a needle, and blends badly with what is beside it.
-const LONGEST: f64 = 6.0;
+const LONGEST: f64 = 4.0;
 
 /// Most samples of a region. Flat parts are all within any tolerance, and each of their samples would
 /// have to be seen for each candidate.

@@ -4,7 +4,7 @@ use std::ops::{ControlFlow, Range};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::{Neighbours, normals, radii};
+use surfelshop_geometry::{Bounds, Neighbours, normals, radii};
 
 /// Nearest other places that are kept of each sample: the first ring and some of the second.
 const NEAREST: usize = 10;
@@ -29,6 +29,8 @@ pub(crate) struct Samples {
     pub(crate) unit: f64,
     /// Diagonal of the box.
     pub(crate) diagonal: f64,
+    /// How far a position is moved where it is rounded to single precision.
+    pub(crate) grain: f64,
     /// Samples left out, since their position or normal is not finite or the normal is zero.
     pub(crate) n_refused: usize,
 }
@@ -67,7 +69,7 @@ impl Samples {
         if neighbours.n_distinct() == 0 {
             return Err(Error::new("expected finite positions with normals, found none"));
         }
-        let places = places(&known, &given, alike);
+        let places = places(&known, &given, alike, neighbours.bounds());
         job.check()?;
         let discs = discs(cloud, &neighbours, &given, &told(0.3, 0.6))?;
 
@@ -98,6 +100,7 @@ impl Samples {
             centre,
             unit,
             diagonal: bounds.diagonal() / unit,
+            grain: bounds.reach() / unit * f64::from(f32::EPSILON),
             n_refused: (0..known.len()).filter(|&i| !known[i].is_finite()).count(),
             index,
         })
@@ -176,24 +179,30 @@ fn discs(
     Ok(found.collect())
 }
 
-/// Groups samples by place, and keeps those of each that differ.
-fn places(known: &[Vec3], normals: &[DVec3], alike: f64) -> Places {
-    let mut keys: Vec<([u32; 3], u32)> = (known.iter().enumerate())
-        .filter(|(_, point)| point.is_finite())
+/// A sample's place along a curve, its coordinates and normal bit by bit, and its index.
+type Key = (u64, [u32; 3], [u64; 3], u32);
+
+/// Groups samples by place, and keeps those of each that differ. Places are in the order of a curve that
+/// fills the box, so that what is near is near in memory, and so that the order of the cloud says nothing.
+fn places(known: &[Vec3], normals: &[DVec3], alike: f64, bounds: Bounds) -> Places {
+    let key = |(i, point): (usize, &Vec3)| -> Key {
         // Adding zero makes the two zeros one.
-        .map(|(i, point)| ((*point + Vec3::ZERO).to_array().map(f32::to_bits), i as u32))
-        .collect();
-    keys.sort_unstable();
-    let mut groups: Vec<&[([u32; 3], u32)]> = keys.chunk_by(|a, b| a.0 == b.0).collect();
-    groups.sort_unstable_by_key(|group| group[0].1);
-    let mut places = Places {
-        ranges: Vec::with_capacity(groups.len()),
-        of: vec![NOWHERE; known.len()],
-        index: Vec::with_capacity(groups.len()),
+        let point = *point + Vec3::ZERO;
+        let in_box = (point.as_dvec3() - bounds.min) / bounds.extent().max(f64::MIN_POSITIVE);
+        let normal = normals[i].to_array().map(f64::to_bits);
+        (curve(in_box), point.to_array().map(f32::to_bits), normal, i as u32)
     };
-    for (place, group) in groups.into_iter().enumerate() {
+    let finite = known.iter().enumerate().filter(|(_, point)| point.is_finite());
+    let mut keys: Vec<Key> = finite.map(key).collect();
+    keys.sort_unstable();
+    let mut places = Places {
+        ranges: Vec::with_capacity(keys.len()),
+        of: vec![NOWHERE; known.len()],
+        index: Vec::with_capacity(keys.len()),
+    };
+    for (place, group) in keys.chunk_by(|a, b| a.1 == b.1).enumerate() {
         let start = places.index.len();
-        for &(_, i) in group {
+        for &(.., i) in group {
             places.of[i as usize] = place as u32;
             let new = |&other: &u32| normals[other as usize].dot(normals[i as usize]) < alike;
             let kept = &places.index[start..];
@@ -204,4 +213,13 @@ fn places(known: &[Vec3], normals: &[DVec3], alike: f64) -> Places {
         places.ranges.push(start as u32..places.index.len() as u32);
     }
     places
+}
+
+/// The place of a point of the unit cube along a Morton curve: the bits of its coordinates in turns.
+fn curve(point: DVec3) -> u64 {
+    let spread = |coordinate: f64| {
+        let cell = (coordinate * f64::from(1 << 21)) as u64;
+        (0..21).fold(0, |bits, i| bits | ((cell.min((1 << 21) - 1) >> i & 1) << (3 * i)))
+    };
+    spread(point.x) | spread(point.y) << 1 | spread(point.z) << 2
 }

@@ -22,10 +22,13 @@ impl Drawn {
     pub(super) fn all(ran: &Ran) -> Vec<Self> {
         let (positions, normals) = (ran.vectors(POSITION), ran.vectors(NORMAL));
         let (us, vs) = (ran.vectors(TANGENT_U), ran.vectors(TANGENT_V));
-        let (radii, fields, clips) = (ran.floats(RADIUS), ran.floats(NORMAL_FIELD), ran.floats(CLIP));
+        let (radii, fields, clips) =
+            (ran.floats(RADIUS), ran.floats(NORMAL_FIELD), ran.floats(CLIP));
         let all = [&flat(&positions), &flat(&normals), &flat(&us), &flat(&vs)];
         assert!(all.iter().all(|values| values.iter().all(|value| value.is_finite())));
-        assert!([&radii, &fields, &clips].iter().all(|values| values.iter().all(|v| v.is_finite())));
+        assert!(
+            [&radii, &fields, &clips].iter().all(|values| values.iter().all(|v| v.is_finite()))
+        );
         assert_eq!(fields.len(), positions.len() * 4);
         (0..positions.len())
             .map(|i| {
@@ -38,7 +41,8 @@ impl Drawn {
                 let up = up * up.dot(normals[i]).signum();
                 assert!(up.dot(normals[i]) > 0.2, "{}", up.dot(normals[i]));
                 let field = std::array::from_fn(|k| f64::from(fields[i * 4 + k]));
-                let clip = std::array::from_fn(|k| clips.get(i * 7 + k).copied().map_or(0.0, f64::from));
+                let clip =
+                    std::array::from_fn(|k| clips.get(i * 7 + k).copied().map_or(0.0, f64::from));
                 Self { at: positions[i], normal: normals[i], axes, half, up, field, clip }
             })
             .collect()
@@ -116,7 +120,13 @@ pub(super) fn errors(given: &Given, splats: &[Drawn], tolerance: f64) -> (Errors
 
 /// Samples that no splat holds: within the tolerance of its plane, on its side, all of the disc in the
 /// ellipse and the middle of it not cut off by more than `slack`.
-pub(super) fn n_bare(given: &Given, radii: &[f32], splats: &[Drawn], tolerance: f64, slack: f64) -> usize {
+pub(super) fn n_bare(
+    given: &Given,
+    radii: &[f32],
+    splats: &[Drawn],
+    tolerance: f64,
+    slack: f64,
+) -> usize {
     let holds = |splat: &Drawn, point: DVec3, normal: DVec3, radius: f64| {
         splat.at.distance(point) <= 1.1 * splat.half.max_element()
             && splat.height(point).abs() <= tolerance * (1.0 + 1e-4)

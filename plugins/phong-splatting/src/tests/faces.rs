@@ -1,29 +1,29 @@
 //! Creases.
 
 use super::audit::{Drawn, n_bare};
-use super::shapes::{cube, ell};
+use super::shapes::{cone, cube, ell};
 use super::*;
 use std::f64::consts::TAU;
+use surfelshop_api::glam::DVec2;
 
 /// The largest distance from a solid of what splats do not cut off.
 fn farthest(splats: &[Drawn], outside: impl Fn(DVec3) -> f64) -> f64 {
-    let places = |splat: &Drawn| {
-        let mut most = 0.0f64;
-        for ring in 0..=20 {
-            for i in 0..96 {
-                let (sine, cosine) = (f64::from(i) * TAU / 96.0).sin_cos();
-                let at = surfelshop_api::glam::DVec2::new(cosine, sine) * f64::from(ring) / 20.0;
-                if splat.kept(at) >= 0.0 {
-                    let offset = at * splat.half;
-                    most = most.max(outside(
-                        splat.at + splat.axes[0] * offset.x + splat.axes[1] * offset.y,
-                    ));
-                }
-            }
-        }
-        most
+    let places: Vec<DVec2> = (0..=20 * 96)
+        .map(|i| DVec2::from_angle(f64::from(i % 96) * TAU / 96.0) * f64::from(i / 96) / 20.0)
+        .collect();
+    let most = |splat: &Drawn| {
+        let kept = places.iter().filter(|at| splat.kept(**at) >= 0.0);
+        let points = kept.map(|at| {
+            let at = *at * splat.half;
+            splat.at + splat.axes[0] * at.x + splat.axes[1] * at.y
+        });
+        points.map(&outside).fold(0.0, f64::max)
     };
-    splats.iter().map(places).fold(0.0, f64::max)
+    splats.iter().map(most).fold(0.0, f64::max)
+}
+
+fn outside_of_cube(point: DVec3) -> f64 {
+    point.distance(point.clamp(DVec3::ZERO, DVec3::ONE))
 }
 
 #[test]
@@ -31,25 +31,67 @@ fn splats_of_a_cube_end_at_its_edges() {
     let given = cube(40);
     let ran = given.run(&within(1e-3)).unwrap();
     let splats = Drawn::all(&ran);
-    println!("{}", ran.message);
-    let outside = |p: DVec3| (p - p.clamp(DVec3::ZERO, DVec3::ONE)).length();
-    println!("{}", farthest(&splats, outside));
-    if false {for s in &splats { println!("{:?} {:?} {:?} {:.4}", s.at, s.half, s.clip, farthest(std::slice::from_ref(s), outside)); }}
+    // A splat has two lines, and each corner of each face asks for two.
+    assert_eq!(splats.len(), 24, "{}", ran.message);
+    assert!(splats.iter().all(|splat| splat.clip[6] == 1.0));
+    assert!(farthest(&splats, outside_of_cube) < 1e-6);
     assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
 }
 
 #[test]
-fn splats_of_an_ell_end_at_its_edges() {
+fn splats_that_are_not_cut_stick_out() {
+    let given = cube(40);
+    let ran = given.run(&Settings { clip: false, ..within(1e-3) }).unwrap();
+    assert!(ran.bytes("clip").is_none());
+    let splats = Drawn::all(&ran);
+    assert!(splats.len() < 24 && farthest(&splats, outside_of_cube) > 0.1, "{}", ran.message);
+    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
+}
+
+#[test]
+fn corners_that_go_inwards_stay_whole() {
     let given = ell(40);
     let ran = given.run(&within(1e-3)).unwrap();
     let splats = Drawn::all(&ran);
-    println!("{}", ran.message);
     let outside = |p: DVec3| {
-        let a = p - p.clamp(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0));
-        let b = p - p.clamp(DVec3::ZERO, DVec3::new(1.0, 2.0, 1.0));
-        a.length().min(b.length())
+        let a = p.distance(p.clamp(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)));
+        a.min(p.distance(p.clamp(DVec3::ZERO, DVec3::new(1.0, 2.0, 1.0))))
     };
-    println!("{}", farthest(&splats, outside));
-    if false {for s in &splats { println!("{:.3?} {:.3?} {:.3?} {:.4}", s.at, s.half, s.clip, farthest(std::slice::from_ref(s), outside)); }}
-    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64, 1e-6), 0);
+    assert!(splats.iter().filter(|splat| splat.clip[6] == 2.0).count() >= 2, "{}", ran.message);
+    assert!(farthest(&splats, outside) < 1e-6);
+    assert_eq!(n_bare(&given, &[], &splats, 3e-3, 1e-6), 0);
+}
+
+#[test]
+fn vertices_on_edges_are_on_each_face() {
+    // A grid over each face of the cube with vertices on its edges, that have the mean normal.
+    let n = 16;
+    let at = |i: i32| f64::from(i) / f64::from(n);
+    let mut points = Vec::new();
+    for x in 0..=n {
+        for y in 0..=n {
+            for z in 0..=n {
+                let side = |i: i32| f64::from(i32::from(i == n) - i32::from(i == 0));
+                let normal = DVec3::new(side(x), side(y), side(z));
+                if normal != DVec3::ZERO {
+                    points.push((DVec3::new(at(x), at(y), at(z)), normal));
+                }
+            }
+        }
+    }
+    let given = shapes::given(points.into_iter());
+    let ran = given.run(&within(1e-3)).unwrap();
+    let splats = Drawn::all(&ran);
+    assert!(farthest(&splats, outside_of_cube) < 1e-6);
+    assert!(splats.iter().all(|s| s.up.abs().max_element() > 0.999), "{}", ran.message);
+    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
+}
+
+#[test]
+fn the_tip_of_a_cone_keeps_its_samples() {
+    let given = cone(10_000);
+    for tolerance in [0.03, 0.003] {
+        let ran = given.run(&within(given.share(tolerance))).unwrap();
+        assert_eq!(n_bare(&given, &[], &Drawn::all(&ran), tolerance, 1e-6), 0, "{}", ran.message);
+    }
 }

@@ -9,9 +9,11 @@ use std::time::Instant;
 #[ignore = "prints tables"]
 #[allow(clippy::print_stdout, reason = "a table for people")]
 fn smooth_surfaces() {
-    println!("surface    tolerance splats of-ideal overlap  field-rms (x)   const-rms (x)   field-max const-max bare  s");
+    println!(
+        "surface    tolerance splats of-ideal overlap  field-rms (x)   const-rms (x)   field-max const-max bare  s"
+    );
     for surface in smooth(40_000) {
-        let mut before: Option<super::audit::Errors> = None;
+        let mut before: Option<audit::Errors> = None;
         for tolerance in [0.032, 0.008, 0.002, 0.0005] {
             let settings = within(surface.given.share(tolerance));
             let started = Instant::now();
@@ -20,7 +22,7 @@ fn smooth_surfaces() {
             let splats = Drawn::all(&ran);
             let (errors, overlap) = errors(&surface.given, &splats, tolerance);
             let bare = n_bare(&surface.given, &[], &splats, tolerance, 1e-6);
-            let ratio = |a: f64, b: fn(&super::audit::Errors) -> f64| {
+            let ratio = |a: f64, b: fn(&audit::Errors) -> f64| {
                 before.as_ref().map_or(0.0, |before| b(before) / a)
             };
             println!(

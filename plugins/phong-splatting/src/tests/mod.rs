@@ -102,7 +102,12 @@ impl Given {
         let columns =
             columns.into_iter().filter(|(name, _, values)| *name == POSITION || !values.is_empty());
         let columns = columns
-            .map(|(name, components, values)| ColumnView { name, components, generation: 1, values })
+            .map(|(name, components, values)| ColumnView {
+                name,
+                components,
+                generation: 1,
+                values,
+            })
             .collect();
         let len = self.positions.len();
         let view = CloudView { origin: self.origin, len, columns, ..CloudView::default() };
