@@ -5,4 +5,6 @@
 #![allow(clippy::print_stdout, reason = "the tables are what the tests measure")]
 
 mod drawing;
+mod light;
+mod quality;
 mod stage;
