@@ -21,6 +21,8 @@ pub(crate) struct Columns {
     pub(crate) n_cut: usize,
     /// Largest distance of a sample from the splats that stand for it, units of the box.
     pub(crate) error: f64,
+    /// For each sample whether a splat holds its middle, as it is written.
+    is_held: Vec<bool>,
 }
 
 /// Factor on half axes, so that what is on the edge is inside when coordinates are rounded.
@@ -29,11 +31,16 @@ const ROUNDING: f64 = 1.0 + 1e-5;
 impl Columns {
     /// Rounds splats to columns, and measures what became of them.
     pub(crate) fn of(samples: &Samples, splats: &[Splat]) -> Self {
-        let mut columns = Self::default();
+        let mut columns = Self { is_held: vec![false; samples.len()], ..Self::default() };
         for splat in splats {
             columns.push(samples, splat);
         }
         columns
+    }
+
+    /// Samples that no splat holds: none.
+    pub(crate) fn n_bare(&self) -> usize {
+        self.is_held.iter().filter(|is_held| !**is_held).count()
     }
 
     fn push(&mut self, samples: &Samples, splat: &Splat) {
@@ -46,7 +53,10 @@ impl Columns {
         let centre = (outline.centre() * unit + samples.centre).as_vec3();
         let at = (centre.as_dvec3() - samples.centre) / unit;
         for &i in &splat.members {
-            self.error = self.error.max(outline.plane.normal.dot(samples.point(i) - at).abs());
+            let offset = samples.point(i) - at;
+            self.error = self.error.max(outline.plane.normal.dot(offset).abs());
+            let in_plane = outline.axes.of(offset) / outline.ellipse.half;
+            self.is_held[i as usize] |= in_plane.length() <= ROUNDING;
         }
         self.positions.extend(centre.to_array());
         self.normals.extend(outline.plane.mean.as_vec3().to_array());
@@ -66,7 +76,7 @@ impl Columns {
         let lines: Vec<[f64; 3]> = (splat.cut.lines.iter())
             .map(|met| {
                 let line = met.line;
-                let [a, b] = (line.inwards * ellipse.half).to_array();
+                let [a, b] = (line.inwards * ellipse.half * ROUNDING).to_array();
                 [a, b, line.offset + line.inwards.dot(ellipse.centre)]
             })
             .filter(|[a, b, c]| *c < a.hypot(*b))

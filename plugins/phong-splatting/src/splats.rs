@@ -122,9 +122,12 @@ impl Tool for Splats {
         job.progress(
             1.0,
             &format!(
-                "{} splats for {} samples: tolerance {:.4e}, largest error {:.4e} scene units{}{}{}{}",
+                "{} splats hold {} samples: tolerance {:.4e}, largest error {:.4e} scene units{}{}{}{}",
                 splats.len(),
-                n_samples,
+                match columns.n_bare() {
+                    0 => format!("all {n_samples}"),
+                    n_bare => format!("all but {n_bare} of {n_samples}"),
+                },
                 tolerance * samples.unit,
                 columns.error * samples.unit,
                 count(columns.n_cut, "cut at creases"),

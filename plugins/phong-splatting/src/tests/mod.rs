@@ -87,7 +87,9 @@ impl Given {
         let desk = Desk { n_threads, ..Desk::default() };
         self.run_at(settings, &desk)?;
         let message = desk.told.borrow().last().map(|(_, message)| message.clone());
-        Ok(Ran { staged: desk.staged.into_inner(), message: message.unwrap_or_default() })
+        let message = message.unwrap_or_default();
+        assert!(message.contains("splats hold all "), "{message}");
+        Ok(Ran { staged: desk.staged.into_inner(), message })
     }
 
     fn run_at(&self, settings: &Settings, desk: &Desk) -> Result<()> {
