@@ -14,17 +14,17 @@
 //!
 //! Every sample is held by a splat: it lies within the tolerance of its plane, on its side, and all of its
 //! disc (`radius`, estimated where there is none) is inside of the ellipse. So splats leave no hole where
-//! the discs left none.
+//! the discs left none; what lines cut off lies beyond an edge, and no sample does.
 //!
 //! Method. From seeds in scattered order grow regions: connected samples, nearest first, as long as the
 //! plane of least squares, moved half way between the highest and the lowest, stays within the tolerance
 //! of all. A round region tells the curvature, by a fit of all normals, and the ellipse in which it grows
 //! anew is longer where the surface bends less. Of regions that hold every sample sixteen times, few are
 //! chosen, greedily. In each round regions grow anew from the middle of what each chosen one is the nearest
-//! to, and a few at a time are taken out for fewer others, of old and new. The splat is the smallest ellipse, its axes along the principal directions, around the
-//! discs of the samples it is the nearest to. Where it stands out over a place at which the surface falls
-//! away by four tolerances, it is halved. The normal field is that of least squares; where a constant
-//! normal is nearer to the samples', it is constant.
+//! to, and a few at a time are taken out for fewer others, of old and new. The splat is the smallest
+//! ellipse, its axes along the principal directions, around the discs of the samples it is the nearest to.
+//! Where it stands out over a place at which the surface falls away by four tolerances, it is halved. The
+//! normal field is that of least squares; where a constant normal is nearer to the samples', it is constant.
 //!
 //! Creases. Where neighbours' normals differ by `crease` or more and each is on a face that bends much
 //! less, no region goes on. With `clip` the splat ends at the line in which its plane meets that of the
@@ -33,7 +33,7 @@
 //! until they reach the splat across. A corner that goes inwards keeps what either line keeps.
 //!
 //! Hard cases. Samples whose position or normal is not finite, or whose normal is zero, are left out, and
-//! counted. Copies of a sample count once, with the first one's colour, and copies whose normals differ by
+//! counted. Copies of a sample count once, with the colour of one of them, and copies whose normals differ by
 //! a crease are samples of two faces. A sample that lies in the planes of several faces and has the mean
 //! of their normals, as vertices on edges do, becomes one of each. A normal that is opposite to nearly all
 //! in its plane is turned; sides of a sheet stay apart otherwise. Single samples, and those that nothing
@@ -43,7 +43,7 @@
 //! by no more than a disc and the height of its arc; borders are not cut. Where a crease fades out, splats
 //! on both sides overlap. A splat holds 8192 samples at most, and is not longer than ten times its width.
 //!
-//! The same on any number of threads. Memory: about 700 bytes a sample.
+//! The same on any number of threads and for any order of the samples. Memory: about 700 bytes a sample.
 //!
 //! Source: Wu and Kobbelt 2004, "Optimized Sub-Sampling of Point Sets for Surface Splatting", for regions,
 //! greedy choice and relaxation; Botsch et al. 2004, "Phong Splatting", section 3, for planes and normal
