@@ -19,6 +19,8 @@ fn graphs_of_earlier_revisions_draw_what_they_drew_then() {
         ("3.3/flat", &[]),
         ("3.3/environment", &["--env", "studio"]),
         ("3.3/procedural", &["--env", "sky"]),
+        ("3.4/phong-splatting", &[]),
+        ("3.4/mapped", &[]),
     ] {
         let graph = stored(&format!("{name}.graph")).display().to_string();
         let line = ["render", SAMPLE, "--size", "64", "-o", "now.png", "--graph", &graph];
