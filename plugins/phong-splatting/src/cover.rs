@@ -2,6 +2,7 @@
 
 use crate::choice;
 use crate::exchange;
+use crate::field;
 use crate::finish::{self, Outline, Splat};
 use crate::regions::Ground;
 use crate::samples::within;
@@ -164,6 +165,7 @@ fn finished(
         held.iter().for_each(|&sample| holder[sample as usize] = splats.len() as u32);
         splats.push(splat);
     }
+    field::steady(splats.iter_mut().map(|splat| (&mut splat.field, &splat.fit)));
     let moves = job.map(splats.len(), last..share.end, |i| {
         let others = |sample: u32| &splats[holder[sample as usize] as usize].outline.plane;
         finish::moves(ground, &splats[i], others)

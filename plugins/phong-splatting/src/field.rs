@@ -14,8 +14,56 @@ pub(crate) struct Normal {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Field(pub(crate) [f64; 4]);
 
-/// Variance of a coordinate, in units of the half axis, below which it says nothing of a slope.
-const LEAST_VARIANCE: f64 = 1e-4;
+/// How sure a field is: what its least squares leave, along both axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Fit {
+    /// Samples.
+    n: f64,
+    /// Their mean place, in units of the half axes.
+    at: DVec2,
+    /// Sum of squares of their places about it.
+    spread: DVec2,
+    /// Sum of squares of what slopes are off.
+    rest: DVec2,
+}
+
+/// Samples that what all splats together say of their noise counts for.
+const PRIOR: f64 = 4.0;
+
+/// Takes from each field what may be the noise of its samples: its slopes α and β shrink by their share
+/// of their own square and the square of their standard error. A splat of two or three samples says
+/// nothing of its noise, which is that of all splats then; its field would else swing at the splat's
+/// edge, a disc beyond them.
+///
+/// Source: Efron & Morris 1975, "Data Analysis Using Stein's Estimator", for shrinking towards what is
+/// known of many alike.
+pub(crate) fn steady<'a>(all: impl Iterator<Item = (&'a mut Field, &'a Fit)>) {
+    let mut all: Vec<(&mut Field, &Fit)> = all.collect();
+    // A line through two samples leaves nothing.
+    let free = |fit: &Fit| (fit.n - 2.0).max(0.0);
+    let rest: f64 = all.iter().map(|(_, fit)| fit.rest.element_sum()).sum();
+    let n_free: f64 = all.iter().map(|(_, fit)| 2.0 * free(fit)).sum();
+    let noise = if n_free > 0.0 { rest / n_free } else { 0.0 };
+    for (field, fit) in &mut all {
+        let own = (fit.rest + PRIOR * noise) / (free(fit) + PRIOR);
+        let [x, y, alpha, beta] = &mut field.0;
+        for (slope, middle, spread, own, at) in
+            [(alpha, x, fit.spread.x, own.x, fit.at.x), (beta, y, fit.spread.y, own.y, fit.at.y)]
+        {
+            let square = *slope * *slope;
+            if square > 0.0 && spread > 0.0 {
+                let kept = *slope * square / (square + own / spread);
+                // What is taken away turns the field about the middle of its samples.
+                *middle += (*slope - kept) * at;
+                *slope = kept;
+            }
+        }
+    }
+}
+
+/// Variance of a coordinate, in units of the half axis, below which it says nothing of a slope: samples
+/// that lie closer about their mean than a sixth of the way to the edge. That of a full disc is 0.25.
+const LEAST_VARIANCE: f64 = 0.03;
 
 impl Field {
     /// The field of least squares, eq. 3 and 4 with sums about the means, since those of the paper cancel
@@ -24,7 +72,7 @@ impl Field {
     /// Least squares of slopes count steep normals for more than their angle, so it is also found with
     /// weights of one to the square of the normal's length, and the better of both by angle is taken; or
     /// the constant normal `mean`, where that is better than either.
-    pub(crate) fn fit(normals: &[Normal], n: DVec3, axes: &Axes, mean: DVec3) -> Self {
+    pub(crate) fn fit(normals: &[Normal], n: DVec3, axes: &Axes, mean: DVec3) -> (Self, Fit) {
         let slope = |normal: DVec3| axes.of(normal) / n.dot(normal).max(STEEPEST);
         let constant = slope(mean);
         let constant = Self([constant.x, constant.y, 0.0, 0.0]);
@@ -36,7 +84,25 @@ impl Field {
             squares.sum::<f64>()
         };
         let found = if error(&weighted) < error(&plain) { weighted } else { plain };
-        if error(&found) <= error(&constant) { found } else { constant }
+        if error(&found) <= error(&constant) {
+            (found, found.left(&slopes))
+        } else {
+            (constant, Fit::default())
+        }
+    }
+
+    /// What the field leaves of slopes.
+    fn left(&self, slopes: &[(DVec2, DVec2)]) -> Fit {
+        let [x, y, alpha, beta] = self.0;
+        let n = slopes.len() as f64;
+        let at = slopes.iter().map(|(at, _)| *at).sum::<DVec2>() / n.max(1.0);
+        let mut fit = Fit { n, at, ..Fit::default() };
+        for &(place, slope) in slopes {
+            let off = slope - DVec2::new(x + alpha * place.x, y + beta * place.y);
+            fit.spread += (place - at) * (place - at);
+            fit.rest += off * off;
+        }
+        fit
     }
 
     fn least_squares(slopes: &[(DVec2, DVec2)], weight: impl Fn(DVec2) -> f64) -> Self {

@@ -2,7 +2,7 @@
 
 use crate::creases::{self, Cut};
 use crate::ellipse::Ellipse;
-use crate::field::{Field, Normal};
+use crate::field::{Field, Fit, Normal};
 use crate::plane::{Axes, Plane, Shape};
 use crate::regions::Ground;
 use surfelshop_api::glam::{DVec2, DVec3};
@@ -34,6 +34,8 @@ pub(crate) struct Splat {
     /// Samples that it stands for.
     pub(crate) members: Vec<u32>,
     pub(crate) field: Field,
+    /// How sure the field is.
+    pub(crate) fit: Fit,
     /// Lines in the plane, from its middle.
     pub(crate) cut: Cut,
 }
@@ -83,9 +85,9 @@ fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
         .collect();
     let sum: DVec3 = members.iter().map(|&i| samples.normal(i)).sum();
     found.plane.mean = sum.try_normalize().unwrap_or(found.plane.normal);
-    let field = Field::fit(&normals, found.plane.normal, &found.axes, found.plane.mean);
+    let (field, fit) = Field::fit(&normals, found.plane.normal, &found.axes, found.plane.mean);
     let cut = if ground.clip { lines(ground, &found, region, &members) } else { Cut::default() };
-    Splat { outline: found, members, field, cut }
+    Splat { outline: found, members, field, fit, cut }
 }
 
 /// Farthest that samples under or above a splat may lie from its plane, in tolerances. At the edge of a
