@@ -31,7 +31,11 @@ fn compare(view: View) {
 fn compare_cloud(cloud: &Cloud, view: View) {
     let (mut vulkan, mut opengl) = (engine(Backend::Primary), engine(Backend::Gl));
     assert!(!opengl.gpu().blends_f32, "this test is about the fixed-point path");
-    for unit in [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")] {
+    for unit in [
+        ("surfelshop_flat", "flat"),
+        ("surfelshop_ewa_phong", "ewa-phong"),
+        ("surfelshop_phong_splatting", "phong-splatting"),
+    ] {
         let a = levels(&mut vulkan, unit, cloud, view);
         let b = levels(&mut opengl, unit, cloud, view);
         assert!(a.iter().any(|v| *v > 0));
@@ -49,6 +53,13 @@ fn compare_cloud(cloud: &Cloud, view: View) {
 #[test]
 fn opengl_draws_what_vulkan_draws() {
     compare(stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128));
+}
+
+/// Normals that vary over splats, and lines that cut them.
+#[test]
+fn opengl_draws_splats_as_vulkan_draws_them() {
+    let splats = clouds::sphere(300, 1.0).elliptical(0.6).varying();
+    compare_cloud(&splats.cloud(), stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128));
 }
 
 #[test]
