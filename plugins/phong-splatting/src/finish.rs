@@ -3,6 +3,7 @@
 use crate::creases::{self, Cut};
 use crate::ellipse::Ellipse;
 use crate::field::{Field, Normal};
+use crate::overhang;
 use crate::plane::{Axes, Plane, Shape};
 use crate::regions::Ground;
 use surfelshop_api::glam::{DVec2, DVec3};
@@ -88,15 +89,11 @@ fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
     Splat { outline: found, members, field, cut }
 }
 
-/// Farthest that samples under or above a splat may lie from its plane, in tolerances. At the edge of a
-/// round splat of a sphere it is 2; where a flat part ends in a round edge, much more.
-const OVERHANG: f64 = 4.0;
-
 /// Times that a splat is halved at most.
 const HALVED: u32 = 8;
 
 /// The splats of a region that hold the discs of the samples `held`, and what each of them holds: one, or
-/// where that would stand out over a place at which the surface falls away, its halves.
+/// where that would stand out, its halves.
 pub(crate) fn splats(
     ground: &Ground<'_>,
     region: &[u32],
@@ -107,7 +104,7 @@ pub(crate) fn splats(
     let outline = &found.outline;
     let is_whole = halved >= HALVED
         || held.len() < 4
-        || ground.farthest_from(outline, held) <= OVERHANG * ground.tolerance;
+        || !overhang::stands_out(ground, &found, held);
     if is_whole {
         return vec![(found, held.to_vec())];
     }

@@ -19,6 +19,7 @@ mod field;
 mod finish;
 mod graph;
 mod output;
+mod overhang;
 mod plane;
 mod regions;
 mod renderer;

@@ -8,7 +8,7 @@ use crate::samples::Samples;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Mutex, PoisonError};
-use surfelshop_api::glam::{DVec2, DVec3};
+use surfelshop_api::glam::DVec3;
 
 /// What regions grow on, and how far.
 pub(crate) struct Ground<'a> {
@@ -125,34 +125,27 @@ impl<'a> Ground<'a> {
         best
     }
 
-    /// The farthest that samples lie from a splat's plane, of those that are under or above it and
-    /// connected to the ones it holds: where the surface falls away under its edge, that is seen. Discs
-    /// reach over whatever there is, and do not count.
-    pub(crate) fn farthest_from(&self, outline: &Outline, held: &[u32]) -> f64 {
+    /// Samples under or above an ellipse, or within `margin` of it, that are connected to the ones it
+    /// holds and on its side.
+    pub(crate) fn under(&self, outline: &Outline, held: &[u32], margin: f64) -> Vec<u32> {
         let mut desk = self.desk();
         desk.start();
-        let mut farthest = 0.0f64;
-        let discs: f64 = held.iter().map(|&i| self.samples.disc(i)).sum();
-        let disc = discs / held.len().max(1) as f64;
-        let inner = (outline.ellipse.half - disc).max(DVec2::ZERO) / outline.ellipse.half;
-        let is_here = |at: DVec2| {
-            let at = at / inner.max(DVec2::splat(f64::MIN_POSITIVE));
-            at.length_squared() <= 1.0
-        };
-        for &i in held {
-            desk.visit(i);
-        }
-        while let Some(sample) = desk.order.pop() {
-            farthest = farthest.max(outline.plane.height_of(self.samples.point(sample)).abs());
+        let wide = (outline.ellipse.half + margin) / outline.ellipse.half;
+        held.iter().for_each(|&i| desk.visit(i));
+        let mut next = 0;
+        while let Some(&sample) = desk.order.get(next) {
+            next += 1;
             for &other in self.graph.joined.of(sample) {
-                let is_here = is_here(outline.of(self.samples.point(other)));
+                let at = outline.of(self.samples.point(other)) / wide;
+                let is_here = at.length_squared() <= 1.0;
                 if is_here && outline.plane.normal.dot(self.samples.normal(other)) > 0.0 {
                     desk.visit(other);
                 }
             }
         }
+        let found = desk.order.clone();
         self.give_back(desk);
-        farthest
+        found
     }
 
     fn desk(&self) -> Desk {
