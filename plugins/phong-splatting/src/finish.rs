@@ -89,34 +89,74 @@ fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
     Splat { outline: found, members, field, cut }
 }
 
-/// Times that a splat is halved at most.
-const HALVED: u32 = 8;
+/// Times that a splat is divided at most.
+const DIVIDED_MOST: u32 = 8;
+
+/// Fewest samples that a splat is divided between.
+const FEWEST: usize = 4;
+
+/// Shares of its samples at which a splat is divided along its longer axis, or the other: in the middle,
+/// where that helps, or else where the fewest parts stand out.
+const DIVIDED: [(f64, bool); 6] =
+    [(0.5, true), (0.25, true), (0.75, true), (0.5, false), (0.25, false), (0.75, false)];
 
 /// The splats of a region that hold the discs of the samples `held`, and what each of them holds: one, or
-/// where that would stand out, its halves.
-pub(crate) fn splats(
-    ground: &Ground<'_>,
-    region: &[u32],
-    held: &[u32],
-    halved: u32,
-) -> Vec<(Splat, Vec<u32>)> {
-    let found = splat(ground, region, held);
-    let outline = &found.outline;
-    let is_whole = halved >= HALVED
-        || held.len() < 4
-        || !overhang::stands_out(ground, &found, held);
-    if is_whole {
-        return vec![(found, held.to_vec())];
+/// where that would stand out, its parts.
+pub(crate) fn splats(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Vec<(Splat, Vec<u32>)> {
+    let mut found = Vec::new();
+    let mut open = vec![(Part::of(ground, region, held.to_vec()), 0)];
+    while let Some((part, divided)) = open.pop() {
+        if !part.stands_out || divided >= DIVIDED_MOST || part.held.len() < FEWEST {
+            found.push((part.splat, part.held));
+        } else {
+            open.extend(part.divided(ground, region).map(|part| (part, divided + 1)));
+        }
     }
-    let is_long = outline.ellipse.half.x >= outline.ellipse.half.y;
-    let along = |i: u32| {
-        let at = outline.of(ground.samples.point(i));
-        if is_long { at.x } else { at.y }
-    };
-    let mut sorted = held.to_vec();
-    sorted.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
-    let (first, second) = sorted.split_at(held.len() / 2);
-    [first, second].into_iter().flat_map(|half| splats(ground, region, half, halved + 1)).collect()
+    found
+}
+
+/// A splat and what it holds.
+struct Part {
+    splat: Splat,
+    held: Vec<u32>,
+    stands_out: bool,
+}
+
+impl Part {
+    fn of(ground: &Ground<'_>, region: &[u32], held: Vec<u32>) -> Self {
+        let splat = splat(ground, region, &held);
+        let stands_out = overhang::stands_out(ground, &splat, &held);
+        Self { splat, held, stands_out }
+    }
+
+    /// Two parts that hold the same together.
+    fn divided(&self, ground: &Ground<'_>, region: &[u32]) -> [Self; 2] {
+        let divided = |(share, is_along): (f64, bool)| {
+            let outline = &self.splat.outline;
+            let is_u = (outline.ellipse.half.x >= outline.ellipse.half.y) == is_along;
+            let along = |i: u32| {
+                let at = outline.of(ground.samples.point(i));
+                if is_u { at.x } else { at.y }
+            };
+            let mut sorted = self.held.clone();
+            sorted.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+            let middle = (sorted.len() as f64 * share) as usize;
+            let (first, second) = sorted.split_at(middle.clamp(1, sorted.len() - 1));
+            [first, second].map(|held| Self::of(ground, region, held.to_vec()))
+        };
+        let n_out = |parts: &[Self; 2]| parts.iter().filter(|part| part.stands_out).count();
+        let mut best = divided(DIVIDED[0]);
+        for &way in &DIVIDED[1..] {
+            if n_out(&best) == 0 {
+                break;
+            }
+            let parts = divided(way);
+            if n_out(&parts) < n_out(&best) {
+                best = parts;
+            }
+        }
+        best
+    }
 }
 
 /// Samples of a region whose centres are inside an outline, those it holds first.
