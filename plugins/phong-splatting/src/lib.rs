@@ -10,6 +10,7 @@
 //! Source: Botsch, Spornat & Kobbelt 2004, "Phong Splatting".
 
 mod choice;
+mod colors;
 mod cover;
 mod creases;
 mod edges;

@@ -1,5 +1,6 @@
 //! Growing the largest region around a sample that one plane stands in for.
 
+use crate::colors::Colors;
 use crate::creases;
 use crate::finish::Outline;
 use crate::graph::Graph;
@@ -18,6 +19,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) tolerance: f64,
     /// Whether splats are cut where faces meet, so that a region may border on two lines at most.
     pub(crate) clip: bool,
+    /// Colours that must be alike in a region, where there are any.
+    colors: Option<Colors>,
     desks: Mutex<Vec<Desk>>,
 }
 
@@ -86,7 +89,12 @@ const STEP: f64 = 1.3;
 
 impl<'a> Ground<'a> {
     pub(crate) fn new(samples: &'a Samples, graph: &'a Graph, tolerance: f64, clip: bool) -> Self {
-        Self { samples, graph, tolerance, clip, desks: Mutex::new(Vec::new()) }
+        Self { samples, graph, tolerance, clip, colors: None, desks: Mutex::new(Vec::new()) }
+    }
+
+    /// This, where regions end at colours too.
+    pub(crate) fn with_colors(self, colors: Option<Colors>) -> Self {
+        Self { colors, ..self }
     }
 
     /// The region about a sample, which is its first: connected, within the tolerance of one plane,
@@ -214,6 +222,7 @@ impl<'a> Ground<'a> {
         let plane = Plane::fit(self.samples, members);
         plane.height <= self.tolerance
             && plane.least_cosine >= STEEPEST
+            && self.colors.as_ref().is_none_or(|colors| colors.are_alike(members))
             && (!self.clip || creases::can_cut(self, &plane, members))
     }
 }

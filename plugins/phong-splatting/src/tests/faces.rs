@@ -89,7 +89,6 @@ fn no_splat_stands_out_beyond_a_sharp_corner() {
             let ran = given.run(&within(share)).unwrap();
             let splats = Drawn::all(&ran);
             let farthest = farthest(&splats, |point| outside_of_prism(corners, point));
-            println!("{} {share} {farthest}", ran.message);
             assert!(farthest < 0.05, "{farthest} {}", ran.message);
             assert_eq!(n_bare(&given, &[], &splats, share * 3.0, 1e-6), 0);
         }
