@@ -181,6 +181,10 @@ fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]
 /// Distance in half axes up to which samples tell where a splat is to be cut.
 const REACH: f64 = 1.5;
 
+/// Distance in half axes up to which a line has to reach the splats across: a little past the ellipse,
+/// since lines have few points on small ones.
+const ON: f64 = 1.1;
+
 /// How far outwards each line of a splat has to move to reach the splats across it: their planes are off
 /// the samples by as much as the tolerance, and what is between would be a crack.
 pub(crate) fn moves<'a>(
@@ -191,7 +195,9 @@ pub(crate) fn moves<'a>(
     let (axes, plane) = (&splat.outline.axes, &splat.outline.plane);
     let farthest = |met: &creases::Met| {
         let inwards = axes.u * met.line.inwards.x + axes.v * met.line.inwards.y;
-        let reaches = met.at.iter().map(|(at, across)| {
+        // Beyond the ellipse there is nothing to move.
+        let is_on = |at: DVec2| splat.outline.ellipse.of(at).length_squared() <= ON * ON;
+        let reaches = met.at.iter().filter(|(at, _)| is_on(*at)).map(|(at, across)| {
             let other = plane_of(*across);
             let steepness = other.normal.dot(inwards);
             let point = plane.at + axes.u * at.x + axes.v * at.y;
