@@ -157,7 +157,7 @@ fn finished(
     let cells = cells(ground, &all, &outlines);
     let used: Vec<usize> = (0..regions.len()).filter(|&i| !cells[i].is_empty()).collect();
     let found = job.map(used.len(), middle..last, |i| {
-        finish::splats(ground, &regions[used[i]], &cells[used[i]], 0)
+        finish::splats(ground, &regions[used[i]], &cells[used[i]])
     })?;
     let mut holder = vec![0u32; ground.samples.len()];
     let mut splats = Vec::with_capacity(found.len());

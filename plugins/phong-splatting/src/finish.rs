@@ -3,6 +3,7 @@
 use crate::creases::{self, Cut};
 use crate::ellipse::Ellipse;
 use crate::field::{Field, Fit, Normal};
+use crate::overhang;
 use crate::plane::{Axes, Plane, Shape};
 use crate::regions::Ground;
 use surfelshop_api::glam::{DVec2, DVec3};
@@ -90,38 +91,74 @@ fn splat(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Splat {
     Splat { outline: found, members, field, fit, cut }
 }
 
-/// Farthest that samples under or above a splat may lie from its plane, in tolerances. At the edge of a
-/// round splat of a sphere it is 2; where a flat part ends in a round edge, much more.
-const OVERHANG: f64 = 4.0;
+/// Times that a splat is divided at most.
+const DIVIDED_MOST: u32 = 8;
 
-/// Times that a splat is halved at most.
-const HALVED: u32 = 8;
+/// Fewest samples that a splat is divided between.
+const FEWEST: usize = 4;
+
+/// Shares of its samples at which a splat is divided along its longer axis, or the other: in the middle,
+/// where that helps, or else where the fewest parts stand out.
+const DIVIDED: [(f64, bool); 6] =
+    [(0.5, true), (0.25, true), (0.75, true), (0.5, false), (0.25, false), (0.75, false)];
 
 /// The splats of a region that hold the discs of the samples `held`, and what each of them holds: one, or
-/// where that would stand out over a place at which the surface falls away, its halves.
-pub(crate) fn splats(
-    ground: &Ground<'_>,
-    region: &[u32],
-    held: &[u32],
-    halved: u32,
-) -> Vec<(Splat, Vec<u32>)> {
-    let found = splat(ground, region, held);
-    let outline = &found.outline;
-    let is_whole = halved >= HALVED
-        || held.len() < 4
-        || ground.farthest_from(outline, held) <= OVERHANG * ground.tolerance;
-    if is_whole {
-        return vec![(found, held.to_vec())];
+/// where that would stand out, its parts.
+pub(crate) fn splats(ground: &Ground<'_>, region: &[u32], held: &[u32]) -> Vec<(Splat, Vec<u32>)> {
+    let mut found = Vec::new();
+    let mut open = vec![(Part::of(ground, region, held.to_vec()), 0)];
+    while let Some((part, divided)) = open.pop() {
+        if !part.stands_out || divided >= DIVIDED_MOST || part.held.len() < FEWEST {
+            found.push((part.splat, part.held));
+        } else {
+            open.extend(part.divided(ground, region).map(|part| (part, divided + 1)));
+        }
     }
-    let is_long = outline.ellipse.half.x >= outline.ellipse.half.y;
-    let along = |i: u32| {
-        let at = outline.of(ground.samples.point(i));
-        if is_long { at.x } else { at.y }
-    };
-    let mut sorted = held.to_vec();
-    sorted.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
-    let (first, second) = sorted.split_at(held.len() / 2);
-    [first, second].into_iter().flat_map(|half| splats(ground, region, half, halved + 1)).collect()
+    found
+}
+
+/// A splat and what it holds.
+struct Part {
+    splat: Splat,
+    held: Vec<u32>,
+    stands_out: bool,
+}
+
+impl Part {
+    fn of(ground: &Ground<'_>, region: &[u32], held: Vec<u32>) -> Self {
+        let splat = splat(ground, region, &held);
+        let stands_out = overhang::stands_out(ground, &splat, &held);
+        Self { splat, held, stands_out }
+    }
+
+    /// Two parts that hold the same together.
+    fn divided(&self, ground: &Ground<'_>, region: &[u32]) -> [Self; 2] {
+        let divided = |(share, is_along): (f64, bool)| {
+            let outline = &self.splat.outline;
+            let is_u = (outline.ellipse.half.x >= outline.ellipse.half.y) == is_along;
+            let along = |i: u32| {
+                let at = outline.of(ground.samples.point(i));
+                if is_u { at.x } else { at.y }
+            };
+            let mut sorted = self.held.clone();
+            sorted.sort_by(|&a, &b| along(a).total_cmp(&along(b)).then(a.cmp(&b)));
+            let middle = (sorted.len() as f64 * share) as usize;
+            let (first, second) = sorted.split_at(middle.clamp(1, sorted.len() - 1));
+            [first, second].map(|held| Self::of(ground, region, held.to_vec()))
+        };
+        let n_out = |parts: &[Self; 2]| parts.iter().filter(|part| part.stands_out).count();
+        let mut best = divided(DIVIDED[0]);
+        for &way in &DIVIDED[1..] {
+            if n_out(&best) == 0 {
+                break;
+            }
+            let parts = divided(way);
+            if n_out(&parts) < n_out(&best) {
+                best = parts;
+            }
+        }
+        best
+    }
 }
 
 /// Samples of a region whose centres are inside an outline, those it holds first.
@@ -146,6 +183,10 @@ fn lines(ground: &Ground<'_>, outline: &Outline, region: &[u32], members: &[u32]
 /// Distance in half axes up to which samples tell where a splat is to be cut.
 const REACH: f64 = 1.5;
 
+/// Distance in half axes up to which a line has to reach the splats across: a little past the ellipse,
+/// since lines have few points on small ones.
+const ON: f64 = 1.1;
+
 /// How far outwards each line of a splat has to move to reach the splats across it: their planes are off
 /// the samples by as much as the tolerance, and what is between would be a crack.
 pub(crate) fn moves<'a>(
@@ -156,7 +197,9 @@ pub(crate) fn moves<'a>(
     let (axes, plane) = (&splat.outline.axes, &splat.outline.plane);
     let farthest = |met: &creases::Met| {
         let inwards = axes.u * met.line.inwards.x + axes.v * met.line.inwards.y;
-        let reaches = met.at.iter().map(|(at, across)| {
+        // Beyond the ellipse there is nothing to move.
+        let is_on = |at: DVec2| splat.outline.ellipse.of(at).length_squared() <= ON * ON;
+        let reaches = met.at.iter().filter(|(at, _)| is_on(*at)).map(|(at, across)| {
             let other = plane_of(*across);
             let steepness = other.normal.dot(inwards);
             let point = plane.at + axes.u * at.x + axes.v * at.y;

@@ -10,6 +10,7 @@
 //! Source: Botsch, Spornat & Kobbelt 2004, "Phong Splatting".
 
 mod choice;
+mod colors;
 mod cover;
 mod creases;
 mod edges;
@@ -19,6 +20,7 @@ mod field;
 mod finish;
 mod graph;
 mod output;
+mod overhang;
 mod plane;
 mod regions;
 mod renderer;

@@ -1,5 +1,6 @@
 //! Growing the largest region around a sample that one plane stands in for.
 
+use crate::colors::Colors;
 use crate::creases;
 use crate::finish::Outline;
 use crate::graph::Graph;
@@ -8,7 +9,7 @@ use crate::samples::Samples;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::{Mutex, PoisonError};
-use surfelshop_api::glam::{DVec2, DVec3};
+use surfelshop_api::glam::DVec3;
 
 /// What regions grow on, and how far.
 pub(crate) struct Ground<'a> {
@@ -18,6 +19,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) tolerance: f64,
     /// Whether splats are cut where faces meet, so that a region may border on two lines at most.
     pub(crate) clip: bool,
+    /// Colours that must be alike in a region, where there are any.
+    colors: Option<Colors>,
     desks: Mutex<Vec<Desk>>,
 }
 
@@ -86,7 +89,12 @@ const STEP: f64 = 1.3;
 
 impl<'a> Ground<'a> {
     pub(crate) fn new(samples: &'a Samples, graph: &'a Graph, tolerance: f64, clip: bool) -> Self {
-        Self { samples, graph, tolerance, clip, desks: Mutex::new(Vec::new()) }
+        Self { samples, graph, tolerance, clip, colors: None, desks: Mutex::new(Vec::new()) }
+    }
+
+    /// This, where regions end at colours too.
+    pub(crate) fn with_colors(self, colors: Option<Colors>) -> Self {
+        Self { colors, ..self }
     }
 
     /// The region about a sample, which is its first: connected, within the tolerance of one plane,
@@ -125,34 +133,27 @@ impl<'a> Ground<'a> {
         best
     }
 
-    /// The farthest that samples lie from a splat's plane, of those that are under or above it and
-    /// connected to the ones it holds: where the surface falls away under its edge, that is seen. Discs
-    /// reach over whatever there is, and do not count.
-    pub(crate) fn farthest_from(&self, outline: &Outline, held: &[u32]) -> f64 {
+    /// Samples under or above an ellipse, or within `margin` of it, that are connected to the ones it
+    /// holds and on its side.
+    pub(crate) fn under(&self, outline: &Outline, held: &[u32], margin: f64) -> Vec<u32> {
         let mut desk = self.desk();
         desk.start();
-        let mut farthest = 0.0f64;
-        let discs: f64 = held.iter().map(|&i| self.samples.disc(i)).sum();
-        let disc = discs / held.len().max(1) as f64;
-        let inner = (outline.ellipse.half - disc).max(DVec2::ZERO) / outline.ellipse.half;
-        let is_here = |at: DVec2| {
-            let at = at / inner.max(DVec2::splat(f64::MIN_POSITIVE));
-            at.length_squared() <= 1.0
-        };
-        for &i in held {
-            desk.visit(i);
-        }
-        while let Some(sample) = desk.order.pop() {
-            farthest = farthest.max(outline.plane.height_of(self.samples.point(sample)).abs());
+        let wide = (outline.ellipse.half + margin) / outline.ellipse.half;
+        held.iter().for_each(|&i| desk.visit(i));
+        let mut next = 0;
+        while let Some(&sample) = desk.order.get(next) {
+            next += 1;
             for &other in self.graph.joined.of(sample) {
-                let is_here = is_here(outline.of(self.samples.point(other)));
+                let at = outline.of(self.samples.point(other)) / wide;
+                let is_here = at.length_squared() <= 1.0;
                 if is_here && outline.plane.normal.dot(self.samples.normal(other)) > 0.0 {
                     desk.visit(other);
                 }
             }
         }
+        let found = desk.order.clone();
         self.give_back(desk);
-        farthest
+        found
     }
 
     fn desk(&self) -> Desk {
@@ -221,6 +222,7 @@ impl<'a> Ground<'a> {
         let plane = Plane::fit(self.samples, members);
         plane.height <= self.tolerance
             && plane.least_cosine >= STEEPEST
+            && self.colors.as_ref().is_none_or(|colors| colors.are_alike(members))
             && (!self.clip || creases::can_cut(self, &plane, members))
     }
 }

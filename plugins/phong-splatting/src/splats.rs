@@ -1,11 +1,12 @@
 //! # `splats`: few ellipses for many samples
 //!
-//! | parameter   | type  | default | meaning                                                            |
-//! |-------------|-------|---------|--------------------------------------------------------------------|
-//! | `tolerance` | float | 0.0005  | farthest that a sample lies from its splat, share of the diagonal  |
-//! | `clip`      | bool  | true    | cut splats where two faces meet in a crease                        |
-//! | `crease`    | float | 40      | angle between the normals of two faces from which it is a crease   |
-//! | `rounds`    | int   | 3       | rounds of moving splats and exchanging them for fewer               |
+//! | parameter         | type  | default | meaning                                                           |
+//! |-------------------|-------|---------|-------------------------------------------------------------------|
+//! | `tolerance`       | float | 0.0005  | farthest that a sample lies from its splat, share of the diagonal |
+//! | `color-tolerance` | float | 0.1     | farthest that its colour is from the splat's, 0 to 1; 1 is off    |
+//! | `clip`            | bool  | true    | cut splats where two faces meet in a crease                       |
+//! | `crease`          | float | 40      | angle between the normals of two faces from which it is a crease  |
+//! | `rounds`          | int   | 3       | rounds of moving splats and exchanging them for fewer             |
 //!
 //! Makes a new cloud of elliptical surfels beside the one given, which needs the column `normal`. Each
 //! splat has `position`, `normal` (the mean of its samples'), `tangent_u`, `tangent_v`, `radius` (the
@@ -17,14 +18,17 @@
 //! the discs left none; what lines cut off lies beyond an edge, and no sample does.
 //!
 //! Method. From seeds in scattered order grow regions: connected samples, nearest first, as long as the
-//! plane of least squares, moved half way between the highest and the lowest, stays within the tolerance
-//! of all. A round region tells the curvature, by a fit of all normals, and the ellipse in which it grows
-//! anew is longer where the surface bends less. Of regions that hold every sample sixteen times, few are
-//! chosen, greedily. In each round regions grow anew from the middle of what each chosen one is the nearest
-//! to, and a few at a time are taken out for fewer others, of old and new. The splat is the smallest
-//! ellipse, its axes along the principal directions, around the discs of the samples it is the nearest to.
-//! Where it stands out over a place at which the surface falls away by four tolerances, it is halved. The
-//! normal field is that of least squares; where a constant normal is nearer to the samples', it is constant.
+//! plane of least squares, moved half way between the highest and the lowest, stays within the tolerance of
+//! all, and their colours, encoded as sRGB, within `color-tolerance` of their mean in each component, but
+//! for two in a hundred, since colours have noise. A round region tells the curvature, by a fit of all
+//! normals, and the ellipse in which it grows anew is longer where the surface bends less. Of regions that
+//! hold every sample sixteen times, few are chosen, greedily. In each round regions grow anew from the
+//! middle of what each chosen one is the nearest to, and a few at a time are taken out for fewer others, of
+//! old and new. The splat is the smallest ellipse, its axes along the principal directions, around the
+//! discs of the samples it is the nearest to. Where it stands out, over a place at which the surface falls
+//! away by four tolerances or past a crease that its lines do not follow, it is divided. The normal field
+//! is that of least squares; where a constant normal is nearer to the samples', it is constant, and where
+//! its samples are few it keeps of its slopes what is more than noise.
 //!
 //! Creases. Where neighbours' normals differ by `crease` or more and each is on a face that bends much
 //! less, no region goes on. With `clip` the splat ends at the line in which its plane meets that of the
@@ -50,12 +54,14 @@
 //! fields, with errata B1, B2 and B7: one orthonormal frame, sums about the means, normals up to 75 degrees
 //! from the plane's. Deviations: planes lie half way between the highest and the lowest sample, which
 //! needs fewer splats for the same tolerance; the field is also fitted with weights, since slopes count
-//! steep normals for too much, and the better of both by angle is taken.
+//! steep normals for too much, and the better of both by angle is taken; the slopes of a field shrink by
+//! what may be noise (Efron & Morris 1975), which two or three samples do not tell.
 //!
 //! ```text
 //! surfelshop bake scan.ply -t splats --set tolerance=0.001 -o splats.ply
 //! ```
 
+use crate::colors::Colors;
 use crate::graph::{self, Graph};
 use crate::output::Columns;
 use crate::regions::Ground;
@@ -69,6 +75,10 @@ params! {
         /// Farthest that a sample may lie from the plane of the splat that stands for it, as a share of
         /// the diagonal of the cloud's box.
         tolerance: f64 { default: 5e-4, range: 1e-6..=0.1, quality: true, logarithmic: true },
+        /// Largest difference between a component of a sample's colour, as it is shown, and the mean of the
+        /// splat that stands for it; 1 lets splats of any size blend colours away. Of the samples of a
+        /// splat, two in a hundred may differ by more.
+        color_tolerance: f64 { default: 0.1, range: 0.0..=1.0, quality: true },
         /// Cut splats at the line where the face they lie on meets another, for sharp edges and corners.
         clip: bool { default: true },
         /// Angle between the normals of neighbouring samples from which they lie on two faces, and no
@@ -102,6 +112,11 @@ impl Tool for Splats {
             }
         };
         let share = finite("tolerance", settings.tolerance)?;
+        if !settings.color_tolerance.is_finite() {
+            return Err(Error::new(
+                "expected a number from 0 to 1 for `color-tolerance`, found none",
+            ));
+        }
         let alike = finite("crease", settings.crease)?.to_radians().cos();
         job.progress(0.0, "looking for neighbours");
         let mut samples = Samples::of(cloud, alike, 0.0..0.15, job)?;
@@ -112,7 +127,10 @@ impl Tool for Splats {
         let tolerance = share * samples.diagonal;
         // A little less, so that what is rounded to single precision stays within it.
         let rounded = (tolerance - samples.grain).max(0.5 * tolerance) * (1.0 - 1e-6);
-        let ground = Ground::new(&samples, &graph, rounded, settings.clip);
+        let colors = (settings.color_tolerance < 1.0)
+            .then(|| Colors::of(cloud, &samples, settings.color_tolerance))
+            .flatten();
+        let ground = Ground::new(&samples, &graph, rounded, settings.clip).with_colors(colors);
         let splats = cover::cover(&ground, settings.rounds, 0.21..0.98, job)?;
         let columns = Columns::of(&samples, &splats);
         job.check()?;

@@ -1,7 +1,7 @@
 //! Creases.
 
 use super::audit::{Drawn, n_bare};
-use super::shapes::{cone, cube, ell};
+use super::shapes::{cone, cube, ell, prism};
 use super::*;
 use std::f64::consts::TAU;
 use surfelshop_api::glam::DVec2;
@@ -60,6 +60,39 @@ fn corners_that_go_inwards_stay_whole() {
     assert!(splats.iter().filter(|splat| splat.clip[6] == 2.0).count() >= 2, "{}", ran.message);
     assert!(farthest(&splats, outside) < 1e-6);
     assert_eq!(n_bare(&given, &[], &splats, 3e-3, 1e-6), 0);
+}
+
+/// How far a point is from a convex polygon, its corners counterclockwise, that is swept to height 1.
+fn outside_of_prism(corners: &[(f64, f64)], point: DVec3) -> f64 {
+    let at = DVec2::new(point.x, point.y);
+    let sides = corners.iter().zip(corners.iter().cycle().skip(1));
+    let sides = sides.map(|(a, b)| (DVec2::from(*a), DVec2::from(*b)));
+    let is_inside = sides.clone().all(|(a, b)| (b - a).perp_dot(at - a) >= 0.0);
+    let distances = sides.map(|(a, b)| {
+        let share = (at - a).dot(b - a) / (b - a).length_squared();
+        at.distance(a.lerp(b, share.clamp(0.0, 1.0)))
+    });
+    let beside = if is_inside { 0.0 } else { distances.fold(f64::INFINITY, f64::min) };
+    beside.hypot((point.z - point.z.clamp(0.0, 1.0)).abs())
+}
+
+#[test]
+fn no_splat_stands_out_beyond_a_sharp_corner() {
+    // Of 30 degrees, once as it is and with its tip cut off: there three lines end two faces.
+    let far = DVec2::from_angle(30f64.to_radians()) * 2.0;
+    let sharp = [(0.0, 0.0), (2.0, 0.0), (far.x, far.y)];
+    let blunt = [(0.15, 0.0), (2.0, 0.0), (far.x, far.y), (0.15, 0.15 * far.y / far.x)];
+    for corners in [&sharp[..], &blunt[..]] {
+        let inside = |x: f64, y: f64| outside_of_prism(corners, DVec3::new(x, y, 0.5)) == 0.0;
+        let given = prism(corners, inside, 40);
+        for share in [1e-2, 1e-3, 1e-4] {
+            let ran = given.run(&within(share)).unwrap();
+            let splats = Drawn::all(&ran);
+            let farthest = farthest(&splats, |point| outside_of_prism(corners, point));
+            assert!(farthest < 0.05, "{farthest} {}", ran.message);
+            assert_eq!(n_bare(&given, &[], &splats, share * 3.0, 1e-6), 0);
+        }
+    }
 }
 
 #[test]

@@ -90,11 +90,46 @@ fn colours_are_means_in_linear_light() {
     let mut given = sphere(2_000);
     given.colors = [0, 0, 0, 255, 255, 255].repeat(1_000);
     given.access = [0.0, 1.0].repeat(1_000);
-    let ran = given.run(&within(0.02)).unwrap();
+    let ran = given.run(&Settings { color_tolerance: 1.0, ..within(0.02) }).unwrap();
     let colors = ran.bytes("color").unwrap();
     // Half of the light is 188 of 255 in sRGB.
     assert!(colors.iter().all(|&code| code.abs_diff(188) < 25), "{colors:?}");
     assert!(ran.floats("ao").iter().all(|&access| (access - 0.5).abs() < 0.2));
+}
+
+#[test]
+fn stripes_on_a_plane_are_not_blended_away() {
+    let mut random = shapes::random(2);
+    let mut given =
+        shapes::given(shapes::jittered(100, 100).map(|(x, y)| (DVec3::new(x, y, 0.0), DVec3::Z)));
+    // Five dark stripes and five bright ones, with a little noise.
+    let bright = |x: f32| (x * 10.0) as u32 % 2 == 1;
+    given.colors = (given.positions.iter())
+        .flat_map(|p| {
+            let noise = (random() * 20.0) as u8;
+            if bright(p.x) { [200 + noise, 180, 40] } else { [60 + noise, 20, 10] }
+        })
+        .collect();
+    let blended = given.run(&Settings { color_tolerance: 1.0, ..within(1e-3) }).unwrap();
+    let ran = given.run(&within(1e-3)).unwrap();
+    let splats = Drawn::all(&ran);
+    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 2f64.sqrt(), 1e-6), 0);
+    let colors: Vec<&[u8]> = ran.bytes("color").unwrap().chunks_exact(3).collect();
+    let is_one = |code: u8, of: [u8; 2]| of.iter().any(|&o| code.abs_diff(o) <= 26);
+    assert!(colors.iter().all(|c| is_one(c[0], [70, 210]) && is_one(c[1], [20, 180])));
+    assert!((20..400).contains(&splats.len()), "{}", ran.message);
+    assert!(Drawn::all(&blended).len() < 20, "{}", blended.message);
+    // Each lies in the stripe that has its colour.
+    let is_in_stripe = |(splat, c): (&Drawn, &&[u8])| bright(splat.at.x as f32) == (c[0] > 140);
+    assert!(splats.iter().zip(&colors).all(is_in_stripe), "{}", ran.message);
+}
+
+#[test]
+fn clouds_without_colours_have_no_tolerance_of_colours() {
+    let given = sphere(3_000);
+    let [off, tight] = [1.0, 0.0]
+        .map(|color_tolerance| given.run(&Settings { color_tolerance, ..within(1e-3) }).unwrap());
+    assert!(off == tight);
 }
 
 #[test]
