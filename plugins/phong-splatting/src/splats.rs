@@ -43,9 +43,11 @@
 //! in its plane is turned; sides of a sheet stay apart otherwise. Single samples, and those that nothing
 //! joins, are discs of their own. Samples on a line have the plane that is nearest to their normals.
 //!
-//! Limits. Between samples and beyond the last of them an ellipse reaches over borders of open surfaces,
-//! by no more than a disc and the height of its arc; borders are not cut. Where a crease fades out, splats
-//! on both sides overlap. A splat holds 8192 samples at most, and is not longer than ten times its width.
+//! Limits. Between samples and beyond the last of them an ellipse reaches over borders of open surfaces, by
+//! no more than a disc and the height of its arc; borders are not cut. Where a crease fades out, splats on
+//! both sides overlap. A splat holds 8192 samples at most, and is not longer than ten times its width.
+//! Along edges that curve, splats end up to about a tolerance beyond them; drawn from both sides, their
+//! backs are seen there as a line, and renderers that widen thin splats to a pixel show more of it.
 //!
 //! The same on any number of threads and for any order of the samples. Memory: about 700 bytes a sample.
 //!
