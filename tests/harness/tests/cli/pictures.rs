@@ -216,6 +216,8 @@ fn demo_renders_the_sample_with_every_renderer() {
         "environment-close.png",
         "procedural-three-quarter.png",
         "procedural-close.png",
+        "phong-splatting-three-quarter.png",
+        "phong-splatting-close.png",
     ] {
         let picture = read_png(&desk.at("pictures").join(file));
         assert_eq!(picture.dimensions(), (48, 48));
@@ -224,5 +226,5 @@ fn demo_renders_the_sample_with_every_renderer() {
     }
     let (size, _) = read_exr(&desk.at("pictures").join("ewa-phong-three-quarter.exr"));
     assert_eq!(size, (48, 48));
-    assert_eq!(text.matches("48 x 48").count(), 9, "a line per file: {text}");
+    assert_eq!(text.matches("48 x 48").count(), 11, "a line per file: {text}");
 }
