@@ -204,9 +204,11 @@ impl Bench {
         for (i, view) in self.views.clone().into_iter().enumerate() {
             let drawn = self.draw(splats, view, "flat", &[Output::Normal])?;
             let drawn = drawn.image(&Output::Normal).context("no normals")?;
-            // How far the tolerance, and a pixel, may move the silhouette.
+            // How far the tolerance, and a pixel, may move the silhouette where it is nearest.
             let [_, half_y] = view.half_extent();
-            let distance = view.camera.eye.distance(view.camera.target);
+            let facts = self.samples.facts();
+            let reach = 0.5 * (facts.bounds_max - facts.bounds_min).length();
+            let distance = view.camera.eye.distance(view.camera.target) - reach;
             let pixels = tolerance / distance / half_y * 0.5 * f64::from(view.size_px[1]);
             found += holes(drawn, &self.normals[i], pixels.ceil() as i64 + 1);
         }
