@@ -30,7 +30,7 @@ pub const MATERIAL: &str = "material";
 /// The normal at (u, v), in units of the half axes, has the direction of
 /// n + (x + α u) û + (y + β v) v̂, where û and v̂ are the directions of the two tangents and n that of
 /// their vector product; all of it is turned round where n points away from the column `normal`. Not
-/// read where there are no tangents.
+/// read where there are no tangents. Where one of the numbers is not finite all count as 0.
 ///
 /// Source: Botsch et al. 2004, "Phong Splatting", eq. 2 with errata B1 and B2: one orthonormal frame.
 /// ABI 3.4.
@@ -40,7 +40,9 @@ pub const NORMAL_FIELD: &str = "normal_field";
 /// A point (u, v), in units of the half axes, is on the side of a line that stays where
 /// a u + b v + c >= 0. The last number is 0 where nothing is cut off, 1 where what is on that side of
 /// both lines stays (a convex corner), 2 where what is on that side of either stays (a concave one).
-/// A line (0, 0, 1) cuts nothing off, one (0, 0, -1) everything. Not read where there are no tangents.
+/// A line (0, 0, 1) cuts nothing off, one (0, 0, -1) everything. Lines stay where they are when a scene
+/// scales radii. Not read where there are no tangents; where one of the numbers is not finite, nothing is
+/// cut off. Of the last number, what is above 0.5 counts as 1, and above 1.5 as 2.
 ///
 /// Source: Botsch et al. 2004, "Phong Splatting", section 4, with erratum B9. ABI 3.4.
 pub const CLIP: &str = "clip";

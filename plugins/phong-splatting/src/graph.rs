@@ -71,9 +71,13 @@ pub(crate) struct Graph {
     pub(crate) by_edge: Vec<bool>,
 }
 
-/// How much farther than those nearest to it a sample may lie to be beside another, where their
-/// discs do not touch: beyond are gaps.
+/// How much farther than those nearest to either of them samples may lie apart to be beside each other,
+/// where their discs do not touch: beyond are gaps.
 const GAP: f64 = 3.0;
+
+/// How many times as far as where their discs touch they may lie apart at most: the spacing of a sample
+/// that is alone is its distance from all others.
+const BEYOND: f64 = 2.0;
 
 /// Samples whose mean distance is a sample's spacing.
 const RING: usize = 4;
@@ -103,7 +107,8 @@ impl Graph {
         let beside = |a: usize, b: usize| {
             let distance = known.points[a].distance(known.points[b]);
             let apart = known.discs[a] + known.discs[b];
-            distance <= apart.max(GAP * spacings[a].max(spacings[b]))
+            let spacing = spacings[a].min(spacings[b]);
+            distance <= apart.max((GAP * spacing).min(BEYOND * apart))
         };
         let links = job.map(n, share, |i| {
             let mine = known.near[i].iter().map(|&other| other as usize);

@@ -30,20 +30,21 @@ fn main() -> Result<()> {
     let own = bench.off(&samples, &mut engine, &mut renderer)?;
     println!("the {} samples themselves: {own:?}\n", samples.len());
     println!(
-        "| tolerance | clip | splats | radiance at edges | normals at edges, degrees | elsewhere |"
+        "| tolerance | clip | splats | radiance at edges | normals at edges, degrees | elsewhere | beyond |"
     );
-    println!("|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|");
     for tolerance in TOLERANCES {
         for clip in [false, true] {
             let values = [("tolerance", Value::Float(tolerance)), ("clip", Value::Bool(clip))];
             let made = bake(&samples, &values)?;
             let off = bench.off(&made.cloud, &mut engine, &mut renderer)?;
             println!(
-                "| {tolerance:.0e} | {clip} | {} | {:.4} | {:.2} | {:.4} |",
+                "| {tolerance:.0e} | {clip} | {} | {:.4} | {:.2} | {:.4} | {:.4} |",
                 made.cloud.len(),
                 off.radiance,
                 off.normal_degrees,
-                off.elsewhere
+                off.elsewhere,
+                off.beyond
             );
             for (i, view) in bench.views().iter().enumerate() {
                 let cloud = &made.cloud;

@@ -9,7 +9,7 @@ use crate::summary::Summary;
 use crate::table::{NORMALS, RADII, Table};
 use glam::Vec3;
 use std::ops::Range;
-use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{NORMAL_FIELD, TANGENT_U, TANGENT_V};
 use surfelshop_geometry::{Cancelled, Neighbours, Progress, normals, part, radii};
 
 pub(super) struct Shape {
@@ -58,7 +58,13 @@ pub(super) fn take(
     } else {
         Vec::new()
     };
-    let diagonal = placed.bounds.map_or(0.0, |bounds| bounds.diagonal());
+    // Few splats may be larger than the box of their centres: one can stand for a whole wall. What has
+    // fields of normals was made to be so.
+    let are_splats = table.names().any(|name| name.starts_with(NORMAL_FIELD));
+    let diagonal = match placed.bounds {
+        Some(bounds) if !are_splats => bounds.diagonal(),
+        _ => 0.0,
+    };
     let radii = finish_radii(given_radii, estimates, diagonal, summary);
     of_triangles.count(summary);
     let tangents = given_tangents
@@ -216,7 +222,7 @@ fn usable(radius: f32) -> bool {
     radius.is_finite() && radius > 0.0
 }
 
-/// Radii that are positive, finite and no larger than the cloud; there are no estimates where all
+/// Radii that are positive, finite and no larger than the cloud (its `diagonal`, where above 0); there are no estimates where all
 /// given ones can be drawn.
 fn finish_radii(
     given: Option<Vec<f32>>,

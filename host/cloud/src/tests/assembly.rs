@@ -265,6 +265,20 @@ fn tangents_longer_than_the_cloud_are_shortened() {
     assert!(warnings.contains("2 tangents were longer than the cloud"), "{warnings}");
 }
 
+/// Few splats stand for much: those of two walls have a box of centres that is flat.
+#[test]
+fn splats_larger_than_the_box_of_their_centres_stay_as_they_are() {
+    let rest = ["radius", "normal_field_0", "normal_field_1", "normal_field_2", "normal_field_3"];
+    let rest = rest.map(|name| format!("float {name}"));
+    let names = also(&also(&XYZ, &TANGENTS), &rest.each_ref().map(String::as_str));
+    let row = |y| vec![0.0, y, 0.0, 0.28, 0.0, 0.0, 0.0, 0.0, 0.2, 0.28, 0.0, 0.0, 0.5, 0.5];
+    let rows = [row(0.0), row(0.1)];
+    let loaded = Ply::new("ascii").element("vertex", &names, &rows).load();
+    assert_eq!(loaded.cloud.vectors("tangent_u"), [Vec3::X * 0.28; 2]);
+    assert_eq!(loaded.cloud.radii(), [0.28; 2]);
+    assert!(loaded.summary.warnings.is_empty(), "{:?}", loaded.summary.warnings);
+}
+
 #[test]
 #[cfg(unix)]
 fn pipes_are_refused_without_waiting_for_a_writer() {

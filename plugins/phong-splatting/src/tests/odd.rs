@@ -20,11 +20,24 @@ fn a_few_samples_are_discs_of_their_own() {
     let points = [Vec3::ZERO, Vec3::X * 100.0];
     let two = Given { radii: vec![1.0; 2], ..of(&points, &[Vec3::Z, Vec3::Z]) };
     let splats = Drawn::all(&two.run(&within(0.1)).unwrap());
-    assert_eq!(splats.len(), 2 - usize::from(splats.len() == 1));
+    assert_eq!(splats.len(), 2);
+    assert!(splats.iter().all(|splat| splat.half.max_element() < 1.1), "each is its own disc");
     let back = Given { radii: vec![1.0; 2], ..of(&[Vec3::ZERO, Vec3::X], &[Vec3::Z, -Vec3::Z]) };
     let splats = Drawn::all(&back.run(&within(0.1)).unwrap());
     assert_eq!(splats.len(), 2);
     assert!(splats[0].up.dot(splats[1].up) < -0.999);
+}
+
+/// A sample in the plane of a sheet, far from it.
+#[test]
+fn a_sample_beside_a_sheet_is_a_disc_of_its_own() {
+    let sheet = (0..1600).map(|i| Vec3::new((i % 40) as f32, (i / 40) as f32, 0.0) * 0.01);
+    let points: Vec<Vec3> = sheet.chain([Vec3::X * 2.0]).collect();
+    let given = Given { radii: vec![0.009; 1601], ..of(&points, &[Vec3::Z; 1601]) };
+    let splats = Drawn::all(&given.run(&Settings::default()).unwrap());
+    let alone: Vec<&Drawn> = splats.iter().filter(|splat| splat.at.x > 1.0).collect();
+    assert!(alone.len() == 1 && alone[0].half.max_element() < 0.0099, "{}", splats.len());
+    assert!(splats.iter().all(|splat| splat.half.max_element() < 0.4), "nothing bridges the gap");
 }
 
 #[test]

@@ -45,6 +45,7 @@ pub struct Bench {
     views: Vec<View>,
     traced: Vec<TracedPicture>,
     normals: Vec<Image>,
+    depths: Vec<Image>,
 }
 
 impl Bench {
@@ -68,14 +69,24 @@ impl Bench {
             let eye = center + DVec3::from_array(direction).normalize() * (1.25 * reach);
             View { near: 1e-4 * reach, far: 9.0 * reach, ..stage::view(eye, center, size) }
         });
-        let (views, traced, normals) = (views.to_vec(), Vec::new(), Vec::new());
-        let mut bench =
-            Self { engine, splatting, baseline, samples, scene, views, traced, normals };
+        let mut bench = Self {
+            engine,
+            splatting,
+            baseline,
+            samples,
+            scene,
+            views: views.to_vec(),
+            traced: Vec::new(),
+            normals: Vec::new(),
+            depths: Vec::new(),
+        };
         for view in bench.views.clone() {
             bench.traced.push(bench.trace(view, paths)?);
             let samples = bench.samples.clone();
-            let drawn = bench.draw(&samples, view, "averaged", &[Output::Normal])?;
+            let outputs = [Output::Normal, Output::Depth];
+            let drawn = bench.draw(&samples, view, "averaged", &outputs)?;
             bench.normals.push(drawn.image(&Output::Normal).context("no normals")?.clone());
+            bench.depths.push(drawn.image(&Output::Depth).context("no depths")?.clone());
         }
         Ok(bench)
     }
@@ -194,7 +205,8 @@ impl Bench {
     }
 
     /// Pixels inside of the samples' silhouettes, farther from their edges than a tolerance in scene units,
-    /// that no splat covers; of surfaces of two sides, as they are drawn unless a scene says otherwise.
+    /// that no splat covers, or through which something far behind the samples is seen; of surfaces of two
+    /// sides, as they are drawn unless a scene says otherwise.
     ///
     /// # Errors
     /// Those of drawing.
@@ -202,15 +214,16 @@ impl Bench {
         self.scene.surface.two_sided = true;
         let mut found = 0;
         for (i, view) in self.views.clone().into_iter().enumerate() {
-            let drawn = self.draw(splats, view, "flat", &[Output::Normal])?;
-            let drawn = drawn.image(&Output::Normal).context("no normals")?;
+            let drawn = self.draw(splats, view, "flat", &[Output::Depth])?;
+            let drawn = drawn.image(&Output::Depth).context("no depths")?;
             // How far the tolerance, and a pixel, may move the silhouette where it is nearest.
             let [_, half_y] = view.half_extent();
             let facts = self.samples.facts();
             let reach = 0.5 * (facts.bounds_max - facts.bounds_min).length();
             let distance = view.camera.eye.distance(view.camera.target) - reach;
             let pixels = tolerance / distance / half_y * 0.5 * f64::from(view.size_px[1]);
-            found += holes(drawn, &self.normals[i], pixels.ceil() as i64 + 1);
+            let behind = 10.0 * tolerance + BEHIND * reach;
+            found += holes(drawn, &self.depths[i], pixels.ceil() as i64 + 1, behind as f32);
         }
         self.scene.surface.two_sided = false;
         Ok(found)
@@ -243,18 +256,28 @@ pub fn bytes_each(cloud: &Cloud, mode: &str) -> Result<f64> {
     Ok((counts.column_bytes + counts.host_column_bytes) as f64 / cloud.len() as f64)
 }
 
-/// Pixels that one picture does not cover, all of whose neighbours within so many pixels another covers.
-fn holes(drawn: &Image, whole: &Image, margin: i64) -> usize {
+/// How far behind the samples, in half diagonals and besides ten tolerances, something is that is seen
+/// through a hole: farther than splats seen at a flat angle reach, and nearer than the other side.
+const BEHIND: f64 = 0.1;
+
+/// Pixels whose depth one picture does not have, or has by so much behind the other's, which has all of
+/// their neighbours within so many pixels at about one depth.
+fn holes(drawn: &Image, whole: &Image, margin: i64, behind: f32) -> usize {
     let [width, height] = [i64::from(drawn.width), i64::from(drawn.height)];
-    let covers = |image: &Image, x: i64, y: i64| {
+    let depth = |image: &Image, x: i64, y: i64| {
         let inside = (0..width).contains(&x) && (0..height).contains(&y);
-        inside && image.pixel(x as u32, y as u32)[3] > 0.0
+        if inside { image.pixel(x as u32, y as u32)[0] } else { 0.0 }
     };
     let all = (0..width * height).map(|i| (i % width, i / width));
     let is_hole = |&(x, y): &(i64, i64)| {
         let around =
             (-margin..=margin).flat_map(|dy| (-margin..=margin).map(move |dx| (x + dx, y + dy)));
-        !covers(drawn, x, y) && around.into_iter().all(|(x, y)| covers(whole, x, y))
+        let (own, expected) = (depth(drawn, x, y), depth(whole, x, y));
+        let is_near = |(x, y): (i64, i64)| {
+            let other = depth(whole, x, y);
+            other > 0.0 && (other - expected).abs() < behind
+        };
+        (own <= 0.0 || own > expected + behind) && around.into_iter().all(is_near)
     };
     all.filter(is_hole).count()
 }

@@ -39,8 +39,10 @@ pub struct AtEdges {
     pub normal_degrees: f64,
     /// Pixels of edges.
     pub n: usize,
-    /// Root mean square difference of radiance everywhere else.
+    /// Root mean square difference of radiance everywhere else on the mesh.
     pub elsewhere: f64,
+    /// Pixels beside the mesh that splats cover, as a share of those of the mesh.
+    pub beyond: f64,
 }
 
 /// A mesh seen from several sides.
@@ -185,6 +187,7 @@ impl EdgeBench {
         renderer: &mut RendererView,
     ) -> Result<AtEdges> {
         let (mut radiance, mut angles, mut rest) = ((0.0, 0), (0.0, 0), (0.0, 0));
+        let (mut beyond, mut on) = (0, 0);
         for view in &self.views {
             let outputs = [Output::Color, Output::Normal];
             let drawn = stage::render(engine, renderer, splats, &self.scene, *view, &outputs)?;
@@ -195,8 +198,10 @@ impl EdgeBench {
             for (i, truth) in seen.iter().enumerate() {
                 let (x, y) = (i as u32 % width, i as u32 / width);
                 if truth.depth <= 0.0 {
+                    beyond += usize::from(color.pixel(x, y)[3] > 0.0);
                     continue;
                 }
+                on += 1;
                 let position = [f64::from(x) + 0.5, f64::from(y) + 0.5];
                 let lit = twin::shade(truth, &self.scene, view, position, &LIT);
                 let found = Vec3::from_slice(color.pixel(x, y)).as_dvec3();
@@ -219,6 +224,7 @@ impl EdgeBench {
             normal_degrees: root(angles),
             n: radiance.1,
             elsewhere: root(rest),
+            beyond: beyond as f64 / on.max(1) as f64,
         })
     }
 }
