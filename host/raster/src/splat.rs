@@ -141,13 +141,12 @@ pub(crate) fn splats<S: Simd>(
     if !discs.visible.any_true() {
         return;
     }
-    let boxes = discs.pixel_boxes(eye);
+    let [left, top, right, bottom] = discs.pixel_boxes(eye);
     // A pixel counts where its middle lies within.
     let (w, h) = (eye.size_px[0] as f32, eye.size_px[1] as f32);
-    let x0 = smaller(larger((boxes[0] - 0.5).ceil(), zero), splat(w));
-    let y0 = smaller(larger((boxes[1] - 0.5).ceil(), zero), splat(h));
-    let x1 = smaller(larger((boxes[2] + 0.5).floor(), zero), splat(w));
-    let y1 = smaller(larger((boxes[3] + 0.5).floor(), zero), splat(h));
+    let within = |at: F<S>, size: f32| smaller(larger(at, zero), splat(size));
+    let (x0, y0) = (within((left - 0.5).ceil(), w), within((top - 0.5).ceil(), h));
+    let (x1, y1) = (within((right + 0.5).floor(), w), within((bottom + 0.5).floor(), h));
     let (left, top) = (corner[0] as f32, corner[1] as f32);
     let (right, bottom) = (left + size[0] as f32, top + size[1] as f32);
     let inside = x1.simd_gt(x0)

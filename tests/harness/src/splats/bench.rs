@@ -66,7 +66,7 @@ impl Bench {
         let center = 0.5 * (facts.bounds_min + facts.bounds_max);
         let reach = (facts.bounds_max - facts.bounds_min).length();
         let views = DIRECTIONS.map(|direction| {
-            let eye = center + DVec3::from_array(direction).normalize() * (1.25 * reach);
+            let eye = center + DVec3::from_array(direction).normalize_or(DVec3::Z) * (1.25 * reach);
             View { near: 1e-4 * reach, far: 9.0 * reach, ..stage::view(eye, center, size) }
         });
         let mut bench = Self {

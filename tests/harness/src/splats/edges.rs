@@ -123,7 +123,7 @@ impl EdgeBench {
         let center = 0.5 * (facts.bounds_min + facts.bounds_max);
         let reach = (facts.bounds_max - facts.bounds_min).length();
         let views = DIRECTIONS.map(|direction| {
-            let eye = center + DVec3::from_array(direction).normalize() * (1.25 * reach);
+            let eye = center + DVec3::from_array(direction).normalize_or(DVec3::Z) * (1.25 * reach);
             View { near: 1e-4 * reach, far: 9.0 * reach, ..stage::view(eye, center, size) }
         });
         Ok(Self { triangles, bvh, scene, views: views.to_vec() })
@@ -149,7 +149,7 @@ impl EdgeBench {
         let world_from_view = camera.view_from_world().transpose();
         let pixel = |i: u32| {
             let (_, direction) = view.ray(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
-            let direction = (world_from_view * direction).normalize();
+            let direction = (world_from_view * direction).normalize_or(DVec3::Z);
             let ray = Ray::new(
                 Vec3A::from(camera.eye.as_vec3()),
                 // Adding zero makes negative zeros positive, which the hierarchy counts on.
@@ -168,7 +168,7 @@ impl EdgeBench {
             let along = camera.view_from_world() * direction;
             twin::Pixel {
                 depth: f64::from(hit.t) * -along.z,
-                normal: normal.normalize(),
+                normal: normal.normalize_or(DVec3::Z),
                 albedo: DVec3::splat(0.5),
                 ..twin::Pixel::default()
             }

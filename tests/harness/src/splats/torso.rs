@@ -30,7 +30,7 @@ const BULGES: [([f64; 3], f64, f64); 15] = [
 /// The point of the body in a direction.
 fn point(direction: DVec3) -> DVec3 {
     let bulge = |(middle, height, narrow): &([f64; 3], f64, f64)| {
-        let cosine = direction.dot(DVec3::from_array(*middle).normalize());
+        let cosine = direction.dot(DVec3::from_array(*middle).normalize_or(DVec3::Z));
         height * (-narrow * (1.0 - cosine)).exp()
     };
     // Ribs and belly.
@@ -56,11 +56,11 @@ pub fn torso(n: usize) -> Cloud {
         // The function is smooth at this step, and f64 keeps ten digits of the difference.
         let step = 1e-6;
         let slope = |axis: DVec3| {
-            let at = |s: f64| point((direction + s * axis).normalize());
+            let at = |s: f64| point((direction + s * axis).normalize_or(DVec3::Z));
             (at(step) - at(-step)) / (2.0 * step)
         };
         let (du, dv) = (slope(u), slope(v));
-        let normal = du.cross(dv).normalize();
+        let normal = du.cross(dv).normalize_or(DVec3::Z);
         let normal = normal * normal.dot(direction).signum();
         positions.extend(point(direction).as_vec3().to_array());
         normals.extend(normal.as_vec3().to_array());

@@ -37,8 +37,8 @@ impl Local {
         if clip.is_none() && field.is_none() {
             return None;
         }
-        let directions = [u, v].map(|axis| axis.as_dvec3().normalize());
-        let plane = directions[0].cross(directions[1]).normalize();
+        let directions = [u, v].map(|axis| axis.as_dvec3().normalize_or(DVec3::Z));
+        let plane = directions[0].cross(directions[1]).normalize_or(DVec3::Z);
         let turned_round = plane.dot(cloud.normals()[i].as_dvec3()) < 0.0;
         // Rows of the inverse of (u v n).
         let axes = glam::DMat3::from_cols(turned(u), turned(v), turned(u).cross(turned(v)));
@@ -68,7 +68,8 @@ impl Local {
     pub(super) fn normal(&self, from_center: DVec3) -> Option<DVec3> {
         let ([x, y, alpha, beta], [u, v, plane]) = self.field?;
         let at = self.at(from_center);
-        let normal = (plane + (x + alpha * at.x) * u + (y + beta * at.y) * v).normalize();
+        let normal =
+            (plane + (x + alpha * at.x) * u + (y + beta * at.y) * v).normalize_or(DVec3::Z);
         Some(if self.back == self.turned_round { normal } else { -normal })
     }
 }

@@ -82,7 +82,7 @@ fn equals_twin(way: &mut Way, case: &Case, fields: bool) {
 }
 
 fn ahead(distance: f64, size: u32) -> View {
-    stage::view(DVec3::new(0.2, 0.3, 1.0).normalize() * distance, DVec3::ZERO, size)
+    stage::view(DVec3::new(0.2, 0.3, 1.0).normalize_or(DVec3::Z) * distance, DVec3::ZERO, size)
 }
 
 /// A few splats with fields, cut in every way.
