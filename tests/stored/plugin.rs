@@ -2,8 +2,9 @@
 //! as `VERSION/plugin-x86_64-linux.so.gz`, so that today's host is tried with yesterday's plugins.
 //!
 //! It was built outside this tree, against `host/api` of the revision, with
-//! `opt-level = "z"`, `lto = true`, `codegen-units = 1` and `strip = true`: those of 3.0
-//! and 3.4 by rustc 1.95, that of 3.3 by Debian's rustc 1.85.
+//! `opt-level = "z"`, `lto = true`, `codegen-units = 1` and `strip = true`, and with
+//! `--remap-path-prefix` for the folders of the tree and of cargo: those of 3.0, 3.4 and 3.5 by rustc 1.95,
+//! that of 3.3 by Debian's rustc 1.85.
 
 use surfelshop_api::columns::{AO, Values};
 use surfelshop_api::prelude::*;

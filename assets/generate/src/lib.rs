@@ -1,9 +1,10 @@
-//! Makes the sample cloud and the sample light probe in `assets/`.
+//! Makes the sample cloud, the Cornell box and the sample light probe in `assets/`.
 //!
-//! `cargo run --release --package surfelshop-assets` writes them again, the cloud bit for bit the same
+//! `cargo run --release --package surfelshop-assets` writes them again, the clouds bit for bit the same
 //! on every machine: only correctly rounded arithmetic is used (see [`portable`]), and parallel work
 //! is collected in a fixed order.
 
+pub mod cornell;
 pub mod coverage;
 pub mod field;
 pub mod figure;
@@ -15,6 +16,7 @@ pub mod noise;
 pub mod portable;
 pub mod sample;
 pub mod snail;
+pub mod tiles;
 
 use std::path::Path;
 

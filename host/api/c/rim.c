@@ -197,7 +197,7 @@ static void put_uniform(const settings *s, uint8_t bytes[UNIFORM_LEN])
  */
 static void put_structure(sm_builder *b)
 {
-    sm_map(b, 6);
+    sm_map(b, 7);
     sm_str(b, "textures"), sm_array(b, 1), sm_map(b, 6);
     sm_str(b, "label"), sm_str(b, "color");
     sm_str(b, "format"), sm_str(b, "rgba32float");
@@ -213,7 +213,7 @@ static void put_structure(sm_builder *b)
     sm_str(b, "offset"), sm_u64(b, 0);
     sm_str(b, "len"), sm_u64(b, UNIFORM_LEN);
 
-    sm_str(b, "passes"), sm_array(b, 1), sm_map(b, 9);
+    sm_str(b, "passes"), sm_array(b, 1), sm_map(b, 10);
     sm_str(b, "name"), sm_str(b, "shade");
     sm_str(b, "work"), sm_map(b, 1), sm_str(b, "Shading"), sm_map(b, 4);
     sm_str(b, "surface"), sm_str(b, "blended");
@@ -228,10 +228,12 @@ static void put_structure(sm_builder *b)
     sm_str(b, "settings"), sm_map(b, 1), sm_str(b, "Uniform"), sm_u64(b, 0);
     sm_str(b, "merges"), sm_bool(b, 1);
     sm_str(b, "features"), sm_map(b, 0);
+    sm_str(b, "camera"), sm_nil(b);
 
     sm_str(b, "outputs"), sm_array(b, 1);
     sm_array(b, 2), sm_str(b, "color"), sm_u64(b, 0);
     sm_str(b, "wants_another_frame"), sm_bool(b, 0);
+    sm_str(b, "cameras"), sm_array(b, 0);
 }
 
 static int32_t frame(void *instance, surfelshop_bytes request, surfelshop_sink sink)

@@ -27,7 +27,11 @@ pub const ABI_MAJOR: u16 = 3;
 ///
 /// 4: passes may read normals that vary over surfels
 /// ([`SurfaceMode::Fields`](crate::graph::SurfaceMode)).
-pub const ABI_MINOR: u16 = 4;
+///
+/// 5: graphs have cameras of their own ([`Graph::camera`](crate::Graph::camera)), read the scene's
+/// surfels as data ([`Graph::surfels`](crate::Graph::surfels)), and keep buffers from frame to frame
+/// ([`Lifetime::History`](crate::graph::Lifetime)).
+pub const ABI_MINOR: u16 = 5;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

@@ -78,15 +78,24 @@ pub(crate) struct Chosen {
     pub(crate) view: RendererView,
 }
 
-/// A frame that does not change any more.
+/// A frame that does not change any more, or one on the way there.
 pub(crate) struct Settled {
     pub(crate) rendered: Rendered,
+    /// Frames since something changed, this one included.
     pub(crate) n_frames: u32,
+    /// What the frames drawn in one go took.
     pub(crate) milliseconds: f64,
     /// Of these, what the first frame took, and within it the way of the columns to where they are
     /// drawn.
     pub(crate) first_ms: f64,
     pub(crate) columns_ms: f64,
+}
+
+impl Settled {
+    /// Whether another frame would change the picture.
+    pub(crate) fn refines(&self) -> bool {
+        self.rendered.wants_another_frame && self.n_frames < MAX_FRAMES
+    }
 }
 
 impl Studio {
@@ -167,7 +176,20 @@ impl Studio {
         self.settle_with(view, request, |_| ())
     }
 
-    /// The same; `each` is shown every frame.
+    /// Renders the frame of the request's index alone.
+    pub(crate) fn frame_view(
+        &mut self,
+        view: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Settled, RenderError> {
+        let started = Instant::now();
+        let rendered = self.engine.render(view, request)?;
+        let (n_frames, columns_ms) = (request.frame_index + 1, rendered.columns_ms);
+        let milliseconds = started.elapsed().as_secs_f64() * 1e3;
+        Ok(Settled { rendered, n_frames, milliseconds, first_ms: milliseconds, columns_ms })
+    }
+
+    /// Renders until the picture does not change any more; `each` is shown every frame.
     fn settle_with(
         &mut self,
         view: &mut RendererView,
@@ -184,9 +206,10 @@ impl Studio {
             n_frames += 1;
             let since = || started.elapsed().as_secs_f64() * 1e3;
             let (first_ms, columns_ms) = *first.get_or_insert((since(), rendered.columns_ms));
-            if !rendered.wants_another_frame || n_frames == MAX_FRAMES {
-                let milliseconds = since();
-                return Ok(Settled { rendered, n_frames, milliseconds, first_ms, columns_ms });
+            let milliseconds = since();
+            let settled = Settled { rendered, n_frames, milliseconds, first_ms, columns_ms };
+            if !settled.refines() {
+                return Ok(settled);
             }
         }
     }

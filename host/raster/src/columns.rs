@@ -122,8 +122,9 @@ fn three(values: &[f32], i: u32) -> [f32; 3] {
 
 impl Columns {
     /// Puts columns into drawing order: `order` holds the surfels' places in the file, all below the
-    /// columns' length. Albedos and what varies over splats are in drawing order already. Surfels that stand for several are made
-    /// where there are to be `merged` ones. `tell` hears how far it is, in [0, 1].
+    /// columns' length. Albedos and what varies over splats are in drawing order already. Surfels that
+    /// stand for several are made where there are to be `merged` ones. `tell` hears how far it is, in
+    /// [0, 1].
     #[must_use]
     pub fn new(
         sources: &Sources<'_>,

@@ -1,5 +1,5 @@
 //! What varies over a surfel: the normals of a field, and the lines that cut it. Twins of the functions
-//! of `shaders/host/disc.wgsl`.
+//! of `shaders/host/local.wgsl`.
 
 use crate::columns::{Columns, Shape};
 use crate::lanes::{F, M, V};

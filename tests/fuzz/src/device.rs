@@ -89,6 +89,7 @@ mod tests {
     fn what_a_good_graph_asks_for_is_done_on_a_device_that_computes_nothing() {
         for bytes in [
             include_bytes!("../../stored/3.3/flat.graph").as_slice(),
+            include_bytes!("../corpus/graph/cameras.graph"),
             include_bytes!("../corpus/graph/ink.graph"),
             include_bytes!("../corpus/graph/procedural.graph"),
         ] {

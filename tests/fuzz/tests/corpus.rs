@@ -16,7 +16,7 @@ const HANGS: Duration = Duration::from_secs(60);
 
 /// Folders of the checkout whose files are good inputs as they are.
 const GOOD: [(&str, &[&str]); 3] = [
-    ("graph", &["tests/stored/3.0", "tests/stored/3.3", "tests/stored/3.4"]),
+    ("graph", &["tests/stored/3.0", "tests/stored/3.3", "tests/stored/3.4", "tests/stored/3.5"]),
     ("manifest", &["tests/fixtures/faulty/foreign"]),
     ("shader", &["host/app/src/plugins/template/graph/src", "plugins/ewa-phong/src", "shaders"]),
 ];

@@ -4,6 +4,7 @@
 pub mod agreement;
 pub mod clouds;
 pub mod desk;
+pub mod gi;
 pub mod lamp;
 pub mod materials;
 pub mod measure;

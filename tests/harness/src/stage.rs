@@ -148,19 +148,33 @@ pub fn render(
     view: View,
     outputs: &[Output],
 ) -> Result<Rendered, RenderError> {
-    engine.render(
-        renderer,
-        &RenderRequest {
-            clouds: &[cloud.view()],
-            facts: cloud.facts(),
-            scene,
-            view,
-            values: &Values::new(),
-            outputs,
-            frame_index: 0,
-            environment: None,
-            stride: 1,
-            detail_px: 0.0,
-        },
-    )
+    render_with(engine, renderer, cloud, scene, view, &Values::new(), outputs)
+}
+
+/// The same with these parameters.
+///
+/// # Errors
+/// As the engine's.
+pub fn render_with(
+    engine: &mut Engine,
+    renderer: &mut RendererView,
+    cloud: &Cloud,
+    scene: &Scene,
+    view: View,
+    values: &Values,
+    outputs: &[Output],
+) -> Result<Rendered, RenderError> {
+    let request = RenderRequest {
+        clouds: &[cloud.view()],
+        facts: cloud.facts(),
+        scene,
+        view,
+        values,
+        outputs,
+        frame_index: 0,
+        environment: None,
+        stride: 1,
+        detail_px: 0.0,
+    };
+    engine.render(renderer, &request)
 }

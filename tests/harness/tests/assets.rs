@@ -1,12 +1,16 @@
-//! The committed sample is what its generator makes, loads without repairs, and is small enough to
-//! be cloned by everyone.
+//! The committed sample and Cornell box are what their generator makes, load without repairs, and are
+//! small enough to be cloned by everyone.
 
 use std::path::{Path, PathBuf};
 
+use surfelshop_assets::cornell;
 use surfelshop_assets::coverage::{Disc, measure};
 
 /// The sample travels with every clone; this is what its surfels may weigh.
 const MOST_BYTES: usize = 4_000_000;
+/// The same of the box.
+const MOST_BYTES_OF_BOX: usize = 3_500_000;
+const BOX_SCENE: &str = "cornell-box.scene.toml";
 
 fn sample_path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/sample.ply")
@@ -16,21 +20,51 @@ fn bytes_of(path: &Path) -> Vec<u8> {
     std::fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-#[test]
-fn committed_sample_equals_a_regenerated_one() {
+fn asset(name: &str) -> PathBuf {
+    sample_path().with_file_name(name)
+}
+
+/// Whether a committed file is what its generator writes.
+fn assert_committed(name: &str, write: impl FnOnce(&Path) -> anyhow::Result<()>) {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let made = folder.path().join("sample.ply");
-    surfelshop_assets::write_sample(&made).expect("the sample is written");
-    let (committed, made) = (bytes_of(&sample_path()), bytes_of(&made));
+    let made = folder.path().join(name);
+    write(&made).expect("the file is written");
+    let (committed, made) = (bytes_of(&asset(name)), bytes_of(&made));
     let differs = committed.iter().zip(&made).position(|(old, new)| old != new);
     assert!(
         committed == made,
-        "assets/sample.ply holds {} bytes, its generator makes {}, first different byte: \
-         {differs:?}; run `cargo run --release -p surfelshop-assets` and commit the file if the \
-         change is wanted",
+        "assets/{name} holds {} bytes, its generator makes {}, first different byte: {differs:?}; \
+         run `cargo run --release -p surfelshop-assets` and commit the file if the change is wanted",
         committed.len(),
         made.len(),
     );
+}
+
+#[test]
+fn committed_sample_equals_a_regenerated_one() {
+    assert_committed("sample.ply", surfelshop_assets::write_sample);
+}
+
+#[test]
+fn committed_box_equals_a_regenerated_one() {
+    assert_committed(cornell::CLOUD_FILE, cornell::write_cornell_box);
+    assert_committed(BOX_SCENE, cornell::write_cornell_scene);
+}
+
+#[test]
+fn box_opens_without_repairs() {
+    let opened = surfelshop_cloud::scene::read(asset(BOX_SCENE)).expect("the scene opens");
+    assert_eq!(opened.warnings, Vec::<String>::new());
+    let path = opened.scene.path_of(&opened.scene.clouds[0]);
+    let bytes = bytes_of(&path).len();
+    assert!(bytes < MOST_BYTES_OF_BOX, "{} holds {bytes} bytes", path.display());
+    let loaded = surfelshop_cloud::read(path, &surfelshop_cloud::ReadOptions::default());
+    let summary = loaded.expect("the box loads").summary;
+    let n_surfels = summary.n_surfels;
+    assert!(n_surfels.abs_diff(cornell::N_POINTS as u64) < 1_000, "{n_surfels} surfels");
+    assert_eq!(summary.n_dropped, 0);
+    let given = [summary.normals.given, summary.radii.given, summary.colors.given];
+    assert_eq!(given, [n_surfels; 3], "normals, radii and colours come from the file");
 }
 
 #[test]

@@ -35,6 +35,7 @@ fn compare_cloud(cloud: &Cloud, view: View) {
         ("surfelshop_flat", "flat"),
         ("surfelshop_ewa_phong", "ewa-phong"),
         ("surfelshop_phong_splatting", "phong-splatting"),
+        ("surfelshop_global_illumination", "global-illumination"),
     ] {
         let a = levels(&mut vulkan, unit, cloud, view);
         let b = levels(&mut opengl, unit, cloud, view);

@@ -4,11 +4,15 @@
 //! feed no requested output do not run. The structure travels apart from the bytes of uniforms
 //! and uploads, so an unchanged structure is recognised by comparison.
 
+mod cameras;
 mod passes;
 mod resources;
 mod structure;
 
+pub use cameras::SeenFrom;
 pub use passes::{Groups, Module, Pass, SurfaceMode, Target, Work};
+// Beside the list, which the listing of older revisions has as it is.
+pub use resources::CameraId;
 pub use resources::{
     Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,
     UniformId,
@@ -23,6 +27,9 @@ pub struct Graph {
     structure: Structure,
     data: Vec<u8>,
 }
+
+/// Bytes of a `surfelshop::surfels::Record`.
+const SURFEL_BYTES: u64 = 32;
 
 /// Uniforms start at multiples of this many bytes, the largest offset alignment WebGPU allows an
 /// adapter to ask for.
@@ -60,6 +67,41 @@ impl Graph {
         let size = (bytes.len() as u64).next_multiple_of(4).max(4);
         let upload = Some(self.append(bytes, 4));
         self.buffer(label, Buffer { upload, ..Buffer::new(size) })
+    }
+
+    /// Declares a storage buffer that the host fills with the scene's surfels, `n_surfels` of them
+    /// ([`CloudFacts::n_surfels`](crate::CloudFacts::n_surfels)): all, or evenly spread ones so that there
+    /// are `at_most` so many. [`surfels_given`](Self::surfels_given) says how many that are. Shaders
+    /// declare it as `var<storage, read> NAME: array<surfels::Record>` of the module
+    /// `surfelshop::surfels`. Neighbours in space stand near each other in the buffer. It is filled when
+    /// the clouds are new, and not again; where there is no surfel it has one of radius 0. ABI 3.5.
+    pub fn surfels(&mut self, label: &str, n_surfels: u64, at_most: u32) -> BufferId {
+        let given = u64::from(Self::surfels_given(n_surfels, at_most)).max(1);
+        let surfels = Some(at_most);
+        self.buffer(label, Buffer { surfels, ..Buffer::new(given * SURFEL_BYTES) })
+    }
+
+    /// How many of `n_surfels` a buffer of `at_most` holds: one of every
+    /// [`surfels_per_given`](Self::surfels_per_given). ABI 3.5.
+    #[must_use]
+    pub fn surfels_given(n_surfels: u64, at_most: u32) -> u32 {
+        let given = n_surfels.div_ceil(Self::surfels_per_given(n_surfels, at_most));
+        u32::try_from(given).unwrap_or(u32::MAX)
+    }
+
+    /// How many surfels of the scene each one of such a buffer stands for, at least 1. ABI 3.5.
+    #[must_use]
+    pub fn surfels_per_given(n_surfels: u64, at_most: u32) -> u64 {
+        n_surfels.div_ceil(u64::from(at_most.max(1))).max(1)
+    }
+
+    /// Declares a camera for passes that are [`seen_from`](Pass::seen_from) it: its picture has the
+    /// view's `size_px`. ABI 3.5.
+    pub fn camera(&mut self, label: &str, view: &crate::View) -> CameraId {
+        let bytes = self.append(&cameras::bytes_of(view), 8);
+        let (label, size_px) = (label.to_owned(), view.size_px);
+        self.structure.cameras.push(SeenFrom { label, size_px, view: bytes });
+        CameraId(index(self.structure.cameras.len()))
     }
 
     /// Gives the bytes of a uniform for this frame.

@@ -1,6 +1,6 @@
 //! Passes of a graph: what they do, with which resources.
 
-use super::resources::{Resource, TextureId};
+use super::resources::{CameraId, Resource, TextureId};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -121,6 +121,9 @@ pub struct Pass {
     /// Boolean WGSL `override` constants by name, and whether what each guards is there. ABI 3.3.
     #[serde(default)]
     pub features: BTreeMap<String, bool>,
+    /// The camera that it looks from, where that is not the view's own. ABI 3.5.
+    #[serde(default)]
+    pub camera: Option<CameraId>,
 }
 
 impl Pass {
@@ -135,6 +138,7 @@ impl Pass {
             bindings: BTreeMap::new(),
             merges: false,
             features: BTreeMap::new(),
+            camera: None,
         }
     }
 
@@ -206,6 +210,16 @@ impl Pass {
     #[must_use]
     pub fn merges(mut self, yes: bool) -> Self {
         self.merges = yes;
+        self
+    }
+
+    /// Looks from another camera than the view's own: `surfelshop::view`, `surfelshop::surface` and the
+    /// places of `surfelshop::light` are as seen from there, a shading pass draws into a texture of that
+    /// camera's size, and [`Groups::PerPixel`] counts its pixels. What a light sees is its shadow map.
+    /// ABI 3.5.
+    #[must_use]
+    pub fn seen_from(mut self, camera: CameraId) -> Self {
+        self.camera = Some(camera);
         self
     }
 

@@ -10,6 +10,10 @@ pub struct TextureId(pub(crate) u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct BufferId(pub(crate) u32);
 
+/// A camera of the graph, besides the view's own. ABI 3.5.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct CameraId(pub(crate) u32);
+
 /// Bytes given with the frame, bound as a uniform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct UniformId(pub(crate) u32);
@@ -24,6 +28,14 @@ impl TextureId {
 
 impl BufferId {
     /// Position in [`Structure::buffers`](super::Structure::buffers).
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl CameraId {
+    /// Position in [`Structure::cameras`](super::Structure::cameras).
     #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
@@ -99,6 +111,11 @@ pub enum Lifetime {
         #[serde(default)]
         stored: bool,
     },
+    /// What the passes of one frame leave is there in the next frame of the same view: what is added
+    /// up while nothing changes. Zeros at first, when the size changes, and after the view was not
+    /// drawn for a while: whoever adds up counts what was added there, too, and begins anew where
+    /// [`Frame::frame_index`](crate::Frame::frame_index) is 0. Buffers only. ABI 3.5.
+    History,
 }
 
 /// A texture declared by a graph.
@@ -192,13 +209,24 @@ pub struct Buffer {
     /// Range of the frame's data that fills the buffer before the first pass.
     #[serde(default)]
     pub upload: Option<Span>,
+    /// Whether the host fills it with the scene's surfels, and with how many at most; see
+    /// [`Graph::surfels`](crate::Graph::surfels). ABI 3.5.
+    #[serde(default)]
+    pub surfels: Option<u32>,
 }
 
 impl Buffer {
     /// A buffer of this many bytes that lives for the frame, zero at its start.
     #[must_use]
     pub fn new(size: u64) -> Self {
-        Self { label: String::new(), size, lifetime: Lifetime::Frame, upload: None }
+        Self { label: String::new(), size, lifetime: Lifetime::Frame, upload: None, surfels: None }
+    }
+
+    /// Keeps what a frame leaves in it for the next frame of the same view. ABI 3.5.
+    #[must_use]
+    pub fn history(mut self) -> Self {
+        self.lifetime = Lifetime::History;
+        self
     }
 
     /// Keeps the contents for as long as the key stays the same.

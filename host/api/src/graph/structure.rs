@@ -1,5 +1,6 @@
 //! The whole of a graph but for its bytes.
 
+use super::cameras::SeenFrom;
 use super::passes::Pass;
 use super::resources::{Buffer, Span, Texture, TextureId};
 use serde::{Deserialize, Serialize};
@@ -73,4 +74,6 @@ pub struct Structure {
     pub outputs: Vec<(Output, TextureId)>,
     /// Whether another frame would refine the picture.
     pub wants_another_frame: bool,
+    /// Cameras besides the view's own, by [`CameraId`](super::CameraId). ABI 3.5.
+    pub cameras: Vec<SeenFrom>,
 }

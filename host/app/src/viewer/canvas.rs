@@ -2,6 +2,7 @@
 
 use super::arrangement;
 use super::darkroom::Place;
+use super::lamps;
 use super::navigation;
 use super::paint;
 use super::pane::Pane;
@@ -209,15 +210,17 @@ impl Panes<'_> {
         let rects: Vec<Rect> =
             parts.iter().map(|part| Rect::from_min_size(part.min, size)).collect();
         paint::show(ui, &painter, pane, &settings, &rects);
-        if response.clicked() || response.dragged() {
+        let lamps = lamps::show(self.window, ui, id, &rects, response.contains_pointer());
+        if response.clicked() || response.dragged() || lamps.dragged {
             self.window.focused = id;
         }
         let dragged_line = self.wipe_line(ui, &response, rects[0], &settings);
-        let over = response.hover_pos().and_then(|at| {
+        // The wheel turns over a lamp as beside it.
+        let over = response.hover_pos().or(lamps.hovered).and_then(|at| {
             let side = rects.iter().position(|rect| rect.contains(at))?;
             Some((side, at - rects[side].min))
         });
-        if !dragged_line {
+        if !dragged_line && !lamps.dragged {
             self.mouse(ui, &response, id, size, over);
         }
         let focused = self.window.focused == id && self.window.settings.panes.len() > 1;

@@ -40,6 +40,8 @@ pub(crate) struct Order {
     pub(crate) view: View,
     /// How much of the clouds is drawn.
     pub(crate) detail: Detail,
+    /// Whether something moves: the first frame is enough, since another order will follow.
+    pub(crate) moves: bool,
     /// Whether it is measured instead of shown: nothing but colour is asked for, and pictures of views
     /// go first.
     pub(crate) is_measured: bool,
@@ -61,8 +63,13 @@ pub(crate) struct Shot {
     pub(crate) passes: Vec<PassReport>,
     /// From order to picture, milliseconds.
     pub(crate) milliseconds: f64,
-    /// What drawing took of it, until the picture did not change any more: milliseconds.
+    /// What drawing took of it, milliseconds: this frame, or where pictures are measured or written, all
+    /// of them.
     pub(crate) frame_ms: f64,
+    /// Frames drawn so far.
+    pub(crate) n_frames: u32,
+    /// Whether another frame would refine it.
+    pub(crate) refines: bool,
     pub(crate) detail: Detail,
     /// What it is made of; of still pictures alone.
     pub(crate) explained: Option<Arc<Explanation>>,
@@ -71,9 +78,14 @@ pub(crate) struct Shot {
 }
 
 impl Shot {
-    /// Whether it shows everything.
-    pub(crate) fn is_whole(&self) -> bool {
+    /// Whether it shows all surfels and pixels.
+    pub(crate) fn is_full(&self) -> bool {
         self.detail.is_full() && self.one_of == 1
+    }
+
+    /// Whether it shows everything, and will not change any more.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_full() && !self.refines
     }
 
     /// How much it shows, in a few words.
@@ -141,6 +153,8 @@ pub(crate) struct UnitConduct {
 /// What the thread is to do next.
 pub(crate) enum Task {
     Picture(Place, Box<Order>),
+    /// Nothing else: a picture that is there may be refined.
+    Refine,
     /// A plugin file changed.
     Changed(Changed),
     /// How far a large cloud is on its way, in [0, 1], with the number of its thread.
@@ -153,6 +167,8 @@ pub(crate) enum Task {
     Trust(Option<Contents>),
     /// A renderer is not to be used.
     Avoid(String),
+    /// What is shown at a place is not refined any more.
+    Rest(Place),
     /// Nothing is shown at a place any more.
     LetGo(Place),
     /// The device is to be lost, as a driver loses it.
@@ -197,8 +213,9 @@ impl Queue {
     }
 
     /// Waits for a task; `None` when the window is gone. Of several pictures, the one ordered
-    /// first by its number goes first, and pictures that are measured go last.
-    pub(crate) fn next(&self) -> Option<Task> {
+    /// first by its number goes first, and pictures that are measured go last. From `refine` on there
+    /// is always something to do: [`Task::Refine`].
+    pub(crate) fn next(&self, refine: Option<Instant>) -> Option<Task> {
         let (waiting, bell) = &*self.0;
         let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
@@ -214,7 +231,16 @@ impl Queue {
                 let order = waiting.orders.remove(&place)?;
                 return Some(Task::Picture(place, Box::new(order)));
             }
-            waiting = bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+            let Some(refine) = refine else {
+                waiting = bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            };
+            let rest = refine.saturating_duration_since(Instant::now());
+            if rest.is_zero() {
+                return Some(Task::Refine);
+            }
+            let woken = bell.wait_timeout(waiting, rest);
+            waiting = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
     }
 }

@@ -349,6 +349,7 @@ fn planned(window: &Window, camera: Camera) -> Result<Vec<Picture>, String> {
         development: window.settings.development(),
         view: camera::framed_view(camera, &shown.extent, state.size),
         detail: Detail::FULL,
+        moves: false,
         is_measured: false,
         serial: 0,
     };

@@ -45,6 +45,15 @@ enum Change {
     Remove(usize),
 }
 
+/// Whether a light has the direction that it needs: a spot without one could not be read back from a
+/// scene.
+pub(super) fn is_aimed(light: &Light) -> bool {
+    match light {
+        Light::Spot { position, target, .. } => (*target - *position).try_normalize().is_some(),
+        Light::Directional { .. } | Light::Point { .. } => true,
+    }
+}
+
 /// A row or more for each light, and how there is another one.
 pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, around: &Around) {
     let mut change = None;
@@ -58,10 +67,7 @@ pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, around: &Around) {
             });
             other_rows(ui, light, around);
         });
-        // A spot without a direction could not be read back from a scene.
-        if let Light::Spot { position, target, .. } = light
-            && (*target - *position).try_normalize().is_none()
-        {
+        if !is_aimed(light) {
             *light = before;
         }
     }

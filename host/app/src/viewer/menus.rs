@@ -38,12 +38,13 @@ const MEASURE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::M)
 const SPLIT: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::N);
 
 /// What the keys do, for the help window.
-const KEYS: [(&str, &str); 15] = [
+const KEYS: [(&str, &str); 16] = [
     ("drag", "orbit"),
     ("right or middle drag, Shift drag", "pan"),
     ("Ctrl drag", "look around"),
     ("wheel", "zoom to the pointer"),
     ("double click", "orbit about the surface under the pointer"),
+    ("drag a lamp; Shift or Alt drag", "move the light across; nearer or farther"),
     ("W A S D, E Q", "fly: forward, left, back, right, up, down"),
     ("F", "see everything"),
     ("O", "perspective or parallel projection"),

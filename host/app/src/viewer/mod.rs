@@ -2,7 +2,7 @@
 //!
 //! What is shown and how is in `settings`, the clouds are in `stock`; `history` undoes changes of both. `window` runs each frame and places
 //! the orders, `worker` makes the pictures on a thread of its own, which `darkroom` leads to, `news`
-//! takes those that come back, `pane` keeps them, `canvas` takes the mouse and `paint` shows them.
+//! takes those that come back, `pane` keeps them, `canvas` takes the mouse and `paint` shows them; `lamps` are the lights over them that can be dragged.
 //! `tools` runs tools over clouds. `opened` and `saving` read and write clouds and scenes, `panels`, `menus`, `dialogs` and `tool_window` are what stands around.
 //! `measure` measures what is shown.
 
@@ -16,6 +16,7 @@ mod dialogs;
 mod export;
 mod film;
 mod history;
+mod lamps;
 mod lights;
 mod loading;
 mod made_of;
@@ -36,6 +37,7 @@ mod saving;
 mod scene_file;
 mod settings;
 mod shelf;
+mod sight;
 mod stock;
 mod surfel;
 mod surroundings;

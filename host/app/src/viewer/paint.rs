@@ -77,7 +77,7 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
     let Some(shown) = &state.shown else {
         return settings.renderers[side].clone();
     };
-    let detail = if shown.shot.is_whole() {
+    let detail = if shown.shot.is_full() {
         String::new()
     } else {
         format!(", {}", shown.shot.describe_detail())
@@ -89,7 +89,12 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
         1 => ", 1 pass kept".to_owned(),
         n => format!(", {n} passes kept"),
     };
-    format!("{}  {:.0} ms{kept}{detail}", shown.renderer, shown.shot.milliseconds)
+    let (n_frames, milliseconds) = (shown.shot.n_frames, shown.shot.milliseconds);
+    let frame = match shown.shot.refines && n_frames > 1 && state.works() {
+        true => format!(", frame {n_frames}"),
+        false => String::new(),
+    };
+    format!("{}  {milliseconds:.0} ms{kept}{detail}{frame}", shown.renderer)
 }
 
 fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {

@@ -5,7 +5,7 @@ use super::darkroom::{Order, Place, Shot};
 use super::detail::{Detail, Governor};
 use super::timings::Timings;
 use crate::clouds::Clouds;
-use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
+use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surfelshop_api::params::Values;
@@ -37,12 +37,21 @@ pub(crate) struct Wanted {
     pub(crate) load: u64,
 }
 
+/// What was ordered.
+struct Ordered {
+    wanted: Wanted,
+    detail: Detail,
+    /// Whether the first frame was enough.
+    moves: bool,
+    serial: u64,
+}
+
 /// One side of a pane.
 #[derive(Default)]
 pub(crate) struct Side {
     pub(crate) shown: Option<Shown>,
-    /// What was ordered last, with its detail and number.
-    ordered: Option<(Wanted, Detail, u64)>,
+    /// What was ordered last.
+    ordered: Option<Ordered>,
     /// Number of the last order that was answered.
     answered: u64,
     changed: Option<Instant>,
@@ -64,7 +73,7 @@ impl Side {
 
     /// Whether a picture is on its way.
     pub(crate) fn waits(&self) -> bool {
-        self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial != self.answered)
+        self.ordered.as_ref().is_some_and(|ordered| ordered.serial != self.answered)
     }
 
     /// The order to be placed now, if any; `adaptive` lets detail fall while something changes.
@@ -78,21 +87,21 @@ impl Side {
         serial: &mut u64,
     ) -> (Option<Order>, Option<Duration>) {
         let now = Instant::now();
-        let changed = self.ordered.as_ref().is_none_or(|(last, _, _)| last != wanted);
+        let changed = self.ordered.as_ref().is_none_or(|last| last.wanted != *wanted);
         if changed {
             self.changed = Some(now);
         }
         let age = self.changed.map_or(STILL, |changed| now.duration_since(changed));
         // A first picture, a switch of renderers and a change of size are not motion.
-        let moves = adaptive && age < STILL && self.moved(wanted);
-        let detail = if moves { self.governor.detail() } else { Detail::FULL };
-        let ordered_detail = self.ordered.as_ref().map(|(_, detail, _)| *detail);
+        let moves = age < STILL && self.moved(wanted);
+        let detail = if moves && adaptive { self.governor.detail() } else { Detail::FULL };
         let again = moves.then(|| STILL.saturating_sub(age) + Duration::from_millis(5));
-        if !changed && (moves || ordered_detail == Some(detail)) {
+        let ordered_detail = self.ordered.as_ref().map(|ordered| ordered.detail);
+        if !changed && (moves || (ordered_detail == Some(detail) && !self.is_left_unrefined())) {
             return (None, again);
         }
         *serial += 1;
-        self.ordered = Some((wanted.clone(), detail, *serial));
+        self.ordered = Some(Ordered { wanted: wanted.clone(), detail, moves, serial: *serial });
         let order = Order {
             renderer: wanted.renderer.clone(),
             values: wanted.values.clone(),
@@ -102,6 +111,7 @@ impl Side {
             development: wanted.development,
             view: wanted.view,
             detail,
+            moves,
             is_measured: false,
             serial: *serial,
         };
@@ -110,9 +120,29 @@ impl Side {
 
     /// Whether what is shown now and what is wanted are the same renderer over the same clouds.
     fn moved(&self, wanted: &Wanted) -> bool {
-        let same = |(last, _, _): &(Wanted, Detail, u64)| last.load == wanted.load;
+        let same = |last: &Ordered| last.wanted.load == wanted.load;
         self.shown.as_ref().is_some_and(|shown| shown.renderer == wanted.renderer)
             && self.ordered.as_ref().is_some_and(same)
+    }
+
+    /// Whether the picture ordered last is there and is the first frame of one that would be refined,
+    /// had something not moved.
+    fn is_left_unrefined(&self) -> bool {
+        self.shown.as_ref().zip(self.ordered.as_ref()).is_some_and(|(shown, ordered)| {
+            ordered.moves && shown.serial == ordered.serial && shown.shot.refines
+        })
+    }
+
+    /// Whether the picture ordered last, which is not on show, is being refined: from now on it is left
+    /// as it is, until it is on show again.
+    pub(crate) fn is_to_rest(&mut self) -> bool {
+        let refines = !self.waits() && self.shown.as_ref().is_some_and(|shown| shown.shot.refines);
+        let Some(ordered) = self.ordered.as_mut().filter(|ordered| refines && !ordered.moves)
+        else {
+            return false;
+        };
+        ordered.moves = true;
+        true
     }
 
     /// Takes a picture, or the reason why there is none.
@@ -128,7 +158,10 @@ impl Side {
         self.preparing = None;
         match outcome {
             Ok(shot) => {
-                self.governor.learn(shot.detail, shot.milliseconds);
+                // In motion the first frame is the only one.
+                if shot.n_frames == 1 {
+                    self.governor.learn(shot.detail, shot.milliseconds);
+                }
                 self.error = None;
                 self.timings.add(&renderer, &shot);
                 let size = shot.size.map(|side| side as usize);
@@ -157,7 +190,7 @@ impl Side {
         !self.waits()
             && self.shown.as_ref().is_some_and(|shown| {
                 shown.shot.is_whole()
-                    && self.ordered.as_ref().is_some_and(|(_, _, serial)| *serial == shown.serial)
+                    && self.ordered.as_ref().is_some_and(|last| last.serial == shown.serial)
             })
     }
 }
@@ -166,8 +199,8 @@ impl Side {
 #[derive(Default)]
 pub(crate) struct Pane {
     pub(crate) sides: [Side; 2],
-    difference: Option<([u64; 2], Difference)>,
-    heat: Option<([u64; 2], f32, TextureHandle)>,
+    difference: Option<([TextureId; 2], Difference)>,
+    heat: Option<([TextureId; 2], f32, TextureHandle)>,
     /// Whether a flicker shows the second picture.
     pub(crate) flicker: bool,
     /// Size of the pictures in pixels.
@@ -185,13 +218,14 @@ impl Pane {
     /// How the two pictures shown differ; `None` until there are two of equal size.
     pub(crate) fn difference(&mut self) -> Option<&Difference> {
         let [a, b] = [self.sides[0].shown.as_ref()?, self.sides[1].shown.as_ref()?];
-        let serials = [a.serial, b.serial];
-        if self.difference.as_ref().is_none_or(|(of, _)| *of != serials) {
+        // Each picture has a texture of its own, while one that is refined keeps its number.
+        let pictures = [a.texture.id(), b.texture.id()];
+        if self.difference.as_ref().is_none_or(|(of, _)| *of != pictures) {
             // Pictures of two moments of a movement are not compared.
             let of = |shot: &Shot| (shot.view, shot.detail, shot.one_of);
             let same = of(&a.shot) == of(&b.shot);
             let difference = Difference::new(a.shot.size, &a.shot.levels, &b.shot.levels);
-            self.difference = difference.filter(|_| same).map(|difference| (serials, difference));
+            self.difference = difference.filter(|_| same).map(|difference| (pictures, difference));
         }
         self.difference.as_ref().map(|(_, difference)| difference)
     }
@@ -200,14 +234,14 @@ impl Pane {
     pub(crate) fn heat(&mut self, ctx: &Context) -> Option<TextureHandle> {
         self.difference()?;
         let full = self.heat_full;
-        let (serials, difference) = self.difference.as_ref()?;
+        let (pictures, difference) = self.difference.as_ref()?;
         let known =
-            self.heat.as_ref().is_some_and(|(of, scale, _)| of == serials && *scale == full);
+            self.heat.as_ref().is_some_and(|(of, scale, _)| of == pictures && *scale == full);
         if !known {
             let size = difference.size.map(|side| side as usize);
             let image = ColorImage::new(size, difference.heat(full));
             let texture = ctx.load_texture("difference", image, TextureOptions::NEAREST);
-            self.heat = Some((*serials, full, texture));
+            self.heat = Some((*pictures, full, texture));
         }
         self.heat.as_ref().map(|(_, _, texture)| texture.clone())
     }

@@ -13,7 +13,7 @@ use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{self, PopupCloseBehavior, RichText, ScrollArea, Ui};
 use glam::DVec3;
 use surfelshop_api::params::{Values, linear_to_srgb, srgb_to_linear};
-use surfelshop_api::{ObjectFrame, Projection};
+use surfelshop_api::{Light, ObjectFrame, Projection};
 use surfelshop_cloud::Loaded;
 use surfelshop_engine::PassState;
 use surfelshop_engine::picture::{Background, ToneMap};
@@ -275,7 +275,14 @@ fn picture(window: &mut Window, ui: &mut Ui) {
         (facts.bounds_min, facts.bounds_max)
     });
     let around = Around { scene: ObjectFrame::around(min, max, 1.0), camera };
-    lights::show(ui, &mut window.settings.scene.lights, &around);
+    let settings = &mut window.settings;
+    lights::show(ui, &mut settings.scene.lights, &around);
+    if settings.scene.lights.iter().any(|light| !matches!(light, Light::Directional { .. })) {
+        ui.checkbox(&mut settings.shows_lamps, "show lamps").on_hover_text(
+            "lights with a place are over the picture where the pointer is, to be dragged, and never \
+             in saved pictures",
+        );
+    }
 }
 
 fn surface(window: &mut Window, ui: &mut Ui) {
@@ -296,8 +303,13 @@ fn passes(window: &mut Window, ui: &mut Ui) {
     for (i, side) in pane.sides.iter().take(n_sides).enumerate() {
         let Some(shown) = &side.shown else { continue };
         let (ms, n_frames) = side.timings.whole().unwrap_or((shown.shot.milliseconds, 1));
-        ui.strong(format!("{}: {ms:.1} ms", shown.renderer))
-            .on_hover_text(format!("medians of the last {n_frames} frames of this detail"));
+        let refined = match shown.shot.n_frames {
+            1 => String::new(),
+            n => format!(", {n} frames"),
+        };
+        ui.strong(format!("{}: {ms:.1} ms{refined}", shown.renderer)).on_hover_text(format!(
+            "from order to picture, of one frame: medians of the last {n_frames} shown in this detail"
+        ));
         egui::Grid::new(("passes", i)).num_columns(2).striped(true).show(ui, |ui| {
             for pass in &shown.shot.passes {
                 ui.label(&pass.name);
@@ -327,11 +339,7 @@ pub(crate) fn status(window: &mut Window, ui: &mut Ui) {
             ui.weak(&window.adapter);
             // A picture that still gets finer counts as work, so that a still view says when it
             // is the final one.
-            let busy = window.settings.panes.iter().any(|settings| {
-                let sides = window.panes.get(&settings.id).map(|pane| &pane.sides);
-                sides.is_some_and(|sides| sides[..settings.mode.sides()].iter().any(|s| s.works()))
-            });
-            if busy {
+            if window.works() {
                 ui.spinner();
             }
         });

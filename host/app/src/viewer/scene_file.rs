@@ -18,6 +18,9 @@ use surfelshop_cloud::scene::{
 use surfelshop_engine::picture::{self, Background};
 use toml::{Table, Value as Toml};
 
+/// Says in the layout whether lights with a place are shown over the pictures, where they are not.
+const LAMPS: &str = "lamps";
+
 /// Shows what a scene says.
 pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     let settings = &mut window.settings;
@@ -25,6 +28,7 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.environment = surroundings::of_scene(file);
     settings.tone_map = tone_map_of(file);
     settings.background = background_of(file);
+    settings.shows_lamps = file.layout.get(LAMPS).and_then(Toml::as_bool).unwrap_or(true);
     window.own_cameras.clear();
     if let Some(camera) = &file.camera {
         window.camera = camera.known;
@@ -174,6 +178,10 @@ pub(crate) fn of(window: &Window, path: &Path) -> SceneFile {
     let layout = |pane| Toml::Table(layout_of(window, pane, &file.folder));
     let panes = settings.panes.iter().map(layout).collect();
     file.layout.insert("panes".to_owned(), Toml::Array(panes));
+    match settings.shows_lamps {
+        true => file.layout.remove(LAMPS),
+        false => file.layout.insert(LAMPS.to_owned(), Toml::Boolean(false)),
+    };
     match arrangement::described(&window.tree, &settings.pane_ids()) {
         Some(described) => file.layout.insert("arrangement".to_owned(), described),
         None => file.layout.remove("arrangement"),

@@ -94,6 +94,8 @@ pub(crate) struct Settings {
     pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) tone_map: ToneMap,
     pub(crate) background: Background,
+    /// Whether lights with a place are shown over the pictures.
+    pub(crate) shows_lamps: bool,
     pub(crate) panes: Vec<PaneSettings>,
 }
 
@@ -106,6 +108,7 @@ impl Default for Settings {
             environment: None,
             tone_map: ToneMap::default(),
             background,
+            shows_lamps: true,
             panes: vec![PaneSettings::new(0, "ewa-phong")],
         }
     }

@@ -1,7 +1,7 @@
 //! The window's state and what happens in each of its frames.
 
 use super::arrangement;
-use super::darkroom::{Darkroom, Place, UnitConduct};
+use super::darkroom::{Darkroom, Place, Task, UnitConduct};
 use super::export::{self, Export, ExportWindow};
 use super::history::{History, State};
 use super::loading::Loading;
@@ -260,7 +260,13 @@ impl Window {
             if pane.size_px[0] == 0 || pane.size_px[1] == 0 {
                 continue;
             }
-            for side in 0..settings.mode.sides() {
+            let (shown_sides, hidden) = pane.sides.split_at_mut(settings.mode.sides());
+            if let [side] = hidden
+                && side.is_to_rest()
+            {
+                self.darkroom.add(Task::Rest(Place { pane: settings.id, side: 1 }));
+            }
+            for (side, side_state) in shown_sides.iter_mut().enumerate() {
                 let wanted = Wanted {
                     renderer: settings.renderers[side].clone(),
                     values: settings.values_of(side),
@@ -270,7 +276,6 @@ impl Window {
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     load: shown.load,
                 };
-                let side_state = &mut pane.sides[side];
                 let (order, again) =
                     side_state.next_order(&wanted, &shown.clouds, self.adaptive, &mut self.serial);
                 if let Some(order) = order {
@@ -288,11 +293,18 @@ impl Window {
     /// Lets the engine have the processor: where both draw on the CPU, a frame of the window for
     /// every move of the mouse would leave little for the picture it waits for.
     fn pace(&mut self) {
-        let busy = self.panes.values().flat_map(|pane| &pane.sides).any(Side::waits);
-        if self.software && busy {
+        if self.software && self.works() {
             std::thread::sleep(BETWEEN_FRAMES.saturating_sub(self.last_frame.elapsed()));
         }
         self.last_frame = Instant::now();
+    }
+
+    /// Whether a picture on show is on its way or still gets better.
+    pub(crate) fn works(&self) -> bool {
+        self.settings.panes.iter().any(|settings| {
+            let sides = self.panes.get(&settings.id).map(|pane| &pane.sides);
+            sides.is_some_and(|sides| sides[..settings.mode.sides()].iter().any(Side::works))
+        })
     }
 
     /// What undo covers.

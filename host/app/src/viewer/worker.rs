@@ -5,30 +5,28 @@
 //! times in a row or does not answer is switched off, a rebuilt one takes over only after its first
 //! picture, and a lost device is opened again.
 
+mod making;
 mod rebuilt;
+mod refining;
 
 use super::arriving::{Arrived, Arriving};
-use super::darkroom::{News, Order, Place, Print, Queue, Shot, Task, Teller, UnitConduct};
+use super::darkroom::{News, Order, Place, Print, Queue, Task, Teller, UnitConduct};
 use super::export;
 use crate::arguments::{DeviceArguments, PluginFiles};
-use crate::pictures;
-use crate::studio::{self, Settled, Studio};
-use crate::surroundings::{Probes, Surroundings};
-use anyhow::{Context as _, anyhow};
-use std::collections::{HashMap, HashSet};
+use crate::studio::{self, Studio};
+use crate::surroundings::Probes;
+use anyhow::Context as _;
+use refining::Refining;
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::UnitKind;
 use surfelshop_api::abi::host_side::Fault;
-use surfelshop_api::graph::Output;
 use surfelshop_api::params::{ParamKind, Value};
 use surfelshop_engine::plugins::{
     self, Conduct, Contents, LoadedUnit, Mark, Marks, Origin, Registry, Standing, UnitRef, Watcher,
 };
-use surfelshop_engine::{Explanation, RenderError, RenderRequest, RendererView};
-
-const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
+use surfelshop_engine::{RenderError, RendererView};
 
 /// A renderer in use at a place.
 struct InUse {
@@ -83,6 +81,12 @@ pub(super) struct Worker {
     arriving: Arriving,
     /// Orders that were answered with a few of their surfels, or wait for all.
     unfinished: HashMap<Place, Order>,
+    /// Pictures that get better, the next one first.
+    refining: VecDeque<Refining>,
+    /// When something that moves was drawn last.
+    moved: Option<Instant>,
+    /// Frames drawn.
+    n_drawn: u64,
 }
 
 /// Opens the device. Anything may be asked for at any moment, so that large clouds keep their columns.
@@ -130,6 +134,9 @@ impl Worker {
                     queue: queue.clone(),
                     arriving: Arriving::default(),
                     unfinished: HashMap::new(),
+                    refining: VecDeque::new(),
+                    moved: None,
+                    n_drawn: 0,
                 };
                 worker.tell_device();
                 Some(worker)
@@ -149,9 +156,10 @@ impl Worker {
 
     /// Works until the window is gone.
     pub(super) fn work(&mut self, queue: &Queue) {
-        while let Some(task) = queue.next() {
+        while let Some(task) = queue.next(self.refines_from()) {
             match task {
                 Task::Picture(place, order) => self.picture(place, *order),
+                Task::Refine => self.refine(),
                 Task::Changed(changed) if self.followed.contains(&changed.path) => {
                     self.file_changed(&changed.path);
                 }
@@ -167,9 +175,11 @@ impl Worker {
                     }
                 }
                 Task::Arrived(arrived) => self.arrived(*arrived),
+                Task::Rest(place) => self.leave_unrefined(place),
                 Task::LetGo(place) => {
                     self.in_use.remove(&place);
                     self.unfinished.remove(&place);
+                    self.leave_unrefined(place);
                 }
                 #[cfg(test)]
                 Task::LoseDevice => self.studio.engine.gpu().device.destroy(),
@@ -185,6 +195,7 @@ impl Worker {
     }
 
     fn picture(&mut self, place: Place, order: Order) {
+        self.leave_unrefined(place);
         let was_at_work = self.arriving.is_at_work();
         let few = self.arriving.order(&order, &self.studio.engine).unwrap_or_else(|error| {
             self.teller.tell(News::Message(error.to_string()));
@@ -206,7 +217,12 @@ impl Worker {
         });
         match few {
             Some(_) => drop(self.unfinished.insert(place, order)),
-            None => drop(self.unfinished.remove(&place)),
+            None => {
+                self.unfinished.remove(&place);
+                if let Ok(shot) = &outcome {
+                    self.refine_on(place, &order, shot);
+                }
+            }
         }
         let outcome = outcome.map_err(|error| format!("{error:#}"));
         self.teller.tell(News::Counters(self.studio.engine.counters()));
@@ -246,54 +262,6 @@ impl Worker {
         }
     }
 
-    /// Makes a picture with the renderer that is at the place, or another one; `drawn` is what is drawn
-    /// for the order, itself or with a few of its surfels.
-    ///
-    /// The renderer that was there is let go only when the other one has made its picture.
-    fn make(&mut self, place: Place, order: &Order, drawn: &Order) -> anyhow::Result<Shot> {
-        let started = Instant::now();
-        let here = self.in_use.remove(&place);
-        let (mut in_use, before) = match here {
-            Some(in_use) if in_use.name == order.renderer => (in_use, None),
-            before => match self.start(place, order) {
-                Ok(in_use) => (in_use, before),
-                Err(error) => {
-                    self.in_use.extend(before.map(|before| (place, before)));
-                    return Err(error);
-                }
-            },
-        };
-        in_use.order = order.clone();
-        if let Err(barred) = self.conduct.check(&in_use.reference) {
-            self.in_use.extend(before.map(|before| (place, before)));
-            return Err(barred.into());
-        }
-        self.follow(&in_use);
-        match self.render(&mut in_use.view, drawn) {
-            Ok((settled, explained)) => {
-                in_use.mark = None;
-                self.conduct.succeeded(&in_use.reference, in_use.unit.contents);
-                self.in_use.insert(place, in_use);
-                shot(&settled, explained, order, started)
-            }
-            Err(error) => {
-                let lost = matches!(error, RenderError::DeviceLost(_));
-                if !in_use.is_of_a_file(&error) {
-                    self.failed(&in_use.reference, in_use.unit.contents, &fault_of(&error));
-                }
-                let stays = before.is_none();
-                self.in_use.extend(before.map(|before| (place, before)));
-                if stays {
-                    self.in_use.insert(place, in_use);
-                }
-                if lost {
-                    self.open_again()?;
-                }
-                Err(error.into())
-            }
-        }
-    }
-
     /// Watches the files that a renderer's parameters name.
     fn follow(&mut self, in_use: &InUse) {
         for path in in_use.files() {
@@ -313,84 +281,6 @@ impl Worker {
         for (place, order) in affected {
             self.picture(place, order);
         }
-    }
-
-    /// Loads a renderer and makes an instance.
-    fn start(&mut self, place: Place, order: &Order) -> anyhow::Result<InUse> {
-        let name = order.renderer.clone();
-        let reference = self.registry.find(UnitKind::Renderer, &name)?;
-        anyhow::ensure!(
-            !self.avoided.contains(&name),
-            "{reference} was at work when the program crashed; the plugin list switches it on"
-        );
-        self.conduct.check(&reference)?;
-        self.teller.tell(News::Preparing { place, renderer: name.clone() });
-        // Without the mark a crash is not noticed, which is no reason not to draw.
-        let mark = self.marks.as_ref().and_then(|marks| marks.leave(&reference).ok());
-        let unit = match reference.load(&self.plugins.patience()) {
-            Ok(unit) => unit,
-            Err(error) => {
-                if let Some(fault) = error.fault() {
-                    self.failed(&reference, Contents::of_file(&reference.path), fault);
-                }
-                return Err(error.into());
-            }
-        };
-        let host = self.studio.engine.gpu().host_info();
-        let hosted = match unit.start(&host, &self.plugins.patience()) {
-            Ok(hosted) => hosted,
-            Err(fault) => {
-                self.failed(&reference, unit.contents, &fault);
-                return Err(anyhow!("{reference} could not start: {fault}"));
-            }
-        };
-        let parameters = unit.description.params.clone();
-        self.teller.tell(News::Declared { renderer: name.clone(), parameters });
-        let view = RendererView::new(hosted, unit.scope());
-        Ok(InUse { name, reference, unit, view, mark, order: order.clone() })
-    }
-
-    /// Renders until the picture does not change any more.
-    /// Still pictures are explained.
-    fn render(
-        &mut self,
-        view: &mut RendererView,
-        order: &Order,
-    ) -> Result<(Settled, Option<Explanation>), RenderError> {
-        // What is timed is what was asked for.
-        self.studio.engine.compile_beside(!order.is_measured);
-        if order.is_measured {
-            // A view may have drawn the same surfels, and what is timed pays for its own.
-            self.studio.engine.forget_surfaces();
-        }
-        let surroundings = self.surroundings(order);
-        let request = RenderRequest {
-            clouds: &order.clouds.views(),
-            facts: &order.clouds.facts,
-            scene: &order.scene,
-            view: order.detail.view(order.view),
-            values: &order.values,
-            // What lies under the pointer is only asked for of still pictures.
-            outputs: match order.detail.is_full() && !order.is_measured {
-                true => &OUTPUTS,
-                false => &OUTPUTS[..1],
-            },
-            frame_index: 0,
-            environment: surroundings.as_ref().map(Surroundings::view),
-            stride: order.detail.stride,
-            detail_px: 0.0,
-        };
-        let settled = self.studio.settle_view(view, &request)?;
-        let is_still = order.detail.is_full() && !order.is_measured;
-        let explained =
-            is_still.then(|| self.studio.engine.explain(view, &request, &settled.rendered));
-        Ok((settled, explained))
-    }
-
-    /// The light around the scene; none where its probe cannot be read, which is told once.
-    fn surroundings(&mut self, order: &Order) -> Option<Surroundings> {
-        let (probes, teller) = (&mut self.probes, &self.teller);
-        probes.light_or_none(order.environment.as_ref()?, |line| teller.tell(News::Message(line)))
     }
 
     fn failed(&mut self, unit: &UnitRef, contents: Contents, fault: &Fault) {
@@ -419,53 +309,10 @@ impl Worker {
             .context("the graphics device was lost and cannot be opened again")?;
         // What is on its way was made for the other one.
         self.arriving.let_go();
+        self.refine_anew();
         self.teller.tell(News::Arriving(None));
         self.teller.tell(News::Message("the graphics device was lost and opened again".to_owned()));
         self.tell_device();
         Ok(())
     }
-}
-
-/// What a failed frame says of the plugin. A lost device is answered as a hang is: the next frame
-/// of the same renderer would probably lose it again.
-fn fault_of(error: &RenderError) -> Fault {
-    match error {
-        RenderError::Plugin(fault) => fault.clone(),
-        RenderError::DeviceLost(_) => Fault::TimedOut(std::time::Duration::ZERO),
-        RenderError::Graph(_) | RenderError::Pass { .. } | RenderError::NoOutput { .. } => {
-            Fault::Error(error.to_string())
-        }
-        // Neither the cloud nor the host's own shaders are the plugin's doing.
-        _ => Fault::NotAsked(error.to_string()),
-    }
-}
-
-fn shot(
-    settled: &Settled,
-    explained: Option<Explanation>,
-    order: &Order,
-    started: Instant,
-) -> anyhow::Result<Shot> {
-    let rendered = &settled.rendered;
-    let image = |output: &Output| {
-        let found = rendered.image(output).cloned();
-        found.ok_or_else(|| anyhow!("the renderer gave no output `{}`", output.name()))
-    };
-    let color = image(&Output::Color)?;
-    Ok(Shot {
-        size: [color.width, color.height],
-        levels: match order.is_measured {
-            true => Vec::new(),
-            false => pictures::levels(&color, &order.development),
-        },
-        color,
-        depth: rendered.image(&Output::Depth).cloned(),
-        view: order.detail.view(order.view),
-        passes: rendered.passes.clone(),
-        milliseconds: started.elapsed().as_secs_f64() * 1e3,
-        frame_ms: settled.milliseconds,
-        detail: order.detail,
-        explained: explained.map(Arc::new),
-        one_of: 1,
-    })
 }

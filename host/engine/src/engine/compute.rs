@@ -2,9 +2,10 @@
 
 use super::Engine;
 use crate::run::{
-    Frame, Needed, Node, Plan, Recorder, RenderError, Resources, checked, copy_buffer, decode,
-    execute, map, touched,
+    Frame, Lending, Needed, Node, Plan, Recorder, RenderError, Resources, checked, copy_buffer,
+    decode, execute, map, touched,
 };
+use std::collections::BTreeMap;
 use surfelshop_api::abi::host_side::EncodedGraph;
 use surfelshop_api::graph::{Extent, Groups, Lifetime, Structure, Work};
 
@@ -54,9 +55,9 @@ impl Engine {
         nodes.dedup();
         // Of its own, so that all of it goes when this returns.
         let mut resources = Resources::default();
-        let lent = resources.lend(&self.gpu, &plan, &nodes, "");
+        let lent = resources.lend(&self.gpu, &plan, &nodes, &Lending::default());
         let mut recorder = Recorder::new(&self.gpu);
-        let frame = Frame { data, seen: None };
+        let frame = Frame { data, seen: BTreeMap::new() };
         execute(&plan, &needed, &lent, &frame, &mut recorder, &mut self.pipelines)?;
         let copies: Vec<_> = wanted
             .map(|buffer| {
@@ -93,14 +94,20 @@ fn check(structure: &Structure, buffers: &[u32]) -> Result<(), RenderError> {
             }
         }
     }
+    if let Some(camera) = structure.cameras.first() {
+        return refused(format!("has nothing to look at; camera `{}` looks", camera.label));
+    }
     if let Some((output, _)) = structure.outputs.first() {
         return refused(format!("offers no pictures; it offers `{}`", output.name()));
     }
-    let lasts = |lifetime: &Lifetime| matches!(lifetime, Lifetime::Persistent { .. });
+    let lasts = |lifetime: &Lifetime| *lifetime != Lifetime::Frame;
     let textures = structure.textures.iter().map(|texture| (&texture.label, &texture.lifetime));
     let made = structure.buffers.iter().map(|buffer| (&buffer.label, &buffer.lifetime));
     if let Some((label, _)) = textures.chain(made).find(|(_, lifetime)| lasts(lifetime)) {
         return refused(format!("keeps nothing on the device; `{label}` is to be kept"));
+    }
+    if let Some(buffer) = structure.buffers.iter().find(|buffer| buffer.surfels.is_some()) {
+        return refused(format!("has no scene to fill `{}` with surfels of", buffer.label));
     }
     for texture in &structure.textures {
         if matches!(texture.extent, Extent::View { .. }) {

@@ -4,7 +4,7 @@ use super::{Engine, RenderRequest, Rendered, RendererView};
 use crate::run::{Needed, Node, PassState, Plan, needed, texels, touched};
 use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
 use serde::Serialize;
-use surfelshop_api::graph::Output;
+use surfelshop_api::graph::{Lifetime, Output};
 
 /// A frame, explained.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -370,9 +370,15 @@ impl<'a> Graph<'a> {
         let buffers = structure.buffers.iter().enumerate().map(|(i, buffer)| {
             let node = Node::Buffer(i);
             let made = nodes.contains(&node);
+            let what = match (buffer.surfels, &buffer.lifetime) {
+                (Some(_), _) => "buffer of the scene's surfels",
+                (None, Lifetime::History) => "buffer, kept from frame to frame",
+                (None, Lifetime::Persistent { .. }) => "buffer, kept under its key",
+                (None, Lifetime::Frame) => "buffer",
+            };
             ResourceUse {
                 label: buffer.label.clone(),
-                what: "buffer".to_owned(),
+                what: what.to_owned(),
                 bytes: buffer.size,
                 made,
                 why: why(made, node),

@@ -90,7 +90,7 @@ impl Keeping {
             color: wanted.color || self.keeps(columns::COLOR),
             ao: wanted.ao || self.keeps(columns::AO),
             material: wanted.material || self.keeps(columns::MATERIAL),
-            fields: wanted.fields || self.keeps(columns::NORMAL_FIELD),
+            fields: wanted.fields,
         }
     }
 

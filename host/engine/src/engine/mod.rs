@@ -3,6 +3,7 @@
 mod alone;
 mod compute;
 mod explain;
+mod given;
 mod kept;
 mod submission;
 mod supply;
@@ -12,10 +13,13 @@ use crate::environment::Environments;
 use crate::gpu::{Atomics, Gpu};
 use crate::plugins::Hosted;
 use crate::run::{
-    CompileCounts, Image, PassReport, Pipelines, Plan, RenderError, Resources, checked, decode,
+    CompileCounts, Image, Lending, PassReport, Pipelines, Plan, RenderError, Resources, checked,
+    decode,
 };
 use crate::store::Store;
-use crate::surfels::{Columns, DrawnCloud, SurfaceCounts, Surfaces, SurfelDrawing, Wanted};
+use crate::surfels::{
+    Columns, DrawnCloud, Samples, SurfaceCounts, Surfaces, SurfelDrawing, Wanted,
+};
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, ResourceUse};
 pub use kept::Kept;
 use std::time::Instant;
@@ -72,6 +76,8 @@ pub struct Counters {
     pub column_bytes: u64,
     /// Bytes of columns in memory now, as the processor draws them.
     pub host_column_bytes: u64,
+    /// Buffers of surfels made for graphs that read them as data.
+    pub surfel_buffers: u32,
     /// Surfels that were drawn last, merged ones counting once. Where the processor draws, or a detail
     /// is asked for, those left out with their blocks are not among them, and groups are filled up to
     /// sixteen.
@@ -163,6 +169,8 @@ pub struct RendererView {
     plan: Option<Plan>,
     /// The engine that made the plan, whose device its pipelines belong to.
     planned_by: u64,
+    /// Tells this view from all others.
+    serial: u64,
 }
 
 impl RendererView {
@@ -172,7 +180,7 @@ impl RendererView {
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
         let (graph, scope) = (EncodedGraph::default(), scope.into());
-        Self { hosted, scope, graph, plan: None, planned_by: 0 }
+        Self { hosted, scope, graph, plan: None, planned_by: 0, serial: next_serial() }
     }
 
     /// The graph of the last frame.
@@ -192,6 +200,7 @@ pub struct Engine {
     surfaces: Surfaces,
     resources: Resources,
     environments: Environments,
+    samples: Samples,
     surfels: SurfelDrawing,
     /// Whether equal radii are a constant.
     constant_radii: bool,
@@ -228,6 +237,7 @@ impl Engine {
             surfaces: Surfaces::default(),
             resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
+            samples: Samples::default(),
             surfels: options.surfels,
             constant_radii,
             keeping: kept::Keeping::default(),
@@ -254,6 +264,7 @@ impl Engine {
             uploads: self.columns.uploads,
             column_bytes: self.columns.bytes(),
             host_column_bytes: self.columns.host_bytes(),
+            surfel_buffers: self.samples.made,
             drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
             environment_bytes: self.environments.bytes(),
@@ -340,10 +351,12 @@ impl Engine {
         self.resources.next_frame();
         let one_by_one = plan.shades_surfels();
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
-        let computes = self.surfels.computes(&self.gpu, request.view.size_px) && !one_by_one;
+        let drawing = if one_by_one { SurfelDrawing::Quads } else { self.surfels };
         let detailed = request.detail_px > 0.0 && plan.takes_merged_surfels() && !one_by_one;
         // Previews by the device have one surfel of so many: merged ones take memory.
         let merged = detailed || on_host && request.stride > 1;
+        // As data surfels are as the scene has them, in previews, too.
+        let given = self.surfel_buffers(&asked, plan, request)?;
         let mut scene = request.scene.clone();
         let request = &request.drawn(merged, &mut scene);
         let started = Instant::now();
@@ -357,12 +370,12 @@ impl Engine {
             resources: &mut self.resources,
             environments: &mut self.environments,
             plan,
-            scope: &renderer.scope,
+            lending: Lending { scope: &renderer.scope, view: renderer.serial, given },
             data: &encoded.data,
             request,
             asked,
             clouds: &clouds,
-            computes,
+            drawing,
         };
         let done = checked(&device, || work.run()).map_err(RenderError::Device);
         match done.and_then(|done| done) {

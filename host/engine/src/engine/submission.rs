@@ -5,10 +5,13 @@ use super::{RenderRequest, Rendered};
 use crate::environment::Environments;
 use crate::gpu::Gpu;
 use crate::run::{
-    Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Needed, Node, Pending, Pipelines, Plan,
-    Recorder, RenderError, Resources, Seen, Settings, Stage, bind, copy, execute, needed, touched,
+    Frame, FrameResources, HOST_SURFACE, HOST_VIEW, Lending, Look, Needed, Node, Pending,
+    Pipelines, Plan, Recorder, RenderError, Resources, Seat, Seen, Settings, Stage, bind, copy,
+    execute, needed, touched,
 };
-use crate::surfels::{DrawnCloud, RESOLVE, Surface, SurfaceParts, Surfaces, Wanted};
+use crate::surfels::{DrawnCloud, RESOLVE, SurfaceParts, Surfaces, SurfelDrawing, Wanted};
+use std::collections::BTreeMap;
+use surfelshop_api::View;
 use surfelshop_api::graph::{Output, SurfaceMode};
 
 /// Everything one frame's commands are made from.
@@ -19,13 +22,13 @@ pub(super) struct Submission<'a> {
     pub(super) resources: &'a mut Resources,
     pub(super) environments: &'a mut Environments,
     pub(super) plan: &'a Plan,
-    pub(super) scope: &'a str,
+    pub(super) lending: Lending<'a>,
     pub(super) data: &'a [u8],
     pub(super) request: &'a RenderRequest<'a>,
     pub(super) asked: Asked,
     pub(super) clouds: &'a [DrawnCloud],
-    /// Whether compute draws the small surfels.
-    pub(super) computes: bool,
+    /// How surfels are drawn.
+    pub(super) drawing: SurfelDrawing,
 }
 
 /// What a frame leaves for later ones, to be taken back once the device has accepted it all.
@@ -53,8 +56,15 @@ impl Asked {
         };
         let graph_outputs: Vec<usize> = sources.iter().filter_map(of_graph).collect();
         let needed = needed(plan, &graph_outputs);
-        let host_mode = plan.passes.iter().find_map(|pass| pass.surface).unwrap_or_default();
+        // What the host shows is seen from the view's own camera.
+        let mut own = plan.passes.iter().filter(|pass| pass.seat == Seat::View);
+        let host_mode = own.find_map(|pass| pass.surface).unwrap_or_default();
         Ok(Self { sources, graph_outputs, needed, host_mode })
+    }
+
+    /// Whether passes that run touch a resource.
+    pub(super) fn touches(&self, plan: &Plan, node: Node) -> bool {
+        touched(plan, &self.needed, &self.graph_outputs).contains(&node)
     }
 
     /// Columns that are read, of those that drawing can do without.
@@ -65,8 +75,9 @@ impl Asked {
         Wanted {
             color: self.needed.members.albedo || shown("albedo_only"),
             ao: self.needed.members.ao || shown("ao_only"),
-            material: self.needed.material,
-            fields: self.needed.surfaces.contains(&SurfaceMode::Fields)
+            material: self.needed.looks.values().any(|look| look.material),
+            fields: (self.needed.looks.values())
+                .any(|look| look.surfaces.contains(&SurfaceMode::Fields))
                 || self.host_mode == SurfaceMode::Fields && shown("normal_only"),
         }
     }
@@ -83,48 +94,59 @@ enum Source {
 impl Submission<'_> {
     pub(super) fn run(self) -> Result<(Rendered, Done), RenderError> {
         let Asked { sources, graph_outputs, needed, host_mode } = self.asked;
-        let parts = parts(&needed, &sources, host_mode);
-        let seeing = Seeing::new(self.gpu, self.request, self.clouds, self.computes)?;
-        let view_uniform = uniform(self.gpu, "view", view_uniform(self.request, &seeing.drawn));
-        let lights_uniform =
-            uniform(self.gpu, "lights", lights_uniform(self.request, &seeing.drawn));
         let mut recorder = Recorder::new(self.gpu);
-        let view_from_offset = |origin| seeing.view_from_offset(self.request, origin);
-        let input = seeing.input(self.request, self.clouds, &view_from_offset);
-        let surface = if parts == SurfaceParts::default() {
-            None
-        } else {
-            let made = self.surfaces.ensure(parts, &input, &mut recorder, self.pipelines);
-            Some(made.map_err(RenderError::Host)?)
-        };
+        self.surfaces.make_room(needed.looks.len());
+        let mut seats = Vec::new();
+        for (seat, request) in looked_from(self.plan, &needed, self.data, self.request)? {
+            let computes = self.drawing.computes(self.gpu, request.view.size_px);
+            let seeing = Seeing::new(self.gpu, &request, self.clouds, computes)?;
+            seats.push(Sat::new(self.gpu, seat, request, &self.request.view, seeing));
+        }
+        let motions: Vec<_> = seats
+            .iter()
+            .map(|sat| move |origin| sat.seeing.view_from_offset(&sat.request, origin))
+            .collect();
+        let inputs: Vec<_> = seats
+            .iter()
+            .zip(&motions)
+            .map(|(sat, motion)| sat.seeing.input(&sat.request, self.clouds, motion))
+            .collect();
+        let mut seen = BTreeMap::new();
+        for (sat, input) in seats.iter().zip(&inputs) {
+            let sources: &[Source] = if sat.seat == Seat::View { &sources } else { &[] };
+            let parts = parts(&needed.look(sat.seat), sources, host_mode);
+            let mut surface = None;
+            if parts != SurfaceParts::default() {
+                recorder.seen_from = label_of(self.plan, sat.seat);
+                let made = self.surfaces.ensure(parts, input, &mut recorder, self.pipelines);
+                surface = Some(made.map_err(RenderError::Host)?);
+                recorder.seen_from = None;
+            }
+            let (view_uniform, lights_uniform) = (&sat.view_uniform, &sat.lights_uniform);
+            let environment = None;
+            let at = Seen { view_uniform, lights_uniform, surface, environment, surfels: input };
+            seen.insert(sat.seat, at);
+        }
         let mut running = self.plan.passes.iter().zip(&needed.passes);
         let environment = match running.any(|(pass, runs)| *runs && pass.environment) {
             true => Some(self.environments.bind(self.gpu, self.request.environment.as_ref())?),
             false => None,
         };
+        for at in seen.values_mut() {
+            at.environment = environment.as_ref();
+        }
         let nodes = touched(self.plan, &needed, &graph_outputs);
-        let lent = self.resources.lend(self.gpu, self.plan, &nodes, self.scope);
-        let seen = Seen {
-            view_uniform: &view_uniform,
-            lights_uniform: &lights_uniform,
-            surface,
-            environment: environment.as_ref(),
-            surfels: &input,
-        };
-        let frame = Frame { data: self.data, seen: Some(seen) };
+        let lent = self.resources.lend(self.gpu, self.plan, &nodes, &self.lending);
+        let frame = Frame { data: self.data, seen };
         let written = execute(self.plan, &needed, &lent, &frame, &mut recorder, self.pipelines)?;
+        let own = frame.seen.get(&Seat::View);
         let mut pending: Vec<Pending> = Vec::new();
         for source in &sources {
             let texture = match source {
                 Source::Graph(index) => lent.textures[*index].clone(),
-                Source::Surface(entry) => Some(show_surface(
-                    entry,
-                    surface,
-                    host_mode,
-                    &view_uniform,
-                    &mut recorder,
-                    self.pipelines,
-                )?),
+                Source::Surface(entry) => {
+                    Some(show_surface(entry, own, host_mode, &mut recorder, self.pipelines)?)
+                }
             };
             let texture =
                 texture.ok_or_else(|| RenderError::Graph("an output was not made".to_owned()))?;
@@ -144,6 +166,60 @@ impl Submission<'_> {
         let rendered =
             Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
         Ok((rendered, Done { lent, written }))
+    }
+}
+
+/// A camera with what passes know of it.
+struct Sat<'a> {
+    seat: Seat,
+    request: RenderRequest<'a>,
+    seeing: Seeing,
+    view_uniform: wgpu::Buffer,
+    lights_uniform: wgpu::Buffer,
+}
+
+impl<'a> Sat<'a> {
+    fn new(gpu: &Gpu, seat: Seat, request: RenderRequest<'a>, of: &View, seeing: Seeing) -> Self {
+        let view_uniform = uniform(gpu, "view", view_uniform(&request, &seeing.drawn));
+        let lights_uniform = uniform(gpu, "lights", lights_uniform(&request, of, &seeing.drawn));
+        Self { seat, request, seeing, view_uniform, lights_uniform }
+    }
+}
+
+/// What is asked of each camera that passes look from, and of the view's own last: what was drawn last
+/// is what is told about.
+///
+/// # Errors
+/// Where a frame's data hold no such camera.
+fn looked_from<'a>(
+    plan: &Plan,
+    needed: &Needed,
+    data: &[u8],
+    request: &RenderRequest<'a>,
+) -> Result<Vec<(Seat, RenderRequest<'a>)>, RenderError> {
+    let cameras = needed.looks.keys().filter_map(|seat| match seat {
+        Seat::View => None,
+        Seat::Camera(i) => plan.structure.cameras.get(*i).map(|camera| (*seat, camera)),
+    });
+    let mut asked = cameras
+        .map(|(seat, camera)| match camera.view(data) {
+            Some(view) => Ok((seat, RenderRequest { view, ..*request })),
+            None => Err(RenderError::Graph(format!(
+                "camera `{}` has numbers that no camera has: all must be finite, angle, height and near \
+                 plane above 0",
+                camera.label
+            ))),
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+    asked.push((Seat::View, *request));
+    Ok(asked)
+}
+
+/// What a camera of the graph is called.
+fn label_of(plan: &Plan, seat: Seat) -> Option<String> {
+    match seat {
+        Seat::View => None,
+        Seat::Camera(i) => plan.structure.cameras.get(i).map(|camera| camera.label.clone()),
     }
 }
 
@@ -172,17 +248,17 @@ fn sources(plan: &Plan, outputs: &[Output]) -> Result<Vec<Source>, RenderError> 
 }
 
 /// The parts of the surface that needed passes and requested outputs read.
-fn parts(needed: &Needed, sources: &[Source], host_mode: SurfaceMode) -> SurfaceParts {
+fn parts(look: &Look, sources: &[Source], host_mode: SurfaceMode) -> SurfaceParts {
     let mut parts = SurfaceParts::default();
-    for &mode in &needed.surfaces {
+    for &mode in &look.surfaces {
         parts.add(mode);
     }
-    parts.visibility |= needed.surfels;
-    if needed.material {
+    parts.visibility |= look.surfels;
+    if look.material {
         parts.visibility = true;
         parts.material = true;
     }
-    if needed.object {
+    if look.object {
         parts.visibility = true;
         parts.object = true;
     }
@@ -202,15 +278,15 @@ fn parts(needed: &Needed, sources: &[Source], host_mode: SurfaceMode) -> Surface
 /// Draws one of the surface's values as a picture.
 fn show_surface(
     entry: &str,
-    surface: Option<&Surface>,
+    seen: Option<&Seen<'_>>,
     mode: SurfaceMode,
-    view_uniform: &wgpu::Buffer,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
 ) -> Result<wgpu::Texture, RenderError> {
     let gpu = recorder.gpu;
     let missing = || RenderError::Host("the surface was not made".to_owned());
-    let surface = surface.ok_or_else(missing)?;
+    let seen = seen.ok_or_else(missing)?;
+    let (surface, view_uniform) = (seen.surface.as_ref().ok_or_else(missing)?, seen.view_uniform);
     let size = surface.size();
     let target = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(entry),

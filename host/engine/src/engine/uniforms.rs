@@ -153,12 +153,13 @@ const LAMP_RADII: RangeInclusive<f64> = 1e-15..=1e15;
 /// as `Lamp` leaves of it, 1e30.
 const BRIGHTEST_LAMP: f64 = 1e30;
 
-/// The bytes of `surfelshop::light::Lights`.
-pub(super) fn lights_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> Uniform {
+/// The bytes of `surfelshop::light::Lights` for passes that look from the request's camera, in a view of
+/// which lights may follow the own one, `of`.
+pub(super) fn lights_uniform(request: &RenderRequest<'_>, of: &View, drawn: &DrawnView) -> Uniform {
     let facts = request.facts;
     let middle = ObjectFrame::around(facts.bounds_min, facts.bounds_max, 1.0).center;
     let lights = request.scene.lights.iter().take(Scene::MAX_LIGHTS);
-    let lamps: Vec<Lamp> = lights.map(|light| Lamp::new(light, &request.view, facts)).collect();
+    let lamps: Vec<Lamp> = lights.map(|light| Lamp::new(light, of, facts)).collect();
     let mut uniform = Uniform::new();
     for lamp in &lamps {
         let there = lamp.arriving(middle);

@@ -1,6 +1,5 @@
 //! The rules a graph must keep; each refusal names what was expected and what was found.
 
-use super::RenderError;
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
     HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, is_given, targets_of, wgpu_format,
@@ -12,10 +11,6 @@ use crate::shader::{Binding, BindingKind};
 use naga::{Scalar, TypeInner};
 use surfelshop_api::graph::{Format, Groups, Module, Pass, Resource, SurfaceMode, TextureId, Work};
 
-/// Most bytes of one texture or buffer of a graph.
-const MAX_RESOURCE_BYTES: u64 = 1 << 30;
-/// Most bytes of all textures and buffers of a graph.
-const MAX_GRAPH_BYTES: u64 = 4 << 30;
 /// Most workgroups per direction that WebGPU promises.
 const MAX_GROUPS: u32 = 65_535;
 /// Most workgroups of a pass: sixteen times those that give each pixel of the largest picture,
@@ -23,54 +18,16 @@ const MAX_GROUPS: u32 = 65_535;
 const MAX_ALL_GROUPS: u64 = 1 << 26;
 
 impl Plan {
-    pub(super) fn check_resources(&self, limits: &wgpu::Limits) -> Result<(), RenderError> {
-        let mut total = 0u64;
-        for (i, texture) in self.structure.textures.iter().enumerate() {
-            let refuse = |what: String| {
-                Err(RenderError::Graph(format!("texture `{}` {what}", texture.label)))
-            };
-            let [w, h, d] = self.extent(i);
-            let largest = if texture.volume {
-                limits.max_texture_dimension_3d
-            } else {
-                limits.max_texture_dimension_2d
-            };
-            if w == 0 || h == 0 || d == 0 {
-                return refuse(format!("is {w} x {h} x {d}; each must be at least 1"));
+    /// Whether the camera of a pass is one of the graph's.
+    pub(super) fn check_camera(&self, pass: &Pass) -> Result<(), String> {
+        let n_cameras = self.structure.cameras.len();
+        match pass.camera {
+            Some(camera) if camera.index() >= n_cameras => {
+                let number = camera.index();
+                Err(format!("it looks from camera {number}; the graph has {n_cameras} of them"))
             }
-            let deepest = if texture.volume { largest } else { limits.max_texture_array_layers };
-            if w.max(h) > largest || d > deepest {
-                let most = format!("{largest} x {largest} x {deepest}");
-                return refuse(format!("is {w} x {h} x {d}; the device allows {most}"));
-            }
-            if texture.mips == 0 || texture.mips > 32 - w.max(h).leading_zeros() {
-                return refuse(format!("of {w} x {h} cannot have {} mip levels", texture.mips));
-            }
-            let texels = u64::from(w) * u64::from(h) * u64::from(d);
-            let bytes = texels.saturating_mul(u64::from(texture.format.bytes_per_texel()));
-            if bytes > MAX_RESOURCE_BYTES {
-                return refuse(format!(
-                    "has {bytes} bytes; at most {MAX_RESOURCE_BYTES} are given"
-                ));
-            }
-            total = total.saturating_add(bytes);
+            _ => Ok(()),
         }
-        for buffer in &self.structure.buffers {
-            let most = limits.max_storage_buffer_binding_size.min(MAX_RESOURCE_BYTES);
-            if buffer.size < 4 || buffer.size > most {
-                return Err(RenderError::Graph(format!(
-                    "buffer `{}` has {} bytes; 4 to {most} are allowed",
-                    buffer.label, buffer.size
-                )));
-            }
-            total = total.saturating_add(buffer.size);
-        }
-        if total > MAX_GRAPH_BYTES {
-            return Err(RenderError::Graph(format!(
-                "its textures and buffers have {total} bytes; at most {MAX_GRAPH_BYTES} are given"
-            )));
-        }
-        Ok(())
     }
 
     /// Names that the pass mentions and the shader does not have.
@@ -178,6 +135,11 @@ impl Plan {
                 return Err(format!("`{name}` stores into what the pass reads by another name"));
             }
             if binding.kind.writes() {
+                if let Node::Buffer(i) = node
+                    && self.structure.buffers[i].surfels.is_some()
+                {
+                    return Err(format!("`{name}` holds the scene's surfels and is only read"));
+                }
                 planned.writes.push(node);
                 // What a storage resource held before may be part of what it holds after.
                 planned.reads.push(node);
@@ -328,10 +290,12 @@ impl Plan {
                 return Err("its targets differ in size".to_owned());
             }
             size = Some(here);
-            if matches!(pass.work, Work::Shading { .. }) && here != self.size {
+            let seen = self.size_of(pass);
+            if matches!(pass.work, Work::Shading { .. }) && here != seen {
+                let whose = if pass.camera.is_some() { "its camera" } else { "the view" };
                 return Err(format!(
-                    "texture `{}` is {} x {}; a shading pass draws into the view's size, {} x {}",
-                    texture.label, here[0], here[1], self.size[0], self.size[1]
+                    "texture `{}` is {} x {}; a shading pass draws into {whose}'s size, {} x {}",
+                    texture.label, here[0], here[1], seen[0], seen[1]
                 ));
             }
             if !planned.computes && !gpu.draws(wgpu_format(texture.format)) {

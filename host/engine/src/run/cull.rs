@@ -1,8 +1,8 @@
 //! Which passes run: those that requested outputs depend on.
 
-use super::plan::{Node, Plan};
+use super::plan::{Node, Plan, Seat};
 use crate::shader::SurfaceMembers;
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use surfelshop_api::graph::SurfaceMode;
 
 /// What a frame has to do.
@@ -10,16 +10,30 @@ use surfelshop_api::graph::SurfaceMode;
 pub(crate) struct Needed {
     /// For each pass, whether it feeds a requested output.
     pub(crate) passes: Vec<bool>,
-    /// Surfaces that those passes read.
-    pub(crate) surfaces: Vec<SurfaceMode>,
     /// What they read of surfaces.
     pub(crate) members: SurfaceMembers,
+    /// What they look at, by camera.
+    pub(crate) looks: BTreeMap<Seat, Look>,
+}
+
+/// What the passes that look from a camera read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Look {
+    /// Surfaces.
+    pub(crate) surfaces: Vec<SurfaceMode>,
     /// Whether one of them reads materials.
     pub(crate) material: bool,
     /// Whether one of them reads which cloud a pixel shows.
     pub(crate) object: bool,
     /// Whether one of them shades surfels one by one.
     pub(crate) surfels: bool,
+}
+
+impl Needed {
+    /// What is read from a camera.
+    pub(crate) fn look(&self, seat: Seat) -> Look {
+        self.looks.get(&seat).cloned().unwrap_or_default()
+    }
 }
 
 /// Walks back from the requested textures over what each pass reads and writes.
@@ -33,13 +47,14 @@ pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> Needed {
         needed.passes[i] = true;
         wanted.extend(&pass.reads);
         needed.members = needed.members.or(pass.members);
-        needed.material |= pass.material;
-        needed.object |= pass.object;
-        needed.surfels |= pass.surfels.is_some();
+        let look = needed.looks.entry(pass.seat).or_default();
+        look.material |= pass.material;
+        look.object |= pass.object;
+        look.surfels |= pass.surfels.is_some();
         if let Some(mode) = pass.surface
-            && !needed.surfaces.contains(&mode)
+            && !look.surfaces.contains(&mode)
         {
-            needed.surfaces.push(mode);
+            look.surfaces.push(mode);
         }
     }
     needed

@@ -4,7 +4,7 @@ use super::cull::Needed;
 use super::pipelines::Pipelines;
 use super::plan::{
     HOST_ENVIRONMENT, HOST_ENVIRONMENT_MAP, HOST_ENVIRONMENT_SAMPLER, HOST_LIGHTS, HOST_MATERIAL,
-    HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, is_given, targets_of,
+    HOST_OBJECT, HOST_SURFACE, HOST_VIEW, Node, Plan, Planned, Seat, is_given, targets_of,
 };
 use super::recipe::{Pipeline, Stage};
 use super::recorder::{Attachment, PassState, Recorder};
@@ -13,21 +13,21 @@ use super::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use super::{RenderError, bind};
 use crate::environment::Bound;
 use crate::surfels::{Surface, SurfaceInput, SurfelShading, lit_surface};
-use std::collections::{BTreeSet, HashMap};
-use surfelshop_api::graph::{Groups, Pass, Resource, SamplerKind, Span, Target, Work};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use surfelshop_api::graph::{Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work};
 
 /// What a frame's passes are bound to besides the graph's own resources.
 pub(crate) struct Frame<'a> {
     pub(crate) data: &'a [u8],
-    /// What a view shows; nothing where a graph computes without one.
-    pub(crate) seen: Option<Seen<'a>>,
+    /// What is seen from each camera; nothing where a graph computes without one.
+    pub(crate) seen: BTreeMap<Seat, Seen<'a>>,
 }
 
 /// What a view shows.
 pub(crate) struct Seen<'a> {
     pub(crate) view_uniform: &'a wgpu::Buffer,
     pub(crate) lights_uniform: &'a wgpu::Buffer,
-    pub(crate) surface: Option<&'a Surface>,
+    pub(crate) surface: Option<Surface>,
     pub(crate) environment: Option<&'a Bound>,
     /// What surfaces are made from.
     pub(crate) surfels: &'a SurfaceInput<'a>,
@@ -167,7 +167,7 @@ impl Variables<'_> {
 
     /// A variable of the host's modules.
     fn of_host(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
-        let frame = self.frame.seen.as_ref()?;
+        let frame = self.frame.seen.get(&self.planned.seat)?;
         let texture = wgpu::BindingResource::TextureView;
         match name {
             HOST_VIEW => Some(frame.view_uniform.as_entire_binding()),
@@ -179,10 +179,10 @@ impl Variables<'_> {
             }
             HOST_SURFACE => match &self.lit {
                 Some(lit) => Some(texture(lit)),
-                None => Some(texture(frame.surface?.packed(self.planned.surface?)?)),
+                None => Some(texture(frame.surface.as_ref()?.packed(self.planned.surface?)?)),
             },
-            HOST_MATERIAL => Some(texture(frame.surface?.material.as_ref()?)),
-            HOST_OBJECT => Some(texture(frame.surface?.object.as_ref()?)),
+            HOST_MATERIAL => Some(texture(frame.surface.as_ref()?.material.as_ref()?)),
+            HOST_OBJECT => Some(texture(frame.surface.as_ref()?.object.as_ref()?)),
             _ => None,
         }
     }
@@ -208,8 +208,8 @@ fn shade_surfels(
         },
     };
     let missing = || RenderError::Host("the nearest surfels were not found".to_owned());
-    let seen = variables.frame.seen.as_ref().ok_or_else(missing)?;
-    let surface = seen.surface.ok_or_else(missing)?;
+    let seen = variables.frame.seen.get(&variables.planned.seat).ok_or_else(missing)?;
+    let surface = seen.surface.as_ref().ok_or_else(missing)?;
     lit_surface(seen.surfels, surface, &shading, recorder, pipelines)
         .map_err(|message| RenderError::pass(&variables.pass.name, message))
 }
@@ -249,7 +249,7 @@ fn upload_data(
                 padded.resize(bytes.len().next_multiple_of(4), 0);
                 recorder.gpu.queue.write_buffer(made, 0, &padded);
             }
-            None if matches!(buffer.lifetime, surfelshop_api::graph::Lifetime::Frame) => {
+            None if matches!(buffer.lifetime, Lifetime::Frame) && buffer.surfels.is_none() => {
                 recorder.encoder.clear_buffer(made, 0, None);
             }
             None => {}
@@ -334,7 +334,8 @@ fn group_counts(plan: &Plan, index: usize) -> [u32; 3] {
 fn per_pixel(plan: &Plan, index: usize, divisor: u32) -> [u32; 3] {
     let [x, y, _] = plan.passes[index].workgroup_size;
     let across = |size: u32, group: u32| size.div_ceil(divisor.max(1)).div_ceil(group.max(1));
-    [across(plan.size[0], x), across(plan.size[1], y), 1]
+    let [width, height] = plan.size_of(&plan.structure.passes[index]);
+    [across(width, x), across(height, y), 1]
 }
 
 fn sampler(gpu: &crate::gpu::Gpu, kind: SamplerKind) -> wgpu::Sampler {

@@ -11,22 +11,23 @@ mod readback;
 mod recipe;
 mod recorder;
 mod resources;
+mod room;
 mod shading;
 mod stored;
 mod variants;
 
-pub(crate) use cull::{Needed, needed};
+pub(crate) use cull::{Look, Needed, needed};
 pub(crate) use decode::decode;
 pub(crate) use execute::{Frame, Seen, execute, touched};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, Pipelines};
-pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Node, Plan};
+pub(crate) use plan::{HOST_SURFACE, HOST_VIEW, Node, Plan, Seat};
 pub use readback::Image;
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recipe::{DrawKind, Pipeline, Stage, checked};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
-pub(crate) use resources::{FrameResources, Resources, texels};
+pub(crate) use resources::{FrameResources, Lending, Resources, texels};
 pub(crate) use variants::Settings;
 
 use thiserror::Error;

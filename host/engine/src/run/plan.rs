@@ -44,8 +44,23 @@ pub(crate) enum Node {
     Buffer(usize),
 }
 
+/// Where a pass looks from: the view's own camera, or one of the graph's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Seat {
+    #[default]
+    View,
+    Camera(usize),
+}
+
+impl Seat {
+    pub(crate) fn of(pass: &Pass) -> Self {
+        pass.camera.map_or(Self::View, |camera| Self::Camera(camera.index()))
+    }
+}
+
 /// A pass that may run.
 pub(crate) struct Planned {
+    pub(crate) seat: Seat,
     pub(crate) shader: Arc<Shader>,
     /// The entry point; the host's wrapper for shading functions.
     pub(crate) entry: String,
@@ -136,12 +151,22 @@ impl Plan {
         }
     }
 
+    /// Width and height in pixels of what a pass looks at.
+    pub(crate) fn size_of(&self, pass: &Pass) -> [u32; 2] {
+        let camera = match Seat::of(pass) {
+            Seat::View => None,
+            Seat::Camera(i) => self.structure.cameras.get(i),
+        };
+        camera.map_or(self.size, |camera| camera.size_px)
+    }
+
     fn plan_pass(
         &self,
         pass: &Pass,
         gpu: &Gpu,
         pipelines: &mut Pipelines,
     ) -> Result<Planned, String> {
+        self.check_camera(pass)?;
         let mut stage = naga::ShaderStage::Fragment;
         let (source, entry, surface) = match &pass.work {
             Work::Shading { surface, target, .. } => {
@@ -162,6 +187,7 @@ impl Plan {
         let point = reflect(&shader.composed, stage, &entry).map_err(|error| error.message)?;
         self.check_names(pass, &shader)?;
         let mut planned = Planned {
+            seat: Seat::of(pass),
             shader,
             entry,
             reads: Vec::new(),

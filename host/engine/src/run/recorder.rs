@@ -53,6 +53,8 @@ pub(crate) struct Recorder<'g> {
     timed: Vec<usize>,
     /// Whether anything was drawn that the device was not made to finish.
     drawn: bool,
+    /// Which camera passes are recorded for, where that is not the view's own.
+    pub(crate) seen_from: Option<String>,
 }
 
 impl<'g> Recorder<'g> {
@@ -65,12 +67,17 @@ impl<'g> Recorder<'g> {
             })
         });
         let encoder = gpu.device.create_command_encoder(&Default::default());
-        Self { gpu, encoder, passes: Vec::new(), queries, timed: Vec::new(), drawn: false }
+        let (passes, timed) = (Vec::new(), Vec::new());
+        Self { gpu, encoder, passes, queries, timed, drawn: false, seen_from: None }
     }
 
     /// Notes a pass that does not run.
     pub(crate) fn note(&mut self, name: &str, state: PassState) {
-        self.passes.push(PassReport { name: name.to_owned(), state, gpu_ms: None });
+        let name = match &self.seen_from {
+            Some(camera) => format!("{name} ({camera})"),
+            None => name.to_owned(),
+        };
+        self.passes.push(PassReport { name, state, gpu_ms: None });
     }
 
     /// The query indices of the next pass.

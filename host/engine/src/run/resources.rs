@@ -82,14 +82,35 @@ impl Kept {
     }
 }
 
+/// Where a frame of a view leaves something for the next one.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Left {
+    view: u64,
+    node: Node,
+    label: String,
+}
+
 /// Everything graphs have had made.
 #[derive(Default)]
 pub(crate) struct Resources {
     free: HashMap<Shape, Vec<(Made, u64)>>,
     persistent: HashMap<Identity, Kept>,
+    /// What the last frames of views left, by which buffer of which view's graph it is.
+    history: HashMap<Left, (Identity, Kept)>,
     frame: u64,
     /// Where contents are kept for the next start.
     store: Option<Store>,
+}
+
+/// Whom resources are lent to, and what of them comes from elsewhere.
+#[derive(Default)]
+pub(crate) struct Lending<'a> {
+    /// Keeps the keys of units apart.
+    pub(crate) scope: &'a str,
+    /// Keeps the history of views apart.
+    pub(crate) view: u64,
+    /// Buffers that the host has filled.
+    pub(crate) given: HashMap<usize, wgpu::Buffer>,
 }
 
 /// A frame's resources, by node.
@@ -146,20 +167,22 @@ impl Resources {
         self.frame += 1;
         let oldest = self.frame.saturating_sub(KEPT_FRAMES);
         self.persistent.retain(|_, kept| kept.last_used >= oldest);
+        self.history.retain(|_, (_, kept)| kept.last_used >= oldest);
         self.free.retain(|_, list| {
             list.retain(|(_, last_used)| *last_used >= oldest);
             !list.is_empty()
         });
     }
 
-    /// Lends the resources that these passes touch; `scope` keeps the keys of units apart.
+    /// Lends the resources that these passes touch.
     pub(crate) fn lend(
         &mut self,
         gpu: &Gpu,
         plan: &Plan,
         nodes: &[Node],
-        scope: &str,
+        lending: &Lending<'_>,
     ) -> FrameResources {
+        let scope = lending.scope;
         let mut frame = FrameResources {
             textures: vec![None; plan.structure.textures.len()],
             buffers: vec![None; plan.structure.buffers.len()],
@@ -168,8 +191,24 @@ impl Resources {
             lent: Vec::new(),
         };
         for &node in nodes {
+            if let Node::Buffer(i) = node
+                && let Some(buffer) = lending.given.get(&i)
+            {
+                frame.buffers[i] = Some(buffer.clone());
+                continue;
+            }
             let (shape, lifetime, label) = describe(plan, node);
             let made = match lifetime {
+                Lifetime::History => {
+                    let id = Identity {
+                        scope: scope.to_owned(),
+                        key: String::new(),
+                        node,
+                        shape: shape.clone(),
+                        made_by: made_by(plan, node),
+                    };
+                    self.left(gpu, Left { view: lending.view, node, label: label.to_owned() }, id)
+                }
                 Lifetime::Persistent { key, stored } => {
                     let id = Identity {
                         scope: scope.to_owned(),
@@ -204,6 +243,18 @@ impl Resources {
             }
         }
         frame
+    }
+
+    /// What the last frame of a view left in a buffer: zeros where there was none, or where the buffer
+    /// had another size or was filled by other passes then.
+    fn left(&mut self, gpu: &Gpu, place: Left, id: Identity) -> Made {
+        let new = || (id.clone(), Kept::new(gpu, &id, &place.label, None));
+        let kept = self.history.entry(place.clone()).or_insert_with(new);
+        if kept.0 != id {
+            *kept = new();
+        }
+        kept.1.last_used = self.frame;
+        kept.1.made.clone()
     }
 
     /// With a store for contents that are kept for the next start.

@@ -55,6 +55,7 @@ pub(crate) struct Composed {
 const MODULES: &[(&str, &str)] = &[
     ("view.wgsl", include_str!("../../../../shaders/view.wgsl")),
     ("packing.wgsl", include_str!("../../../../shaders/packing.wgsl")),
+    ("surfels.wgsl", include_str!("../../../../shaders/surfels.wgsl")),
     ("surface.wgsl", include_str!("../../../../shaders/surface.wgsl")),
     ("environment.wgsl", include_str!("../../../../shaders/environment.wgsl")),
     ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),

@@ -1,6 +1,6 @@
 //! A chunk of a cloud on its way through the passes that draw it.
 
-use super::columns::DrawnCloud;
+use super::drawn::DrawnCloud;
 use crate::gpu::Gpu;
 use std::ops::Range;
 

@@ -1,15 +1,15 @@
 //! Columns on the device: uploaded when first drawn, shared by every view, dropped when unused.
 
+use super::drawn::{ChunkBuffers, DrawnCloud};
 use super::elements::{
-    clips_of, components_of, cut_by, encode_color, field_drawn, fields_of, floats_of, is_color,
-    part_of,
+    clip_drawn, clips_of, components_of, cuts, encode_color, field_drawn, fields_of, floats_of,
+    is_color, part_of,
 };
 use super::host_columns::{ORDERED, OnHost, STOPPED, columns_drawn};
 use super::order::{TIE_BREAKERS, drawing_order};
 use super::radii::Radii;
 use super::wanted::{Wanted, Wishes};
 use crate::run::RenderError;
-use glam::DVec3;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hasher as _};
@@ -29,57 +29,6 @@ const BATCH: usize = 4096;
 
 /// Frames a column survives without being drawn.
 pub(super) const KEPT_FRAMES: u64 = 64;
-
-/// One column's buffers, chunk by chunk.
-type ChunkBuffers = Arc<Vec<wgpu::Buffer>>;
-
-/// A cloud ready to be drawn.
-pub(crate) struct DrawnCloud {
-    pub(crate) origin: DVec3,
-    pub(crate) n_surfels: u32,
-    /// Places on the device: those of the surfels, and behind them those of merged ones.
-    pub(crate) n_places: u32,
-    /// Places before those of surfels that are cut; all places where none is.
-    pub(crate) n_whole: u32,
-    pub(crate) chunk_len: u32,
-    /// Buffers by shader variable.
-    pub(crate) columns: Vec<(&'static str, ChunkBuffers)>,
-    /// Preprocessor names that say which columns exist.
-    pub(crate) defines: Vec<&'static str>,
-    /// Generations of the columns, for cache keys.
-    pub(crate) generations: Vec<u64>,
-    /// Largest radius, scene units.
-    pub(crate) max_radius: f32,
-    /// The radius of all surfels where they have one: the device is not given a column then.
-    pub(crate) equal_radius: Option<f32>,
-    /// Its columns in memory, where the processor draws it.
-    pub(crate) on_host: Option<Arc<surfelshop_raster::Columns>>,
-    /// What its places are chosen by, where the device draws merged surfels.
-    pub(crate) merged: Option<Arc<surfelshop_raster::Columns>>,
-}
-
-impl DrawnCloud {
-    /// Number of chunks, as the device holds them.
-    pub(crate) fn n_chunks(&self) -> usize {
-        self.columns.first().map_or(0, |(_, buffers)| buffers.len())
-    }
-
-    /// First place and number of places of each chunk: of whole surfels, or of those that are cut.
-    pub(crate) fn chunks(&self) -> Vec<(u32, u32)> {
-        let parts = [0..self.n_whole, self.n_whole..self.n_places];
-        let len = self.chunk_len;
-        let chunks = parts.into_iter().flat_map(|part| {
-            let firsts = part.clone().step_by(len as usize);
-            firsts.map(move |first| (first, len.min(part.end - first)))
-        });
-        chunks.collect()
-    }
-
-    /// Whether its surfels have normal fields, and they are read.
-    pub(crate) fn has_fields(&self) -> bool {
-        self.columns.iter().any(|(name, _)| *name == columns::NORMAL_FIELD)
-    }
-}
 
 struct Uploaded {
     buffers: ChunkBuffers,
@@ -290,7 +239,9 @@ impl Columns {
             return (known.serial, known.n_whole, OnceCell::new());
         }
         let indices = drawing_order(cloud);
-        let n_whole = indices.partition_point(|&i| cut_by(cloud, i as usize).is_none()) as u32;
+        let clips = clips_of(cloud);
+        let is_whole = |&i: &u32| !clips.is_some_and(|clips| cuts(&clips[i as usize]));
+        let n_whole = indices.partition_point(is_whole) as u32;
         let mut hasher = DefaultHasher::new();
         hasher.write(bytemuck::cast_slice(&indices));
         hasher.write_u32(n_whole);
@@ -426,11 +377,10 @@ impl Columns {
             self.upload(column, columns::NORMAL_FIELD, &encode, 16, 0.0, arriving);
         }
         if arriving.drawn.n_whole < arriving.drawn.n_places
-            && let Some(column) = cloud.column(columns::CLIP)
+            && let (Some(clips), Some(column)) = (clips_of(cloud), cloud.column(columns::CLIP))
         {
             let encode = |i: usize, out: &mut Vec<u8>| {
-                let clip = cut_by(cloud, i).unwrap_or_default();
-                out.extend_from_slice(bytemuck::cast_slice(&clip));
+                out.extend_from_slice(bytemuck::cast_slice(&clip_drawn(clips[i])));
             };
             self.upload(column, columns::CLIP, &encode, WIDEST_OF_SPLATS, 0.0, arriving);
         }

@@ -13,7 +13,10 @@ use surfelshop_api::Uniform;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
 use surfelshop_raster::{Cloud, places};
 
-pub(super) const DISC: &str = include_str!("../../../../shaders/host/disc.wgsl");
+pub(super) const DISC: &str = concat!(
+    include_str!("../../../../shaders/host/disc.wgsl"),
+    include_str!("../../../../shaders/host/local.wgsl"),
+);
 const DRAW: &str = include_str!("../../../../shaders/host/draw_surfels.wgsl");
 pub(super) const FOOTPRINT: &str = include_str!("../../../../shaders/host/footprint.wgsl");
 pub(crate) const RESOLVE: &str = include_str!("../../../../shaders/host/resolve.wgsl");

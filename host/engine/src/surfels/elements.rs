@@ -54,10 +54,14 @@ pub(super) fn field_drawn(field: [f32; 4]) -> [f32; 4] {
     if field.iter().all(|value| value.is_finite()) { field } else { [0.0; 4] }
 }
 
-/// The lines that cut a surfel; `None` where nothing does, or they are not of finite numbers.
-pub(super) fn cut_by(cloud: &CloudView<'_>, i: usize) -> Option<[f32; 7]> {
-    let clip = *clips_of(cloud)?.get(i)?;
-    (clip[6] > 0.5 && clip.iter().all(|value| value.is_finite())).then_some(clip)
+/// Whether lines cut something off: none do that are not of finite numbers.
+pub(super) fn cuts(clip: &[f32; 7]) -> bool {
+    clip[6] > 0.5 && clip.iter().all(|value| value.is_finite())
+}
+
+/// Lines as they are drawn: zeros where they cut nothing.
+pub(super) fn clip_drawn(clip: [f32; 7]) -> [f32; 7] {
+    if cuts(&clip) { clip } else { [0.0; 7] }
 }
 
 /// A column of floats that drawing needs.

@@ -1,9 +1,10 @@
 //! Columns in memory, where the processor draws: put in order when first drawn, shared by every view,
 //! dropped when unused.
 
-use super::columns::{Columns, DrawnCloud, counted};
+use super::columns::{Columns, counted};
+use super::drawn::DrawnCloud;
 use super::elements::{
-    clips_of, cut_by, encode_color, field_drawn, fields_of, floats_of, is_color,
+    clip_drawn, clips_of, encode_color, field_drawn, fields_of, floats_of, is_color,
 };
 use super::on_host::columns as columns_of;
 use super::order::drawing_order;
@@ -71,10 +72,9 @@ impl OnHost {
 
 /// What a cloud is drawn with.
 struct Drawn<'a> {
-    cloud: &'a CloudView<'a>,
     sources: Sources<'a>,
     fields: Option<&'a [[f32; 4]]>,
-    has_clips: bool,
+    clips: Option<&'a [[f32; 7]]>,
     color: Option<&'a ColumnView<'a>>,
     /// Names and generations of the columns.
     columns: Vec<(&'static str, u64)>,
@@ -114,10 +114,10 @@ impl<'a> Drawn<'a> {
         let color = cloud.column(columns::COLOR);
         let color = color.filter(|column| wanted.color && is_color(column));
         let fields = fields_of(cloud).filter(|_| wanted.fields);
-        let has_clips = clips_of(cloud).is_some();
+        let clips = clips_of(cloud);
         let used = [
             fields.map(|_| columns::NORMAL_FIELD),
-            has_clips.then_some(columns::CLIP),
+            clips.map(|_| columns::CLIP),
             Some(columns::POSITION),
             Some(columns::NORMAL),
             tangents.is_none().then_some(columns::RADIUS),
@@ -130,7 +130,7 @@ impl<'a> Drawn<'a> {
         let used = used.into_iter().flatten();
         let named = |name| cloud.column(name).map(|column| (name, column.generation));
         let columns = used.filter_map(named).collect();
-        Ok(Self { cloud, sources, fields, has_clips, color, columns })
+        Ok(Self { sources, fields, clips, color, columns })
     }
 
     /// Normal fields and the lines that cut surfels, in this order.
@@ -140,9 +140,9 @@ impl<'a> Drawn<'a> {
         Splats {
             fields: self.fields.map(|fields| all.map(|i| field_drawn(fields[i])).collect()),
             n_whole: n_whole as usize,
-            clips: match self.has_clips {
-                true => cut.map(|i| cut_by(self.cloud, i).unwrap_or_default()).collect(),
-                false => Vec::new(),
+            clips: match self.clips {
+                Some(clips) => cut.map(|i| clip_drawn(clips[i])).collect(),
+                None => Vec::new(),
             },
         }
     }

@@ -5,7 +5,7 @@
 //! neighbours together in memory. Surfels that lines cut come after all others, so that those are
 //! drawn without asking.
 
-use super::elements::cut_by;
+use super::elements::{clips_of, cuts};
 use rayon::prelude::*;
 use std::cmp::Ordering;
 use surfelshop_api::columns::{self, CloudView, Values};
@@ -31,6 +31,7 @@ pub(super) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
     }
     let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
     let per_cell = f64::from(1u32 << BITS) / extent;
+    let clips = clips_of(cloud);
     let code = |i: u32| {
         let position = at(i);
         let cell = |axis: usize| {
@@ -38,7 +39,7 @@ pub(super) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
             let cell = (f64::from(position[axis]) - low[axis]) * per_cell;
             cell.clamp(0.0, f64::from((1u32 << BITS) - 1)) as u64
         };
-        let cut = if cut_by(cloud, i as usize).is_some() { CUT } else { 0 };
+        let cut = if clips.is_some_and(|clips| cuts(&clips[i as usize])) { CUT } else { 0 };
         cut | spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
     };
     let n = u32::try_from(positions.len() / 3).unwrap_or(u32::MAX);
@@ -118,6 +119,30 @@ mod tests {
         ColumnView { name, components, generation: 0, values }
     }
 
+    const FIELDS: [f32; 12] = [0.0, 0.0, 9.0, 9.0, 0.0, 0.0, 7.0, 9.0, 0.0, 0.0, 8.0, 9.0];
+
+    #[test]
+    fn surfels_that_are_cut_come_last() {
+        let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+        let mut clips = [0.0; 21];
+        clips[6] = 1.0;
+        // Whose lines are no numbers is not cut.
+        (clips[7], clips[13]) = (f32::NAN, 1.0);
+        let all = [
+            column(columns::POSITION, 3, Values::F32(&positions)),
+            column(columns::TANGENT_U, 3, Values::F32(&[1.0; 9])),
+            column(columns::TANGENT_V, 3, Values::F32(&[1.0; 9])),
+            column(columns::CLIP, 7, Values::F32(&clips)),
+        ];
+        let ordered = |columns: &[ColumnView<'_>]| {
+            drawing_order(&CloudView { len: 3, columns: columns.to_vec(), ..CloudView::default() })
+        };
+        assert_eq!(ordered(&all), [1, 2, 0]);
+        assert_eq!(ordered(&all[..3]), [0, 1, 2]);
+        // Lines are drawn of ellipses alone.
+        assert_eq!(ordered(&[all[0], all[3]]), [0, 1, 2]);
+    }
+
     #[test]
     fn points_at_one_place_are_ordered_by_their_attributes() {
         let position = column(columns::POSITION, 3, Values::F32(&[1.0; 9]));
@@ -127,6 +152,7 @@ mod tests {
             column(columns::COLOR, 3, Values::U16(&[9, 9, 9, 9, 7, 9, 9, 8, 9])),
             column(columns::AO, 1, Values::F32(&[1.0, 0.25, 0.5])),
             column(columns::MATERIAL, 1, Values::U32(&[3, 1, 2])),
+            column(columns::NORMAL_FIELD, 4, Values::F32(&FIELDS)),
         ] {
             let columns = vec![position, decisive];
             let cloud = CloudView { len: 3, columns, ..CloudView::default() };

@@ -1,7 +1,7 @@
 //! The surface buffer: made once for a view and shared by every renderer that looks through it.
 
-use super::columns::DrawnCloud;
 use super::drawing::{Drawing, Lookup};
+use super::drawn::DrawnCloud;
 use super::on_host;
 use crate::engine::ResourceUse;
 use crate::gpu::Gpu;
@@ -12,6 +12,8 @@ use surfelshop_api::graph::SurfaceMode;
 
 /// Surface buffers kept for views that are no longer drawn every frame.
 const KEPT_SURFACES: usize = 4;
+/// Frames for which the room for a graph's cameras is kept while graphs with fewer are drawn.
+const KEPT_FRAMES: u64 = 64;
 
 /// Which parts of the surface a frame needs; each needs the ones before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +57,7 @@ pub struct SurfaceCounts {
 }
 
 /// The surface buffer of one view.
+#[derive(Clone)]
 pub(crate) struct Surface {
     pub(super) depth: Option<wgpu::TextureView>,
     size: [u32; 2],
@@ -66,6 +69,8 @@ pub(crate) struct Surface {
     pub(crate) material: Option<wgpu::TextureView>,
     pub(crate) object: Option<wgpu::TextureView>,
     pub(super) visible: bool,
+    /// Surfels that were drawn for it last.
+    n_drawn: usize,
 }
 
 impl Surface {
@@ -113,9 +118,21 @@ pub(crate) struct Surfaces {
     pub(crate) counts: SurfaceCounts,
     /// Surfels that were drawn last.
     pub(crate) n_drawn: usize,
+    /// Cameras of graphs whose surfaces are kept besides, and frames for which they are.
+    n_cameras: usize,
+    n_frames_left: u64,
 }
 
 impl Surfaces {
+    /// Makes room for the surfaces of so many cameras of a graph, once a frame. Views with other graphs
+    /// may be drawn in between, so it stays for a while.
+    pub(crate) fn make_room(&mut self, n_cameras: usize) {
+        self.n_frames_left = self.n_frames_left.saturating_sub(1);
+        if n_cameras >= self.n_cameras || self.n_frames_left == 0 {
+            (self.n_cameras, self.n_frames_left) = (n_cameras, KEPT_FRAMES);
+        }
+    }
+
     /// Lets go of all that is kept: where it is to be made anew, and after a frame that failed half way.
     pub(crate) fn forget(&mut self) {
         self.kept.clear();
@@ -158,7 +175,7 @@ impl Surfaces {
         input: &SurfaceInput<'_>,
         recorder: &mut Recorder<'_>,
         pipelines: &mut Pipelines,
-    ) -> Result<&Surface, String> {
+    ) -> Result<Surface, String> {
         let mut surface = match self.kept.iter().position(|(key, _)| *key == input.key) {
             Some(at) => self.kept.remove(at).1,
             None => Surface::new(recorder.gpu, input.size),
@@ -170,7 +187,10 @@ impl Surfaces {
             let was = (surface.nearest.is_some(), n_blended(&surface));
             let drawn = on_host::ensure(parts, input, &mut surface, &mut self.scratch, recorder);
             self.counts.visibility += drawn;
-            self.n_drawn = self.scratch.drawn.surfels;
+            if drawn > 0 {
+                surface.n_drawn = self.scratch.drawn.surfels;
+            }
+            self.n_drawn = surface.n_drawn;
             self.counts.nearest += u32::from(surface.nearest.is_some() && !was.0);
             self.counts.blended += n_blended(&surface) - was.1;
             return Ok(self.keep(input, surface));
@@ -178,7 +198,8 @@ impl Surfaces {
         let mut drawing = None;
         self.draw(parts, input, &mut surface, &mut drawing, recorder, pipelines)?;
         look_up(parts, input, &mut surface, &mut drawing, recorder, pipelines)?;
-        self.n_drawn = drawing.map_or(self.n_drawn, |drawing| drawing.n_drawn);
+        surface.n_drawn = drawing.map_or(surface.n_drawn, |drawing| drawing.n_drawn);
+        self.n_drawn = surface.n_drawn;
         Ok(self.keep(input, surface))
     }
 
@@ -217,31 +238,27 @@ impl Surfaces {
             surface.nearest = Some(view);
             self.counts.nearest += 1;
         }
-        if parts.blended && surface.blended.is_some() {
-            recorder.note("surfels: blend", PassState::Reused);
-        } else if parts.blended {
+        let blended = [(parts.blended, SurfaceMode::Blended), (parts.fields, SurfaceMode::Fields)];
+        for (_, mode) in blended.into_iter().filter(|(wanted, _)| *wanted) {
+            if surface.packed(mode).is_some() {
+                recorder.note("surfels: blend", PassState::Reused);
+                continue;
+            }
             let view = packed_texture(gpu, input.size);
-            let drawing = begun(drawing, input, gpu).with_fields(false);
+            let fields = mode == SurfaceMode::Fields;
+            let drawing = begun(drawing, input, gpu).with_fields(fields);
             drawing.blended(surface, &view, recorder, pipelines)?;
-            surface.blended = Some(view);
-            self.counts.blended += 1;
-        }
-        if parts.fields && surface.fields.is_some() {
-            recorder.note("surfels: blend", PassState::Reused);
-        } else if parts.fields {
-            let view = packed_texture(gpu, input.size);
-            let drawing = begun(drawing, input, gpu).with_fields(true);
-            drawing.blended(surface, &view, recorder, pipelines)?;
-            surface.fields = Some(view);
+            let place = if fields { &mut surface.fields } else { &mut surface.blended };
+            *place = Some(view);
             self.counts.blended += 1;
         }
         Ok(())
     }
 
-    fn keep(&mut self, input: &SurfaceInput<'_>, surface: Surface) -> &Surface {
-        self.kept.insert(0, (input.key.clone(), surface));
-        self.kept.truncate(KEPT_SURFACES);
-        &self.kept[0].1
+    fn keep(&mut self, input: &SurfaceInput<'_>, surface: Surface) -> Surface {
+        self.kept.insert(0, (input.key.clone(), surface.clone()));
+        self.kept.truncate(KEPT_SURFACES + self.n_cameras);
+        surface
     }
 }
 
@@ -299,6 +316,7 @@ impl Surface {
             material: None,
             object: None,
             visible: false,
+            n_drawn: 0,
         }
     }
 }

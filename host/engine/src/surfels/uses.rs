@@ -1,7 +1,7 @@
 //! Which columns drawing reads, and what those it lacks save.
 
 use super::columns::Columns;
-use super::elements::{are_ellipses, cut_by, fields_of, floats_of, is_color};
+use super::elements::{are_ellipses, clips_of, cuts, fields_of, floats_of, is_color};
 use serde::Serialize;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
 
@@ -113,7 +113,8 @@ fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, how: &DrawnHow<'_>) -> C
             (16, Ok("normals that vary over ellipses"))
         }
         columns::CLIP if are_ellipses && is_floats => {
-            let n_cut = (0..cloud.len).filter(|&i| cut_by(cloud, i).is_some()).count();
+            let n_cut =
+                clips_of(cloud).unwrap_or_default().iter().filter(|clip| cuts(clip)).count();
             return ColumnUse {
                 name: column.name.to_owned(),
                 read: n_cut > 0,

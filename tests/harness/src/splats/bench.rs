@@ -1,5 +1,6 @@
 //! Pictures of splats against the samples' own, path traced.
 
+use super::views_around;
 use crate::stage;
 use anyhow::{Context as _, Result};
 use glam::{DVec3, Vec3};
@@ -12,7 +13,7 @@ use surfelshop_cloud::Cloud;
 use surfelshop_engine::metrics::{Settings, compare};
 use surfelshop_engine::plugins::Patience;
 use surfelshop_engine::trace::{TraceOrder, TracedPicture, trace};
-use surfelshop_engine::{Engine, Image, RenderRequest, Rendered, RendererView};
+use surfelshop_engine::{Engine, Image, Rendered, RendererView};
 
 /// The renderer's modes, the paper's first.
 pub const MODES: [&str; 4] = ["phong", "averaged", "blended", "flat"];
@@ -62,24 +63,18 @@ impl Bench {
             Light::Directional { towards: DVec3::Z, radiance: Vec3::ONE, follows_camera: true };
         let surface = SurfaceSettings { two_sided: false, ..SurfaceSettings::default() };
         let scene = Scene { lights: vec![light], surface, ..Scene::default() };
-        let facts = samples.facts();
-        let center = 0.5 * (facts.bounds_min + facts.bounds_max);
-        let reach = (facts.bounds_max - facts.bounds_min).length();
-        let views = DIRECTIONS.map(|direction| {
-            let eye = center + DVec3::from_array(direction).normalize_or(DVec3::Z) * (1.25 * reach);
-            View { near: 1e-4 * reach, far: 9.0 * reach, ..stage::view(eye, center, size) }
-        });
         let mut bench = Self {
             engine,
             splatting,
             baseline,
             samples,
             scene,
-            views: views.to_vec(),
+            views: Vec::new(),
             traced: Vec::new(),
             normals: Vec::new(),
             depths: Vec::new(),
         };
+        bench.views = views_around(&bench.samples, DIRECTIONS, size);
         for view in bench.views.clone() {
             bench.traced.push(bench.trace(view, paths)?);
             let samples = bench.samples.clone();
@@ -134,19 +129,8 @@ impl Bench {
             ("ambient".to_owned(), Value::Float(0.0)),
         ]
         .into();
-        let request = RenderRequest {
-            clouds: &[cloud.view()],
-            facts: cloud.facts(),
-            scene: &self.scene,
-            view,
-            values: &values,
-            outputs,
-            frame_index: 0,
-            environment: None,
-            stride: 1,
-            detail_px: 0.0,
-        };
-        Ok(self.engine.render(&mut self.splatting, &request)?)
+        let (engine, renderer, scene) = (&mut self.engine, &mut self.splatting, &self.scene);
+        Ok(stage::render_with(engine, renderer, cloud, scene, view, &values, outputs)?)
     }
 
     /// Milliseconds that a frame of the first view takes, drawn anew, in a mode or by `ewa-phong`.
@@ -239,19 +223,9 @@ pub fn bytes_each(cloud: &Cloud, mode: &str) -> Result<f64> {
     let library = "surfelshop-phong-splatting";
     let mut renderer = stage::built_renderer(&engine, library, "phong-splatting");
     let view = stage::view(DVec3::splat(9.0), DVec3::ZERO, 64);
-    let request = RenderRequest {
-        clouds: &[cloud.view()],
-        facts: cloud.facts(),
-        scene: &Scene::default(),
-        view,
-        values: &[("mode".to_owned(), Value::Text(mode.to_owned()))].into(),
-        outputs: &[Output::Color],
-        frame_index: 0,
-        environment: None,
-        stride: 1,
-        detail_px: 0.0,
-    };
-    engine.render(&mut renderer, &request)?;
+    let values = [("mode".to_owned(), Value::Text(mode.to_owned()))].into();
+    let (scene, color) = (Scene::default(), [Output::Color]);
+    stage::render_with(&mut engine, &mut renderer, cloud, &scene, view, &values, &color)?;
     let counts = engine.counters();
     Ok((counts.column_bytes + counts.host_column_bytes) as f64 / cloud.len() as f64)
 }

@@ -1,6 +1,6 @@
 //! Sharp edges: what a mesh looks like, and how far splats of its samples are from it there.
 
-use super::bake_with;
+use super::{bake_with, views_around};
 use crate::{stage, twin};
 use anyhow::{Context as _, Result};
 use glam::{DVec3, Vec3, Vec3A};
@@ -13,7 +13,7 @@ use std::time::Duration;
 use surfelshop_api::columns;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Value;
-use surfelshop_api::{Light, Scene, UnitKind, View};
+use surfelshop_api::{Scene, UnitKind, View};
 use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_engine::RendererView;
 
@@ -64,8 +64,7 @@ pub fn sampled(mesh: &Cloud, count: usize) -> Result<Cloud> {
     Ok(bake_with(&tool, mesh, &values)?.cloud)
 }
 
-/// An L-shaped prism with a hole's worth of corners: convex and concave edges and corners. Its faces are
-/// squares of two triangles each.
+/// An L-shaped prism: convex and concave edges and corners.
 ///
 /// # Panics
 /// Never: the columns have equal lengths.
@@ -113,20 +112,9 @@ impl EdgeBench {
         anyhow::ensure!(!triangles.is_empty(), "the mesh has no triangles");
         let mut took = Duration::default();
         let bvh = build_cwbvh_from_tris(&triangles, BvhBuildParams::fast_build(), &mut took);
-        let light = Light::Directional {
-            towards: DVec3::new(-0.4, 0.55, 0.75),
-            radiance: Vec3::ONE,
-            follows_camera: true,
-        };
-        let scene = Scene { lights: vec![light], ..Scene::default() };
-        let facts = mesh.facts();
-        let center = 0.5 * (facts.bounds_min + facts.bounds_max);
-        let reach = (facts.bounds_max - facts.bounds_min).length();
-        let views = DIRECTIONS.map(|direction| {
-            let eye = center + DVec3::from_array(direction).normalize_or(DVec3::Z) * (1.25 * reach);
-            View { near: 1e-4 * reach, far: 9.0 * reach, ..stage::view(eye, center, size) }
-        });
-        Ok(Self { triangles, bvh, scene, views: views.to_vec() })
+        let scene = Scene::default();
+        let views = views_around(mesh, DIRECTIONS, size);
+        Ok(Self { triangles, bvh, scene, views })
     }
 
     /// The views.

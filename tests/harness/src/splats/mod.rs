@@ -10,9 +10,10 @@ pub use torso::torso;
 
 use crate::stage;
 use anyhow::{Context as _, Result, bail};
+use glam::DVec3;
 use std::time::{Duration, Instant};
-use surfelshop_api::UnitKind;
 use surfelshop_api::params::{Value, Values};
+use surfelshop_api::{UnitKind, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_engine::plugins::LoadedUnit;
 use surfelshop_engine::tools::{Ended, Running, ToolOptions};
@@ -30,6 +31,19 @@ pub struct Baked {
 
 /// Longest time that the tool is given.
 const PATIENCE: Duration = Duration::from_secs(600);
+
+/// Views of all of a cloud from these directions.
+fn views_around(cloud: &Cloud, directions: [[f64; 3]; 3], size: u32) -> Vec<View> {
+    let facts = cloud.facts();
+    let center = 0.5 * (facts.bounds_min + facts.bounds_max);
+    let reach = (facts.bounds_max - facts.bounds_min).length();
+    let view = |direction| {
+        let direction = DVec3::from_array(direction).normalize_or(DVec3::Z);
+        let view = stage::view(center + direction * (1.25 * reach), center, size);
+        View { near: 1e-4 * reach, far: 9.0 * reach, ..view }
+    };
+    directions.map(view).to_vec()
+}
 
 /// Runs the tool `splats`.
 ///

@@ -59,6 +59,28 @@ fn passes_are_told_with_what_they_feed() {
     assert!(made.iter().any(|one| one["made"] == true && one["bytes"].as_u64().unwrap() > 0));
 }
 
+/// What a graph has of its own besides passes is told by its name.
+#[test]
+fn cameras_surfels_as_data_and_what_is_kept_are_told() {
+    let desk = desk();
+    let little = "--set vpls=32 --set ism-size=128 --set bounces=1 --set light-map=64";
+    for (surfels, first) in [("cpu", "surfels: processor"), ("quads", "surfels: visibility")] {
+        let told =
+            explained(&desk, &format!("-r global-illumination {little} --surfels {surfels}"));
+        for name in [first.to_owned(), format!("{first} (light 1)")] {
+            let pass = of(&told["passes"], "name", &name);
+            assert_eq!(pass["why"], "draws surfels for what follows", "{pass}");
+        }
+        let what = |what: &str| {
+            let all = told["resources"].as_array().unwrap();
+            all.iter().filter(|one| one["what"] == what && one["made"] == true).count()
+        };
+        assert_eq!(what("buffer of the scene's surfels"), 1, "{told}");
+        assert!(what("buffer, kept from frame to frame") > 0, "{told}");
+        assert!(what("buffer") > 0);
+    }
+}
+
 #[test]
 fn how_surfels_were_drawn_is_told() {
     let desk = desk();

@@ -21,6 +21,7 @@ fn graphs_of_earlier_revisions_draw_what_they_drew_then() {
         ("3.3/procedural", &["--env", "sky"]),
         ("3.4/phong-splatting", &[]),
         ("3.4/mapped", &[]),
+        ("3.5/global-illumination", &["--light", "point:0.8,2.6,1.6:5,5,5"]),
     ] {
         let graph = stored(&format!("{name}.graph")).display().to_string();
         let line = ["render", SAMPLE, "--size", "64", "-o", "now.png", "--graph", &graph];

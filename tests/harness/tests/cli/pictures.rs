@@ -218,6 +218,8 @@ fn demo_renders_the_sample_with_every_renderer() {
         "procedural-close.png",
         "phong-splatting-three-quarter.png",
         "phong-splatting-close.png",
+        "global-illumination-three-quarter.png",
+        "global-illumination-close.png",
     ] {
         let picture = read_png(&desk.at("pictures").join(file));
         assert_eq!(picture.dimensions(), (48, 48));
@@ -226,5 +228,5 @@ fn demo_renders_the_sample_with_every_renderer() {
     }
     let (size, _) = read_exr(&desk.at("pictures").join("ewa-phong-three-quarter.exr"));
     assert_eq!(size, (48, 48));
-    assert_eq!(text.matches("48 x 48").count(), 11, "a line per file: {text}");
+    assert_eq!(text.matches("48 x 48").count(), 13, "a line per file: {text}");
 }

@@ -4,9 +4,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_engine::{
-    Engine, EngineOptions, GpuOptions, RenderRequest, Rendered, RendererView, SurfelDrawing,
-};
+use surfelshop_engine::{Engine, EngineOptions, GpuOptions, Rendered, RendererView, SurfelDrawing};
 use surfelshop_tests::stage;
 
 /// A way to draw surfels, with the renderer.
@@ -45,19 +43,8 @@ impl Way {
         values: &Values,
         outputs: &[Output],
     ) -> Rendered {
-        let request = RenderRequest {
-            clouds: &[cloud.view()],
-            facts: cloud.facts(),
-            scene,
-            view,
-            values,
-            outputs,
-            frame_index: 0,
-            environment: None,
-            stride: 1,
-            detail_px: 0.0,
-        };
-        self.engine.render(&mut self.renderer, &request).unwrap()
+        let (engine, renderer) = (&mut self.engine, &mut self.renderer);
+        stage::render_with(engine, renderer, cloud, scene, view, values, outputs).unwrap()
     }
 }
 

@@ -22,6 +22,9 @@ fn what_only_pictures_have_is_refused_with_the_reason() {
     for (graph, words) in [
         ("draws", "a tool's graph has compute passes only; pass `shade` draws"),
         ("keeps", "a tool's graph keeps nothing on the device; `doubled` is to be kept"),
+        ("adds up", "a tool's graph keeps nothing on the device; `doubled` is to be kept"),
+        ("looks", "a tool's graph has nothing to look at; camera `lamp` looks"),
+        ("reads surfels", "a tool's graph has no scene to fill `surfels` with surfels of"),
         ("sees", "pass `look`: `surfelshop::view::view` belongs to pictures"),
         ("broken", "pass `double`: `doubled` (a writable storage buffer) is not bound"),
     ] {

@@ -20,7 +20,7 @@ use surfelshop_tests::clouds::sphere;
 use surfelshop_tests::desk::Desk;
 use surfelshop_tests::stage::{engine, render, view};
 
-const VERSIONS: [&str; 3] = ["3.0", "3.3", "3.4"];
+const VERSIONS: [&str; 4] = ["3.0", "3.3", "3.4", "3.5"];
 
 /// The units of the stored library of a revision, in a folder that must outlive them.
 struct Library {
@@ -78,7 +78,7 @@ fn renderers_draw_as_those_of_today() {
         .map(|unit| draw(&mut engine, unit, &scene).unwrap().images[0].1.data.clone());
     assert!(pictures.iter().all(|picture| *picture == pictures[0]));
     assert!(pictures[0].iter().any(|&value| value > 0.1));
-    let [old, new, _] = units;
+    let [old, new, ..] = units;
 
     // What a revision did not know it is not asked for, and says so.
     let lamp = Light::Point { position: DVec3::splat(3.0), intensity: Vec3::ONE };

@@ -220,6 +220,7 @@ impl Measurement {
             development: self.basis.development,
             view,
             detail: Detail::FULL,
+            moves: false,
             is_measured: true,
             serial,
         };

@@ -410,6 +410,7 @@ fn pictures_of_views_go_before_those_that_are_measured() {
         development: window.settings.development(),
         view: shown.shot.view,
         detail: Detail::FULL,
+        moves: false,
         is_measured,
         serial,
     };
@@ -417,7 +418,7 @@ fn pictures_of_views_go_before_those_that_are_measured() {
     for (serial, is_measured) in [(1, true), (3, false), (2, false)] {
         queue.order(Place { pane: serial as u32, side: 0 }, order(serial, is_measured));
     }
-    let next = || match queue.next() {
+    let next = || match queue.next(None) {
         Some(Task::Picture(_, order)) => order.serial,
         _ => panic!("expected a picture"),
     };

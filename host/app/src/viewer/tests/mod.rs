@@ -1,8 +1,10 @@
 //! The window without a screen: every panel, switching, comparing, undo and what fails.
 
 mod files;
+mod lamps;
 mod measure;
 mod plugins;
+mod refining;
 mod scenes;
 mod tools;
 mod views;

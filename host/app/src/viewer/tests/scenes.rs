@@ -1,6 +1,7 @@
 //! Scenes: saved, opened, and drawn by `render`.
 
 use super::{SAMPLE, Screen, built_plugins};
+use crate::arguments::PluginFiles;
 use crate::viewer::settings::Mode;
 use egui_kittest::kittest::Queryable as _;
 
@@ -24,7 +25,7 @@ fn the_settled_view_is_what_render_makes_of_the_saved_scene() {
     screen.settle();
     screen.window().save_scene(&scene);
     assert!(scene.exists(), "{:?}", screen.window().messages.last());
-    assert_eq!(n_pixels_unlike_rendered(&mut screen, &scene), 0);
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &scene, built_plugins()), 0);
 }
 
 #[test]
@@ -40,25 +41,28 @@ fn large_radii_and_natural_light_are_what_render_makes_of_them() {
     screen.settle();
     let saved = folder.path().join("saved.scene.toml");
     screen.window().save_scene(&saved);
-    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved), 0);
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved, built_plugins()), 0);
     // Also with radii that were changed in the window.
     screen.window().settings.scene.surface.radius_scale = 9.0;
     screen.settle();
     screen.window().save_scene(&saved);
-    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved), 0);
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved, built_plugins()), 0);
 }
 
 /// Pixels of the first view that differ from what `render` makes of a scene.
-fn n_pixels_unlike_rendered(screen: &mut Screen, scene: &Path) -> usize {
+pub(super) fn n_pixels_unlike_rendered(
+    screen: &mut Screen,
+    scene: &Path,
+    plugins: PluginFiles,
+) -> usize {
     use crate::arguments::{Cli, Command};
     use crate::given::Given;
     use clap::{CommandFactory as _, FromArgMatches as _};
     let png = scene.with_extension("png");
     let shot = screen.window().panes[&0].sides[0].shown.as_ref().unwrap().shot.clone();
     let [width, height] = shot.size;
-    let plugins = built_plugins().plugin;
     let mut line = ["surfelshop", "render", "--trust"].map(str::to_owned).to_vec();
-    for plugin in &plugins {
+    for plugin in &plugins.plugin {
         line.extend(["--plugin".to_owned(), plugin.display().to_string()]);
     }
     line.extend([scene.display().to_string(), "-o".to_owned(), png.display().to_string()]);

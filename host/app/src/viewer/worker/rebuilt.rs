@@ -1,6 +1,7 @@
 //! Rebuilt renderers take over from the old ones, once they have made a picture.
 
-use super::{InUse, Worker, shot};
+use super::making::{Frames, shot};
+use super::{InUse, Worker};
 use crate::viewer::darkroom::{News, Order, Place, Print, Shot};
 use std::time::Instant;
 use surfelshop_api::FrameRequest;
@@ -23,8 +24,10 @@ impl Worker {
             .collect();
         for place in places {
             let Some(old) = self.in_use.remove(&place) else { continue };
-            match self.reload(&old, changed) {
+            match self.reload(place, &old, changed) {
                 Ok((new, shot, report)) => {
+                    self.leave_unrefined(place);
+                    self.refine_on(place, &new.order, &shot);
                     let (serial, renderer) = (new.order.serial, new.name.clone());
                     self.in_use.insert(place, new);
                     let print = Print { place, serial, renderer, outcome: Ok(shot) };
@@ -56,7 +59,12 @@ impl Worker {
 
     /// A rebuilt renderer, its first picture, made of the order that the old one had last, and what it
     /// took.
-    fn reload(&mut self, old: &InUse, changed: &Changed) -> anyhow::Result<(InUse, Shot, String)> {
+    fn reload(
+        &mut self,
+        place: Place,
+        old: &InUse,
+        changed: &Changed,
+    ) -> anyhow::Result<(InUse, Shot, String)> {
         let order = &old.order;
         let request = FrameRequest {
             view: order.view,
@@ -74,7 +82,7 @@ impl Worker {
         let order = Order { values: kept.values.clone(), ..order.clone() };
         let mut view = RendererView::new(reloaded.hosted, unit.scope());
         let started = Instant::now();
-        let (settled, explained) = self.render(&mut view, &order)?;
+        let (settled, explained) = self.render(&mut view, &order, Frames::of(place, &order))?;
         let shot = shot(&settled, explained, &order, started)?;
         let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
         let report = format!(

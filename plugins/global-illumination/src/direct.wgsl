@@ -1,0 +1,97 @@
+// Light that comes from the lamps without a detour, with shadows looked up in what they see.
+#import surfelshop::surface::Surface
+#import surfelshop::light
+#import gi::lamps
+#import gi::material
+#import gi::material::Material
+
+var<uniform> faces: lamps::Faces;
+var<uniform> body: Material;
+var<storage, read> texels: array<lamps::Texel>;
+
+// A point as a face sees it.
+struct Seen {
+    // From -1 to 1 in the picture, y down.
+    place: vec2<f32>,
+    // Along the axis, units of the extent; at most 0 where it is not before the face.
+    depth: f32,
+}
+
+fn seen_by(face: lamps::Face, position: vec3<f32>) -> Seen {
+    let offset = position - face.from_eye;
+    let depth = -dot(offset, face.backward);
+    var width = face.half_extent;
+    if face.is_parallel == 0u {
+        width *= max(depth, 1e-20);
+    }
+    return Seen(vec2(dot(offset, face.right), -dot(offset, face.up)) / width, depth);
+}
+
+// The share of a lamp that is seen from a point, filtered over three texels.
+//
+// What a texel must be behind to be in the shadow is the plane of the surface where the texel looks, so
+// that no surface shadows itself however flat the light falls.
+fn open_to(lamp: u32, position: vec3<f32>, normal: vec3<f32>) -> f32 {
+    for (var i = 0u; i < faces.count; i++) {
+        let face = faces.items[i];
+        let seen = seen_by(face, position);
+        if face.lamp != lamp || seen.depth <= 0.0 || max(abs(seen.place.x), abs(seen.place.y)) > face.own {
+            continue;
+        }
+        return open_in(face, i, seen, normal);
+    }
+    return 1.0;
+}
+
+fn open_in(face: lamps::Face, number: u32, seen: Seen, normal: vec3<f32>) -> f32 {
+    let side = f32(faces.side);
+    let at = (seen.place * 0.5 + 0.5) * side - 0.5;
+    let low = floor(at) - 1.0;
+    let part = at - floor(at);
+    // The plane in the axes of the picture: across, down and into it.
+    let n = vec3(dot(normal, face.right), -dot(normal, face.up), -dot(normal, face.backward));
+    let texel_width = 2.0 * face.half_extent / side * select(seen.depth, 1.0, face.is_parallel == 1u);
+    let most = 12.0 * texel_width;
+    // Discs that lie steeply in the picture are widened by a pixel, out of their plane in part.
+    let straight = vec3(seen.place * face.half_extent * select(1.0, 0.0, face.is_parallel == 1u), 1.0);
+    let cosine = -dot(n, straight) * inverseSqrt(dot(straight, straight));
+    let slope = sqrt(max(1.0 - cosine * cosine, 0.0)) / max(cosine, 0.05);
+    let bias = texel_width * (1.0 + 1.5 * slope) + faces.thickness;
+    var open = 0.0;
+    for (var y = 0; y < 4; y++) {
+        for (var x = 0; x < 4; x++) {
+            let texel = clamp(low + vec2(f32(x), f32(y)), vec2(0.0), vec2(side - 1.0));
+            // Where the texel's ray meets the plane, as far as that is known: at a cosine that is lit.
+            let moved = (texel - at) * (2.0 * face.half_extent / side);
+            let ray = vec3(seen.place * face.half_extent + moved, 1.0);
+            let falls = select(n.z, dot(n, ray), face.is_parallel == 0u);
+            let steps = dot(n.xy, moved) * select(1.0, seen.depth, face.is_parallel == 0u);
+            let plane = seen.depth - clamp(steps / min(falls, -0.02), -most, most);
+            let place = (number * faces.side + u32(texel.y)) * faces.side + u32(texel.x);
+            let depth = texels[place].depth;
+            // Bilinear weights of 3 x 3 texels around: 4 x 4 with the outermost in part.
+            let weight_x = select(select(1.0, 1.0 - part.x, x == 0), part.x, x == 3);
+            let weight_y = select(select(1.0, 1.0 - part.y, y == 0), part.y, y == 3);
+            let is_open = depth <= 0.0 || depth >= plane - bias;
+            open += select(0.0, weight_x * weight_y, is_open);
+        }
+    }
+    return open / 9.0;
+}
+
+fn shade(s: Surface) -> vec4<f32> {
+    var radiance = vec3(0.0);
+    for (var i = 0u; i < light::lights.count; i++) {
+        let source = light::arriving(i, s.position);
+        let cosine = dot(s.normal, source.towards);
+        if cosine <= 0.0 || all(source.radiance == vec3(0.0)) {
+            continue;
+        }
+        var reflected = s.albedo * (body.diffuse * cosine);
+        if material::shines() {
+            reflected += vec3(material::highlight(body, s.normal, source.towards, s.to_eye, 0.0));
+        }
+        radiance += source.radiance * reflected * open_to(i, s.position * faces.per_extent, s.normal);
+    }
+    return vec4(radiance, 1.0);
+}

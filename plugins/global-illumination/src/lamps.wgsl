@@ -1,0 +1,56 @@
+// The scene's lamps as cameras that see what they light: the light surface buffer.
+#define_import_path gi::lamps
+
+// One picture of a lamp: all of what a spot or a directional light sees, or a sixth of a point light's.
+struct Face {
+    // World axes of its picture.
+    right: vec3<f32>,
+    // Which of the scene's lights it belongs to.
+    lamp: u32,
+    up: vec3<f32>,
+    // Half its width: a tangent, or units of the extent where it is parallel.
+    half_extent: f32,
+    backward: vec3<f32>,
+    // 1 where its rays are parallel.
+    is_parallel: u32,
+    // Where it stands as seen from the eye, world-oriented, units of the extent.
+    from_eye: vec3<f32>,
+    // Share of the picture's half width that belongs to it alone; what lies beyond is another face's.
+    own: f32,
+}
+
+const MOST_FACES = 48;
+
+struct Faces {
+    items: array<Face, MOST_FACES>,
+    count: u32,
+    // Texels on a side of a face.
+    side: u32,
+    // One over the scene's extent: what positions in scene units are multiplied with.
+    per_extent: f32,
+    // Units of the extent that count as no distance before a shadow.
+    thickness: f32,
+}
+
+// What a texel of a face sees.
+struct Texel {
+    // From the scene's origin, world-oriented, units of the extent.
+    position: vec3<f32>,
+    // Along the face's axis, units of the extent; 0 where it sees nothing.
+    depth: f32,
+    normal: u32,
+    albedo_rg: u32,
+    albedo_b: u32,
+    // Flux that arrives there over the lamp's colour.
+    flux: f32,
+}
+
+// Cells on a side of a face's importance, and all levels above them.
+const CELLS = 64u;
+const PYRAMID = 5461u;
+
+// First cell of a level in a face's pyramid; level 0 has 64 x 64.
+fn first_of_level(level: u32) -> u32 {
+    // 4096 (1 - 1/4^level) 4/3.
+    return (16384u - (16384u >> (2u * level))) / 3u;
+}
