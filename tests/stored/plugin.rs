@@ -3,8 +3,8 @@
 //!
 //! It was built outside this tree, against `host/api` of the revision, with
 //! `opt-level = "z"`, `lto = true`, `codegen-units = 1` and `strip = true`, and with
-//! `--remap-path-prefix` for the folders of the tree and of cargo: those of 3.0, 3.4 and 3.5 by rustc 1.95,
-//! that of 3.3 by Debian's rustc 1.85.
+//! `--remap-path-prefix` for the folders of the tree and of cargo: those of 3.0 and 3.4 by rustc 1.95, the
+//! others, and later ones, by Debian's rustc 1.85, so that the newest is another compiler's.
 
 use surfelshop_api::columns::{AO, Values};
 use surfelshop_api::prelude::*;

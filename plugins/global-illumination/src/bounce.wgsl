@@ -128,7 +128,7 @@ fn offer(
     @builtin(global_invocation_id) id: vec3<u32>,
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
-    let i = id.x + id.y * groups.x * 64u;
+    let i = maps::number_of(id, groups);
     if i >= sizes.n_surfels {
         return;
     }

@@ -56,7 +56,7 @@ fn open_in(face: lamps::Face, number: u32, seen: Seen, normal: vec3<f32>) -> f32
     let straight = vec3(seen.place * face.half_extent * select(1.0, 0.0, face.is_parallel == 1u), 1.0);
     let cosine = -dot(n, straight) * inverseSqrt(dot(straight, straight));
     let slope = sqrt(max(1.0 - cosine * cosine, 0.0)) / max(cosine, 0.05);
-    let bias = texel_width * (1.0 + 1.5 * slope) + faces.thickness;
+    let bias = texel_width * (1.0 + 1.5 * slope);
     var open = 0.0;
     for (var y = 0; y < 4; y++) {
         for (var x = 0; x < 4; x++) {

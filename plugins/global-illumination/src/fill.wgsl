@@ -1,6 +1,7 @@
 // Fills holes of imperfect shadow maps: a texel that is empty, or shows what is far behind, and lies
-// between two of one surface, on either side of it, gets what lies there. What is at one side only is an edge of what throws the shadow, and
-// stays where it is: a pyramid of averages (pull and push) widens it by up to half its coarsest cell.
+// between two of one surface, on either side of it, gets what lies there. What is at one side only is an
+// edge of what throws the shadow, and stays where it is: a pyramid of averages (pull and push) widens it
+// by up to half its coarsest cell.
 //
 // Source: Preiner 2010, section 4.3, with erratum P8; Marroquim et al. 2007, "Efficient Point-Based
 // Rendering Using Image Reconstruction", for the rule that only depths within a share of the nearest are

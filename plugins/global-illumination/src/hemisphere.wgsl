@@ -36,12 +36,6 @@ fn place_of(direction: vec3<f32>) -> vec2<f32> {
     return direction.xy / max(1.0 + direction.z, 1e-4);
 }
 
-// The unit direction of a place.
-fn direction_of(place: vec2<f32>) -> vec3<f32> {
-    let square = dot(place, place);
-    return vec3(2.0 * place, 1.0 - square) / (1.0 + square);
-}
-
 // The texel of a place in a map of `side` texels, the outermost one beyond it.
 fn texel_of(place: vec2<f32>, side: u32) -> vec2<i32> {
     let texel = floor((place * 0.5 + 0.5) * f32(side));

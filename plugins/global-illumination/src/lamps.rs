@@ -117,7 +117,7 @@ impl Lamps {
                 uniform = uniform.vec3(Vec3::ZERO).u32(0);
             }
         }
-        uniform.u32(self.faces.len() as u32).u32(self.side).f32((1.0 / extent) as f32).f32(0.0)
+        uniform.u32(self.faces.len() as u32).u32(self.side).f32((1.0 / extent) as f32)
     }
 }
 

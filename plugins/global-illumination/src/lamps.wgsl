@@ -28,8 +28,6 @@ struct Faces {
     side: u32,
     // One over the scene's extent: what positions in scene units are multiplied with.
     per_extent: f32,
-    // Units of the extent that count as no distance before a shadow.
-    thickness: f32,
 }
 
 // What a texel of a face sees.

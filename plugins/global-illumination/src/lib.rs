@@ -15,7 +15,7 @@
 //! | `smoothing`     | int    | 2       | 0 none, 1 over a block of n x n pixels, 2 over those around too |
 //! | `near`          | choice | `disc`  | lights are a `disc`, or `bounded`, near surfaces                |
 //! | `softening`     | float  | 1       | how large that disc or bound is                                 |
-//! | `compensation`  | int    | 24      | places around each pixel by which it is made up for; 0 is none  |
+//! | `compensation`  | int    | 8       | places around each pixel by which it is made up for; 0 is none  |
 //! | `light-map`     | int    | 256     | texels on a side of what a lamp sees                            |
 //! | `diffuse`, `specular`, `shininess` | float | 1, 0, 64 | as `ewa-phong`                                 |
 //! | `ior`           | float  | 1       | index of refraction by which highlights grow when grazed        |
@@ -111,7 +111,7 @@ params! {
         softening: f32 { default: 1.0, range: 0.0..=8.0 },
         /// Places around each pixel by which is made up for light that lights leave out near surfaces;
         /// 0 is none.
-        compensation: u32 { default: 24, range: 0..=64, quality: true },
+        compensation: u32 { default: 8, range: 0..=64, quality: true },
         /// Texels on a side of what a lamp sees: its shadow map, and where first lights are placed.
         light_map: u32 { default: 256, range: 64..=2048, quality: true, logarithmic: true },
         /// Factor on the diffuse term.

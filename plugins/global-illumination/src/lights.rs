@@ -18,6 +18,9 @@ const PYRAMID: u64 = 5461;
 /// many together.
 const BLOCK: u32 = 4;
 
+/// Texels of a map for each point that goes over it, at most: more of them show the same few discs.
+const TEXELS_PER_POINT: f64 = 32.0;
+
 /// Discs of shadow maps by their radius where they cover the surface as the scene's do. Enlarged discs
 /// reach beyond the edges of what throws a shadow, holes between smaller ones let light through: at this
 /// size the two are balanced, measured against rays; holes are filled.
@@ -50,11 +53,11 @@ impl Passes<'_> {
     pub(crate) fn bounces(&mut self) -> Maps {
         let p = &self.frame.params;
         let n = u64::from(self.n_vpls);
-        let texels = (f64::from(p.ism_size).powi(2) / n as f64).sqrt() as u32;
-        let side = (texels / BLOCK).max(1) * BLOCK;
-        let n_texels = u64::from(side).pow(2) * n;
         let n_surfels = self.frame.cloud.n_surfels;
         let n_points = Graph::surfels_given(n_surfels, p.ism_points);
+        let texels = f64::from(p.ism_size).powi(2).min(f64::from(n_points) * TEXELS_PER_POINT);
+        let side = ((texels / n as f64).sqrt() as u32 / BLOCK).max(1) * BLOCK;
+        let n_texels = u64::from(side).pow(2) * n;
         let step = Graph::surfels_per_given(n_surfels, p.ism_points);
         // Each disc stands for so many of the scene's in its map.
         let stands_for = (step as f64 * n as f64).min(n_surfels as f64);

@@ -20,6 +20,11 @@ struct Sizes {
     per_extent: f32,
 }
 
+// The surfel of an invocation, in groups of 64; none beyond the last.
+fn number_of(id: vec3<u32>, groups: vec3<u32>) -> u32 {
+    return id.x + id.y * groups.x * 64u;
+}
+
 // The map that a surfel goes to: neighbours go to different ones, so that each gets all of the scene.
 fn map_of(i: u32, sizes: Sizes) -> u32 {
     return (i + sizes.turn) % sizes.n_maps;

@@ -20,6 +20,10 @@ use surfelshop_engine::{
 /// Frames that a renderer may take until its picture stays.
 const MAX_FRAMES: u32 = 256;
 
+/// Frames of a picture that is refined: the first, and one that goes on from it. More of them would show
+/// nothing else and take long.
+const FRAMES: u32 = 2;
+
 /// What is drawn.
 #[derive(Clone)]
 pub(super) struct Shot<'a> {
@@ -161,16 +165,27 @@ impl<'a> Bench<'a> {
         self.draw_by(&mut instance, shot)
     }
 
-    /// The pictures of a shot once they do not change any more; all values are finite.
+    /// The pictures of a shot, of the second frame where they are refined; all values are finite.
     pub(super) fn draw_by(
         &mut self,
         instance: &mut Instance,
         shot: &Shot<'_>,
     ) -> Result<Rendered, Failure> {
+        let mut rendered = self.frame(instance, shot, 0)?;
+        for frame_index in 1..FRAMES {
+            if rendered.wants_another_frame {
+                rendered = self.frame(instance, shot, frame_index)?;
+            }
+        }
+        Ok(rendered)
+    }
+
+    /// How many frames a shot takes until its pictures stay.
+    pub(super) fn n_frames(&mut self, shot: &Shot<'_>) -> Result<u32, Failure> {
+        let mut instance = self.start()?;
         for frame_index in 0..MAX_FRAMES {
-            let rendered = self.frame(instance, shot, frame_index)?;
-            if !rendered.wants_another_frame {
-                return Ok(rendered);
+            if !self.frame(&mut instance, shot, frame_index)?.wants_another_frame {
+                return Ok(frame_index + 1);
             }
         }
         Err(Failure::fault(format!("after {MAX_FRAMES} frames it wants another one")))

@@ -26,7 +26,11 @@ pub(super) fn outputs(bench: &mut Bench<'_>) -> Judged {
     }
     let drawn = bench.draw(&ball().of(&OUTPUTS))?;
     same("colour beside all others", &color, &picture(&drawn, &Output::Color)?)?;
-    Ok(Said::Measured(format!("{} outputs, finite and whole", OUTPUTS.len())))
+    let n = OUTPUTS.len();
+    Ok(Said::Measured(match bench.n_frames(&ball())? {
+        1 => format!("{n} outputs, finite and whole"),
+        n_frames => format!("{n} outputs, finite and whole; {n_frames} frames until they stay"),
+    }))
 }
 
 pub(super) fn again(bench: &mut Bench<'_>) -> Judged {

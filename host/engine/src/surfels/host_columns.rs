@@ -1,13 +1,14 @@
 //! Columns in memory, where the processor draws: put in order when first drawn, shared by every view,
 //! dropped when unused.
 
-use super::columns::{Columns, counted};
+use super::columns::Columns;
 use super::drawn::DrawnCloud;
 use super::elements::{
     clip_drawn, clips_of, encode_color, field_drawn, fields_of, floats_of, is_color,
 };
 use super::on_host::columns as columns_of;
 use super::order::drawing_order;
+use super::uploading::counted;
 use super::wanted::Wanted;
 use crate::run::RenderError;
 use rayon::prelude::*;

@@ -15,6 +15,7 @@ mod radii;
 mod samples;
 mod strategy;
 mod surface;
+mod uploading;
 mod uses;
 mod wanted;
 

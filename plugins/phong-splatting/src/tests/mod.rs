@@ -2,7 +2,6 @@
 
 mod audit;
 mod faces;
-mod measured;
 mod odd;
 mod shapes;
 mod smooth;

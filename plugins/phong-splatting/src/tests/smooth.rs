@@ -10,6 +10,9 @@ struct Order {
     field: f64,
 }
 
+/// Prints a row for each tolerance: splats, how often they cover a point, and root mean squares and largest
+/// errors of normals, radians.
+#[allow(clippy::print_stdout, reason = "what was measured is part of the result")]
 fn sweep(name: &str, least: &Order) {
     let surface = smooth(20_000).into_iter().find(|surface| surface.name == name).unwrap();
     let mut before: Option<(Errors, usize)> = None;
@@ -17,7 +20,8 @@ fn sweep(name: &str, least: &Order) {
         let ran = surface.given.run(&within(surface.given.share(tolerance))).unwrap();
         let splats = Drawn::all(&ran);
         assert!(ran.bytes("clip").is_none(), "{}", ran.message);
-        let (now, _) = errors(&surface.given, &splats, tolerance);
+        let (now, overlap) = errors(&surface.given, &splats, tolerance);
+        println!("{name} {tolerance}: {} splats, {overlap:.2} over each other, {now:?}", splats.len());
         assert!(now.field <= now.constant && now.field_max < 0.75, "{tolerance} {now:?}");
         assert_eq!(n_bare(&surface.given, &[], &splats, tolerance, 1e-6), 0);
         if let Some((before, n)) = before {

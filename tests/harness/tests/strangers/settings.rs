@@ -4,6 +4,7 @@ use crate::workshop::{build, cargo, folder, graph, project, renderer, root};
 use std::fs;
 use std::io::Read as _;
 use std::path::Path;
+use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 use surfelshop_api::params::{Value, Values};
 
 /// Adds lines to a project's manifest, behind one that is there.
@@ -52,7 +53,9 @@ fn other_optimisation_debugging_and_features_describe_the_same_graph() {
 fn another_compiler_describes_the_same_graph() {
     let stored = root().join("tests/stored");
     let other = folder("of_another_compiler.so");
-    let zipped = fs::File::open(stored.join("3.3/plugin-x86_64-linux.so.gz")).unwrap();
+    // Of today's revision: what another one describes has other fields.
+    let revision = format!("{ABI_MAJOR}.{ABI_MINOR}/plugin-x86_64-linux.so.gz");
+    let zipped = fs::File::open(stored.join(revision)).unwrap();
     let mut bytes = Vec::new();
     flate2::read::GzDecoder::new(zipped).read_to_end(&mut bytes).unwrap();
     let has = |text: &[u8]| bytes.windows(text.len()).any(|window| window == text);

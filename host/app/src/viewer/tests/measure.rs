@@ -1,12 +1,11 @@
 //! Pictures measured in the window, and errors against times.
 
 use super::plugins::faulty;
-use super::{SAMPLE, Screen, built_plugins};
+use super::{SAMPLE, Screen, built_plugins, order_of};
 use crate::arguments::{DeviceArguments, PluginFiles, UpAxis, ViewerArguments};
 use crate::exr_file;
 use crate::pictures::four_components;
 use crate::viewer::darkroom::{Order, Place, Queue, Task};
-use crate::viewer::detail::Detail;
 use crate::viewer::measure::{Against, Kind, Measurement, State};
 use crate::viewer::settings::Mode;
 use crate::viewer::window::Window;
@@ -399,21 +398,8 @@ fn a_file_is_measured_against_at_its_own_size() {
 #[test]
 fn pictures_of_views_go_before_those_that_are_measured() {
     let mut screen = Screen::sample();
-    let window = screen.window();
-    let shown = window.panes[&0].sides[0].shown.as_ref().unwrap();
-    let order = |serial: u64, is_measured: bool| Order {
-        renderer: "flat".to_owned(),
-        values: Default::default(),
-        clouds: window.shown.as_ref().unwrap().clouds.clone(),
-        scene: window.settings.scene.clone(),
-        environment: None,
-        development: window.settings.development(),
-        view: shown.shot.view,
-        detail: Detail::FULL,
-        moves: false,
-        is_measured,
-        serial,
-    };
+    let of = order_of(screen.window(), "flat");
+    let order = |serial: u64, is_measured: bool| Order { serial, is_measured, ..of.clone() };
     let queue = Queue::default();
     for (serial, is_measured) in [(1, true), (3, false), (2, false)] {
         queue.order(Place { pane: serial as u32, side: 0 }, order(serial, is_measured));

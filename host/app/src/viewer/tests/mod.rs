@@ -9,6 +9,8 @@ mod scenes;
 mod tools;
 mod views;
 
+use super::darkroom::Order;
+use super::detail::Detail;
 use super::window::Window;
 use crate::arguments::{DeviceArguments, PluginFiles, UpAxis, ViewerArguments};
 use eframe::egui::{Context, Vec2};
@@ -108,5 +110,23 @@ impl Screen {
         let mut screen = Self::open(&[SAMPLE]);
         screen.settle();
         screen
+    }
+}
+
+/// An order of the first view's picture as it is shown, by a renderer with usual parameters.
+fn order_of(window: &Window, renderer: &str) -> Order {
+    let shown = window.panes[&0].sides[0].shown.as_ref().unwrap();
+    Order {
+        renderer: renderer.to_owned(),
+        values: Default::default(),
+        clouds: window.shown.as_ref().unwrap().clouds.clone(),
+        scene: window.settings.scene.clone(),
+        environment: None,
+        development: window.settings.development(),
+        view: shown.shot.view,
+        detail: Detail::FULL,
+        moves: false,
+        is_measured: false,
+        serial: 1,
     }
 }

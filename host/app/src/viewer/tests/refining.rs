@@ -2,10 +2,9 @@
 
 use super::plugins::faulty;
 use super::scenes::n_pixels_unlike_rendered;
-use super::{PATIENCE, SAMPLE, Screen, built_plugins};
+use super::{PATIENCE, SAMPLE, Screen, built_plugins, order_of};
 use crate::arguments::{DeviceArguments, PluginFiles, UpAxis, ViewerArguments};
 use crate::viewer::darkroom::{Darkroom, News, Order, Place, Shot};
-use crate::viewer::detail::Detail;
 use crate::viewer::export;
 use crate::viewer::window::Window;
 use egui_kittest::kittest::Queryable as _;
@@ -160,21 +159,7 @@ struct Room {
 impl Room {
     fn open(screen: &mut Screen) -> Self {
         let darkroom = Darkroom::open(DeviceArguments::default(), plugins(), || ()).unwrap();
-        let window = screen.window();
-        let shown = window.panes[&0].sides[0].shown.as_ref().unwrap();
-        let order = Order {
-            renderer: "refines".to_owned(),
-            values: values(20, 20),
-            clouds: window.shown.as_ref().unwrap().clouds.clone(),
-            scene: window.settings.scene.clone(),
-            environment: None,
-            development: window.settings.development(),
-            view: shown.shot.view,
-            detail: Detail::FULL,
-            moves: false,
-            is_measured: false,
-            serial: 1,
-        };
+        let order = Order { values: values(20, 20), ..order_of(screen.window(), "refines") };
         Self { darkroom, order }
     }
 
