@@ -89,6 +89,9 @@ pub(crate) struct Settled {
     /// drawn.
     pub(crate) first_ms: f64,
     pub(crate) columns_ms: f64,
+    /// Milliseconds of the renderer's own passes in these frames, without the host's; none where the
+    /// device does not tell.
+    pub(crate) own_passes_ms: Option<f64>,
 }
 
 impl Settled {
@@ -96,6 +99,16 @@ impl Settled {
     pub(crate) fn refines(&self) -> bool {
         self.rendered.wants_another_frame && self.n_frames < MAX_FRAMES
     }
+}
+
+/// Milliseconds of a frame's own passes, without the host's; none where the device does not tell.
+fn own_passes(passes: &[PassReport]) -> Option<f64> {
+    let own = passes.iter().filter(|pass| {
+        pass.state == PassState::Ran
+            && !pass.name.starts_with("surfels:")
+            && !pass.name.starts_with("host:")
+    });
+    own.map(|pass| pass.gpu_ms).sum()
 }
 
 impl Studio {
@@ -186,7 +199,8 @@ impl Studio {
         let rendered = self.engine.render(view, request)?;
         let (n_frames, columns_ms) = (request.frame_index + 1, rendered.columns_ms);
         let milliseconds = started.elapsed().as_secs_f64() * 1e3;
-        Ok(Settled { rendered, n_frames, milliseconds, first_ms: milliseconds, columns_ms })
+        let (first_ms, own_passes_ms) = (milliseconds, own_passes(&rendered.passes));
+        Ok(Settled { rendered, n_frames, milliseconds, first_ms, columns_ms, own_passes_ms })
     }
 
     /// Renders until the picture does not change any more; `each` is shown every frame.
@@ -199,15 +213,18 @@ impl Studio {
         let started = Instant::now();
         let mut n_frames = 0;
         let mut first = None;
+        let mut own_passes_ms = Some(0.0);
         loop {
             let request = RenderRequest { frame_index: n_frames, ..*request };
             let mut rendered = self.engine.render(view, &request)?;
             each(&mut rendered);
             n_frames += 1;
+            own_passes_ms = own_passes_ms.zip(own_passes(&rendered.passes)).map(|(a, b)| a + b);
             let since = || started.elapsed().as_secs_f64() * 1e3;
             let (first_ms, columns_ms) = *first.get_or_insert((since(), rendered.columns_ms));
             let milliseconds = since();
-            let settled = Settled { rendered, n_frames, milliseconds, first_ms, columns_ms };
+            let settled =
+                Settled { rendered, n_frames, milliseconds, first_ms, columns_ms, own_passes_ms };
             if !settled.refines() {
                 return Ok(settled);
             }

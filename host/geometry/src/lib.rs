@@ -15,7 +15,7 @@ pub mod discs;
 pub mod eigen;
 mod grid;
 pub mod harmonics;
-mod hashing;
+pub mod hashing;
 pub mod mesh;
 mod neighbours;
 pub mod normals;

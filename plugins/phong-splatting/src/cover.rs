@@ -9,6 +9,7 @@ use crate::samples::within;
 use std::ops::Range;
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::*;
+use surfelshop_geometry::hashing::scattered;
 
 /// Samples that one splat can stand for; the first is where it grew from.
 pub(crate) type Region = Vec<u32>;
@@ -81,17 +82,6 @@ fn candidates(ground: &Ground<'_>, share: Range<f64>, job: &Job<'_>) -> Result<V
         }
     }
     Ok(found)
-}
-
-/// Numbers without a pattern, the same in every run.
-///
-/// Source: the output function of `SplitMix64`, Steele et al. 2014, "Fast Splittable Pseudorandom Number
-/// Generators".
-pub(crate) fn scattered(place: u64) -> u64 {
-    let mut z = place.wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }
 
 /// For each region the samples that it is the nearest to, in units of its half axes.

@@ -1,9 +1,10 @@
 //! Exchanging a few regions at a time for fewer others.
 
-use crate::cover::{Region, scattered};
+use crate::cover::Region;
 use crate::graph::Lists;
 use crate::regions::Ground;
 use surfelshop_api::prelude::*;
+use surfelshop_geometry::hashing::{fraction, scattered};
 
 /// Times that each region is taken out with some around it, in a round.
 const SWEEPS: usize = 4;
@@ -110,8 +111,7 @@ impl Exchange<'_> {
         let mut put_in = Vec::with_capacity(out.len());
         while n_bare > 0 && put_in.len() < out.len() {
             let worth = |&region: &u32| {
-                let chance =
-                    (scattered(seed ^ u64::from(region)) >> 11) as f64 / (1u64 << 53) as f64;
+                let chance = fraction(scattered(seed ^ u64::from(region)));
                 (self.gains[region as usize] as f64 * (1.0 - CHANCE * chance), region)
             };
             let best =

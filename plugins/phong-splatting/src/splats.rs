@@ -56,7 +56,8 @@
 //! Columns other than `color` and `ao` are left behind, `material` among them. Flat open parts become few
 //! large ellipses, whose arcs reach beyond straight borders.
 //!
-//! The same on any number of threads and for any order of the samples, copies at one place aside. Memory: about 700 bytes a sample.
+//! The same on any number of threads and for any order of the samples, copies at one place aside. Memory:
+//! about 700 bytes a sample.
 //!
 //! Source: Wu and Kobbelt 2004, "Optimized Sub-Sampling of Point Sets for Surface Splatting", for regions,
 //! greedy choice and relaxation; Botsch et al. 2004, "Phong Splatting", section 3, for planes and normal

@@ -1,12 +1,14 @@
-//! Prints how far pictures of `global-illumination` on the Cornell box are from traced ones and how
-//! long a frame takes: each knob of quality turned alone, frames added up, and what is missing near
-//! the box's edges: `gi_error [PATHS]`; paths a pixel of the reference, 256 unless given.
+//! Prints how far pictures of `global-illumination` are from traced ones and how long a frame takes: each
+//! knob of quality turned alone, frames added up, and what is missing near the edges of a box:
+//! `gi_error [PATHS [CLOUD]]`; paths a pixel of the reference, 256 unless given; the Cornell box, or a cloud
+//! with normals and radii in the light of a spot.
 
 #![allow(clippy::print_stdout, reason = "a program that prints tables")]
 
 use anyhow::Result;
 use std::collections::BTreeMap;
 use surfelshop_assets::cornell::{N_POINTS, cornell_box};
+use surfelshop_cloud::{ReadOptions, read};
 use surfelshop_engine::trace::TracedPicture;
 use surfelshop_tests::gi::{Bench, Error, Set, bias, blurred, error, int, less, relative, text};
 
@@ -24,7 +26,7 @@ const KNOBS: [(&str, &[u32]); 9] = [
     ("pull-push", &[0, 1, 2, 3, 4]),
     ("interleaving", &[1, 2, 4, 8]),
     ("smoothing", &[0, 1, 2]),
-    ("compensation", &[0, 4, 16, 64]),
+    ("compensation", &[0, 4, 8, 24, 64]),
     ("light-map", &[128, 256, 512, 1024]),
     ("bounces", &[1, 2, 3]),
 ];
@@ -44,7 +46,11 @@ struct Row {
 
 fn main() -> Result<()> {
     let paths = std::env::args().nth(1).map_or(Ok(256), |paths| paths.parse())?;
-    let mut bench = Bench::new(cornell_box(N_POINTS)?, SIZE);
+    let scan = std::env::args().nth(2);
+    let mut bench = match &scan {
+        Some(path) => Bench::scan(read(path, &ReadOptions::default())?.cloud, SIZE),
+        None => Bench::new(cornell_box(N_POINTS)?, SIZE),
+    };
     println!("## {} surfels, {SIZE} pixels a side\n", bench.cloud.len());
     let mut references = BTreeMap::new();
     for bounces in 1..=3 {
@@ -62,7 +68,8 @@ fn main() -> Result<()> {
     direct(&mut bench, paths)?;
     knobs(&mut bench, &references)?;
     converged(&mut bench, &references[&BOUNCES])?;
-    edges(&mut bench, &references[&BOUNCES], paths)
+    // A scan has no walls to be near to.
+    if scan.is_none() { edges(&mut bench, &references[&BOUNCES], paths) } else { Ok(()) }
 }
 
 /// Prints how far direct light alone is off, which everything else contains.
@@ -143,7 +150,7 @@ fn edges(bench: &mut Bench, full: &TracedPicture, paths: u32) -> Result<()> {
         "| near | compensation | bias near edges | mean error | bias elsewhere | mean error |\n|---|---|---|---|---|---|"
     );
     for near_as in ["disc", "bounded"] {
-        for compensation in [0, 16, 64] {
+        for compensation in [0, 8, 64] {
             let sets = [
                 ("show", text("indirect")),
                 ("bounces", int(BOUNCES)),

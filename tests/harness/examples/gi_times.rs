@@ -32,7 +32,7 @@ fn main() -> Result<()> {
     let has = |name: &str| std::env::args().any(|argument| argument == name);
     let (range, repeats) = if has("--short") { (FEW, 3) } else { (ALL, 7) };
     let small = cornell_box(N_POINTS)?;
-    for size in [256, 512] {
+    for (size, range) in [(256, range), (512, FEW)] {
         let mut bench = Bench::new(small.clone(), size);
         if size == 256 {
             by_lights(&mut bench, 2 * repeats)?;
@@ -70,7 +70,7 @@ fn by_stage(bench: &mut Bench, range: &Range, repeats: usize) -> Result<()> {
             jobs.push((sets(&[]), debug("ism")));
             for n in range.interleaving {
                 rows.push(([*vpls, *bounces, *n], maps, jobs.len()));
-                for (smoothing, compensation) in [(0, 0), (2, 0), (2, 16)] {
+                for (smoothing, compensation) in [(0, 0), (2, 0), (2, 8)] {
                     let more = [
                         ("interleaving", int(*n)),
                         ("smoothing", int(smoothing)),

@@ -232,14 +232,9 @@ fn a_session_with_mouse_and_keys() {
     std::thread::sleep(Duration::from_millis(500));
     looks_like(&screen, "window-single");
 
-    for renderer in [
-        "flat",
-        "global-illumination",
-        "phong-splatting",
-        "procedural",
-        "environment",
-        "ewa-phong",
-    ] {
+    for renderer in
+        ["flat", "global-illumination", "phong-splatting", "procedural", "environment", "ewa-phong"]
+    {
         program.key("r");
         program.picture(0, renderer);
     }

@@ -4,7 +4,7 @@ use crate::arguments::PluginFiles;
 use crate::clouds::Clouds;
 use crate::cpu_time::{cpu_ms_since, cpu_time};
 use crate::staging::Staging;
-use crate::studio::{Chosen, Studio};
+use crate::studio::{Chosen, Settled, Studio};
 use crate::surroundings::Surroundings;
 use crate::times::Run;
 use crate::{terminal, traced};
@@ -15,7 +15,7 @@ use surfelshop_api::params::Values;
 use surfelshop_api::{CloudView, UnitKind, View};
 use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
 use surfelshop_engine::trace::{TracedPicture, trace};
-use surfelshop_engine::{Image, PassReport, PassState, RenderRequest, Rendered};
+use surfelshop_engine::{Image, PassState, RenderRequest};
 
 /// What all candidates draw.
 #[derive(Clone, Copy)]
@@ -128,7 +128,7 @@ impl Candidate {
             let (n_passes, graph_bytes) = (None, None);
             return Ok(Drawn { color: traced.color, variance, first_ms, n_passes, graph_bytes });
         };
-        let rendered = frame(stage, studio, chosen, stage.view)?;
+        let rendered = frame(stage, studio, chosen, stage.view)?.rendered;
         let first_ms = started.elapsed().as_secs_f64() * 1e3;
         let color = rendered.image(&Output::Color);
         let color = color.ok_or_else(|| anyhow!("{} gave no colour", chosen.reference))?;
@@ -156,9 +156,7 @@ impl Candidate {
     ) -> anyhow::Result<Run> {
         let (started, cpu) = (Instant::now(), cpu_time());
         let own_passes_ms = match &mut self.ready()?.chosen {
-            Some(chosen) => {
-                own_passes(&frame(stage, studio, chosen, nudged(stage.view, number))?.passes)
-            }
+            Some(chosen) => frame(stage, studio, chosen, nudged(stage.view, number))?.own_passes_ms,
             None => {
                 self.traced(stage)?;
                 None
@@ -180,20 +178,20 @@ impl Candidate {
     }
 }
 
-/// A frame until it settles.
+/// Frames until the picture stays.
 fn frame(
     stage: &Stage<'_>,
     studio: Option<&mut Studio>,
     chosen: &mut Chosen,
     view: View,
-) -> anyhow::Result<Rendered> {
+) -> anyhow::Result<Settled> {
     let studio = studio.context("there is no graphics device")?;
     // Another may have drawn the same view, and each pays for its own.
     studio.engine.forget_surfaces();
     let values = chosen.values.clone();
     let clouds = stage.clouds.views();
     let request = stage.request(&clouds, view, &values);
-    Ok(studio.settle(chosen, &request)?.rendered)
+    studio.settle(chosen, &request)
 }
 
 /// A view from a camera that is moved by less than anything shows, another for each number: nothing is
@@ -205,16 +203,6 @@ pub(crate) fn nudged(mut view: View, number: u32) -> View {
     let step = (1e-12 * (camera.eye - camera.target).length()).max(4.0 * f64::EPSILON * x);
     camera.eye.x += step * f64::from(number);
     view
-}
-
-/// Milliseconds of a frame's own passes, without the host's; none where the device does not tell.
-pub(crate) fn own_passes(passes: &[PassReport]) -> Option<f64> {
-    let own = passes.iter().filter(|pass| {
-        pass.state == PassState::Ran
-            && !pass.name.starts_with("surfels:")
-            && !pass.name.starts_with("host:")
-    });
-    own.map(|pass| pass.gpu_ms).sum()
 }
 
 #[cfg(test)]

@@ -107,7 +107,7 @@ pub(super) fn report(
             device,
             errors: &errors,
             error: "RMSE of radiance",
-            time: Time::OfPictures,
+            time: Time::Passes,
             note: None,
             all: &all,
         },

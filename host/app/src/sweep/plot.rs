@@ -12,15 +12,16 @@ pub(super) fn svg(
     swept: &Swept<'_>,
     cells: &[Cell],
 ) -> anyhow::Result<Option<String>> {
+    let time = swept.time.among(cells);
     let point = |cell: &Cell| {
-        let at = (swept.time.of(cell)?.0, cell.error("rmse")?);
+        let at = (time.of(cell)?.0, cell.error("rmse")?);
         (at.0 > 0.0 && at.1 > 0.0).then_some((at, cell.value.clone()))
     };
     let points: Vec<((f64, f64), String)> = cells.iter().filter_map(point).collect();
     if points.len() < 2 {
         return Ok(None);
     }
-    let of = cells.iter().find_map(|cell| swept.time.of(cell)).map_or("", |(_, of)| of);
+    let of = cells.iter().find_map(|cell| time.of(cell)).map_or("", |(_, of)| of);
     let noise = cells.iter().map(|cell| cell.noise).fold(0.0, f64::max);
     let floor = (noise > 0.0).then_some(noise);
     let chart = Chart {

@@ -34,21 +34,34 @@ pub(super) struct Swept<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Time {
     /// A renderer's own passes, or whole frames where the device does not tell those.
-    OfPictures,
+    Passes,
+    /// Whole frames.
+    Frames,
     /// Processor time, or the clock where the system does not tell it.
-    OfTools,
+    Tools,
 }
 
 impl Time {
+    /// What counts among cells that are compared: whole frames where not all of them tell more.
+    pub(crate) fn among<'a>(self, cells: impl IntoIterator<Item = &'a Cell>) -> Self {
+        let tells = |cell: &Cell| !cell.times(|run| run.own_passes_ms).is_empty();
+        let mut timed = cells.into_iter().filter(|cell| !cell.times(|_| Some(0.0)).is_empty());
+        match self {
+            Self::Passes if !timed.all(tells) => Self::Frames,
+            _ => self,
+        }
+    }
+
     /// Median milliseconds of a cell, and what they are of.
     pub(crate) fn of(self, cell: &Cell) -> Option<(f64, &'static str)> {
         let own = match self {
-            Self::OfPictures => cell.times(|run| run.own_passes_ms),
-            Self::OfTools => cell.times(|run| run.cpu_ms),
+            Self::Passes => cell.times(|run| run.own_passes_ms),
+            Self::Frames => Vec::new(),
+            Self::Tools => cell.times(|run| run.cpu_ms),
         };
         let (own_word, wall_word) = match self {
-            Self::OfPictures => ("of its own passes", "a frame"),
-            Self::OfTools => ("of processor time", "a run"),
+            Self::Passes | Self::Frames => ("of its own passes", "a frame"),
+            Self::Tools => ("of processor time", "a run"),
         };
         match median(&own) {
             Some(ms) => Some((ms, own_word)),
@@ -102,23 +115,26 @@ pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Re
     if arguments.report.json {
         return terminal::json(&object);
     }
-    for cell in all.iter().flat_map(|(_, cells)| cells) {
-        terminal::line(line(swept, cell))?;
+    for (_, cells) in *all {
+        let time = swept.time.among(cells);
+        for cell in cells {
+            terminal::line(line(time, cell))?;
+        }
     }
     terminal::line(arguments.out.join("index.html").display())
 }
 
-fn line(swept: &Swept<'_>, cell: &Cell) -> String {
+fn line(by: Time, cell: &Cell) -> String {
     let Cell { knob, value, .. } = cell;
     if let Some(fault) = &cell.fault {
         return format!("{knob}={value}: {fault}");
     }
     let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.5}"));
-    let time = swept.time.of(cell).map(|(ms, of)| format!("{ms:.2} ms {of}"));
+    let time = by.of(cell).map(|(ms, of)| format!("{ms:.2} ms {of}"));
     let time = time.unwrap_or_else(|| format!("{:.2} ms the first time", cell.first_ms));
-    let second = match swept.time {
-        Time::OfPictures => format!("FLIP {}", number(cell.error("flip.mean"))),
-        Time::OfTools => format!("largest {}", number(cell.error("max_absolute"))),
+    let second = match by {
+        Time::Passes | Time::Frames => format!("FLIP {}", number(cell.error("flip.mean"))),
+        Time::Tools => format!("largest {}", number(cell.error("max_absolute"))),
     };
     format!("{knob}={value}: RMSE {}, {second}, {time}", number(cell.error("rmse")))
 }
@@ -127,22 +143,22 @@ fn line(swept: &Swept<'_>, cell: &Cell) -> String {
 fn times(swept: &Swept<'_>, cell: &Cell) -> Vec<(&'static str, &'static str, Option<f64>)> {
     let wall = cell.times(|run| Some(run.wall_ms));
     let of = match swept.time {
-        Time::OfPictures => "frame, ms",
-        Time::OfTools => "run, ms",
+        Time::Passes | Time::Frames => "frame, ms",
+        Time::Tools => "run, ms",
     };
     let mut all = vec![
         (of, "by the clock, median", median(&wall)),
         ("spread, ms", "between the quartiles", spread(&wall)),
         ("CPU, ms", "processor time, median", median(&cell.times(|run| run.cpu_ms))),
     ];
-    if swept.time == Time::OfPictures {
+    if swept.time == Time::Passes {
         let own = cell.times(|run| run.own_passes_ms);
         all.push(("own passes, ms", "its own passes on the device, median", median(&own)));
         all.push(("own spread, ms", "of its own passes, between the quartiles", spread(&own)));
     }
     let first = "the first time, with all that had to be made and no row above it had made";
     all.push(("first, ms", first, (!cell.is_faulty()).then_some(cell.first_ms)));
-    if swept.time == Time::OfPictures {
+    if swept.time == Time::Passes {
         let megabytes = cell.graph_bytes.map(|bytes| bytes as f64 / 1e6);
         all.push(("graph, MB", "its textures and buffers", megabytes));
         let n_passes = cell.n_passes.map(|n| n as f64);

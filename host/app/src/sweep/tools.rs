@@ -91,7 +91,7 @@ pub(super) fn report(
             device: format!("{n_threads} threads"),
             errors: &ERRORS,
             error: &format!("RMSE of {column}"),
-            time: Time::OfTools,
+            time: Time::Tools,
             note,
             all: &all,
         },

@@ -66,6 +66,8 @@ pub(crate) struct Shot {
     /// What drawing took of it, milliseconds: this frame, or where pictures are measured or written, all
     /// of them.
     pub(crate) frame_ms: f64,
+    /// What the renderer's own passes took of that on the device, milliseconds, where it tells.
+    pub(crate) own_passes_ms: Option<f64>,
     /// Frames drawn so far.
     pub(crate) n_frames: u32,
     /// Whether another frame would refine it.

@@ -232,7 +232,15 @@ impl Engine {
             feature(
                 "timestamps",
                 gpu.times_passes,
-                ["passes are timed on the device", "passes have no times"],
+                [
+                    match gpu.times_computing() {
+                        true => "passes are timed on the device",
+                        false => {
+                            "passes that draw are timed; a driver in software cannot time others"
+                        }
+                    },
+                    "passes have no times",
+                ],
                 true,
             ),
             feature(

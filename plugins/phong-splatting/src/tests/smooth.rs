@@ -21,7 +21,10 @@ fn sweep(name: &str, least: &Order) {
         let splats = Drawn::all(&ran);
         assert!(ran.bytes("clip").is_none(), "{}", ran.message);
         let (now, overlap) = errors(&surface.given, &splats, tolerance);
-        println!("{name} {tolerance}: {} splats, {overlap:.2} over each other, {now:?}", splats.len());
+        println!(
+            "{name} {tolerance}: {} splats, {overlap:.2} over each other, {now:?}",
+            splats.len()
+        );
         assert!(now.field <= now.constant && now.field_max < 0.75, "{tolerance} {now:?}");
         assert_eq!(n_bare(&surface.given, &[], &splats, tolerance, 1e-6), 0);
         if let Some((before, n)) = before {

@@ -16,10 +16,11 @@ pub use visibility::{Errors, Pairs, Receiver, receivers};
 
 use crate::stage;
 use anyhow::Result;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+use std::f64::consts::PI;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
-use surfelshop_api::{Camera, Scene, View};
+use surfelshop_api::{Camera, Light, Scene, View};
 use surfelshop_assets::cornell::cornell_scene;
 use surfelshop_cloud::Cloud;
 use surfelshop_engine::{Engine, RenderRequest, Rendered, RendererView};
@@ -45,7 +46,7 @@ pub fn values(sets: &[Set<'_>]) -> Values {
     sets.iter().map(|(id, value)| ((*id).to_owned(), value.clone())).collect()
 }
 
-/// The renderer in front of a cloud in the light of the Cornell box.
+/// The renderer in front of a cloud.
 pub struct Bench {
     /// The engine that draws.
     pub engine: Engine,
@@ -53,14 +54,14 @@ pub struct Bench {
     pub renderer: RendererView,
     /// The cloud.
     pub cloud: Cloud,
-    /// The box's light.
+    /// Its light.
     pub scene: Scene,
-    /// The box's camera.
+    /// Where it is looked at from.
     pub view: View,
 }
 
 impl Bench {
-    /// The box's light and camera before a cloud, in pictures of this many pixels on a side.
+    /// A cloud in the Cornell box's light and camera, in pictures of this many pixels on a side.
     #[must_use]
     pub fn new(cloud: Cloud, size: u32) -> Self {
         let engine = stage::engine();
@@ -68,6 +69,23 @@ impl Bench {
         let renderer = stage::built_renderer(&engine, library, "global-illumination");
         let (scene, view) = cornell_view(size);
         Self { engine, renderer, cloud, scene, view }
+    }
+
+    /// A scan with y upwards, in front of the camera and lit by a spot from the upper left.
+    #[must_use]
+    pub fn scan(cloud: Cloud, size: u32) -> Self {
+        let facts = cloud.facts();
+        let target = 0.5 * (facts.bounds_min + facts.bounds_max);
+        let half = 0.5 * (facts.bounds_max - facts.bounds_min).length();
+        let eye = target + DVec3::new(0.3, 0.2, 2.6) * half;
+        let position = target + DVec3::new(-0.8, 1.1, 1.3) * half;
+        // White surfaces that it falls on straight have a radiance of about 1.
+        let intensity = Vec3::splat((PI * position.distance_squared(target)) as f32);
+        let light = Light::Spot { position, target, intensity, angle: 0.55, softness: 0.4 };
+        let (near, far) = (1e-2 * half, 1e2 * half);
+        let view = View { near, far, ..stage::view(eye, target, size) };
+        let scene = Scene { lights: vec![light], ..Scene::default() };
+        Self { scene, view, ..Self::new(cloud, size) }
     }
 
     /// Draws frame number `frame_index` since something changed.

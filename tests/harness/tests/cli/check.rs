@@ -75,6 +75,7 @@ fn what_is_wrong_is_found_by_its_case() {
         ("holes-at-a-slant", "grazing"),
         ("deeper", "depth"),
         ("no-number", "outputs"),
+        ("restless", "outputs"),
         ("always-central", "orthographic"),
         ("swaps-axes", "normal"),
         ("swaps-axes", "turned"),

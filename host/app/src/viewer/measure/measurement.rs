@@ -10,7 +10,7 @@ use super::truth::{Coming, Tracing};
 use crate::camera::{self, Extent};
 use crate::clouds::Clouds;
 use crate::compare::Truth;
-use crate::compare::candidate::{nudged, own_passes};
+use crate::compare::candidate::nudged;
 use crate::compare::measured::errors;
 use crate::pictures::four_components;
 use crate::sweep::cells::Cell;
@@ -253,7 +253,7 @@ impl Measurement {
                 if let Some(Some(cell)) = self.cells.get_mut(i) {
                     cell.runs.push(times::Run {
                         wall_ms: shot.frame_ms,
-                        own_passes_ms: own_passes(&shot.passes),
+                        own_passes_ms: shot.own_passes_ms,
                         // The window draws meanwhile, on the same processors.
                         cpu_ms: None,
                     });

@@ -21,16 +21,17 @@ const HEIGHT: f32 = 260.0;
 /// Points around a value within which the pointer means it.
 const NEAR: f32 = 16.0;
 
-/// Median milliseconds of a value, and what they are of, as `report` says them.
-pub(super) fn time(cell: &Cell) -> Option<(f64, &'static str)> {
-    Time::OfPictures.of(cell)
+/// Which milliseconds of values count, as in a `report`.
+pub(super) fn time(cells: &[Option<Cell>]) -> Time {
+    Time::Passes.among(cells.iter().flatten())
 }
 
 /// The values that have both an error and a time: milliseconds, RMSE, and the value. An error of 0 has
 /// no place on a logarithmic axis.
 pub(crate) fn points(cells: &[Option<Cell>]) -> Vec<((f64, f64), String)> {
+    let time = time(cells);
     let point = |cell: &Cell| {
-        let at = (time(cell)?.0, cell.error("rmse")?);
+        let at = (time.of(cell)?.0, cell.error("rmse")?);
         (at.0 > 0.0 && at.1 > 0.0 && !cell.is_faulty()).then(|| (at, cell.value.clone()))
     };
     cells.iter().flatten().filter_map(point).collect()
@@ -58,11 +59,12 @@ pub(super) fn show(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) ->
         return None;
     }
     let cells = || measurement.cells.iter().flatten();
+    let time = time(&measurement.cells);
     let noise = cells().map(|cell| cell.noise).fold(0.0, f64::max);
     let drawing = Drawing {
         knob: measurement.basis.knob.clone().unwrap_or_default(),
         points,
-        of: cells().find_map(time).map_or("", |(_, of)| of),
+        of: cells().find_map(|cell| time.of(cell)).map_or("", |(_, of)| of),
         noise: (noise > 0.0).then_some(noise),
         line: match ui.visuals().dark_mode {
             true => Color32::from_rgb(110, 170, 255),
@@ -223,5 +225,19 @@ mod tests {
         };
         let cells = [of(0.5, vec![run]), of(0.5, Vec::new()), of(0.0, vec![run]), None];
         assert_eq!(points(&cells), [((2.0, 0.5), "4".to_owned())]);
+    }
+
+    #[test]
+    fn times_of_one_kind_are_compared() {
+        let of = |own_passes_ms: Option<f64>| {
+            let run = crate::times::Run { wall_ms: 2.0, own_passes_ms, cpu_ms: None };
+            Some(Cell { runs: vec![run], ..Cell::new("rays", "4", &[("rmse", 0.5)], 1.0) })
+        };
+        let unknown = || Some(Cell::new("rays", "5", &[("rmse", 0.5)], 1.0));
+        let at = |cells: &[Option<Cell>]| -> Vec<f64> {
+            points(cells).into_iter().map(|((ms, _), _)| ms).collect()
+        };
+        assert_eq!(at(&[of(Some(1.0)), of(Some(1.5)), unknown()]), [1.0, 1.5]);
+        assert_eq!(at(&[of(Some(1.0)), of(None), unknown()]), [2.0, 2.0]);
     }
 }

@@ -63,6 +63,7 @@ pub(super) fn values(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) 
         }
     }
     let mut chosen = None;
+    let time = time(&measurement.cells);
     Grid::new("swept").num_columns(4).striped(true).spacing(SPACING).show(ui, |ui| {
         for title in [knob, "rmse", "flip.mean", "ms"] {
             ui.weak(title);
@@ -75,7 +76,7 @@ pub(super) fn values(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) 
             }
             ui.monospace(metric(cell, "rmse"));
             ui.monospace(metric(cell, "flip.mean"));
-            ui.monospace(time(cell).map_or("-".to_owned(), |(ms, _)| number(ms)));
+            ui.monospace(time.of(cell).map_or("-".to_owned(), |(ms, _)| number(ms)));
             ui.end_row();
         }
     });

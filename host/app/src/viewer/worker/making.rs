@@ -216,6 +216,7 @@ pub(super) fn shot(
         passes: rendered.passes.clone(),
         milliseconds: started.elapsed().as_secs_f64() * 1e3,
         frame_ms: settled.milliseconds,
+        own_passes_ms: settled.own_passes_ms,
         n_frames: settled.n_frames,
         refines: settled.refines(),
         detail: order.detail,
