@@ -20,7 +20,7 @@ var<storage, read> depths: array<u32>;
 var<storage, read_write> filled: array<u32>;
 
 // Holes are filled to twice this power of two in width, texels; 0 are none.
-override LEVELS: u32 = 3u;
+override LEVELS: u32 = 2u;
 
 // Depths differ by less than this share of the nearer where they are one surface.
 const SAME_SURFACE = 0.4;
@@ -70,14 +70,20 @@ fn fill(@builtin(global_invocation_id) id: vec3<u32>) {
     var found = bitcast<f32>(depths[here]);
     let center = hemisphere::center_of(vec2<i32>(id.xy), sizes.side);
     if LEVELS > 0u && dot(center, center) <= 1.0 {
-        let around = vec4(
+        var around = vec4(
             across(map, id.xy, vec2(1, 0), found),
             across(map, id.xy, vec2(0, 1), found),
-            across(map, id.xy, vec2(1, 1), found),
-            across(map, id.xy, vec2(1, -1), found),
+            0.0,
+            0.0,
         );
+        // Most texels show a surface that nothing stands before: their diagonals are not gone through.
+        if found == 0.0 || any(around.xy > vec2(0.0)) {
+            around.z = across(map, id.xy, vec2(1, 1), found);
+            around.w = across(map, id.xy, vec2(1, -1), found);
+        }
         let n = dot(vec4<f32>(around > vec4(0.0)), vec4(1.0));
-        // What is behind shows through a hole only where most ways across it end at the surface.
+        // What is behind shows through a hole only where two ways across it, a straight one among them, end
+        // at the surface.
         if n >= select(1.0, 2.0, found > 0.0) {
             found = dot(around, vec4(1.0)) / n;
         }

@@ -10,13 +10,13 @@
 //! | `frames`        | int    | 8       | frames that are added up while nothing moves, each with others  |
 //! | `ism-size`      | int    | 512     | texels on a side of all shadow maps of a bounce together        |
 //! | `ism-points`    | int    | 200000  | surfels that go over all these maps                             |
-//! | `pull-push`     | int    | 3       | holes of twice 2^n texels in the maps are filled; 0 fills none  |
+//! | `pull-push`     | int    | 2       | holes of twice 2^n texels in the maps are filled; 0 fills none  |
 //! | `interleaving`  | int    | 4       | n: of n x n pixels each takes every n^2-th light                |
 //! | `smoothing`     | int    | 2       | 0 none, 1 over a block of n x n pixels, 2 over those around too |
 //! | `near`          | choice | `disc`  | lights are a `disc`, or `bounded`, near surfaces                |
 //! | `softening`     | float  | 1       | how large that disc or bound is                                 |
 //! | `compensation`  | int    | 8       | places around each pixel by which it is made up for; 0 is none  |
-//! | `light-map`     | int    | 256     | texels on a side of what a lamp sees                            |
+//! | `light-map`     | int    | 512     | texels on a side of what a lamp sees                            |
 //! | `diffuse`, `specular`, `shininess` | float | 1, 0, 64 | as `ewa-phong`                                 |
 //! | `ior`           | float  | 1       | index of refraction by which highlights grow when grazed        |
 //! | `show`          | choice | `all`   | `all` light, `direct` or `indirect` alone                       |
@@ -100,7 +100,7 @@ params! {
         /// Surfels that go over all these maps.
         ism_points: u32 { default: 200_000, range: 1_000..=4_000_000, quality: true, logarithmic: true },
         /// How wide holes of the shadow maps are filled: twice 2^n texels; 0 fills none.
-        pull_push: u32 { default: 3, range: 0..=4, quality: true },
+        pull_push: u32 { default: 2, range: 0..=4, quality: true },
         /// Of n x n pixels each takes every n^2-th light.
         interleaving: u32 { default: 4, range: 1..=8, quality: true },
         /// How far interleaved pixels are merged: not at all, over a block, or over those around it too.
@@ -113,7 +113,7 @@ params! {
         /// 0 is none.
         compensation: u32 { default: 8, range: 0..=64, quality: true },
         /// Texels on a side of what a lamp sees: its shadow map, and where first lights are placed.
-        light_map: u32 { default: 256, range: 64..=2048, quality: true, logarithmic: true },
+        light_map: u32 { default: 512, range: 64..=2048, quality: true, logarithmic: true },
         /// Factor on the diffuse term.
         diffuse: f32 { default: 1.0, range: 0.0..=1.0 },
         /// Radiance of the highlight's peak under a white light.

@@ -1,8 +1,8 @@
 //! Prints what the stages of a frame of `global-illumination` take on the Cornell box, by numbers of
 //! lights, bounces and interleaved pixels, beside frames of `ewa-phong` of the same view taken in turns,
 //! and how the time of the shadow maps depends on the number of lights:
-//! `gi_times [--short] [--large]`; with `--short`, fewer settings and repeats; with `--large`, of 4.7
-//! million surfels, too.
+//! `gi_times [--short | --large]`; with `--short`, fewer settings and repeats; with `--large`, of 4.7
+//! million surfels instead.
 
 #![allow(clippy::print_stdout, reason = "a program that prints tables")]
 
@@ -30,19 +30,15 @@ const ONE: Range = Range { vpls: &[256], bounces: &[1, 2, 3], interleaving: &[4]
 
 fn main() -> Result<()> {
     let has = |name: &str| std::env::args().any(|argument| argument == name);
-    let (range, repeats) = if has("--short") { (FEW, 3) } else { (ALL, 7) };
-    let small = cornell_box(N_POINTS)?;
-    for (size, range) in [(256, range), (512, FEW)] {
-        let mut bench = Bench::new(small.clone(), size);
-        if size == 256 {
-            by_lights(&mut bench, 2 * repeats)?;
-        }
-        by_stage(&mut bench, &range, repeats)?;
-    }
     if has("--large") {
-        by_stage(&mut Bench::new(cornell_box(LARGE)?, 512), &ONE, repeats)?;
+        return by_stage(&mut Bench::new(cornell_box(LARGE)?, 512), &ONE, 3);
     }
-    Ok(())
+    let (range, repeats) = if has("--short") { (FEW, 3) } else { (ALL, 5) };
+    let small = cornell_box(N_POINTS)?;
+    let mut bench = Bench::new(small.clone(), 256);
+    by_lights(&mut bench, 2 * repeats)?;
+    by_stage(&mut bench, &range, repeats)?;
+    by_stage(&mut Bench::new(small, 512), &FEW, 3)
 }
 
 fn debug(name: &str) -> Output {

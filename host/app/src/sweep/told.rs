@@ -60,7 +60,7 @@ impl Time {
             Self::Tools => cell.times(|run| run.cpu_ms),
         };
         let (own_word, wall_word) = match self {
-            Self::Passes | Self::Frames => ("of its own passes", "a frame"),
+            Self::Passes | Self::Frames => ("of its own passes", "a picture"),
             Self::Tools => ("of processor time", "a run"),
         };
         match median(&own) {

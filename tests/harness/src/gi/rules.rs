@@ -207,8 +207,10 @@ impl Rules {
                 let is_one = farther > 0.0 && farther >= one.max(other) * (1.0 - self.same_surface);
                 is_one.then_some(farther)
             };
-            let around = [[1, 0], [0, 1], [1, 1], [1, -1]];
-            let around: Vec<f32> = around.into_iter().filter_map(across).collect();
+            let mut around: Vec<f32> = [[1, 0], [0, 1]].into_iter().filter_map(across).collect();
+            if *near == 0.0 || !around.is_empty() {
+                around.extend([[1, 1], [1, -1]].into_iter().filter_map(across));
+            }
             let least = if *near > 0.0 { 2 } else { 1 };
             match around.len() >= least {
                 true => around.iter().sum::<f32>() / around.len() as f32,
