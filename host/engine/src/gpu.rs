@@ -327,11 +327,6 @@ impl Gpu {
         self.is_software() && self.info.backend == wgpu::Backend::Gl
     }
 
-    /// Whether what computes is timed: Mesa 22.3 in software says 0.1 ms of passes that take 100.
-    pub(crate) fn times_computing(&self) -> bool {
-        self.times_passes && !self.is_software()
-    }
-
     /// Whether the adapter computes on the CPU.
     #[must_use]
     pub fn is_software(&self) -> bool {

@@ -14,6 +14,9 @@ var<storage, read_write> importance: array<f32>;
 fn weigh(@builtin(global_invocation_id) id: vec3<u32>) {
     let face = id.z;
     let across = faces.side / lamps::CELLS;
+    // The share of light that a highlight sends on: half vectors take in 2 pi / (n + 1), directions four times
+    // as much, over pi.
+    let shiny = body.specular * min(8.0 / (body.shininess + 1.0), 1.0);
     var sum = 0.0;
     for (var y = 0u; y < across; y++) {
         for (var x = 0u; x < across; x++) {
@@ -22,7 +25,7 @@ fn weigh(@builtin(global_invocation_id) id: vec3<u32>) {
             let red_green = unpack2x16float(texel.albedo_rg);
             let blue = unpack2x16float(texel.albedo_b).x;
             let albedo = max(red_green.x, max(red_green.y, blue));
-            sum += texel.flux * (body.diffuse * albedo + body.specular);
+            sum += texel.flux * (body.diffuse * albedo + shiny);
         }
     }
     importance[face * lamps::PYRAMID + id.y * lamps::CELLS + id.x] = sum;

@@ -9,8 +9,8 @@ use surfelshop_api::{CloudFacts, Lamp, View};
 /// Faces of all lamps: six of each of a scene's lights.
 const MOST_FACES: usize = 48;
 
-/// Most texels of all faces: 64 MiB of 32 bytes.
-const MOST_TEXELS: u64 = 1 << 21;
+/// Most texels of all faces: 128 MiB of 32 bytes, which every device binds.
+const MOST_TEXELS: u64 = 1 << 22;
 
 /// Cells on a side of a face's importance, as in `lamps.wgsl`.
 pub(crate) const CELLS: u32 = 64;

@@ -8,18 +8,21 @@
 //! | `bounces`       | int    | 2       | reflections between surfaces; 0 is direct light                 |
 //! | `vpls`          | int    | 64      | virtual point lights of each bounce in a frame                  |
 //! | `frames`        | int    | 8       | frames that are added up while nothing moves, each with others  |
-//! | `ism-size`      | int    | 512     | texels on a side of all shadow maps of a bounce together        |
+//! | `ism-size`      | int    | 512     | texels on a side of all shadow maps of a bounce together; 32 for each point at most |
 //! | `ism-points`    | int    | 200000  | surfels that go over all these maps                             |
-//! | `pull-push`     | int    | 2       | holes of twice 2^n texels in the maps are filled; 0 fills none  |
+//! | `pull-push`     | int    | 2       | holes of twice 2^n texels are filled, of 8 where something lies behind; 0 fills none |
 //! | `interleaving`  | int    | 4       | n: of n x n pixels each takes every n^2-th light                |
 //! | `smoothing`     | int    | 2       | 0 none, 1 over a block of n x n pixels, 2 over those around too |
 //! | `near`          | choice | `disc`  | lights are a `disc`, or `bounded`, near surfaces                |
 //! | `softening`     | float  | 1       | how large that disc or bound is                                 |
 //! | `compensation`  | int    | 8       | places around each pixel by which it is made up for; 0 is none  |
-//! | `light-map`     | int    | 512     | texels on a side of what a lamp sees                            |
+//! | `light-map`     | int    | 512     | texels on a side of what a lamp sees: a power of two, four million for all lamps at most |
 //! | `diffuse`, `specular`, `shininess` | float | 1, 0, 64 | as `ewa-phong`                                 |
-//! | `ior`           | float  | 1       | index of refraction by which highlights grow when grazed        |
+//! | `ior`           | float  | 1       | highlights have Schlick's factor of this index; 1 leaves it out |
 //! | `show`          | choice | `all`   | `all` light, `direct` or `indirect` alone                       |
+//!
+//! `debug.vpls` shows where lights are, `debug.ism` and `debug.ism-points` the maps of the first ones with
+//! and without holes filled, as one over the distance: as many as a picture has room for.
 //!
 //! Method. Lamps are cameras: what they see is their shadow map and where the first virtual lights are
 //! placed, in proportion to the flux that is reflected there (Halton's points, warped down a pyramid of
@@ -95,11 +98,12 @@ params! {
         vpls: u32 { default: 64, range: 0..=1024, quality: true },
         /// Frames that are added up while nothing moves, each with other lights.
         frames: u32 { default: 8, range: 1..=64, quality: true, logarithmic: true },
-        /// Texels on a side of all shadow maps of a bounce together.
+        /// Texels on a side of all shadow maps of a bounce together; 32 for each point at most.
         ism_size: u32 { default: 512, range: 128..=2048, quality: true, logarithmic: true },
         /// Surfels that go over all these maps.
         ism_points: u32 { default: 200_000, range: 1_000..=4_000_000, quality: true, logarithmic: true },
-        /// How wide holes of the shadow maps are filled: twice 2^n texels; 0 fills none.
+        /// How wide holes of the shadow maps are filled: twice 2^n texels, 8 where something lies behind;
+        /// 0 fills none.
         pull_push: u32 { default: 2, range: 0..=4, quality: true },
         /// Of n x n pixels each takes every n^2-th light.
         interleaving: u32 { default: 4, range: 1..=8, quality: true },
@@ -112,7 +116,8 @@ params! {
         /// Places around each pixel by which is made up for light that lights leave out near surfaces;
         /// 0 is none.
         compensation: u32 { default: 8, range: 0..=64, quality: true },
-        /// Texels on a side of what a lamp sees: its shadow map, and where first lights are placed.
+        /// Texels on a side of what a lamp sees: its shadow map, and where first lights are placed. A power
+        /// of two; four million for all lamps at most.
         light_map: u32 { default: 512, range: 64..=2048, quality: true, logarithmic: true },
         /// Factor on the diffuse term.
         diffuse: f32 { default: 1.0, range: 0.0..=1.0 },
@@ -120,7 +125,7 @@ params! {
         specular: f32 { default: 0.0, range: 0.0..=1.0 },
         /// Exponent of the highlight: large is small and sharp.
         shininess: f32 { default: 64.0, range: 1.0..=1024.0, logarithmic: true },
-        /// Index of refraction by which highlights grow towards grazing angles; 1 is the same at all.
+        /// Highlights have Schlick's factor of this index of refraction; 1 leaves it out.
         ior: f32 { default: 1.0, range: 1.0..=4.0 },
         /// What of the light is shown.
         show: Show { default: Show::All },

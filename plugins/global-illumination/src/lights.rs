@@ -48,6 +48,13 @@ fn groups_of(n: u32, size: u32) -> Groups {
     Groups::Fixed([groups.div_ceil(rows), rows, 1])
 }
 
+/// By how many maps surfels move on from frame to frame: without a divisor in common with the number of
+/// maps, so that each gets to all.
+fn turn_of(n_maps: u32) -> u32 {
+    let half = n_maps / 2 + 1;
+    if n_maps.is_multiple_of(2) { half | 1 } else { half }
+}
+
 impl Passes<'_> {
     /// The lights of all bounces and their maps.
     pub(crate) fn bounces(&mut self) -> Maps {
@@ -66,7 +73,7 @@ impl Passes<'_> {
                 .u32(self.n_vpls)
                 .u32(side)
                 .u32(n_points)
-                .u32(self.frame.frame_index.wrapping_mul(self.n_vpls / 2 + 1))
+                .u32(self.frame.frame_index.wrapping_mul(turn_of(self.n_vpls)))
                 .f32(ENLARGED * (stands_for.sqrt() / self.extent) as f32)
                 .f32(self.per_extent()),
         );
@@ -230,5 +237,19 @@ impl Passes<'_> {
                 .bind("next", next),
         );
         next
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::turn_of;
+    use std::collections::BTreeSet;
+
+    #[test]
+    fn surfels_get_to_every_map() {
+        for n in 1..=1024u32 {
+            let maps: BTreeSet<u32> = (0..n).map(|frame| frame * turn_of(n) % n).collect();
+            assert_eq!(maps.len(), n as usize, "{n}");
+        }
     }
 }

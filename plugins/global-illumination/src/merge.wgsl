@@ -43,47 +43,54 @@ struct Light {
     shiny: vec3<f32>,
 }
 
-// Every window weighs each of the n^2 kinds of pixels alike: a square of n x n, or a tent of twice the
-// width, which is a square spread over a square.
+// Light that lights left out is gathered at few places around each pixel, however many lights a pixel takes:
+// it is merged over windows of so many pixels at least.
+const GATHERED = 4;
+
+// Weight of a pixel in a window of `n` pixels on a side that weighs each of n^2 kinds of pixels alike: a
+// square, or a tent of twice the width, which is a square spread over a square.
+fn weight_in(n: i32, away: vec2<i32>) -> f32 {
+    if settings.smoothing == 2u {
+        return f32(max(n - abs(away.x), 0) * max(n - abs(away.y), 0));
+    }
+    let low = -(n - 1) / 2;
+    return select(0.0, 1.0, all(away >= vec2(low)) && all(away < vec2(low + n)));
+}
+
 fn merged(s: Surface) -> Light {
-    let n = i32(settings.interleaving);
+    let smooths = settings.smoothing > 0u;
+    let n = select(1, i32(settings.interleaving), smooths);
+    let n_missing = select(1, max(n, GATHERED), smooths && COMPENSATES);
+    let reach = max(n, n_missing) - 1;
     let at = vec2<i32>(s.pixel);
-    var low = vec2(0);
-    var high = vec2(0);
-    if settings.smoothing == 1u && n > 1 {
-        low = vec2(-(n - 1) / 2);
-        high = low + n - 1;
-    }
-    if settings.smoothing == 2u && n > 1 {
-        high = vec2(n - 1);
-        low = -high;
-    }
     let size = vec2<i32>(view::view.size_px);
     var light = Light(vec3(0.0), vec3(0.0));
-    var weights = 0.0;
-    for (var y = low.y; y <= high.y; y++) {
-        for (var x = low.x; x <= high.x; x++) {
-            let pixel = at + vec2(x, y);
-            if any(pixel < vec2(0)) || any(pixel >= size) {
+    var left_out = vec3(0.0);
+    var weights = vec2(0.0);
+    for (var y = -reach; y <= reach; y++) {
+        for (var x = -reach; x <= reach; x++) {
+            let away = vec2(x, y);
+            let pixel = at + away;
+            let weight = vec2(weight_in(n, away), weight_in(n_missing, away));
+            if all(weight == vec2(0.0)) || any(pixel < vec2(0)) || any(pixel >= size) {
                 continue;
             }
-            let other = surface::surface_at(vec2<u32>(pixel));
-            var weight = likeness(s, other);
-            if settings.smoothing == 2u {
-                weight *= f32((n - abs(x)) * (n - abs(y)));
+            let alike = weight * likeness(s, surface::surface_at(vec2<u32>(pixel)));
+            if alike.x > 0.0 {
+                light.matte += alike.x * textureLoad(matte, pixel, 0).rgb;
+                if material::shines() {
+                    light.shiny += alike.x * textureLoad(shiny, pixel, 0).rgb;
+                }
             }
-            light.matte += weight * textureLoad(matte, pixel, 0).rgb;
             if COMPENSATES {
-                light.matte += weight * textureLoad(missing, pixel, 0).rgb;
+                left_out += alike.y * textureLoad(missing, pixel, 0).rgb;
             }
-            if material::shines() {
-                light.shiny += weight * textureLoad(shiny, pixel, 0).rgb;
-            }
-            weights += weight;
+            weights += alike;
         }
     }
     // A pixel is like itself, so that there is some weight.
-    return Light(light.matte / max(weights, 1e-6), light.shiny / max(weights, 1e-6));
+    weights = max(weights, vec2(1e-6));
+    return Light(light.matte / weights.x + left_out / weights.y, light.shiny / weights.x);
 }
 
 fn reflect_light(s: Surface) -> vec4<f32> {

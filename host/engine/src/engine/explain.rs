@@ -233,11 +233,9 @@ impl Engine {
                 "timestamps",
                 gpu.times_passes,
                 [
-                    match gpu.times_computing() {
-                        true => "passes are timed on the device",
-                        false => {
-                            "passes that draw are timed; a driver in software cannot time others"
-                        }
+                    match gpu.is_software() {
+                        true => "passes are timed, but for frames that compute, in software",
+                        false => "passes are timed on the device",
                     },
                     "passes have no times",
                 ],

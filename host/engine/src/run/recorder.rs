@@ -186,13 +186,13 @@ impl<'g> Recorder<'g> {
             self.finish_so_far();
             self.drawn = false;
         }
-        // Software drivers compute at once and tell the time when they next draw.
-        let times = if self.gpu.times_computing() {
-            self.time_next(name)
-        } else {
-            self.note(name, PassState::Ran);
-            None
-        };
+        // Drivers in software compute while what is to be drawn before waits, and tell the time when they
+        // draw it: such a frame has no times.
+        if self.gpu.is_software() {
+            self.queries = None;
+            self.timed.clear();
+        }
+        let times = self.time_next(name);
         let timestamp_writes = match (&self.queries, times) {
             (Some(query_set), Some([first, last])) => Some(wgpu::ComputePassTimestampWrites {
                 query_set,

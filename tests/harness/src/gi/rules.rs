@@ -49,7 +49,7 @@ impl Default for Rules {
             enlarged: 0.6,
             own_reach: 1.5,
             own_off_plane: 0.5,
-            levels: 3,
+            levels: 2,
             between: true,
             least_full: 2,
             same_surface: 0.4,

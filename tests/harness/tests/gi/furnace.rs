@@ -104,7 +104,7 @@ fn compensation_brings_back_half_of_what_corners_lose() {
         bench.color(&values)
     };
     let truth = shown(0, 1024, 16, 0.5);
-    let [without, with] = [0, 32].map(|compensation| shown(compensation, 64, 16, 1.0));
+    let [without, with] = [0, 8].map(|compensation| shown(compensation, 64, 16, 1.0));
     let view = bench.view;
     let lost = |pixels: &[[f32; 4]]| {
         let (mut found, mut whole) = (0.0, 0.0);
