@@ -56,7 +56,7 @@
  * larger minor version than their own.
  */
 #define SURFELSHOP_ABI_MAJOR 3
-#define SURFELSHOP_ABI_MINOR 5
+#define SURFELSHOP_ABI_MINOR 6
 
 #ifdef __cplusplus
 extern "C" {

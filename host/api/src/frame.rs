@@ -68,6 +68,9 @@ pub struct FrameRequest {
     /// The light around the scene, where it has one.
     #[serde(default)]
     pub environment: Option<Environment>,
+    /// One surfel of so many is drawn, as [`Graph::stride`](crate::Graph::stride); 0 is taken as 1. ABI 3.6.
+    #[serde(default)]
+    pub stride: u32,
 }
 
 /// One frame a renderer is asked to describe.

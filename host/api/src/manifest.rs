@@ -31,7 +31,10 @@ pub const ABI_MAJOR: u16 = 3;
 /// 5: graphs have cameras of their own ([`Graph::camera`](crate::Graph::camera)), read the scene's
 /// surfels as data ([`Graph::surfels`](crate::Graph::surfels)), and keep buffers from frame to frame
 /// ([`Lifetime::History`](crate::graph::Lifetime)).
-pub const ABI_MINOR: u16 = 5;
+///
+/// 6: renderers are told how much of the scene is drawn while something moves
+/// ([`Graph::stride`](crate::Graph::stride)).
+pub const ABI_MINOR: u16 = 6;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

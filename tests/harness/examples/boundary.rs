@@ -84,6 +84,7 @@ fn request() -> FrameRequest {
         frame_index: 3,
         values: Default::default(),
         environment: None,
+        stride: 1,
     }
 }
 

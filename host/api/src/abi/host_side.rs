@@ -434,6 +434,7 @@ mod tests {
             frame_index: 0,
             values: Values::new(),
             environment: None,
+            stride: 1,
         };
         assert_eq!(check_known(0, &request), Ok(()));
         request.scene.lights.push(Light::Point { position: DVec3::X, intensity: Vec3::ONE });

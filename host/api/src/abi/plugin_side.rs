@@ -68,7 +68,7 @@ struct ToolInstance<T>(T);
 
 impl<R: Renderer> Instance for RendererInstance<R> {
     fn frame(&mut self, request: FrameRequest) -> Result<Graph> {
-        let mut graph = Graph::new();
+        let mut graph = Graph::drawing_one_of(request.stride);
         self.0.frame(&Frame::from(request), &mut graph)?;
         Ok(graph)
     }

@@ -26,6 +26,8 @@ use crate::uniform::Uniform;
 pub struct Graph {
     structure: Structure,
     data: Vec<u8>,
+    /// One less than [`stride`](Self::stride).
+    left_out: u32,
 }
 
 /// Bytes of a `surfelshop::surfels::Record`.
@@ -45,7 +47,21 @@ impl Graph {
     /// A graph from its parts, as they crossed the boundary.
     #[must_use]
     pub fn from_parts(structure: Structure, data: Vec<u8>) -> Self {
-        Self { structure, data }
+        Self { structure, data, left_out: 0 }
+    }
+
+    /// An empty graph of a frame in which one surfel of `stride` is drawn.
+    pub(crate) fn drawing_one_of(stride: u32) -> Self {
+        Self { left_out: stride.saturating_sub(1), ..Self::default() }
+    }
+
+    /// One surfel of so many is drawn in this frame, and so much larger that they cover the same: 1, the
+    /// whole, but while something moves and the whole took too long. A renderer that spends its time on
+    /// other things may do with as much less of these, so that it keeps up; at rest a whole frame follows.
+    /// Buffers of [`surfels`](Self::surfels) hold what they are asked for either way. ABI 3.6.
+    #[must_use]
+    pub fn stride(&self) -> u32 {
+        self.left_out.saturating_add(1)
     }
 
     /// Declares a texture.

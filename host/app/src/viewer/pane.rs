@@ -13,9 +13,6 @@ use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_engine::picture::Development;
 
-/// Time without a change after which a view is drawn in full detail.
-pub(crate) const STILL: Duration = Duration::from_millis(150);
-
 /// A picture on the screen.
 pub(crate) struct Shown {
     pub(crate) shot: Shot,
@@ -91,11 +88,12 @@ impl Side {
         if changed {
             self.changed = Some(now);
         }
-        let age = self.changed.map_or(STILL, |changed| now.duration_since(changed));
+        let still = self.governor.still();
+        let age = self.changed.map_or(still, |changed| now.duration_since(changed));
         // A first picture, a switch of renderers and a change of size are not motion.
-        let moves = age < STILL && self.moved(wanted);
+        let moves = age < still && self.moved(wanted);
         let detail = if moves && adaptive { self.governor.detail() } else { Detail::FULL };
-        let again = moves.then(|| STILL.saturating_sub(age) + Duration::from_millis(5));
+        let again = moves.then(|| still.saturating_sub(age) + Duration::from_millis(5));
         let ordered_detail = self.ordered.as_ref().map(|ordered| ordered.detail);
         if !changed && (moves || (ordered_detail == Some(detail) && !self.is_left_unrefined())) {
             return (None, again);

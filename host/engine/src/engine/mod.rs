@@ -327,6 +327,7 @@ impl Engine {
                 frame_index: request.frame_index,
                 values: request.values.clone(),
                 environment: request.environment.map(|given| given.environment.clone()),
+                stride: request.stride,
             })
             .map_err(RenderError::Plugin)?;
         let drawn = self.draw(renderer, &encoded, request);

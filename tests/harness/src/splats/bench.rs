@@ -104,6 +104,7 @@ impl Bench {
                 frame_index: 0,
                 values,
                 environment: None,
+                stride: 1,
             },
             clouds: vec![self.samples.clone()],
             texels: Arc::default(),

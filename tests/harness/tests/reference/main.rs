@@ -57,6 +57,7 @@ impl Lab {
                 frame_index: 0,
                 values: values.clone(),
                 environment,
+                stride: 1,
             },
             clouds: vec![cloud],
             texels,

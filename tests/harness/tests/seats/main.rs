@@ -1,5 +1,5 @@
-//! What graphs have of their own besides passes: cameras, the scene's surfels as data, and buffers that
-//! are kept from frame to frame.
+//! What graphs have of their own besides passes: cameras, the scene's surfels as data, buffers that are
+//! kept from frame to frame, and how much is drawn.
 
 #![allow(clippy::unwrap_used, reason = "a failed step is a failed test")]
 
@@ -8,4 +8,5 @@ mod cameras;
 mod counted;
 mod history;
 mod refused;
+mod strided;
 mod surfels;

@@ -20,7 +20,7 @@ use surfelshop_tests::clouds::sphere;
 use surfelshop_tests::desk::Desk;
 use surfelshop_tests::stage::{engine, render, view};
 
-const VERSIONS: [&str; 4] = ["3.0", "3.3", "3.4", "3.5"];
+const VERSIONS: [&str; 5] = ["3.0", "3.3", "3.4", "3.5", "3.6"];
 
 /// The units of the stored library of a revision, in a folder that must outlive them.
 struct Library {
@@ -111,6 +111,7 @@ fn tools_edit_and_tracers_trace() {
             frame_index: 0,
             values: values.clone(),
             environment: None,
+            stride: 1,
         };
         let tile = Tile { x: 2, y: 3, width: 2, height: 1, sample: 0 };
         let mut pixels = [0.0; 8];
