@@ -139,7 +139,7 @@ fn offer(
         return;
     }
     let texel = vec2(i32(ray.texel % sizes.side), i32(ray.texel / sizes.side));
-    let disc = maps::seen_from(scene[i], v, sizes);
+    let disc = maps::seen_from(scene[i * sizes.stride], v, sizes);
     if !disc.is_seen {
         return;
     }
@@ -162,7 +162,7 @@ fn arrive(@builtin(global_invocation_id) id: vec3<u32>) {
     if surfel == 0u || ray.texel == NOWHERE {
         return;
     }
-    let s = surfels::surfel_of(scene[surfel - 1u]);
+    let s = surfels::surfel_of(scene[(surfel - 1u) * sizes.stride]);
     var v = vpl::none();
     v.position = s.position * sizes.per_extent;
     v.surfel = surfel;

@@ -7,7 +7,8 @@
 
 var<uniform> faces: lamps::Faces;
 var<uniform> body: Material;
-var<storage, read> texels: array<lamps::Texel>;
+// Along the axes of the faces, units of the extent; 0 where nothing is seen.
+var<storage, read> depths: array<f32>;
 
 // A point as a face sees it.
 struct Seen {
@@ -68,7 +69,7 @@ fn open_in(face: lamps::Face, number: u32, seen: Seen, normal: vec3<f32>) -> f32
             let steps = dot(n.xy, moved) * select(1.0, seen.depth, face.is_parallel == 0u);
             let plane = seen.depth - clamp(steps / min(falls, -0.02), -most, most);
             let place = (number * faces.side + u32(texel.y)) * faces.side + u32(texel.x);
-            let depth = texels[place].depth;
+            let depth = depths[place];
             // Bilinear weights of 3 x 3 texels around: 4 x 4 with the outermost in part.
             let weight_x = select(select(1.0, 1.0 - part.x, x == 0), part.x, x == 3);
             let weight_y = select(select(1.0, 1.0 - part.y, y == 0), part.y, y == 3);

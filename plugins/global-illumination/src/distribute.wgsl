@@ -89,11 +89,12 @@ fn distribute(@builtin(global_invocation_id) id: vec3<u32>) {
         probability *= row.probability * column.probability;
     }
     // Any texel of the cell.
-    let across = faces.side / lamps::CELLS;
+    let lit_side = lamps::lit_side(faces);
+    let across = lit_side / lamps::CELLS;
     let at = cell * across + vec2<u32>(point * f32(across));
-    let texel = texels[(face * faces.side + at.y) * faces.side + at.x];
+    let texel = texels[(face * lit_side + at.y) * lit_side + at.x];
     let f = faces.items[face];
-    if texel.depth <= 0.0 || texel.flux <= 0.0 || probability <= 0.0 {
+    if texel.flux <= 0.0 || probability <= 0.0 {
         return;
     }
     let lamp = light::lights.lamps[f.lamp];
@@ -107,7 +108,8 @@ fn distribute(@builtin(global_invocation_id) id: vec3<u32>) {
     v.flux = color / brightest * (texel.flux * per_texel);
     v.albedo = vec3(unpack2x16float(texel.albedo_rg), unpack2x16float(texel.albedo_b).x);
     // In a face's picture y goes down.
-    let place = ((vec2<f32>(at) + 0.5) / f32(faces.side) * 2.0 - 1.0) * vec2(1.0, -1.0) * f.half_extent;
+    let seen = vec2<f32>(lamps::texel_of(faces, at)) + 0.5;
+    let place = (seen / f32(faces.side) * 2.0 - 1.0) * vec2(1.0, -1.0) * f.half_extent;
     var towards = f.backward;
     if f.is_parallel == 0u {
         towards = normalize(f.backward - f.right * place.x - f.up * place.y);

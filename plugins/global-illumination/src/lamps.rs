@@ -9,8 +9,12 @@ use surfelshop_api::{CloudFacts, Lamp, View};
 /// Faces of all lamps: six of each of a scene's lights.
 const MOST_FACES: usize = 48;
 
-/// Most texels of all faces: 128 MiB of 32 bytes, which every device binds.
+/// Most texels of all faces: what they see is drawn in every frame.
 const MOST_TEXELS: u64 = 1 << 22;
+
+/// Most texels on a side of a face of the light surface buffer: one of each block of its picture, another
+/// one in the next frame. Of all of them lights are no better placed.
+const MOST_LIT: u32 = 256;
 
 /// Cells on a side of a face's importance, as in `lamps.wgsl`.
 pub(crate) const CELLS: u32 = 64;
@@ -38,6 +42,8 @@ pub(crate) struct Lamps {
     pub(crate) faces: Vec<Face>,
     /// Texels on a side of each face.
     pub(crate) side: u32,
+    /// Frames of this view since something changed.
+    frame_index: u32,
 }
 
 /// The scene's size, to which lengths are related: a power of two, so that it loses nothing.
@@ -77,7 +83,12 @@ impl Lamps {
                 face.view.camera.projection = Projection::Perspective { fov_y };
             }
         }
-        Self { faces, side }
+        Self { faces, side, frame_index: frame.frame_index }
+    }
+
+    /// Texels on a side of each face of the light surface buffer.
+    pub(crate) fn lit_side(&self) -> u32 {
+        self.side.min(MOST_LIT)
     }
 
     /// Declares the cameras.
@@ -117,8 +128,20 @@ impl Lamps {
                 uniform = uniform.vec3(Vec3::ZERO).u32(0);
             }
         }
-        uniform.u32(self.faces.len() as u32).u32(self.side).f32((1.0 / extent) as f32)
+        let block = self.side / self.lit_side();
+        let [x, y] = chosen_of(block, self.frame_index);
+        let uniform = uniform.u32(self.faces.len() as u32).u32(self.side);
+        uniform.f32((1.0 / extent) as f32).u32(block).u32(x).u32(y)
     }
+}
+
+/// The texel that is taken of blocks of so many on a side, a power of two: another one in each frame until
+/// all were, from the middle on.
+fn chosen_of(block: u32, frame_index: u32) -> [u32; 2] {
+    let n = block * block;
+    let middle = n / 2 + block / 2;
+    let i = frame_index.wrapping_mul(n / 2 + 1).wrapping_add(middle) % n;
+    [i % block, i / block]
 }
 
 /// The pictures of a lamp.
@@ -169,6 +192,7 @@ fn parallel(number: u32, towards: DVec3, facts: &CloudFacts) -> Face {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeSet;
     use surfelshop_api::Scene;
 
     fn frame(lights: Vec<Light>) -> Frame<()> {
@@ -209,6 +233,17 @@ mod tests {
         let many = Lamps::new(&frame(many), 1024);
         assert_eq!(many.faces.len(), MOST_FACES);
         assert!(u64::from(many.side).pow(2) * 48 <= MOST_TEXELS);
+    }
+
+    #[test]
+    fn every_texel_of_a_block_has_its_frame() {
+        for block in [1, 2, 4, 8] {
+            let n = block * block;
+            let chosen: BTreeSet<[u32; 2]> = (0..n).map(|frame| chosen_of(block, frame)).collect();
+            assert_eq!(chosen.len(), n as usize, "{block}");
+            assert!(chosen.iter().flatten().all(|&at| at < block), "{block}");
+            assert_eq!(chosen_of(block, 0), [block / 2; 2]);
+        }
     }
 
     #[test]

@@ -1,4 +1,5 @@
-// The scene's lamps as cameras that see what they light: the light surface buffer.
+// The scene's lamps as cameras that see what they light: their depths are shadow maps, and a part of
+// what they see is the light surface buffer.
 #define_import_path gi::lamps
 
 // One picture of a lamp: all of what a spot or a directional light sees, or a sixth of a point light's.
@@ -28,19 +29,32 @@ struct Faces {
     side: u32,
     // One over the scene's extent: what positions in scene units are multiplied with.
     per_extent: f32,
+    // Of blocks of so many texels on a side one is in the light surface buffer,
+    block: u32,
+    // this one of each block; another one in the next frame.
+    chosen: vec2<u32>,
 }
 
-// What a texel of a face sees.
+// Texels of the light surface buffer on a side of a face.
+fn lit_side(faces: Faces) -> u32 {
+    return faces.side / faces.block;
+}
+
+// The texel of a face that one of the light surface buffer is.
+fn texel_of(faces: Faces, lit: vec2<u32>) -> vec2<u32> {
+    return lit * faces.block + faces.chosen;
+}
+
+// What a texel of a face sees, for the block around it.
 struct Texel {
     // From the scene's origin, world-oriented, units of the extent.
     position: vec3<f32>,
-    // Along the face's axis, units of the extent; 0 where it sees nothing.
-    depth: f32,
+    // Flux that would arrive over the lamp's colour if the block saw this; 0 where nothing is seen.
+    flux: f32,
     normal: u32,
     albedo_rg: u32,
     albedo_b: u32,
-    // Flux that arrives there over the lamp's colour.
-    flux: f32,
+    pad: u32,
 }
 
 // Cells on a side of a face's importance, and all levels above them.

@@ -1,4 +1,5 @@
-// Fills a face's part of the light surface buffer, one texel each; the pass looks from the face.
+// What a lamp's face sees, from where the pass looks: how far away it is, for every texel, and all of it
+// for one texel of each block.
 #import surfelshop::view
 #import surfelshop::surface
 #import surfelshop::light
@@ -11,41 +12,51 @@ struct Which {
 
 var<uniform> which: Which;
 var<uniform> faces: lamps::Faces;
+var<storage, read_write> depths: array<f32>;
 var<storage, read_write> texels: array<lamps::Texel>;
 
 @compute @workgroup_size(8, 8)
+fn measure(@builtin(global_invocation_id) id: vec3<u32>) {
+    if all(id.xy < vec2(faces.side)) {
+        let place = (which.face * faces.side + id.y) * faces.side + id.x;
+        depths[place] = surface::surface_at(id.xy).depth * faces.per_extent;
+    }
+}
+
+@compute @workgroup_size(8, 8)
 fn fill(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= vec2(faces.side)) {
+    let lit_side = lamps::lit_side(faces);
+    if any(id.xy >= vec2(lit_side)) {
         return;
     }
     let face = faces.items[which.face];
-    let s = surface::surface_at(id.xy);
-    let place = (which.face * faces.side + id.y) * faces.side + id.x;
+    let texel = lamps::texel_of(faces, id.xy);
+    let s = surface::surface_at(texel);
+    let place = (which.face * lit_side + id.y) * lit_side + id.x;
     if !s.covered {
-        texels[place] = lamps::Texel(vec3(0.0), 0.0, 0u, 0u, 0u, 0.0);
+        texels[place] = lamps::Texel(vec3(0.0), 0.0, 0u, 0u, 0u, 0u);
         return;
     }
-    let across = (vec2<f32>(id.xy) + 0.5) / f32(faces.side) * 2.0 - 1.0;
-    let depth = s.depth * faces.per_extent;
-    // What arrives on a texel's part of the surface is what goes through the texel.
-    let width = 2.0 * face.half_extent / f32(faces.side);
+    let across = (vec2<f32>(texel) + 0.5) / f32(faces.side) * 2.0 - 1.0;
+    // What arrives on a block's part of the surface is what goes through the block.
+    let width = 2.0 * face.half_extent / f32(lit_side);
     var through = width * width;
     if face.is_parallel == 0u {
         // a cos^3 steradians, at the depth / cos squared.
+        let depth = s.depth * faces.per_extent;
         through *= depth * depth * inverseSqrt(1.0 + dot(across, across) * face.half_extent * face.half_extent);
     }
     let arriving = light::arriving(face.lamp, s.position);
     let brightest = max(arriving.radiance.r, max(arriving.radiance.g, arriving.radiance.b));
     let is_own = max(abs(across.x), abs(across.y)) <= face.own;
     let flux = select(0.0, brightest * through, is_own);
-    let blue = pack2x16float(vec2(s.albedo.b, 0.0));
     let eye = view::view.world_from_view[3].xyz;
     texels[place] = lamps::Texel(
         (s.position + eye) * faces.per_extent,
-        depth,
+        flux,
         packing::pack_direction(s.normal),
         pack2x16float(s.albedo.rg),
-        blue,
-        flux,
+        pack2x16float(vec2(s.albedo.b, 0.0)),
+        0u,
     );
 }

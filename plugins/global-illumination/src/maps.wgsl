@@ -9,8 +9,9 @@ struct Sizes {
     // Maps, and texels on a side of each.
     n_maps: u32,
     side: u32,
-    // Surfels that go over them.
+    // Surfels that go over them: of those given one in every `stride`.
     n_surfels: u32,
+    stride: u32,
     // Moves which surfel goes to which map.
     turn: u32,
     // Factor on the radius of a surfel, which stands for that squared of the scene's in its map, times

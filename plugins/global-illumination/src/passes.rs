@@ -6,7 +6,7 @@ use crate::{Near, Settings, Show};
 use surfelshop_api::graph::{BufferId, CameraId, TextureId, UniformId};
 use surfelshop_api::prelude::*;
 
-/// Bytes of what a lamp's texel sees.
+/// Bytes of what a texel of the light surface buffer has.
 const TEXEL_BYTES: u64 = 32;
 
 /// The radius of a virtual light, in extents of the scene, is this over the root of how many there are.
@@ -36,6 +36,9 @@ pub(crate) struct Passes<'a> {
     pub(crate) n_bounces: u32,
     pub(crate) faces: UniformId,
     pub(crate) material: UniformId,
+    /// How far the lamps see.
+    pub(crate) depths: BufferId,
+    /// The light surface buffer.
     pub(crate) texels: BufferId,
 }
 
@@ -55,7 +58,8 @@ pub(crate) use with;
 impl<'a> Passes<'a> {
     pub(crate) fn new(frame: &'a Frame<Settings>, graph: &'a mut Graph) -> Self {
         let p = &frame.params;
-        let lamps = Lamps::new(frame, p.light_map);
+        // While something moves lamps see as much less as the view does.
+        let lamps = Lamps::new(frame, p.light_map >> (graph.stride().ilog2() / 2));
         let extent = extent_of(&frame.cloud);
         let is_lit = !lamps.faces.is_empty() && frame.cloud.n_surfels > 0;
         let bounces = is_lit && p.vpls > 0 && p.bounces > 0 && p.show != Show::Direct;
@@ -63,9 +67,11 @@ impl<'a> Passes<'a> {
         let faces = graph.uniform(lamps.uniform(frame.view.camera.eye, extent));
         let material = graph
             .uniform(Uniform::new().f32(p.diffuse).f32(p.specular).f32(p.shininess).f32(p.ior));
-        let n_texels = u64::from(lamps.side).pow(2) * lamps.faces.len().max(1) as u64;
-        let texels = graph.buffer("light surfaces", Buffer::new(n_texels * TEXEL_BYTES));
-        Self { frame, graph, lamps, extent, n_vpls, n_bounces, faces, material, texels }
+        let n_texels = |side: u32| u64::from(side).pow(2) * lamps.faces.len().max(1) as u64;
+        let depths = graph.buffer("depths of lights", Buffer::new(n_texels(lamps.side) * 4));
+        let n_lit = if n_bounces > 0 { n_texels(lamps.lit_side()) } else { 1 };
+        let texels = graph.buffer("light surfaces", Buffer::new(n_lit * TEXEL_BYTES));
+        Self { frame, graph, lamps, extent, n_vpls, n_bounces, faces, material, depths, texels }
     }
 
     pub(crate) fn shines(&self) -> bool {
@@ -91,7 +97,7 @@ impl<'a> Passes<'a> {
     /// Describes all passes.
     pub(crate) fn all(mut self) {
         let cameras = self.lamps.cameras(self.graph);
-        self.light_surfaces(&cameras);
+        self.see_from(&cameras);
         let direct = self.direct();
         let color = if self.n_bounces == 0 {
             match self.frame.params.show {
@@ -113,21 +119,30 @@ impl<'a> Passes<'a> {
     }
 
     /// What the lamps see, texel by texel.
-    fn light_surfaces(&mut self, cameras: &[CameraId]) {
-        let groups = self.lamps.side / 8;
+    fn see_from(&mut self, cameras: &[CameraId]) {
+        let lit_side = if self.n_bounces > 0 { self.lamps.lit_side() } else { 0 };
         for (i, camera) in cameras.iter().enumerate() {
             let which = self.graph.uniform(Uniform::new().u32(i as u32));
-            let groups = Groups::Fixed([groups, groups, 1]);
-            let name = format!("light surface {}", i + 1);
-            let pass = Pass::compute(&name, include_str!("light_surface.wgsl"), "fill", groups);
-            self.graph.pass(
-                with!(pass, "lamps")
-                    .seen_from(*camera)
-                    .merges(true)
-                    .bind("which", which)
-                    .bind("faces", self.faces)
-                    .bind("texels", self.texels),
-            );
+            for (what, entry, side, name, buffer) in [
+                ("depths", "measure", self.lamps.side, "depths", self.depths),
+                ("surface", "fill", lit_side, "texels", self.texels),
+            ] {
+                if side == 0 {
+                    continue;
+                }
+                let (label, wgsl) =
+                    (format!("light {what} {}", i + 1), include_str!("light_surface.wgsl"));
+                let pass =
+                    Pass::compute(&label, wgsl, entry, Groups::Fixed([side / 8, side / 8, 1]));
+                self.graph.pass(
+                    with!(pass, "lamps")
+                        .seen_from(*camera)
+                        .merges(true)
+                        .bind("which", which)
+                        .bind("faces", self.faces)
+                        .bind(name, buffer),
+                );
+            }
         }
     }
 
@@ -139,7 +154,7 @@ impl<'a> Passes<'a> {
                 .merges(true)
                 .bind("faces", self.faces)
                 .bind("body", self.material)
-                .bind("texels", self.texels)
+                .bind("depths", self.depths)
                 .feature("gi::material::SHINES", self.shines())
                 .target(direct),
         );

@@ -29,7 +29,7 @@ fn splat(
     if v.alive == 0u || v.surfel == i + 1u {
         return;
     }
-    let disc = maps::seen_from(scene[i], v, sizes);
+    let disc = maps::seen_from(scene[i * sizes.stride], v, sizes);
     if !disc.is_seen {
         return;
     }

@@ -18,6 +18,8 @@ pub(crate) struct Bench {
     pub cloud: Cloud,
     pub scene: Scene,
     pub view: View,
+    /// One surfel of so many is drawn.
+    pub stride: u32,
 }
 
 /// Whole numbers by parameter id.
@@ -41,7 +43,7 @@ impl Bench {
         let engine = stage::engine();
         let renderer = stage::built_renderer(&engine, LIBRARY, UNIT);
         let scene = Scene { lights, ..Scene::default() };
-        Self { engine, renderer, cloud, scene, view }
+        Self { engine, renderer, cloud, scene, view, stride: 1 }
     }
 
     /// One frame of a view at rest.
@@ -61,7 +63,7 @@ impl Bench {
             outputs,
             frame_index,
             environment: None,
-            stride: 1,
+            stride: self.stride,
             detail_px: 0.0,
         };
         self.engine.render(&mut self.renderer, &request).unwrap()

@@ -78,3 +78,20 @@ fn a_moving_camera_does_not_flicker() {
     // Twice what was seen; single pixels change where a disc's edge passes them.
     assert!(worst[0] < 0.03 && worst[1] < 0.5 && worst[2] < 0.01, "{worst:?}");
 }
+
+/// Where a window draws less, lamps and lights see less, too, and what they light stays about as bright.
+/// The bound is twice what was seen.
+#[test]
+fn what_is_drawn_coarsely_in_motion_is_as_bright() {
+    let mut bench = Bench::new(cornell_box(40_000).unwrap(), vec![lamp(-0.7)], ahead(0.0));
+    let mut brightness = |stride| {
+        bench.stride = stride;
+        crate::bench::mean(&bench.color(&moving()))[1]
+    };
+    let whole = brightness(1);
+    for stride in [2, 4, 8, 16, 64] {
+        let off = brightness(stride) / whole - 1.0;
+        println!("1 surfel of {stride}: {off:.4}");
+        assert!(off.abs() < 0.13, "1 surfel of {stride}: {off}");
+    }
+}

@@ -135,7 +135,7 @@ fn without_bounces_it_is_direct_light_and_costs_no_more() {
         let own = rendered.passes.iter().filter(|pass| !pass.name.starts_with("surfels:"));
         let ran: Vec<_> =
             own.filter(|pass| pass.state == PassState::Ran).map(|p| &*p.name).collect();
-        assert_eq!(ran, ["light surface 1", "direct light"]);
+        assert_eq!(ran, ["light depths 1", "direct light"]);
         assert!(!rendered.wants_another_frame);
     }
     assert_ne!(bench.color(&few(&[])), direct);
