@@ -3,23 +3,23 @@
 //! Places that lamps light become lamps themselves: virtual point lights, with shadow maps made of the
 //! cloud's points, light everything again, and so on from bounce to bounce.
 //!
-//! | parameter       | type   | default | meaning                                                         |
-//! |-----------------|--------|---------|-----------------------------------------------------------------|
-//! | `bounces`       | int    | 2       | reflections between surfaces; 0 is direct light                 |
-//! | `vpls`          | int    | 64      | virtual point lights of each bounce in a frame                  |
-//! | `frames`        | int    | 8       | frames that are added up while nothing moves, each with others  |
-//! | `ism-size`      | int    | 512     | texels on a side of all shadow maps of a bounce together; 32 for each point at most |
-//! | `ism-points`    | int    | 200000  | surfels that go over all these maps                             |
-//! | `pull-push`     | int    | 2       | holes of twice 2^n texels are filled, of 8 where something lies behind; 0 fills none |
-//! | `interleaving`  | int    | 4       | n: of n x n pixels each takes every n^2-th light                |
-//! | `smoothing`     | int    | 2       | 0 none, 1 over a block of n x n pixels, 2 over those around too |
-//! | `near`          | choice | `disc`  | lights are a `disc`, or `bounded`, near surfaces                |
-//! | `softening`     | float  | 1       | how large that disc or bound is                                 |
-//! | `compensation`  | int    | 8       | places around each pixel by which it is made up for; 0 is none  |
-//! | `light-map`     | int    | 512     | texels on a side of what a lamp sees: a power of two, four million for all lamps at most |
-//! | `diffuse`, `specular`, `shininess` | float | 1, 0, 64 | as `ewa-phong`                                 |
-//! | `ior`           | float  | 1       | highlights have Schlick's factor of this index; 1 leaves it out |
-//! | `show`          | choice | `all`   | `all` light, `direct` or `indirect` alone                       |
+//! | parameter | type | default | meaning |
+//! |---|---|---|---|
+//! | `bounces` | int | 2 | reflections between surfaces; 0 is direct light |
+//! | `vpls` | int | 64 | virtual point lights of each bounce in a frame |
+//! | `frames` | int | 8 | frames that are added up while nothing moves, each with others |
+//! | `ism-size` | int | 512 | texels on a side of all shadow maps of a bounce together; 32 for each point at most |
+//! | `ism-points` | int | 200000 | surfels that go over all these maps |
+//! | `pull-push` | int | 2 | holes of twice 2^n texels are filled, of 8 where something lies behind; 0 fills none |
+//! | `interleaving` | int | 4 | n: of n x n pixels each takes every n^2-th light |
+//! | `smoothing` | int | 2 | 0 none, 1 over a block of n x n pixels, 2 over those around too |
+//! | `near` | choice | `disc` | lights are a `disc`, or `bounded`, near surfaces |
+//! | `softening` | float | 1 | how large that disc or bound is |
+//! | `compensation` | int | 8 | places around each pixel by which it is made up for; 0 is none |
+//! | `light-map` | int | 512 | texels on a side of what a lamp sees: a power of two, four million for all lamps at most |
+//! | `diffuse`, `specular`, `shininess` | float | 1, 0, 64 | as `ewa-phong` |
+//! | `ior` | float | 1 | highlights have Schlick's factor of this index; 1 leaves it out |
+//! | `show` | choice | `all` | `all` light, `direct` or `indirect` alone |
 //!
 //! `debug.vpls` shows where lights are, `debug.ism` and `debug.ism-points` the maps of the first ones with
 //! and without holes filled, as one over the distance: as many as a picture has room for.
@@ -32,7 +32,8 @@
 //! show one surface. Pixels are lit interleaved and merged where they show one surface. The lights of the
 //! next bounce lie where a direction, chosen in proportion to what a light reflects, meets the surface in
 //! its map: a path's flux changes by reflection over probability, nothing counts twice. At rest frames
-//! with other lights are added up.
+//! with other lights are added up. While something moves and the host draws one surfel of several, maps of
+//! lamps and lights are as much coarser (sixteen times at most).
 //!
 //! Deviations from the paper: errata P1 to P8. A point light is six pictures. Discs' areas go with 1/d^2.
 //! Each pixel's light is weighted by n^2. Direct light enters the first set of lights alone. New lights
