@@ -420,7 +420,11 @@ fn columns(keys: &[&str]) -> Vec<Column> {
     all.extend(keys.iter().map(|key| Column { plain: true, ..named(key, "", None) }));
     all.extend(METRICS.iter().map(|(name, meaning, better)| named(name, meaning, Some(*better))));
     all.push(named("noise", "root of the reference's own mean squared error", None));
-    all.push(named("frame, ms", "median of the frames after the first", Some("less")));
+    all.push(named(
+        "frame, ms",
+        "median of those after the first; all frames together where a picture is refined",
+        Some("less"),
+    ));
     all.push(named("spread, ms", "between the quartiles", None));
     all.push(named("CPU, ms", "processor time of a frame, median", Some("less")));
     all.push(named("own passes, ms", "its own passes on the device, median", Some("less")));

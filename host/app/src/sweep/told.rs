@@ -142,12 +142,14 @@ fn line(by: Time, cell: &Cell) -> String {
 /// Times of a cell by their names.
 fn times(swept: &Swept<'_>, cell: &Cell) -> Vec<(&'static str, &'static str, Option<f64>)> {
     let wall = cell.times(|run| Some(run.wall_ms));
-    let of = match swept.time {
-        Time::Passes | Time::Frames => "frame, ms",
-        Time::Tools => "run, ms",
+    let (of, meaning) = match swept.time {
+        Time::Passes | Time::Frames => {
+            ("frame, ms", "by the clock, median; all frames together where a picture is refined")
+        }
+        Time::Tools => ("run, ms", "by the clock, median"),
     };
     let mut all = vec![
-        (of, "by the clock, median", median(&wall)),
+        (of, meaning, median(&wall)),
         ("spread, ms", "between the quartiles", spread(&wall)),
         ("CPU, ms", "processor time, median", median(&cell.times(|run| run.cpu_ms))),
     ];

@@ -39,7 +39,12 @@ pub(super) fn pictures(ui: &mut Ui, measurement: &Measurement) {
             known.iter().map(|cell| of(cell).map_or("-".to_owned(), number)).collect()
         };
         row(ui, "noise", "root of the reference's own mean squared error", texts(&noise));
-        row(ui, "frame, ms", "median of the frames after the first", texts(&of_frame));
+        row(
+            ui,
+            "frame, ms",
+            "median of those after the first; all frames together where a picture is refined",
+            texts(&of_frame),
+        );
         row(ui, "spread, ms", "between the quartiles", texts(&between));
         row(ui, "own passes, ms", "its own passes on the device, median", texts(&own));
     });
