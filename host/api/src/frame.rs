@@ -68,9 +68,15 @@ pub struct FrameRequest {
     /// The light around the scene, where it has one.
     #[serde(default)]
     pub environment: Option<Environment>,
+}
+
+/// What crosses the boundary with a request for a frame besides it, as more fields of its message: tests of
+/// plugins name all fields of [`FrameRequest`], and go on compiling.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(crate) struct InMotion {
     /// One surfel of so many is drawn, as [`Graph::stride`](crate::Graph::stride); 0 is taken as 1. ABI 3.6.
     #[serde(default)]
-    pub stride: u32,
+    pub(crate) stride: u32,
 }
 
 /// One frame a renderer is asked to describe.

@@ -211,7 +211,6 @@ fn request() -> FrameRequest {
         frame_index: 0,
         values: ParamValues::from([("gain".to_owned(), Value::Float(2.0))]),
         environment: None,
-        stride: 1,
     }
 }
 

@@ -92,7 +92,6 @@ pub(crate) fn order(
             frame_index: 0,
             values: values.clone(),
             environment: light.map(|light| light.environment.clone()),
-            stride: 1,
         },
         texels: light.map(|light| Arc::from(light.texels)).unwrap_or_default(),
         samples: samples_of(unit, values),

@@ -121,7 +121,6 @@ impl Bench<'_> {
             frame_index: 0,
             values,
             environment: None,
-            stride: 1,
         };
         let texels: Arc<[[f32; 3]]> = Vec::new().into();
         let clouds = vec![cloud.clone()];
@@ -263,7 +262,6 @@ fn cancel(bench: &mut Bench<'_>) -> Judged {
         frame_index: 0,
         values: Values::from([("samples".to_owned(), Value::Int(1 << 20))]),
         environment: None,
-        stride: 1,
     };
     let texels: Arc<[[f32; 3]]> = Vec::new().into();
     let order = TraceOrder { clouds: vec![cloud], request, texels, samples: 1 << 20, threads: 0 };

@@ -13,7 +13,8 @@ const MOST_FACES: usize = 48;
 const MOST_TEXELS: u64 = 1 << 22;
 
 /// Most texels on a side of a face of the light surface buffer: one of each block of its picture, another
-/// one in the next frame. Of all of them lights are no better placed.
+/// one in the next frame. Measured, pictures whose lights were placed by all texels were no nearer to the
+/// reference.
 const MOST_LIT: u32 = 256;
 
 /// Cells on a side of a face's importance, as in `lamps.wgsl`.
@@ -135,8 +136,8 @@ impl Lamps {
     }
 }
 
-/// The texel that is taken of blocks of so many on a side, a power of two: another one in each frame until
-/// all were, from the middle on.
+/// The texel that is taken of blocks of so many on a side, a power of two: each once in as many frames, from
+/// the middle on.
 fn chosen_of(block: u32, frame_index: u32) -> [u32; 2] {
     let n = block * block;
     let middle = n / 2 + block / 2;

@@ -33,7 +33,8 @@
 //! next bounce lie where a direction, chosen in proportion to what a light reflects, meets the surface in
 //! its map: a path's flux changes by reflection over probability, nothing counts twice. At rest frames
 //! with other lights are added up. While something moves and the host draws one surfel of several, maps of
-//! lamps and lights are as much coarser (sixteen times at most).
+//! virtual lights have as many fewer points and texels (sixteen times at most), and those of lamps as many
+//! fewer texels (four times at most: their edges are seen).
 //!
 //! Deviations from the paper: errata P1 to P8. A point light is six pictures. Discs' areas go with 1/d^2.
 //! Each pixel's light is weighted by n^2. Direct light enters the first set of lights alone. New lights

@@ -24,6 +24,10 @@ const THICKEST: f32 = 0.05;
 /// How far compensation looks, in radii: there a disc leaves out a seventeenth of a light, and less beyond.
 const REACH: f32 = 4.0;
 
+/// At most so many times fewer texels has a lamp's map while something moves: of 512 a side half are enough
+/// for the shadows of the Cornell box, and a quarter lose those of its ring, for a tenth of a frame's time.
+const FEWEST_SEEN: u32 = 4;
+
 /// A frame being described.
 pub(crate) struct Passes<'a> {
     pub(crate) frame: &'a Frame<Settings>,
@@ -58,8 +62,9 @@ pub(crate) use with;
 impl<'a> Passes<'a> {
     pub(crate) fn new(frame: &'a Frame<Settings>, graph: &'a mut Graph) -> Self {
         let p = &frame.params;
-        // While something moves lamps see as much less as the view does.
-        let lamps = Lamps::new(frame, p.light_map >> (graph.stride().ilog2() / 2));
+        // While something moves lamps see as much less as the view does, but for what shadows need.
+        let coarser = graph.stride().min(FEWEST_SEEN);
+        let lamps = Lamps::new(frame, p.light_map >> (coarser.ilog2() / 2));
         let extent = extent_of(&frame.cloud);
         let is_lit = !lamps.faces.is_empty() && frame.cloud.n_surfels > 0;
         let bounces = is_lit && p.vpls > 0 && p.bounces > 0 && p.show != Show::Direct;
@@ -118,32 +123,28 @@ impl<'a> Passes<'a> {
         }
     }
 
-    /// What the lamps see, texel by texel.
+    /// What the lamps see: how far all texels do, and of one of each block the surface, for the first lights.
     fn see_from(&mut self, cameras: &[CameraId]) {
-        let lit_side = if self.n_bounces > 0 { self.lamps.lit_side() } else { 0 };
         for (i, camera) in cameras.iter().enumerate() {
             let which = self.graph.uniform(Uniform::new().u32(i as u32));
-            for (what, entry, side, name, buffer) in [
-                ("depths", "measure", self.lamps.side, "depths", self.depths),
-                ("surface", "fill", lit_side, "texels", self.texels),
-            ] {
-                if side == 0 {
-                    continue;
-                }
-                let (label, wgsl) =
-                    (format!("light {what} {}", i + 1), include_str!("light_surface.wgsl"));
-                let pass =
-                    Pass::compute(&label, wgsl, entry, Groups::Fixed([side / 8, side / 8, 1]));
-                self.graph.pass(
-                    with!(pass, "lamps")
-                        .seen_from(*camera)
-                        .merges(true)
-                        .bind("which", which)
-                        .bind("faces", self.faces)
-                        .bind(name, buffer),
-                );
+            let (side, lit_side) = (self.lamps.side, self.lamps.lit_side());
+            let pass = self.seeing(&format!("light depths {}", i + 1), "measure", side);
+            let depths = pass.seen_from(*camera).bind("which", which).bind("depths", self.depths);
+            self.graph.pass(depths);
+            if self.n_bounces > 0 {
+                let pass = self.seeing(&format!("light surface {}", i + 1), "fill", lit_side);
+                let texels =
+                    pass.seen_from(*camera).bind("which", which).bind("texels", self.texels);
+                self.graph.pass(texels);
             }
         }
+    }
+
+    /// A pass over so many texels on a side of what a lamp sees.
+    fn seeing(&self, name: &str, entry: &str, side: u32) -> Pass {
+        let groups = Groups::Fixed([side / 8, side / 8, 1]);
+        let pass = Pass::compute(name, include_str!("light_surface.wgsl"), entry, groups);
+        with!(pass, "lamps").merges(true).bind("faces", self.faces)
     }
 
     fn direct(&mut self) -> TextureId {

@@ -84,7 +84,6 @@ fn request() -> FrameRequest {
         frame_index: 3,
         values: Default::default(),
         environment: None,
-        stride: 1,
     }
 }
 

@@ -1,6 +1,7 @@
 //! Prints what the stages of a frame of `global-illumination` take on the Cornell box, by numbers of
 //! lights, bounces and interleaved pixels, beside frames of `ewa-phong` of the same view taken in turns,
-//! and how the time of the shadow maps depends on the number of lights:
+//! how the time of the shadow maps depends on the number of lights, and what is left of a frame's time where
+//! less is drawn, as while a lamp is dragged:
 //! `gi_times [--short | --large]`; with `--short`, fewer settings and repeats; with `--large`, of 4.7
 //! million surfels instead.
 
@@ -16,6 +17,9 @@ const LARGE: usize = 4_700_000;
 
 /// Numbers of lights of which the maps are timed.
 const LIGHTS: [u32; 5] = [64, 128, 256, 512, 1024];
+
+/// Of how many surfels one is drawn, as in windows while something moves.
+const STRIDES: [u32; 7] = [1, 2, 4, 8, 16, 32, 64];
 
 /// Settings whose stages are timed: lights, bounces, interleaved pixels.
 struct Range {
@@ -37,6 +41,7 @@ fn main() -> Result<()> {
     let small = cornell_box(N_POINTS)?;
     let mut bench = Bench::new(small.clone(), 256);
     by_lights(&mut bench, 2 * repeats)?;
+    by_stride(&mut bench, 2 * repeats)?;
     by_stage(&mut bench, &range, repeats)?;
     by_stage(&mut Bench::new(small, 512), &FEW, 3)
 }
@@ -109,6 +114,25 @@ fn by_stage(bench: &mut Bench, range: &Range, repeats: usize) -> Result<()> {
             ratios[2]
         );
     }
+    println!();
+    Ok(())
+}
+
+/// Prints the time of frames while something moves, by how much is drawn.
+fn by_stride(bench: &mut Bench, repeats: usize) -> Result<()> {
+    let usual = [("frames", 1), ("vpls", 64), ("bounces", 2), ("interleaving", 4)];
+    let sets: Vec<Set<'static>> = usual.map(|(id, value)| (id, int(value))).into();
+    println!(
+        "| 1 surfel of | frame by the clock, ms, quartiles | frames a second |\n|---|---|---|"
+    );
+    for stride in STRIDES {
+        bench.stride = stride;
+        let times = Timing::of(bench, &[(sets.clone(), Output::Color)]).run(bench, repeats)?;
+        let clock = times[1].iter().map(|times| times.clock).collect();
+        let [low, middle, high] = quartiles(clock);
+        println!("| {stride} | {middle:.0} ({low:.0} to {high:.0}) | {:.1} |", 1e3 / middle);
+    }
+    bench.stride = 1;
     println!();
     Ok(())
 }

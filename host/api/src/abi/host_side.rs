@@ -4,7 +4,7 @@ use super::host_job::raw_job;
 use super::plugin_side::{self, Description, Package};
 use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawColumn, Sink, channel, status};
 use crate::columns::CloudView;
-use crate::frame::{FrameRequest, HostInfo};
+use crate::frame::{FrameRequest, HostInfo, InMotion};
 use crate::job::JobHost;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::object::ObjectFrame;
@@ -191,8 +191,21 @@ impl Instance {
     /// # Errors
     /// Where the plugin fails.
     pub fn frame(&mut self, request: &FrameRequest) -> Result<EncodedGraph, Fault> {
+        self.frame_in_motion(request, 1)
+    }
+
+    /// Has a renderer describe a frame in which one surfel of `stride` is drawn
+    /// ([`Graph::stride`](crate::Graph::stride)); 0 is taken as 1. ABI 3.6.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn frame_in_motion(
+        &mut self,
+        request: &FrameRequest,
+        stride: u32,
+    ) -> Result<EncodedGraph, Fault> {
         check_known(self.table.abi_minor, request)?;
-        let request = encode(request)?;
+        let request = encode(&Asked { request, moves: InMotion { stride } })?;
         let mut outputs = Outputs::default();
         // SAFETY: the instance is alive and used by this call alone; bytes and sink live for it.
         let status = unsafe { (self.table.frame)(self.pointer, borrow(&request), outputs.sink()) };
@@ -291,6 +304,15 @@ impl Drop for Instance {
         // contained by the plugin's shim and has no consequence here.
         unsafe { (self.table.destroy)(self.pointer, outputs.sink()) };
     }
+}
+
+/// A request for a frame as it is written: one map of all fields.
+#[derive(serde::Serialize)]
+struct Asked<'a> {
+    #[serde(flatten)]
+    request: &'a FrameRequest,
+    #[serde(flatten)]
+    moves: InMotion,
 }
 
 /// Whether a plugin of an older minor version can read a request.
@@ -434,7 +456,6 @@ mod tests {
             frame_index: 0,
             values: Values::new(),
             environment: None,
-            stride: 1,
         };
         assert_eq!(check_known(0, &request), Ok(()));
         request.scene.lights.push(Light::Point { position: DVec3::X, intensity: Vec3::ONE });

@@ -6,7 +6,7 @@ use super::plugin_job::RemoteJob;
 use super::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, channel, status};
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
 use crate::error::{Error, Result};
-use crate::frame::{Frame, FrameRequest, HostInfo};
+use crate::frame::{Frame, FrameRequest, HostInfo, InMotion};
 use crate::graph::Graph;
 use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
@@ -44,7 +44,7 @@ pub trait Package {
 
 /// An instance of a unit behind its `void` pointer.
 trait Instance {
-    fn frame(&mut self, _request: FrameRequest) -> Result<Graph> {
+    fn frame(&mut self, _request: FrameRequest, _moves: InMotion) -> Result<Graph> {
         Err(Error::new("this unit is not a renderer"))
     }
     fn tile(
@@ -67,8 +67,8 @@ struct TracerInstance<T>(T);
 struct ToolInstance<T>(T);
 
 impl<R: Renderer> Instance for RendererInstance<R> {
-    fn frame(&mut self, request: FrameRequest) -> Result<Graph> {
-        let mut graph = Graph::drawing_one_of(request.stride);
+    fn frame(&mut self, request: FrameRequest, moves: InMotion) -> Result<Graph> {
+        let mut graph = Graph::drawing_one_of(moves.stride);
         self.0.frame(&Frame::from(request), &mut graph)?;
         Ok(graph)
     }
@@ -187,10 +187,13 @@ unsafe extern "C" fn destroy(instance: *mut c_void, sink: Sink) -> i32 {
 unsafe extern "C" fn frame(instance: *mut c_void, request: Bytes, sink: Sink) -> i32 {
     guarded(sink, || {
         // SAFETY: the host keeps the bytes alive and unchanged for the duration of the call.
-        let request: FrameRequest = rmp_serde::from_slice(unsafe { slice(request) })?;
+        let bytes = unsafe { slice(request) };
+        // Each reads its own fields, and passes over those of the other.
+        let request: FrameRequest = rmp_serde::from_slice(bytes)?;
+        let moves: InMotion = rmp_serde::from_slice(bytes)?;
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
         let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
-        let graph = instance.frame(request)?;
+        let graph = instance.frame(request, moves)?;
         write(sink, channel::STRUCTURE, &rmp_serde::to_vec_named(graph.structure())?);
         write(sink, channel::DATA, graph.data());
         Ok(())

@@ -55,10 +55,11 @@ impl Graph {
         Self { left_out: stride.saturating_sub(1), ..Self::default() }
     }
 
-    /// One surfel of so many is drawn in this frame, and so much larger that they cover the same: 1, the
-    /// whole, but while something moves and the whole took too long. A renderer that spends its time on
-    /// other things may do with as much less of these, so that it keeps up; at rest a whole frame follows.
-    /// Buffers of [`surfels`](Self::surfels) hold what they are asked for either way. ABI 3.6.
+    /// One surfel of so many is drawn in this frame, and so much larger that they cover the same, or they
+    /// are merged to about as few: 1, the whole, but while something moves and the whole took too long. A
+    /// renderer that spends its time on other things may do with as much less of these, so that it keeps
+    /// up; at rest a whole frame follows. Windows go to 64, and any number may come. Buffers of
+    /// [`surfels`](Self::surfels) hold what they are asked for either way. ABI 3.6.
     #[must_use]
     pub fn stride(&self) -> u32 {
         self.left_out.saturating_add(1)

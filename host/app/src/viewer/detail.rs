@@ -97,12 +97,17 @@ impl Governor {
         Duration::from_secs_f64(0.5e-3 * self.whole_ms.min(1e6)).clamp(STILL, LONGEST_STILL)
     }
 
-    /// Learns from a frame: down as many steps as it took doublings of the budget, or up one where
-    /// that leaves room for a frame that takes twice as long.
-    pub(crate) fn learn(&mut self, drawn: Detail, milliseconds: f64) {
+    /// Learns what a whole frame takes, where one was drawn; the detail stays.
+    pub(crate) fn learn_whole(&mut self, drawn: Detail, milliseconds: f64) {
         if drawn.is_full() && milliseconds > 0.0 {
             self.whole_ms = milliseconds;
         }
+    }
+
+    /// Learns from a frame: down as many steps as it took doublings of the budget, or up one where
+    /// that leaves room for a frame that takes twice as long.
+    pub(crate) fn learn(&mut self, drawn: Detail, milliseconds: f64) {
+        self.learn_whole(drawn, milliseconds);
         let over = milliseconds / self.budget_ms();
         if drawn != self.detail() && !(drawn.is_full() && over > 1.0) {
             return;

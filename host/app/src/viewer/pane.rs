@@ -88,6 +88,10 @@ impl Side {
         if changed {
             self.changed = Some(now);
         }
+        // What another renderer took says nothing of this one.
+        if self.ordered.as_ref().is_some_and(|last| last.wanted.renderer != wanted.renderer) {
+            self.governor = Governor::default();
+        }
         let still = self.governor.still();
         let age = self.changed.map_or(still, |changed| now.duration_since(changed));
         // A first picture, a switch of renderers and a change of size are not motion.
@@ -156,9 +160,12 @@ impl Side {
         self.preparing = None;
         match outcome {
             Ok(shot) => {
-                // In motion the first frame is the only one.
-                if shot.n_frames == 1 {
+                // In motion the first frame is the only one. A few surfels of a cloud that arrives tell
+                // nothing of all.
+                if shot.one_of == 1 && shot.n_frames == 1 {
                     self.governor.learn(shot.detail, shot.milliseconds);
+                } else if shot.one_of == 1 {
+                    self.governor.learn_whole(shot.detail, shot.milliseconds);
                 }
                 self.error = None;
                 self.timings.add(&renderer, &shot);

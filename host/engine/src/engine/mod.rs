@@ -318,18 +318,16 @@ impl Engine {
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
-        let encoded = renderer
-            .hosted
-            .frame(FrameRequest {
-                view: request.view,
-                scene: request.scene.clone(),
-                cloud: request.facts.clone(),
-                frame_index: request.frame_index,
-                values: request.values.clone(),
-                environment: request.environment.map(|given| given.environment.clone()),
-                stride: request.stride,
-            })
-            .map_err(RenderError::Plugin)?;
+        let asked = FrameRequest {
+            view: request.view,
+            scene: request.scene.clone(),
+            cloud: request.facts.clone(),
+            frame_index: request.frame_index,
+            values: request.values.clone(),
+            environment: request.environment.map(|given| given.environment.clone()),
+        };
+        let encoded = renderer.hosted.frame_in_motion(asked, request.stride);
+        let encoded = encoded.map_err(RenderError::Plugin)?;
         let drawn = self.draw(renderer, &encoded, request);
         renderer.graph = encoded;
         drawn

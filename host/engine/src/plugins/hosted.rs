@@ -17,7 +17,8 @@ use surfelshop_api::{FrameRequest, HostInfo};
 
 /// An instance of a renderer that runs on a thread of its own.
 pub struct Hosted {
-    requests: Sender<FrameRequest>,
+    /// With of how many surfels one is drawn.
+    requests: Sender<(FrameRequest, u32)>,
     answers: Receiver<Result<EncodedGraph, Fault>>,
     limit: Duration,
     /// Why it is not asked any more.
@@ -49,9 +50,9 @@ impl Hosted {
             Err(fault) => drop(start.send(Err(fault))),
             Ok(mut instance) => {
                 drop(start.send(Ok(())));
-                for request in asked {
+                for (request, stride) in asked {
                     // Nobody receives where the host stopped waiting; then it asks no more, too.
-                    drop(answer.send(instance.frame(&request)));
+                    drop(answer.send(instance.frame_in_motion(&request, stride)));
                 }
             }
         })?;
@@ -66,7 +67,7 @@ impl Hosted {
     /// # Errors
     /// Where the system gives no thread.
     pub fn replaying(graph: EncodedGraph) -> Result<Self, Fault> {
-        let (requests, asked) = mpsc::channel::<FrameRequest>();
+        let (requests, asked) = mpsc::channel::<(FrameRequest, u32)>();
         let (answer, answers) = mpsc::channel();
         on_own_thread(move || {
             for _request in asked {
@@ -79,13 +80,25 @@ impl Hosted {
     /// Has the renderer describe a frame.
     ///
     /// # Errors
-    /// Where the plugin fails or does not answer in time, and at once ever after the latter.
+    /// As [`frame_in_motion`](Self::frame_in_motion).
     pub fn frame(&mut self, request: FrameRequest) -> Result<EncodedGraph, Fault> {
+        self.frame_in_motion(request, 1)
+    }
+
+    /// Has the renderer describe a frame in which one surfel of `stride` is drawn; 0 is taken as 1.
+    ///
+    /// # Errors
+    /// Where the plugin fails or does not answer in time, and at once ever after the latter.
+    pub fn frame_in_motion(
+        &mut self,
+        request: FrameRequest,
+        stride: u32,
+    ) -> Result<EncodedGraph, Fault> {
         if let Some(fault) = &self.given_up {
             return Err(Fault::NotAsked(format!("it {fault}")));
         }
         // Where the thread has ended, there is no answer either.
-        drop(self.requests.send(request));
+        drop(self.requests.send((request, stride)));
         self.answers.recv_timeout(self.limit).unwrap_or_else(|error| {
             let fault = missing(error, self.limit);
             self.given_up = Some(fault.clone());

@@ -146,7 +146,6 @@ impl Bench {
                 frame_index: 0,
                 values: values(&sets),
                 environment: None,
-                stride: 1,
             },
             clouds: vec![self.cloud.clone()],
             texels: Arc::default(),

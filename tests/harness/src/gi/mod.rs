@@ -58,6 +58,8 @@ pub struct Bench {
     pub scene: Scene,
     /// Where it is looked at from.
     pub view: View,
+    /// One surfel of so many is drawn.
+    pub stride: u32,
 }
 
 impl Bench {
@@ -68,7 +70,7 @@ impl Bench {
         let library = "surfelshop-global-illumination";
         let renderer = stage::built_renderer(&engine, library, "global-illumination");
         let (scene, view) = cornell_view(size);
-        Self { engine, renderer, cloud, scene, view }
+        Self { engine, renderer, cloud, scene, view, stride: 1 }
     }
 
     /// A scan with y upwards, in front of the camera and lit by a spot from the upper left.
@@ -108,7 +110,7 @@ impl Bench {
             outputs,
             frame_index,
             environment: None,
-            stride: 1,
+            stride: self.stride,
             detail_px: 0.0,
         };
         Ok(self.engine.render(&mut self.renderer, &request)?)

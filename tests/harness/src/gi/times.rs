@@ -89,7 +89,7 @@ fn timed(
         outputs: std::slice::from_ref(output),
         frame_index: 0,
         environment: None,
-        stride: 1,
+        stride: bench.stride,
         detail_px: 0.0,
     };
     let (started, cpu) = (Instant::now(), cpu_seconds());

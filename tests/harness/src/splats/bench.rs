@@ -104,7 +104,6 @@ impl Bench {
                 frame_index: 0,
                 values,
                 environment: None,
-                stride: 1,
             },
             clouds: vec![self.samples.clone()],
             texels: Arc::default(),

@@ -15,10 +15,10 @@ fn ahead(x: f64) -> surfelshop_api::View {
     view(DVec3::new(x, 0.3, 4.4), DVec3::new(0.0, -0.05, 0.0), 0.61, 96)
 }
 
-/// What a window shows while something is dragged: one frame of what was reflected before.
-fn moving() -> Values {
+/// What a window shows while something is dragged: one frame, of what was reflected before or `direct`.
+fn moving(show: &str) -> Values {
     let mut values = ints(&[("frames", 1), ("vpls", 64), ("bounces", 2), ("interleaving", 4)]);
-    values.insert("show".to_owned(), Value::Text("indirect".to_owned()));
+    values.insert("show".to_owned(), Value::Text(show.to_owned()));
     values
 }
 
@@ -45,10 +45,10 @@ fn changes(a: &[[f32; 4]], b: &[[f32; 4]]) -> [f64; 2] {
 fn a_moving_lamp_does_not_flicker() {
     let mut bench = Bench::new(cornell_box(40_000).unwrap(), vec![lamp(-0.7)], ahead(0.0));
     let mut worst = [0.0f64; 2];
-    let mut before = bench.color(&moving());
+    let mut before = bench.color(&moving("indirect"));
     for step in 1..=12 {
         bench.scene.lights = vec![lamp(-0.7 + 0.02 * f64::from(step))];
-        let now = bench.color(&moving());
+        let now = bench.color(&moving("indirect"));
         let found = changes(&before, &now);
         println!("step {step}: {:.4} {:.4}", found[0], found[1]);
         worst = [worst[0].max(found[0]), worst[1].max(found[1])];
@@ -63,11 +63,11 @@ fn a_moving_lamp_does_not_flicker() {
 fn a_moving_camera_does_not_flicker() {
     let mut bench = Bench::new(cornell_box(40_000).unwrap(), vec![lamp(-0.7)], ahead(0.0));
     let mean_of = |pixels: &[[f32; 4]]| crate::bench::mean(pixels)[1];
-    let mut before = bench.color(&moving());
+    let mut before = bench.color(&moving("indirect"));
     let mut worst = [0.0f64; 3];
     for step in 1..=12 {
         bench.view = ahead(0.005 * f64::from(step));
-        let now = bench.color(&moving());
+        let now = bench.color(&moving("indirect"));
         let found = changes(&before, &now);
         let brighter = (mean_of(&now) / mean_of(&before) - 1.0).abs();
         println!("step {step}: {:.4} {:.4}, as a whole {brighter:.4}", found[0], found[1]);
@@ -79,19 +79,35 @@ fn a_moving_camera_does_not_flicker() {
     assert!(worst[0] < 0.03 && worst[1] < 0.5 && worst[2] < 0.01, "{worst:?}");
 }
 
-/// Where a window draws less, lamps and lights see less, too, and what they light stays about as bright.
-/// The bound is twice what was seen.
+/// How bright what no lamp lights is where less is drawn, over what one lights.
+fn light_in_shadows(whole: &[[f32; 4]], now: &[[f32; 4]]) -> f64 {
+    let mean = crate::bench::mean(whole)[1] as f32;
+    let both = whole.iter().zip(now).filter(|(whole, now)| whole[3] > 0.0 && now[3] > 0.0);
+    let (dark, lit): (Vec<_>, Vec<_>) = both.partition(|(whole, _)| whole[1] < 0.05 * mean);
+    let bright = |of: &[(&[f32; 4], &[f32; 4])]| {
+        of.iter().map(|(_, now)| f64::from(now[1])).sum::<f64>() / of.len().max(1) as f64
+    };
+    assert!(dark.len() > 500 && lit.len() > 500);
+    bright(&dark) / bright(&lit)
+}
+
+/// Where a window draws less, lamps and lights see less, too: what is lit stays about as bright, and shadows
+/// of lamps stay where they are. The bounds are about twice what was seen.
 #[test]
 fn what_is_drawn_coarsely_in_motion_is_as_bright() {
     let mut bench = Bench::new(cornell_box(40_000).unwrap(), vec![lamp(-0.7)], ahead(0.0));
-    let mut brightness = |stride| {
+    let mut drawn = |show, stride| {
         bench.stride = stride;
-        crate::bench::mean(&bench.color(&moving()))[1]
+        bench.color(&moving(show))
     };
-    let whole = brightness(1);
-    for stride in [2, 4, 8, 16, 64] {
-        let off = brightness(stride) / whole - 1.0;
-        println!("1 surfel of {stride}: {off:.4}");
-        assert!(off.abs() < 0.13, "1 surfel of {stride}: {off}");
+    let whole = ["indirect", "direct"].map(|show| drawn(show, 1));
+    for stride in [2, 4, 8, 16, 32, 64] {
+        let now = ["indirect", "direct"].map(|show| drawn(show, stride));
+        let brightness =
+            |i: usize| crate::bench::mean(&now[i])[1] / crate::bench::mean(&whole[i])[1] - 1.0;
+        let (off, shadows) = ([0, 1].map(brightness), light_in_shadows(&whole[1], &now[1]));
+        println!("1 surfel of {stride}: {off:.4?}, light in shadows {shadows:.4}");
+        assert!(off.iter().all(|off| off.abs() < 0.15), "1 surfel of {stride}: {off:?}");
+        assert!(shadows < 0.025, "1 surfel of {stride}: {shadows}");
     }
 }

@@ -180,7 +180,6 @@ pub(crate) fn request() -> FrameRequest {
         frame_index: 0,
         values: surfelshop_api::params::Values::new(),
         environment: None,
-        stride: 1,
     }
 }
 

@@ -57,7 +57,6 @@ impl Lab {
                 frame_index: 0,
                 values: values.clone(),
                 environment,
-                stride: 1,
             },
             clouds: vec![cloud],
             texels,

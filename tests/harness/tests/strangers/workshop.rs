@@ -95,7 +95,6 @@ pub(crate) fn graph(unit: &LoadedUnit, values: &Values) -> Result<EncodedGraph, 
         frame_index: 3,
         values: values.clone(),
         environment: None,
-        stride: 1,
     };
     unit.start(&HostInfo::default(), &Patience::default())?.frame(request)
 }

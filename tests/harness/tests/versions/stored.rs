@@ -111,7 +111,6 @@ fn tools_edit_and_tracers_trace() {
             frame_index: 0,
             values: values.clone(),
             environment: None,
-            stride: 1,
         };
         let tile = Tile { x: 2, y: 3, width: 2, height: 1, sample: 0 };
         let mut pixels = [0.0; 8];

@@ -73,7 +73,6 @@ impl Worker {
             frame_index: 0,
             values: order.values.clone(),
             environment: self.surroundings(order).map(|light| light.view().environment.clone()),
-            stride: 1,
         };
         let mark = self.marks.as_ref().and_then(|marks| marks.leave(&old.reference).ok());
         let host = self.studio.engine.gpu().host_info();
