@@ -89,10 +89,9 @@ fn distribute(@builtin(global_invocation_id) id: vec3<u32>) {
         probability *= row.probability * column.probability;
     }
     // Any texel of the cell.
-    let lit_side = lamps::lit_side(faces);
-    let across = lit_side / lamps::CELLS;
+    let across = faces.lit_side / lamps::CELLS;
     let at = cell * across + vec2<u32>(point * f32(across));
-    let texel = texels[(face * lit_side + at.y) * lit_side + at.x];
+    let texel = texels[(face * faces.lit_side + at.y) * faces.lit_side + at.x];
     let f = faces.items[face];
     if texel.flux <= 0.0 || probability <= 0.0 {
         return;
@@ -108,7 +107,7 @@ fn distribute(@builtin(global_invocation_id) id: vec3<u32>) {
     v.flux = color / brightest * (texel.flux * per_texel);
     v.albedo = vec3(unpack2x16float(texel.albedo_rg), unpack2x16float(texel.albedo_b).x);
     // In a face's picture y goes down.
-    let seen = vec2<f32>(lamps::texel_of(faces, at)) + 0.5;
+    let seen = vec2<f32>(at * faces.block + faces.chosen) + 0.5;
     let place = (seen / f32(faces.side) * 2.0 - 1.0) * vec2(1.0, -1.0) * f.half_extent;
     var towards = f.backward;
     if f.is_parallel == 0u {

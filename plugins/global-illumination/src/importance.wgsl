@@ -13,8 +13,7 @@ var<storage, read_write> importance: array<f32>;
 @compute @workgroup_size(8, 8)
 fn weigh(@builtin(global_invocation_id) id: vec3<u32>) {
     let face = id.z;
-    let lit_side = lamps::lit_side(faces);
-    let across = lit_side / lamps::CELLS;
+    let across = faces.lit_side / lamps::CELLS;
     // The share of light that a highlight sends on: half vectors take in 2 pi / (n + 1), directions four times
     // as much, over pi.
     let shiny = body.specular * min(8.0 / (body.shininess + 1.0), 1.0);
@@ -22,7 +21,7 @@ fn weigh(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var y = 0u; y < across; y++) {
         for (var x = 0u; x < across; x++) {
             let at = id.xy * across + vec2(x, y);
-            let texel = texels[(face * lit_side + at.y) * lit_side + at.x];
+            let texel = texels[(face * faces.lit_side + at.y) * faces.lit_side + at.x];
             let red_green = unpack2x16float(texel.albedo_rg);
             let blue = unpack2x16float(texel.albedo_b).x;
             let albedo = max(red_green.x, max(red_green.y, blue));

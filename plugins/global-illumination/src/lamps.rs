@@ -132,7 +132,7 @@ impl Lamps {
         let block = self.side / self.lit_side();
         let [x, y] = chosen_of(block, self.frame_index);
         let uniform = uniform.u32(self.faces.len() as u32).u32(self.side);
-        uniform.f32((1.0 / extent) as f32).u32(block).u32(x).u32(y)
+        uniform.f32((1.0 / extent) as f32).u32(self.lit_side()).u32(x).u32(y).u32(block)
     }
 }
 

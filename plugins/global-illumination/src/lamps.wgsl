@@ -29,20 +29,12 @@ struct Faces {
     side: u32,
     // One over the scene's extent: what positions in scene units are multiplied with.
     per_extent: f32,
-    // Of blocks of so many texels on a side one is in the light surface buffer,
-    block: u32,
-    // this one of each block; another one in the next frame.
+    // Texels on a side of a face of the light surface buffer.
+    lit_side: u32,
+    // Which texel one of these is: the chosen one of its block, another one in the next frame.
     chosen: vec2<u32>,
-}
-
-// Texels of the light surface buffer on a side of a face.
-fn lit_side(faces: Faces) -> u32 {
-    return faces.side / faces.block;
-}
-
-// The texel of a face that one of the light surface buffer is.
-fn texel_of(faces: Faces, lit: vec2<u32>) -> vec2<u32> {
-    return lit * faces.block + faces.chosen;
+    // Texels on a side of a block.
+    block: u32,
 }
 
 // What a texel of a face sees, for the block around it.

@@ -25,21 +25,20 @@ fn measure(@builtin(global_invocation_id) id: vec3<u32>) {
 
 @compute @workgroup_size(8, 8)
 fn fill(@builtin(global_invocation_id) id: vec3<u32>) {
-    let lit_side = lamps::lit_side(faces);
-    if any(id.xy >= vec2(lit_side)) {
+    if any(id.xy >= vec2(faces.lit_side)) {
         return;
     }
     let face = faces.items[which.face];
-    let texel = lamps::texel_of(faces, id.xy);
+    let texel = id.xy * faces.block + faces.chosen;
     let s = surface::surface_at(texel);
-    let place = (which.face * lit_side + id.y) * lit_side + id.x;
+    let place = (which.face * faces.lit_side + id.y) * faces.lit_side + id.x;
     if !s.covered {
         texels[place] = lamps::Texel(vec3(0.0), 0.0, 0u, 0u, 0u, 0u);
         return;
     }
     let across = (vec2<f32>(texel) + 0.5) / f32(faces.side) * 2.0 - 1.0;
     // What arrives on a block's part of the surface is what goes through the block.
-    let width = 2.0 * face.half_extent / f32(lit_side);
+    let width = 2.0 * face.half_extent / f32(faces.lit_side);
     var through = width * width;
     if face.is_parallel == 0u {
         // a cos^3 steradians, at the depth / cos squared.
