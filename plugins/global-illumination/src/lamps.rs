@@ -27,6 +27,15 @@ const WIDEST_SPOT: f64 = 70.0 * PI / 180.0;
 /// Share of its largest extent that is seen around the scene: surfels reach beyond their centres.
 const AROUND: f64 = 1.05;
 
+/// At most so many times fewer texels has a lamp's picture while something moves: of 512 on a side half are
+/// enough for the shadows of the Cornell box, a quarter loses parts of its ring's, and an eighth nearly all.
+const FEWEST_SEEN: u32 = 4;
+
+/// Texels on a side of a lamp's picture that has `side` at rest, where one surfel of `stride` is drawn.
+pub(crate) fn side_in_motion(side: u32, stride: u32) -> u32 {
+    side >> (stride.clamp(1, FEWEST_SEEN).ilog2() / 2)
+}
+
 /// One picture of a lamp.
 pub(crate) struct Face {
     /// Which of the scene's lights it belongs to.
@@ -234,6 +243,12 @@ mod tests {
         let many = Lamps::new(&frame(many), 1024);
         assert_eq!(many.faces.len(), MOST_FACES);
         assert!(u64::from(many.side).pow(2) * 48 <= MOST_TEXELS);
+    }
+
+    #[test]
+    fn lamps_see_half_as_finely_in_motion_and_no_less() {
+        let sides = [0, 1, 2, 3, 4, 64, u32::MAX].map(|stride| side_in_motion(512, stride));
+        assert_eq!(sides, [512, 512, 512, 512, 256, 256, 256]);
     }
 
     #[test]

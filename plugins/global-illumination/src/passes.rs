@@ -1,6 +1,6 @@
 //! The passes of a frame, in the order in which they run.
 
-use crate::lamps::{Lamps, extent_of};
+use crate::lamps::{Lamps, extent_of, side_in_motion};
 use crate::lights::Maps;
 use crate::{Near, Settings, Show};
 use surfelshop_api::graph::{BufferId, CameraId, TextureId, UniformId};
@@ -23,10 +23,6 @@ const THICKEST: f32 = 0.05;
 
 /// How far compensation looks, in radii: there a disc leaves out a seventeenth of a light, and less beyond.
 const REACH: f32 = 4.0;
-
-/// At most so many times fewer texels has a lamp's map while something moves: of 512 a side half are enough
-/// for the shadows of the Cornell box, and a quarter lose those of its ring, for a tenth of a frame's time.
-const FEWEST_SEEN: u32 = 4;
 
 /// A frame being described.
 pub(crate) struct Passes<'a> {
@@ -62,9 +58,7 @@ pub(crate) use with;
 impl<'a> Passes<'a> {
     pub(crate) fn new(frame: &'a Frame<Settings>, graph: &'a mut Graph) -> Self {
         let p = &frame.params;
-        // While something moves lamps see as much less as the view does, but for what shadows need.
-        let coarser = graph.stride().min(FEWEST_SEEN);
-        let lamps = Lamps::new(frame, p.light_map >> (coarser.ilog2() / 2));
+        let lamps = Lamps::new(frame, side_in_motion(p.light_map, graph.stride()));
         let extent = extent_of(&frame.cloud);
         let is_lit = !lamps.faces.is_empty() && frame.cloud.n_surfels > 0;
         let bounces = is_lit && p.vpls > 0 && p.bounces > 0 && p.show != Show::Direct;

@@ -160,11 +160,13 @@ impl Side {
         self.preparing = None;
         match outcome {
             Ok(shot) => {
-                // In motion the first frame is the only one. A few surfels of a cloud that arrives tell
-                // nothing of all.
-                if shot.one_of == 1 && shot.n_frames == 1 {
+                // A picture of the renderer that was here before may come late.
+                let is_of_this =
+                    self.ordered.as_ref().is_some_and(|last| last.wanted.renderer == renderer);
+                // In motion the first frame is the only one.
+                if is_of_this && shot.n_frames == 1 {
                     self.governor.learn(shot.detail, shot.milliseconds);
-                } else if shot.one_of == 1 {
+                } else if is_of_this {
                     self.governor.learn_whole(shot.detail, shot.milliseconds);
                 }
                 self.error = None;
