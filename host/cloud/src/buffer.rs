@@ -1,3 +1,4 @@
+use crate::memory::{OutOfMemory, with_room};
 use std::ops::Range;
 use surfelshop_api::columns::{Element, Values};
 
@@ -69,6 +70,20 @@ impl Buffer {
             Element::F32 => Self::F32(Vec::with_capacity(capacity)),
             Element::F64 => Self::F64(Vec::with_capacity(capacity)),
         }
+    }
+
+    /// The same, where there is memory for it.
+    pub(crate) fn with_room(element: Element, capacity: usize) -> Result<Self, OutOfMemory> {
+        Ok(match element {
+            Element::I8 => Self::I8(with_room(capacity)?),
+            Element::U8 => Self::U8(with_room(capacity)?),
+            Element::I16 => Self::I16(with_room(capacity)?),
+            Element::U16 => Self::U16(with_room(capacity)?),
+            Element::I32 => Self::I32(with_room(capacity)?),
+            Element::U32 => Self::U32(with_room(capacity)?),
+            Element::F32 => Self::F32(with_room(capacity)?),
+            Element::F64 => Self::F64(with_room(capacity)?),
+        })
     }
 
     /// Values from bytes, least significant first; an incomplete last value is left out.

@@ -1,3 +1,5 @@
+use crate::files::OpenFault;
+use crate::memory::OutOfMemory;
 use glam::DVec3;
 use std::io;
 use std::path::PathBuf;
@@ -170,9 +172,57 @@ pub enum ReadFault {
         /// What is there.
         found: String,
     },
+    /// A line is longer than any that is meant.
+    #[error("line {line}: expected at most {most} bytes in a line, found more; is it a text file?")]
+    LongLine {
+        /// Line, counted from 1.
+        line: usize,
+        /// Bytes that are allowed.
+        most: usize,
+    },
+    /// A record is longer than any that is meant.
+    #[error(
+        "record {record} of element `{element}`: expected at most {most} bytes, found more; the \
+         lengths of its lists are wrong"
+    )]
+    LongRecord {
+        /// The element.
+        element: String,
+        /// The record, counted from 0.
+        record: u64,
+        /// Bytes that are allowed.
+        most: u64,
+    },
+    /// The cloud does not fit into memory.
+    #[error("{n_points} points are too many for this machine: {out}; thin or split the file")]
+    Memory {
+        /// Points announced or read so far.
+        n_points: u64,
+        /// What is needed and what is there.
+        out: OutOfMemory,
+    },
     /// The caller asked to stop.
     #[error("reading was cancelled")]
     Cancelled,
+}
+
+impl ReadFault {
+    /// What to say where memory runs out at so many points.
+    pub(crate) fn memory(n_points: usize) -> impl FnOnce(OutOfMemory) -> Self {
+        move |out| Self::Memory { n_points: n_points as u64, out }
+    }
+}
+
+impl From<OpenFault> for ReadFault {
+    fn from(fault: OpenFault) -> Self {
+        match fault {
+            OpenFault::Io(error) => Self::Io(error),
+            OpenFault::NotAFile { found } => Self::NotAFile { found },
+            other @ (OpenFault::TooLong { .. } | OpenFault::Memory(_)) => {
+                Self::Io(io::Error::other(other.to_string()))
+            }
+        }
+    }
 }
 
 // The system's message is part of the line already, so it is no `source` that a caller would print

@@ -1,5 +1,7 @@
 //! Faces of a file, of whatever shape, as triangles between its points.
 
+use crate::memory::{OutOfMemory, ask, grow};
+
 /// Triangles between the rows of a table. A face that cannot be used is left out and counted.
 #[derive(Debug, Default)]
 pub(crate) struct Faces {
@@ -16,6 +18,11 @@ impl Faces {
         Self { n_rows, ..Self::default() }
     }
 
+    /// Rows that there are.
+    pub(crate) fn n_rows(&self) -> usize {
+        self.n_rows
+    }
+
     /// The index, where there is such a row.
     fn row(&self, index: i64) -> Option<u32> {
         let is_there = usize::try_from(index).is_ok_and(|index| index < self.n_rows);
@@ -24,10 +31,19 @@ impl Faces {
 
     /// Adds a convex polygon as a fan. Corners that are named twice in a row count once, since some
     /// programs write triangles as quads.
-    pub(crate) fn polygon(&mut self, corners: &[i64]) {
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub(crate) fn polygon(&mut self, corners: &[i64]) -> Result<(), OutOfMemory> {
         self.n_faces += 1;
+        grow(&mut self.triangles, corners.len())?;
+        // Rows, in both orders.
+        ask(corners.len() as u64 * 8)?;
         let rows: Option<Vec<u32>> = corners.iter().map(|&corner| self.row(corner)).collect();
-        let Some(mut rows) = rows else { return self.n_bad += 1 };
+        let Some(mut rows) = rows else {
+            self.n_bad += 1;
+            return Ok(());
+        };
         rows.dedup();
         if rows.len() > 1 && rows.first() == rows.last() {
             rows.pop();
@@ -42,12 +58,17 @@ impl Faces {
             }
             _ => self.n_bad += 1,
         }
+        Ok(())
     }
 
     /// Adds a strip: each corner makes a triangle with the two before it, every second one with its
     /// corners in the other order; -1 starts anew. Triangles with a corner that is named twice only
     /// lead from one part of a strip to the next.
-    pub(crate) fn strip(&mut self, corners: &[i64]) {
+    ///
+    /// # Errors
+    /// Where there is no memory for them.
+    pub(crate) fn strip(&mut self, corners: &[i64]) -> Result<(), OutOfMemory> {
+        grow(&mut self.triangles, corners.len())?;
         for strip in corners.split(|&corner| corner == -1) {
             for (place, triple) in strip.windows(3).enumerate() {
                 let [a, b, c] = if place % 2 == 0 { [0, 1, 2] } else { [1, 0, 2] };
@@ -65,6 +86,7 @@ impl Faces {
                 }
             }
         }
+        Ok(())
     }
 
     /// Counts a face that could not be read.
@@ -111,7 +133,7 @@ mod tests {
     /// The triangles of one polygon between ten points, and whether it was left out.
     fn polygon(corners: &[i64]) -> (Vec<[u32; 3]>, bool) {
         let mut faces = Faces::new(10);
-        faces.polygon(corners);
+        faces.polygon(corners).unwrap();
         let (triangles, warning) = faces.finish();
         (triangles, warning.is_some())
     }
@@ -138,9 +160,9 @@ mod tests {
     #[test]
     fn strips_alternate_and_start_anew() {
         let mut faces = Faces::new(6);
-        faces.strip(&[0, 1, 2, 3, -1, 2, 3, 4, -1, -1, 5, 0]);
-        faces.strip(&[0, 1, 2, 2, 3, 4]);
-        faces.strip(&[]);
+        faces.strip(&[0, 1, 2, 3, -1, 2, 3, 4, -1, -1, 5, 0]).unwrap();
+        faces.strip(&[0, 1, 2, 2, 3, 4]).unwrap();
+        faces.strip(&[]).unwrap();
         let (triangles, warning) = faces.finish();
         let expected = [[0, 1, 2], [2, 1, 3], [2, 3, 4], [0, 1, 2], [3, 2, 4]];
         assert_eq!((&triangles[..], warning), (&expected[..], None));
@@ -149,7 +171,7 @@ mod tests {
     #[test]
     fn triangles_of_strips_with_a_bad_corner_are_left_out_and_counted() {
         let mut faces = Faces::new(4);
-        faces.strip(&[0, 1, 2, 9, 3, 0, 1]);
+        faces.strip(&[0, 1, 2, 9, 3, 0, 1]).unwrap();
         let (triangles, warning) = faces.finish();
         assert_eq!(triangles, [[0, 1, 2], [3, 0, 1]]);
         assert!(warning.unwrap().starts_with("3 of 5 faces were left out"));

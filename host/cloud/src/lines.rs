@@ -5,6 +5,10 @@ use crate::error::ReadFault;
 use std::io::BufRead;
 use surfelshop_api::columns::Element;
 
+/// Longest line, bytes: a polygon of a million corners. A file without line ends must not be taken into memory
+/// whole.
+pub(crate) const MAX_LINE: usize = 16 << 20;
+
 /// Lines of a body; blank ones are passed over.
 pub(crate) struct Lines<R> {
     pub(crate) body: Body<R>,
@@ -49,6 +53,9 @@ impl<R: BufRead> Lines<R> {
             }
             found = true;
             let end = bytes.iter().position(|&byte| byte == b'\n' || byte == b'\r');
+            if self.text.len() + end.unwrap_or(bytes.len()) > MAX_LINE {
+                return Err(ReadFault::LongLine { line: self.line + 1, most: MAX_LINE });
+            }
             self.text.extend_from_slice(&bytes[..end.unwrap_or(bytes.len())]);
             let n_bytes = bytes.len();
             match end {

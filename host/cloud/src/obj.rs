@@ -5,7 +5,8 @@ use crate::body::Body;
 use crate::buffer::Buffer;
 use crate::error::{ReadFault, quoted};
 use crate::faces::Faces;
-use crate::lines::{Lines, number};
+use crate::lines::{Lines, MAX_LINE, number};
+use crate::memory::{OutOfMemory, ask, grow};
 use crate::table::{COLORS, Field, NORMALS, Table};
 use glam::{DVec3, Vec3};
 use std::io::BufRead;
@@ -59,6 +60,9 @@ pub(crate) fn read<R: BufRead>(body: Body<R>, progress: Progress<'_>) -> Result<
         // A backslash at its end continues a line.
         let text = lines.text.trim_ascii_end();
         if let Some(begun) = text.strip_suffix(b"\\") {
+            if whole.len() + begun.len() >= MAX_LINE {
+                return Err(ReadFault::LongLine { line: lines.line, most: MAX_LINE });
+            }
             whole.extend_from_slice(begun);
             whole.push(b' ');
             continue;
@@ -72,12 +76,30 @@ pub(crate) fn read<R: BufRead>(body: Body<R>, progress: Progress<'_>) -> Result<
         }
     }
     lines.body.tell(progress)?;
-    Ok(found.table())
+    let n_points = found.coordinates.len() / 3;
+    ask(found.bytes_as_table()).map_err(ReadFault::memory(n_points))?;
+    found.table().map_err(ReadFault::memory(n_points))
 }
 
 impl Found {
+    /// Makes room for what a line of so many bytes can say: a corner takes a digit and a separator.
+    fn make_room(&mut self, n_bytes: usize) -> Result<(), OutOfMemory> {
+        grow(&mut self.coordinates, 3)?;
+        grow(&mut self.colors, 1)?;
+        grow(&mut self.normals, 1)?;
+        grow(&mut self.ends, 1)?;
+        grow(&mut self.corners, n_bytes / 2 + 1)
+    }
+
+    /// Bytes besides its own that making a table of it takes: columns, sums of normals, triangles.
+    fn bytes_as_table(&self) -> u64 {
+        let n_rows = (self.coordinates.len() / 3) as u64;
+        n_rows * (12 + 12 + 24 + 3) + self.corners.len() as u64 * 12
+    }
+
     /// Takes what a line says.
     fn take(&mut self, line: &[u8], place: usize) -> Result<(), ReadFault> {
+        self.make_room(line.len()).map_err(ReadFault::memory(self.coordinates.len() / 3))?;
         let line = String::from_utf8_lossy(line);
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_ascii_whitespace();
@@ -137,7 +159,7 @@ impl Found {
     }
 
     /// All of it as a table.
-    fn table(self) -> Table {
+    fn table(self) -> Result<Table, OutOfMemory> {
         let n_rows = self.coordinates.len() / 3;
         let mut table =
             Table { format: "OBJ".to_owned(), element: "v".to_owned(), n_rows, ..Table::default() };
@@ -155,14 +177,14 @@ impl Found {
         for &end in &self.ends {
             corners.clear();
             corners.extend(self.corners[start..end].iter().map(|[vertex, _]| *vertex));
-            faces.polygon(&corners);
+            faces.polygon(&corners)?;
             start = end;
         }
         let (triangles, warning) = faces.finish();
         table.faces = triangles;
         table.warnings.extend(warning);
         table.fields.push(Field::coordinates(self.coordinates));
-        table
+        Ok(table)
     }
 
     /// The normal that faces give each vertex, bit by bit where they agree, else the mean, zero

@@ -5,6 +5,7 @@ use crate::buffer::Buffer;
 use crate::error::{ReadFault, quoted};
 use crate::faces::Faces;
 use crate::lines::{Lines, number};
+use crate::memory::ask;
 use crate::table::{COLORS, Field, NORMALS, Table};
 use std::io::BufRead;
 use surfelshop_api::columns::Element;
@@ -47,6 +48,10 @@ pub(crate) fn read<R: BufRead>(body: Body<R>, progress: Progress<'_>) -> Result<
         n_rows: n_vertices,
         ..Table::default()
     };
+    // Numbers as they are read, and the columns that are made of them.
+    let bytes = if kinds.normals { 24 + 12 + 12 } else { 24 + 12 };
+    let bytes = bytes + if kinds.colors { 24 + 3 } else { 0 };
+    ask((n_vertices as u64).saturating_mul(bytes)).map_err(ReadFault::memory(n_vertices))?;
     vertices(&mut lines, kinds, &mut table, progress)?;
     let mut faces = Faces::new(n_vertices);
     let mut corners = Vec::new();
@@ -60,7 +65,7 @@ pub(crate) fn read<R: BufRead>(body: Body<R>, progress: Progress<'_>) -> Result<
             break;
         };
         match corners_of(&text, &mut corners) {
-            Some(()) => faces.polygon(&corners),
+            Some(()) => faces.polygon(&corners).map_err(ReadFault::memory(n_vertices))?,
             None => faces.add_bad(),
         }
     }

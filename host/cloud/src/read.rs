@@ -4,7 +4,7 @@ use crate::cloud::Cloud;
 use crate::error::{ReadError, ReadFault, quoted};
 use crate::summary::Summary;
 use crate::table::Table;
-use crate::{obj, off, ply};
+use crate::{files, obj, off, ply};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -51,7 +51,7 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     let load = || -> Result<Loaded, ReadFault> {
         let file = open(path)?;
         let reading = file.share_of_reading(options);
-        let table = file.read(&part(options.progress, 0.0..reading))?;
+        let table = file.read(options, &part(options.progress, 0.0..reading))?;
         let options = ReadOptions { progress: &part(options.progress, reading..1.0), ..*options };
         let loaded = assemble::cloud(table, &options)?;
         if (options.progress)(1.0).is_break() { Err(ReadFault::Cancelled) } else { Ok(loaded) }
@@ -81,9 +81,9 @@ impl Opened {
         }
     }
 
-    fn read(self, progress: Progress<'_>) -> Result<Table, ReadFault> {
+    fn read(self, options: &ReadOptions<'_>, progress: Progress<'_>) -> Result<Table, ReadFault> {
         match self {
-            Self::Ply(file) => file.read(progress),
+            Self::Ply(file) => file.read(options, progress),
             Self::Obj(body) => obj::read(body, progress),
             Self::Off(body) => off::read(body, progress),
         }
@@ -92,17 +92,8 @@ impl Opened {
 
 /// Opens a file and finds out what points it has.
 fn open(path: &Path) -> Result<Opened, ReadFault> {
-    // Before it is opened, which would wait for somebody to write into a pipe.
-    let metadata = path.metadata()?;
-    if metadata.is_dir() {
-        return Err(ReadFault::NotAFile { found: "a folder" });
-    }
     // Counts are checked against the length, which a pipe or a device does not have.
-    if !metadata.is_file() {
-        return Err(ReadFault::NotAFile { found: "a pipe or device" });
-    }
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
+    let (file, metadata) = files::open(path)?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let head = reader.fill_buf()?;
     if head.is_empty() {

@@ -68,6 +68,9 @@ fn question(ui: &mut Ui, entry: &Entry) -> Option<Answer> {
         row("licence", licence(manifest).to_owned());
         row("API", api_range(manifest));
         row("file", entry.path.display().to_string());
+        if entry.file.file_name() != entry.path.file_name() {
+            row("leads to", entry.file.display().to_string());
+        }
         let sha256 = entry.contents.to_string();
         let (first, second) = sha256.split_at(32);
         row("SHA-256", format!("{first}\n{second}"));
@@ -103,5 +106,5 @@ fn offers(units: &[UnitEntry]) -> String {
 fn keep(window: &Window, entry: &Entry, place: bool) -> anyhow::Result<()> {
     let Some(manifest) = entry.manifest() else { return Ok(()) };
     let path = TrustFile::path(window.trust_file.as_deref())?;
-    TrustFile::change(&path, |list| list.add(&entry.path, manifest, entry.contents, place))
+    TrustFile::change(&path, |list| list.add(&entry.file, manifest, entry.contents, place))
 }

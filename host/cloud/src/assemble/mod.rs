@@ -4,6 +4,7 @@
 mod appearance;
 mod foreign;
 mod mesh;
+pub(crate) mod needs;
 mod position;
 mod shape;
 
@@ -11,6 +12,7 @@ use crate::buffer::Buffer;
 use crate::cloud::Cloud;
 use crate::column::Column;
 use crate::error::ReadFault;
+use crate::memory;
 use crate::provenance::of_comments;
 use crate::read::{Loaded, ReadOptions};
 use crate::summary::Summary;
@@ -44,6 +46,9 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         warnings: std::mem::take(&mut table.warnings),
         ..Summary::default()
     };
+    let n_triangles = Some(table.faces.len() as u64).filter(|&n_triangles| n_triangles > 0);
+    memory::ask(needs::bytes(&table.fields, table.n_rows as u64, n_triangles, options))
+        .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
     let shape = shape::take(&mut table, &placed, options, &mut summary)?;

@@ -38,7 +38,7 @@ pub(super) fn pass<R: BufRead>(
         }
         let Some(list) = list else { continue };
         match corners_of(&lines.text, element, list, &mut corners) {
-            Some(()) => list.add(&mut corners, faces),
+            Some(()) => list.add(&mut corners, faces)?,
             None => faces.add_bad(),
         }
     }
@@ -77,7 +77,7 @@ pub(super) fn read<R: BufRead>(
     progress: Progress<'_>,
 ) -> Result<Vec<Field>, ReadFault> {
     check_count(&lines.body, element)?;
-    let mut fields = empty_fields(element, false);
+    let mut fields = empty_fields(element, false)?;
     let mut n_longer = 0u64;
     for record in 0..element.count {
         if record % BLOCK == 0 {

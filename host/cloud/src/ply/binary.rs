@@ -89,11 +89,11 @@ pub(super) fn read<R: Read>(
 ) -> Result<Vec<Field>, ReadFault> {
     check_count(body, element)?;
     if has_lists(element) {
-        let mut fields = empty_fields(element, false);
+        let mut fields = empty_fields(element, false)?;
         lists::read(body, element, big, &mut fields, progress)?;
         return Ok(fields);
     }
-    let mut fields = empty_fields(element, true);
+    let mut fields = empty_fields(element, true)?;
     let stride = usize::try_from(least_size(element)).ok().ok_or_else(|| shrunk(element))?;
     let block = (MAX_BLOCK / stride.max(1)).clamp(1, BLOCK);
     let mut bytes = vec![0; block * stride];

@@ -5,6 +5,7 @@ use super::header::{ElementDef, Kind};
 use crate::body::Body;
 use crate::error::ReadFault;
 use crate::faces::Faces;
+use crate::memory::grow;
 use std::io::Read;
 use surfelshop_api::columns::Element;
 use surfelshop_geometry::Progress;
@@ -33,16 +34,17 @@ impl Corners {
     }
 
     /// Adds what a record says.
-    pub(super) fn add(self, corners: &mut [i64], faces: &mut Faces) {
+    pub(super) fn add(self, corners: &mut [i64], faces: &mut Faces) -> Result<(), ReadFault> {
+        let n_points = faces.n_rows();
         if !self.strips {
-            return faces.polygon(corners);
+            return faces.polygon(corners).map_err(ReadFault::memory(n_points));
         }
         // -1 as an unsigned number.
         if self.item == Element::U32 {
             let is_mark = |corner: &&mut i64| **corner == i64::from(u32::MAX);
             corners.iter_mut().filter(is_mark).for_each(|corner| *corner = -1);
         }
-        faces.strip(corners);
+        faces.strip(corners).map_err(ReadFault::memory(n_points))
     }
 }
 
@@ -95,11 +97,12 @@ pub(super) fn read<R: Read>(
                 left -= bytes.len();
                 if place == list.property {
                     let values = bytes.chunks_exact(item.size());
+                    grow(&mut corners, values.len()).map_err(ReadFault::memory(faces.n_rows()))?;
                     corners.extend(values.map(|value| integer(item, value, big)));
                 }
             }
         }
-        list.add(&mut corners, faces);
+        list.add(&mut corners, faces)?;
     }
     Ok(())
 }

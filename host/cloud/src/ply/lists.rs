@@ -48,6 +48,9 @@ impl PropertyAccess for Row {
     );
 }
 
+/// Longest record, bytes: its lists are held in memory while it is read.
+const MAX_RECORD: u64 = 64 << 20;
+
 /// Records between two questions whether to stop.
 const BLOCK: u64 = 4096;
 
@@ -90,11 +93,16 @@ fn each<R: Read>(
         if record % BLOCK == 0 {
             body.tell(progress)?;
         }
+        let mut body = body.by_ref().take(MAX_RECORD);
         let row = if big {
-            parser.read_big_endian_element(body, &definition)
+            parser.read_big_endian_element(&mut body, &definition)
         } else {
-            parser.read_little_endian_element(body, &definition)
+            parser.read_little_endian_element(&mut body, &definition)
         };
+        if row.is_err() && body.limit() == 0 {
+            let element = element.name.clone();
+            return Err(ReadFault::LongRecord { element, record, most: MAX_RECORD });
+        }
         take(row.map_err(|error| match error.kind() {
             std::io::ErrorKind::InvalidInput => ReadFault::Value {
                 place: format!("record {record} of element `{}`", element.name),

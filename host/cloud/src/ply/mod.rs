@@ -8,11 +8,14 @@ mod header;
 mod lists;
 mod write;
 
+use crate::assemble::needs;
 use crate::body::Body;
 use crate::buffer::Buffer;
 use crate::error::{ReadFault, listed};
 use crate::faces::Faces;
 use crate::lines::Lines;
+use crate::memory;
+use crate::read::ReadOptions;
 use crate::table::{Field, Table, n_together};
 use faces::Corners;
 use header::{ElementDef, Encoding, Header, Kind};
@@ -55,9 +58,35 @@ impl<R: BufRead> File<R> {
         self.header.elements.iter().any(|element| Corners::of(element).is_some())
     }
 
+    /// Asks whether the points, and what is made of them, fit into memory, before minutes are spent on them.
+    fn ask_for_memory(&self, options: &ReadOptions<'_>) -> Result<(), ReadFault> {
+        let element = &self.header.elements[self.vertices];
+        // A header may announce more than the file has; that is said where it is read.
+        let smallest = binary::least_size(element).max(1);
+        let least = match self.header.encoding {
+            Encoding::Ascii => 2 * element.properties.len() as u64,
+            Encoding::Binary { .. } => smallest,
+        };
+        if element.count.saturating_mul(least) > self.body.remaining.saturating_add(1) {
+            return Ok(());
+        }
+        let woven = self.header.encoding != Encoding::Ascii && !binary::has_lists(element);
+        let fields = fields_of(element, woven);
+        let columns = element.count.saturating_mul(needs::row_bytes(&fields));
+        let faces = self.has_faces().then_some(0);
+        let made = needs::bytes(&fields, element.count, faces, options);
+        let n_points = usize::try_from(element.count).unwrap_or(usize::MAX);
+        memory::ask(columns.saturating_add(made)).map_err(ReadFault::memory(n_points))
+    }
+
     /// Reads the points and the faces between them; other elements are skipped. What follows the
     /// points may be damaged: the faces before the damage are kept.
-    pub(crate) fn read(self, progress: Progress<'_>) -> Result<Table, ReadFault> {
+    pub(crate) fn read(
+        self,
+        options: &ReadOptions<'_>,
+        progress: Progress<'_>,
+    ) -> Result<Table, ReadFault> {
+        self.ask_for_memory(options)?;
         let Self { header, vertices, mut body } = self;
         let element = &header.elements[vertices];
         let mut table = Table {
@@ -165,8 +194,19 @@ fn vertex_element(header: &Header) -> Result<usize, ReadFault> {
 
 /// Empty fields for the scalar properties of an element, with room for its rows; where `woven`,
 /// neighbours of one type that belong together share one.
-fn empty_fields(element: &ElementDef, woven: bool) -> Vec<Field> {
-    let n_rows = usize::try_from(element.count).unwrap_or(0);
+fn empty_fields(element: &ElementDef, woven: bool) -> Result<Vec<Field>, ReadFault> {
+    let n_rows = usize::try_from(element.count).unwrap_or(usize::MAX);
+    let mut fields = fields_of(element, woven);
+    for field in &mut fields {
+        let length = n_rows.saturating_mul(field.names.len());
+        field.values =
+            Buffer::with_room(field.values.element(), length).map_err(ReadFault::memory(n_rows))?;
+    }
+    Ok(fields)
+}
+
+/// The same without room.
+fn fields_of(element: &ElementDef, woven: bool) -> Vec<Field> {
     let mut fields = Vec::new();
     let mut rest = &element.properties[..];
     while let Some(first) = rest.first() {
@@ -177,7 +217,7 @@ fn empty_fields(element: &ElementDef, woven: bool) -> Vec<Field> {
         if let Kind::Scalar(scalar) = first.kind {
             fields.push(Field {
                 names: together.iter().map(|property| property.name.clone()).collect(),
-                values: Buffer::with_capacity(scalar, n_rows * n_names),
+                values: Buffer::with_capacity(scalar, 0),
             });
         }
         rest = others;

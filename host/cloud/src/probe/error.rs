@@ -1,5 +1,7 @@
-use super::picture::LARGEST_SIDE;
+use super::picture::{LARGEST_AREA, LARGEST_SIDE};
 use super::read::PIXELS_PER_BYTE;
+use crate::files::OpenFault;
+use crate::memory::OutOfMemory;
 use std::io;
 use std::path::PathBuf;
 
@@ -81,6 +83,28 @@ pub enum ProbeFault {
         /// Number of rows.
         height: u64,
     },
+    /// It has more pixels than are read.
+    #[error(
+        "expected at most {LARGEST_AREA} pixels, found {width} x {height}; scale the picture down"
+    )]
+    Area {
+        /// Pixels along a row.
+        width: u64,
+        /// Number of rows.
+        height: u64,
+    },
+    /// It does not fit into memory.
+    #[error(
+        "{width} x {height} pixels are too many for this machine: {out}; scale the picture down"
+    )]
+    Memory {
+        /// Pixels along a row.
+        width: u64,
+        /// Number of rows.
+        height: u64,
+        /// What is needed and what is there.
+        out: OutOfMemory,
+    },
     /// Its header promises more than it can hold.
     #[error(
         "expected at most {PIXELS_PER_BYTE} pixels for each of its {bytes} bytes, found a header \
@@ -134,5 +158,17 @@ pub enum ProbeFault {
 impl From<io::Error> for ProbeFault {
     fn from(error: io::Error) -> Self {
         Self::Io(error)
+    }
+}
+
+impl From<OpenFault> for ProbeFault {
+    fn from(fault: OpenFault) -> Self {
+        match fault {
+            OpenFault::Io(error) => Self::Io(error),
+            OpenFault::NotAFile { found } => Self::NotAFile { found },
+            other @ (OpenFault::TooLong { .. } | OpenFault::Memory(_)) => {
+                Self::Io(io::Error::other(other.to_string()))
+            }
+        }
     }
 }

@@ -24,7 +24,7 @@ mod tests;
 pub use error::{ProbeError, ProbeFault};
 pub use facts::VERSION;
 pub use mapping::Mapping;
-pub use picture::{LARGEST_SIDE, Picture, Repairs, write_hdr};
+pub use picture::{LARGEST_AREA, LARGEST_SIDE, Picture, Repairs, write_hdr};
 pub use read::read;
 pub use solid_angle::solid_angles;
 

@@ -2,13 +2,17 @@ use super::error::ProbeFault;
 use super::mapping::Mapping;
 use super::source::Source;
 use crate::error::WriteError;
-use crate::write::replace;
+use crate::files::replace;
 use image::codecs::hdr::HdrEncoder;
 use std::io;
 use std::path::Path;
 
 /// Most texels along a side of a picture.
 pub const LARGEST_SIDE: u32 = 16_384;
+
+/// Most texels of a picture: latitude and longitude at the longest side, 1.5 GiB of floats. A file of
+/// megabytes can announce as many, so this bounds what a stranger's file takes.
+pub const LARGEST_AREA: u64 = 1 << 27;
 
 /// A picture of radiance, linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
@@ -163,11 +167,13 @@ impl Picture {
 /// Checks that a picture has pixels, and not too many.
 pub(super) fn check_size(width: u64, height: u64) -> Result<(), ProbeFault> {
     let allowed = 1..=u64::from(LARGEST_SIDE);
-    if allowed.contains(&width) && allowed.contains(&height) {
-        Ok(())
-    } else {
-        Err(ProbeFault::Size { width, height })
+    if !allowed.contains(&width) || !allowed.contains(&height) {
+        return Err(ProbeFault::Size { width, height });
     }
+    if width * height > LARGEST_AREA {
+        return Err(ProbeFault::Area { width, height });
+    }
+    Ok(())
 }
 
 fn is_cross(width: u32, height: u32, columns: u32, rows: u32) -> bool {

@@ -5,6 +5,7 @@ use super::error::{ProbeError, ProbeFault};
 use super::mapping::Mapping;
 use super::picture::{Picture, check_size};
 use crate::error::{listed, quoted};
+use crate::{files, memory};
 use exr::prelude::{ReadChannels as _, ReadLayers as _, ReadSpecificChannel as _};
 use image::codecs::hdr::HdrDecoder;
 use image::{ImageDecoder as _, ImageError};
@@ -44,17 +45,9 @@ pub fn read(path: impl AsRef<Path>, mapping: Option<Mapping>) -> Result<Probe, P
 }
 
 pub(super) fn picture(path: &Path) -> Result<Picture, ProbeFault> {
-    // Before it is opened, which would wait for somebody to write into a pipe.
-    let metadata = path.metadata()?;
-    if metadata.is_dir() {
-        return Err(ProbeFault::NotAFile { found: "a folder" });
-    }
     // Sizes are checked against the length, which a pipe or a device does not have.
-    if !metadata.is_file() {
-        return Err(ProbeFault::NotAFile { found: "a pipe or device" });
-    }
-    let file = File::open(path)?;
-    let bytes = file.metadata()?.len();
+    let (file, metadata) = files::open(path)?;
+    let bytes = metadata.len();
     let mut reader = BufReader::with_capacity(1 << 16, file);
     let head = reader.fill_buf()?;
     let head = &head[..head.len().min(MAGIC)];
@@ -95,7 +88,8 @@ fn plausible(width: u64, height: u64, bytes: u64) -> Result<(), ProbeFault> {
     if width * height > bytes.saturating_mul(PIXELS_PER_BYTE) {
         return Err(ProbeFault::Implausible { width, height, bytes });
     }
-    Ok(())
+    // The picture as floats, and as much again while it is decoded.
+    memory::ask(width * height * 24).map_err(|out| ProbeFault::Memory { width, height, out })
 }
 
 fn read_radiance(reader: Reader, bytes: u64) -> Result<Picture, ProbeFault> {

@@ -4,8 +4,7 @@ use super::error::{SceneError, SceneFault};
 use super::source::{Entry, Fault, Section, Source};
 use super::{FORMAT, Keyed, LARGEST_FILE, SceneCloud, SceneFile, SceneView};
 use super::{environment, light, parts};
-use std::fs::File;
-use std::io::Read as _;
+use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
 use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;
@@ -70,20 +69,12 @@ pub(super) fn check(text: &str) -> Result<(), SceneFault> {
 }
 
 fn bytes(path: &Path) -> Result<Vec<u8>, SceneFault> {
-    let file = File::open(path)?;
-    let metadata = file.metadata()?;
-    if metadata.is_dir() {
-        return Err(SceneFault::NotAFile { found: "a folder" });
-    }
-    if !metadata.is_file() {
-        return Err(SceneFault::NotAFile { found: "a pipe or device" });
-    }
-    let mut bytes = Vec::new();
-    file.take(LARGEST_FILE + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > LARGEST_FILE {
-        return Err(SceneFault::TooLarge);
-    }
-    Ok(bytes)
+    files::read(path, LARGEST_FILE).map_err(|fault| match fault {
+        OpenFault::Io(error) => SceneFault::Io(error),
+        OpenFault::NotAFile { found } => SceneFault::NotAFile { found },
+        OpenFault::TooLong { .. } => SceneFault::TooLarge,
+        OpenFault::Memory(out) => SceneFault::Io(std::io::Error::other(out.to_string())),
+    })
 }
 
 /// The scene, and the lines of its clouds and views.

@@ -1,7 +1,7 @@
 //! Where plugins lie: beside the program, in the user's folder, in `SURFELSHOP_PLUGINS` and where
 //! the command line says.
 
-use super::trust::Trust;
+use super::trust::{Trust, located};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -90,7 +90,8 @@ impl SearchPath {
     }
 
     /// The files to inspect: by origin, folders before files, names in order; each file once, at
-    /// the place of highest precedence that names it.
+    /// the place of highest precedence that names it. A link is a file of its own: it may lead elsewhere
+    /// tomorrow.
     pub(super) fn candidates(&self) -> Vec<Place> {
         let mut found: Vec<Place> = Vec::new();
         for origin in
@@ -101,10 +102,7 @@ impl SearchPath {
             }
             found.extend(self.files.iter().filter(|place| place.origin == origin).cloned());
         }
-        let identities: Vec<PathBuf> = found
-            .iter()
-            .map(|place| place.path.canonicalize().unwrap_or_else(|_| place.path.clone()))
-            .collect();
+        let identities: Vec<PathBuf> = found.iter().map(|place| located(&place.path)).collect();
         // Among places of one origin the first name stays: it is the one to expect in a list.
         let mut keep: BTreeMap<&Path, usize> = BTreeMap::new();
         for (i, identity) in identities.iter().enumerate() {

@@ -1,11 +1,13 @@
 //! Finds a unit by the name a person types.
 
+use super::discover::{Origin, Place};
 use super::inspect::Contents;
 use super::registry::{Registry, lossy};
-use super::trust::Standing;
+use super::trust::{Standing, Trust};
 use serde::Serialize;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use surfelshop_api::UnitKind;
 
 /// A unit of a plugin file, found and not loaded. Two are the same where they name the same unit of the
@@ -18,15 +20,21 @@ pub struct UnitRef {
     pub package: String,
     /// Its id inside the package.
     pub id: String,
-    /// The file that exports it.
+    /// The file that exports it, as its place names it.
     #[serde(serialize_with = "lossy")]
     pub path: PathBuf,
-    /// Its contents when it was found.
+    /// The file that this led to when it was found, links resolved: what is loaded.
     #[serde(skip)]
-    pub judged: Contents,
-    /// Whether its code may run.
+    pub(super) file: PathBuf,
+    /// Who named the place.
     #[serde(skip)]
-    pub trust: Standing,
+    pub(super) origin: Origin,
+    /// Whether its code might run when it was found.
+    #[serde(skip)]
+    pub(super) found: Standing,
+    /// What says whether it may now.
+    #[serde(skip)]
+    pub(super) trust: Arc<Trust>,
 }
 
 impl UnitRef {
@@ -34,7 +42,13 @@ impl UnitRef {
     #[must_use]
     pub fn named(kind: UnitKind, package: &str, id: &str, path: impl Into<PathBuf>) -> Self {
         let (package, id, path) = (package.to_owned(), id.to_owned(), path.into());
-        Self { kind, package, id, path, judged: Contents::default(), trust: Standing::New }
+        let (file, origin, found) = (path.clone(), Origin::CommandLine, Standing::New);
+        Self { kind, package, id, path, file, origin, found, trust: Arc::default() }
+    }
+
+    /// Whether a file may run that the unit's place leads to.
+    pub(super) fn standing(&self, file: &Path, contents: Contents) -> Standing {
+        self.trust.standing(&Place::new(&self.path, self.origin), file, contents)
     }
 
     fn names(&self) -> (UnitKind, &str, &str, &Path) {

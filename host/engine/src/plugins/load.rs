@@ -1,7 +1,7 @@
 //! Brings units into memory.
 //!
-//! Lifecycle: read the file again (it may have changed since the scan); ask whether these bytes are
-//! trusted; inspect them; write them to a private copy; load that; check the function table; ask the unit to describe
+//! Lifecycle: read again the file that the scan found (it may have changed since, and a link to it may lead
+//! elsewhere by now); ask whether these bytes are trusted; inspect them; write them to a private copy; load that; check the function table; ask the unit to describe
 //! itself. All of it happens on a thread of its own, which is abandoned where initialisers or the
 //! description take too long. Libraries stay loaded until the process ends, and units of one
 //! package share one.
@@ -12,7 +12,7 @@ use super::inspect::{Contents, Refused, inspect_bytes, read};
 use super::open::{OpenError, open};
 use super::patience::{Patience, within};
 use super::registry::Registry;
-use super::trust::Standing;
+use super::trust::{Standing, resolved};
 use std::collections::HashMap;
 use std::fmt;
 use std::io;
@@ -275,11 +275,12 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     REMOVE_STALE.call_once(copy::remove_stale);
 
     let refused = |refused| LoadError::Refused { unit: Box::new(unit.clone()), refused };
-    let bytes = read(&unit.path).map_err(refused)?;
-    let path = unit.path.canonicalize().unwrap_or_else(|_| unit.path.clone());
+    // Where there was a file is a link now, perhaps: then that is asked about which it leads to.
+    let path = resolved(&unit.file);
+    let bytes = read(&path).map_err(refused)?;
     let contents = Contents::of(&bytes);
-    if !unit.trust.allows(unit.judged, contents) {
-        let what = match unit.trust {
+    if unit.standing(&path, contents) == Standing::New {
+        let what = match unit.found {
             Standing::Build => "another build than the one that you trust",
             _ => "from a place that is new here",
         };

@@ -3,10 +3,11 @@
 use super::discover::{Origin, SearchPath};
 use super::find::UnitRef;
 use super::inspect::{Contents, Refused, inspect_bytes, read};
-use super::trust::Standing;
+use super::trust::{Standing, Trust, resolved};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use surfelshop_api::UnitKind;
 use surfelshop_api::manifest::{Manifest, UnitEntry};
 
@@ -42,6 +43,9 @@ pub struct Entry {
     /// The file, as its place names it.
     #[serde(serialize_with = "lossy")]
     pub path: PathBuf,
+    /// The file that this leads to, links resolved: what was read, and what is loaded.
+    #[serde(serialize_with = "lossy")]
+    pub file: PathBuf,
     /// Who named the place.
     pub origin: Origin,
     /// Its contents, where it could be read.
@@ -51,6 +55,9 @@ pub struct Entry {
     pub trust: Standing,
     /// What became of it.
     pub state: State,
+    /// What is asked before it is loaded.
+    #[serde(skip)]
+    asked: Arc<Trust>,
 }
 
 impl Entry {
@@ -78,8 +85,10 @@ impl Entry {
     #[must_use]
     pub fn unit(&self, manifest: &Manifest, unit: &UnitEntry) -> UnitRef {
         UnitRef {
-            judged: self.contents,
-            trust: self.trust,
+            file: self.file.clone(),
+            origin: self.origin,
+            found: self.trust,
+            trust: Arc::clone(&self.asked),
             ..UnitRef::named(unit.kind, &manifest.id, &unit.id, &self.path)
         }
     }
@@ -113,8 +122,11 @@ impl Registry {
     #[must_use]
     pub fn scan(search: &SearchPath) -> Self {
         let mut entries = Vec::new();
+        let asked = Arc::new(search.trust.clone());
         for place in search.candidates() {
-            let bytes = read(&place.path);
+            // Once: what is judged here is what is loaded later, whatever links lead to by then.
+            let file = resolved(&place.path);
+            let bytes = read(&file);
             let contents = bytes.as_deref().map(Contents::of).unwrap_or_default();
             let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
                 Ok(manifest) => State::Available(manifest),
@@ -124,11 +136,21 @@ impl Registry {
                     State::Refused(refused.to_string())
                 }
             };
-            let trust = search.trust.standing(&place, contents);
-            entries.push(Entry { path: place.path, origin: place.origin, contents, trust, state });
+            let trust = asked.standing(&place, &file, contents);
+            let (path, origin, asked) = (place.path, place.origin, Arc::clone(&asked));
+            entries.push(Entry { path, file, origin, contents, trust, state, asked });
         }
         shadow_duplicates(&mut entries);
         Self { entries }
+    }
+
+    /// A unit of the file that a path leads to now, which need not be one that may run or be used.
+    #[must_use]
+    pub fn at(&self, path: &Path, unit: &UnitRef) -> Option<UnitRef> {
+        let entry = self.entries.iter().find(|entry| entry.path == path)?;
+        let manifest = entry.manifest().filter(|manifest| manifest.id == unit.package)?;
+        let is_unit = |entry: &&UnitEntry| entry.kind == unit.kind && entry.id == unit.id;
+        Some(entry.unit(manifest, manifest.units.iter().find(is_unit)?))
     }
 
     /// Every file found, lowest precedence first.

@@ -4,8 +4,12 @@
 //! The program's own folder needs no yes: who can write there can replace the program. Everything else is
 //! trusted by its contents, as they were when the yes was given, or by its place, whatever is built there.
 //!
-//! Invariants: what is asked is asked of the very bytes that are loaded; a yes to one build is none to the
-//! next; judging runs no code.
+//! Links are resolved once, when a file is listed; from then on the file that the link led to is read, judged
+//! and loaded, wherever the link leads later. Each load asks again.
+//!
+//! Invariants: what is asked is asked of the very bytes that are loaded, and of the place that they were read
+//! from; a yes to one build is none to the next; a link from elsewhere into the program's folder is not the
+//! program's; judging runs no code.
 
 use super::discover::{Origin, Place};
 use super::inspect::Contents;
@@ -51,9 +55,10 @@ impl Trust {
         self.builds.insert(contents);
     }
 
-    /// Trusts whatever stands at this path.
+    /// Trusts whatever file stands at this path: not what a link there leads to, since that may be another
+    /// file tomorrow.
     pub fn place(&mut self, path: &Path) {
-        self.places.insert(resolved(path));
+        self.places.insert(located(path));
     }
 
     /// Trusts what lies in a folder of the program itself, whoever names it.
@@ -69,19 +74,18 @@ impl Trust {
         self.own.extend(other.own);
     }
 
-    /// Whether a file of a place may run.
+    /// Whether a file may run that a place leads to: where it really lies, and what it holds.
     #[must_use]
-    pub fn standing(&self, place: &Place, contents: Contents) -> Standing {
-        let path = resolved(&place.path);
-        let folder = path.parent();
-        // A link beside the program may lead anywhere.
-        let lies_there = folder == place.path.parent().map(resolved).as_deref();
-        let is_own = folder.is_some_and(|folder| self.own.contains(folder));
-        if is_own || (place.origin == Origin::BesideProgram && lies_there) {
+    pub fn standing(&self, place: &Place, file: &Path, contents: Contents) -> Standing {
+        // A link beside the program may lead anywhere, and one that leads there may be turned.
+        let lies_there = located(&place.path).parent() == file.parent();
+        let is_own = place.origin == Origin::BesideProgram
+            || file.parent().is_some_and(|folder| self.own.contains(folder));
+        if is_own && lies_there {
             Standing::OfProgram
         } else if self.builds.contains(&contents) {
             Standing::Build
-        } else if self.places.contains(&path) {
+        } else if self.places.contains(file) {
             Standing::Place
         } else if self.all {
             Standing::Once
@@ -91,21 +95,19 @@ impl Trust {
     }
 }
 
-impl Standing {
-    /// Whether a file may run that was judged with some contents and has others now.
-    #[must_use]
-    pub(super) fn allows(self, judged: Contents, now: Contents) -> bool {
-        match self {
-            Self::OfProgram | Self::Place | Self::Once => true,
-            Self::Build => judged == now,
-            Self::New => false,
-        }
-    }
+/// Where a path leads in the end, links resolved; the path itself where there is nothing.
+pub(super) fn resolved(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
 }
 
-/// One name for each file, where the system can tell it.
-fn resolved(path: &Path) -> PathBuf {
-    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+/// Where a path lies: one name for its folder, links to that resolved, and its own name in it, whatever that
+/// leads to.
+pub(super) fn located(path: &Path) -> PathBuf {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    match path.file_name() {
+        Some(name) => resolved(folder.unwrap_or(Path::new("."))).join(name),
+        None => resolved(path),
+    }
 }
 
 #[cfg(test)]
@@ -116,21 +118,54 @@ mod tests {
     fn a_yes_to_a_build_is_none_to_the_next_and_one_to_a_place_is() {
         let place = |origin| Place::new("/nowhere/plugin.so", origin);
         let (old, new) = (Contents::of(b"old"), Contents::of(b"new"));
+        let file = Path::new("/nowhere/plugin.so");
+        let standing = |trust: &Trust, origin, contents| trust.standing(&place(origin), file, contents);
         let mut trust = Trust::default();
-        assert_eq!(trust.standing(&place(Origin::BesideProgram), old), Standing::OfProgram);
+        assert_eq!(standing(&trust, Origin::BesideProgram, old), Standing::OfProgram);
         for origin in [Origin::UserFolder, Origin::Environment, Origin::CommandLine] {
-            assert_eq!(trust.standing(&place(origin), old), Standing::New);
+            assert_eq!(standing(&trust, origin, old), Standing::New);
         }
         trust.build(old);
-        assert_eq!(trust.standing(&place(Origin::UserFolder), old), Standing::Build);
-        assert_eq!(trust.standing(&place(Origin::UserFolder), new), Standing::New);
-        assert!(Standing::Build.allows(old, old) && !Standing::Build.allows(old, new));
-        trust.place(Path::new("/nowhere/plugin.so"));
-        assert_eq!(trust.standing(&place(Origin::UserFolder), new), Standing::Place);
-        assert!(Standing::Place.allows(old, new));
+        assert_eq!(standing(&trust, Origin::UserFolder, old), Standing::Build);
+        assert_eq!(standing(&trust, Origin::UserFolder, new), Standing::New);
+        trust.place(file);
+        assert_eq!(standing(&trust, Origin::UserFolder, new), Standing::Place);
         let mut all = Trust::everything();
-        assert_eq!(all.standing(&place(Origin::CommandLine), old), Standing::Once);
+        assert_eq!(standing(&all, Origin::CommandLine, old), Standing::Once);
         all.add(trust);
-        assert_eq!(all.standing(&place(Origin::CommandLine), old), Standing::Build);
+        assert_eq!(standing(&all, Origin::CommandLine, old), Standing::Build);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_have_no_share_in_the_trust_of_what_they_lead_to_or_from() {
+        use std::os::unix::fs::symlink;
+        let (own, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let file = own.path().canonicalize().unwrap().join("plugin.so");
+        let stranger = other.path().canonicalize().unwrap().join("stranger.so");
+        std::fs::write(&file, "own").unwrap();
+        std::fs::write(&stranger, "stranger").unwrap();
+        symlink(&file, other.path().join("link.so")).unwrap();
+        symlink(&stranger, own.path().join("link.so")).unwrap();
+        symlink(own.path(), other.path().join("folder")).unwrap();
+        let mut trust = Trust::default();
+        trust.own_folder(own.path());
+        let standing = |trust: &Trust, path: PathBuf| {
+            let place = Place::new(&path, Origin::CommandLine);
+            trust.standing(&place, &resolved(&path), Contents::default())
+        };
+        assert_eq!(standing(&trust, file.clone()), Standing::OfProgram);
+        // The folder by another name.
+        assert_eq!(standing(&trust, other.path().join("folder/plugin.so")), Standing::OfProgram);
+        assert_eq!(standing(&trust, other.path().join("link.so")), Standing::New);
+        assert_eq!(standing(&trust, own.path().join("link.so")), Standing::New);
+        // A place that has become a link is not what was trusted.
+        trust.place(&stranger);
+        assert_eq!(standing(&trust, stranger.clone()), Standing::Place);
+        let evil = other.path().join("evil.so");
+        std::fs::write(&evil, "evil").unwrap();
+        std::fs::remove_file(&stranger).unwrap();
+        symlink(&evil, &stranger).unwrap();
+        assert_eq!(standing(&trust, stranger), Standing::New);
     }
 }

@@ -74,10 +74,13 @@ impl Worker {
             values: order.values.clone(),
             environment: self.surroundings(order).map(|light| light.view().environment.clone()),
         };
-        let mark = self.marks.as_ref().and_then(|marks| marks.leave(&old.reference).ok());
+        // As it was listed anew: a link may lead to another file now, which nobody has said yes to.
+        let reference = self.registry.at(&changed.path, &old.reference);
+        let reference = reference.unwrap_or_else(|| old.reference.clone());
+        let mark = self.marks.as_ref().and_then(|marks| marks.leave(&reference).ok());
         let host = self.studio.engine.gpu().host_info();
         let patience = self.plugins.patience();
-        let reloaded = old.reference.reload(&host, &request, &patience)?;
+        let reloaded = reference.reload(&host, &request, &patience)?;
         let (unit, kept) = (reloaded.unit, reloaded.kept);
         let order = Order { values: kept.values.clone(), ..order.clone() };
         let mut view = RendererView::new(reloaded.hosted, unit.scope());
@@ -97,9 +100,9 @@ impl Worker {
         let parameters = unit.description.params.clone();
         let renderer = old.name.clone();
         self.teller.tell(News::Declared { renderer, parameters });
-        self.conduct.succeeded(&old.reference, unit.contents);
+        self.conduct.succeeded(&reference, unit.contents);
         drop(mark);
-        let (name, reference) = (old.name.clone(), old.reference.clone());
+        let name = old.name.clone();
         Ok((InUse { name, reference, unit, view, mark: None, order }, shot, report))
     }
 }

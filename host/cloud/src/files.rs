@@ -1,0 +1,403 @@
+//! Files as everybody here opens and replaces them.
+//!
+//! Only regular files are read: a pipe would keep the reader waiting for ever, and a device has no end. Files
+//! are written beside their target and renamed when they are whole, so that a failure, a signal or a crash
+//! leaves what stood there before; nothing but a regular file is replaced, and the new one has the rights of
+//! the old.
+//!
+//! Invariants: no call here waits for another program to write or read; a file that is being written has a
+//! name that starts with [`PREFIX`] and ends with [`SUFFIX`] and is locked, and such files that nobody holds
+//! are removed by the next one who writes into the folder.
+
+use crate::memory::{OutOfMemory, with_room};
+use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
+use std::io::{self, BufWriter, Read as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use tempfile::NamedTempFile;
+
+/// How the name of a file starts that is being written.
+pub const PREFIX: &str = ".surfelshop-";
+/// How it ends.
+pub const SUFFIX: &str = ".part";
+
+/// Why a file was not opened or read, without its name.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenFault {
+    /// The system refused.
+    #[error("cannot be read: {0}")]
+    Io(io::Error),
+    /// It is no regular file.
+    #[error("expected a file, found {found}; name the file itself")]
+    NotAFile {
+        /// What it is.
+        found: &'static str,
+    },
+    /// It is longer than it may be.
+    #[error("expected at most {most} bytes, found {found}")]
+    TooLong {
+        /// Bytes that are allowed.
+        most: u64,
+        /// Bytes found, at least.
+        found: u64,
+    },
+    /// It does not fit into memory.
+    #[error("cannot be read: {0}")]
+    Memory(#[from] OutOfMemory),
+}
+
+impl From<io::Error> for OpenFault {
+    fn from(error: io::Error) -> Self {
+        Self::Io(error)
+    }
+}
+
+/// What something that is no regular file is called; `None` for a regular file.
+fn other_kind(metadata: &Metadata) -> Option<&'static str> {
+    let kind = metadata.file_type();
+    if kind.is_file() {
+        None
+    } else if kind.is_dir() {
+        Some("a folder")
+    } else {
+        Some("a pipe or device")
+    }
+}
+
+/// Opens a regular file to be read; also what the system says of it.
+///
+/// # Errors
+/// Where it cannot be opened or is no regular file; does not wait for what is none.
+pub fn open(path: &Path) -> Result<(File, Metadata), OpenFault> {
+    // Asked before, since to open a device may do something.
+    if let Some(found) = other_kind(&path.metadata()?) {
+        return Err(OpenFault::NotAFile { found });
+    }
+    let mut options = OpenOptions::new();
+    options.read(true);
+    // And after, since it may have been exchanged; without this flag a pipe would wait for a writer.
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt as _;
+        options.custom_flags(rustix::fs::OFlags::NONBLOCK.bits().cast_signed());
+    }
+    let file = options.open(path)?;
+    let metadata = file.metadata()?;
+    match other_kind(&metadata) {
+        Some(found) => Err(OpenFault::NotAFile { found }),
+        None => Ok((file, metadata)),
+    }
+}
+
+/// The contents of a regular file of at most `most` bytes.
+///
+/// # Errors
+/// Where it cannot be opened or read, is no regular file, is longer, or does not fit into memory.
+pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, OpenFault> {
+    let (file, metadata) = open(path)?;
+    let found = metadata.len();
+    if found > most {
+        return Err(OpenFault::TooLong { most, found });
+    }
+    // Small files may grow while they are read; long ones have room for what they announce.
+    let mut bytes = with_room(usize::try_from(found).unwrap_or(usize::MAX))?;
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 {
+        found if found > most => Err(OpenFault::TooLong { most, found }),
+        _ => Ok(bytes),
+    }
+}
+
+/// Where a path leads that is written to: links are followed, to a file that need not be there yet.
+fn target(path: &Path) -> PathBuf {
+    // As many as Linux follows.
+    const MOST_LINKS: usize = 40;
+    let mut target = path.to_owned();
+    for _ in 0..MOST_LINKS {
+        if let Ok(resolved) = target.canonicalize() {
+            return resolved;
+        }
+        let Ok(next) = fs::read_link(&target) else { return target };
+        target = target.parent().unwrap_or(Path::new("")).join(next);
+    }
+    path.to_owned()
+}
+
+/// Where the file of this name would be written: the folder and name that links lead to.
+///
+/// # Errors
+/// One line after the file's name where what stands there is no regular file or is write-protected.
+pub fn replaceable(path: &Path) -> Result<PathBuf, io::Error> {
+    let target = target(path);
+    match target.metadata() {
+        Ok(old) => match other_kind(&old) {
+            Some(found) => Err(io::Error::other(format!(
+                "expected a file to replace, found {found}; name a file"
+            ))),
+            None if old.permissions().readonly() => Err(io::Error::other(
+                "the file is write-protected; make it writable, or name another",
+            )),
+            None => Ok(target),
+        },
+        Err(_) => Ok(target),
+    }
+}
+
+/// The folder a file lies in.
+#[must_use]
+pub fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Files that this process is writing, which [`abandon`] removes.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Removes the unfinished files of this process: for a program that is about to end without the usual
+/// clean-up. Nobody makes another for as long as the answer lives.
+#[must_use = "another thread may go on writing once it is dropped"]
+pub fn abandon() -> impl Sized {
+    let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+    for path in &*unfinished {
+        // Nobody is left to tell.
+        drop(fs::remove_file(path));
+    }
+    unfinished
+}
+
+/// Replaces a file, or makes it: what `write` writes gets the file's name when it is whole. An old file's
+/// rights are kept.
+///
+/// # Errors
+/// Where what stands there is not to be replaced, the system refuses, or `write` fails; what stood there still
+/// does then.
+pub fn replace<E>(
+    path: &Path,
+    write: impl FnOnce(&mut dyn io::Write) -> Result<(), E>,
+    failed: impl Fn(io::Error) -> E,
+) -> Result<(), E> {
+    let target = replaceable(path).map_err(&failed)?;
+    let mut out = BufWriter::with_capacity(1 << 18, beside(&target).map_err(&failed)?);
+    write(&mut out)?;
+    let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
+    file.finish(&target).map_err(failed)
+}
+
+/// Replaces a file by these bytes.
+///
+/// # Errors
+/// As [`replace`].
+pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    replace(path, |out| out.write_all(bytes), |error| error)
+}
+
+/// Says early, before long work, that a file could not be written.
+///
+/// # Errors
+/// Where what stands there is not to be replaced, or its folder takes no new files.
+pub fn check_writable(path: &Path) -> io::Result<()> {
+    beside(&replaceable(path)?).map(drop)
+}
+
+/// A new file in the folder of `target`, with the rights and, where that is allowed, the owner of the file it
+/// is to replace.
+fn beside(target: &Path) -> io::Result<Unfinished> {
+    let unfinished = Unfinished::create(folder_of(target))?;
+    if let (Ok(old), Some(file)) = (target.metadata(), &unfinished.file) {
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::{MetadataExt as _, fchown};
+            // Only a superuser may, who would otherwise take the file away from its owner.
+            drop(fchown(file.as_file(), Some(old.uid()), Some(old.gid())));
+        }
+        file.as_file().set_permissions(old.permissions())?;
+    }
+    Ok(unfinished)
+}
+
+/// A file that is being written: has a name of its own until it is whole, is locked for as long, and is
+/// removed where it is dropped before.
+struct Unfinished {
+    file: Option<NamedTempFile>,
+    path: PathBuf,
+}
+
+impl Unfinished {
+    fn create(folder: &Path) -> io::Result<Self> {
+        remove_stale(folder);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PREFIX).suffix(SUFFIX);
+        // Temporary files are private by default; a file that a user asked for has the usual rights.
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        loop {
+            let mut known = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+            let file = builder.tempfile_in(folder)?;
+            let path = file.path().to_owned();
+            // Not every file system has locks; there nobody else removes the file either.
+            drop(file.as_file().lock());
+            // Whoever cleans up may have been faster than the lock.
+            if path.exists() {
+                known.push(path.clone());
+                return Ok(Self { file: Some(file), path });
+            }
+        }
+    }
+
+    /// Gives the file its name.
+    fn finish(mut self, target: &Path) -> io::Result<()> {
+        match self.file.take() {
+            Some(file) => file.persist(target).map(drop).map_err(|error| error.error),
+            None => Ok(()),
+        }
+    }
+}
+
+impl io::Write for Unfinished {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.as_mut().map_or(Ok(0), |file| file.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.as_mut().map_or(Ok(()), io::Write::flush)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let mut known = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
+        known.retain(|path| *path != self.path);
+        drop(self.file.take());
+    }
+}
+
+/// Removes what programs that were killed left unfinished in a folder: files of this program's names that
+/// nobody holds.
+fn remove_stale(folder: &Path) {
+    let Ok(listing) = folder.read_dir() else { return };
+    for found in listing.flatten() {
+        let name = found.file_name();
+        let name = name.to_string_lossy();
+        if !name.starts_with(PREFIX) || !name.ends_with(SUFFIX) {
+            continue;
+        }
+        let path = found.path();
+        // The entry itself and not what a link leads to.
+        if !found.metadata().is_ok_and(|metadata| metadata.is_file()) {
+            continue;
+        }
+        let Ok((file, _)) = open(&path) else { continue };
+        // Its writer has it locked, and gives it another name before that ends.
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock | TryLockError::Error(_))) {
+            continue;
+        }
+        // Another program may be as fast; what cannot be removed stays.
+        drop(fs::remove_file(&path));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Write as _;
+
+    #[test]
+    fn files_are_replaced_whole_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.png");
+        write_whole(&path, b"first").unwrap();
+        write_whole(&path, b"second").unwrap();
+        let failed = replace(
+            &path,
+            |out| {
+                out.write_all(b"third")?;
+                Err(io::Error::other("no"))
+            },
+            |error| error,
+        );
+        assert!(failed.is_err());
+        assert_eq!(read(&path, 6).unwrap(), b"second");
+        assert!(matches!(read(&path, 5), Err(OpenFault::TooLong { most: 5, found: 6 })));
+        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    }
+
+    #[test]
+    fn what_others_left_unfinished_is_removed_and_what_is_held_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at(".surfelshop-dead.part"), "half").unwrap();
+        fs::write(at(".surfelshop-notes"), "a user's").unwrap();
+        fs::write(at("scan.part"), "a user's").unwrap();
+        let held = Unfinished::create(folder.path()).unwrap();
+        assert!(!at(".surfelshop-dead.part").exists());
+        write_whole(&at("a.ply"), b"whole").unwrap();
+        assert!(held.path.exists());
+        let held_path = held.path.clone();
+        drop(held);
+        assert!(!held_path.exists());
+        let mut left: Vec<_> =
+            folder.path().read_dir().unwrap().flatten().map(|found| found.file_name()).collect();
+        left.sort();
+        assert_eq!(left, [".surfelshop-notes", "a.ply", "scan.part"]);
+    }
+
+    #[cfg(unix)]
+    mod unix {
+        use super::*;
+        use std::os::unix::fs::{PermissionsExt as _, symlink};
+
+        fn mode(path: &Path) -> u32 {
+            path.metadata().unwrap().permissions().mode() & 0o777
+        }
+
+        fn pipe(path: &Path) {
+            let made = std::process::Command::new("mkfifo").arg(path).status().unwrap();
+            assert!(made.success());
+        }
+
+        #[test]
+        fn new_files_have_the_usual_rights_and_replaced_ones_those_of_the_old() {
+            let folder = tempfile::tempdir().unwrap();
+            let (ours, usual) = (folder.path().join("a"), folder.path().join("b"));
+            write_whole(&ours, b"").unwrap();
+            fs::write(&usual, b"").unwrap();
+            assert_eq!(mode(&ours), mode(&usual));
+            fs::set_permissions(&ours, fs::Permissions::from_mode(0o600)).unwrap();
+            write_whole(&ours, b"again").unwrap();
+            assert_eq!((mode(&ours), fs::read(&ours).unwrap()), (0o600, b"again".to_vec()));
+            fs::set_permissions(&ours, fs::Permissions::from_mode(0o444)).unwrap();
+            let line = write_whole(&ours, b"more").unwrap_err().to_string();
+            assert!(line.contains("write-protected"), "{line}");
+        }
+
+        #[test]
+        fn links_stay_and_the_files_they_lead_to_are_replaced_or_made() {
+            let folder = tempfile::tempdir().unwrap();
+            let (link, file) = (folder.path().join("link"), folder.path().join("file"));
+            symlink("file", &link).unwrap();
+            for contents in [b"new", b"old"] {
+                write_whole(&link, contents).unwrap();
+                assert!(link.is_symlink());
+                assert_eq!(fs::read(&file).unwrap(), contents);
+            }
+        }
+
+        #[test]
+        fn pipes_and_devices_are_neither_read_nor_replaced() {
+            let folder = tempfile::tempdir().unwrap();
+            let (fifo, link) = (folder.path().join("fifo"), folder.path().join("link"));
+            pipe(&fifo);
+            symlink("/dev/null", &link).unwrap();
+            for path in [&fifo, &link, Path::new("/dev/null")] {
+                // Would wait for ever, were a pipe opened.
+                assert!(matches!(read(path, 10), Err(OpenFault::NotAFile { .. })), "{path:?}");
+                let line = write_whole(path, b"x").unwrap_err().to_string();
+                assert!(line.contains("found a pipe or device"), "{line}");
+                assert!(check_writable(path).is_err());
+            }
+            assert!(fifo.exists() && !fifo.is_file() && link.is_symlink());
+        }
+    }
+}
