@@ -301,7 +301,6 @@ fn remove_stale(folder: &Path) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::io::Write as _;
 
     #[test]
     fn files_are_replaced_whole_and_nothing_else_is_left() {

@@ -66,6 +66,20 @@ pub enum SceneFault {
         /// What would be right.
         expected: String,
     },
+    /// There are more of something than are read.
+    #[error(
+        "`{key}`: expected at most {most} {what}, found {found}; remove some, or split the scene"
+    )]
+    TooMany {
+        /// The key with all its tables; the last one that was read where there is none for all.
+        key: String,
+        /// What there is too much of.
+        what: &'static str,
+        /// How many are allowed.
+        most: usize,
+        /// How many there are, at least.
+        found: usize,
+    },
     /// A value is not what its key means.
     #[error("`{key}`: expected {expected}, found {found}")]
     Value {

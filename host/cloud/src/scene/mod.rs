@@ -39,6 +39,19 @@ pub const FORMAT: i64 = 1;
 /// The most bytes a scene may have. Scenes name clouds and do not contain them.
 pub const LARGEST_FILE: u64 = 4 << 20;
 
+/// The most clouds of a scene: each takes some 60 kB and a tenth of a millisecond a frame besides what it holds,
+/// measured with 100,000.
+pub const MOST_CLOUDS: usize = 4096;
+
+/// The most views of a scene; the window shows fewer.
+pub const MOST_VIEWS: usize = 64;
+
+/// The most parameters of a view.
+pub const MOST_VALUES: usize = 1000;
+
+/// The most keys that are not known, in all of a scene: they are kept, and written again.
+pub const MOST_UNKNOWN_KEYS: usize = 10_000;
+
 /// Vertical field of view of a perspective camera that gives none, degrees: about that of a
 /// portrait lens, so that objects look neither flat nor stretched.
 pub const DEFAULT_FIELD_OF_VIEW_DEG: f64 = 35.0;

@@ -2,7 +2,10 @@
 
 use super::error::{SceneError, SceneFault};
 use super::source::{Entry, Fault, Section, Source};
-use super::{FORMAT, Keyed, LARGEST_FILE, SceneCloud, SceneFile, SceneView};
+use super::{
+    FORMAT, Keyed, LARGEST_FILE, MOST_CLOUDS, MOST_VALUES, MOST_VIEWS, SceneCloud, SceneFile,
+    SceneView,
+};
 use super::{environment, light, parts};
 use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
@@ -99,22 +102,19 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
         scene.environment = Some(environment::read(entry.section()?)?);
     }
     if let Some(entry) = whole.find("lights") {
-        let lights = entry.sections()?;
-        if lights.len() > Scene::MAX_LIGHTS {
-            return Err(entry.wrong(format!("at most {} lights", Scene::MAX_LIGHTS)));
-        }
+        let lights = entry.sections("lights", Scene::MAX_LIGHTS)?;
         scene.lights = lights.into_iter().map(light::light).collect::<Result<_, _>>()?;
     }
     if let Some(entry) = whole.find("surface") {
         scene.surface = parts::surface(entry.section()?)?;
     }
     let (mut cloud_lines, mut view_lines) = (Vec::new(), Vec::new());
-    for section in sections(whole.find("clouds"))? {
+    for section in sections(whole.find("clouds"), "clouds", MOST_CLOUDS)? {
         let (cloud, line) = cloud(section)?;
         scene.clouds.push(cloud);
         cloud_lines.push(line);
     }
-    for section in sections(whole.find("views"))? {
+    for section in sections(whole.find("views"), "views", MOST_VIEWS)? {
         let (view, line) = view(section)?;
         scene.views.push(view);
         view_lines.push(line);
@@ -129,8 +129,12 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     Ok((scene, cloud_lines, view_lines))
 }
 
-fn sections(entry: Option<Entry<'_>>) -> Result<Vec<Section<'_>>, Fault> {
-    entry.map_or_else(|| Ok(Vec::new()), |entry| entry.sections())
+fn sections<'a>(
+    entry: Option<Entry<'a>>,
+    what: &'static str,
+    most: usize,
+) -> Result<Vec<Section<'a>>, Fault> {
+    entry.map_or_else(|| Ok(Vec::new()), |entry| entry.sections(what, most))
 }
 
 /// Checked before anything else: what a newer program means by a key is not known here.
@@ -183,7 +187,12 @@ fn view(mut section: Section<'_>) -> Result<(Keyed<SceneView>, usize), Fault> {
         view.camera = Some(parts::camera(entry.section()?)?);
     }
     if let Some(entry) = section.find("values") {
-        view.values = values(&entry.section()?)?;
+        let section = entry.section()?;
+        let found = section.all().count();
+        if found > MOST_VALUES {
+            return Err(entry.too_many("parameters", MOST_VALUES, found));
+        }
+        view.values = values(&section)?;
     }
     Ok((Keyed { known: view, unknown: section.unknown()? }, line))
 }

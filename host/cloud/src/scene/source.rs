@@ -1,5 +1,6 @@
 //! A scene's text as tables whose every key and value has a place, for messages.
 
+use super::MOST_UNKNOWN_KEYS;
 use super::error::SceneFault;
 use crate::error::quoted;
 use std::cell::RefCell;
@@ -135,7 +136,16 @@ impl<'a> Section<'a> {
                 Some(meant) => format!("unknown key `{full_name}`, did you mean `{meant}`?"),
                 None => format!("unknown key `{full_name}` is kept and has no effect"),
             };
-            self.source.unknown.borrow_mut().push((key.span().start, line));
+            let found = {
+                let mut unknown = self.source.unknown.borrow_mut();
+                unknown.push((key.span().start, line));
+                unknown.len()
+            };
+            if found > MOST_UNKNOWN_KEYS {
+                let (what, most) = ("unknown keys", MOST_UNKNOWN_KEYS);
+                let fault = SceneFault::TooMany { key: full_name, what, most, found };
+                return Err(Fault { at: Some(key.span().start), fault });
+            }
             let entry = Entry { source: self.source, name: full_name, value };
             unknown.insert(name.to_owned(), entry.value(0)?);
         }
@@ -158,6 +168,12 @@ impl<'a> Entry<'a> {
             _ => quoted(self.source.text.get(self.span()).unwrap_or_default().as_bytes()),
         };
         let fault = SceneFault::Value { key: self.name.clone(), expected: expected.into(), found };
+        Fault { at: Some(self.span().start), fault }
+    }
+
+    /// Says that there is more of something than may be.
+    pub(super) fn too_many(&self, what: &'static str, most: usize, found: usize) -> Fault {
+        let fault = SceneFault::TooMany { key: self.name.clone(), what, most, found };
         Fault { at: Some(self.span().start), fault }
     }
 
@@ -216,10 +232,17 @@ impl<'a> Entry<'a> {
         Ok(Section { source: self.source, name, at, table, asked: Vec::new() })
     }
 
-    /// Any number of tables, named by their place from 1.
-    pub(super) fn sections(&self) -> Result<Vec<Section<'a>>, Fault> {
+    /// At most so many tables, named by their place from 1.
+    pub(super) fn sections(
+        &self,
+        what: &'static str,
+        most: usize,
+    ) -> Result<Vec<Section<'a>>, Fault> {
         let expected = || format!("tables that begin with [[{}]]", self.name);
         let array = self.value.get_ref().as_array().ok_or_else(|| self.wrong(expected()))?;
+        if array.len() > most {
+            return Err(self.too_many(what, most, array.len()));
+        }
         let entry = |(i, value): (usize, &'a Spanned<DeValue<'a>>)| {
             let name = format!("{}[{}]", self.name, i + 1);
             let entry = Entry { source: self.source, name, value };

@@ -175,3 +175,57 @@ fn a_header_full_of_notes_takes_no_longer_than_its_size() {
     let bytes = format!("{header}end_header\n0 0 0{}\n", " 1".repeat(40_000));
     assert_eq!(load(bytes.as_bytes()).cloud.columns().len(), 40_003);
 }
+
+#[test]
+fn text_without_line_ends_is_refused_before_it_is_taken_into_memory() {
+    let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+                  property float z\nend_header\n";
+    let long = crate::lines::MAX_LINE as u64 + 10;
+    for (name, start) in [("a.ply", header), ("a.obj", "v 0 0 0\n"), ("a.off", "OFF\n2 0 0\n")] {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, start).unwrap();
+        // Zeros that take no room on the disk.
+        let file = std::fs::File::options().append(true).open(&path).unwrap();
+        file.set_len(start.len() as u64 + long).unwrap();
+        let line = read(&path, &ReadOptions::default()).unwrap_err().to_string();
+        assert!(line.contains("expected at most 16777216 bytes in a line"), "{line}");
+    }
+    // Lines that are joined by a backslash are one.
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.obj");
+    let part = format!("f {}\\\n", "1 ".repeat(1 << 20));
+    std::fs::write(&path, format!("v 0 0 0\n{}", part.repeat(9))).unwrap();
+    let line = read(&path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(line.contains("line 9: expected at most 16777216 bytes in a line"), "{line}");
+}
+
+#[test]
+fn a_record_whose_lists_have_no_end_is_refused_before_it_is_taken_into_memory() {
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty list uint uchar \
+                  a\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    let mut bytes = header.as_bytes().to_vec();
+    bytes.extend((100u32 << 20).to_le_bytes());
+    std::fs::write(&path, &bytes).unwrap();
+    let file = std::fs::File::options().append(true).open(&path).unwrap();
+    file.set_len(bytes.len() as u64 + (200 << 20)).unwrap();
+    let line = read(&path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(line.contains("record 0 of element `vertex`: expected at most 67108864"), "{line}");
+}
+
+#[test]
+fn a_cloud_that_does_not_fit_into_memory_is_refused_before_it_is_read() {
+    let header = "ply\nformat binary_little_endian 1.0\nelement vertex 8000000000\nproperty float \
+                  x\nproperty float y\nproperty float z\nend_header\n";
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.ply");
+    std::fs::write(&path, header).unwrap();
+    let file = std::fs::File::options().append(true).open(&path).unwrap();
+    // As many bytes as the header says, none of them on the disk.
+    file.set_len(header.len() as u64 + 12 * 8_000_000_000).unwrap();
+    let line = read(&path, &ReadOptions::default()).unwrap_err().to_string();
+    assert!(line.contains("8000000000 points are too many for this machine: 1"), "{line}");
+    assert!(line.ends_with("; thin or split the file"), "{line}");
+}

@@ -119,7 +119,10 @@ fn every_value_is_checked() {
         refused(line, expected);
     }
     let lights = "[[lights]]\ntowards = [0, 1, 0]\n".repeat(9);
-    refused(&lights, "2:1: `lights`: expected at most 8 lights, found `[[lights]]`");
+    refused(
+        &lights,
+        "2:1: `lights`: expected at most 8 lights, found 9; remove some, or split the scene",
+    );
 }
 
 #[test]
@@ -366,9 +369,33 @@ fn the_largest_files_are_read_in_time() {
     let keys: String = keys.collect();
     let numbers = format!("layout.x = [{}]\n", "1,".repeat(most / 2 - 10));
     let text = format!("name = '{}'\n", "x".repeat(most));
-    for (i, rest) in [clouds, keys, numbers, text].iter().enumerate() {
-        let opened = open(&format!("format = 1\n{rest}"));
-        assert_eq!(opened.cloud_lines.len(), if i == 0 { 180_000 } else { 0 });
+    for rest in [numbers, text] {
+        assert!(open(&format!("format = 1\n{rest}")).cloud_lines.is_empty());
+    }
+    for (rest, expected) in [
+        (clouds, "2:1: `clouds`: expected at most 4096 clouds, found 180000; remove some"),
+        (keys, ": expected at most 10000 unknown keys, found 10001; remove some"),
+    ] {
+        let line = refusal(format!("format = 1\n{rest}"));
+        assert!(line.contains(expected), "{line}");
+    }
+}
+
+#[test]
+fn more_than_is_meant_is_refused_with_what_is_allowed() {
+    let most = |n: usize| "[[clouds]]\npath = 'a'\n".repeat(n);
+    assert_eq!(open(&format!("format = 1\n{}", most(4096))).cloud_lines.len(), 4096);
+    let values: String = (0..1001).map(|i| format!("k{i} = 0\n")).collect();
+    for (text, expected) in [
+        (most(4097), "expected at most 4096 clouds, found 4097"),
+        ("[[views]]\nrenderer = 'a'\n".repeat(65), "expected at most 64 views, found 65"),
+        (
+            format!("[[views]]\nrenderer = 'a'\n[views.values]\n{values}"),
+            "`views[1].values`: expected at most 1000 parameters, found 1001",
+        ),
+    ] {
+        let line = refusal(format!("format = 1\n{text}"));
+        assert!(line.contains(expected), "{line}");
     }
 }
 
