@@ -6,7 +6,7 @@ use crate::report::plain;
 use crate::scenes::Source;
 use crate::terminal::Progress;
 use crate::tool_run::{LeftBehind, Step};
-use crate::{files, info, made, settings, studio, terminal, tool_run};
+use crate::{files, info, interrupt, made, settings, studio, terminal, tool_run};
 use anyhow::{anyhow, bail};
 use serde_json::{Map, Value, json};
 use std::ops::ControlFlow;
@@ -47,11 +47,12 @@ struct Spread {
 
 /// Runs the command.
 pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
-    let stop = tool_run::watch();
+    let stop = interrupt::looked_at();
     // What can fail at once is tried before a large cloud is read.
     files::check_writable(&arguments.out)?;
     let steps = steps(arguments)?;
     let source = tool_run::source(&arguments.file)?;
+    files::check_outputs(&[&arguments.out])?;
     let baked = bake(arguments, &steps, source, stop);
     if stop.load(Ordering::Relaxed)
         && let Err(error) = &baked

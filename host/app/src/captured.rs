@@ -23,6 +23,7 @@ pub(crate) fn save(path: &Path, graph: &EncodedGraph) -> anyhow::Result<()> {
 pub(crate) fn renderer(path: &Path) -> anyhow::Result<Chosen> {
     let name = path.display();
     let bytes = files::read_short(path, LARGEST_FILE)?;
+    files::protect([path]);
     let graph = EncodedGraph::from_file(&bytes).map_err(|refusal| match refusal {
         Refusal::Malformed(what) => {
             anyhow!("{name}: expected a graph as --save-graph writes it: {what}")

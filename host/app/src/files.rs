@@ -1,38 +1,68 @@
-//! Files that appear whole or not at all.
+//! Files of a command: what it reads is not replaced by what it writes, and what it writes appears whole or not
+//! at all.
 
-use anyhow::{Context as _, bail};
-use std::fs::File;
-use std::io::{Read as _, Write as _};
-use std::path::Path;
+use anyhow::{Context as _, anyhow, bail, ensure};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use surfelshop_cloud::files::{self, OpenFault, folder_of};
 
-/// The folder a file lies in.
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
+/// What the running command reads, by where it really lies.
+static INPUTS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// The contents of a file that is expected to be short: no folder, pipe or device is read, and nothing longer.
 pub(crate) fn read_short(path: &Path, most: u64) -> anyhow::Result<Vec<u8>> {
     let name = path.display();
-    let cannot = || format!("{name}: cannot be read");
-    // Opening a pipe would wait for a writer, so the type is asked for first.
-    let facts = path.metadata().with_context(cannot)?;
-    if !facts.is_file() {
-        let found = if facts.is_dir() { "a folder" } else { "no regular file" };
-        bail!("{name}: expected a file, found {found}");
+    files::read(path, most).map_err(|fault| match fault {
+        OpenFault::Io(error) => {
+            anyhow::Error::new(error).context(format!("{name}: cannot be read"))
+        }
+        OpenFault::NotAFile { found } => anyhow!("{name}: expected a file, found {found}"),
+        other => anyhow!("{name}: {other}"),
+    })
+}
+
+/// Notes files that the command reads: whatever it writes, it does not replace them.
+pub(crate) fn protect<'a>(inputs: impl IntoIterator<Item = &'a Path>) {
+    let mut known = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    known.extend(inputs.into_iter().filter_map(|path| path.canonicalize().ok()));
+}
+
+/// Refuses to replace what the command reads.
+fn check_no_input(path: &Path, target: &Path) -> anyhow::Result<()> {
+    let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    ensure!(
+        !inputs.iter().any(|input| input == target),
+        "{}: expected a file to write, found one that the same command reads; name another",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Says early, before long work, which of these files could not be written: there is no such folder, the
+/// command reads it, or writes it twice.
+pub(crate) fn check_outputs(outputs: &[&Path]) -> anyhow::Result<()> {
+    let mut targets: Vec<PathBuf> = Vec::with_capacity(outputs.len());
+    for path in outputs {
+        check_folder(path)?;
+        let target = target(path)?;
+        check_no_input(path, &target)?;
+        ensure!(
+            !targets.contains(&target),
+            "{}: expected a file to write, found one that the same command writes already; name \
+             another",
+            path.display()
+        );
+        targets.push(target);
     }
-    let mut bytes = Vec::new();
-    if facts.len() <= most {
-        File::open(path)
-            .with_context(cannot)?
-            .take(most + 1)
-            .read_to_end(&mut bytes)
-            .with_context(cannot)?;
-    }
-    let found = facts.len().max(bytes.len() as u64);
-    if found > most {
-        bail!("{name}: expected at most {most} bytes, found {found}");
-    }
-    Ok(bytes)
+    Ok(())
+}
+
+/// Where a file would be written, links and the folder's other names resolved.
+fn target(path: &Path) -> anyhow::Result<PathBuf> {
+    let target = files::replaceable(path).with_context(|| path.display().to_string())?;
+    let folder =
+        folder_of(&target).canonicalize().unwrap_or_else(|_| folder_of(&target).to_owned());
+    Ok(folder.join(target.file_name().unwrap_or_default()))
 }
 
 /// Says early, before long work, that a file could not be written.
@@ -51,35 +81,17 @@ pub(crate) fn check_folder(path: &Path) -> anyhow::Result<()> {
 
 /// Says early, before long work, that the folder of a file takes no new files.
 pub(crate) fn check_writable(path: &Path) -> anyhow::Result<()> {
-    check_folder(path)?;
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let made = tempfile::Builder::new().prefix(".surfelshop-").tempfile_in(folder_of(&target));
-    made.map(drop).with_context(|| format!("{}: cannot be written", path.display()))
+    check_outputs(&[path])?;
+    files::check_writable(path).with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 /// Writes a file beside its target and renames it when it is complete, so that a failure leaves
 /// what stood there before.
 pub(crate) fn write_whole(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     check_folder(path)?;
-    // Renaming onto a link would replace the link rather than the file it names.
-    let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    let write = || -> std::io::Result<()> {
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".surfelshop-").suffix(".part");
-        // Temporary files are private by default; a picture that a user asked for has the usual
-        // rights.
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt as _;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let mut file = builder.tempfile_in(folder_of(&target))?;
-        file.write_all(bytes)?;
-        file.flush()?;
-        file.persist(&target)?;
-        Ok(())
-    };
-    write().with_context(|| format!("{}: cannot be written", path.display()))
+    check_no_input(path, &target(path)?)?;
+    files::write_whole(path, bytes)
+        .with_context(|| format!("{}: cannot be written", path.display()))
 }
 
 #[cfg(test)]
@@ -87,30 +99,26 @@ mod tests {
     use super::*;
 
     #[test]
-    fn files_are_replaced_whole_and_nothing_else_is_left() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("a.png");
-        write_whole(&path, b"first").unwrap();
-        write_whole(&path, b"second").unwrap();
-        assert_eq!(std::fs::read(&path).unwrap(), b"second");
-        assert_eq!(folder.path().read_dir().unwrap().count(), 1);
-    }
-
-    #[cfg(unix)]
-    #[test]
-    fn files_have_the_usual_rights() {
-        use std::os::unix::fs::PermissionsExt as _;
-        let folder = tempfile::tempdir().unwrap();
-        let (ours, usual) = (folder.path().join("a"), folder.path().join("b"));
-        write_whole(&ours, b"").unwrap();
-        std::fs::write(&usual, b"").unwrap();
-        let mode = |path: &Path| path.metadata().unwrap().permissions().mode();
-        assert_eq!(mode(&ours), mode(&usual));
-    }
-
-    #[test]
     fn missing_folders_are_named() {
         let error = check_folder(Path::new("no-such-folder/a.png")).unwrap_err().to_string();
         assert!(error.contains("no-such-folder") && error.contains("make it first"), "{error}");
+    }
+
+    #[test]
+    fn a_file_is_written_once_and_never_over_what_is_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let input = at("in.ply");
+        std::fs::write(&input, "points").unwrap();
+        protect([input.as_path()]);
+        let refused = |outputs: &[&Path]| check_outputs(outputs).unwrap_err().to_string();
+        assert!(refused(&[&input]).contains("the same command reads"));
+        let other_name = folder.path().join("..").join(folder.path().file_name().unwrap());
+        assert!(refused(&[&other_name.join("in.ply")]).contains("the same command reads"));
+        assert!(refused(&[&at("a.png"), &at("a.png")]).contains("writes already"));
+        assert!(refused(&[&at("a.png"), &other_name.join("a.png")]).contains("writes already"));
+        check_outputs(&[&at("a.png"), &at("b.png")]).unwrap();
+        assert!(write_whole(&input, b"graph").is_err());
+        assert_eq!(std::fs::read(&input).unwrap(), b"points");
     }
 }

@@ -23,6 +23,7 @@ mod exr_file;
 mod files;
 mod given;
 mod info;
+mod interrupt;
 mod light_spec;
 mod made;
 mod page;
@@ -60,6 +61,12 @@ fn main() -> ExitCode {
         Ok(parsed) => parsed,
         Err(error) => return terminal::not_understood(&error),
     };
+    // Plugins may change the folder that the program is in; names that were typed are of this one.
+    surfelshop_cloud::files::keep_folder();
+    let _ends = surfelshop_engine::plugins::guard_exit();
+    if cli.command.is_some() {
+        interrupt::watch();
+    }
     let done = match cli.command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),

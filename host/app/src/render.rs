@@ -47,11 +47,11 @@ struct Timings {
 pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<()> {
     let mut timings = Timings::default();
     let started = Instant::now();
-    // What can fail at once is tried before a large cloud is read.
-    for file in &arguments.out {
-        files::check_folder(file.path())?;
-    }
     let inputs = Inputs::open(&arguments.files)?;
+    // What can fail at once is tried before a large cloud is read.
+    let mut outputs: Vec<&Path> = arguments.out.iter().map(OutputFile::path).collect();
+    outputs.extend(arguments.save_graph.as_deref());
+    files::check_outputs(&outputs)?;
     let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins)?;
     let graph = arguments.graph.as_deref().map(captured::renderer).transpose()?;
@@ -77,6 +77,8 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
 
     let started = Instant::now();
     let surroundings = surroundings::read_wanted(staging.environment.as_ref())?;
+    // Now that all is known that is read.
+    files::check_outputs(&outputs)?;
     let clouds = Clouds::read(&inputs.sources)?;
     timings.load_ms = since(started);
 

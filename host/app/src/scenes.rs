@@ -1,6 +1,6 @@
 //! Scenes among the files of a command line, and the clouds they bring.
 
-use crate::terminal;
+use crate::{files, terminal};
 use anyhow::bail;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Transform;
@@ -35,9 +35,9 @@ pub(crate) struct Inputs {
 impl Inputs {
     /// Opens the scene among these files, tells of its unknown keys, and looks for its clouds
     /// without reading them.
-    pub(crate) fn open(files: &[PathBuf]) -> anyhow::Result<Self> {
+    pub(crate) fn open(named: &[PathBuf]) -> anyhow::Result<Self> {
         let mut inputs = Self { opened: None, sources: Vec::new() };
-        for file in files {
+        for file in named {
             if !scene::is_scene(file) {
                 inputs.sources.push(Source::file(file));
                 continue;
@@ -50,6 +50,8 @@ impl Inputs {
             inputs.sources.extend(visible(&opened)?);
             inputs.opened = Some(opened);
         }
+        let clouds = inputs.sources.iter().map(|source| source.path.as_path());
+        files::protect(named.iter().map(PathBuf::as_path).chain(clouds));
         Ok(inputs)
     }
 }

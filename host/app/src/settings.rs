@@ -1,5 +1,6 @@
 //! Parameters typed with `--set` or given by a scene, checked against what the unit declares.
 
+use crate::files;
 use crate::staging::ChosenView;
 use crate::values::Setting;
 use anyhow::{anyhow, bail};
@@ -33,6 +34,9 @@ pub(crate) fn values<'a>(
         let value = declaration
             .parse(&setting.value)
             .map_err(|line| anyhow!("{} `{}`: {line}", unit.kind.word(), unit.id))?;
+        if let (ParamKind::File { .. }, Value::Text(path)) = (&declaration.kind, &value) {
+            files::protect([Path::new(path)]);
+        }
         values.insert(setting.id.clone(), value);
     }
     Ok(values)
@@ -95,6 +99,9 @@ pub(crate) fn of_view(
         };
         let value = accepted(declaration, value, folder)
             .map_err(|line| anyhow!("{place}: renderer `{}`: {line}", unit.id))?;
+        if let (ParamKind::File { .. }, Value::Text(path)) = (&declaration.kind, &value) {
+            files::protect([Path::new(path)]);
+        }
         values.insert(id.clone(), value);
     }
     Ok((values, unknown_ids))
@@ -220,7 +227,7 @@ mod tests {
 
     #[test]
     fn settings_reach_the_unit_they_name_among_several() {
-        let other = UnitRef { id: "other".to_owned(), ..unit() };
+        let other = UnitRef::named(UnitKind::Renderer, "org.example", "other", "mine.so");
         let dealt = |typed: &[&str]| {
             let typed: Vec<Setting> = typed.iter().map(|t| Setting::parse(t).unwrap()).collect();
             let units = [unit(), other.clone()];

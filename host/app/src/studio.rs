@@ -3,7 +3,7 @@
 use crate::arguments::{BackendChoice, DeviceArguments, PluginFiles, SurfelChoice};
 use crate::staging::ChosenView;
 use crate::values::Setting;
-use crate::{settings, surroundings, terminal};
+use crate::{files, settings, surroundings, terminal};
 use anyhow::{Context as _, anyhow};
 use std::time::Instant;
 use surfelshop_api::params::Values;
@@ -23,6 +23,7 @@ const MAX_FRAMES: u32 = 1024;
 /// silently take its place. One that `SURFELSHOP_PLUGINS` names is reported and passed over.
 pub(crate) fn registry(plugins: &PluginFiles) -> anyhow::Result<Registry> {
     let registry = Registry::scan(&plugins.search()?);
+    files::protect(registry.entries().iter().map(|entry| entry.file.as_path()));
     for entry in registry.entries() {
         let Some(refusal) = entry.refusal() else { continue };
         match entry.origin {

@@ -1,7 +1,7 @@
 //! The light around what is shown: probes as renderers are given them.
 
 use crate::arguments::{EnvironmentArguments, UpAxis};
-use crate::{probe_info, terminal};
+use crate::{files, probe_info, terminal};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
@@ -144,11 +144,10 @@ fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
 fn stored_name(path: &Path, mapping: Option<Mapping>) -> Option<String> {
     use siphasher::sip128::{Hasher128 as _, SipHasher13};
     use std::hash::Hasher as _;
-    let metadata = path.metadata().ok()?;
-    if !metadata.is_file() || metadata.len() > LARGEST_LOOKED_UP {
+    let (mut file, metadata) = surfelshop_cloud::files::open(path).ok()?;
+    if metadata.len() > LARGEST_LOOKED_UP {
         return None;
     }
-    let mut file = std::fs::File::open(path).ok()?;
     let (mut hasher, mut length, mut part) = (SipHasher13::new(), 0u64, vec![0; 1 << 16]);
     loop {
         let n = std::io::Read::read(&mut file, &mut part).ok()?;
@@ -261,6 +260,9 @@ pub(crate) fn read_wanted(
     wanted: Option<&SceneEnvironment>,
 ) -> anyhow::Result<Option<Surroundings>> {
     let Some(wanted) = wanted else { return Ok(None) };
+    if let ProbeSource::File(path) = &wanted.source {
+        files::protect([path.as_path()]);
+    }
     let tell = |line: String| terminal::warn(line);
     Probes::default().light(wanted, tell).map(Some)
 }

@@ -9,6 +9,7 @@ use std::io::{self, IsTerminal as _, Write};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
+use surfelshop_engine::plugins::is_deceptive;
 use surfelshop_engine::tools;
 use tracing_subscriber::EnvFilter;
 
@@ -25,15 +26,36 @@ pub(crate) fn start_log() {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
 }
 
-/// Prints a line of the result.
+/// Prints a line of the result, or several.
 pub(crate) fn line(text: impl Display) -> anyhow::Result<()> {
-    written(writeln!(io::stdout().lock(), "{text}"))
+    written(writeln!(io::stdout().lock(), "{}", escaped(&text.to_string())))
+}
+
+/// A text with its control characters written out, line ends aside: names from files must not steer the
+/// terminal.
+fn escaped(text: &str) -> String {
+    let shown = |c: char| match c {
+        '\n' => c.to_string(),
+        _ if is_deceptive(c) => c.escape_unicode().to_string(),
+        _ => c.to_string(),
+    };
+    text.chars().map(shown).collect()
 }
 
 /// Prints one JSON object.
 pub(crate) fn json(value: &impl Serialize) -> anyhow::Result<()> {
+    // JSON has escapes of its own for what steers a terminal, but not for all of it.
     let text = serde_json::to_string_pretty(value)?;
-    line(text)
+    let shown = |c: char| match c {
+        '\n' => c.to_string(),
+        _ if is_deceptive(c) => {
+            let mut units = [0; 2];
+            c.encode_utf16(&mut units).iter().map(|unit| format!("\\u{unit:04x}")).collect()
+        }
+        _ => c.to_string(),
+    };
+    let text: String = text.chars().map(shown).collect();
+    written(writeln!(io::stdout().lock(), "{text}"))
 }
 
 /// A reader such as `head` that has seen enough closes the pipe, which is no failure.
@@ -90,7 +112,7 @@ pub(crate) fn not_understood(error: &clap::Error) -> ExitCode {
 fn one_line(text: &str) -> String {
     let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
     // Names and messages of plugins and files must not steer the terminal.
-    words.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
+    words.chars().map(|c| if is_deceptive(c) { '?' } else { c }).collect()
 }
 
 /// Work shorter than this shows no progress bar.
@@ -124,7 +146,7 @@ impl Progress {
         if let Some(bar) = self.shown() {
             let what = [self.what.as_str(), &progress.message].into_iter();
             let what: Vec<&str> = what.filter(|part| !part.is_empty()).collect();
-            bar.set_message(what.join(": "));
+            bar.set_message(one_line(&what.join(": ")));
             show(bar, progress.fraction, progress.left);
         }
     }
@@ -145,7 +167,7 @@ impl Drop for Progress {
 }
 
 fn bar(what: &str) -> ProgressBar {
-    let bar = ProgressBar::new(1000).with_message(what.to_owned());
+    let bar = ProgressBar::new(1000).with_message(one_line(what));
     match ProgressStyle::with_template("{msg} [{bar:40}] {percent} %{prefix}") {
         Ok(style) => bar.with_style(style.progress_chars("=> ")),
         Err(_) => bar,
@@ -174,6 +196,17 @@ mod tests {
     #[test]
     fn failures_take_one_line() {
         assert_eq!(one_line("a.wgsl:\n   expected `;`\n\t^ here\n"), "a.wgsl: expected `;` ^ here");
+    }
+
+    #[test]
+    fn names_from_files_do_not_steer_the_terminal() {
+        let name = "a\x1b]0;owned\x07\u{9b}31m\u{202e}b";
+        let shown = r"a\u{1b}]0;owned\u{7}\u{9b}31m\u{202e}b";
+        assert_eq!(
+            escaped(&format!("{name}\n  columns {name}")),
+            format!("{shown}\n  columns {shown}")
+        );
+        assert_eq!(one_line(name), "a?]0;owned??31m?b");
     }
 
     #[test]

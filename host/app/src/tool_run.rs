@@ -9,35 +9,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::params::Values;
 use surfelshop_cloud::Cloud;
-use surfelshop_engine::plugins::{self, LoadedUnit, UnitRef};
+use surfelshop_engine::plugins::{LoadedUnit, UnitRef};
 use surfelshop_engine::tools::{Done, Ended, Running, ToolOptions};
 
 /// How often the bar and the wish to stop are looked at.
 const TICK: Duration = Duration::from_millis(50);
-
-/// Exit code of a program that was interrupted twice, as shells count it: 128 and the signal's
-/// number.
-const INTERRUPTED: i32 = 130;
 
 /// A tool with the parameters it is to run with.
 pub(crate) struct Step {
     pub(crate) reference: UnitRef,
     pub(crate) unit: LoadedUnit,
     pub(crate) values: Values,
-}
-
-/// Notices that the user or the system asks the program to end. A second request ends it at once.
-pub(crate) fn watch() -> &'static AtomicBool {
-    static ASKED: AtomicBool = AtomicBool::new(false);
-    let handled = ctrlc::set_handler(|| {
-        if ASKED.swap(true, Ordering::Relaxed) {
-            plugins::leave(INTERRUPTED);
-        }
-    });
-    if let Err(error) = handled {
-        tracing::debug!("requests to end will not be noticed: {error}");
-    }
-    &ASKED
 }
 
 /// The one cloud of a file or scene.

@@ -13,7 +13,7 @@ use crate::memory::{OutOfMemory, with_room};
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, OnceLock, PoisonError};
 use tempfile::NamedTempFile;
 
 /// How the name of a file starts that is being written.
@@ -52,6 +52,26 @@ impl From<io::Error> for OpenFault {
     }
 }
 
+/// The folder that the program was started in.
+static FOLDER: OnceLock<PathBuf> = OnceLock::new();
+
+/// Keeps the folder that the program is in now: names are of this one from now on, wherever code of others takes
+/// the program.
+pub fn keep_folder() {
+    if let Ok(folder) = std::env::current_dir() {
+        // The first one counts.
+        drop(FOLDER.set(folder));
+    }
+}
+
+/// A name as it was meant when the program was started.
+fn absolute(path: &Path) -> PathBuf {
+    match FOLDER.get() {
+        Some(folder) => folder.join(path),
+        None => path.to_owned(),
+    }
+}
+
 /// What something that is no regular file is called; `None` for a regular file.
 fn other_kind(metadata: &Metadata) -> Option<&'static str> {
     let kind = metadata.file_type();
@@ -69,6 +89,7 @@ fn other_kind(metadata: &Metadata) -> Option<&'static str> {
 /// # Errors
 /// Where it cannot be opened or is no regular file; does not wait for what is none.
 pub fn open(path: &Path) -> Result<(File, Metadata), OpenFault> {
+    let path = &absolute(path);
     // Asked before, since to open a device may do something.
     if let Some(found) = other_kind(&path.metadata()?) {
         return Err(OpenFault::NotAFile { found });
@@ -112,7 +133,8 @@ pub fn read(path: &Path, most: u64) -> Result<Vec<u8>, OpenFault> {
 fn target(path: &Path) -> PathBuf {
     // As many as Linux follows.
     const MOST_LINKS: usize = 40;
-    let mut target = path.to_owned();
+    let path = absolute(path);
+    let mut target = path.clone();
     for _ in 0..MOST_LINKS {
         if let Ok(resolved) = target.canonicalize() {
             return resolved;
@@ -120,7 +142,7 @@ fn target(path: &Path) -> PathBuf {
         let Ok(next) = fs::read_link(&target) else { return target };
         target = target.parent().unwrap_or(Path::new("")).join(next);
     }
-    path.to_owned()
+    path
 }
 
 /// Where the file of this name would be written: the folder and name that links lead to.

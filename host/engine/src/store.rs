@@ -9,6 +9,7 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
+use surfelshop_cloud::files;
 
 const MAGIC: &[u8; 16] = b"surfelshop st 2\n";
 /// Bytes before the contents: these, their length, and their sum.
@@ -47,10 +48,7 @@ impl Store {
     #[must_use]
     pub fn load(&self, name: &str) -> Option<Vec<u8>> {
         let path = self.path(name);
-        if path.metadata().ok()?.len() > LARGEST + HEAD as u64 {
-            return None;
-        }
-        let mut bytes = fs::read(&path).ok()?;
+        let mut bytes = files::read(&path, LARGEST + HEAD as u64).ok()?;
         let length = u64::from_le_bytes(bytes.get(16..24)?.try_into().ok()?);
         let expected = u128::from_le_bytes(bytes.get(24..HEAD)?.try_into().ok()?);
         let contents = bytes.get(HEAD..)?;

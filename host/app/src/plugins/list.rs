@@ -68,6 +68,7 @@ fn object(entry: &Entry) -> Value {
     };
     json!({
         "file": entry.path.display().to_string(),
+        "leads_to": entry.file.display().to_string(),
         "origin": entry.origin,
         "state": state,
         "reason": reason,
@@ -101,6 +102,10 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
     let mut text = format!("{id} {version}");
     let mut row = |what: &str, is: &str| text += &format!("\n  {what:<9} {is}");
     row("file", &entry.path.display().to_string());
+    let is_link = std::path::absolute(&entry.path).is_ok_and(|path| path != entry.file);
+    if is_link {
+        row("leads to", &entry.file.display().to_string());
+    }
     row("sha256", &entry.contents.to_string());
     row("found", origin(entry.origin));
     row("trusted", trusted(entry.trust));

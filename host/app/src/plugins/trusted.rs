@@ -20,8 +20,10 @@ pub(super) fn trust(
     let told = TrustFile::change(&path, |list| {
         let mut told = Vec::new();
         for file in files {
-            let (manifest, contents) = inspected(file)?;
-            list.add(file, &manifest, contents, place)?;
+            // A link is resolved once: what is looked at is what is trusted.
+            let lies = file.canonicalize().unwrap_or_else(|_| file.clone());
+            let (manifest, contents) = inspected(&lies)?;
+            list.add(&lies, &manifest, contents, place)?;
             let what = if place { "whatever is built there" } else { "this build" };
             told.push((file, named(&manifest), contents, what));
         }

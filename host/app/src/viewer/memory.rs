@@ -9,6 +9,9 @@ use surfelshop_engine::plugins::state_folder;
 /// Most files in the list.
 const MOST_RECENT: usize = 10;
 
+/// Most bytes of the list: ten of the longest paths that systems take, and more.
+const LONGEST_LIST: u64 = 1 << 20;
+
 /// A folder of the user's for such things.
 pub(crate) struct Memory {
     folder: PathBuf,
@@ -32,7 +35,8 @@ impl Memory {
 
     /// Files opened lately that are still there, the last one first.
     pub(crate) fn recent(&self) -> Vec<PathBuf> {
-        let text = std::fs::read_to_string(self.folder.join("recent")).unwrap_or_default();
+        let bytes = files::read_short(&self.folder.join("recent"), LONGEST_LIST);
+        let text = bytes.ok().and_then(|bytes| String::from_utf8(bytes).ok()).unwrap_or_default();
         let paths = text.lines().filter(|line| !line.is_empty()).map(PathBuf::from);
         paths.filter(|path| path.is_file()).take(MOST_RECENT).collect()
     }

@@ -49,12 +49,8 @@ impl Memory {
     pub(crate) fn load_preset(&self, renderer: &str, name: &str) -> anyhow::Result<Values> {
         let path = self.preset_path(renderer, name)?;
         let shown = path.display();
-        let length = path.metadata().with_context(|| format!("{shown}: cannot be read"))?.len();
-        if length > MOST_BYTES {
-            bail!("{shown}: expected a preset of at most {MOST_BYTES} bytes, found {length}");
-        }
-        let text =
-            std::fs::read_to_string(&path).with_context(|| format!("{shown}: cannot be read"))?;
+        let text = String::from_utf8(files::read_short(&path, MOST_BYTES)?)
+            .with_context(|| format!("{shown}: cannot be read"))?;
         let table: Table = text
             .parse()
             .map_err(|error: toml::de::Error| anyhow!("{shown}: {}", error.message()))?;

@@ -68,7 +68,8 @@ fn question(ui: &mut Ui, entry: &Entry) -> Option<Answer> {
         row("licence", licence(manifest).to_owned());
         row("API", api_range(manifest));
         row("file", entry.path.display().to_string());
-        if entry.file.file_name() != entry.path.file_name() {
+        let is_link = std::path::absolute(&entry.path).is_ok_and(|path| path != entry.file);
+        if is_link {
             row("leads to", entry.file.display().to_string());
         }
         let sha256 = entry.contents.to_string();

@@ -1,7 +1,7 @@
 //! Where plugins lie: beside the program, in the user's folder, in `SURFELSHOP_PLUGINS` and where
 //! the command line says.
 
-use super::trust::{Trust, located};
+use super::trust::{Trust, located, resolved};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -90,8 +90,8 @@ impl SearchPath {
     }
 
     /// The files to inspect: by origin, folders before files, names in order; each file once, at
-    /// the place of highest precedence that names it. A link is a file of its own: it may lead elsewhere
-    /// tomorrow.
+    /// the place of highest precedence that names it, but that a link from elsewhere takes the place of no
+    /// file of the program.
     pub(super) fn candidates(&self) -> Vec<Place> {
         let mut found: Vec<Place> = Vec::new();
         for origin in
@@ -102,12 +102,15 @@ impl SearchPath {
             }
             found.extend(self.files.iter().filter(|place| place.origin == origin).cloned());
         }
-        let identities: Vec<PathBuf> = found.iter().map(|place| located(&place.path)).collect();
+        let identities: Vec<PathBuf> = found.iter().map(|place| resolved(&place.path)).collect();
         // Among places of one origin the first name stays: it is the one to expect in a list.
         let mut keep: BTreeMap<&Path, usize> = BTreeMap::new();
         for (i, identity) in identities.iter().enumerate() {
             let kept = keep.entry(identity).or_insert(i);
-            if found[*kept].origin < found[i].origin {
+            let lies_there = |place: &Place| located(&place.path) == *identity;
+            let is_of_program =
+                found[*kept].origin == Origin::BesideProgram && lies_there(&found[*kept]);
+            if found[*kept].origin < found[i].origin && (lies_there(&found[i]) || !is_of_program) {
                 *kept = i;
             }
         }

@@ -3,11 +3,11 @@
 use super::binary::{self, Library};
 use sha2::{Digest as _, Sha256};
 use std::fmt;
-use std::fs::File;
-use std::io::{self, Read};
+use std::io;
 use std::path::Path;
 use surfelshop_api::abi::table::{self, PluginTable};
 use surfelshop_api::manifest::{self, HEADER_LEN, MAX_TEXT_LEN, Manifest, Refusal};
+use surfelshop_cloud::files::{self, OpenFault};
 
 /// Files longer than this are refused unread; plugins have a few megabytes.
 pub const MAX_FILE_LEN: u64 = 1 << 30;
@@ -140,29 +140,13 @@ pub fn inspect(path: &Path) -> Result<(Manifest, Contents), Refused> {
 /// # Errors
 /// Where the path leads to no regular file of acceptable length.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
-    let unreadable = |error: io::Error| match error.kind() {
-        io::ErrorKind::NotFound => Refused::Missing,
-        _ => Refused::Unreadable(error),
-    };
-    // Opening a pipe would wait for a writer, so the type is asked for first.
-    let metadata = path.metadata().map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(Refused::NotAFile { found: "a folder" });
-    }
-    if !metadata.is_file() {
-        return Err(Refused::NotAFile { found: "no regular file" });
-    }
-    if metadata.len() > MAX_FILE_LEN {
-        return Err(Refused::TooLarge { found: metadata.len() });
-    }
-    let mut bytes = Vec::new();
-    // The file may grow while it is read; the limit holds all the same.
-    let mut file = File::open(path).map_err(unreadable)?.take(MAX_FILE_LEN + 1);
-    file.read_to_end(&mut bytes).map_err(unreadable)?;
-    match bytes.len() as u64 {
-        found if found > MAX_FILE_LEN => Err(Refused::TooLarge { found }),
-        _ => Ok(bytes),
-    }
+    files::read(path, MAX_FILE_LEN).map_err(|fault| match fault {
+        OpenFault::Io(error) if error.kind() == io::ErrorKind::NotFound => Refused::Missing,
+        OpenFault::Io(error) => Refused::Unreadable(error),
+        OpenFault::NotAFile { found } => Refused::NotAFile { found },
+        OpenFault::TooLong { found, .. } => Refused::TooLarge { found },
+        OpenFault::Memory(out) => Refused::Unreadable(io::Error::other(out.to_string())),
+    })
 }
 
 /// Reads the manifest out of a library's bytes.
@@ -213,7 +197,8 @@ const MAX_UNITS: usize = 256;
 
 /// Whether a character does not show, or changes how others are shown: what a person decides by must be
 /// what is written.
-fn is_deceptive(c: char) -> bool {
+#[must_use]
+pub fn is_deceptive(c: char) -> bool {
     c.is_control()
         || matches!(c, '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}')
         || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')

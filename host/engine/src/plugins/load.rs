@@ -297,7 +297,7 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     let manifest = inspect_bytes(&bytes).map_err(refused)?;
     let copy = PrivateCopy::write(&unit.path, &bytes)
         .map_err(|error| LoadError::Copy { unit: Box::new(unit.clone()), error })?;
-    let opened = open(copy.path());
+    let opened = open(copy.path(), &unit.path);
     let copied_to = copy.path().display().to_string();
     copy.loaded();
     let plugin = opened.map_err(|error| match error {

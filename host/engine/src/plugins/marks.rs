@@ -141,7 +141,7 @@ impl Drop for Mark {
 
 /// Takes a mark away and reads it, where its process is gone.
 fn take(path: &Path) -> Option<(SystemTime, Crash)> {
-    let file = File::open(path).ok()?;
+    let (file, _) = surfelshop_cloud::files::open(path).ok()?;
     file.try_lock().ok()?;
     // Its owner, or another program that looks for crashes, may have been quicker.
     let time = path.symlink_metadata().ok()?.modified().unwrap_or(SystemTime::UNIX_EPOCH);

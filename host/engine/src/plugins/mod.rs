@@ -39,10 +39,12 @@ pub use discover::{
 };
 pub use find::{FindError, UnitRef};
 pub use hosted::Hosted;
-pub use inspect::{Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes, is_package_id};
+pub use inspect::{
+    Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes, is_deceptive, is_package_id,
+};
 pub use load::{LoadError, LoadTimes, LoadedUnit};
 pub use marks::{Crash, Mark, Marks};
-pub use open::{leave, loader_is_busy};
+pub use open::{ExitGuard, guard_exit, leave, loader_is_busy};
 pub use patience::Patience;
 pub(crate) use patience::on_own_thread;
 pub use registry::{Entry, Registry, State};

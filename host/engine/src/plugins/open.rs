@@ -6,8 +6,10 @@
 
 #![expect(unsafe_code, reason = "runs the code of a library that was inspected before")]
 
+use std::io::Write as _;
 use std::path::Path;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use surfelshop_api::abi::host_side::{Fault, Plugin};
 use surfelshop_api::abi::table::{self, PluginTable};
 
@@ -38,6 +40,49 @@ pub fn leave(code: i32) -> ! {
     }
 }
 
+/// Whether the program is ending in order.
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// The files whose code has run in this process.
+static RAN: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
+/// Lasts as long as the program is meant to: where code of a plugin calls `exit` before, that is said in a line,
+/// and the exit code is 1.
+#[must_use]
+#[derive(Debug)]
+pub struct ExitGuard(());
+
+impl Drop for ExitGuard {
+    fn drop(&mut self) {
+        ENDING.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Notices from now on that code of a plugin ends the process by `exit`. What ends it at once, such as `_exit`,
+/// nothing in the process can notice.
+pub fn guard_exit() -> ExitGuard {
+    unsafe extern "C" {
+        fn atexit(at_exit: extern "C" fn()) -> core::ffi::c_int;
+    }
+    extern "C" fn at_exit() {
+        if ENDING.load(Ordering::Relaxed) {
+            return;
+        }
+        // A thread that was ended in the middle may hold it.
+        let ran = RAN.try_lock().map(|ran| ran.join(", ")).unwrap_or_default();
+        let line = format!(
+            "surfelshop: code of a plugin ended the program by calling exit(); loaded are {ran}\n"
+        );
+        // With the standard error closed there is nobody left to tell.
+        drop(std::io::stderr().write_all(line.as_bytes()));
+        leave(1)
+    }
+    // SAFETY: the C library's function of this name takes the address of a function without arguments, which
+    // is there for as long as the process; that function does not unwind: what it calls does not panic.
+    let _full = unsafe { atexit(at_exit) };
+    ExitGuard(())
+}
+
 /// Why a library could not be opened.
 pub(super) enum OpenError {
     /// The system refused; says why.
@@ -46,8 +91,14 @@ pub(super) enum OpenError {
     Plugin(Fault),
 }
 
-/// Loads a library for the rest of the process's life and checks its function table.
-pub(super) fn open(path: &Path) -> Result<Plugin, OpenError> {
+/// Loads a library for the rest of the process's life and checks its function table; `name` is what a person
+/// knows its file by.
+pub(super) fn open(path: &Path, name: &Path) -> Result<Plugin, OpenError> {
+    let name = name.display().to_string();
+    let mut ran = RAN.lock().unwrap_or_else(PoisonError::into_inner);
+    ran.retain(|other| *other != name);
+    ran.push(name);
+    drop(ran);
     let system = |error: libloading::Error| OpenError::System(one_line(&error));
     OPENING.fetch_add(1, Ordering::Relaxed);
     let library = open_library(path);

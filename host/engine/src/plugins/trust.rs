@@ -119,7 +119,8 @@ mod tests {
         let place = |origin| Place::new("/nowhere/plugin.so", origin);
         let (old, new) = (Contents::of(b"old"), Contents::of(b"new"));
         let file = Path::new("/nowhere/plugin.so");
-        let standing = |trust: &Trust, origin, contents| trust.standing(&place(origin), file, contents);
+        let standing =
+            |trust: &Trust, origin, contents| trust.standing(&place(origin), file, contents);
         let mut trust = Trust::default();
         assert_eq!(standing(&trust, Origin::BesideProgram, old), Standing::OfProgram);
         for origin in [Origin::UserFolder, Origin::Environment, Origin::CommandLine] {

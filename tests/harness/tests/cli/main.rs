@@ -12,6 +12,7 @@ mod faulty;
 mod graphs;
 mod interrupted;
 mod lights;
+mod links;
 mod listing;
 mod machines;
 mod messages;

@@ -9,6 +9,7 @@ mod crashes;
 mod deadlines;
 mod files;
 mod fixture;
+mod links;
 mod loading;
 mod lookup;
 mod rebuilt;
