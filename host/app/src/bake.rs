@@ -14,6 +14,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
+use surfelshop_cloud::scene;
 use surfelshop_cloud::{Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, WriteOptions};
 use surfelshop_engine::plugins::UnitRef;
 use surfelshop_engine::tools::{Done, ToolOptions};
@@ -52,6 +53,10 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     files::check_writable(&arguments.out)?;
     let steps = steps(arguments)?;
     let source = tool_run::source(&arguments.file)?;
+    if !scene::is_scene(&arguments.file) {
+        // Who names a cloud twice wants it replaced.
+        files::allow(&arguments.file);
+    }
     files::check_outputs(&[&arguments.out])?;
     let baked = bake(arguments, &steps, source, stop);
     if stop.load(Ordering::Relaxed)

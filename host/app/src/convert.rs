@@ -8,7 +8,6 @@ use surfelshop_cloud::WriteOptions;
 
 /// Runs the command.
 pub(crate) fn run(arguments: &ConvertArguments) -> anyhow::Result<()> {
-    files::protect([arguments.input.as_path()]);
     files::check_writable(&arguments.output)?;
     let loaded = clouds::read(&arguments.input)?;
     let progress = Progress::new(format!("writing {}", arguments.output.display()));

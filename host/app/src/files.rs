@@ -27,6 +27,13 @@ pub(crate) fn protect<'a>(inputs: impl IntoIterator<Item = &'a Path>) {
     known.extend(inputs.into_iter().filter_map(|path| path.canonicalize().ok()));
 }
 
+/// Lets a file that the command reads be replaced by it after all.
+pub(crate) fn allow(input: &Path) {
+    let input = input.canonicalize().ok();
+    let mut known = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
+    known.retain(|other| Some(other) != input.as_ref());
+}
+
 /// Refuses to replace what the command reads.
 fn check_no_input(path: &Path, target: &Path) -> anyhow::Result<()> {
     let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);

@@ -143,7 +143,8 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
     files::read(path, MAX_FILE_LEN).map_err(|fault| match fault {
         OpenFault::Io(error) if error.kind() == io::ErrorKind::NotFound => Refused::Missing,
         OpenFault::Io(error) => Refused::Unreadable(error),
-        OpenFault::NotAFile { found } => Refused::NotAFile { found },
+        OpenFault::NotAFile { found: found @ "a folder" } => Refused::NotAFile { found },
+        OpenFault::NotAFile { .. } => Refused::NotAFile { found: "no regular file" },
         OpenFault::TooLong { found, .. } => Refused::TooLarge { found },
         OpenFault::Memory(out) => Refused::Unreadable(io::Error::other(out.to_string())),
     })

@@ -10,7 +10,8 @@ use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-fn cc(source: &Path, target: &Path) {
+/// Compiles a plugin in C, which may include the example of the project.
+pub(crate) fn cc(source: &Path, target: &Path) {
     let include = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../host/api/c");
     let mut command = Command::new("cc");
     command.args(["-shared", "-fPIC", "-O1", "-I"]).arg(include).arg("-o").args([target, source]);

@@ -16,6 +16,7 @@ mod links;
 mod listing;
 mod machines;
 mod messages;
+mod outputs;
 mod pictures;
 mod plugins;
 mod program;

@@ -79,6 +79,11 @@ impl Desk {
         self.folder.path().join(name)
     }
 
+    /// The folder of what the program keeps for its next start.
+    pub(crate) fn cache(&self) -> &Path {
+        self.cache.path()
+    }
+
     /// Writes a file.
     pub(crate) fn put(&self, name: &str, contents: &str) {
         fs::write(self.at(name), contents).unwrap();

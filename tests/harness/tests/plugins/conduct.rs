@@ -51,7 +51,8 @@ fn three_panics_in_a_row_switch_a_unit_off() {
 #[test]
 fn other_units_of_the_file_are_not_blamed() {
     let (_shelf, unit) = shelf_and_unit("hangs-in-frame");
-    let fine = UnitRef { id: "fine".to_owned(), ..unit.clone() };
+    let mut fine = unit.clone();
+    fine.id = "fine".to_owned();
     let mut conduct = Conduct::default();
     frame(&mut conduct, &unit, SHORT).unwrap_err();
     assert!(conduct.check(&unit).is_err());
