@@ -12,7 +12,6 @@ use crate::buffer::Buffer;
 use crate::cloud::Cloud;
 use crate::column::Column;
 use crate::error::ReadFault;
-use crate::memory;
 use crate::provenance::of_comments;
 use crate::read::{Loaded, ReadOptions};
 use crate::summary::Summary;
@@ -46,8 +45,8 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         warnings: std::mem::take(&mut table.warnings),
         ..Summary::default()
     };
-    let n_triangles = Some(table.faces.len() as u64).filter(|&n_triangles| n_triangles > 0);
-    memory::ask(needs::bytes(&table.fields, table.n_rows as u64, n_triangles, options))
+    let (n_rows, n_triangles) = (table.n_rows as u64, table.faces.len() as u64);
+    needs::ask(&table.fields, n_rows, n_triangles, options, 0)
         .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);

@@ -14,7 +14,6 @@ use crate::buffer::Buffer;
 use crate::error::{ReadFault, listed};
 use crate::faces::Faces;
 use crate::lines::Lines;
-use crate::memory;
 use crate::read::ReadOptions;
 use crate::table::{Field, Table, n_together};
 use faces::Corners;
@@ -73,10 +72,8 @@ impl<R: BufRead> File<R> {
         let woven = self.header.encoding != Encoding::Ascii && !binary::has_lists(element);
         let fields = fields_of(element, woven);
         let columns = element.count.saturating_mul(needs::row_bytes(&fields));
-        let faces = self.has_faces().then_some(0);
-        let made = needs::bytes(&fields, element.count, faces, options);
         let n_points = usize::try_from(element.count).unwrap_or(usize::MAX);
-        memory::ask(columns.saturating_add(made)).map_err(ReadFault::memory(n_points))
+        needs::ask(&fields, element.count, 0, options, columns).map_err(ReadFault::memory(n_points))
     }
 
     /// Reads the points and the faces between them; other elements are skipped. What follows the

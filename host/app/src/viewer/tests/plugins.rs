@@ -350,3 +350,72 @@ fn a_yes_in_the_window_is_written_down() {
         assert!(list.contains(table) && last.contains("stranger.so"), "{list}");
     }
 }
+
+/// A window whose plugin `link.so` is a link to a copy of `flat` that is trusted by its place.
+#[cfg(unix)]
+fn with_a_link(folder: &Path) -> Screen {
+    let built = built_plugins().plugin;
+    let list = folder.join("trust.toml");
+    let trusted = folder.join("trusted.so");
+    std::fs::copy(&built[0], &trusted).unwrap();
+    for (path, place) in [(&built[1], false), (&trusted, true)] {
+        let (manifest, contents) = surfelshop_engine::plugins::inspect(path).unwrap();
+        let add = |list: &mut crate::plugins::TrustFile| list.add(path, &manifest, contents, place);
+        crate::plugins::TrustFile::change(&list, add).unwrap();
+    }
+    std::os::unix::fs::symlink(&trusted, folder.join("link.so")).unwrap();
+    let plugin = vec![built[1].clone(), folder.join("link.so")];
+    Screen::with(&ViewerArguments {
+        files: vec![SAMPLE.into()],
+        up: UpAxis::Y,
+        plugins: PluginFiles { plugin, trust_file: Some(list), ..PluginFiles::default() },
+        device: DeviceArguments::default(),
+    })
+}
+
+/// Turns the link to another build, which nobody has said yes to.
+#[cfg(unix)]
+fn turn_the_link(folder: &Path) {
+    let mut bytes = std::fs::read(&built_plugins().plugin[0]).unwrap();
+    bytes.extend([0; 16]);
+    std::fs::write(folder.join("stranger.so"), bytes).unwrap();
+    std::os::unix::fs::symlink(folder.join("stranger.so"), folder.join("new.so")).unwrap();
+    std::fs::rename(folder.join("new.so"), folder.join("link.so")).unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_that_is_turned_under_the_window_runs_nothing_until_somebody_says_yes() {
+    let asks = |window: &mut crate::viewer::window::Window| {
+        let entries = window.registry.entries();
+        entries.iter().any(|entry| entry.path.ends_with("link.so") && entry.asks_for_trust())
+    };
+    // Its renderer is on the screen: the rebuilt file is refused, and the question comes.
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = with_a_link(folder.path());
+    screen.window().settings.panes[0].renderers[0] = "flat".to_owned();
+    screen.settle();
+    turn_the_link(folder.path());
+    screen.until("the question", asks);
+    screen.until("the refusal", |window| window.messages.say("a place that is new here"));
+    assert!(!screen.window().messages.say("was rebuilt"));
+    screen.frames();
+    screen.harness.get_by_label("Use this plugin?");
+    screen.harness.get_by_label("leads to");
+
+    // Judged and not yet loaded: whenever the window notices, the stranger does not run.
+    let folder = tempfile::tempdir().unwrap();
+    let mut screen = with_a_link(folder.path());
+    screen.settle();
+    turn_the_link(folder.path());
+    screen.window().settings.panes[0].renderers[0] = "flat".to_owned();
+    screen.until("the question", asks);
+    let shown = |window: &mut crate::viewer::window::Window| {
+        window.panes[&0].sides[0].shown.as_ref().map(|shown| shown.renderer.clone())
+    };
+    // Either the file that was judged was loaded, or nothing was.
+    screen.until("an answer", |window| {
+        window.messages.say("a place that is new here") || shown(window).as_deref() == Some("flat")
+    });
+    assert!(!screen.window().messages.say("was rebuilt"));
+}
