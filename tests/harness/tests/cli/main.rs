@@ -15,6 +15,7 @@ mod lights;
 mod links;
 mod listing;
 mod machines;
+mod memory;
 mod messages;
 mod outputs;
 mod pictures;
