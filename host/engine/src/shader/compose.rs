@@ -5,6 +5,7 @@
 //! composer decorates, are turned back into `module::name` everywhere a person can see them.
 
 use super::bound_loops;
+use super::expanded;
 use super::large_stack::{MAX_ELSE, MAX_WGSL_BYTES};
 use super::numbered::{member_with_digit, numbered};
 use naga_oil::compose::{
@@ -192,6 +193,8 @@ impl Library {
             ShaderError::new(undecorated_text(&message))
         })?;
         check_variables(&module)?;
+        let size = expanded::check(&module)?;
+        tracing::debug!(size.function, size.expanded, "operations of a shader");
         Ok(Composed { module, info })
     }
 }

@@ -2,6 +2,7 @@
 
 mod bound_loops;
 mod compose;
+mod expanded;
 mod large_stack;
 mod members;
 mod numbered;

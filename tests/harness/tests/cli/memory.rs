@@ -96,3 +96,71 @@ fn what_a_file_announces_is_asked_for_before_it_is_taken() {
         desk.run(command).failed(&words);
     }
 }
+
+/// A pattern file whose functions each call the one before twice.
+fn doubling(n: u8) -> String {
+    let name = |i: u8| char::from(b'a' + i);
+    let mut text = "#import surfelshop::noise::Place\n#import procedural::pattern::{Look}\n\
+                    fn f_a(x: f32) -> f32 { return sin(x) * x; }\n"
+        .to_owned();
+    for i in 1..n {
+        let (own, before) = (name(i), name(i - 1));
+        text += &format!("fn f_{own}(x: f32) -> f32 {{ return f_{before}(f_{before}(x)); }}\n");
+    }
+    text + &look(&format!("f_{}(albedo.x)", name(n - 1)))
+}
+
+fn look(value: &str) -> String {
+    format!(
+        "fn look(at: Place, albedo: vec3<f32>) -> Look {{ return Look(albedo * {value}, 0.0, 0.5, \
+         0.0); }}\n"
+    )
+}
+
+#[test]
+fn shaders_that_would_explode_are_refused_with_pass_and_function() {
+    let desk = Desk::new();
+    put_points(&desk, "whole.ply", 10, true);
+    desk.put("calls.wgsl", &doubling(19));
+    let sum = vec!["albedo.x"; 12_000].join(" + ");
+    let imports = "#import surfelshop::noise::Place\n#import procedural::pattern::{Look}\n";
+    desk.put("sum.wgsl", &format!("{imports}{}", look(&format!("({sum})"))));
+    desk.put("few.wgsl", &doubling(5));
+    let render = "render whole.ply -r procedural -o y.png --size 16 --set file=";
+    for (file, words) in [
+        ("calls.wgsl", ["pass `procedural`: function `", "with those of all functions it calls"]),
+        ("sum.wgsl", ["pass `procedural`: function `", "operations, at most 8000"]),
+    ] {
+        desk.run(&format!("{render}{file}")).failed(&words);
+    }
+    desk.run(&format!("{render}few.wgsl")).done();
+    // A scene that came from a stranger.
+    desk.put(
+        "a.scene.toml",
+        "format = 1\n[[clouds]]\npath = 'whole.ply'\n[[views]]\nrenderer = \
+         'procedural'\nvalues = { file = 'calls.wgsl' }\n",
+    );
+    desk.run("render a.scene.toml -o y.png --size 16").failed(&["function `", "call fewer"]);
+    // A pipe is not waited for.
+    assert!(Command::new("mkfifo").arg(desk.at("pipe.wgsl")).status().unwrap().success());
+    desk.run(&format!("{render}pipe.wgsl")).failed(&["pipe.wgsl", "found something else"]);
+}
+
+#[test]
+fn shaders_of_this_project_are_far_below_what_is_refused() {
+    let desk = Desk::new().with("SURFELSHOP_LOG", "surfelshop_engine::shader=debug");
+    put_points(&desk, "whole.ply", 10, true);
+    let mut most = 0u64;
+    for renderer in ["environment", "procedural", "global-illumination"] {
+        let light = if renderer == "global-illumination" { "" } else { " --env sky" };
+        let ended = desk.run(&format!("render whole.ply -r {renderer} -o y.png --size 16{light}"));
+        assert_eq!(ended.code, 0, "{ended:?}");
+        for line in ended.stderr.lines().filter(|line| line.contains("operations of a shader")) {
+            // Whatever colours the log has.
+            let digits = line.rsplit(|c: char| !c.is_ascii_digit()).find(|word| !word.is_empty());
+            most = most.max(digits.unwrap().parse().unwrap());
+        }
+    }
+    // 4173 when this was written; four times as many must still be compiled.
+    assert!(most > 1000 && 4 * most <= 20_000, "{most}");
+}
