@@ -212,6 +212,14 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
     replace(path, |out| out.write_all(bytes), |error| error)
 }
 
+/// Opens a regular file to write behind what it holds, or makes it.
+///
+/// # Errors
+/// Where what stands there is no regular file or is write-protected, or the system refuses.
+pub fn append(path: &Path) -> io::Result<File> {
+    OpenOptions::new().append(true).create(true).open(replaceable(path)?)
+}
+
 /// Says early, before long work, that a file could not be written.
 ///
 /// # Errors

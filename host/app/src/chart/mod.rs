@@ -26,6 +26,8 @@ pub(crate) struct Chart<'a> {
     pub(crate) height: u32,
     pub(crate) x: Range<f64>,
     pub(crate) y: Range<f64>,
+    /// Below this the axis upwards has no numbers: what stands there has none.
+    pub(crate) no_marks_below: f64,
 }
 
 /// Pixels from left to right.
@@ -77,7 +79,10 @@ impl Chart<'_> {
             .y_desc(self.up)
             .light_line_style(TRANSPARENT)
             .x_label_formatter(&|value| label(*value))
-            .y_label_formatter(&|value| label(*value))
+            .y_label_formatter(&|value| match *value < self.no_marks_below {
+                true => String::new(),
+                false => label(*value),
+            })
             .draw()?;
         draw(&mut chart)?;
         root.present()?;

@@ -21,11 +21,12 @@ use crate::staging::{self, Staging};
 use crate::studio::{self, Studio};
 use crate::terminal::{self, Progress};
 use crate::{exr_file, surroundings};
-use anyhow::{Context as _, bail};
+use anyhow::{Context as _, bail, ensure};
 use candidate::Candidate;
 use measured::{Measured, Shot};
 use std::path::Path;
 use surfelshop_api::UnitKind;
+use surfelshop_engine::metrics;
 use surfelshop_engine::plugins::{Registry, UnitRef};
 use wanted::Named;
 
@@ -35,6 +36,15 @@ pub(crate) fn run(arguments: &CompareArguments, given: &Given) -> anyhow::Result
         if let metric @ ("psnr" | "ssim") = limit.metric.as_str() {
             bail!("more {metric} is better: expected --fail-below {metric}={}", limit.value);
         }
+    }
+    for limit in arguments.fail_above.iter().chain(&arguments.fail_below) {
+        let known = metrics::NAMES;
+        ensure!(
+            known.contains(&limit.metric.as_str()),
+            "there is no metric `{}`; there are: {}",
+            limit.metric,
+            known.join(", ")
+        );
     }
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();

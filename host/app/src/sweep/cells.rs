@@ -6,7 +6,10 @@ use crate::{exr_file, files};
 use anyhow::{Context as _, bail};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fs::File;
 use std::hash::{DefaultHasher, Hasher as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_engine::Image;
@@ -76,13 +79,86 @@ impl Cell {
     }
 }
 
-/// The cells of a folder.
+/// The cells of a folder: whole in one file, and what came since in another, a line each, so that what a cell
+/// takes to write does not grow with their number.
 pub(super) struct Kept {
     folder: PathBuf,
     key: String,
     column: RefCell<Option<String>>,
-    cells: RefCell<Vec<Cell>>,
+    cells: RefCell<Cells>,
     truth: RefCell<Vec<Fingerprint>>,
+    /// What was noted since it was last written.
+    news: RefCell<Vec<News>>,
+    log: RefCell<Option<File>>,
+    /// Times all cells were written.
+    #[cfg(test)]
+    pub(super) n_whole_writes: std::cell::Cell<usize>,
+}
+
+/// Cells in the order they came, found by knob and value.
+#[derive(Default)]
+struct Cells {
+    all: Vec<Cell>,
+    places: HashMap<(String, String), usize>,
+}
+
+impl Cells {
+    fn of(all: Vec<Cell>) -> Self {
+        let mut cells = Self::default();
+        all.into_iter().for_each(|cell| cells.put(cell));
+        cells
+    }
+
+    fn place(&self, knob: &str, value: &str) -> Option<usize> {
+        self.places.get(&(knob.to_owned(), value.to_owned())).copied()
+    }
+
+    fn put(&mut self, cell: Cell) {
+        match self.place(&cell.knob, &cell.value) {
+            Some(place) => self.all[place] = cell,
+            None => {
+                self.places.insert((cell.knob.clone(), cell.value.clone()), self.all.len());
+                self.all.push(cell);
+            }
+        }
+    }
+
+    /// Takes a line of the log, again or for the first time.
+    fn take(&mut self, what: What) {
+        match what {
+            What::Cell(cell) => self.put(cell),
+            What::Run { knob, value, number, run } => {
+                let place = self.place(&knob, &value);
+                if let Some(cell) = place.and_then(|place| self.all.get_mut(place))
+                    && cell.runs.len() == number
+                {
+                    cell.runs.push(run);
+                }
+            }
+            What::Fault { knob, value, fault } => {
+                let place = self.place(&knob, &value);
+                if let Some(cell) = place.and_then(|place| self.all.get_mut(place)) {
+                    cell.fault = Some(fault);
+                }
+            }
+        }
+    }
+}
+
+/// A line of the log.
+#[derive(Serialize, Deserialize)]
+struct News {
+    /// A sum of the key: lines of other reports in the same folder do not count.
+    of: u64,
+    what: What,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum What {
+    Cell(Cell),
+    Run { knob: String, value: String, number: usize, run: Run },
+    Fault { knob: String, value: String, fault: String },
 }
 
 #[derive(Serialize, Deserialize)]
@@ -95,18 +171,28 @@ struct Stored {
     cells: Vec<Cell>,
 }
 
+/// What tells lines of one key from those of others.
+fn sum(key: &str) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    hasher.write(key.as_bytes());
+    hasher.finish()
+}
+
 /// A file's name, its length and a hash of its bytes.
 type Fingerprint = (String, u64, u64);
 
 fn fingerprint(folder: &Path, name: &str) -> anyhow::Result<Fingerprint> {
-    let path = folder.join(name);
-    let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
+    let bytes = files::read_short(&folder.join(name), MOST_BYTES)?;
     let mut hasher = DefaultHasher::new();
     hasher.write(&bytes);
     Ok((name.to_owned(), bytes.len() as u64, hasher.finish()))
 }
 
 const CELLS: &str = "cells.json";
+/// What came since: a line each; one that was cut short by a kill is passed over.
+const LOG: &str = "cells.log";
+/// Most bytes of any file that is kept: pictures of the largest size that is drawn.
+const MOST_BYTES: u64 = 4 << 30;
 const TRUTH: &str = "reference.exr";
 const VARIANCE: &str = "reference-variance.exr";
 /// Numbers of 8 bytes, little-endian: the reference's own mean squared error, then its values.
@@ -116,19 +202,48 @@ impl Kept {
     /// Opens a folder; what was measured under another key counts for nothing.
     pub(super) fn open(folder: &Path, key: &str) -> anyhow::Result<Self> {
         let path = folder.join(CELLS);
-        let stored: Option<Stored> = match std::fs::read(&path) {
-            Ok(bytes) => Some(serde_json::from_slice(&bytes).with_context(|| {
-                format!("{}: it is no list of cells; name another folder", path.display())
-            })?),
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => None,
-            Err(error) => return Err(error).context(path.display().to_string()),
+        let stored: Option<Stored> = match path.exists() {
+            true => {
+                Some(serde_json::from_slice(&files::read_short(&path, MOST_BYTES)?).with_context(
+                    || format!("{}: it is no list of cells; name another folder", path.display()),
+                )?)
+            }
+            false => None,
         };
         let stored = stored.filter(|stored| stored.key == key);
+        let is_known = stored.is_some();
         let (column, truth, cells) =
             stored.map(|s| (s.column, s.truth, s.cells)).unwrap_or_default();
-        let (column, cells) = (RefCell::new(column), RefCell::new(cells));
-        let truth = RefCell::new(truth);
-        Ok(Self { folder: folder.to_owned(), key: key.to_owned(), column, cells, truth })
+        let mut cells = Cells::of(cells);
+        let log = folder.join(LOG);
+        let lines = if is_known && log.exists() {
+            files::read_short(&log, MOST_BYTES)?
+        } else {
+            Vec::new()
+        };
+        let of = sum(key);
+        for line in lines.split(|byte| *byte == b'\n') {
+            match serde_json::from_slice::<News>(line) {
+                Ok(news) if news.of == of => cells.take(news.what),
+                _ => {}
+            }
+        }
+        let kept = Self {
+            folder: folder.to_owned(),
+            key: key.to_owned(),
+            column: RefCell::new(column),
+            cells: RefCell::new(cells),
+            truth: RefCell::new(truth),
+            news: RefCell::default(),
+            log: RefCell::default(),
+            #[cfg(test)]
+            n_whole_writes: std::cell::Cell::new(0),
+        };
+        // The log is of this key from now on, and short.
+        if !is_known || !lines.is_empty() {
+            kept.store_all()?;
+        }
+        Ok(kept)
     }
 
     /// The names of the reference's files; none unless all of them are there as they were written.
@@ -146,7 +261,7 @@ impl Kept {
     fn note_truth(&self, names: &[&str]) -> anyhow::Result<()> {
         let all = names.iter().map(|name| fingerprint(&self.folder, name));
         self.truth.replace(all.collect::<anyhow::Result<_>>()?);
-        self.store()
+        self.store_all()
     }
 
     /// The column that is compared, where the reference of it is known.
@@ -157,33 +272,61 @@ impl Kept {
     /// A cell, where it has been measured.
     pub(super) fn cell(&self, knob: &str, value: &str) -> Option<Cell> {
         let cells = self.cells.borrow();
-        cells.iter().find(|cell| cell.knob == knob && cell.value == value).cloned()
+        cells.place(knob, value).and_then(|place| cells.all.get(place)).cloned()
     }
 
     /// Notes a cell, instead of what was known of it.
     pub(super) fn put(&self, cell: Cell) {
-        let mut cells = self.cells.borrow_mut();
-        cells.retain(|other| other.knob != cell.knob || other.value != cell.value);
-        cells.push(cell);
+        self.note(What::Cell(cell.clone()));
+        self.cells.borrow_mut().put(cell);
+    }
+
+    fn note(&self, what: What) {
+        self.news.borrow_mut().push(News { of: sum(&self.key), what });
     }
 
     /// Notes a run of a cell, or why there was none.
     pub(super) fn add(&self, knob: &str, value: &str, run: Result<Run, String>) {
-        let mut cells = self.cells.borrow_mut();
-        let of = |cell: &&mut Cell| cell.knob == knob && cell.value == value;
-        let Some(cell) = cells.iter_mut().find(of) else { return };
-        match run {
-            Ok(run) => cell.runs.push(run),
-            Err(line) => cell.fault = Some(line),
-        }
+        let Some(number) = self.cell(knob, value).map(|cell| cell.runs.len()) else { return };
+        let (knob, value) = (knob.to_owned(), value.to_owned());
+        let what = |knob, value| match &run {
+            Ok(run) => What::Run { knob, value, number, run: *run },
+            Err(line) => What::Fault { knob, value, fault: line.clone() },
+        };
+        self.note(what(knob.clone(), value.clone()));
+        self.cells.borrow_mut().take(what(knob, value));
     }
 
-    /// Writes all that is noted: the file is whole at any moment.
+    /// Writes what was noted since the last time behind what is there.
     pub(super) fn store(&self) -> anyhow::Result<()> {
-        let (column, cells) = (self.column(), self.cells.borrow().clone());
+        let news = self.news.take();
+        let mut lines = String::new();
+        for line in &news {
+            lines += &serde_json::to_string(line)?;
+            lines.push('\n');
+        }
+        let path = self.folder.join(LOG);
+        let mut log = self.log.borrow_mut();
+        let failed = || format!("{}: cannot be written", path.display());
+        let file = match &mut *log {
+            Some(file) => file,
+            none => none.insert(surfelshop_cloud::files::append(&path).with_context(failed)?),
+        };
+        file.write_all(lines.as_bytes()).with_context(failed)
+    }
+
+    /// Writes all cells, and begins a new log: after that nothing is in it.
+    pub(super) fn store_all(&self) -> anyhow::Result<()> {
+        #[cfg(test)]
+        self.n_whole_writes.set(self.n_whole_writes.get() + 1);
+        let (column, cells) = (self.column(), self.cells.borrow().all.clone());
         let truth = self.truth.borrow().clone();
         let stored = Stored { key: self.key.clone(), column, truth, cells };
-        files::write_whole(&self.folder.join(CELLS), serde_json::to_string(&stored)?.as_bytes())
+        files::write_whole(&self.folder.join(CELLS), serde_json::to_string(&stored)?.as_bytes())?;
+        // Lines that are in the cells already change nothing when they are read once more.
+        self.news.take();
+        self.log.take();
+        files::write_whole(&self.folder.join(LOG), b"")
     }
 
     /// The reference and its variance, where they are those of the key.
@@ -226,7 +369,7 @@ impl Kept {
         if !self.truth_files().iter().any(|file| file == VALUES) {
             return Ok(None);
         }
-        let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
+        let bytes = files::read_short(&path, MOST_BYTES)?;
         let (numbers, rest) = bytes.as_chunks::<8>();
         let mut numbers = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes));
         match (numbers.next(), rest) {

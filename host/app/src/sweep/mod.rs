@@ -122,6 +122,7 @@ fn sweep(
         }
     }
     drop(progress);
+    kept.store_all()?;
     let known: Vec<Cell> = values.iter().filter_map(|value| kept.cell(id, value)).collect();
     if let Some(last) = too_long
         && known.len() < values.len()

@@ -15,7 +15,7 @@ pub(super) fn svg(
     let time = swept.time.among(cells);
     let point = |cell: &Cell| {
         let at = (time.of(cell)?.0, cell.error("rmse")?);
-        (at.0 > 0.0 && at.1 > 0.0).then_some((at, cell.value.clone()))
+        (at.0 > 0.0 && at.1 >= 0.0).then_some((at, cell.value.clone()))
     };
     let points: Vec<((f64, f64), String)> = cells.iter().filter_map(point).collect();
     if points.len() < 2 {
@@ -24,24 +24,43 @@ pub(super) fn svg(
     let of = cells.iter().find_map(|cell| time.of(cell)).map_or("", |(_, of)| of);
     let noise = cells.iter().map(|cell| cell.noise).fold(0.0, f64::max);
     let floor = (noise > 0.0).then_some(noise);
+    let none = row_of_none(&points, floor);
+    // Where an error is drawn: none has no place on an axis in ratios, and a row of its own.
+    let drawn_at = |at: (f64, f64)| (at.0, if at.1 > 0.0 { at.1 } else { none });
+    let has_none = points.iter().any(|(at, _)| at.1 <= 0.0);
     let chart = Chart {
         title,
         across: &format!("milliseconds {of}"),
         up: swept.error,
         height: 460,
         x: range(points.iter().map(|(at, _)| at.0)),
-        y: range(points.iter().map(|(at, _)| at.1).chain(floor)),
+        y: range(points.iter().map(|(at, _)| drawn_at(*at).1).chain(floor)),
+        no_marks_below: if has_none { 1.5 * none } else { 0.0 },
     };
     let drawn = chart.svg(|canvas| {
-        let line = points.iter().map(|(at, _)| *at);
+        let line = points.iter().map(|(at, _)| drawn_at(*at));
         canvas.draw_series(LineSeries::new(line, BLUE.mix(0.5)))?;
         let best = front(&points);
-        canvas.draw_series(LineSeries::new(best.iter().copied(), BLUE.stroke_width(3)))?;
+        canvas.draw_series(LineSeries::new(
+            best.iter().copied().map(drawn_at),
+            BLUE.stroke_width(3),
+        ))?;
         for (at, value) in &points {
-            canvas.draw_series([Circle::new(*at, 4, BLUE.filled())])?;
+            let at = drawn_at(*at);
+            canvas.draw_series([Circle::new(at, 4, BLUE.filled())])?;
             // Above it to the right, where a line that falls leaves room.
             let label = Text::new(value.clone(), (6, -14), ("sans-serif", 13));
-            canvas.draw_series([EmptyElement::at(*at) + label])?;
+            canvas.draw_series([EmptyElement::at(at) + label])?;
+        }
+        if has_none {
+            let ends = [(chart.x.start, none), (chart.x.end, none)];
+            canvas.draw_series(LineSeries::new(ends, BLACK.mix(0.3)))?;
+            let label = Text::new(
+                "no error",
+                (6, 4),
+                ("sans-serif", 13).into_font().color(&BLACK.mix(0.6)),
+            );
+            canvas.draw_series([EmptyElement::at(ends[0]) + label])?;
         }
         if let Some(noise) = floor {
             let ends = [(chart.x.start, noise), (chart.x.end, noise)];
@@ -50,6 +69,14 @@ pub(super) fn svg(
         Ok(())
     });
     drawn.map(Some)
+}
+
+/// Where points without an error are drawn: a third below the smallest error and the noise.
+fn row_of_none(points: &[((f64, f64), String)], floor: Option<f64>) -> f64 {
+    let errors = points.iter().map(|(at, _)| at.1).chain(floor).filter(|error| *error > 0.0);
+    let least = errors.fold(f64::INFINITY, f64::min);
+    // Where nothing has an error any number will do.
+    if least.is_finite() { least / 3.0 } else { 1.0 }
 }
 
 /// The points that no other beats in both, by time.
@@ -68,6 +95,14 @@ pub(crate) fn front(points: &[((f64, f64), String)]) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn points_without_an_error_are_on_the_front_and_below_all_others() {
+        let points = [(1.0, 0.5), (2.0, 0.0), (3.0, 0.25), (4.0, 0.0)];
+        let points = points.map(|at| (at, String::new()));
+        assert_eq!(front(&points), [(1.0, 0.5), (2.0, 0.0)]);
+        assert!(row_of_none(&points, None) < 0.25 && row_of_none(&points, Some(0.1)) < 0.1);
+    }
 
     #[test]
     fn the_front_is_what_nothing_beats() {

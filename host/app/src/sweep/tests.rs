@@ -15,13 +15,15 @@ struct Clerk<'a> {
 
 impl Clerk<'_> {
     fn look(&mut self, what: String) {
-        let kept = std::fs::read_to_string(self.folder.join("cells.json")).unwrap_or_default();
-        let kept: serde_json::Value = serde_json::from_str(&kept).unwrap_or_default();
-        let cells = kept["cells"].as_array().cloned().unwrap_or_default();
-        let told = |cell: &serde_json::Value| {
-            (cell["value"].as_str().unwrap().to_owned(), cell["runs"].as_array().unwrap().len())
-        };
-        self.seen.push((what, cells.iter().map(told).collect()));
+        // What a report that is killed now finds when it goes on, in a folder of its own.
+        let copy = tempfile::tempdir().unwrap();
+        for name in ["cells.json", "cells.log"] {
+            std::fs::copy(self.folder.join(name), copy.path().join(name)).unwrap();
+        }
+        let kept = Kept::open(copy.path(), "key").unwrap();
+        let found = |value: &&str| kept.cell("k", value);
+        let cells = ["1", "2", "3"].iter().filter_map(found);
+        self.seen.push((what, cells.map(|cell| (cell.value, cell.runs.len())).collect()));
     }
 }
 
@@ -79,4 +81,34 @@ fn values_behind_one_that_took_too_long_are_not_begun() {
     }
     let (cells, seen) = turn(folder.path(), "--repeats 1 --longest 60");
     assert_eq!((cells.len(), seen.len()), (3, 2), "only the third is new: {seen:?}");
+}
+
+#[test]
+fn a_run_takes_as_much_to_write_however_many_there_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let kept = Kept::open(folder.path(), "key").unwrap();
+    let log = folder.path().join("cells.log");
+    let length = || log.metadata().unwrap().len();
+    let before = kept.n_whole_writes.get();
+    let mut steps = Vec::new();
+    for i in 0..3000u32 {
+        let value = format!("{i:04}");
+        let start = length();
+        kept.put(Cell::new("k", &value, &[("rmse", 0.5)], 1.0));
+        kept.store().unwrap();
+        kept.add("k", &value, Ok(Run { wall_ms: 1.0, own_passes_ms: None, cpu_ms: None }));
+        kept.store().unwrap();
+        steps.push(length() - start);
+    }
+    assert_eq!(kept.n_whole_writes.get(), before, "nothing is written whole");
+    assert!(steps.iter().all(|bytes| *bytes == steps[0]), "each takes as many bytes");
+    // A line that a kill cut short is passed over; what stands before it is found.
+    let mut text = std::fs::read(&log).unwrap();
+    text.truncate(text.len() - 3);
+    std::fs::write(&log, text).unwrap();
+    let again = Kept::open(folder.path(), "key").unwrap();
+    assert_eq!(again.cell("k", "2998").unwrap().runs.len(), 1);
+    assert_eq!(again.cell("k", "2999").unwrap().runs.len(), 0);
+    // Lines of another key are not its own.
+    assert!(Kept::open(folder.path(), "another").unwrap().cell("k", "0000").is_none());
 }

@@ -205,6 +205,22 @@ pub struct Maps {
     pub flip: Option<Image>,
 }
 
+/// The names of all numbers of [`Errors::named`], in its order.
+pub const NAMES: [&str; 12] = [
+    "rmse",
+    "rel_mse",
+    "rel_mse_without_outliers",
+    "max_absolute",
+    "psnr",
+    "ssim",
+    "flip.mean",
+    "flip.p50",
+    "flip.p95",
+    "flip.p99",
+    "flip.max",
+    "coverage_difference",
+];
+
 impl Errors {
     /// Root of the mean squared error that the reference itself has, in units of radiance: an error
     /// below cannot be told from none. 0 for a reference that is exact.

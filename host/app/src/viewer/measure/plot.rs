@@ -44,6 +44,8 @@ struct Drawing {
     points: Vec<((f64, f64), String)>,
     /// What the milliseconds are of.
     of: &'static str,
+    /// The least milliseconds of a value without error; infinite where there is none.
+    exact_ms: f64,
     /// The reference's own noise, where it has some.
     noise: Option<f64>,
     line: Color32,
@@ -61,10 +63,15 @@ pub(super) fn show(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) ->
     let cells = || measurement.cells.iter().flatten();
     let time = time(&measurement.cells);
     let noise = cells().map(|cell| cell.noise).fold(0.0, f64::max);
+    let exact = cells().filter(|cell| cell.error("rmse") == Some(0.0));
     let drawing = Drawing {
         knob: measurement.basis.knob.clone().unwrap_or_default(),
         points,
         of: cells().find_map(|cell| time.of(cell)).map_or("", |(_, of)| of),
+        exact_ms: exact
+            .filter_map(|cell| time.of(cell))
+            .map(|(ms, _)| ms)
+            .fold(f64::INFINITY, f64::min),
         noise: (noise > 0.0).then_some(noise),
         line: match ui.visuals().dark_mode {
             true => Color32::from_rgb(110, 170, 255),
@@ -93,7 +100,9 @@ impl Drawing {
     fn draw(&self, ui: &mut Ui) -> PlotTransform {
         let log = |(ms, error): &(f64, f64)| [ms.log10(), error.log10()];
         let all: Vec<[f64; 2]> = self.points.iter().map(|(at, _)| log(at)).collect();
-        let best: Vec<[f64; 2]> = front(&self.points).iter().map(log).collect();
+        // What is not drawn, since no error is left, beats what takes longer.
+        let best = front(&self.points).into_iter().filter(|(ms, _)| *ms < self.exact_ms);
+        let best: Vec<[f64; 2]> = best.map(|at| log(&at)).collect();
         let [x, y] = self.ranges();
         let marks = |mark: GridMark, _: &RangeInclusive<f64>| label(10f64.powf(mark.value));
         let axes = [
