@@ -8,6 +8,7 @@ use crate::terminal::Progress;
 use crate::tool_run::{LeftBehind, Step};
 use crate::{files, info, interrupt, made, settings, studio, terminal, tool_run};
 use anyhow::{anyhow, bail};
+use glam::DQuat;
 use serde_json::{Map, Value, json};
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -15,7 +16,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
 use surfelshop_cloud::scene;
-use surfelshop_cloud::{Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, WriteOptions};
+use surfelshop_cloud::{
+    Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, Transform, WriteOptions,
+};
 use surfelshop_engine::plugins::UnitRef;
 use surfelshop_engine::tools::{Done, ToolOptions};
 
@@ -110,6 +113,40 @@ fn steps(arguments: &BakeArguments) -> anyhow::Result<Vec<Step>> {
     units.into_iter().zip(typed).map(step).collect()
 }
 
+/// Columns that are named one by one.
+const MOST_NAMED: usize = 8;
+
+/// A sentence about columns that may hold lengths or directions, which nobody here can tell, where the cloud was
+/// scaled or turned.
+fn left_as_they_were(cloud: &Cloud, how: &Transform) -> Option<String> {
+    let turned = how.rotation.quaternion().is_some_and(|q| q.angle_between(DQuat::IDENTITY) > 0.0);
+    let scaled = how.scale != 1.0;
+    let done = match (scaled, turned) {
+        (true, true) => "scaled and turned",
+        (true, false) => "scaled",
+        (false, true) => "turned",
+        (false, false) => return None,
+    };
+    let may_be_meant = |column: &&Column| {
+        let is_float = matches!(column.values(), Buffer::F32(_) | Buffer::F64(_));
+        is_float && !surfelshop_cloud::is_well_known(column.name())
+    };
+    let names: Vec<&str> = cloud.columns().iter().filter(may_be_meant).map(Column::name).collect();
+    if names.is_empty() {
+        return None;
+    }
+    let more = match names.len().saturating_sub(MOST_NAMED) {
+        0 => String::new(),
+        n => format!(" and {n} others"),
+    };
+    let named = names.iter().take(MOST_NAMED).map(|name| format!("`{name}`"));
+    let named = named.collect::<Vec<_>>().join(", ");
+    Some(format!(
+        "the scene has the cloud {done}; {named}{more} stayed as they were: if they hold lengths, \
+         directions or rotations, they are wrong now"
+    ))
+}
+
 /// Reads, runs the tools and writes.
 fn bake(
     arguments: &BakeArguments,
@@ -123,8 +160,13 @@ fn bake(
         let tell = |fraction| asked(progress.tell(fraction));
         surfelshop_cloud::read(file, &ReadOptions { progress: &tell, ..ReadOptions::default() })
     };
+    let transform = source.transform;
     let loaded = Clouds::read_with(&[source], read)?.loaded.pop();
-    let loaded = loaded.ok_or_else(|| anyhow!("no cloud was read"))?;
+    let mut loaded = loaded.ok_or_else(|| anyhow!("no cloud was read"))?;
+    loaded
+        .summary
+        .warnings
+        .extend(transform.and_then(|how| left_as_they_were(&loaded.cloud, &how)));
     let (mut cloud, mut baked) = (loaded.cloud.clone(), Vec::new());
     let options = ToolOptions {
         patience: arguments.plugins.patience(),

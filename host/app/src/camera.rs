@@ -1,7 +1,7 @@
 //! Where the camera stands: presets that frame the whole cloud, or a place typed in numbers.
 
 use crate::arguments::{LensArguments, UpAxis};
-use crate::values::{field_of_view, numbers};
+use crate::values::{self, field_of_view};
 use glam::DVec3;
 use surfelshop_api::{Camera, Projection, View};
 
@@ -54,8 +54,9 @@ impl CameraSpec {
         }
         let parts: Vec<&str> = text.split(';').collect();
         let vector = |what: &str, part: &str| {
-            numbers::<3>(part).map(DVec3::from).ok_or_else(|| {
-                format!("expected the {what} as three numbers x,y,z, found `{}`", part.trim())
+            values::vector(part).unwrap_or_else(|| {
+                let found = part.trim();
+                Err(format!("expected the {what} as three numbers x,y,z, found `{found}`"))
             })
         };
         if parts.len() > 4 {

@@ -144,11 +144,10 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
 
 fn points(summary: &Summary) -> String {
     let Summary { n_surfels, n_in_file, n_dropped, .. } = summary;
+    let why = summary.why_dropped();
     match n_dropped {
         0 => n_surfels.to_string(),
-        _ => format!(
-            "{n_surfels}; {n_dropped} of {n_in_file} dropped, their coordinates are not finite"
-        ),
+        _ => format!("{n_surfels}; {n_dropped} of {n_in_file} dropped, {why}"),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Lights as they are typed: directions, points and spots.
 
-use crate::values::numbers;
+use crate::values::{numbers, vector};
 use glam::{DVec3, Vec3};
 use surfelshop_api::{Light, Scene};
 use surfelshop_cloud::scene::{DEFAULT_SPOT_DEG, DEFAULT_SPOT_SOFTNESS};
@@ -50,7 +50,7 @@ fn directional(place: &str, rest: &[&str]) -> Result<Light, String> {
         };
         return Ok(Light::Directional { towards, radiance, follows_camera: true });
     }
-    let towards = DVec3::from(numbers::<3>(place).ok_or(DIRECTIONAL)?);
+    let towards = vector(place).ok_or(DIRECTIONAL)??;
     if towards.try_normalize().is_none() {
         return Err("expected a direction, found 0,0,0".to_owned());
     }
@@ -63,7 +63,7 @@ fn point(rest: &[&str]) -> Result<Light, String> {
         [place, intensity] => (place, amount(intensity, "intensity").ok_or(POINT)??),
         _ => return Err(POINT.to_owned()),
     };
-    let position = DVec3::from(numbers::<3>(place).ok_or(POINT)?);
+    let position = vector(place).ok_or(POINT)??;
     Ok(Light::Point { position, intensity })
 }
 
@@ -77,8 +77,8 @@ fn spot(rest: &[&str]) -> Result<Light, String> {
         [cone, intensity] => (Some(*cone), Some(*intensity)),
         _ => return Err(SPOT.to_owned()),
     };
-    let position = DVec3::from(numbers::<3>(place).ok_or(SPOT)?);
-    let target = DVec3::from(numbers::<3>(target).ok_or(SPOT)?);
+    let position = vector(place).ok_or(SPOT)??;
+    let target = vector(target).ok_or(SPOT)??;
     if (target - position).try_normalize().is_none() {
         return Err("expected a spot turned to another point than its place".to_owned());
     }
@@ -139,6 +139,9 @@ mod tests {
         let refusal = |text: &str| LightSpec::parse(text).unwrap_err();
         assert_eq!(refusal("0,0,0"), "expected a direction, found 0,0,0");
         assert_eq!(refusal("1,2,3:1,1,-1"), "expected a radiance of 0 or more");
+        for far in ["1e308,0,0", "point:0,-1e38,0", "spot:0,0,0:1e200,0,0"] {
+            assert!(refusal(far).contains("three numbers from -1e37 to 1e37, found `"), "{far}");
+        }
         assert_eq!(refusal("1,2,3:1,1,1e39"), "expected a radiance of 0 or more, at most 3.4e38");
     }
 

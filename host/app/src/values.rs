@@ -1,5 +1,6 @@
 //! Values of options as they are typed: each reader says what it expected.
 
+use glam::DVec3;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use surfelshop_api::graph::Output;
@@ -154,6 +155,19 @@ pub(crate) fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
         *number = parts.next()?.trim().parse().ok().filter(|number: &f64| number.is_finite())?;
     }
     parts.next().is_none().then_some(numbers)
+}
+
+/// Farthest place on any axis, as in scenes: beyond it squares of distances are no numbers in single precision's
+/// range.
+const FARTHEST: f64 = 1e37;
+
+/// Reads a place or a direction; `None` where it is not three numbers.
+pub(crate) fn vector(text: &str) -> Option<Result<DVec3, String>> {
+    let found = DVec3::from(numbers::<3>(text)?);
+    Some(match found.abs().max_element() <= FARTHEST {
+        true => Ok(found),
+        false => Err(format!("expected three numbers from -1e37 to 1e37, found `{}`", text.trim())),
+    })
 }
 
 /// What stands behind the cloud.

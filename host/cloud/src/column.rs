@@ -143,6 +143,7 @@ fn well_known_type(name: &str) -> Option<&'static [(Element, u32)]> {
 }
 
 /// Whether a name stands for a column that the host gives a meaning.
-pub(crate) fn is_well_known(name: &str) -> bool {
+#[must_use]
+pub fn is_well_known(name: &str) -> bool {
     well_known_type(name).is_some()
 }

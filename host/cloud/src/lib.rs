@@ -44,7 +44,7 @@ mod write;
 
 pub use buffer::Buffer;
 pub use cloud::Cloud;
-pub use column::Column;
+pub use column::{Column, is_well_known};
 pub use edit::{Edited, Staged};
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
 pub use provenance::{CloudMade, How, Made};

@@ -53,8 +53,11 @@ pub struct Summary {
     pub n_in_file: u64,
     /// Surfels of the cloud.
     pub n_surfels: u64,
-    /// Points left out because a coordinate is not finite in single precision.
+    /// Points left out because a coordinate is not finite, or too large.
     pub n_dropped: u64,
+    /// Of these, points whose coordinates are finite and too large for single precision: beyond a quarter of
+    /// its range, 8.5e37, so that differences and diagonals have numbers.
+    pub n_too_large: u64,
     /// Triangles between the surfels.
     pub n_triangles: u64,
     /// World position that the positions are relative to.
@@ -85,15 +88,25 @@ fn counts(parts: &[(u64, &str)]) -> String {
     if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
 }
 
+impl Summary {
+    /// Why points were left out, as it reads behind their number.
+    #[must_use]
+    pub fn why_dropped(&self) -> String {
+        let too_large = "their coordinates exceed 8.5e37; scale the file";
+        match (self.n_dropped - self.n_too_large, self.n_too_large) {
+            (_, 0) => "their coordinates are not finite".to_owned(),
+            (0, _) => too_large.to_owned(),
+            (n, _) => format!("the coordinates of {n} are not finite; of the others {too_large}"),
+        }
+    }
+}
+
 impl fmt::Display for Summary {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, format, n_surfels, n_in_file, n_dropped, .. } = self;
         write!(out, "{file}: {n_surfels} surfels ({format}, {:.2} s)", self.seconds)?;
         if *n_dropped > 0 {
-            write!(
-                out,
-                "\n  dropped {n_dropped} of {n_in_file} points without finite coordinates"
-            )?;
+            write!(out, "\n  dropped {n_dropped} of {n_in_file} points, {}", self.why_dropped())?;
         }
         if self.n_triangles > 0 {
             write!(out, "\n  {} triangles", self.n_triangles)?;

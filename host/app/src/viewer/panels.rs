@@ -91,7 +91,8 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
         }
         // What was done to the points, as `info` says it.
         let done = [
-            (summary.n_dropped, "dropped: not finite"),
+            (summary.n_dropped - summary.n_too_large, "dropped: not finite"),
+            (summary.n_too_large, "dropped: coordinates above 8.5e37"),
             (summary.normals.estimated + summary.normals.repaired, "normals estimated"),
             (summary.radii.estimated, "radii estimated"),
             (summary.radii.clamped, "radii shortened"),

@@ -27,7 +27,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Placed, R
         && let Some(Buffer::F32(coordinates)) = table.take_woven(&names)
     {
         let usable = |coordinate: f32| f64::from(coordinate.abs()) <= MAX_COORDINATE;
-        let coordinates = keep_usable(coordinates, table, summary, usable);
+        let coordinates = keep_usable(coordinates, table, summary, usable, f32::is_finite);
         let positions: Vec<Vec3> = whole_vectors(coordinates);
         let (origin, bounds) = origin(table, || positions.iter().map(|p| p.as_dvec3()));
         if origin == DVec3::ZERO {
@@ -48,7 +48,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Placed, R
         }
     };
     let usable = |coordinate: f64| coordinate.abs() <= MAX_COORDINATE;
-    let coordinates = keep_usable(coordinates, table, summary, usable);
+    let coordinates = keep_usable(coordinates, table, summary, usable, f64::is_finite);
     let points: Vec<DVec3> = whole_vectors(coordinates);
     let (origin, _) = origin(table, || points.iter().copied());
     Ok(placed(origin, points.iter().copied()))
@@ -60,6 +60,7 @@ fn keep_usable<T: Copy>(
     table: &mut Table,
     summary: &mut Summary,
     usable: impl Fn(T) -> bool,
+    finite: impl Fn(T) -> bool,
 ) -> Vec<T> {
     // Blocks without a way out of the loop are tested several numbers at a time.
     let all = |block: &[T]| block.iter().fold(true, |all, &number| all & usable(number));
@@ -69,6 +70,9 @@ fn keep_usable<T: Copy>(
     let (points, _) = coordinates.as_chunks::<3>();
     let mask: Vec<bool> = points.iter().map(|point| all(point)).collect();
     summary.n_dropped = mask.iter().filter(|keep| !**keep).count() as u64;
+    let is_finite = |point: &&[T; 3]| point.iter().all(|&number| finite(number));
+    let n_finite = points.iter().filter(is_finite).count() as u64;
+    summary.n_too_large = n_finite - (points.len() as u64 - summary.n_dropped);
     table.keep(&mask);
     let mut place = 0;
     coordinates.retain(|_| {

@@ -288,3 +288,21 @@ fn pipes_are_refused_without_waiting_for_a_writer() {
     let error = read(&path, &ReadOptions::default()).unwrap_err().to_string();
     assert!(error.contains("a pipe or device"), "{error}");
 }
+
+#[test]
+fn coordinates_that_are_too_large_are_not_called_infinite() {
+    for (kind, large) in [("float", "1e38"), ("double", "1e100"), ("double", "-1e38")] {
+        let text = format!(
+            "ply\nformat ascii 1.0\nelement vertex 4\nproperty {kind} x\nproperty {kind} y\nproperty \
+             {kind} z\nend_header\n0 0 0\n1 0 0\n0 {large} 0\n0 nan 0\n"
+        );
+        let summary = load(text.as_bytes()).summary;
+        assert_eq!((summary.n_dropped, summary.n_too_large), (2, 1), "{large}");
+        let why = summary.why_dropped();
+        assert_eq!(
+            why,
+            "the coordinates of 1 are not finite; of the others their coordinates exceed 8.5e37; \
+             scale the file"
+        );
+    }
+}

@@ -182,3 +182,40 @@ fn patterns_are_baked_into_colours() {
     desk.run_with(&[&line[..], &["--set", "file=none.wgsl"]].concat())
         .failed(&["none.wgsl: No such file"]);
 }
+
+#[test]
+fn columns_that_a_scene_cannot_scale_or_turn_are_named() {
+    let desk = Desk::new();
+    desk.put(
+        "in.ply",
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float \
+         z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float radius\nproperty \
+         float scale_0\nproperty float rot_0\nproperty int label\nend_header\n0 0 0 0 0 1 1 2 1 7\n",
+    );
+    for (transform, done) in [
+        ("scale = 2.0", Some("scaled")),
+        ("rotation = [0, 90, 0]", Some("turned")),
+        ("scale = 2.0, rotation = [0, 90, 0]", Some("scaled and turned")),
+        ("translation = [1, 2, 3]", None),
+    ] {
+        desk.put(
+            "a.scene.toml",
+            &format!("format = 1\n[[clouds]]\npath = 'in.ply'\ntransform = {{ {transform} }}\n"),
+        );
+        let told = desk.run("bake a.scene.toml -t radii -o out.ply").done().stdout;
+        let warning = told.lines().find(|line| line.contains("stayed as they were"));
+        match done {
+            Some(done) => {
+                let warning = warning.unwrap_or_else(|| panic!("{transform}: {told}"));
+                assert!(
+                    warning.contains(&format!("{done}; `scale_0`, `rot_0` stayed")),
+                    "{warning}"
+                );
+            }
+            None => assert_eq!(warning, None, "{transform}"),
+        }
+        let object = desk.run("bake a.scene.toml -t radii -o out.ply --json").json();
+        let warnings = object["cloud"]["warnings"].as_array().unwrap();
+        assert_eq!(warnings.len(), usize::from(done.is_some()), "{warnings:?}");
+    }
+}

@@ -55,7 +55,8 @@ fn a_picture_serves_as_reference_and_limits_decide_the_exit() {
     desk.run(&format!("{line} --fail-above rmse=0.000001"))
         .failed(&["rmse of `ewa-phong` is 0.", "above"]);
     assert!(desk.at("out/index.html").is_file(), "the page is there all the same");
-    desk.run(&format!("{line} --fail-above beauty=1")).failed(&["has no beauty", "rmse, rel_mse"]);
+    desk.run(&format!("{line} --fail-above beauty=1"))
+        .failed(&["no metric `beauty`", "rmse, rel_mse"]);
     desk.run(&format!("{line} --fail-above rmse")).misused(&["METRIC=VALUE"]);
     desk.run(&format!("{line} --fail-above psnr=30")).failed(&["--fail-below psnr=30"]);
     desk.run(&format!("{line} --fail-below psnr=90"))
@@ -248,4 +249,15 @@ fn a_picture_that_promises_too_much_is_refused_before_there_is_memory_for_it() {
     std::fs::write(desk.at("huge.exr"), bytes).unwrap();
     let line = format!("compare two.ply -r flat --reference huge.exr -o out {SMALL}");
     desk.run(&line).failed(&["huge.exr", "expected at most 268435456 pixels", "48000000000"]);
+}
+
+#[test]
+fn a_limit_on_what_is_no_metric_is_refused_before_anything_is_drawn() {
+    let desk = Desk::new();
+    desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 0.5)]);
+    for option in ["--fail-above x=1", "--fail-below x=1"] {
+        desk.run(&format!("compare one.ply -r flat -r ewa-phong --size 16 -o out {option}"))
+            .failed(&["there is no metric `x`", "flip.mean"]);
+        assert_eq!(desk.files(), ["one.ply"]);
+    }
 }

@@ -122,9 +122,10 @@ fn shaders_that_would_explode_are_refused_with_pass_and_function() {
     let desk = Desk::new();
     put_points(&desk, "whole.ply", 10, true);
     desk.put("calls.wgsl", &doubling(19));
-    let sum = vec!["albedo.x"; 12_000].join(" + ");
-    let imports = "#import surfelshop::noise::Place\n#import procedural::pattern::{Look}\n";
-    desk.put("sum.wgsl", &format!("{imports}{}", look(&format!("({sum})"))));
+    let sum = vec!["x"; 12_000].join(" + ");
+    let head = "#import surfelshop::noise::Place\n#import procedural::pattern::{Look}\n";
+    let sum = format!("{head}fn sum_of(x: f32) -> f32 {{ return {sum}; }}\n");
+    desk.put("sum.wgsl", &(sum + &look("sum_of(albedo.x)")));
     desk.put("few.wgsl", &doubling(5));
     let render = "render whole.ply -r procedural -o y.png --size 16 --set file=";
     for (file, words) in [

@@ -190,7 +190,20 @@ fn a_report_that_is_killed_goes_on_where_it_was() {
     let mut child = command.stderr(std::process::Stdio::null()).spawn().unwrap();
     let noted = || -> Option<Vec<Value>> {
         let text = std::fs::read_to_string(desk.at("out/cells.json")).ok()?;
-        serde_json::from_str::<Value>(&text).unwrap()["cells"].as_array().cloned()
+        let stored: Value = serde_json::from_str(&text).unwrap();
+        let mut cells = stored["cells"].as_array().cloned()?;
+        // What came since, a line each; the last one may be half there.
+        let log = std::fs::read_to_string(desk.at("out/cells.log")).ok()?;
+        for what in log.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok()) {
+            let what = &what["what"];
+            if let Some(cell) = what.get("cell") {
+                cells.push(cell.clone());
+            } else if let Some(run) = what.get("run") {
+                let cell = cells.iter_mut().find(|cell| cell["value"] == run["value"]).unwrap();
+                cell["runs"].as_array_mut().unwrap().push(run["run"].clone());
+            }
+        }
+        Some(cells)
     };
     let n_runs = |cells: &[Value]| -> usize {
         cells.iter().map(|cell| cell["runs"].as_array().unwrap().len()).sum()
