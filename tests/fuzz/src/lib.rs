@@ -7,15 +7,19 @@
 //! Invariants: inputs are never trusted by the functions themselves; what they call is what the program
 //! calls.
 
+mod cloud;
 mod device;
 mod graph;
 mod manifest;
+mod mutate;
 mod parameters;
 mod scene;
 mod shader;
 
+pub use cloud::{cloud, probe};
 pub use graph::graph;
 pub use manifest::manifest;
+pub use mutate::{Chance, mutated};
 pub use parameters::parameters;
 pub use scene::scene;
 pub use shader::shader;
@@ -28,10 +32,12 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 5] = [
+pub const TARGETS: [(&str, Target); 7] = [
+    ("cloud", cloud),
     ("graph", graph),
     ("manifest", manifest),
     ("parameters", parameters),
+    ("probe", probe),
     ("scene", scene),
     ("shader", shader),
 ];
