@@ -102,6 +102,8 @@ fn for_any_screen() -> eframe::egui_wgpu::WgpuConfiguration {
             let limits = &mut device.required_limits;
             limits.max_texture_dimension_2d =
                 adapter.limits().max_texture_dimension_2d.max(limits.max_texture_dimension_2d);
+            // It holds a few pictures, which come and go.
+            device.memory_hints = eframe::wgpu::MemoryHints::MemoryUsage;
             device
         });
     }

@@ -147,6 +147,17 @@ impl Side {
         true
     }
 
+    /// Lets go of a picture of another size than the pane has, which is not on show; says whether there
+    /// was one.
+    pub(crate) fn let_other_size_go(&mut self, size_px: [u32; 2]) -> bool {
+        let is_other = |shown: &Shown| shown.shot.size != size_px;
+        let goes = !self.waits() && self.shown.as_ref().is_some_and(is_other);
+        if goes {
+            (self.shown, self.ordered) = (None, None);
+        }
+        goes
+    }
+
     /// Takes a picture, or the reason why there is none.
     pub(crate) fn take(
         &mut self,
@@ -220,6 +231,11 @@ impl Pane {
     /// A pane that shows nothing yet.
     pub(crate) fn new() -> Self {
         Self { heat_full: 0.1, ..Self::default() }
+    }
+
+    /// Lets go of how the pictures differ, where there are not two any more.
+    pub(crate) fn let_comparison_go(&mut self) {
+        (self.difference, self.heat) = (None, None);
     }
 
     /// How the two pictures shown differ; `None` until there are two of equal size.

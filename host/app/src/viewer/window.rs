@@ -260,11 +260,18 @@ impl Window {
             if pane.size_px[0] == 0 || pane.size_px[1] == 0 {
                 continue;
             }
+            if settings.mode.sides() < 2 {
+                pane.let_comparison_go();
+            }
             let (shown_sides, hidden) = pane.sides.split_at_mut(settings.mode.sides());
-            if let [side] = hidden
-                && side.is_to_rest()
-            {
-                self.darkroom.add(Task::Rest(Place { pane: settings.id, side: 1 }));
+            if let [side] = hidden {
+                let place = Place { pane: settings.id, side: 1 };
+                if side.is_to_rest() {
+                    self.darkroom.add(Task::Rest(place));
+                }
+                if side.let_other_size_go(pane.size_px) {
+                    self.darkroom.let_go(place);
+                }
             }
             for (side, side_state) in shown_sides.iter_mut().enumerate() {
                 let wanted = Wanted {
