@@ -6,7 +6,7 @@
 mod listing;
 
 use eframe::egui::{self, Align, Context, Id, Key, Label, Layout, Modal, Modifiers, RichText, Ui};
-use listing::{Entry, Listing, fits, list, typed};
+use listing::{Entry, Listing, list, typed};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -358,9 +358,4 @@ fn size(bytes: u64) -> String {
         1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
         _ => format!("{:.1} GB", bytes as f64 / 1e9),
     }
-}
-
-/// Whether a name has one of the endings of a request.
-pub(crate) fn has_ending(path: &Path, request: &Request) -> bool {
-    fits(path, &request.endings)
 }
