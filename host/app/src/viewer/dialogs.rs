@@ -182,7 +182,8 @@ fn suggested_name(window: &Window, item: usize) -> String {
 /// Asks the system for files; waits for the user.
 fn ask_system(request: Request) -> Vec<PathBuf> {
     let mut dialog = rfd::FileDialog::new().set_title(request.title);
-    if !request.endings.is_empty() && !matches!(&request.purpose, Purpose::Save { name, .. } if name.ends_with(".toml"))
+    if !request.endings.is_empty()
+        && !matches!(&request.purpose, Purpose::Save { name, .. } if name.ends_with(".toml"))
     {
         dialog = dialog.add_filter(request.filter, &request.endings);
     }
@@ -222,12 +223,13 @@ pub(crate) fn dialog(window: &mut Window, ctx: &Context, asked: Asked) {
 /// Opens the program's own dialog in the place of the system's.
 fn open_own(window: &mut Window, asked: Asked, reason: &str) {
     tracing::debug!("a file dialog of the program's own: {reason}");
-    let why = format!("The program's own file list: {reason}.");
+    let why = format!("Not the desktop's own dialog: {reason}.");
     if !std::mem::replace(&mut window.dialogs.told, true) {
-        window.messages.tell(format!("the program shows file lists of its own: {reason}"));
+        window.messages.tell(format!("the program shows file dialogs of its own: {reason}"));
     }
     let shown = window.scene_path.as_ref().or(window.files.first());
-    let beside = shown.and_then(|file| std::path::absolute(file).ok()?.parent().map(Path::to_owned));
+    let beside =
+        shown.and_then(|file| std::path::absolute(file).ok()?.parent().map(Path::to_owned));
     let folder = beside.filter(|folder| folder.is_dir()).unwrap_or_else(|| PathBuf::from("."));
     let own = FileDialog::new(request(window, &asked), &folder, why);
     window.dialogs.open = Some((asked, Open::Own(Box::new(own))));

@@ -48,7 +48,10 @@ mod bus {
 
     /// Asks the portal for the version of its file dialogs, which it has only where a desktop makes them.
     async fn ask() -> Result<(), String> {
-        let none = |error: zbus::Error| format!("there is no session bus ({error})");
+        let none = |error: zbus::Error| {
+            tracing::debug!("no session bus: {error}");
+            "no session bus of the desktop can be reached".to_owned()
+        };
         let bus = zbus::connection::Builder::session().map_err(none)?;
         let bus = bus.method_timeout(PATIENCE).build().await.map_err(none)?;
         let asked = ("org.freedesktop.portal.FileChooser", "version");
@@ -61,6 +64,9 @@ mod bus {
         )
         .await
         .map(drop)
-        .map_err(|error| format!("no desktop portal has file dialogs ({error})"))
+        .map_err(|error| {
+            tracing::debug!("no desktop portal: {error}");
+            "the desktop has no portal (xdg-desktop-portal) with file dialogs".to_owned()
+        })
     }
 }

@@ -2,8 +2,8 @@
 
 use super::arrangement;
 use super::darkroom::{Darkroom, Place, Task, UnitConduct};
-use super::export::{self, Export, ExportWindow};
 use super::dialogs::Dialogs;
+use super::export::{self, Export, ExportWindow};
 use super::history::{History, State};
 use super::leaving::{self, Leaving};
 use super::loading::Loading;

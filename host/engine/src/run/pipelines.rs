@@ -275,3 +275,34 @@ impl Pipelines {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::Gpu;
+
+    #[test]
+    fn pipelines_are_bounded_and_the_oldest_goes() {
+        let gpu = Gpu::noop().unwrap();
+        let mut pipelines = Pipelines::new(gpu.device.clone()).unwrap();
+        let made = |pipelines: &mut Pipelines, i: usize| {
+            let source = format!("const N = {i}u;\n@compute @workgroup_size(1) fn main() {{}}");
+            let shader = pipelines.shader(&source, &[]).unwrap();
+            pipelines.compute("test", &shader, "main", &Settings::default()).unwrap();
+            pipelines.counts.pipelines
+        };
+        let n = MOST_PIPELINES + 2 * KEPT_FRAMES;
+        for i in 0..n {
+            pipelines.next_frame();
+            made(&mut pipelines, i);
+            // Those of the last frames are kept in any case.
+            assert!(pipelines.n_pipelines() <= MOST_PIPELINES + KEPT_FRAMES + 1);
+        }
+        (0..=KEPT_FRAMES).for_each(|_| pipelines.next_frame());
+        assert_eq!(pipelines.n_pipelines(), MOST_PIPELINES);
+        assert!(pipelines.n_modules() <= MOST_PIPELINES + 1);
+        let before = pipelines.counts.pipelines;
+        assert_eq!(made(&mut pipelines, n - 1), before, "the newest is there");
+        assert_eq!(made(&mut pipelines, 0), before + 1, "the oldest is made anew");
+    }
+}

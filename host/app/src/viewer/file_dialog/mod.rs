@@ -243,7 +243,8 @@ impl FileDialog {
         ui.add_space(4.0);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let (text, n_files) = (if self.saves() { "save" } else { "open" }, self.chosen.len());
-            let text = if n_files > 1 { format!("{text} {n_files} files") } else { text.to_owned() };
+            let text =
+                if n_files > 1 { format!("{text} {n_files} files") } else { text.to_owned() };
             if ui.button(text).clicked() {
                 outcome = self.accept();
             }
@@ -276,8 +277,8 @@ impl FileDialog {
 
     fn list(&mut self, ui: &mut Ui) -> Option<Outcome> {
         let (mut clicked, mut outcome) = (None, None);
-        let height = ui.text_style_height(&egui::TextStyle::Body)
-            + 2.0 * ui.spacing().button_padding.y;
+        let height =
+            ui.text_style_height(&egui::TextStyle::Body) + 2.0 * ui.spacing().button_padding.y;
         let n = self.listing.entries.len();
         let mut area = egui::ScrollArea::vertical().auto_shrink(false).max_height(LIST_HEIGHT);
         if std::mem::take(&mut self.follows)
@@ -343,7 +344,8 @@ fn name_id() -> Id {
 fn row(ui: &mut Ui, entry: &Entry, chosen: bool, height: f32) -> egui::Response {
     let name = RichText::new(entry.name());
     let name = if entry.is_folder { name.strong() } else { name };
-    let mut button = egui::Button::selectable(chosen, name).min_size([ui.available_width(), height].into());
+    let mut button =
+        egui::Button::selectable(chosen, name).min_size([ui.available_width(), height].into());
     if !entry.is_folder {
         button = button.right_text(RichText::new(size(entry.len)).weak());
     }

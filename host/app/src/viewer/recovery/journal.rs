@@ -210,7 +210,8 @@ impl Writer {
     /// Whether a cloud is not wanted any more.
     fn is_stale(&self, generations_of: &[u64]) -> bool {
         let shared = self.lock();
-        let wanted = |wish: &Wish| wish.edited.iter().any(|e| generations(&e.cloud) == generations_of);
+        let wanted =
+            |wish: &Wish| wish.edited.iter().any(|e| generations(&e.cloud) == generations_of);
         shared.end == Some(End::Remove) || shared.wish.as_ref().is_some_and(|wish| !wanted(wish))
     }
 

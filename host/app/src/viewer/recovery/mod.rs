@@ -12,10 +12,10 @@ use super::scene_file;
 use super::stock::Stock;
 use super::window::Window;
 use eframe::egui::{Context, Id, Modal, Ui};
-use journal::{Edited, Journal, Wish};
 pub(crate) use journal::End;
-use session::{Left, Manifest};
+use journal::{Edited, Journal, Wish};
 pub(crate) use session::Row;
+use session::{Left, Manifest};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 use surfelshop_cloud::scene::{self, SceneCloud, SceneFile};
@@ -80,7 +80,6 @@ pub(crate) fn keep(window: &mut Window, ctx: &Context) {
     }
 }
 
-
 /// What is to be on disk of these clouds.
 fn wish(window: &Window, stock: &Stock) -> Wish {
     let is_edited = stock.items().iter().any(super::stock::Item::is_unsaved);
@@ -101,7 +100,9 @@ fn wish(window: &Window, stock: &Stock) -> Wish {
         let at = match item.entry.filter(|entry| *entry < shown.clouds.len()) {
             Some(entry) => entry,
             None => {
-                shown.clouds.push(SceneCloud::new(item.saved_as.clone().unwrap_or_default()).into());
+                shown
+                    .clouds
+                    .push(SceneCloud::new(item.saved_as.clone().unwrap_or_default()).into());
                 shown.clouds.len() - 1
             }
         };
@@ -113,7 +114,8 @@ fn wish(window: &Window, stock: &Stock) -> Wish {
             }
         }
         if item.is_unsaved() {
-            let (cloud, comments) = (item.loaded.cloud.clone(), item.loaded.summary.comments.clone());
+            let (cloud, comments) =
+                (item.loaded.cloud.clone(), item.loaded.summary.comments.clone());
             edited.push(Edited { row: rows.len(), cloud, comments });
         }
         rows.push(Row {
@@ -137,7 +139,9 @@ pub(crate) fn end(window: &mut Window, end: End) {
 
 /// Asks about edits that were left, one window's at a time.
 pub(crate) fn ask(window: &mut Window, ctx: &Context) {
-    let Some(recovery) = window.recovery.as_mut().filter(|recovery| recovery.asks()) else { return };
+    let Some(recovery) = window.recovery.as_mut().filter(|recovery| recovery.asks()) else {
+        return;
+    };
     let Some(left) = recovery.offered.first() else { return };
     let (manifest, deletes) = (left.manifest.clone(), recovery.deletes);
     let shown = Modal::new(Id::unique("recovery")).show(ctx, |ui| question(ui, &manifest, deletes));

@@ -51,7 +51,11 @@ pub(crate) struct Row {
 }
 
 impl Manifest {
-    pub(super) fn new(scene: Option<PathBuf>, [shown, opened]: [String; 2], clouds: Vec<Row>) -> Self {
+    pub(super) fn new(
+        scene: Option<PathBuf>,
+        [shown, opened]: [String; 2],
+        clouds: Vec<Row>,
+    ) -> Self {
         let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
         let time = since.map_or(0, |since| since.as_secs());
         Self { format: FORMAT, time, scene, shown, opened, clouds }
@@ -64,7 +68,8 @@ impl Manifest {
             toml::from_str(&text).with_context(|| format!("{}: not read", path.display()))?;
         ensure!(read.format == FORMAT, "{}: of another version", path.display());
         let named = read.clouds.iter().filter_map(|row| row.file.as_ref());
-        let is_name = |name: &String| Path::new(name).file_name().is_some_and(|own| own == name.as_str());
+        let is_name =
+            |name: &String| Path::new(name).file_name().is_some_and(|own| own == name.as_str());
         let is_plain = named.chain([&read.shown, &read.opened]).all(is_name);
         ensure!(is_plain, "{}: names files of other folders", path.display());
         Ok(read)
@@ -100,7 +105,8 @@ impl Session {
             .with_context(cannot)?;
         unfinished.as_file().lock().with_context(cannot)?;
         let lock_path = unfinished.path().with_extension(LOCK);
-        let lock = unfinished.persist(&lock_path).map_err(|error| error.error).with_context(cannot)?;
+        let lock =
+            unfinished.persist(&lock_path).map_err(|error| error.error).with_context(cannot)?;
         let folder = lock_path.with_extension("");
         make_private(&folder).with_context(cannot)?;
         Ok(Self { folder, lock_path, _lock: lock })

@@ -21,7 +21,8 @@ impl Screen {
     }
 
     fn click(&mut self, label: &str) {
-        self.harness.get_by_label(label).click();
+        // Questions stand over the panels.
+        self.harness.get_all_by_label(label).last().unwrap().click();
         self.frames();
     }
 
@@ -75,10 +76,9 @@ fn closing_over_edits_asks_once_and_saves_discards_or_stays() {
             let field = screen.harness.get_by_label("name");
             field.focus();
             screen.frames();
-            screen.harness.key_press_modifiers(
-                eframe::egui::Modifiers::COMMAND,
-                eframe::egui::Key::A,
-            );
+            screen
+                .harness
+                .key_press_modifiers(eframe::egui::Modifiers::COMMAND, eframe::egui::Key::A);
             screen.harness.get_by_label("name").type_text(path.to_str().unwrap());
             screen.frames();
         }
