@@ -205,11 +205,8 @@ impl FileDialog {
             self.go(self.at.map_or(n - 1, |at| at.saturating_sub(1)), false);
             self.follows = true;
         }
-        let focused = ctx.memory(|memory| memory.focused());
-        if focused == Some(folder_id()) && hit(Key::Enter) {
-            let folder = typed(&self.folder_text, &self.folder);
-            self.enter(&folder);
-        } else if focused.is_none_or(|id| id == name_id()) && hit(Key::Enter) {
+        // A field takes its own, after what was typed before.
+        if ctx.memory(|memory| memory.focused()).is_none() && hit(Key::Enter) {
             return self.accept();
         }
         None
@@ -233,8 +230,12 @@ impl FileDialog {
                 // What is typed counts, and not where the arrows were.
                 (self.at, self.chosen) = (None, BTreeSet::new());
             }
-            if std::mem::take(&mut self.is_new) {
+            let entered = is_entered(ui, &field);
+            if std::mem::take(&mut self.is_new) || entered {
                 field.request_focus();
+            }
+            if entered {
+                outcome = self.accept();
             }
         });
         if let Some(error) = &self.error {
@@ -271,7 +272,11 @@ impl FileDialog {
             }
             let label = ui.label("folder");
             let field = egui::TextEdit::singleline(&mut self.folder_text).id(folder_id());
-            ui.add(field.desired_width(f32::INFINITY)).labelled_by(label.id);
+            let field = ui.add(field.desired_width(f32::INFINITY)).labelled_by(label.id);
+            if is_entered(ui, &field) {
+                let folder = typed(&self.folder_text, &self.folder);
+                self.enter(&folder);
+            }
         });
     }
 
@@ -330,6 +335,11 @@ impl FileDialog {
         });
         outcome
     }
+}
+
+/// Whether Enter ended what is typed into a field.
+fn is_entered(ui: &Ui, field: &egui::Response) -> bool {
+    field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
 fn folder_id() -> Id {
