@@ -147,11 +147,12 @@ impl Side {
         true
     }
 
-    /// Lets go of a picture of another size than the pane has, which is not on show; says whether there
-    /// was one.
-    pub(crate) fn let_other_size_go(&mut self, size_px: [u32; 2]) -> bool {
-        let is_other = |shown: &Shown| shown.shot.size != size_px;
-        let goes = !self.waits() && self.shown.as_ref().is_some_and(is_other);
+    /// Lets go of a picture that is larger than its pane, which is not on show; says whether there was
+    /// one. Those that fit may be shown again as they are.
+    pub(crate) fn let_larger_go(&mut self, size_px: [u32; 2]) -> bool {
+        let [width, height] = size_px;
+        let is_larger = |shown: &Shown| shown.shot.size[0] > width || shown.shot.size[1] > height;
+        let goes = !self.waits() && self.shown.as_ref().is_some_and(is_larger);
         if goes {
             (self.shown, self.ordered) = (None, None);
         }

@@ -282,7 +282,7 @@ impl Window {
                 if side.is_to_rest() {
                     self.darkroom.add(Task::Rest(place));
                 }
-                if side.let_other_size_go(pane.size_px) {
+                if side.let_larger_go(pane.size_px) {
                     self.darkroom.let_go(place);
                 }
             }
