@@ -8,6 +8,7 @@ use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write};
 use std::ops::ControlFlow;
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use surfelshop_engine::plugins::is_deceptive;
 use surfelshop_engine::tools;
@@ -78,6 +79,20 @@ pub(crate) fn note(text: impl Display) {
 /// Prints a warning beside the result.
 pub(crate) fn warn(text: impl Display) {
     note(format!("warning: {text}"));
+}
+
+/// Prints a warning unless it was the last of its kind: what reads a faulty file several times warns once.
+/// Says whether it did.
+pub(crate) fn warn_once(text: impl Display) -> bool {
+    static SAID: Mutex<String> = Mutex::new(String::new());
+    let text = text.to_string();
+    let mut said = SAID.lock().unwrap_or_else(PoisonError::into_inner);
+    if *said == text {
+        return false;
+    }
+    warn(&text);
+    *said = text;
+    true
 }
 
 /// Says why the command failed.

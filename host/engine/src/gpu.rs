@@ -222,6 +222,12 @@ impl Gpu {
             label: Some("surfelshop"),
             required_features: features,
             required_limits: adapter.limits(),
+            // Of the large blocks that are quick on a card one stays when all in it is let go, and what
+            // a software driver has written of it stays in memory.
+            memory_hints: match info.device_type {
+                wgpu::DeviceType::Cpu => wgpu::MemoryHints::MemoryUsage,
+                _ => wgpu::MemoryHints::Performance,
+            },
             ..Default::default()
         };
         let (device, queue) =

@@ -100,6 +100,17 @@ pub struct Picture {
     pub drawn: Drawn,
 }
 
+impl Picture {
+    /// Bytes that it takes, room for larger pictures included.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let Self { winners, packed, material, object, drawn: _ } = self;
+        let [winners, packed] = [8 * winners.capacity(), 16 * packed.capacity()];
+        let others = 4 * (material.capacity() + object.capacity());
+        (winners + packed + others) as u64
+    }
+}
+
 /// How much a picture took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Drawn {

@@ -101,6 +101,8 @@ impl<'a> Program<'a> {
             .env("XDG_STATE_HOME", state)
             .env("XDG_CACHE_HOME", state)
             .env("XDG_RUNTIME_DIR", state)
+            .env("XDG_DATA_HOME", state)
+            .env_remove("DBUS_SESSION_BUS_ADDRESS")
             .env("NODEVICE_SELECT", "1")
             .env("SURFELSHOP_LOG", "off,surfelshop=debug")
             .stdout(Stdio::null())
@@ -123,6 +125,12 @@ impl<'a> Program<'a> {
     #[track_caller]
     fn picture(&mut self, pane: u32, renderer: &str) {
         let (pane, renderer) = (format!("pane={pane}"), format!("renderer=\"{renderer}\""));
+        self.said(&[&pane, &renderer, "full detail"]);
+    }
+
+    /// Waits for a line with all of these words.
+    #[track_caller]
+    fn said(&mut self, words: &[&str]) {
         let started = Instant::now();
         loop {
             let line = self.lines.recv_timeout(Duration::from_millis(200)).unwrap_or_default();
@@ -130,11 +138,11 @@ impl<'a> Program<'a> {
             if !line.is_empty() {
                 self.seen.push(line.clone());
             }
-            if [&pane, &renderer, "full detail"].iter().all(|word| line.contains(*word)) {
+            if words.iter().all(|word| line.contains(*word)) {
                 return;
             }
             let seen = self.seen.join("\n");
-            assert!(started.elapsed() < PATIENCE, "no {pane} {renderer}; so far:\n{seen}");
+            assert!(started.elapsed() < PATIENCE, "no {words:?}; so far:\n{seen}");
             assert!(self.child.try_wait().unwrap().is_none(), "the program ended:\n{seen}");
         }
     }
@@ -288,6 +296,40 @@ fn a_request_to_end_closes_the_window_and_is_no_crash() {
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
     program.ends_well();
     assert_eq!(n_marks(), 0, "the next start would take this for a crash");
+}
+
+#[test]
+fn without_a_desktop_files_are_chosen_in_a_dialog_of_the_programs_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let sample = Path::new(SAMPLE).canonicalize().unwrap();
+    let scene = |name: &str, renderer: &str| {
+        let path = folder.path().join(name);
+        let text = format!(
+            "format = 1\n[[clouds]]\npath = '{}'\n[[views]]\nrenderer = '{renderer}'\n",
+            sample.display()
+        );
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    let (first, second) = (scene("a.scene.toml", "ewa-phong"), scene("b.scene.toml", "flat"));
+    // What is wrong with it is said once, however often the list is read.
+    std::fs::create_dir(folder.path().join("surfelshop")).unwrap();
+    std::fs::write(folder.path().join("surfelshop/trust.toml"), "no list").unwrap();
+    let screen = Screen::start();
+    let mut program = Program::start(&screen, &first, folder.path());
+    program.picture(0, "ewa-phong");
+    screen.xdotool("search --sync --onlyvisible --name Surfelshop windowfocus");
+    screen.xdotool("mousemove 800 400");
+    program.key("ctrl+o");
+    program.said(&["a file dialog of the program's own"]);
+    std::thread::sleep(Duration::from_millis(500));
+    screen.xdotool(&format!("type {}", second.display()));
+    program.key("Return");
+    program.picture(0, "flat");
+    let n_warnings = program.seen.iter().filter(|line| line.contains("trust.toml")).count();
+    assert_eq!(n_warnings, 1, "{:?}", program.seen);
+    program.key("ctrl+q");
+    program.ends_well();
 }
 
 /// Waits until a file says something.

@@ -44,7 +44,9 @@ impl PluginFiles {
         match TrustFile::named(self.trust_file.as_deref()) {
             Ok(list) => trust.add(list.trust()),
             // What came with the program works without it; a list that was named is needed.
-            Err(error) if self.trust_file.is_none() => terminal::warn(format!("{error:#}")),
+            Err(error) if self.trust_file.is_none() => {
+                terminal::warn_once(format!("{error:#}"));
+            }
             Err(error) => return Err(error),
         }
         for contents in &self.trusted_once {

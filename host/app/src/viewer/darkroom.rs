@@ -157,6 +157,8 @@ pub(crate) enum Task {
     Picture(Place, Box<Order>),
     /// Nothing else: a picture that is there may be refined.
     Refine,
+    /// Nothing at all: what is not needed for the pictures on show can be let go.
+    TidyUp,
     /// A plugin file changed.
     Changed(Changed),
     /// How far a large cloud is on its way, in [0, 1], with the number of its thread.
@@ -216,8 +218,8 @@ impl Queue {
 
     /// Waits for a task; `None` when the window is gone. Of several pictures, the one ordered
     /// first by its number goes first, and pictures that are measured go last. From `refine` on there
-    /// is always something to do: [`Task::Refine`].
-    pub(crate) fn next(&self, refine: Option<Instant>) -> Option<Task> {
+    /// is always something to do: [`Task::Refine`]; and else from `tidy` on [`Task::TidyUp`].
+    pub(crate) fn next(&self, refine: Option<Instant>, tidy: Option<Instant>) -> Option<Task> {
         let (waiting, bell) = &*self.0;
         let mut waiting = waiting.lock().unwrap_or_else(PoisonError::into_inner);
         loop {
@@ -233,15 +235,19 @@ impl Queue {
                 let order = waiting.orders.remove(&place)?;
                 return Some(Task::Picture(place, Box::new(order)));
             }
-            let Some(refine) = refine else {
+            let now = Instant::now();
+            let is_due = |when: Option<Instant>| when.is_some_and(|when| when <= now);
+            if is_due(refine) {
+                return Some(Task::Refine);
+            }
+            if is_due(tidy) {
+                return Some(Task::TidyUp);
+            }
+            let Some(first) = [refine, tidy].into_iter().flatten().min() else {
                 waiting = bell.wait(waiting).unwrap_or_else(PoisonError::into_inner);
                 continue;
             };
-            let rest = refine.saturating_duration_since(Instant::now());
-            if rest.is_zero() {
-                return Some(Task::Refine);
-            }
-            let woken = bell.wait_timeout(waiting, rest);
+            let woken = bell.wait_timeout(waiting, first.saturating_duration_since(now));
             waiting = woken.unwrap_or_else(PoisonError::into_inner).0;
         }
     }

@@ -5,8 +5,10 @@ use super::darkroom::Task;
 use super::dialogs::{open_dialog, save_cloud, save_scene, scene_dialog};
 use super::export;
 use super::history::State;
+use super::leaving;
 use super::navigation;
 use super::plugin_list;
+use super::recovery::{self, Recovery};
 use super::settings::Mode;
 use super::tool_window;
 use super::trust;
@@ -158,7 +160,8 @@ fn item(ui: &mut Ui, text: &str, shortcut: &KeyboardShortcut) -> bool {
 
 /// Obeys the keys.
 pub(crate) fn take_keys(window: &mut Window, ctx: &Context) {
-    if ctx.egui_wants_keyboard_input() {
+    let asks = window.leaving.is_some() || window.recovery.as_ref().is_some_and(Recovery::asks);
+    if ctx.egui_wants_keyboard_input() || asks || window.dialogs.own_is_open() {
         return;
     }
     let pressed =
@@ -275,7 +278,12 @@ pub(crate) fn show_windows(window: &mut Window, ctx: &Context) {
     export::show(window, ctx);
     tool_window::show(window, ctx);
     ask_about_crash(window, ctx);
-    trust::ask(window, ctx);
+    leaving::show(window, ctx);
+    // One question at a time.
+    match window.crash.is_none() && window.recovery.as_ref().is_some_and(Recovery::asks) {
+        true => recovery::ask(window, ctx),
+        false => trust::ask(window, ctx),
+    }
     window.messages.show_all(ctx);
     let mut open = window.open_windows.plugins;
     let plugins = egui::Window::new("Plugins").open(&mut open).default_width(1100.0);

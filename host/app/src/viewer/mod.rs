@@ -14,9 +14,11 @@ mod darkroom;
 mod detail;
 mod dialogs;
 mod export;
+mod file_dialog;
 mod film;
 mod history;
 mod lamps;
+mod leaving;
 mod lights;
 mod loading;
 mod made_of;
@@ -32,7 +34,9 @@ mod pane;
 mod panels;
 mod parameters;
 mod plugin_list;
+mod portal;
 mod presets;
+mod recovery;
 mod saving;
 mod scene_file;
 mod settings;
@@ -102,6 +106,8 @@ fn for_any_screen() -> eframe::egui_wgpu::WgpuConfiguration {
             let limits = &mut device.required_limits;
             limits.max_texture_dimension_2d =
                 adapter.limits().max_texture_dimension_2d.max(limits.max_texture_dimension_2d);
+            // It holds a few pictures, which come and go.
+            device.memory_hints = eframe::wgpu::MemoryHints::MemoryUsage;
             device
         });
     }
@@ -115,6 +121,7 @@ fn close_when_asked(ctx: &egui::Context) {
     let asked = AtomicBool::new(false);
     let handled = ctrlc::set_handler(move || {
         withdraw_marks();
+        leaving::end();
         if asked.swap(true, Ordering::Relaxed) {
             plugins::leave(INTERRUPTED);
         }

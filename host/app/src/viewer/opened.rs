@@ -4,7 +4,7 @@ use super::darkroom::Place;
 use super::loading::{Loading, Read};
 use super::stock::Stock;
 use super::window::{Shown, Window, frame};
-use super::{scene_file, surroundings};
+use super::{recovery, scene_file, surroundings};
 use crate::demo;
 use crate::surroundings::is_probe;
 use eframe::egui::Context;
@@ -36,7 +36,13 @@ impl Window {
         }
         let wake = ctx.clone();
         match Loading::start(files, move || wake.request_repaint()) {
-            Ok(loading) => self.loading = Some(loading),
+            Ok(loading) => {
+                self.loading = Some(loading);
+                self.replaces = false;
+                if let Some(recovery) = &mut self.recovery {
+                    recovery.reading = None;
+                }
+            }
             Err(error) => self.messages.warn(format!("nothing can be read: {error}")),
         }
     }
@@ -51,24 +57,62 @@ impl Window {
         }
     }
 
-    /// Shows clouds that were read.
+    /// Shows clouds that were read, unless edits would be lost by that.
     pub(crate) fn take_clouds(&mut self) {
+        if self.loading.is_none() || !self.may_replace() {
+            return;
+        }
         let Some(result) = self.loading.as_ref().and_then(Loading::finished) else { return };
         let files = self.loading.take().map(|loading| loading.files.clone()).unwrap_or_default();
-        let Read { clouds, scene, entries } = match result {
+        let left = self.recovery.as_mut().and_then(|recovery| recovery.reading.take());
+        self.replaces = false;
+        let read = match result {
             Ok(read) => read,
             Err(reason) => {
                 self.messages.warn(reason);
                 return;
             }
         };
-        let surface = match &scene {
-            Some(opened) => opened.scene.surface.known,
-            None => self.settings.scene.surface,
-        };
-        let radius_scale = surface.radius_scale;
+        if let Some(opened) = &read.scene {
+            opened.warnings.iter().for_each(|line| self.messages.warn(line.as_str()));
+        }
+        if let Some(left) = left {
+            if let Some((stock, file, path)) = recovery::recovered(self, left, read) {
+                self.show_stock(stock, Some(&file));
+                self.files.clear();
+                self.show_scene(file, path);
+                self.history.begin_anew();
+            }
+            return;
+        }
+        let Read { clouds, scene, entries } = read;
+        let file = scene.as_ref().map(|opened| &opened.scene);
+        self.show_stock(Stock::read(clouds, &entries), file);
+        if let Some(memory) = &self.memory {
+            // A list that cannot be kept is no reason not to show what was opened.
+            drop(memory.opened(&files));
+            self.recent = memory.recent();
+        }
+        let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
+        self.files = files.into_iter().filter(is_cloud).collect();
+        if let Some(opened) = scene {
+            let mut file = opened.scene;
+            file.clouds.extend(self.files.iter().map(|file| {
+                let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+                SceneCloud::new(path).into()
+            }));
+            // The last session is the program's own file; saving asks where to.
+            let own = self.memory.as_ref().is_some_and(|memory| memory.owns(&opened.path));
+            self.show_scene(file, Some(opened.path).filter(|_| !own));
+        }
+        self.history.begin_anew();
+    }
+
+    /// Shows other clouds, seen whole.
+    fn show_stock(&mut self, stock: Stock, scene: Option<&SceneFile>) {
+        let surface = scene.map_or(self.settings.scene.surface, |scene| scene.surface.known);
         let load = self.shown.as_ref().map_or(0, |shown| shown.load) + 1;
-        let shown = Shown::new(Stock::read(clouds, &entries), radius_scale, load);
+        let shown = Shown::new(stock, surface.radius_scale, load);
         let extent = shown.extent;
         self.shown = Some(shown);
         self.n_opened += 1;
@@ -78,36 +122,20 @@ impl Window {
         self.looked_at = None;
         self.own_cameras.clear();
         self.camera = frame(&extent, self.up).camera;
-        if let Some(memory) = &self.memory {
-            // A list that cannot be kept is no reason not to show what was opened.
-            drop(memory.opened(&files));
-            self.recent = memory.recent();
-        }
-        let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
-        self.files = files.into_iter().filter(is_cloud).collect();
         self.scene_file = None;
         self.scene_path = None;
         self.hidden_views.clear();
         for pane in &mut self.settings.panes {
             (pane.output, pane.unknown) = (Output::Color, Table::new());
         }
-        if let Some(opened) = scene {
-            let warnings: Vec<String> = opened.warnings.iter().map(ToString::to_string).collect();
-            warnings.into_iter().for_each(|line| self.messages.warn(line));
-            scene_file::apply(self, &opened.scene);
-            let known: Vec<String> = self.declared.keys().cloned().collect();
-            known.iter().for_each(|renderer| self.fit_values(renderer));
-            let mut file = opened.scene;
-            file.clouds.extend(self.files.iter().map(|file| {
-                let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
-                SceneCloud::new(path).into()
-            }));
-            self.scene_file = Some(file);
-            // The last session is the program's own file; saving asks where to.
-            let own = self.memory.as_ref().is_some_and(|memory| memory.owns(&opened.path));
-            self.scene_path = Some(opened.path).filter(|_| !own);
-        }
-        self.history.begin_anew();
+    }
+
+    /// Shows the clouds as a scene says.
+    fn show_scene(&mut self, file: SceneFile, path: Option<PathBuf>) {
+        scene_file::apply(self, &file);
+        let known: Vec<String> = self.declared.keys().cloned().collect();
+        known.iter().for_each(|renderer| self.fit_values(renderer));
+        (self.scene_file, self.scene_path) = (Some(file), path);
     }
 
     /// Lets go of renderers that show nothing: they would hold the clouds before these.

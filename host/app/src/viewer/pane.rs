@@ -147,6 +147,18 @@ impl Side {
         true
     }
 
+    /// Lets go of a picture that is larger than its pane, which is not on show; says whether there was
+    /// one. Those that fit may be shown again as they are.
+    pub(crate) fn let_larger_go(&mut self, size_px: [u32; 2]) -> bool {
+        let [width, height] = size_px;
+        let is_larger = |shown: &Shown| shown.shot.size[0] > width || shown.shot.size[1] > height;
+        let goes = !self.waits() && self.shown.as_ref().is_some_and(is_larger);
+        if goes {
+            (self.shown, self.ordered) = (None, None);
+        }
+        goes
+    }
+
     /// Takes a picture, or the reason why there is none.
     pub(crate) fn take(
         &mut self,
@@ -220,6 +232,11 @@ impl Pane {
     /// A pane that shows nothing yet.
     pub(crate) fn new() -> Self {
         Self { heat_full: 0.1, ..Self::default() }
+    }
+
+    /// Lets go of how the pictures differ, where there are not two any more.
+    pub(crate) fn let_comparison_go(&mut self) {
+        (self.difference, self.heat) = (None, None);
     }
 
     /// How the two pictures shown differ; `None` until there are two of equal size.

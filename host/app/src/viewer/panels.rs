@@ -85,7 +85,7 @@ fn clouds(window: &mut Window, ui: &mut Ui) {
             n => format!("{} surfels", grouped(n)),
         });
         if item.is_unsaved() {
-            let text = "edited, not saved";
+            let text = if item.recovered { "recovered, not saved" } else { "edited, not saved" };
             ui.colored_label(ui.visuals().warn_fg_color, text)
                 .on_hover_text("File > Save cloud as … writes it with all its columns");
         }

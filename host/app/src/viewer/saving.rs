@@ -1,5 +1,6 @@
 //! Clouds being written on a thread of their own.
 
+use super::dialogs;
 use super::window::Window;
 use eframe::egui::Context;
 use std::path::{Path, PathBuf};
@@ -29,8 +30,7 @@ impl Window {
             return;
         }
         // Named with its ending, so that it can be opened again.
-        let is_ply = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ply"));
-        let path = if is_ply { path.to_owned() } else { path.with_added_extension("ply") };
+        let path = dialogs::cloud_name(path);
         let path = std::path::absolute(&path).unwrap_or(path);
         let (send, written) = channel();
         let (cloud, target, wake) = (found.loaded.cloud.clone(), path.clone(), ctx.clone());

@@ -1,5 +1,6 @@
 //! The clouds that are open: those on show and hidden ones, as they are now and as they are on disk.
 
+use super::recovery::Row;
 use crate::clouds::Clouds;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,12 +17,15 @@ pub(crate) struct Item {
     pub(crate) saved_as: Option<PathBuf>,
     /// Generations of the columns that its file has.
     on_disk: Vec<u64>,
+    /// Whether its edits are those of a window that is gone.
+    pub(crate) recovered: bool,
 }
 
 impl Item {
     fn read(loaded: Loaded, entry: usize) -> Self {
         let on_disk = generations(&loaded.cloud);
-        Self { loaded, visible: true, entry: Some(entry), saved_as: None, on_disk }
+        let (visible, entry, recovered) = (true, Some(entry), false);
+        Self { loaded, visible, entry, saved_as: None, on_disk, recovered }
     }
 
     /// What it is called: its file's name, or that of the cloud it was made from and the tool.
@@ -70,6 +74,28 @@ impl Stock {
         Self { items: Arc::new(items), clouds: Arc::new(clouds) }
     }
 
+    /// Clouds that were read again, as the rows of their places say.
+    pub(crate) fn recovered(clouds: Clouds, entries: &[usize], rows: &[Row]) -> Self {
+        let item = |(loaded, at): (&Loaded, &usize)| {
+            let mut item = Item::read(loaded.clone(), *at);
+            if let Some(row) = rows.iter().find(|row| row.at == *at) {
+                (item.visible, item.saved_as) = (row.visible, row.saved_as.clone());
+                item.entry = row.was_opened.then_some(*at);
+                if row.file.is_some() {
+                    item.loaded.summary.file.clone_from(&row.name);
+                    (item.on_disk, item.recovered) = (Vec::new(), true);
+                }
+            }
+            item
+        };
+        Self::of(clouds.loaded.iter().zip(entries).map(item).collect())
+    }
+
+    /// Whether it is the very same, with the same saved.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.items, &other.items)
+    }
+
     fn of(items: Vec<Item>) -> Self {
         let shown = items.iter().filter(|item| item.visible).map(|item| item.loaded.clone());
         Self { clouds: Arc::new(Clouds::of(shown.collect())), items: Arc::new(items) }
@@ -109,7 +135,8 @@ impl Stock {
         };
         let loaded = Loaded { cloud, summary };
         let (entry, saved_as, on_disk) = (None, None, Vec::new());
-        items.push(Item { loaded, visible: true, entry, saved_as, on_disk });
+        let recovered = false;
+        items.push(Item { loaded, visible: true, entry, saved_as, on_disk, recovered });
         Self::of(items)
     }
 

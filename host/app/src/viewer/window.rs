@@ -2,13 +2,16 @@
 
 use super::arrangement;
 use super::darkroom::{Darkroom, Place, Task, UnitConduct};
+use super::dialogs::Dialogs;
 use super::export::{self, Export, ExportWindow};
 use super::history::{History, State};
+use super::leaving::{self, Leaving};
 use super::loading::Loading;
 use super::measure::{self, Measure};
 use super::memory::Memory;
 use super::messages::Messages;
 use super::pane::{Pane, Side, Wanted};
+use super::recovery::{self, End, Recovery};
 use super::saving::Saving;
 use super::settings::Settings;
 use super::stock::Stock;
@@ -24,7 +27,6 @@ use glam::DVec3;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 use surfelshop_api::params::ParamDecl;
 use surfelshop_api::{Camera, UnitKind};
@@ -111,8 +113,15 @@ pub(crate) struct Window {
     pub(crate) messages: Messages,
     /// The name typed for a preset.
     pub(crate) preset: String,
-    /// A file dialog that is open.
-    pub(crate) dialog: Option<(dialogs::Asked, Receiver<Option<Vec<PathBuf>>>)>,
+    pub(crate) dialogs: Dialogs,
+    /// Edits on disk, and those that another window left.
+    pub(crate) recovery: Option<Recovery>,
+    /// A question before edits are lost.
+    pub(crate) leaving: Option<Leaving>,
+    /// Whether the window closes, and whether what is being read takes the place of edits: the user said
+    /// so, or there is nothing to lose.
+    pub(crate) closes: bool,
+    pub(crate) replaces: bool,
     pub(crate) open_windows: menus::OpenWindows,
     pub(crate) export_window: ExportWindow,
     pub(crate) export: Option<Export>,
@@ -178,7 +187,11 @@ impl Window {
             undecided: BTreeSet::new(),
             trust_file: arguments.plugins.trust_file.clone(),
             messages: Messages::default(),
-            dialog: None,
+            dialogs: Dialogs::default(),
+            recovery: Recovery::of_user(),
+            leaving: None,
+            closes: false,
+            replaces: false,
             preset: String::new(),
             open_windows: menus::OpenWindows::default(),
             export_window: ExportWindow::default(),
@@ -260,11 +273,18 @@ impl Window {
             if pane.size_px[0] == 0 || pane.size_px[1] == 0 {
                 continue;
             }
+            if settings.mode.sides() < 2 {
+                pane.let_comparison_go();
+            }
             let (shown_sides, hidden) = pane.sides.split_at_mut(settings.mode.sides());
-            if let [side] = hidden
-                && side.is_to_rest()
-            {
-                self.darkroom.add(Task::Rest(Place { pane: settings.id, side: 1 }));
+            if let [side] = hidden {
+                let place = Place { pane: settings.id, side: 1 };
+                if side.is_to_rest() {
+                    self.darkroom.add(Task::Rest(place));
+                }
+                if side.let_larger_go(pane.size_px) {
+                    self.darkroom.let_go(place);
+                }
             }
             for (side, side_state) in shown_sides.iter_mut().enumerate() {
                 let wanted = Wanted {
@@ -346,6 +366,7 @@ impl Window {
     /// One frame of the window.
     pub(crate) fn frame(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
+        self.check_close(&ctx);
         self.pace();
         self.measure_clouds();
         self.take_news(&ctx);
@@ -373,6 +394,7 @@ impl Window {
         self.messages.show(&ctx, pictures.response.rect);
         menus::show_windows(self, &ctx);
         self.let_go();
+        recovery::keep(self, &ctx);
         self.place_orders(&ctx);
         if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
             self.history.feed(&self.state());
@@ -382,12 +404,22 @@ impl Window {
 }
 
 impl eframe::App for Window {
+    fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
+        self.check_close(ctx);
+    }
+
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         self.frame(ui);
     }
 
     fn on_exit(&mut self) {
         self.keep(&Context::default(), true);
+        // The user decided about the edits, unless nobody was asked.
+        let end = match self.closes && !leaving::ends() {
+            true => End::Remove,
+            false => End::Keep,
+        };
+        recovery::end(self, end);
     }
 }
 

@@ -8,6 +8,7 @@
 mod making;
 mod rebuilt;
 mod refining;
+mod tidying;
 
 use super::arriving::{Arrived, Arriving};
 use super::darkroom::{News, Order, Place, Print, Queue, Task, Teller, UnitConduct};
@@ -87,6 +88,8 @@ pub(super) struct Worker {
     moved: Option<Instant>,
     /// Frames drawn.
     n_drawn: u64,
+    /// When something was drawn or let go last, unless all has been tidied up since.
+    drawn: Option<Instant>,
 }
 
 /// Opens the device. Anything may be asked for at any moment, so that large clouds keep their columns.
@@ -137,6 +140,7 @@ impl Worker {
                     refining: VecDeque::new(),
                     moved: None,
                     n_drawn: 0,
+                    drawn: None,
                 };
                 worker.tell_device();
                 Some(worker)
@@ -156,10 +160,11 @@ impl Worker {
 
     /// Works until the window is gone.
     pub(super) fn work(&mut self, queue: &Queue) {
-        while let Some(task) = queue.next(self.refines_from()) {
+        while let Some(task) = queue.next(self.refines_from(), self.tidies_from()) {
             match task {
                 Task::Picture(place, order) => self.picture(place, *order),
                 Task::Refine => self.refine(),
+                Task::TidyUp => self.tidy_up(),
                 Task::Changed(changed) if self.followed.contains(&changed.path) => {
                     self.file_changed(&changed.path);
                 }
@@ -178,6 +183,7 @@ impl Worker {
                 Task::Rest(place) => self.leave_unrefined(place),
                 Task::LetGo(place) => {
                     self.in_use.remove(&place);
+                    self.drawn = Some(Instant::now());
                     self.unfinished.remove(&place);
                     self.leave_unrefined(place);
                 }

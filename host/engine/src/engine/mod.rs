@@ -4,6 +4,7 @@ mod alone;
 mod compute;
 mod explain;
 mod given;
+mod held;
 mod kept;
 mod submission;
 mod supply;
@@ -86,6 +87,12 @@ pub struct Counters {
     pub environments: u32,
     /// Bytes of environment maps on the device now.
     pub environment_bytes: u64,
+    /// Bytes of surface buffers and of graphs' textures and buffers that are kept for frames to come.
+    pub kept_bytes: u64,
+    /// Pipelines that are kept.
+    pub kept_pipelines: usize,
+    /// Shader texts that are kept, composed and checked.
+    pub kept_modules: usize,
 }
 
 /// A frame to be rendered.
@@ -268,6 +275,9 @@ impl Engine {
             drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
             environment_bytes: self.environments.bytes(),
+            kept_bytes: self.surfaces.bytes() + self.resources.bytes(),
+            kept_pipelines: self.pipelines.n_pipelines(),
+            kept_modules: self.pipelines.n_modules(),
         }
     }
 
@@ -347,7 +357,8 @@ impl Engine {
         let n_outputs = request.outputs.len();
         let request = &RenderRequest { outputs: &outputs, ..*request };
         let asked = Asked::new(plan, request.outputs)?;
-        self.resources.next_frame();
+        self.resources.next_frame(request.view.size_px);
+        self.pipelines.next_frame();
         let one_by_one = plan.shades_surfels();
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
         let drawing = if one_by_one { SurfelDrawing::Quads } else { self.surfels };

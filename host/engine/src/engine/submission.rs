@@ -95,7 +95,7 @@ impl Submission<'_> {
     pub(super) fn run(self) -> Result<(Rendered, Done), RenderError> {
         let Asked { sources, graph_outputs, needed, host_mode } = self.asked;
         let mut recorder = Recorder::new(self.gpu);
-        self.surfaces.make_room(needed.looks.len());
+        self.surfaces.make_room(needed.looks.len(), self.request.view.size_px);
         let mut seats = Vec::new();
         for (seat, request) in looked_from(self.plan, &needed, self.data, self.request)? {
             let computes = self.drawing.computes(self.gpu, request.view.size_px);

@@ -27,7 +27,7 @@ pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recipe::{DrawKind, Pipeline, Stage, checked};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
-pub(crate) use resources::{FrameResources, Lending, Resources, texels};
+pub(crate) use resources::{FrameResources, Lending, Resources, texels, texture_bytes};
 pub(crate) use variants::Settings;
 
 use thiserror::Error;

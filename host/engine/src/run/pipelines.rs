@@ -6,9 +6,17 @@ use super::recipe::{DrawKind, Pipeline, Recipe, Shader, Work, checked};
 use super::variants::{Settings, Variants};
 use crate::shader::{Library, on_large_stack};
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 use surfelshop_api::graph::Module;
+
+/// Most pipelines that are kept besides those of the last frames: what was used longest ago goes first.
+/// The program's own renderers have less than half of that, so that switching between them compiles
+/// nothing anew.
+pub(super) const MOST_PIPELINES: usize = 256;
+
+/// Frames whose pipelines are kept, however many there are: several views may be drawn in turn.
+const KEPT_FRAMES: usize = 64;
 
 /// How many things were compiled since the engine was made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
@@ -34,6 +42,16 @@ enum Stages {
     },
 }
 
+impl Stages {
+    /// Numbers of the shaders.
+    fn shaders(&self) -> Vec<u64> {
+        match self {
+            Self::Draw { vertex, fragment, .. } => vec![vertex.0, fragment.0],
+            Self::Compute { shader, .. } => vec![*shader],
+        }
+    }
+}
+
 /// A fragment stage to be drawn.
 pub(crate) struct Draw<'a> {
     pub(crate) label: &'a str,
@@ -54,11 +72,17 @@ pub(crate) struct Found {
 /// A text, the modules it brings along and the names set for `#ifdef`.
 type ShaderKey = (String, Vec<Module>, Vec<String>);
 
+/// A shader, or what is wrong with it.
+struct Known {
+    shader: Result<Arc<Shader>, String>,
+    last_used: u64,
+}
+
 /// All shaders and pipelines of a device.
 pub(crate) struct Pipelines {
     device: wgpu::Device,
     library: Library,
-    shaders: HashMap<ShaderKey, Result<Arc<Shader>, String>>,
+    shaders: HashMap<ShaderKey, Known>,
     made: HashMap<Stages, Variants<Pipeline>>,
     /// Pipelines that others stand in for meanwhile.
     beside: Beside<Stages>,
@@ -66,6 +90,8 @@ pub(crate) struct Pipelines {
     pub(crate) compiles_beside: bool,
     /// Grows with every pipeline that is asked for.
     now: u64,
+    /// What it was when each of the last frames began.
+    began: VecDeque<u64>,
     pub(crate) counts: CompileCounts,
 }
 
@@ -80,8 +106,44 @@ impl Pipelines {
             made: HashMap::new(),
             compiles_beside: false,
             now: 0,
+            began: VecDeque::new(),
             counts: CompileCounts::default(),
         })
+    }
+
+    /// How many pipelines are kept.
+    pub(crate) fn n_pipelines(&self) -> usize {
+        self.made.values().map(Variants::len).sum()
+    }
+
+    /// How many shader texts are kept.
+    pub(crate) fn n_modules(&self) -> usize {
+        self.shaders.len()
+    }
+
+    /// Lets go of what was used longest ago where there are too many, once a frame.
+    pub(crate) fn next_frame(&mut self) {
+        self.began.push_back(self.now);
+        if self.began.len() <= KEPT_FRAMES {
+            return;
+        }
+        let Some(recent) = self.began.pop_front() else { return };
+        if self.n_pipelines() <= MOST_PIPELINES && self.shaders.len() <= MOST_PIPELINES {
+            return;
+        }
+        let mut uses: Vec<u64> = self.made.values().flat_map(Variants::uses).collect();
+        uses.sort_unstable_by(|a, b| b.cmp(a));
+        let first_kept = uses.get(MOST_PIPELINES).map_or(0, |last| last + 1).min(recent);
+        self.made.retain(|_, variants| {
+            variants.let_go_before(first_kept);
+            variants.len() > 0
+        });
+        // Texts whose pipelines are kept would get other numbers, and these pipelines never be found.
+        let used: HashSet<u64> = self.made.keys().flat_map(Stages::shaders).collect();
+        self.shaders.retain(|_, known| {
+            let in_use = known.shader.as_ref().is_ok_and(|shader| used.contains(&shader.serial));
+            in_use || known.last_used >= recent
+        });
     }
 
     /// The checked shader of this text; the same text is composed once, mistakes included.
@@ -98,13 +160,14 @@ impl Pipelines {
     ) -> Result<Arc<Shader>, String> {
         let defined = defines.iter().map(|name| (*name).to_owned()).collect();
         let key = (source.to_owned(), modules.to_vec(), defined);
-        if let Some(known) = self.shaders.get(&key) {
-            return known.clone();
+        if let Some(known) = self.shaders.get_mut(&key) {
+            known.last_used = self.now;
+            return known.shader.clone();
         }
         self.counts.modules += 1;
-        let made = self.make_shader(source, modules, defines).map(Arc::new);
-        self.shaders.insert(key, made.clone());
-        made
+        let shader = self.make_shader(source, modules, defines).map(Arc::new);
+        self.shaders.insert(key, Known { shader: shader.clone(), last_used: self.now });
+        shader
     }
 
     fn make_shader(
@@ -210,5 +273,36 @@ impl Pipelines {
             let variants = self.made.entry(stages).or_default();
             variants.keep(settings, Arc::new(pipeline), self.now);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::Gpu;
+
+    #[test]
+    fn pipelines_are_bounded_and_the_oldest_goes() {
+        let gpu = Gpu::noop().unwrap();
+        let mut pipelines = Pipelines::new(gpu.device.clone()).unwrap();
+        let made = |pipelines: &mut Pipelines, i: usize| {
+            let source = format!("const N = {i}u;\n@compute @workgroup_size(1) fn main() {{}}");
+            let shader = pipelines.shader(&source, &[]).unwrap();
+            pipelines.compute("test", &shader, "main", &Settings::default()).unwrap();
+            pipelines.counts.pipelines
+        };
+        let n = MOST_PIPELINES + 2 * KEPT_FRAMES;
+        for i in 0..n {
+            pipelines.next_frame();
+            made(&mut pipelines, i);
+            // Those of the last frames are kept in any case.
+            assert!(pipelines.n_pipelines() <= MOST_PIPELINES + KEPT_FRAMES + 1);
+        }
+        (0..=KEPT_FRAMES).for_each(|_| pipelines.next_frame());
+        assert_eq!(pipelines.n_pipelines(), MOST_PIPELINES);
+        assert!(pipelines.n_modules() <= MOST_PIPELINES + 1);
+        let before = pipelines.counts.pipelines;
+        assert_eq!(made(&mut pipelines, n - 1), before, "the newest is there");
+        assert_eq!(made(&mut pipelines, 0), before + 1, "the oldest is made anew");
     }
 }

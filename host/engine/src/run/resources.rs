@@ -60,14 +60,23 @@ struct Kept {
     filled: bool,
     /// Its name in the store, where it is not there yet and is to be.
     to_store: Option<String>,
-    last_used: u64,
+    last_used: Use,
+}
+
+/// The last frame that used a resource.
+#[derive(Clone, Copy, Default)]
+struct Use {
+    frame: u64,
+    /// The picture's size in pixels.
+    size: [u32; 2],
 }
 
 impl Kept {
     /// A new one, with what the store has of it.
     fn new(gpu: &Gpu, id: &Identity, label: &str, store: Option<&Store>) -> Self {
         let made = make(gpu, &id.shape, label);
-        let mut kept = Self { made, filled: false, to_store: None, last_used: 0 };
+        let last_used = Use::default();
+        let mut kept = Self { made, filled: false, to_store: None, last_used };
         if let Some(store) = store
             && let Made::Texture(texture) = &kept.made
         {
@@ -93,11 +102,12 @@ struct Left {
 /// Everything graphs have had made.
 #[derive(Default)]
 pub(crate) struct Resources {
-    free: HashMap<Shape, Vec<(Made, u64)>>,
+    free: HashMap<Shape, Vec<(Made, Use)>>,
     persistent: HashMap<Identity, Kept>,
     /// What the last frames of views left, by which buffer of which view's graph it is.
     history: HashMap<Left, (Identity, Kept)>,
-    frame: u64,
+    /// The frame that is drawn.
+    now: Use,
     /// Where contents are kept for the next start.
     store: Option<Store>,
 }
@@ -133,16 +143,19 @@ pub(crate) fn texels([width, height, depth]: [u32; 3], mips: u32, volume: bool) 
     (0..mips).map(level).sum()
 }
 
+/// Bytes of a texture, without what the driver adds.
+pub(crate) fn texture_bytes(texture: &wgpu::Texture) -> u64 {
+    let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
+    let size = [texture.width(), texture.height(), texture.depth_or_array_layers()];
+    let volume = texture.dimension() == wgpu::TextureDimension::D3;
+    texel * texels(size, texture.mip_level_count(), volume)
+}
+
 impl Made {
     fn bytes(&self) -> u64 {
         match self {
             Self::Buffer(buffer) => buffer.size(),
-            Self::Texture(texture) => {
-                let texel = u64::from(texture.format().block_copy_size(None).unwrap_or(0));
-                let size = [texture.width(), texture.height(), texture.depth_or_array_layers()];
-                let volume = texture.dimension() == wgpu::TextureDimension::D3;
-                texel * texels(size, texture.mip_level_count(), volume)
-            }
+            Self::Texture(texture) => texture_bytes(texture),
         }
     }
 }
@@ -162,16 +175,33 @@ impl FrameResources {
 }
 
 impl Resources {
-    /// Drops what has not been used for a while; called once a frame.
-    pub(crate) fn next_frame(&mut self) {
-        self.frame += 1;
-        let oldest = self.frame.saturating_sub(KEPT_FRAMES);
-        self.persistent.retain(|_, kept| kept.last_used >= oldest);
-        self.history.retain(|_, (_, kept)| kept.last_used >= oldest);
+    /// Drops what has not been used for a while; called once a frame, with the picture's size.
+    pub(crate) fn next_frame(&mut self, size: [u32; 2]) {
+        self.now = Use { frame: self.now.frame + 1, size };
+        let oldest = self.now.frame.saturating_sub(KEPT_FRAMES);
+        self.keep(|last| last.frame >= oldest);
+    }
+
+    /// Drops what was used last for a picture of another size than these.
+    pub(crate) fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
+        self.keep(|last| sizes.contains(&last.size));
+    }
+
+    fn keep(&mut self, is_kept: impl Fn(&Use) -> bool) {
+        self.persistent.retain(|_, kept| is_kept(&kept.last_used));
+        self.history.retain(|_, (_, kept)| is_kept(&kept.last_used));
         self.free.retain(|_, list| {
-            list.retain(|(_, last_used)| *last_used >= oldest);
+            list.retain(|(_, last_used)| is_kept(last_used));
             !list.is_empty()
         });
+    }
+
+    /// Bytes of all that is kept for frames to come, without what the driver adds.
+    pub(crate) fn bytes(&self) -> u64 {
+        let persistent = self.persistent.values().map(|kept| &kept.made);
+        let history = self.history.values().map(|(_, kept)| &kept.made);
+        let free = self.free.values().flatten().map(|(made, _)| made);
+        persistent.chain(history).chain(free).map(Made::bytes).sum()
     }
 
     /// Lends the resources that these passes touch.
@@ -222,7 +252,7 @@ impl Resources {
                         .persistent
                         .entry(id.clone())
                         .or_insert_with(|| Kept::new(gpu, &id, label, store));
-                    kept.last_used = self.frame;
+                    kept.last_used = self.now;
                     if kept.filled {
                         frame.filled.push(node);
                     }
@@ -253,7 +283,7 @@ impl Resources {
         if kept.0 != id {
             *kept = new();
         }
-        kept.1.last_used = self.frame;
+        kept.1.last_used = self.now;
         kept.1.made.clone()
     }
 
@@ -279,7 +309,7 @@ impl Resources {
     /// key names.
     pub(crate) fn give_back(&mut self, frame: FrameResources, written: &[Node]) {
         for (shape, made) in frame.lent {
-            self.free.entry(shape).or_default().push((made, self.frame));
+            self.free.entry(shape).or_default().push((made, self.now));
         }
         for (node, id) in frame.keys {
             if written.contains(&node)

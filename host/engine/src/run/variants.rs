@@ -107,6 +107,21 @@ impl<P> Variants<P> {
         Some(least.pipeline.clone())
     }
 
+    /// How many there are.
+    pub(super) fn len(&self) -> usize {
+        self.all.len()
+    }
+
+    /// When each was used last.
+    pub(super) fn uses(&self) -> impl Iterator<Item = u64> {
+        self.all.iter().map(|variant| variant.last_used)
+    }
+
+    /// Lets go of those that were used last before this.
+    pub(super) fn let_go_before(&mut self, first_kept: u64) {
+        self.all.retain(|variant| variant.last_used >= first_kept);
+    }
+
     /// Keeps one.
     pub(super) fn keep(&mut self, settings: Settings, pipeline: Arc<P>, now: u64) {
         // It may have been made twice at a time.

@@ -5,7 +5,7 @@ use super::drawn::DrawnCloud;
 use super::on_host;
 use crate::engine::ResourceUse;
 use crate::gpu::Gpu;
-use crate::run::{PassState, Pipelines, Recorder};
+use crate::run::{PassState, Pipelines, Recorder, texture_bytes};
 use glam::DVec3;
 use surfelshop_api::SurfaceSettings;
 use surfelshop_api::graph::SurfaceMode;
@@ -71,12 +71,23 @@ pub(crate) struct Surface {
     pub(super) visible: bool,
     /// Surfels that were drawn for it last.
     n_drawn: usize,
+    /// Size of the picture that it was used for last, pixels: cameras of a graph have others.
+    used_for: [u32; 2],
 }
 
 impl Surface {
     /// Size in pixels.
     pub(crate) fn size(&self) -> wgpu::Extent3d {
         wgpu::Extent3d { width: self.size[0], height: self.size[1], depth_or_array_layers: 1 }
+    }
+
+    /// Bytes of its textures, without what the driver adds.
+    fn bytes(&self) -> u64 {
+        let winners = Some(&self.winners);
+        let parts = [&self.depth, &self.nearest, &self.blended, &self.fields];
+        let looked_up = [&self.material, &self.object].map(Option::as_ref);
+        let all = parts.into_iter().map(Option::as_ref).chain(looked_up).chain([winners]);
+        all.flatten().map(|view| texture_bytes(view.texture())).sum()
     }
 
     /// The packed surface of a mode, once made.
@@ -121,12 +132,15 @@ pub(crate) struct Surfaces {
     /// Cameras of graphs whose surfaces are kept besides, and frames for which they are.
     n_cameras: usize,
     n_frames_left: u64,
+    /// Size of the picture that is drawn, pixels.
+    size: [u32; 2],
 }
 
 impl Surfaces {
-    /// Makes room for the surfaces of so many cameras of a graph, once a frame. Views with other graphs
-    /// may be drawn in between, so it stays for a while.
-    pub(crate) fn make_room(&mut self, n_cameras: usize) {
+    /// Makes room for the surfaces of so many cameras of a graph, once a frame, for a picture of this
+    /// size. Views with other graphs may be drawn in between, so it stays for a while.
+    pub(crate) fn make_room(&mut self, n_cameras: usize, size: [u32; 2]) {
+        self.size = size;
         self.n_frames_left = self.n_frames_left.saturating_sub(1);
         if n_cameras >= self.n_cameras || self.n_frames_left == 0 {
             (self.n_cameras, self.n_frames_left) = (n_cameras, KEPT_FRAMES);
@@ -136,6 +150,19 @@ impl Surfaces {
     /// Lets go of all that is kept: where it is to be made anew, and after a frame that failed half way.
     pub(crate) fn forget(&mut self) {
         self.kept.clear();
+    }
+
+    /// Lets go of what was made for pictures of other sizes than these, and of what the processor drew
+    /// into.
+    pub(crate) fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
+        self.kept.retain(|(_, surface)| sizes.contains(&surface.used_for));
+        self.scratch = surfelshop_raster::Picture::default();
+    }
+
+    /// Bytes of all that is kept for frames to come, without what the driver adds.
+    pub(crate) fn bytes(&self) -> u64 {
+        let kept: u64 = self.kept.iter().map(|(_, surface)| surface.bytes()).sum();
+        kept + self.scratch.bytes()
     }
 
     /// Textures of the surface that was drawn last.
@@ -255,7 +282,8 @@ impl Surfaces {
         Ok(())
     }
 
-    fn keep(&mut self, input: &SurfaceInput<'_>, surface: Surface) -> Surface {
+    fn keep(&mut self, input: &SurfaceInput<'_>, mut surface: Surface) -> Surface {
+        surface.used_for = self.size;
         self.kept.insert(0, (input.key.clone(), surface.clone()));
         self.kept.truncate(KEPT_SURFACES + self.n_cameras);
         surface
@@ -317,6 +345,7 @@ impl Surface {
             object: None,
             visible: false,
             n_drawn: 0,
+            used_for: size,
         }
     }
 }

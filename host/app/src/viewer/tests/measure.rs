@@ -404,7 +404,7 @@ fn pictures_of_views_go_before_those_that_are_measured() {
     for (serial, is_measured) in [(1, true), (3, false), (2, false)] {
         queue.order(Place { pane: serial as u32, side: 0 }, order(serial, is_measured));
     }
-    let next = || match queue.next(None) {
+    let next = || match queue.next(None, None) {
         Some(Task::Picture(_, order)) => order.serial,
         _ => panic!("expected a picture"),
     };

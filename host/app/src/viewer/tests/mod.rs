@@ -1,6 +1,8 @@
 //! The window without a screen: every panel, switching, comparing, undo and what fails.
 
+mod edits;
 mod files;
+mod held;
 mod lamps;
 mod measure;
 mod plugins;
@@ -59,7 +61,7 @@ impl Screen {
         let mut window = Window::new(&Context::default(), arguments).unwrap();
         // A crash of another program is not this test's business.
         (window.crash, window.crash_mark) = (None, None);
-        window.memory = None;
+        (window.memory, window.recovery) = (None, None);
         let harness = Harness::builder()
             .with_size(Vec2::new(900.0, 640.0))
             .build_ui_state(|ui, window: &mut Window| window.frame(ui), window);

@@ -12,7 +12,7 @@ use std::time::Duration;
 use surfelshop_api::params::Value;
 
 /// A window over files with the tools of the faulty plugin.
-fn with_tools(files: &[&str]) -> Screen {
+pub(super) fn with_tools(files: &[&str]) -> Screen {
     let mut plugins = built_plugins();
     plugins.plugin.push(faulty());
     // For a tool that must be left behind; the others stop at once.
@@ -27,7 +27,7 @@ fn with_tools(files: &[&str]) -> Screen {
     screen
 }
 
-fn items(window: &Window) -> &[Item] {
+pub(super) fn items(window: &Window) -> &[Item] {
     window.shown.as_ref().unwrap().stock.items()
 }
 
@@ -49,7 +49,7 @@ fn choose(screen: &mut Screen, title: &str) {
 }
 
 /// Runs a tool through its window.
-fn run(screen: &mut Screen, title: &str) {
+pub(super) fn run(screen: &mut Screen, title: &str) {
     choose(screen, title);
     screen.harness.get_by_label("run").click();
     screen.frames();
@@ -57,7 +57,7 @@ fn run(screen: &mut Screen, title: &str) {
 
 impl Screen {
     #[track_caller]
-    fn until_label(&mut self, label: &str) {
+    pub(super) fn until_label(&mut self, label: &str) {
         let started = std::time::Instant::now();
         while self.harness.query_all_by_label(label).count() == 0 {
             self.harness.step();
@@ -67,7 +67,7 @@ impl Screen {
     }
 
     #[track_caller]
-    fn until_said(&mut self, words: &str) {
+    pub(super) fn until_said(&mut self, words: &str) {
         self.until(words, |window| window.messages.count(words) > 0);
     }
 }

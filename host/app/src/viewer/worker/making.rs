@@ -160,6 +160,7 @@ impl Worker {
                 self.studio.frame_view(view, &RenderRequest { frame_index, ..request })?
             }
         };
+        self.drawn = Some(Instant::now());
         self.n_drawn += match frames {
             Frames::All => u64::from(settled.n_frames),
             Frames::One(_) => 1,
