@@ -17,6 +17,7 @@ mod listing;
 mod machines;
 mod memory;
 mod messages;
+mod mutations;
 mod outputs;
 mod pictures;
 mod plugins;
