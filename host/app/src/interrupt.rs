@@ -18,10 +18,29 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 static LOOKED_AT: AtomicBool = AtomicBool::new(false);
 
 /// Notices from now on that the program is asked to end.
+///
+/// Not under `nohup`: the program is to outlive a hangup then, which could not be told from the other signals
+/// here. What one of those leaves unfinished goes with the next command that writes there.
 pub(crate) fn watch() {
-    if let Err(error) = ctrlc::set_handler(asked) {
-        tracing::debug!("requests to end will not be noticed: {error}");
+    if !ignores_hangups() {
+        notice();
     }
+}
+
+fn notice() {
+    if let Err(error) = ctrlc::set_handler(asked) {
+        // There is one already, or the system has none.
+        tracing::debug!("requests to end are noticed by another, or not at all: {error}");
+    }
+}
+
+/// Whether who started the program wants it to outlive a hangup.
+fn ignores_hangups() -> bool {
+    // SIGHUP is 1 on Linux, whose bit is the first.
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    ignored.is_some_and(|mask| mask & 1 != 0)
 }
 
 fn asked() {
@@ -42,5 +61,6 @@ fn asked() {
 /// once.
 pub(crate) fn looked_at() -> &'static AtomicBool {
     LOOKED_AT.store(true, Ordering::Relaxed);
+    notice();
     &ASKED
 }

@@ -187,7 +187,7 @@ fn kills_at_any_moment_leave_whole_files() {
         let (command, output, longest_ms) = commands[number % commands.len()];
         let signal = signals[chance.below(signals.len())];
         let before = fs::read(desk.at(output)).unwrap();
-        let mut run = desk.command();
+        let mut run = desk.command_of_a_terminal();
         run.args(command.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::null());
         let mut child = run.spawn().unwrap();
         std::thread::sleep(Duration::from_millis(chance.below(longest_ms) as u64));

@@ -203,7 +203,7 @@ fn a_command_that_is_ended_leaves_nothing_behind_and_what_was_killed_goes_with_t
     desk.put("out.ply", "old");
     let mut n_ended = 0;
     for signal in ["-INT", "-TERM", "-HUP", "-KILL"] {
-        let mut command = desk.command();
+        let mut command = desk.command_of_a_terminal();
         command.args(["convert", "in.ply", "out.ply", "--ascii"]);
         let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
         if !is_writing(&desk, &mut child) {
@@ -229,6 +229,24 @@ fn a_command_that_is_ended_leaves_nothing_behind_and_what_was_killed_goes_with_t
     desk.put("tiny.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     desk.run("convert tiny.obj next.ply").done();
     assert_eq!(desk.files(), ["in.ply", "next.ply", "out.ply", "tiny.obj"]);
+}
+
+#[test]
+fn a_command_that_was_started_to_outlive_a_hangup_does() {
+    let desk = Desk::new();
+    let surfels: Vec<_> = (0..100_000).map(|i| facing_front(i as f32, 0.0, 0.5)).collect();
+    desk.put_cloud("in.ply", &surfels);
+    let program = desk.command();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "trap '' HUP; exec \"$@\"", "sh"]).arg(program.get_program());
+    shell.args(["convert", "in.ply", "out.ply", "--ascii"]).current_dir(desk.at(""));
+    let mut child = shell.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    if is_writing(&desk, &mut child) {
+        let sent = Command::new("kill").args(["-HUP", &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+    }
+    assert_eq!(wait(&mut child, "convert"), Some(0));
+    assert!(desk.at("out.ply").is_file());
 }
 
 #[test]

@@ -128,6 +128,21 @@ impl Desk {
         }
     }
 
+    /// The same as from a terminal, which ignores no hangups: a test may have been started by what does.
+    pub(crate) fn command_of_a_terminal(&self) -> Command {
+        let program = self.command();
+        let mut command = Command::new("env");
+        command.arg("--default-signal=HUP").arg(program.get_program());
+        command.current_dir(self.folder.path());
+        for (name, value) in program.get_envs() {
+            match value {
+                Some(value) => command.env(name, value),
+                None => command.env_remove(name),
+            };
+        }
+        command
+    }
+
     /// The program, about to run in the folder.
     pub(crate) fn command(&self) -> Command {
         let mut command = Command::new(program());
