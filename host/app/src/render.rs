@@ -49,8 +49,7 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
     let started = Instant::now();
     let inputs = Inputs::open(&arguments.files)?;
     // What can fail at once is tried before a large cloud is read.
-    let mut outputs: Vec<&Path> = arguments.out.iter().map(OutputFile::path).collect();
-    outputs.extend(arguments.save_graph.as_deref());
+    let outputs = outputs(arguments);
     files::check_outputs(&outputs)?;
     let opened = inputs.opened.as_ref();
     let registry = studio::registry(&arguments.plugins)?;
@@ -131,6 +130,12 @@ pub(crate) fn run(arguments: &RenderArguments, given: &Given) -> anyhow::Result<
         "timings": timings,
         "counters": studio.engine.counters(),
     }))
+}
+
+/// All files that are to be written.
+fn outputs(arguments: &RenderArguments) -> Vec<&Path> {
+    let pictures = arguments.out.iter().map(OutputFile::path);
+    pictures.chain(arguments.save_graph.as_deref()).collect()
 }
 
 /// Opens the device; without one the line says what draws all the same.

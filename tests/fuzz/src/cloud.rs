@@ -1,5 +1,6 @@
 //! Clouds and light probes, which are read from files.
 
+use crate::assert_one_line;
 use std::path::Path;
 use surfelshop_cloud::{ReadOptions, WriteOptions, probe, read, write};
 
@@ -26,10 +27,10 @@ pub fn cloud(bytes: &[u8]) {
                     let again = again.unwrap_or_else(|error| panic!("what was written: {error}"));
                     assert_eq!(again.cloud.len(), loaded.cloud.len());
                 }
-                Err(error) => one_line(&error.to_string()),
+                Err(error) => assert_one_line(&error.to_string()),
             }
         }
-        Err(error) => one_line(&error.to_string()),
+        Err(error) => assert_one_line(&error.to_string()),
     });
 }
 
@@ -40,10 +41,6 @@ pub fn cloud(bytes: &[u8]) {
 pub fn probe(bytes: &[u8]) {
     with_file(bytes, "hdr", |path| match probe::read(path, None) {
         Ok(probe) => assert!(probe.texels.iter().flatten().all(|value| value.is_finite())),
-        Err(error) => one_line(&error.to_string()),
+        Err(error) => assert_one_line(&error.to_string()),
     });
-}
-
-fn one_line(line: &str) {
-    assert!(!line.is_empty() && !line.contains('\n'), "{line:?}");
 }

@@ -55,3 +55,8 @@ pub fn allow_contained_panics() {
         }));
     });
 }
+
+/// What is said to a person: one line without anything that steers a terminal.
+fn assert_one_line(line: &str) {
+    assert!(!line.is_empty() && !line.contains(char::is_control), "{line:?}");
+}

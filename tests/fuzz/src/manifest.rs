@@ -1,5 +1,6 @@
 //! Plugin files and the manifests in them.
 
+use crate::assert_one_line;
 use surfelshop_api::manifest::decode;
 use surfelshop_engine::plugins::inspect_bytes;
 
@@ -10,8 +11,7 @@ use surfelshop_engine::plugins::inspect_bytes;
 pub fn manifest(bytes: &[u8]) {
     // What is refused says why in one line, whatever it is.
     if let Err(refused) = inspect_bytes(bytes) {
-        let line = refused.to_string();
-        assert!(!line.is_empty() && !line.contains('\n'), "{line:?}");
+        assert_one_line(&refused.to_string());
     }
     drop(decode(bytes));
 }

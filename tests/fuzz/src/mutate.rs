@@ -14,7 +14,7 @@ impl Chance {
     }
 
     /// The next number.
-    pub fn next(&mut self) -> u64 {
+    pub fn number(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -23,7 +23,7 @@ impl Chance {
 
     /// A number below `end`; 0 where that is 0.
     pub fn below(&mut self, end: usize) -> usize {
-        if end == 0 { 0 } else { (self.next() % end as u64) as usize }
+        if end == 0 { 0 } else { (self.number() % end as u64) as usize }
     }
 }
 
@@ -68,9 +68,9 @@ fn change(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], chance: &mut Chance) {
     let at = chance.below(bytes.len());
     let length = 1 + chance.below(64).min(bytes.len().saturating_sub(at + 1));
     let end = (at + length).min(bytes.len());
-    match chance.below(9) {
+    match chance.below(11) {
         0 if !bytes.is_empty() => bytes[at] ^= 1 << chance.below(8),
-        1 if !bytes.is_empty() => bytes[at] = chance.next() as u8,
+        1 if !bytes.is_empty() => bytes[at] = chance.number() as u8,
         2 => bytes.truncate(at),
         3 => drop(bytes.drain(at..end)),
         4 => {
@@ -92,12 +92,30 @@ fn change(bytes: &mut Vec<u8>, seeds: &[Vec<u8>], chance: &mut Chance) {
             let end = (at + 4).min(bytes.len());
             bytes.splice(at..end, word);
         }
+        8 => line_again(bytes, at, chance),
+        // A long run of one byte, rarely as long as the input may be: a line that does not end.
+        9 => {
+            let length = if chance.below(8) == 0 { LONGEST } else { 1 << chance.below(12) };
+            let byte = [b'0', b' ', b'\0', b'a'][chance.below(4)];
+            bytes.splice(at..at, std::iter::repeat_n(byte, length));
+        }
         _ => {
             let what: &[u8] = [&b"\n"[..], b"\0", b" ", b"\xff", b"\x1b[31m", b"\r", b"#", b"\""]
                 [chance.below(8)];
             bytes.splice(at..at, what.iter().copied());
         }
     }
+}
+
+/// The line around a place, some more times.
+fn line_again(bytes: &mut Vec<u8>, at: usize, chance: &mut Chance) {
+    let is_break = |byte: &u8| *byte == b'\n';
+    let start = bytes[..at].iter().rposition(is_break).map_or(0, |before| before + 1);
+    let end = bytes[at..].iter().position(is_break).map_or(bytes.len(), |length| at + length + 1);
+    let line = bytes[start..end].to_vec();
+    // Long ones once or twice, so that it stays a small file.
+    let times = 1 << chance.below(if line.len() > 256 { 2 } else { 8 });
+    bytes.splice(start..start, line.repeat(times));
 }
 
 /// Another number in the place of one that is written in digits.

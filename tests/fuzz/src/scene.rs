@@ -1,5 +1,6 @@
 //! Scene files.
 
+use crate::assert_one_line;
 use std::path::Path;
 use surfelshop_cloud::scene::read_bytes;
 
@@ -10,13 +11,9 @@ use surfelshop_cloud::scene::read_bytes;
 pub fn scene(bytes: &[u8]) {
     match read_bytes(Path::new("fuzz.scene.toml"), bytes) {
         Ok(opened) => {
-            let lines = opened.warnings.iter();
-            assert!(lines.clone().all(|line| !line.contains('\n')), "{:?}", opened.warnings);
+            opened.warnings.iter().for_each(|line| assert_one_line(line));
             drop(opened.scene.scene());
         }
-        Err(error) => {
-            let line = error.to_string();
-            assert!(!line.is_empty() && !line.contains('\n'), "{line:?}");
-        }
+        Err(error) => assert_one_line(&error.to_string()),
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::program::{Desk, facing_front};
 use std::fs;
+use std::hash::{DefaultHasher, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
@@ -34,6 +35,22 @@ fn files_of(folder: &str, ending: &str) -> Vec<Vec<u8>> {
     paths.iter().map(|path| fs::read(path).unwrap()).collect()
 }
 
+/// A report that is done already: what it kept is all that the next one reads.
+const REPORT: &str = "report one.ply -r ewa-phong --knob shininess=2,8 --reference-set shininess=8 --size 16 \
+                      --repeats 2 -o folder";
+/// What a report keeps: whole, and what came since, a line each.
+const KEPT: [&str; 2] = ["folder/cells.json", "folder/cells.log"];
+
+/// Lines as a report that was killed leaves them behind its cells.
+fn log_of(cells: &[u8]) -> Vec<u8> {
+    let kept: serde_json::Value = serde_json::from_slice(cells).unwrap();
+    let mut key = DefaultHasher::new();
+    key.write(kept["key"].as_str().unwrap().as_bytes());
+    let line = |cell| serde_json::json!({ "of": key.finish(), "what": { "cell": cell } });
+    let lines = kept["cells"].as_array().unwrap().iter().map(line);
+    lines.map(|line| format!("{line}\n")).collect::<String>().into_bytes()
+}
+
 /// A kind of input: what it is called, good ones, and commands that read it.
 struct Kind {
     name: &'static str,
@@ -43,6 +60,9 @@ struct Kind {
 
 fn kinds(desk: &Desk) -> Vec<Kind> {
     desk.run("render one.ply -r ewa-phong --size 8 -o y.png --save-graph good.graph").done();
+    desk.run(REPORT).done();
+    let cells = fs::read(desk.at(KEPT[0])).unwrap();
+    let log = log_of(&cells);
     let scene = "format = 1\nexposure = 0.5\n[camera]\neye = [0, 0, 4]\ntarget = [0, 0, 0]\n[[lights]]\n\
                  towards = [0, 1, 1]\n[[clouds]]\npath = 'one.ply'\ntransform = { scale = 2.0 }\n[[views]]\n\
                  renderer = 'ewa-phong'\nvalues = { shininess = 8.0 }\n";
@@ -61,9 +81,14 @@ fn kinds(desk: &Desk) -> Vec<Kind> {
                 "convert x.ply out.ply",
                 "bake x.ply -t radii -o out.ply",
                 "render x.ply --size 8 -o y.png",
+                "compare x.ply -r flat --size 8 --repeats 1 -o compared",
             ],
         ),
-        kind("x.hdr", files_of("tests/fuzz/corpus/probe", ""), &["info x.hdr"]),
+        kind(
+            "x.hdr",
+            files_of("tests/fuzz/corpus/probe", ""),
+            &["info x.hdr", "render one.ply -r environment --env x.hdr --size 8 -o y.png"],
+        ),
         kind(
             "x.scene.toml",
             vec![scene.into()],
@@ -81,6 +106,8 @@ fn kinds(desk: &Desk) -> Vec<Kind> {
             &["render one.ply --graph x.graph --size 8 -o y.png"],
         ),
         kind("x.so", files_of("tests/fuzz/corpus/manifest", ".so"), &["plugins --plugin x.so"]),
+        kind(KEPT[0], vec![cells], &[REPORT]),
+        kind(KEPT[1], vec![log], &[REPORT]),
     ]
 }
 
@@ -133,12 +160,15 @@ fn changed_files_end_in_success_or_one_line() {
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 0.5)]);
     let kinds = kinds(&desk);
     let mut chance = Chance::new(2028);
-    let n_runs = if is_long() { 4_000 } else { 110 };
+    let n_runs = if is_long() { 4_500 } else { 126 };
     let mut n_good = 0;
     for number in 0..n_runs {
         let kind = &kinds[number % kinds.len()];
         let command = kind.commands[chance.below(kind.commands.len())];
         let bytes = mutated(&kind.seeds, &mut chance);
+        for good in kinds.iter().filter(|kind| KEPT.contains(&kind.name)) {
+            fs::write(desk.at(good.name), &good.seeds[0]).unwrap();
+        }
         fs::write(desk.at(kind.name), &bytes).unwrap();
         drop(fs::remove_file(desk.at("out.ply")));
         let mut judged = judge(&desk, command);
@@ -150,7 +180,8 @@ fn changed_files_end_in_success_or_one_line() {
             }
         }
         if let Err(what) = judged {
-            let path = std::env::temp_dir().join(format!("surfelshop-{number}-{}", kind.name));
+            let path = std::env::temp_dir()
+                .join(format!("surfelshop-{number}-{}", kind.name.replace('/', "-")));
             fs::write(&path, bytes).unwrap();
             panic!("{number}: {command}: {what}; the input is {}", path.display());
         }
