@@ -124,6 +124,9 @@ fn radiance(error: ImageError, size: Option<[u32; 2]>) -> ProbeFault {
 }
 
 fn damaged(format: &'static str, found: &str) -> ProbeFault {
+    // Readers quote what they find, whatever that is.
+    let shown = |c: char| if c.is_control() { '?' } else { c };
+    let found: String = found.chars().map(|c| if c == '\n' { ' ' } else { shown(c) }).collect();
     ProbeFault::Damaged { format, found: found.split_whitespace().collect::<Vec<_>>().join(" ") }
 }
 
