@@ -97,7 +97,8 @@ pub(crate) struct Pipelines {
 
 impl Pipelines {
     pub(crate) fn new(device: wgpu::Device) -> Result<Self, RenderError> {
-        let library = Library::new().map_err(|error| RenderError::Host(error.message))?;
+        let on_cpu = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        let library = Library::new(on_cpu).map_err(|error| RenderError::Host(error.message))?;
         Ok(Self {
             beside: Beside::new(device.clone()),
             device,

@@ -6,8 +6,9 @@
 
 use super::bound_loops;
 use super::expanded;
-use super::large_stack::{MAX_ELSE, MAX_WGSL_BYTES};
+use super::loops;
 use super::numbered::{member_with_digit, numbered};
+use super::text;
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
 };
@@ -78,14 +79,16 @@ pub(crate) fn fingerprint() -> u64 {
 /// Composes shaders from text and the host's modules.
 pub(crate) struct Library {
     composer: Composer,
+    /// Most loops one after another.
+    max_loops: u64,
 }
 
 impl Library {
-    /// A library with all of the host's modules.
+    /// A library with all of the host's modules, for a device that computes on the CPU or another.
     ///
     /// # Errors
     /// Where a host module is broken, which the tests exclude.
-    pub(crate) fn new() -> Result<Self, ShaderError> {
+    pub(crate) fn new(on_cpu: bool) -> Result<Self, ShaderError> {
         let mut composer = Composer::non_validating();
         composer.capabilities = capabilities();
         for (file, source) in MODULES {
@@ -99,7 +102,8 @@ impl Library {
                 return Err(one_line(&error.emit_to_string(&composer)));
             }
         }
-        Ok(Self { composer })
+        let max_loops = if on_cpu { loops::MAX_ON_CPU } else { loops::MAX_ON_CARD };
+        Ok(Self { composer, max_loops })
     }
 
     /// Composes a text with the modules it brings along, and validates; `defines` are set for
@@ -113,7 +117,7 @@ impl Library {
         modules: &[Module],
         defines: &[&str],
     ) -> Result<Composed, ShaderError> {
-        check_size(source, modules)?;
+        text::check(source, modules)?;
         check_imports(source, modules)?;
         let composed = self.add(modules).and_then(|()| self.compose_checked(source, defines));
         let composed = composed.map_err(|error| error.in_file(modules));
@@ -193,28 +197,11 @@ impl Library {
             ShaderError::new(undecorated_text(&message))
         })?;
         check_variables(&module)?;
-        let size = expanded::check(&module)?;
-        tracing::debug!(size.function, size.expanded, "operations of a shader");
+        let n_operations = expanded::check(&module, &info)?;
+        let n_loops = loops::check(&module, self.max_loops)?;
+        tracing::debug!(n_loops, n_operations, "operations of a shader");
         Ok(Composed { module, info })
     }
-}
-
-/// Refuses texts that would take too long.
-fn check_size(source: &str, modules: &[Module]) -> Result<(), ShaderError> {
-    let texts = || modules.iter().map(|module| module.wgsl.as_str()).chain([source]);
-    let n_bytes: usize = texts().map(str::len).sum();
-    if n_bytes > MAX_WGSL_BYTES {
-        return Err(ShaderError::new(format!(
-            "the shader has {n_bytes} bytes, at most {MAX_WGSL_BYTES} are compiled"
-        )));
-    }
-    let n_else: usize = texts().map(|text| text.matches("else").count()).sum();
-    if n_else > MAX_ELSE {
-        return Err(ShaderError::new(format!(
-            "the shader has {n_else} `else`, at most {MAX_ELSE} are compiled"
-        )));
-    }
-    Ok(())
 }
 
 /// Most bytes of a variable that each invocation has of its own. Drivers keep them in registers where
@@ -390,7 +377,7 @@ mod tests {
 
     #[test]
     fn every_host_module_composes() {
-        let mut library = Library::new().unwrap();
+        let mut library = Library::new(true).unwrap();
         let source = "
             #import surfelshop::surface::{Surface, surface_at}
             #import surfelshop::light::diffuse_irradiance
@@ -406,7 +393,7 @@ mod tests {
 
     #[test]
     fn mistakes_are_one_line_with_their_position() {
-        let mut library = Library::new().unwrap();
+        let mut library = Library::new(true).unwrap();
         let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[], &[]);
         let message = unknown.err().unwrap().message;
         assert!(message.contains("nothing") && message.contains("line 2"), "{message}");

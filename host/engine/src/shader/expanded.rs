@@ -1,159 +1,166 @@
-//! How large a shader is once the functions it calls stand where they are called: compilers of drivers put them
-//! there. Nineteen functions that each call the one before twice are a kilobyte of text and a million calls.
+//! How much a driver has to compile: drivers put functions in place of their calls, so a short text of
+//! functions that call each other twice is a program of any length.
+//!
+//! Invariants: every function is looked at once, whatever calls it; sizes saturate and never wrap.
 
 use super::compose::{ShaderError, undecorated};
-use naga::{Block, Expression, Function, Module, Statement};
+use super::weights::Weights;
+use naga::valid::{FunctionInfo, ModuleInfo};
+use naga::{AddressSpace, Block, Function, Module, Statement};
 
-/// Most operations of an entry point with all it calls. The largest one of this project, a pattern of
-/// `procedural`, has 4173. llvmpipe (Mesa 22.3, LLVM 15, one core) takes 1.1 s for 4,000 in functions that call
-/// each other, 2.5 s for 7,000, 6.4 s for 14,000, 21 s for 28,000, and memory in proportion to that time.
-pub(super) const MAX_OPERATIONS: u64 = 20_000;
+/// Most operations of a function with all that it calls, as [`Weights`] counts them. The largest one of this
+/// project, a pattern of `procedural`, has 9,412. llvmpipe (Mesa 22.3, LLVM 15, one core) takes up to 5 s for
+/// one at the bound.
+pub(super) const MAX_OPERATIONS: u64 = 32_768;
 
-/// Most operations of a function alone. The largest one of this project has 198; a sum of 8,000 terms takes
-/// llvmpipe 2.3 s, one of 12,000 took 38 s of a busy machine.
-pub(super) const MAX_OF_FUNCTION: u64 = 8_000;
-
-/// Operations of the largest function, and of the largest entry point with all it calls.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Size {
-    pub(super) function: u64,
-    pub(super) expanded: u64,
-}
-
-/// Refuses modules that drivers would take too long for, or all memory; says how large this one is.
-pub(super) fn check(module: &Module) -> Result<Size, ShaderError> {
-    // A function stands behind all that it calls; the validator has seen to that.
+/// Operations of the largest function of a validated module.
+///
+/// # Errors
+/// The first function that is larger than drivers compile in reasonable time.
+pub(super) fn check(module: &Module, info: &ModuleInfo) -> Result<u64, ShaderError> {
+    let weights = Weights::new(module);
+    // By index: a function comes after those it calls.
     let mut expanded: Vec<u64> = Vec::with_capacity(module.functions.len());
-    let mut size = Size::default();
-    for (_, function) in module.functions.iter() {
-        let all = one(function, function.name.as_deref(), &expanded, &mut size)?;
-        expanded.push(all);
+    let mut largest = 0;
+    for (handle, function) in module.functions.iter() {
+        let size = size(&weights, function, &info[handle], &expanded);
+        let name = undecorated(function.name.as_deref().unwrap_or_default());
+        largest = largest.max(within(size, &name)?);
+        expanded.push(size);
     }
-    for entry in &module.entry_points {
-        one(&entry.function, Some(&entry.name), &expanded, &mut size)?;
+    for (i, entry) in module.entry_points.iter().enumerate() {
+        let info = info.get_entry_point(i);
+        let private = module.global_variables.iter().filter(|(handle, variable)| {
+            variable.space == AddressSpace::Private && !info[*handle].is_empty()
+        });
+        let private = weights.variables(private.map(|(_, variable)| variable.ty));
+        let size = size(&weights, &entry.function, info, &expanded).saturating_add(private);
+        largest = largest.max(within(size, &entry.name)?);
     }
-    Ok(size)
+    Ok(largest)
 }
 
-/// Operations of a function with all it calls, where they are not too many.
-fn one(
-    function: &Function,
-    name: Option<&str>,
-    expanded: &[u64],
-    size: &mut Size,
-) -> Result<u64, ShaderError> {
-    let name = || undecorated(name.unwrap_or_default());
-    let (mut own, mut called) = (0u64, 0u64);
-    count(&function.body, &mut |statement| {
-        own += 1;
-        if let Statement::Call { function, .. } = statement {
-            called = called.saturating_add(expanded.get(function.index()).copied().unwrap_or(0));
-        }
-    });
-    own += operations(function);
-    if own > MAX_OF_FUNCTION {
-        return Err(ShaderError::new(format!(
-            "function `{}` has {own} operations, at most {MAX_OF_FUNCTION} are compiled; use loops, \
-             or several passes",
-            name()
-        )));
+fn within(size: u64, name: &str) -> Result<u64, ShaderError> {
+    if size <= MAX_OPERATIONS {
+        return Ok(size);
     }
-    let all = own.saturating_add(called);
-    if all > MAX_OPERATIONS {
-        return Err(ShaderError::new(format!(
-            "function `{}` has {all} operations with those of all functions it calls, at most \
-             {MAX_OPERATIONS} are compiled; call fewer functions, or in a loop",
-            name()
-        )));
-    }
-    *size = Size { function: size.function.max(own), expanded: size.expanded.max(all) };
-    Ok(all)
+    Err(ShaderError::new(format!(
+        "function `{name}` has {size} operations with those of all functions it calls, at most \
+         {MAX_OPERATIONS} are compiled; call fewer functions, or in a loop, and put long arrays into buffers"
+    )))
 }
 
-/// Expressions of a function that compute something.
-fn operations(function: &Function) -> u64 {
-    let computes = |expression: &Expression| {
-        !matches!(
-            expression,
-            Expression::Literal(_)
-                | Expression::Constant(_)
-                | Expression::Override(_)
-                | Expression::ZeroValue(_)
-                | Expression::FunctionArgument(_)
-                | Expression::GlobalVariable(_)
-                | Expression::LocalVariable(_)
-                | Expression::CallResult(_)
-        )
-    };
-    function.expressions.iter().filter(|(_, expression)| computes(expression)).count() as u64
+/// Operations of a function with those it calls, whose sizes are known.
+fn size(weights: &Weights<'_>, function: &Function, info: &FunctionInfo, called: &[u64]) -> u64 {
+    let variables = function.local_variables.iter().map(|(_, variable)| variable.ty);
+    let expressions = function.expressions.iter();
+    let expressions = expressions.map(|(at, _)| weights.expression(function, info, at));
+    let expressions = expressions.fold(weights.variables(variables), u64::saturating_add);
+    let statement = |s: &Statement| weights.statement(function, info, s);
+    expressions.saturating_add(block_size(&function.body, called, &statement))
 }
 
-/// Calls `each` with all statements of a block and the blocks in it.
-fn count(block: &Block, each: &mut impl FnMut(&Statement)) {
-    for statement in block.iter() {
-        each(statement);
-        match statement {
-            Statement::Block(inner) => count(inner, each),
-            Statement::If { accept, reject, .. } => {
-                count(accept, each);
-                count(reject, each);
-            }
+fn block_size(block: &Block, called: &[u64], weight: &impl Fn(&Statement) -> u64) -> u64 {
+    let within = |block: &Block| block_size(block, called, weight);
+    let each = block.iter().map(|statement| {
+        let inside = match statement {
+            Statement::Block(inner) => within(inner),
+            Statement::If { accept, reject, .. } => within(accept).saturating_add(within(reject)),
             Statement::Switch { cases, .. } => {
-                cases.iter().for_each(|case| count(&case.body, each))
+                cases.iter().map(|case| within(&case.body)).fold(0, u64::saturating_add)
             }
             Statement::Loop { body, continuing, .. } => {
-                count(body, each);
-                count(continuing, each);
+                within(body).saturating_add(within(continuing))
             }
-            _ => {}
-        }
-    }
+            // The validator has seen that it comes before its callers.
+            Statement::Call { function, .. } => {
+                called.get(function.index()).copied().unwrap_or(u64::MAX)
+            }
+            _ => 0,
+        };
+        inside.saturating_add(weight(statement))
+    });
+    each.fold(0, u64::saturating_add)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::shader::on_large_stack;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
 
-    fn checked(source: &str) -> Result<Size, ShaderError> {
-        let checked = || check(&naga::front::wgsl::parse_str(source).unwrap());
+    fn checked(source: &str) -> Result<u64, String> {
+        let checked = || {
+            let module = naga::front::wgsl::parse_str(source).unwrap();
+            let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
+            let info = validator.validate(&module).unwrap();
+            check(&module, &info).map_err(|error| error.message)
+        };
         on_large_stack(checked).unwrap()
+    }
+
+    fn main(functions: &str, body: &str) -> String {
+        format!("{functions}\n@compute @workgroup_size(1) fn main() {{ {body} }}")
     }
 
     /// `f0` to `f(n-1)`, each calling the one before twice.
     fn doubling(n: usize) -> String {
-        let mut text = "fn f0(x: f32) -> f32 { return x * x; }\n".to_owned();
-        for i in 1..n {
-            let before = i - 1;
-            text += &format!("fn f{i}(x: f32) -> f32 {{ return f{before}(f{before}(x)); }}\n");
-        }
-        text + &format!("@compute @workgroup_size(1) fn main() {{ _ = f{}(1.0); }}", n - 1)
+        let next =
+            |i: usize| format!("fn f{i}(x: f32) -> f32 {{ return f{0}(f{0}(x)); }}\n", i - 1);
+        let all: String = (1..n).map(next).collect();
+        let first = "fn f0(x: f32) -> f32 { return x * x; }\n";
+        main(&format!("{first}{all}"), &format!("_ = f{}(1.0);", n - 1))
     }
 
     #[test]
     fn what_is_called_counts_where_it_is_called() {
-        // f0: a product, told to be computed, and a return. Each other: two calls and a return, and all of the
-        // one before twice.
-        let size = |n: u32| checked(&doubling(n as usize)).unwrap().expanded;
-        let expected = |n: u32| (0..n - 1).fold(3, |before, _| 2 * before + 3);
+        // f0: a product and a return. Each other: two calls of one argument, a return, and all of the one before
+        // twice.
+        let expected = |n: usize| (1..n).fold(2, |before, _| 2 * before + 5);
         for n in [2, 3, 8] {
             // The entry point calls the last one and returns.
-            assert_eq!(size(n), expected(n) + 2, "{n}");
+            assert_eq!(checked(&doubling(n)), Ok(expected(n) + 3), "{n}");
         }
-        let error = checked(&doubling(19)).unwrap_err().message;
-        assert!(error.contains("function `f12`") && error.contains("24573 operations"), "{error}");
+        let error = checked(&doubling(19)).unwrap_err();
+        assert!(error.contains("function `f13`") && error.contains("operations"), "{error}");
     }
 
     #[test]
-    fn long_sums_are_refused_with_their_function() {
-        let sum = |n: usize| {
-            let terms = vec!["x"; n].join(" + ");
-            format!(
-                "fn f(x: f32) -> f32 {{ return {terms}; }}\n@compute @workgroup_size(1) fn main() {{ _ = f(1.0); }}"
-            )
+    fn arrays_count_by_what_is_copied() {
+        let copies =
+            "fn g(q: f32) -> f32 { var s = array<f32, 16384>(); var t = s; t[u32(q)] = q; s = t;
+            return s[u32(q)]; }";
+        assert!(checked(&main(copies, "_ = g(1.0);")).unwrap_err().contains("function `g`"));
+        let of = |n: usize| {
+            format!("fn g(q: f32) -> f32 {{ var s: array<f32, {n}>; return s[u32(q)]; }}")
         };
-        assert_eq!(checked(&sum(1000)).unwrap().function, 999 + 2);
-        let error = checked(&sum(12_000)).unwrap_err().message;
-        assert!(error.contains("function `f` has 12001 operations, at most 8000"), "{error}");
+        assert!(checked(&main(&of(256), "_ = g(1.0);")).is_ok());
+        assert!(checked(&main(&of(1024), "_ = g(1.0);")).is_err());
+        // A short one is as much where it is called often.
+        assert!(checked(&main(&of(64), &"_ = g(1.0);".repeat(10))).is_err());
+        let table = "const t = array<array<f32, 64>, 64>();
+            fn g(q: f32) -> f32 { return t[u32(q)][u32(q)]; }";
+        assert!(checked(&main(table, "_ = g(1.0);")).is_err());
+        let private = "var<private> p: array<f32, 1024>; fn g(q: u32) -> f32 { return p[q]; }";
+        assert!(checked(&main(private, "_ = g(1u);")).unwrap_err().contains("function `main`"));
+        // What no entry point reads is not there for drivers.
+        assert!(checked(&main(private, "")).is_ok());
+    }
+
+    #[test]
+    fn products_of_matrices_and_functions_count_by_what_they_compute() {
+        let products = |n: usize| {
+            let lines = "m = m * m;".repeat(n);
+            main("", &format!("var m = mat4x4<f32>(); {lines}"))
+        };
+        let one = checked(&products(2)).unwrap() - checked(&products(1)).unwrap();
+        assert!(one >= 16 * 7, "{one}");
+        assert!(checked(&products(500)).is_err());
+        assert!(checked(&main("", &"_ = 1 + 1;".repeat(4_000))).is_ok());
+        let powers = |n: usize| {
+            let lines = "x = pow(x, x);".repeat(n);
+            main("", &format!("var x = 2.0; {lines}"))
+        };
+        assert!(checked(&powers(900)).is_err() && checked(&powers(100)).is_ok());
     }
 }

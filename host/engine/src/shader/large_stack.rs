@@ -1,15 +1,8 @@
 //! Compiling where there is room: shaders are text from strangers, and compilers recurse over it.
 
-/// Stack of a compiling thread. The longest shader allowed, [`MAX_WGSL_BYTES`] of `x+x+x`, takes
-/// under 200 MiB; pages that are not touched cost nothing.
+/// Stack of a compiling thread. The deepest text that is compiled takes under 200 MiB; pages that are not
+/// touched cost nothing.
 pub(crate) const STACK_BYTES: usize = 512 << 20;
-
-/// Longest shader, in bytes.
-pub(crate) const MAX_WGSL_BYTES: usize = 256 << 10;
-
-/// Most `else` of a shader: each nests the next one deeper, in drivers' compilers too, whose stack
-/// is not ours to choose.
-pub(crate) const MAX_ELSE: usize = 1_000;
 
 /// Runs `work` on a thread with a large stack.
 ///

@@ -203,7 +203,7 @@ mod tests {
                  return shade(surface::surface_at(vec2<u32>(p.xy)));\n\
              }}"
         );
-        let composed = Library::new().unwrap().compose(&source, &[], &[]).unwrap();
+        let composed = Library::new(true).unwrap().compose(&source, &[], &[]).unwrap();
         let flags = flags.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect();
         let members = members_read(&composed, naga::ShaderStage::Fragment, "main", &flags);
         (members.albedo, members.ao)

@@ -4,9 +4,13 @@ mod bound_loops;
 mod compose;
 mod expanded;
 mod large_stack;
+mod loops;
 mod members;
 mod numbered;
 mod reflect;
+mod text;
+mod tokens;
+mod weights;
 
 pub(crate) use compose::{Composed, Library, fingerprint};
 pub(crate) use large_stack::{STACK_BYTES, on_large_stack};

@@ -1,6 +1,8 @@
 //! Gives the resources of a module binding numbers, which the composer wants there and which are
 //! given anew in the whole.
 
+use super::tokens::comment;
+
 /// Numbers of host modules are below this, and each module of a text has so many of its own.
 const NUMBERS: usize = 64;
 
@@ -63,29 +65,6 @@ pub(super) fn member_with_digit(wgsl: &str) -> Option<String> {
         let mut names = names.flatten().take(members.matches(':').count());
         names.find(|name| name.ends_with(|c: char| c.is_ascii_digit())).map(str::to_owned)
     })
-}
-
-/// Length of the comment that a text begins with.
-fn comment(text: &str) -> usize {
-    if text.starts_with("//") {
-        return text.find('\n').unwrap_or(text.len());
-    }
-    if !text.starts_with("/*") {
-        return 0;
-    }
-    let (mut depth, mut at) = (0, 0);
-    while at < text.len() {
-        let rest = &text.as_bytes()[at..];
-        match rest {
-            [b'/', b'*', ..] => (depth, at) = (depth + 1, at + 2),
-            [b'*', b'/', ..] => (depth, at) = (depth - 1, at + 2),
-            _ => at += 1,
-        }
-        if depth == 0 {
-            break;
-        }
-    }
-    at
 }
 
 /// Whether a text begins with the declaration of a uniform, a storage buffer, a texture or a
