@@ -4,6 +4,8 @@
 //! unfinished is left in the user's folders.
 
 use crate::terminal;
+#[cfg(unix)]
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use surfelshop_cloud::files;
 use surfelshop_engine::plugins;
@@ -18,29 +20,52 @@ static ASKED: AtomicBool = AtomicBool::new(false);
 static LOOKED_AT: AtomicBool = AtomicBool::new(false);
 
 /// Notices from now on that the program is asked to end.
-///
-/// Not under `nohup`: the program is to outlive a hangup then, which could not be told from the other signals
-/// here. What one of those leaves unfinished goes with the next command that writes there.
 pub(crate) fn watch() {
-    if !ignores_hangups() {
-        notice();
+    on_request(asked);
+}
+
+/// Has `asked` called, on a thread of its own, whenever the program is asked to end.
+///
+/// What was ignored when the program was started stays ignored, each signal by itself: under `nohup` the program
+/// outlives a hangup and still ends in order at the others.
+#[cfg(unix)]
+pub(crate) fn on_request(asked: impl Fn() + Send + 'static) {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
+    let ignored = ignored();
+    let is_wanted = |signal: &i32| ignored & 1 << (signal - 1) == 0;
+    match signal_hook::iterator::Signals::new(
+        [SIGINT, SIGTERM, SIGHUP].into_iter().filter(is_wanted),
+    ) {
+        Ok(mut signals) => {
+            // Not waited for: it ends with the program.
+            let noticed = move || signals.forever().for_each(|_signal| asked());
+            let thread = std::thread::Builder::new().name("signals".to_owned()).spawn(noticed);
+            if let Err(error) = thread {
+                tracing::debug!("no thread could be started to notice requests to end: {error}");
+            }
+        }
+        Err(error) => tracing::debug!("requests to end are not noticed: {error}"),
+    }
+    // A write beyond the limit of `ulimit -f` is an error with its line then, and not the end of the program.
+    if let Err(error) = signal_hook::flag::register(SIGXFSZ, Arc::default()) {
+        tracing::debug!("writes beyond a limit end the program: {error}");
     }
 }
 
-fn notice() {
+/// Has `asked` called, on a thread of its own, whenever the program is asked to end.
+#[cfg(not(unix))]
+pub(crate) fn on_request(asked: impl Fn() + Send + 'static) {
     if let Err(error) = ctrlc::set_handler(asked) {
-        // There is one already, or the system has none.
-        tracing::debug!("requests to end are noticed by another, or not at all: {error}");
+        tracing::debug!("requests to end are not noticed: {error}");
     }
 }
 
-/// Whether who started the program wants it to outlive a hangup.
-fn ignores_hangups() -> bool {
-    // SIGHUP is 1 on Linux, whose bit is the first.
+/// The signals that whoever started the program wants it to outlive: a bit each, the first the lowest.
+#[cfg(unix)]
+fn ignored() -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    let ignored = ignored.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
-    ignored.is_some_and(|mask| mask & 1 != 0)
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0)
 }
 
 fn asked() {
@@ -61,6 +86,5 @@ fn asked() {
 /// once.
 pub(crate) fn looked_at() -> &'static AtomicBool {
     LOOKED_AT.store(true, Ordering::Relaxed);
-    notice();
     &ASKED
 }

@@ -14,6 +14,7 @@ use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
+use std::time::{Duration, Instant};
 use tempfile::NamedTempFile;
 
 /// How the name of a file starts that is being written.
@@ -61,6 +62,16 @@ pub fn keep_folder() {
     if let Ok(folder) = std::env::current_dir() {
         // The first one counts.
         drop(FOLDER.set(folder));
+    }
+}
+
+/// Takes the program back to the folder of [`keep_folder`]: for after code of others has run, which may have gone
+/// elsewhere. A folder that is gone meanwhile is left as it is.
+pub fn return_to_folder() {
+    if let Some(folder) = FOLDER.get()
+        && std::env::current_dir().ok().as_ref() != Some(folder)
+    {
+        drop(std::env::set_current_dir(folder));
     }
 }
 
@@ -175,11 +186,21 @@ pub fn folder_of(path: &Path) -> &Path {
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 /// Removes the unfinished files of this process: for a program that is about to end without the usual
-/// clean-up. Nobody makes another for as long as the answer lives.
+/// clean-up. Nobody makes another for as long as the answer lives. A thread that a file system holds up is not
+/// waited for.
 #[must_use = "another thread may go on writing once it is dropped"]
 pub fn abandon() -> impl Sized {
-    let unfinished = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
-    for path in &*unfinished {
+    const LONGEST: Duration = Duration::from_secs(1);
+    let began = Instant::now();
+    let unfinished = loop {
+        match UNFINISHED.try_lock() {
+            Ok(unfinished) => break Some(unfinished),
+            Err(std::sync::TryLockError::Poisoned(error)) => break Some(error.into_inner()),
+            Err(std::sync::TryLockError::WouldBlock) if began.elapsed() > LONGEST => break None,
+            Err(std::sync::TryLockError::WouldBlock) => std::thread::sleep(LONGEST / 1000),
+        }
+    };
+    for path in unfinished.iter().flat_map(|paths| paths.iter()) {
         // Nobody is left to tell.
         drop(fs::remove_file(path));
     }
@@ -236,10 +257,13 @@ fn beside(target: &Path) -> io::Result<Unfinished> {
         #[cfg(unix)]
         {
             use std::os::unix::fs::{MetadataExt as _, fchown};
-            // Only a superuser may, who would otherwise take the file away from its owner.
-            drop(fchown(file.as_file(), Some(old.uid()), Some(old.gid())));
+            // Each by itself: anybody may give a file to another group of theirs, and only a superuser to another
+            // owner, who would otherwise take it away.
+            drop(fchown(file.as_file(), None, Some(old.gid())));
+            drop(fchown(file.as_file(), Some(old.uid()), None));
         }
-        file.as_file().set_permissions(old.permissions())?;
+        // Not every file system has rights; the file is whole without.
+        drop(file.as_file().set_permissions(old.permissions()));
     }
     Ok(unfinished)
 }
@@ -262,14 +286,18 @@ impl Unfinished {
             use std::os::unix::fs::PermissionsExt as _;
             builder.permissions(fs::Permissions::from_mode(0o666));
         }
+        // Somebody who locks whatever appears in the folder is not waited for; the last one is written without.
+        const MOST_NAMES: usize = 8;
+        let mut n_names = 0;
         loop {
+            n_names += 1;
             let mut known = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
             let file = builder.tempfile_in(folder)?;
             let path = file.path().to_owned();
             // Not every file system has locks; there nobody else removes the file either.
-            drop(file.as_file().lock());
+            let is_anothers = matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
             // Whoever cleans up may have been faster than the lock.
-            if path.exists() {
+            if path.exists() && (!is_anothers || n_names == MOST_NAMES) {
                 known.push(path.clone());
                 return Ok(Self { file: Some(file), path });
             }
@@ -350,6 +378,33 @@ mod tests {
         assert_eq!(read(&path, 6).unwrap(), b"second");
         assert!(matches!(read(&path, 5), Err(OpenFault::TooLong { most: 5, found: 6 })));
         assert_eq!(folder.path().read_dir().unwrap().count(), 1);
+    }
+
+    #[test]
+    fn whoever_locks_every_new_file_holds_nobody_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = folder.path().to_owned();
+        let done = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let is_done = done.clone();
+        // Holds whatever appears.
+        let other = std::thread::spawn(move || {
+            let mut held = Vec::new();
+            while !is_done.load(std::sync::atomic::Ordering::Relaxed) {
+                for found in at.read_dir().unwrap().flatten() {
+                    if let Ok(file) = File::open(found.path())
+                        && file.try_lock().is_ok()
+                    {
+                        held.push(file);
+                    }
+                }
+            }
+        });
+        for _ in 0..200 {
+            write_whole(&folder.path().join("a"), b"whole").unwrap();
+        }
+        done.store(true, std::sync::atomic::Ordering::Relaxed);
+        other.join().unwrap();
+        assert_eq!(read(&folder.path().join("a"), 5).unwrap(), b"whole");
     }
 
     #[test]

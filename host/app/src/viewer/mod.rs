@@ -53,6 +53,7 @@ mod window;
 mod worker;
 
 use crate::arguments::ViewerArguments;
+use crate::interrupt;
 use anyhow::anyhow;
 use eframe::egui;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -119,7 +120,7 @@ fn for_any_screen() -> eframe::egui_wgpu::WgpuConfiguration {
 fn close_when_asked(ctx: &egui::Context) {
     let ctx = ctx.clone();
     let asked = AtomicBool::new(false);
-    let handled = ctrlc::set_handler(move || {
+    interrupt::on_request(move || {
         withdraw_marks();
         leaving::end();
         if asked.swap(true, Ordering::Relaxed) {
@@ -128,9 +129,6 @@ fn close_when_asked(ctx: &egui::Context) {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         ctx.request_repaint();
     });
-    if let Err(error) = handled {
-        tracing::debug!("requests to end will not be noticed: {error}");
-    }
 }
 
 /// Exit code of a program that was interrupted, as shells count it: 128 and the signal's number.

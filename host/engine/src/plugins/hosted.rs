@@ -14,6 +14,7 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 use surfelshop_api::abi::host_side::{EncodedGraph, Fault, Plugin};
 use surfelshop_api::{FrameRequest, HostInfo};
+use surfelshop_cloud::files::return_to_folder;
 
 /// An instance of a renderer that runs on a thread of its own.
 pub struct Hosted {
@@ -46,13 +47,19 @@ impl Hosted {
         let (answer, answers) = mpsc::channel();
         let (start, started) = mpsc::channel();
         let host = host.clone();
-        on_own_thread(move || match plugin.create(unit_index, &host) {
-            Err(fault) => drop(start.send(Err(fault))),
-            Ok(mut instance) => {
-                drop(start.send(Ok(())));
-                for (request, stride) in asked {
-                    // Nobody receives where the host stopped waiting; then it asks no more, too.
-                    drop(answer.send(instance.frame_in_motion(&request, stride)));
+        on_own_thread(move || {
+            let created = plugin.create(unit_index, &host);
+            return_to_folder();
+            match created {
+                Err(fault) => drop(start.send(Err(fault))),
+                Ok(mut instance) => {
+                    drop(start.send(Ok(())));
+                    for (request, stride) in asked {
+                        let described = instance.frame_in_motion(&request, stride);
+                        return_to_folder();
+                        // Nobody receives where the host stopped waiting; then it asks no more, too.
+                        drop(answer.send(described));
+                    }
                 }
             }
         })?;

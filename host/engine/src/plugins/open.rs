@@ -12,6 +12,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use surfelshop_api::abi::host_side::{Fault, Plugin};
 use surfelshop_api::abi::table::{self, PluginTable};
+use surfelshop_cloud::files::return_to_folder;
 
 /// Libraries that are being loaded now.
 static OPENING: AtomicUsize = AtomicUsize::new(0);
@@ -103,6 +104,7 @@ pub(super) fn open(path: &Path, name: &Path) -> Result<Plugin, OpenError> {
     OPENING.fetch_add(1, Ordering::Relaxed);
     let library = open_library(path);
     OPENING.fetch_sub(1, Ordering::Relaxed);
+    return_to_folder();
     let library = library.map_err(system)?;
     // Plugins leave behind threads, thread-local values and function pointers, so a library is
     // never unloaded, not even one that turns out to be useless.

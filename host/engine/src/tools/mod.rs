@@ -23,6 +23,7 @@ use std::time::{Duration, Instant, SystemTime};
 use surfelshop_api::HostInfo;
 use surfelshop_api::abi::host_side::Fault;
 use surfelshop_api::params::Values;
+use surfelshop_cloud::files::return_to_folder;
 use surfelshop_cloud::{Cloud, Edited, Made, Staged};
 
 pub use progress::Progress;
@@ -126,6 +127,7 @@ impl Running {
             let desk = Desk::new(at_work, cloud.clone(), options_given);
             let ran = instance.run(&given, &cloud.view(), &desk);
             desk.end();
+            return_to_folder();
             // Nobody receives where the host stopped waiting. The instance ends after that: it may
             // take its time.
             drop(answer.send(ran.map(|()| desk.into_staged())));

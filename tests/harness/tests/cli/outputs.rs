@@ -231,22 +231,56 @@ fn a_command_that_is_ended_leaves_nothing_behind_and_what_was_killed_goes_with_t
     assert_eq!(desk.files(), ["in.ply", "next.ply", "out.ply", "tiny.obj"]);
 }
 
+/// Runs a command after a line of the shell's, and sends it a signal once it is at work.
+#[track_caller]
+fn signalled(desk: &Desk, before: &str, arguments: &[&str], signal: &str) -> Option<i32> {
+    let program = desk.command();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", &format!("{before}; exec \"$@\""), "sh"]).arg(program.get_program());
+    shell.args(arguments).current_dir(desk.at(""));
+    let mut child = shell.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    if is_writing(desk, &mut child) {
+        let sent = Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap();
+        assert!(sent.success());
+    }
+    wait(&mut child, arguments[0])
+}
+
 #[test]
-fn a_command_that_was_started_to_outlive_a_hangup_does() {
+fn commands_that_were_started_to_outlive_a_hangup_do() {
     let desk = Desk::new();
     let surfels: Vec<_> = (0..100_000).map(|i| facing_front(i as f32, 0.0, 0.5)).collect();
     desk.put_cloud("in.ply", &surfels);
+    // Whether a command looks at signals itself, as bake does, or leaves that to others.
+    for command in [
+        &["convert", "in.ply", "out.ply", "--ascii"][..],
+        &["bake", "in.ply", "-t", "radii", "-o", "out.ply"],
+    ] {
+        assert_eq!(signalled(&desk, "trap '' HUP", command, "-HUP"), Some(0), "{command:?}");
+        assert!(desk.at("out.ply").is_file());
+        fs::remove_file(desk.at("out.ply")).unwrap();
+    }
+    // The other signals end it still.
+    let ascii = ["convert", "in.ply", "out.ply", "--ascii"];
+    let code = signalled(&desk, "trap '' HUP", &ascii, "-TERM");
+    assert!(code == Some(1) || desk.at("out.ply").is_file(), "{code:?}");
+}
+
+#[test]
+fn a_file_that_grows_beyond_the_limit_is_one_line_and_leaves_nothing() {
+    let desk = Desk::new();
+    let surfels: Vec<_> = (0..10_000).map(|i| facing_front(i as f32, 0.0, 0.5)).collect();
+    desk.put_cloud("in.ply", &surfels);
     let program = desk.command();
     let mut shell = Command::new("sh");
-    shell.args(["-c", "trap '' HUP; exec \"$@\"", "sh"]).arg(program.get_program());
+    // In blocks of 512 bytes.
+    shell.args(["-c", "ulimit -f 200; exec \"$@\"", "sh"]).arg(program.get_program());
     shell.args(["convert", "in.ply", "out.ply", "--ascii"]).current_dir(desk.at(""));
-    let mut child = shell.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-    if is_writing(&desk, &mut child) {
-        let sent = Command::new("kill").args(["-HUP", &child.id().to_string()]).status().unwrap();
-        assert!(sent.success());
-    }
-    assert_eq!(wait(&mut child, "convert"), Some(0));
-    assert!(desk.at("out.ply").is_file());
+    let ended = shell.output().unwrap();
+    let said = String::from_utf8(ended.stderr).unwrap();
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(said.contains("out.ply") && said.lines().count() == 1, "{said}");
+    assert_eq!(desk.files(), ["in.ply"]);
 }
 
 #[test]
@@ -267,6 +301,12 @@ fn plugins_that_end_the_program_or_leave_its_folder_are_noticed() {
     desk.run(&format!("{command} leaves.so")).done();
     assert!(desk.at("y.png").is_file() && !Path::new("/y.png").exists());
     fs::remove_file(desk.at("y.png")).unwrap();
+    fs::create_dir(desk.at("sub")).unwrap();
+    desk.run(&format!("{} leaves.so", command.replace("y.png", "sub/y.png"))).done();
+    assert!(desk.at("sub/y.png").is_file());
+    let plugin = "--trust --plugin leaves.so";
+    desk.run(&format!("compare one.ply -r flat -r rim-c -o sub/cmp --size 16 {plugin}")).done();
+    assert!(desk.at("sub/cmp").is_dir() && !Path::new("/sub").exists());
     desk.run(&format!("{command} ends.so")).failed(&["ends.so", "calling exit()"]);
     assert!(!desk.at("y.png").exists());
 }
