@@ -122,9 +122,9 @@ fn left_as_they_were(cloud: &Cloud, how: &Transform) -> Option<String> {
     let turned = how.rotation.quaternion().is_some_and(|q| q.angle_between(DQuat::IDENTITY) > 0.0);
     let scaled = how.scale != 1.0;
     let done = match (scaled, turned) {
-        (true, true) => "scaled and turned",
-        (true, false) => "scaled",
-        (false, true) => "turned",
+        (true, true) => format!("scaled by {} and turned", how.scale),
+        (true, false) => format!("scaled by {}", how.scale),
+        (false, true) => "turned".to_owned(),
         (false, false) => return None,
     };
     let may_be_meant = |column: &&Column| {

@@ -3,7 +3,7 @@
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
-use std::cell::OnceCell;
+use std::cell::{OnceCell, RefCell};
 use std::fmt::Display;
 use std::io::{self, IsTerminal as _, Write};
 use std::ops::ControlFlow;
@@ -137,21 +137,22 @@ const PATIENCE: Duration = Duration::from_secs(1);
 pub(crate) struct Progress {
     what: String,
     started: Instant,
+    pace: RefCell<tools::Pace>,
     bar: OnceCell<ProgressBar>,
 }
 
 impl Progress {
     /// Starts to wait; `what` stands before the bar.
     pub(crate) fn new(what: impl Into<String>) -> Self {
-        Self { what: what.into(), started: Instant::now(), bar: OnceCell::new() }
+        let (pace, bar) = (RefCell::default(), OnceCell::new());
+        Self { what: what.into(), started: Instant::now(), pace, bar }
     }
 
     /// Tells how far the work is, in [0, 1].
     pub(crate) fn tell(&self, fraction: f64) -> ControlFlow<()> {
+        let left = self.pace.borrow_mut().left(fraction, self.started.elapsed());
         if let Some(bar) = self.shown() {
-            let done = self.started.elapsed().as_secs_f64();
-            let left = done * (1.0 - fraction) / fraction;
-            show(bar, fraction, Duration::try_from_secs_f64(left).ok());
+            show(bar, fraction, left);
         }
         ControlFlow::Continue(())
     }

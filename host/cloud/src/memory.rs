@@ -9,12 +9,14 @@ use std::fs;
 
 /// More memory is needed than there is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{} of memory are needed{}", size(*needed), allowed(*available))]
+#[error("{} of {} are needed{}", size(*needed), if *addresses { "address space (ulimit -v)" } else { "memory" }, allowed(*available))]
 pub struct OutOfMemory {
     /// Bytes that were asked for.
     pub needed: u64,
     /// Bytes that there are; `None` where the system refused without saying.
     pub available: Option<u64>,
+    /// Whether these are addresses, of which the process may take so many only.
+    pub addresses: bool,
 }
 
 fn allowed(available: Option<u64>) -> String {
@@ -44,7 +46,7 @@ pub fn ask(bytes: u64) -> Result<(), OutOfMemory> {
     }
     match available() {
         Some(available) if available < bytes => {
-            Err(OutOfMemory { needed: bytes, available: Some(available) })
+            Err(OutOfMemory { needed: bytes, available: Some(available), addresses: false })
         }
         // Limits of the process show only when memory is reserved.
         _ => reserve(bytes),
@@ -64,7 +66,9 @@ const ADDRESSES_BESIDES: u64 = 160 << 20;
 pub fn ask_for_threads(bytes: u64) -> Result<(), OutOfMemory> {
     let needed = bytes.saturating_mul(ADDRESSES_PER_BYTE).saturating_add(ADDRESSES_BESIDES);
     match addresses_left() {
-        Some(left) if left < needed => Err(OutOfMemory { needed, available: Some(left) }),
+        Some(left) if left < needed => {
+            Err(OutOfMemory { needed, available: Some(left), addresses: true })
+        }
         _ => ask(bytes),
     }
 }
@@ -81,7 +85,7 @@ fn addresses_left() -> Option<u64> {
 }
 
 fn reserve(bytes: u64) -> Result<(), OutOfMemory> {
-    let refused = OutOfMemory { needed: bytes, available: None };
+    let refused = OutOfMemory { needed: bytes, available: None, addresses: false };
     let length = usize::try_from(bytes).map_err(|_too_many| refused)?;
     Vec::<u8>::new().try_reserve_exact(length).map_err(|_refused| refused)
 }
@@ -96,7 +100,7 @@ pub fn with_room<T>(length: usize) -> Result<Vec<T>, OutOfMemory> {
         ask(needed)?;
     }
     let mut values = Vec::new();
-    let refused = |_refused| OutOfMemory { needed, available: None };
+    let refused = |_refused| OutOfMemory { needed, available: None, addresses: false };
     values.try_reserve_exact(length).map_err(refused)?;
     Ok(values)
 }
@@ -117,7 +121,7 @@ pub fn grow<T>(values: &mut Vec<T>, more: usize) -> Result<(), OutOfMemory> {
     if needed > SMALL {
         ask(needed)?;
     }
-    let refused = |_refused| OutOfMemory { needed, available: None };
+    let refused = |_refused| OutOfMemory { needed, available: None, addresses: false };
     values.try_reserve_exact(more).map_err(refused)
 }
 

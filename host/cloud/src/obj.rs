@@ -82,13 +82,16 @@ pub(crate) fn read<R: BufRead>(body: Body<R>, progress: Progress<'_>) -> Result<
 }
 
 impl Found {
-    /// Makes room for what a line of so many bytes can say: a corner takes a digit and a separator.
-    fn make_room(&mut self, n_bytes: usize) -> Result<(), OutOfMemory> {
+    /// Makes room for what a line can say: a corner of a face takes a digit and a separator.
+    fn make_room(&mut self, line: &[u8]) -> Result<(), OutOfMemory> {
         grow(&mut self.coordinates, 3)?;
         grow(&mut self.colors, 1)?;
         grow(&mut self.normals, 1)?;
         grow(&mut self.ends, 1)?;
-        grow(&mut self.corners, n_bytes / 2 + 1)
+        match line.trim_ascii_start().first() {
+            Some(b'f') => grow(&mut self.corners, line.len() / 2 + 1),
+            _ => Ok(()),
+        }
     }
 
     /// Bytes besides its own that making a table of it takes: columns, sums of normals, triangles.
@@ -99,7 +102,7 @@ impl Found {
 
     /// Takes what a line says.
     fn take(&mut self, line: &[u8], place: usize) -> Result<(), ReadFault> {
-        self.make_room(line.len()).map_err(ReadFault::memory(self.coordinates.len() / 3))?;
+        self.make_room(line).map_err(ReadFault::memory(self.coordinates.len() / 3))?;
         let line = String::from_utf8_lossy(line);
         let line = line.split('#').next().unwrap_or_default();
         let mut words = line.split_ascii_whitespace();

@@ -36,7 +36,7 @@ pub(super) fn svg(title: &str, across: &str, lines: &[Line]) -> anyhow::Result<O
         height: 500,
         x: range(points().map(|at| at.0)),
         y: range(points().map(|at| at.1)),
-        no_marks_below: 0.0,
+        cut: 0.0,
     };
     let drawn = chart.svg(|canvas| {
         for line in lines {

@@ -26,8 +26,9 @@ pub(crate) struct Chart<'a> {
     pub(crate) height: u32,
     pub(crate) x: Range<f64>,
     pub(crate) y: Range<f64>,
-    /// Below this the axis upwards has no numbers: what stands there has none.
-    pub(crate) no_marks_below: f64,
+    /// Where the axis upwards ends below and another begins; 0 where it goes on. What stands below has no place
+    /// in ratios, such as nothing.
+    pub(crate) cut: f64,
 }
 
 /// Pixels from left to right.
@@ -39,9 +40,9 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     0.7 * low..1.5 * high
 }
 
-/// An axis with labels of our own choice: the crate's leave narrow ranges without any.
-fn axis(range: &Range<f64>) -> Axis {
-    let ticks = ticks(range.start, range.end);
+/// An axis with labels of our own choice, from some number on: the crate's leave narrow ranges without any.
+fn axis(range: &Range<f64>, from: f64) -> Axis {
+    let ticks = ticks(range.start.max(from), range.end);
     range.clone().log_scale().with_key_points(ticks)
 }
 
@@ -60,6 +61,18 @@ impl Chart<'_> {
         Ok(text)
     }
 
+    /// Two strokes across the axis, and a broken line to the other end.
+    fn draw_cut(&self, canvas: &mut Canvas<'_>) -> Result<(), Box<dyn Error>> {
+        let at = |x| EmptyElement::at((x, self.cut));
+        let blank = |y| PathElement::new([(-6, y + 2), (6, y - 2)], WHITE.stroke_width(4));
+        let stroke = |y| PathElement::new([(-6, y + 2), (6, y - 2)], BLACK);
+        canvas.plotting_area().draw(&(at(self.x.start) + blank(0) + stroke(-3) + stroke(3)))?;
+        let ends = [(self.x.start, self.cut), (self.x.end, self.cut)];
+        let (dash, gap) = (4, 6);
+        canvas.draw_series(DashedLineSeries::new(ends, dash, gap, BLACK.mix(0.4).into()))?;
+        Ok(())
+    }
+
     fn draw_into(
         &self,
         text: &mut String,
@@ -72,18 +85,18 @@ impl Chart<'_> {
             .margin(12)
             .x_label_area_size(38)
             .y_label_area_size(64)
-            .build_cartesian_2d(axis(&self.x), axis(&self.y))?;
+            .build_cartesian_2d(axis(&self.x, 0.0), axis(&self.y, self.cut))?;
         chart
             .configure_mesh()
             .x_desc(self.across)
             .y_desc(self.up)
             .light_line_style(TRANSPARENT)
             .x_label_formatter(&|value| label(*value))
-            .y_label_formatter(&|value| match *value < self.no_marks_below {
-                true => String::new(),
-                false => label(*value),
-            })
+            .y_label_formatter(&|value| label(*value))
             .draw()?;
+        if self.cut > 0.0 {
+            self.draw_cut(&mut chart)?;
+        }
         draw(&mut chart)?;
         root.present()?;
         Ok(())

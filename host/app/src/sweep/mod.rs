@@ -71,6 +71,21 @@ trait Bench {
     fn again(&mut self, knob: &str, value: &str) -> Result<Run, String>;
 }
 
+/// What is known of a value that could be measured.
+fn known(kept: &Kept, knob: &str, value: &str) -> Option<Cell> {
+    kept.cell(knob, value).filter(|cell| !cell.is_faulty())
+}
+
+/// Runs that are still to be done: what is known takes no time.
+fn n_runs_to_come(Knob { id, values }: &Knob, n_repeats: usize, kept: &Kept) -> usize {
+    let n_runs = |value: &String| match known(kept, id, value) {
+        Some(cell) if cell.runs.len() >= n_repeats => 0,
+        Some(cell) => 1 + n_repeats - cell.runs.len(),
+        None => 1 + n_repeats,
+    };
+    values.iter().map(n_runs).sum()
+}
+
 /// Turns one knob: values that are known are kept, the others are run once and then in turns.
 fn sweep(
     bench: &mut dyn Bench,
@@ -81,7 +96,7 @@ fn sweep(
     let Knob { id, values } = knob;
     let n_repeats = arguments.repeats as usize;
     let progress = Progress::new(format!("{id}: {} values", values.len()));
-    let n_runs = values.len() * (n_repeats + 1);
+    let n_runs = n_runs_to_come(knob, n_repeats, kept);
     let mut n_done = 0;
     let mut tell = || {
         n_done += 1;
@@ -92,9 +107,8 @@ fn sweep(
     let mut open: Vec<&String> = Vec::new();
     let mut too_long = None;
     for value in values {
-        let known = kept.cell(id, value).filter(|cell| !cell.is_faulty());
-        let is_whole = known.as_ref().is_some_and(|cell| cell.runs.len() >= n_repeats);
-        if !is_whole {
+        let known = known(kept, id, value);
+        if known.as_ref().is_none_or(|cell| cell.runs.len() < n_repeats) {
             let first = bench.first(id, value);
             // Of a value that was interrupted, what is known stays: this run only warms up.
             if known.is_none() {
@@ -102,8 +116,8 @@ fn sweep(
                 kept.store()?;
             }
             open.push(value);
+            tell();
         }
-        tell();
         if arguments.tool.is_some() && kept.cell(id, value).is_some_and(|c| c.first_ms > longest_ms)
         {
             too_long = Some(value);
@@ -117,8 +131,8 @@ fn sweep(
                 let run = bench.again(id, value);
                 kept.add(id, value, run);
                 kept.store()?;
+                tell();
             }
-            tell();
         }
     }
     drop(progress);

@@ -112,3 +112,20 @@ fn a_run_takes_as_much_to_write_however_many_there_are() {
     // Lines of another key are not its own.
     assert!(Kept::open(folder.path(), "another").unwrap().cell("k", "0000").is_none());
 }
+
+/// The time left follows from the share of these.
+#[test]
+fn what_is_known_is_no_run_to_come() {
+    let folder = tempfile::tempdir().unwrap();
+    let to_come = |n_repeats| {
+        let values = ["1", "2", "3"].map(str::to_owned).to_vec();
+        let kept = Kept::open(folder.path(), "key").unwrap();
+        n_runs_to_come(&Knob { id: "k".to_owned(), values }, n_repeats, &kept)
+    };
+    assert_eq!(to_come(2), 9);
+    // The third takes too long and is not begun.
+    let (_, seen) = turn(folder.path(), "--repeats 2 --longest 1.5");
+    assert_eq!((seen.len(), to_come(2)), (6, 3));
+    // More repeats: a warm-up and a run of each that is known.
+    assert_eq!(to_come(3), 2 + 2 + 4);
+}

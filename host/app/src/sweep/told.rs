@@ -90,7 +90,7 @@ pub(super) fn write(arguments: &SweepArguments, swept: &Swept<'_>) -> anyhow::Re
     let mut for_programs = Vec::new();
     for (knob, cells) in *all {
         let title = format!("{} by {knob}, against {truth}", unit.id);
-        if let Some(svg) = plot::svg(&title, swept, cells)? {
+        if let Some(svg) = plot::svg(&title, (swept.error, swept.time), cells)? {
             put(&arguments.out, &format!("{knob}.svg"), svg.as_bytes())?;
             page.plots.push(Plot { caption: title.clone(), svg });
         }
@@ -195,16 +195,20 @@ fn row(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
             row.push(json!(fault));
             row.extend(swept.errors[1..].iter().map(|_| Value::Null));
         }
-        None => row.extend(swept.errors.iter().map(|(name, ..)| match cell.error(name) {
-            // JSON knows no infinity, which equal pictures have.
-            None if *name == "psnr" && cell.error("rmse") == Some(0.0) => json!("equal"),
-            found => json!(found),
-        })),
+        None => row.extend(swept.errors.iter().map(|(name, ..)| error(cell, name))),
     }
     row.push(json!((!cell.is_faulty()).then_some(cell.noise)));
     row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
     row.push(json!(alone::command(words, cell)));
     row
+}
+
+/// An error of a cell in a table. JSON knows no infinity, which the decibels of equal pictures are.
+fn error(cell: &Cell, name: &str) -> Value {
+    match cell.error(name) {
+        None if name == "psnr" && cell.error("rmse") == Some(0.0) => json!("equal"),
+        found => json!(found),
+    }
 }
 
 /// The head of the table for programs.
@@ -218,7 +222,7 @@ fn head_of_csv<'a>(swept: &Swept<'a>) -> Vec<&'a str> {
 
 fn row_of_csv(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
     let mut row = vec![json!(cell.knob), json!(cell.value)];
-    row.extend(swept.errors.iter().map(|(name, ..)| json!(cell.error(name))));
+    row.extend(swept.errors.iter().map(|(name, ..)| error(cell, name)));
     row.push(json!((!cell.is_faulty()).then_some(cell.noise)));
     row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
     row.extend([json!(cell.fault), json!(alone::command(words, cell))]);

@@ -10,6 +10,7 @@
 //! is left behind with it; what a loop computes does not depend on the number of threads.
 
 mod desk;
+mod pace;
 mod progress;
 
 use crate::gpu::GpuOptions;
@@ -26,6 +27,7 @@ use surfelshop_api::params::Values;
 use surfelshop_cloud::files::return_to_folder;
 use surfelshop_cloud::{Cloud, Edited, Made, Staged};
 
+pub use pace::Pace;
 pub use progress::Progress;
 
 /// How a tool is run.

@@ -1,7 +1,8 @@
 //! How far a tool is, told from any thread and asked from any other.
 
+use super::pace::Pace;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How far a run is.
@@ -13,15 +14,10 @@ pub struct Progress {
     pub message: String,
     /// Time since the start.
     pub elapsed: Duration,
-    /// Time until the end, as the share done so far tells; `None` at the beginning and end.
+    /// Time until the end, as the share done of late tells; `None` at the beginning and end.
     pub left: Option<Duration>,
 }
 
-/// Before this there is no estimate of the time left: the first steps of a tool, such as building
-/// a tree, say little of the others.
-const FIRST_ESTIMATE: Duration = Duration::from_secs(1);
-/// Nor is there one from a share smaller than this.
-const SMALLEST_SHARE: f64 = 0.005;
 /// Characters of a message that are kept.
 const MESSAGE: usize = 200;
 
@@ -35,8 +31,8 @@ pub(super) struct Shared {
     /// The bits of the share done, which are in the order of the numbers: none is negative.
     fraction: AtomicU64,
     message: Mutex<String>,
-    /// When the step that the message names was begun, and what was done by then.
-    step: Mutex<(Duration, f64)>,
+    /// How fast it goes; a message that is another begins a step.
+    pace: Mutex<Pace>,
     /// What the tool said when it was done.
     conclusion: Mutex<String>,
     device: OnceLock<String>,
@@ -51,7 +47,7 @@ impl Shared {
             cancelled: AtomicBool::new(false),
             fraction: AtomicU64::new(0),
             message: Mutex::default(),
-            step: Mutex::default(),
+            pace: Mutex::default(),
             conclusion: Mutex::default(),
             device: OnceLock::new(),
         }
@@ -116,8 +112,7 @@ impl Shared {
         }
         let mut message = self.message.lock().unwrap_or_else(PoisonError::into_inner);
         if *message != line {
-            let step = (self.elapsed(), fraction.clamp(0.0, 1.0));
-            *self.step.lock().unwrap_or_else(PoisonError::into_inner) = step;
+            self.pace().begin_step(self.elapsed(), fraction.clamp(0.0, 1.0));
             *message = line;
         }
     }
@@ -140,19 +135,14 @@ impl Shared {
         let fraction = f64::from_bits(self.fraction.load(Ordering::Relaxed));
         let message = self.message.lock().unwrap_or_else(PoisonError::into_inner).clone();
         let elapsed = self.elapsed();
-        let step = *self.step.lock().unwrap_or_else(PoisonError::into_inner);
-        Progress { fraction, message, elapsed, left: left(fraction, elapsed, step) }
+        let left = self.pace().left(fraction, elapsed);
+        Progress { fraction, message, elapsed, left }
     }
-}
 
-/// The time left where the rest is done as fast as what is done of the present step, which begun at a time and
-/// a share: steps before it were of another kind, and faster or slower by any factor.
-fn left(fraction: f64, elapsed: Duration, step: (Duration, f64)) -> Option<Duration> {
-    let (took, done) = (elapsed.saturating_sub(step.0), fraction - step.1);
-    if took < FIRST_ESTIMATE || done < SMALLEST_SHARE || fraction >= 1.0 {
-        return None;
+    fn pace(&self) -> MutexGuard<'_, Pace> {
+        // A pace is never left half changed.
+        self.pace.lock().unwrap_or_else(PoisonError::into_inner)
     }
-    Duration::try_from_secs_f64(took.as_secs_f64() * (1.0 - fraction) / done).ok()
 }
 
 #[cfg(test)]
@@ -162,26 +152,16 @@ mod tests {
     #[test]
     fn time_left_follows_from_the_share_done() {
         let seconds = Duration::from_secs;
-        let begin = (Duration::ZERO, 0.0);
-        assert_eq!(left(0.25, seconds(10), begin), Some(seconds(30)));
-        assert_eq!(left(0.5, Duration::from_millis(900), begin), None);
-        assert_eq!((left(0.0, seconds(10), begin), left(1.0, seconds(10), begin)), (None, None));
-    }
-
-    #[test]
-    fn a_fast_beginning_does_not_shorten_what_is_left_of_a_slow_step() {
-        let seconds = Duration::from_secs;
-        // As ambient occlusion of a scan: 61 % in 5 s, then rays, 30 % in 40 s.
-        let step = (seconds(5), 0.61);
-        assert_eq!(left(0.612, seconds(6), step), None, "too little is known of the step");
-        let told = left(0.91, seconds(45), step).unwrap().as_secs_f64();
-        assert!((told - 12.0).abs() < 0.1, "{told}");
+        let left = |fraction, at| Pace::default().left(fraction, at);
+        assert_eq!(left(0.25, seconds(10)), Some(seconds(30)));
+        assert_eq!(left(0.5, Duration::from_millis(900)), None);
+        assert_eq!((left(0.0, seconds(10)), left(1.0, seconds(10))), (None, None));
     }
 
     #[test]
     fn a_step_begins_where_its_message_comes_first() {
         let shared = Shared::new();
-        let begun = || shared.step.lock().unwrap().1;
+        let begun = || shared.pace().step().1;
         shared.say(0.25, "sorting");
         shared.say(0.5, "sorting");
         assert!((begun() - 0.25).abs() < f64::EPSILON);

@@ -193,9 +193,9 @@ fn columns_that_a_scene_cannot_scale_or_turn_are_named() {
          float scale_0\nproperty float rot_0\nproperty int label\nend_header\n0 0 0 0 0 1 1 2 1 7\n",
     );
     for (transform, done) in [
-        ("scale = 2.0", Some("scaled")),
+        ("scale = 2.5", Some("scaled by 2.5")),
         ("rotation = [0, 90, 0]", Some("turned")),
-        ("scale = 2.0, rotation = [0, 90, 0]", Some("scaled and turned")),
+        ("scale = 2.5, rotation = [0, 90, 0]", Some("scaled by 2.5 and turned")),
         ("translation = [1, 2, 3]", None),
     ] {
         desk.put(
