@@ -1,5 +1,5 @@
 //! Changed files through the program itself, with a limit on memory, and kills at random moments; both by a
-//! fixed seed. Costs 15 s; with `SURFELSHOP_LONG` an hour, for thousands of runs and hundreds of kills.
+//! fixed seed. Costs 15 s; with `SURFELSHOP_LONG` four minutes, for thousands of runs and hundreds of kills.
 
 #![cfg(unix)]
 
