@@ -88,13 +88,15 @@ impl Search<'_> {
         }
     }
 
-    /// Whether a loop is left once a variable has reached a small number.
+    /// Whether a loop is left once a variable has reached a small number, and nowhere else.
     fn is_unrolled(&self, body: &Block) -> bool {
-        body.iter().any(|statement| {
-            let Statement::If { condition, accept, reject } = statement else { return false };
-            let leaves = |block: &Block| matches!(block[..], [Statement::Break]);
-            (leaves(accept) || leaves(reject)) && self.is_of_few(*condition)
-        })
+        // One more is the limit that every loop was given.
+        n_exits(body) <= 2
+            && body.iter().any(|statement| {
+                let Statement::If { condition, accept, reject } = statement else { return false };
+                let leaves = |block: &Block| matches!(block[..], [Statement::Break]);
+                (leaves(accept) || leaves(reject)) && self.is_of_few(*condition)
+            })
     }
 
     fn is_of_few(&self, condition: Handle<Expression>) -> bool {
@@ -111,6 +113,17 @@ impl Search<'_> {
         };
         compares && is_variable && few
     }
+}
+
+/// Places where a loop with this body is left.
+fn n_exits(body: &Block) -> usize {
+    let exits = |statement: &Statement| match statement {
+        Statement::Break | Statement::Return { .. } => 1,
+        Statement::Block(inner) => n_exits(inner),
+        Statement::If { accept, reject, .. } => n_exits(accept) + n_exits(reject),
+        _ => 0,
+    };
+    body.iter().map(exits).sum()
 }
 
 #[cfg(test)]
@@ -153,6 +166,8 @@ mod tests {
         assert!(loops(&shader(&inner)).unwrap_err().contains("13 loops"));
         let short = "for (var i = 0u; i < 8u; i++) { k += i; }";
         assert_eq!(loops(&shader(&short.repeat(30))), Ok(2));
+        let left = "for (var i = 0u; i < 8u; i++) { k += i; if k > n { break; } }";
+        assert!(loops(&shader(&left.repeat(13))).is_err());
         let long = "for (var i = 0u; i < 800u; i++) { k += i; }";
         assert!(loops(&shader(&long.repeat(13))).is_err());
     }
