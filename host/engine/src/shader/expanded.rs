@@ -9,8 +9,8 @@ use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{AddressSpace, Block, Function, Module, Statement};
 
 /// Most operations of a function with all that it calls, as [`Weights`] counts them. The largest one of this
-/// project, a pattern of `procedural`, has 9,412. llvmpipe (Mesa 22.3, LLVM 15, one core) takes up to 5 s for
-/// one at the bound.
+/// project, a pattern of `procedural`, has 9,412. Of 292 texts made to be slow llvmpipe (Mesa 22.3, LLVM 15, one
+/// core) takes 2.9 s at most for one that is let through.
 pub(super) const MAX_OPERATIONS: u64 = 32_768;
 
 /// Operations of the largest function of a validated module.

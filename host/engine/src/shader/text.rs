@@ -23,7 +23,7 @@ const MAX_STATEMENT: usize = 8_192;
 const MAX_BRACKETS: usize = 256;
 
 /// Most values that constants are written out as, over all places that name them: the composer takes about 110
-/// bytes for each. Those of this project's shaders come to less than 1,000.
+/// bytes for each.
 const MAX_VALUES: u64 = 1 << 20;
 
 /// Refuses what takes the composer too long, with the line and, of a module, its file.
