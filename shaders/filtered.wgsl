@@ -5,7 +5,7 @@
 // distance; computed from both it stays what a camera would see. Every function takes the value as
 // normally distributed and gives the mean over that.
 //
-// Twin: `tests/harness/src/procedural/filtered.rs`.
+// Twin: `tests/support/procedural/filtered.rs`.
 #define_import_path surfelshop::filtered
 
 struct Filtered {

@@ -7,7 +7,7 @@
 // Source: Perlin 2002, "Improving Noise", with hashed gradients instead of a table; Jarzynski &
 // Olano 2020, "Hash Functions for GPU Rendering" (pcg3d).
 //
-// Twin: `tests/harness/src/procedural/noise.rs`.
+// Twin: `tests/support/procedural/noise.rs`.
 #define_import_path surfelshop::noise
 
 #import surfelshop::filtered::Filtered

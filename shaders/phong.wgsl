@@ -83,6 +83,25 @@ struct Material {
     ao_affects: u32,
 }
 
+// The parameters of Phong lighting and of ambient occlusion as a uniform.
+//
+// Twins: `Phong` and `Occlusion` of the plugin interface.
+struct Settings {
+    diffuse: f32,
+    specular: f32,
+    shininess: f32,
+    ambient: f32,
+    ao_strength: f32,
+    ao_affects: u32,
+}
+
+// The material of a surface under these settings.
+fn material(s: Surface, p: Settings) -> Material {
+    return Material(
+        s.albedo, p.diffuse, vec3(p.specular), p.shininess, p.ambient, p.ao_strength, p.ao_affects,
+    );
+}
+
 // Diffuse light and half-vector highlights of all lights, and the same light from everywhere.
 fn lit(s: Surface, m: Material) -> vec3<f32> {
     var radiance = m.albedo * m.ambient * left(s, m, occlusion::AMBIENT);

@@ -1,7 +1,7 @@
 //! One unit of each kind, as simple as they come: built once for each revision of the interface and stored
 //! as `VERSION/plugin-x86_64-linux.so.gz`, so that today's host is tried with yesterday's plugins.
 //!
-//! It was built outside this tree, against `host/api` of the revision, with
+//! It was built outside this tree, against `host/sdk/api` of the revision, with
 //! `opt-level = "z"`, `lto = true`, `codegen-units = 1` and `strip = true`, and with
 //! `--remap-path-prefix` for the folders of the tree and of cargo: those of 3.0 and 3.4 by rustc 1.95, the
 //! others, and later ones, by Debian's rustc 1.85, so that the newest is another compiler's.

@@ -1,4 +1,4 @@
-//! A Cornell box of points, to see light that surfaces throw at each other, and closed rooms in which
+//! A Cornell box of points, to see light that bounces between surfaces, and closed rooms in which
 //! the answer is known.
 //!
 //! The room is a cube of two units around the origin, y up, open towards +z, with the red wall at the
@@ -17,7 +17,7 @@ use surfelshop_api::{Camera, Light, Projection};
 use surfelshop_cloud::scene::{Backdrop, SceneCloud, SceneFile, SceneView, ToneMap};
 use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, WriteOptions};
 
-use crate::field::Placed;
+use crate::field::Frame;
 use crate::noise::Random;
 use crate::tiles::{Shape, Tile};
 
@@ -39,7 +39,7 @@ const SUNK: f64 = 0.02;
 const FLOOR: f64 = -1.0;
 
 /// A shape and its paint.
-type Painted = (Shape, [u8; 3]);
+type PaintedShape = (Shape, [u8; 3]);
 
 /// The box with everything in it, of about so many points: positions, exact normals (inwards on the
 /// walls, outwards on things), radii and colours of 8 bits.
@@ -144,7 +144,7 @@ fn wall(outwards: DVec3) -> Shape {
 }
 
 /// Five walls; the sixth is where one looks in.
-fn walls() -> Vec<Painted> {
+fn walls() -> Vec<PaintedShape> {
     let paint = |outwards: DVec3| match outwards {
         DVec3::NEG_X => RED,
         DVec3::X => GREEN,
@@ -167,7 +167,7 @@ fn things() -> Vec<Shape> {
     shapes.push(Shape::Ball { center, radius });
     let (around, tube) = (0.19, 0.075);
     let middle = floor(0.62, -0.3) + DVec3::Y * (around + tube - 0.006);
-    let upright = Placed::new(middle, DVec3::new(-0.45, 0.0, 1.0), DVec3::X);
+    let upright = Frame::new(middle, DVec3::new(-0.45, 0.0, 1.0), DVec3::X);
     shapes.push(Shape::Torus { placed: upright, around, tube });
     shapes.extend(ring(floor(0.3, 0.52), 0.26, 0.29, 0.12));
     shapes
@@ -176,7 +176,7 @@ fn things() -> Vec<Shape> {
 /// A block of this size whose foot is here, turned about y by the tangent `turn`.
 fn block(foot: DVec3, turn: f64, size: DVec3) -> Vec<Shape> {
     let size = size + DVec3::Y * SUNK;
-    let placed = Placed::new(foot - DVec3::Y * SUNK, DVec3::Y, DVec3::new(1.0, 0.0, turn));
+    let placed = Frame::new(foot - DVec3::Y * SUNK, DVec3::Y, DVec3::new(1.0, 0.0, turn));
     let low = DVec3::new(-size.x / 2.0, 0.0, -size.z / 2.0);
     let [x, y, z] = [DVec3::X * size.x, DVec3::Y * size.y, DVec3::Z * size.z];
     // Each of two opposite corners has three sides; the products of the edges point outwards.
@@ -197,7 +197,7 @@ fn block(foot: DVec3, turn: f64, size: DVec3) -> Vec<Shape> {
 
 /// A band around the upright axis through a point of the floor, between two radii.
 fn ring(foot: DVec3, inner: f64, outer: f64, height: f64) -> Vec<Shape> {
-    let placed = Placed::new(foot, DVec3::Y, DVec3::X);
+    let placed = Frame::new(foot, DVec3::Y, DVec3::X);
     // Around its section against the clock: up the outside, in over the rim, down, and back below.
     let corners = [(outer, -SUNK), (outer, height), (inner, height), (inner, -SUNK)];
     let corners = corners.map(|(radius, y)| DVec2::new(radius, y));
@@ -214,7 +214,7 @@ fn tiles_of(shapes: &[Shape], n_points: usize) -> Vec<Vec<Tile>> {
 }
 
 /// Tiles with paint as a cloud.
-fn painted(shapes: &[Painted], n_points: usize) -> Result<Cloud, CloudError> {
+fn painted(shapes: &[PaintedShape], n_points: usize) -> Result<Cloud, CloudError> {
     let (shapes, paints): (Vec<_>, Vec<_>) = shapes.iter().copied().unzip();
     let tiles = tiles_of(&shapes, n_points);
     let color = |(tiles, paint): (&Vec<Tile>, [u8; 3])| vec![paint; tiles.len()];

@@ -60,12 +60,12 @@ pub fn tapered(point: DVec3, from: (DVec3, f64), to: (DVec3, f64)) -> f64 {
 
 /// A place and a right-handed set of unit axes, to model a piece upright and put it anywhere.
 #[derive(Clone, Copy, Debug)]
-pub struct Placed {
+pub struct Frame {
     origin: DVec3,
     axes: [DVec3; 3],
 }
 
-impl Placed {
+impl Frame {
     /// With local y along `up` and local x as near to `forward` as that allows. The two must be
     /// neither zero nor parallel.
     #[must_use]
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn placing_and_back_is_the_identity() {
-        let placed = Placed::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.3, 1.0, 0.2), DVec3::X);
+        let placed = Frame::new(DVec3::new(1.0, 2.0, 3.0), DVec3::new(0.3, 1.0, 0.2), DVec3::X);
         let point = DVec3::new(0.4, -0.7, 1.1);
         assert!((placed.local(placed.world(point)) - point).length() < 1e-14);
     }

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::field::{Part, Placed, ellipsoid, smooth_max, step};
+use crate::field::{Frame, Part, ellipsoid, smooth_max, step};
 use crate::noise::{Random, pebbled, rough, smooth};
 use crate::portable::sin_cos;
 
@@ -64,7 +64,7 @@ impl Part for Mound {
 /// One rounded stone.
 #[derive(Clone, Copy, Debug)]
 pub struct Pebble {
-    placed: Placed,
+    placed: Frame,
     radii: DVec3,
     tint: f64,
 }
@@ -73,7 +73,7 @@ impl Pebble {
     /// Half sunk at a place, turned at random.
     pub fn new(centre: DVec3, size: f64, random: &mut Random) -> Self {
         let up = DVec3::new(random.between(-0.3, 0.3), 1.0, random.between(-0.3, 0.3));
-        let placed = Placed::new(centre, up, random.in_cube() + DVec3::X * 1.5);
+        let placed = Frame::new(centre, up, random.in_cube() + DVec3::X * 1.5);
         let radii = size * DVec3::new(random.between(1.0, 1.35), 0.62, random.between(0.75, 1.0));
         Self { placed, radii, tint: random.unit() }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 
-use crate::field::{Part, Placed, ellipsoid, smooth_max, smooth_min, step};
+use crate::field::{Frame, Part, ellipsoid, smooth_max, smooth_min, step};
 use crate::noise::{Random, pebbled, rough, smooth};
 use crate::portable::{atan2, sin, sin_cos};
 
@@ -37,7 +37,7 @@ pub struct Form {
 #[derive(Clone, Debug)]
 pub struct Mushroom {
     form: Form,
-    cap: Placed,
+    cap: Frame,
     /// Centres in the cap's frame, and radii.
     warts: Vec<(DVec3, f64)>,
 }
@@ -54,14 +54,14 @@ impl Mushroom {
     /// Places the warts of this form.
     #[must_use]
     pub fn new(form: Form) -> Self {
-        let cap = Placed::new(form.top, form.cap_up, DVec3::X);
+        let cap = Frame::new(form.top, form.cap_up, DVec3::X);
         Self { warts: place_warts(&form), form, cap }
     }
 
     /// The place on the dome above a point of the cap's plane, standing upright on the surface,
     /// looking along `forward` (a direction in the cap's plane).
     #[must_use]
-    pub fn on_cap(&self, x: f64, z: f64, forward: DVec2) -> Placed {
+    pub fn on_cap(&self, x: f64, z: f64, forward: DVec2) -> Frame {
         let Form { cap_radius, cap_height, .. } = self.form;
         let fraction = (x * x + z * z) / (cap_radius * cap_radius);
         let y = cap_height * (1.0 - fraction).max(0.0).sqrt();
@@ -69,12 +69,12 @@ impl Mushroom {
         let up = DVec3::new(x * slope, y, z * slope);
         let forward = DVec3::new(forward.x, 0.0, forward.y);
         let origin = self.cap.world(DVec3::new(x, y, z));
-        Placed::new(origin, self.cap.turned(up), self.cap.turned(forward))
+        Frame::new(origin, self.cap.turned(up), self.cap.turned(forward))
     }
 
     /// Removes the warts in a strip under something that sits on the cap: half as long and half as
     /// wide as given, along the x and z axes of its place.
-    pub fn clear_strip(&mut self, place: &Placed, half_length: f64, half_width: f64) {
+    pub fn clear_strip(&mut self, place: &Frame, half_length: f64, half_width: f64) {
         let cap = self.cap;
         self.warts.retain(|(centre, radius)| {
             let offset = place.local(cap.world(*centre));

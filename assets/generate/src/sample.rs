@@ -103,12 +103,12 @@ fn starts(figure: &Figure) -> Vec<Sample> {
 }
 
 /// Samples taken so far, found by place.
-struct Taken {
+struct SampleSet {
     samples: Vec<Sample>,
     grid: Grid,
 }
 
-impl Taken {
+impl SampleSet {
     /// Whether a sample facing the same way is nearer than `share` of the spacing that is
     /// wanted here.
     fn crowd(&self, candidate: &Sample, share: f64) -> bool {
@@ -142,7 +142,7 @@ impl Taken {
 
 /// Samples and every candidate that was ever on the surface, which later measures coverage.
 fn grow(figure: &Figure) -> (Vec<Sample>, Vec<Sample>) {
-    let mut taken = Taken { samples: Vec::new(), grid: Grid::new(GRID_CELL) };
+    let mut taken = SampleSet { samples: Vec::new(), grid: Grid::new(GRID_CELL) };
     let mut seen = Vec::new();
     let mut offered = starts(figure);
     while !offered.is_empty() {

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::field::{Part, Placed, smooth_min, step, tapered};
+use crate::field::{Frame, Part, smooth_min, step, tapered};
 use crate::noise::{pebbled, rough, smooth};
 use crate::portable::{atan2, exp, sin, sin_cos};
 
@@ -22,12 +22,12 @@ const WHORL: f64 = 0.138;
 /// A snail ready to be sampled.
 #[derive(Clone, Debug)]
 pub struct Snail {
-    placed: Placed,
-    shell: Placed,
+    placed: Frame,
+    shell: Frame,
 }
 
 /// Where on the shell a point lies.
-struct OnShell {
+struct ShellPoint {
     distance: f64,
     /// Angle along the spiral, 0 at the mouth and negative towards the tip.
     along: f64,
@@ -45,20 +45,20 @@ impl Snail {
 
     /// Sits at a place whose y axis is the ground's normal.
     #[must_use]
-    pub fn new(placed: Placed) -> Self {
+    pub fn new(placed: Frame) -> Self {
         // The axis points to the right, a little up and back, so that the spiral shows.
         let shell =
-            Placed::new(DVec3::new(-0.085, 0.272, 0.135), DVec3::new(-0.18, 0.34, 1.0), DVec3::X);
+            Frame::new(DVec3::new(-0.085, 0.272, 0.135), DVec3::new(-0.18, 0.34, 1.0), DVec3::X);
         Self { placed, shell }
     }
 
     /// A tube along a logarithmic spiral. In the half plane through the axis and the point, every
     /// whorl is a circle, and the nearest one counts.
-    fn on_shell(&self, local: DVec3) -> OnShell {
+    fn on_shell(&self, local: DVec3) -> ShellPoint {
         let point = self.shell.local(local);
         let turn = clockwise(point, MOUTH);
         let radial = DVec2::new(point.x, point.z).length();
-        let mut nearest = OnShell { distance: f64::MAX, along: 0.0, around: 0.0 };
+        let mut nearest = ShellPoint { distance: f64::MAX, along: 0.0, around: 0.0 };
         let mut scale = exp(GROWTH * turn);
         let per_turn = exp(-GROWTH * TAU);
         for whorl in 0..6 {
@@ -67,13 +67,13 @@ impl Snail {
             let offset = DVec2::new(radial, point.y) - middle;
             let distance = offset.length() - radius;
             if distance < nearest.distance {
-                nearest = OnShell { distance, along, around: atan2(offset.y, offset.x) };
+                nearest = ShellPoint { distance, along, around: atan2(offset.y, offset.x) };
             }
             scale *= per_turn;
         }
         let lip = self.lip_distance(point);
         if lip < nearest.distance {
-            nearest = OnShell { distance: lip, along: 0.0, ..nearest };
+            nearest = ShellPoint { distance: lip, along: 0.0, ..nearest };
         }
         nearest
     }
@@ -148,7 +148,7 @@ impl Snail {
         (stalk.min(feeler), (point - eye).length() - 0.0152)
     }
 
-    fn shell_paint(&self, on: &OnShell, local: DVec3) -> DVec3 {
+    fn shell_paint(&self, on: &ShellPoint, local: DVec3) -> DVec3 {
         let honey = DVec3::new(0.96, 0.78, 0.36);
         let blush = DVec3::new(0.90, 0.55, 0.33);
         let brown = DVec3::new(0.30, 0.13, 0.07);

@@ -6,7 +6,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use crate::field::Placed;
+use crate::field::Frame;
 use crate::noise::Random;
 use crate::portable::{sin, sin_cos};
 
@@ -62,7 +62,7 @@ pub enum Shape {
     /// A torus, its normals outwards.
     Torus {
         /// Its middle; the axis is the local y.
-        placed: Placed,
+        placed: Frame,
         /// Of the circle that the tube runs along, scene units.
         around: f64,
         /// Of the tube, less than `around`, scene units.
@@ -72,7 +72,7 @@ pub enum Shape {
     /// normal lies to the right of the way, so that a counterclockwise outline has it outside.
     Swept {
         /// Where the axis is.
-        placed: Placed,
+        placed: Frame,
         /// Where the line begins: distance from the axis, greater than zero, and height.
         from: DVec2,
         /// Where it ends, alike.
@@ -158,7 +158,7 @@ fn rectangle(corner: DVec3, u: DVec3, v: DVec3, side: f64, random: &mut Random) 
 
 /// Rings of tiles around the y axis between two round ones at the poles.
 fn ball(center: DVec3, radius: f64, side: f64, random: &mut Random) -> Vec<Tile> {
-    let placed = Placed::new(center, DVec3::Y, DVec3::X);
+    let placed = Frame::new(center, DVec3::Y, DVec3::X);
     // As large as the other tiles, on a ball that is large against them.
     let pole = (side / radius / PI.sqrt()).min(PI / 4.0);
     let half = sin(pole / 2.0);
@@ -187,7 +187,7 @@ struct Arc {
 }
 
 impl Arc {
-    fn swept(&self, placed: &Placed, side: f64, random: &mut Random) -> Vec<Tile> {
+    fn swept(&self, placed: &Frame, side: f64, random: &mut Random) -> Vec<Tile> {
         let angle = |t: f64| self.from + (self.to - self.from) * t;
         let at = |t: f64| {
             let (sin, cos) = sin_cos(angle(t));
@@ -207,7 +207,7 @@ impl Arc {
 /// Tiles of what an outline sweeps: `at` gives its points and `area` what lies between two of them,
 /// both by the share of the outline's `length`.
 fn swept(
-    placed: &Placed,
+    placed: &Frame,
     length: f64,
     at: impl Fn(f64) -> Outline,
     area: impl Fn(f64, f64) -> f64,
@@ -249,7 +249,7 @@ mod tests {
     /// One of each, none of them aligned with the axes.
     fn shapes() -> [Shape; 5] {
         let at = DVec3::new(0.3, -0.2, 0.1);
-        let placed = Placed::new(at, DVec3::new(0.2, 1.0, -0.4), DVec3::X);
+        let placed = Frame::new(at, DVec3::new(0.2, 1.0, -0.4), DVec3::X);
         let [u, v] = [DVec3::X * 1.1, DVec3::Z * 0.83].map(|edge| placed.turned(edge));
         let (from, to) = (DVec2::new(0.5, -0.2), DVec2::new(0.3, 0.4));
         [
@@ -283,7 +283,7 @@ mod tests {
         for tile in shape.tiles(0.05, &mut Random::new(2)) {
             assert!((DVec3::Y + tile.normal * 0.7 - tile.position).length() < 1e-11);
         }
-        let placed = Placed::new(DVec3::ZERO, DVec3::Y, DVec3::X);
+        let placed = Frame::new(DVec3::ZERO, DVec3::Y, DVec3::X);
         for tile in
             (Shape::Torus { placed, around: 0.5, tube: 0.2 }).tiles(0.05, &mut Random::new(2))
         {

@@ -1,12 +1,7 @@
 //! `surfelshop bake`: a cloud and tools in, a cloud out.
 
 use crate::arguments::BakeArguments;
-use crate::clouds::Clouds;
-use crate::report::plain;
-use crate::scenes::Source;
-use crate::terminal::Progress;
-use crate::tool_run::{LeftBehind, Step};
-use crate::{files, info, interrupt, made, settings, studio, terminal, tool_run};
+use crate::info;
 use anyhow::{anyhow, bail};
 use glam::DQuat;
 use serde_json::{Map, Value, json};
@@ -15,12 +10,18 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
-use surfelshop_cloud::scene;
 use surfelshop_cloud::{
-    Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, Transform, WriteOptions,
+    Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, Transform, WriteOptions, scene,
 };
-use surfelshop_engine::plugins::UnitRef;
-use surfelshop_engine::tools::{Done, ToolOptions};
+use surfelshop_runtime::plugins::UnitRef;
+use surfelshop_runtime::tools::{Done, ToolOptions};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::scenes::Source;
+use surfelshop_session::output::json::plain;
+use surfelshop_session::output::terminal::{self, Progress};
+use surfelshop_session::output::{files, provenance};
+use surfelshop_session::tool_run::{self, LeftBehind, Step};
+use surfelshop_session::{interrupt, parameters, session};
 
 /// A tool that has run.
 struct Baked {
@@ -100,14 +101,14 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
 
 /// Finds all tools and checks all parameters, before anything runs.
 fn steps(arguments: &BakeArguments) -> anyhow::Result<Vec<Step>> {
-    let registry = studio::registry(&arguments.plugins)?;
+    let registry = session::registry(&arguments.plugins)?;
     let find = |name: &String| Ok(registry.find(UnitKind::Tool, name)?);
     let units: Vec<UnitRef> = arguments.tool.iter().map(find).collect::<anyhow::Result<_>>()?;
-    let typed = settings::dealt(&units, &arguments.set)?;
+    let typed = parameters::dealt(&units, &arguments.set)?;
     let patience = arguments.plugins.patience();
     let step = |(reference, typed): (UnitRef, Vec<_>)| {
-        let unit = studio::load(&reference, &patience)?;
-        let values = settings::values(&reference, &unit.description.params, typed)?;
+        let unit = session::load(&reference, &patience)?;
+        let values = parameters::values(&reference, &unit.description.params, typed)?;
         Ok(Step { reference, unit, values })
     };
     units.into_iter().zip(typed).map(step).collect()
@@ -171,7 +172,7 @@ fn bake(
     let options = ToolOptions {
         patience: arguments.plugins.patience(),
         threads: arguments.threads,
-        device: studio::gpu_options(&arguments.device),
+        device: session::gpu_options(&arguments.device).into(),
     };
     for step in steps {
         let n_before = cloud.len();
@@ -256,7 +257,7 @@ fn object(step: &Step, baked: &Baked) -> Value {
         "said": done.said,
         "surfels_in": n_before,
         "surfels_out": n_after,
-        "whole_cloud": done.edited.as_ref().and_then(|edited| edited.whole).map(made::word),
+        "whole_cloud": done.edited.as_ref().and_then(|edited| edited.whole).map(provenance::word),
         "columns": columns.iter().map(column).collect::<Vec<_>>(),
     })
 }

@@ -1,10 +1,11 @@
 //! `surfelshop convert`: reads a cloud and writes it in another format.
 
 use crate::arguments::ConvertArguments;
-use crate::terminal::Progress;
-use crate::{clouds, files, terminal};
 use serde_json::json;
 use surfelshop_cloud::WriteOptions;
+use surfelshop_session::input::clouds;
+use surfelshop_session::output::files;
+use surfelshop_session::output::terminal::{self, Progress};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &ConvertArguments) -> anyhow::Result<()> {

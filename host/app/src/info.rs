@@ -2,10 +2,12 @@
 //! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::{clouds, made, probe_info, scene_info, surroundings, terminal};
+use crate::scene_info;
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
+use surfelshop_session::input::{clouds, environment_map, probe_info};
+use surfelshop_session::output::{provenance, terminal};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
@@ -20,8 +22,8 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             }
             continue;
         }
-        if let Some(source) = surroundings::probe_named(file) {
-            let probe = surroundings::read(&source, None)?;
+        if let Some(source) = environment_map::probe_named(file) {
+            let probe = environment_map::read(&source, None)?;
             if arguments.report.json {
                 probes.push(probe_info::object(&probe));
             } else {
@@ -76,7 +78,7 @@ fn object(Loaded { cloud, summary }: &Loaded) -> Value {
                 "components": column.components(),
                 "type": column.values().element().name(),
                 "bytes": bytes(column),
-                "made": column.made().map(|made| made::object(made)),
+                "made": column.made().map(|made| provenance::object(made)),
             })
         })
         .collect();
@@ -85,7 +87,7 @@ fn object(Loaded { cloud, summary }: &Loaded) -> Value {
         "facts": cloud.facts(),
         "radius_range": radii(cloud),
         "columns": columns,
-        "history": cloud.history().iter().map(made::cloud_object).collect::<Vec<_>>(),
+        "history": cloud.history().iter().map(provenance::cloud_object).collect::<Vec<_>>(),
         "bytes": total_bytes(cloud),
     })
 }
@@ -131,7 +133,7 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
         .map(|c| format!("{} {} x {}", c.name(), c.components(), c.values().element().name()))
         .collect();
     row("columns", columns.join(", "))?;
-    for line in made::lines(cloud) {
+    for line in provenance::lines(cloud) {
         row("made", line)?;
     }
     row("memory", size_in_words(total_bytes(cloud)))?;

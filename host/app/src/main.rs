@@ -6,55 +6,26 @@
 
 mod arguments;
 mod bake;
-mod bench;
-mod camera;
-mod captured;
-mod chart;
-mod check;
-mod clouds;
-mod command_line;
-mod compare;
 mod convert;
-mod cpu_time;
-mod csv;
-mod demo;
-mod explain;
-mod exr_file;
-mod files;
-mod given;
 mod info;
-mod interrupt;
-mod light_spec;
-mod made;
-mod page;
-mod pictures;
 mod plugins;
-mod probe_info;
-mod render;
-mod report;
 mod scene_info;
-mod scenes;
-mod settings;
-mod staging;
-mod studio;
-mod surroundings;
-mod sweep;
-mod terminal;
-mod times;
-mod tool_run;
-mod traced;
-mod values;
-mod viewer;
 
+use anyhow::Context as _;
 use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
-use given::Given;
 use std::process::ExitCode;
+use surfelshop_evaluate::{bench, check, compare, demo, explain, report};
+use surfelshop_session::options::explicit::ExplicitOptions;
+use surfelshop_session::output::terminal;
+use surfelshop_session::{interrupt, manual, render};
 
 fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    silence_device_selection();
     terminal::start_log();
     let parsed = Cli::command().try_get_matches().and_then(|matches| {
-        let given = Given::of(&matches);
+        let given = ExplicitOptions::of(&matches);
         Ok((Cli::from_arg_matches(&matches)?.checked()?, given))
     });
     let (cli, given) = match parsed {
@@ -63,14 +34,14 @@ fn main() -> ExitCode {
     };
     // Plugins may change the folder that the program is in; names that were typed are of this one.
     surfelshop_cloud::files::keep_folder();
-    let _ends = surfelshop_engine::plugins::guard_exit();
+    let _ends = surfelshop_runtime::plugins::guard_exit();
     if cli.command.is_some() {
         interrupt::watch();
     }
     let done = match cli.command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
-        Some(Command::Report(arguments)) => sweep::run(&arguments, &given),
+        Some(Command::Report(arguments)) => report::run(&arguments, &given),
         Some(Command::Bench(arguments)) => bench::run(&arguments, &given),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Explain(arguments)) => explain::run(&arguments, &given),
@@ -79,10 +50,41 @@ fn main() -> ExitCode {
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
-        None => viewer::run(&cli.viewer),
+        Some(Command::Help { topic }) => help(topic.as_deref()),
+        None => surfelshop_viewer::run(&cli.viewer),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => terminal::failed(&error),
     }
+}
+
+/// Prints a page of the manual, or its contents.
+fn help(topic: Option<&str>) -> anyhow::Result<()> {
+    let Some(topic) = topic else { return terminal::line(manual::contents()) };
+    let page = manual::page(topic).with_context(|| {
+        format!("no page of the manual is called `{topic}`; `surfelshop help` lists them")
+    })?;
+    terminal::line(page.text)
+}
+
+/// Starts the program again with Mesa's device-selection layer off, where there is no desktop session: the
+/// layer looks for one and complains on the standard error. It has nothing to select here: the program
+/// ranks adapters itself. The variable has to be there before the driver is loaded, and changing it
+/// within a running program is not safe.
+#[cfg(target_os = "linux")]
+fn silence_device_selection() {
+    use std::os::unix::process::CommandExt as _;
+    const SILENT: &str = "NODEVICE_SELECT";
+    if std::env::var_os("XDG_RUNTIME_DIR").is_some() || std::env::var_os(SILENT).is_some() {
+        return;
+    }
+    let Ok(own) = std::env::current_exe() else { return };
+    let mut arguments = std::env::args_os();
+    let mut again = std::process::Command::new(own);
+    if let Some(name) = arguments.next() {
+        again.arg0(name);
+    }
+    // It returns only where that did not work; then the complaint stays.
+    drop(again.args(arguments).env(SILENT, "1").exec());
 }

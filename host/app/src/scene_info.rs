@@ -1,7 +1,5 @@
 //! What is in a scene, for `surfelshop info`; its clouds are looked for and not read.
 
-use crate::report::plain;
-use crate::surroundings;
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
@@ -9,6 +7,8 @@ use surfelshop_cloud::scene::{
     Backdrop, FORMAT, OpenedScene, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
 use surfelshop_cloud::{Rotation, Transform};
+use surfelshop_session::input::environment_map;
+use surfelshop_session::output::json::plain;
 
 /// A scene in JSON; angles are radians, as everywhere in JSON.
 pub(crate) fn object(opened: &OpenedScene) -> Value {
@@ -52,8 +52,8 @@ pub(crate) fn object(opened: &OpenedScene) -> Value {
         "views": views.map(view).collect::<Vec<_>>(),
         "camera": scene.camera.as_ref().map(|camera| camera.known),
         "scene": scene.scene(),
-        "environment": surroundings::of_scene(scene).map(|environment| json!({
-            "probe": surroundings::name(&environment.source),
+        "environment": environment_map::of_scene(scene).map(|environment| json!({
+            "probe": environment_map::name(&environment.source),
             "mapping": environment.mapping.map(|mapping| mapping.name()),
             "forward": environment.forward.name(),
             "up": environment.up.name(),
@@ -97,7 +97,7 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
     let lights = lights_line(scene);
     let tone_map = tone_map(scene);
     row("light", format!("{lights}, exposure {stops} stops, tone map {tone_map}"))?;
-    if let Some(environment) = surroundings::of_scene(scene) {
+    if let Some(environment) = environment_map::of_scene(scene) {
         row("around", environment_line(&environment))?;
     }
     row("surface", surface_line(&scene.surface))?;
@@ -183,7 +183,7 @@ fn camera_line(camera: &Camera) -> String {
 }
 
 fn environment_line(environment: &SceneEnvironment) -> String {
-    let mut line = surroundings::name(&environment.source);
+    let mut line = environment_map::name(&environment.source);
     if let Some(mapping) = environment.mapping {
         line += &format!(", {}", mapping.name());
     }

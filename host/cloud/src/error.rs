@@ -1,3 +1,5 @@
+//! Errors of clouds and their files, each one line.
+
 use crate::files::OpenFault;
 use crate::memory::OutOfMemory;
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Files as everybody here opens and replaces them.
+//! Opening files, and replacing them atomically.
 //!
 //! Only regular files are read: a pipe would keep the reader waiting for ever, and a device has no end. Files
 //! are written beside their target and renamed when they are whole, so that a failure, a signal or a crash
@@ -251,8 +251,8 @@ pub fn check_writable(path: &Path) -> io::Result<()> {
 
 /// A new file in the folder of `target`, with the rights and, where that is allowed, the owner of the file it
 /// is to replace.
-fn beside(target: &Path) -> io::Result<Unfinished> {
-    let unfinished = Unfinished::create(folder_of(target))?;
+fn beside(target: &Path) -> io::Result<TemporaryFile> {
+    let unfinished = TemporaryFile::create(folder_of(target))?;
     if let (Ok(old), Some(file)) = (target.metadata(), &unfinished.file) {
         #[cfg(unix)]
         {
@@ -270,12 +270,12 @@ fn beside(target: &Path) -> io::Result<Unfinished> {
 
 /// A file that is being written: has a name of its own until it is whole, is locked for as long, and is
 /// removed where it is dropped before.
-struct Unfinished {
+struct TemporaryFile {
     file: Option<NamedTempFile>,
     path: PathBuf,
 }
 
-impl Unfinished {
+impl TemporaryFile {
     fn create(folder: &Path) -> io::Result<Self> {
         remove_stale(folder);
         let mut builder = tempfile::Builder::new();
@@ -313,7 +313,7 @@ impl Unfinished {
     }
 }
 
-impl io::Write for Unfinished {
+impl io::Write for TemporaryFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.file.as_mut().map_or(Ok(0), |file| file.write(bytes))
     }
@@ -323,7 +323,7 @@ impl io::Write for Unfinished {
     }
 }
 
-impl Drop for Unfinished {
+impl Drop for TemporaryFile {
     fn drop(&mut self) {
         let mut known = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner);
         known.retain(|path| *path != self.path);
@@ -414,7 +414,7 @@ mod tests {
         fs::write(at(".surfelshop-dead.part"), "half").unwrap();
         fs::write(at(".surfelshop-notes"), "a user's").unwrap();
         fs::write(at("scan.part"), "a user's").unwrap();
-        let held = Unfinished::create(folder.path()).unwrap();
+        let held = TemporaryFile::create(folder.path()).unwrap();
         assert!(!at(".surfelshop-dead.part").exists());
         write_whole(&at("a.ply"), b"whole").unwrap();
         assert!(held.path.exists());

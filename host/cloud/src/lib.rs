@@ -16,41 +16,33 @@
 //! (`every_loaded_cloud_can_be_drawn`).
 
 mod assemble;
-mod body;
-mod buffer;
 mod cloud;
-mod color;
-mod column;
-mod edit;
 mod error;
 mod faces;
-mod facts;
 pub mod files;
-mod lines;
+mod formats;
 pub mod memory;
-mod obj;
-mod off;
-mod ply;
+mod options;
 pub mod probe;
-mod provenance;
 mod read;
 pub mod scene;
 mod summary;
 mod table;
 #[cfg(test)]
 mod tests;
-mod transform;
+mod toml_text;
 mod write;
 
-pub use buffer::Buffer;
 pub use cloud::Cloud;
-pub use column::{Column, is_well_known};
-pub use edit::{Edited, Staged};
+pub use cloud::buffer::Buffer;
+pub use cloud::column::{Column, is_well_known};
+pub use cloud::edit::{EditedCloud, StagedEdits};
+pub use cloud::provenance::{CloudEdit, How, ToolRun};
+pub use cloud::transform::{Rotation, Transform};
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
-pub use provenance::{CloudMade, How, Made};
-pub use read::{Loaded, ReadOptions, read};
-pub use summary::{ColorCounts, NormalCounts, RadiusCounts, Summary};
+pub use options::{ReadOptions, WriteOptions};
+pub use read::read;
+pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::Progress;
-pub use transform::{Rotation, Transform};
-pub use write::{WriteOptions, write};
+pub use write::write;

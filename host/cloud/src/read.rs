@@ -1,42 +1,18 @@
+//! Reading a cloud: the format is recognised by content.
+
 use crate::assemble;
-use crate::body::Body;
-use crate::cloud::Cloud;
 use crate::error::{ReadError, ReadFault, quoted};
-use crate::summary::Summary;
+use crate::files;
+use crate::formats::Body;
+use crate::formats::{obj, off, ply};
+use crate::options::ReadOptions;
+use crate::summary::Loaded;
 use crate::table::Table;
-use crate::{files, obj, off, ply};
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::time::Instant;
-use surfelshop_geometry::{Progress, normals, part, silent};
-
-/// How a file is read.
-#[derive(Clone, Copy)]
-pub struct ReadOptions<'a> {
-    /// Neighbours that missing normals are fitted to.
-    pub n_neighbours: usize,
-    /// The radius of every point of a file that gives none, counted as given; where it is `None`
-    /// or not positive, radii are estimated.
-    pub radius: Option<f32>,
-    /// Takes how far the work is, in [0, 1], and may ask it to stop.
-    pub progress: Progress<'a>,
-}
-
-impl Default for ReadOptions<'_> {
-    fn default() -> Self {
-        Self { n_neighbours: normals::DEFAULT_NEIGHBOURS, radius: None, progress: &silent }
-    }
-}
-
-/// A cloud and how it came to be.
-#[derive(Clone, Debug)]
-pub struct Loaded {
-    /// The cloud: at least `position`, `normal` and `radius`.
-    pub cloud: Cloud,
-    /// What was dropped, repaired and estimated.
-    pub summary: Summary,
-}
+use surfelshop_geometry::{Progress, part};
 
 /// Bytes shown of a file whose format is unknown.
 const MAGIC: usize = 64;
@@ -63,13 +39,13 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
 }
 
 /// A file whose format is known.
-enum Opened {
+enum SourceFile {
     Ply(Box<ply::File<BufReader<File>>>),
     Obj(Body<BufReader<File>>),
     Off(Body<BufReader<File>>),
 }
 
-impl Opened {
+impl SourceFile {
     /// Share of the work that is reading rather than estimating.
     fn share_of_reading(&self, options: &ReadOptions<'_>) -> f64 {
         match self {
@@ -91,7 +67,7 @@ impl Opened {
 }
 
 /// Opens a file and finds out what points it has.
-fn open(path: &Path) -> Result<Opened, ReadFault> {
+fn open(path: &Path) -> Result<SourceFile, ReadFault> {
     // Counts are checked against the length, which a pipe or a device does not have.
     let (file, metadata) = files::open(path)?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
@@ -104,14 +80,14 @@ fn open(path: &Path) -> Result<Opened, ReadFault> {
     }
     let length = metadata.len();
     if ply::is_ply(head) {
-        return Ok(Opened::Ply(Box::new(ply::File::open(reader, length)?)));
+        return Ok(SourceFile::Ply(Box::new(ply::File::open(reader, length)?)));
     }
     if off::is_off(head) {
-        return Ok(Opened::Off(Body::new(reader, length)));
+        return Ok(SourceFile::Off(Body::new(reader, length)));
     }
     let ending = path.extension().unwrap_or_default();
     if obj::is_obj(head, ending.eq_ignore_ascii_case("obj")) {
-        return Ok(Opened::Obj(Body::new(reader, length)));
+        return Ok(SourceFile::Obj(Body::new(reader, length)));
     }
     Err(ReadFault::UnknownFormat { found: quoted(&head[..head.len().min(MAGIC)]) })
 }

@@ -1,5 +1,17 @@
+//! What loading did to the points of a file, counted.
+
+use crate::cloud::Cloud;
 use serde::Serialize;
 use std::fmt;
+
+/// A cloud and how it came to be.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The cloud: at least `position`, `normal` and `radius`.
+    pub cloud: Cloud,
+    /// What was dropped, repaired and estimated.
+    pub summary: Summary,
+}
 
 /// Where the normals of a loaded cloud come from; each surfel counts once, except in `degenerate`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

@@ -1,4 +1,6 @@
-use crate::buffer::{Buffer, unweave};
+//! A file's points as named columns, before they become a cloud.
+
+use crate::cloud::buffer::{Buffer, unweave};
 use crate::faces;
 use glam::DVec3;
 use surfelshop_geometry::Bounds;

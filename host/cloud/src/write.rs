@@ -1,27 +1,12 @@
+//! Writing a cloud in the format that the ending names.
+
 use crate::cloud::Cloud;
 use crate::error::{WriteError, quoted};
 use crate::files::replace;
-use crate::ply;
+use crate::formats::ply;
+use crate::options::WriteOptions;
 use std::io;
 use std::path::Path;
-use surfelshop_geometry::{Progress, silent};
-
-/// How a file is written.
-#[derive(Clone)]
-pub struct WriteOptions<'a> {
-    /// Text instead of binary little endian; several times larger, and just as exact.
-    pub ascii: bool,
-    /// Comments for the header.
-    pub comments: Vec<String>,
-    /// Takes how far the work is, in [0, 1], and may ask it to stop.
-    pub progress: Progress<'a>,
-}
-
-impl Default for WriteOptions<'_> {
-    fn default() -> Self {
-        Self { ascii: false, comments: Vec::new(), progress: &silent }
-    }
-}
 
 /// Writes a cloud with all its columns in the format that the file's ending names.
 ///

@@ -1,8 +1,10 @@
 //! A cloud's columns as they are drawn: in drawing order, in groups of lanes.
 
+use crate::fields::Splats;
 use crate::lanes::{F, V, WIDTH};
-use crate::levels::{self, Block, Sample};
-use crate::local::Splats;
+use crate::levels;
+use crate::levels::block::Block;
+use crate::levels::merge::Sample;
 use fearless_simd::prelude::*;
 use half::f16;
 
@@ -133,13 +135,13 @@ impl Columns {
         splats: Splats,
         merged: bool,
         linear_of_srgb: &[f32; 256],
-        tell: &(dyn Fn(f32) + Sync),
+        report: &(dyn Fn(f32) + Sync),
     ) -> Self {
         let (mut positions, mut normals) = (Triples::default(), Triples::default());
         positions.push(order.iter().map(|&i| three(sources.positions, i)));
-        tell(0.15);
+        report(0.15);
         normals.push(order.iter().map(|&i| three(sources.normals, i)));
-        tell(0.3);
+        report(0.3);
         let shape = match sources.tangents {
             Some(axes) => {
                 let [u, v] = axes.map(|axis| {
@@ -176,14 +178,14 @@ impl Columns {
             roots: 0..0,
             max_reach: 0.0,
         };
-        tell(0.4);
-        columns.merge(merged, linear_of_srgb, &|done| tell(0.4 + 0.6 * done));
+        report(0.4);
+        columns.merge(merged, linear_of_srgb, &|done| report(0.4 + 0.6 * done));
         columns
     }
 
     /// Makes the tree of blocks and the merged surfels.
-    fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], tell: &(dyn Fn(f32) + Sync)) {
-        let tree = levels::tree(self, merged, linear_of_srgb, &|done| tell(0.8 * done));
+    fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], report: &(dyn Fn(f32) + Sync)) {
+        let tree = levels::tree(self, merged, linear_of_srgb, &|done| report(0.8 * done));
         let n_merged: usize = tree.merged.iter().map(|samples| padded(samples.len())).sum();
         self.stands_for.reserve(n_merged);
         self.pad_albedo(self.n_places);
@@ -193,7 +195,7 @@ impl Columns {
         self.max_reach = tree.blocks.iter().map(|block| block.reach).fold(0.0, f32::max);
         self.blocks = tree.blocks;
         self.roots = tree.roots;
-        tell(1.0);
+        report(1.0);
     }
 
     /// Appends merged surfels, filled up to whole groups.

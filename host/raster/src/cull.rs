@@ -1,25 +1,17 @@
-//! Which blocks of surfels can be seen, how finely, where, and how near they are.
+//! Culling and level of detail, block by block: from the roots of the tree down, blocks outside of the view
+//! frustum or facing away (normal cones) are culled, those whose merged surfels are too coarse on the screen
+//! are refined, and the rest is sorted front to back.
 
-use crate::columns::Columns;
+use crate::cloud::CloudInView;
 use crate::lanes::WIDTH;
-use crate::levels::{Block, half_angle};
+use crate::levels::block::{Block, half_angle};
 use crate::view::Eye;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A cloud in a view.
-pub(crate) struct Seen<'a> {
-    pub(crate) columns: &'a Columns,
-    pub(crate) eye: Eye,
-    /// Number of its first place; above 0.
-    pub(crate) first: u32,
-    /// Number of its first surfel in the picture.
-    pub(crate) first_surfel: u32,
-}
-
 /// A block in front of the eye.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Placed {
+pub(crate) struct VisibleBlock {
     pub(crate) cloud: u32,
     pub(crate) block: u32,
     /// No pixel of it is nearer, brought nearer or not.
@@ -29,8 +21,8 @@ pub(crate) struct Placed {
 }
 
 /// Blocks to be drawn, from near to far; of equal ones the first.
-pub(crate) fn placed(clouds: &[Seen<'_>]) -> Vec<Placed> {
-    let mut all = chosen(clouds);
+pub(crate) fn visible_blocks(clouds: &[CloudInView<'_>]) -> Vec<VisibleBlock> {
+    let mut all = select(clouds);
     all.par_sort_unstable_by(|a, b| {
         a.nearest.total_cmp(&b.nearest).then((a.cloud, a.block).cmp(&(b.cloud, b.block)))
     });
@@ -38,21 +30,21 @@ pub(crate) fn placed(clouds: &[Seen<'_>]) -> Vec<Placed> {
 }
 
 /// The same in no order.
-fn chosen(clouds: &[Seen<'_>]) -> Vec<Placed> {
+fn select(clouds: &[CloudInView<'_>]) -> Vec<VisibleBlock> {
     let mut all = Vec::new();
-    for (cloud, seen) in clouds.iter().enumerate() {
-        let mut blocks: Vec<u32> = seen.columns.roots.clone().map(|at| at as u32).collect();
-        // Level by level, so that all processors take part in large clouds.
+    for (cloud, in_view) in clouds.iter().enumerate() {
+        let mut blocks: Vec<u32> = in_view.columns.roots.clone().map(|at| at as u32).collect();
+        // Level by level, so that all threads take part in large clouds.
         while !blocks.is_empty() {
-            let visited: Vec<Visited> =
-                blocks.par_iter().with_min_len(256).map(|&block| visit(seen, block)).collect();
+            let visited: Vec<Visit> =
+                blocks.par_iter().with_min_len(256).map(|&block| visit(in_view, block)).collect();
             blocks.clear();
             for (visited, cloud) in visited.into_iter().zip(std::iter::repeat(cloud as u32)) {
                 match visited {
-                    Visited::Out => {}
-                    Visited::Parts([first, end]) => blocks.extend(first..end),
-                    Visited::Drawn { block, nearest, pixels } => {
-                        all.push(Placed { cloud, block, nearest, pixels });
+                    Visit::Culled => {}
+                    Visit::Refine([first, end]) => blocks.extend(first..end),
+                    Visit::Draw { block, nearest, pixels } => {
+                        all.push(VisibleBlock { cloud, block, nearest, pixels });
                     }
                 }
             }
@@ -62,14 +54,14 @@ fn chosen(clouds: &[Seen<'_>]) -> Vec<Placed> {
 }
 
 /// Places of a cloud that are drawn, in ascending order and none next to each other.
-pub(crate) fn runs(seen: Seen<'_>) -> Vec<Range<u32>> {
-    let columns = seen.columns;
+pub(crate) fn runs(in_view: CloudInView<'_>) -> Vec<Range<u32>> {
+    let columns = in_view.columns;
     let place = |group: usize| (group * WIDTH) as u32;
-    let run = |placed: &Placed| {
+    let run = |placed: &VisibleBlock| {
         let block = &columns.blocks[placed.block as usize];
         place(block.first)..place(block.first + block.count)
     };
-    let mut all: Vec<Range<u32>> = chosen(&[seen]).iter().map(run).collect();
+    let mut all: Vec<Range<u32>> = select(&[in_view]).iter().map(run).collect();
     all.par_sort_unstable_by_key(|run| run.start);
     all.dedup_by(|next, run| {
         let follows = run.end == next.start;
@@ -79,28 +71,28 @@ pub(crate) fn runs(seen: Seen<'_>) -> Vec<Range<u32>> {
     all
 }
 
-enum Visited {
+enum Visit {
     /// It cannot be seen.
-    Out,
+    Culled,
     /// Its parts are to be looked at.
-    Parts([u32; 2]),
-    Drawn {
+    Refine([u32; 2]),
+    Draw {
         block: u32,
         nearest: f32,
         pixels: [i32; 4],
     },
 }
 
-fn visit(seen: &Seen<'_>, at: u32) -> Visited {
-    let block = &seen.columns.blocks[at as usize];
-    let eye = &seen.eye;
-    let Some((nearest, pixels)) = place(block, eye) else { return Visited::Out };
+fn visit(in_view: &CloudInView<'_>, at: u32) -> Visit {
+    let block = &in_view.columns.blocks[at as usize];
+    let eye = &in_view.eye;
+    let Some((nearest, pixels)) = screen_bounds(block, eye) else { return Visit::Culled };
     let [first, end] = block.parts;
     let has_parts = end > first;
     if has_parts && (block.count == 0 || !is_fine(block, eye)) {
-        return Visited::Parts([first, end]);
+        return Visit::Refine([first, end]);
     }
-    Visited::Drawn { block: at, nearest, pixels }
+    Visit::Draw { block: at, nearest, pixels }
 }
 
 /// Whether a block's merged surfels are as small as they have to be.
@@ -124,7 +116,7 @@ fn is_fine(block: &Block, eye: &Eye) -> bool {
 
 /// A distance that no pixel of a block is nearer than, brought nearer or not, and the pixels it may
 /// cover; `None` where it has none.
-fn place(block: &Block, eye: &Eye) -> Option<(f32, [i32; 4])> {
+fn screen_bounds(block: &Block, eye: &Eye) -> Option<(f32, [i32; 4])> {
     let [width, height] = eye.size_px.map(|side| side as f32);
     let everywhere = [0, 0, eye.size_px[0] as i32, eye.size_px[1] as i32];
     let center = eye.one(block.middle);
@@ -185,7 +177,7 @@ fn place(block: &Block, eye: &Eye) -> Option<(f32, [i32; 4])> {
 fn faces_away(block: &Block, eye: &Eye, center: glam::Vec3, reach: f32) -> bool {
     let axis = eye.turned(block.axis);
     let spread = half_angle(block);
-    let (towards, seen_under) = if eye.orthographic {
+    let (towards, seen_angle) = if eye.orthographic {
         (axis.z, 0.0)
     } else {
         let distance = center.length();
@@ -195,7 +187,7 @@ fn faces_away(block: &Block, eye: &Eye, center: glam::Vec3, reach: f32) -> bool 
         (-axis.dot(center) / distance, (reach / distance).asin())
     };
     // What rounding does to these angles is far less than a thousandth.
-    let least = towards.clamp(-1.0, 1.0).acos() - spread - seen_under;
+    let least = towards.clamp(-1.0, 1.0).acos() - spread - seen_angle;
     block.cosine > -1.0 && least > std::f32::consts::FRAC_PI_2 + 1e-3
 }
 
@@ -241,7 +233,8 @@ mod tests {
     fn blocks_outside_of_the_picture_or_turned_away_are_left_out() {
         for orthographic in [false, true] {
             let eye = eye(orthographic);
-            let at = |middle, axis, cosine| place(&block(middle, axis, cosine), &eye).is_some();
+            let at =
+                |middle, axis, cosine| screen_bounds(&block(middle, axis, cosine), &eye).is_some();
             let front = [0.0, 0.0, 1.0];
             assert!(at([0.0, 0.0, -2.0], front, 0.9));
             assert!(!at([0.0, 0.0, 2.0], front, 0.9), "behind the eye");

@@ -1,4 +1,4 @@
-//! Discs on the screen: twins of the functions of the same names in `shaders/host/disc.wgsl`, for
+//! Discs on the screen: twins of the functions of the same names in `disc.wgsl` of `host/render`, for
 //! several surfels at once.
 //!
 //! What they compute and why stands there.

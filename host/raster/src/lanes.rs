@@ -1,6 +1,6 @@
 //! Sixteen surfels or pixels at once.
 //!
-//! Results do not depend on the instructions that a processor has: every operation here is rounded as
+//! Results do not depend on the instructions that a CPU has: every operation here is rounded as
 //! IEEE 754 says, and none is fused with another.
 
 use fearless_simd::prelude::*;
@@ -70,13 +70,13 @@ pub(crate) fn length2<S: Simd>(x: F<S>, y: F<S>) -> F<S> {
     (x * x + y * y).sqrt()
 }
 
-/// The larger of each two; `other` where one is no number.
+/// The larger of each two; `other` where one is NaN.
 #[inline(always)]
 pub(crate) fn larger<S: Simd>(one: F<S>, other: F<S>) -> F<S> {
     one.simd_gt(other).select(one, other)
 }
 
-/// The smaller of each two; `other` where one is no number.
+/// The smaller of each two; `other` where one is NaN.
 #[inline(always)]
 pub(crate) fn smaller<S: Simd>(one: F<S>, other: F<S>) -> F<S> {
     one.simd_lt(other).select(one, other)

@@ -1,21 +1,24 @@
-//! Draws surfels on the processor: what the shaders of the surface buffer do, without a graphics
-//! device.
+//! A software rasteriser of surfels on the CPU: what the shaders of the surface buffer do, without a
+//! graphics device.
 //!
 //! Blocks of surfels are culled, chosen fine or coarse, sorted from near to far and drawn tile by tile,
 //! sixteen surfels and sixteen pixels at once; what lies behind a tile that is filled is left out. The
-//! rules are those of `shaders/host`: a disc in its tangent plane, widened by the screen-space low-pass;
+//! rules are those of the shaders in `host/render`: a disc in its tangent plane, widened by the screen-space low-pass;
 //! the nearest one decides the depth, and those within the depth tolerance blend with it.
 //!
 //! Invariants: this crate knows no graphics API; a picture does not depend on the number of threads nor
-//! on the processor's instructions; what is culled would not have been seen.
+//! on the CPU's instructions; what is culled would not have been visible.
 
+mod cloud;
 mod columns;
 mod cull;
 mod disc;
+mod fields;
 mod lanes;
 mod levels;
 mod local;
 mod pack;
+mod picture;
 mod places;
 mod resolve;
 mod splat;
@@ -24,15 +27,18 @@ mod tests;
 mod tile;
 mod view;
 
+pub use cloud::Cloud;
 pub use columns::{Albedo, Columns, Sources};
-pub use local::Splats;
+pub use fields::Splats;
+pub use picture::{DrawCounts, Mode, Parts, Picture};
 pub use places::{Part, places};
 pub use view::View;
 
-use cull::{Placed, Seen};
+use cloud::CloudInView;
+use cull::VisibleBlock;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
-use glam::Mat4;
+use picture::Band;
 use rayon::prelude::*;
 use resolve::Scene;
 use tile::{TILE, Tile};
@@ -40,108 +46,6 @@ use view::Eye;
 
 /// Surfels are drawn in groups of so many; blocks begin with one.
 pub const GROUP: usize = lanes::WIDTH;
-
-/// A cloud to be drawn.
-pub struct Cloud<'a> {
-    /// Its columns.
-    pub columns: &'a Columns,
-    /// Rigid motion from its positions to view space, scaled to units of drawing.
-    pub view_from_cloud: Mat4,
-    /// The number of its first surfel in the picture, above 0.
-    pub first: u32,
-}
-
-/// What of the surface is made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mode {
-    /// The nearest surfels' numbers and distances alone.
-    None,
-    /// The surface of the nearest surfels.
-    Nearest,
-    /// The surface of blended surfels.
-    Blended,
-    /// The same with the normals of fields.
-    Fields,
-}
-
-impl Mode {
-    /// Whether surfels are added up.
-    fn blends(self) -> bool {
-        matches!(self, Self::Blended | Self::Fields)
-    }
-}
-
-/// What is made of a picture.
-#[derive(Clone, Copy, Debug)]
-pub struct Parts {
-    /// The surface.
-    pub mode: Mode,
-    /// The nearest surfels.
-    pub winners: bool,
-    /// Indices of the nearest surfels' materials.
-    pub material: bool,
-    /// Which of the clouds the nearest surfels belong to.
-    pub object: bool,
-}
-
-/// A picture, row by row from the top.
-#[derive(Clone, Debug, Default)]
-pub struct Picture {
-    /// Number of the nearest surfel, its highest bit set where it is seen from behind, and the bits of
-    /// its distance in units of drawing; zeros where nothing is; empty unless asked for.
-    pub winners: Vec<[u32; 2]>,
-    /// The surface as `surfelshop::packing` packs it; empty unless asked for.
-    pub packed: Vec<[u32; 4]>,
-    /// Indices of materials; empty unless asked for.
-    pub material: Vec<u32>,
-    /// Clouds, from 0; empty unless asked for.
-    pub object: Vec<u32>,
-    /// Blocks that were drawn, and surfels in them.
-    pub drawn: Drawn,
-}
-
-impl Picture {
-    /// Bytes that it takes, room for larger pictures included.
-    #[must_use]
-    pub fn bytes(&self) -> u64 {
-        let Self { winners, packed, material, object, drawn: _ } = self;
-        let [winners, packed] = [8 * winners.capacity(), 16 * packed.capacity()];
-        let others = 4 * (material.capacity() + object.capacity());
-        (winners + packed + others) as u64
-    }
-}
-
-/// How much a picture took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Drawn {
-    /// Blocks in front of the eye.
-    pub blocks: usize,
-    /// Surfels in them, merged ones counting once, and groups filled up to sixteen.
-    pub surfels: usize,
-}
-
-/// Rows of a picture that one thread draws.
-struct Band<'a> {
-    width: usize,
-    top: usize,
-    winners: &'a mut [[u32; 2]],
-    packed: &'a mut [[u32; 4]],
-    material: &'a mut [u32],
-    object: &'a mut [u32],
-}
-
-impl Band<'_> {
-    /// The place of a tile's pixel.
-    #[inline(always)]
-    fn at(&self, tile: &Tile, x: usize, y: usize) -> usize {
-        y * self.width + tile.corner[0] as usize + x
-    }
-
-    /// Whether anything but the surface is made.
-    fn looks_up(&self) -> bool {
-        !(self.winners.is_empty() && self.material.is_empty() && self.object.is_empty())
-    }
-}
 
 /// Draws clouds into a picture, whose memory is used again; `linear_of_srgb` holds the linear values of
 /// all 8-bit codes.
@@ -155,7 +59,7 @@ pub fn draw(
     draw_with(Level::new(), clouds, view, parts, linear_of_srgb, picture);
 }
 
-/// The same with these instructions of the processor.
+/// The same with these instructions of the CPU.
 fn draw_with(
     level: Level,
     clouds: &[Cloud<'_>],
@@ -166,28 +70,28 @@ fn draw_with(
 ) {
     let [width, height] = view.size_px.map(|side| side as usize);
     let n_pixels = width * height;
-    let asked = |asked: bool| if asked { n_pixels } else { 0 };
-    picture.winners.resize(asked(parts.winners), [0; 2]);
-    picture.packed.resize(asked(parts.mode != Mode::None), [0; 4]);
-    picture.material.resize(asked(parts.material), 0);
-    picture.object.resize(asked(parts.object), 0);
+    let requested = |requested: bool| if requested { n_pixels } else { 0 };
+    picture.winners.resize(requested(parts.winners), [0; 2]);
+    picture.packed.resize(requested(parts.mode != Mode::None), [0; 4]);
+    picture.material.resize(requested(parts.material), 0);
+    picture.object.resize(requested(parts.object), 0);
     let mut first = 1;
-    let seen: Vec<Seen<'_>> = clouds
+    let in_view: Vec<CloudInView<'_>> = clouds
         .iter()
         .map(|cloud| {
             let columns = cloud.columns;
             let eye = Eye::new(view, cloud.view_from_cloud);
-            let seen = Seen { columns, eye, first, first_surfel: cloud.first };
+            let in_view = CloudInView { columns, eye, first, first_surfel: cloud.first };
             first += columns.n_places as u32;
-            seen
+            in_view
         })
         .collect();
-    let placed = cull::placed(&seen);
-    picture.drawn = Drawn {
+    let placed = cull::visible_blocks(&in_view);
+    picture.drawn = DrawCounts {
         blocks: placed.len(),
-        surfels: placed.iter().map(|placed| n_surfels(&seen, placed)).sum(),
+        surfels: placed.iter().map(|placed| n_surfels(&in_view, placed)).sum(),
     };
-    let scene = Scene::new(&seen, view.world_from_view, linear_of_srgb, parts.mode);
+    let scene = Scene::new(&in_view, view.world_from_view, linear_of_srgb, parts.mode);
     let by_band = by_band(&placed, height);
     bands(picture, width, height).into_par_iter().zip(by_band).for_each_init(
         || (Tile::new(), Vec::new()),
@@ -198,8 +102,8 @@ fn draw_with(
 }
 
 /// Surfels of a block, filled up to whole groups.
-fn n_surfels(seen: &[Seen<'_>], placed: &Placed) -> usize {
-    let columns = seen[placed.cloud as usize].columns;
+fn n_surfels(in_view: &[CloudInView<'_>], placed: &VisibleBlock) -> usize {
+    let columns = in_view[placed.cloud as usize].columns;
     columns.blocks[placed.block as usize].count * lanes::WIDTH
 }
 
@@ -223,7 +127,7 @@ fn bands(picture: &mut Picture, width: usize, height: usize) -> Vec<Band<'_>> {
 }
 
 /// The blocks of each row of tiles, in order.
-fn by_band(placed: &[Placed], height: usize) -> Vec<Vec<u32>> {
+fn by_band(placed: &[VisibleBlock], height: usize) -> Vec<Vec<u32>> {
     let n = height.div_ceil(TILE[1]);
     let mut bands = vec![Vec::new(); n];
     for (i, placed) in placed.iter().enumerate() {
@@ -242,9 +146,9 @@ fn draw_band<S: Simd>(
     simd: S,
     band: &mut Band<'_>,
     tile: &mut Tile,
-    blocks: &mut Vec<Placed>,
+    blocks: &mut Vec<VisibleBlock>,
     of_band: &[u32],
-    placed: &[Placed],
+    placed: &[VisibleBlock],
     scene: &Scene<'_>,
 ) {
     let rows = [band.winners.len(), band.packed.len(), band.material.len(), band.object.len()];
@@ -253,7 +157,8 @@ fn draw_band<S: Simd>(
         let size = [TILE[0].min(band.width - left), height];
         let right = (left + size[0]) as i32;
         blocks.clear();
-        let here = |placed: &&Placed| placed.pixels[0] < right && placed.pixels[2] > left as i32;
+        let here =
+            |placed: &&VisibleBlock| placed.pixels[0] < right && placed.pixels[2] > left as i32;
         blocks.extend(of_band.iter().map(|&i| &placed[i as usize]).filter(here));
         let with_fields = scene.mode == Mode::Fields;
         tile.nearest(simd, [left, band.top], size, scene.clouds, blocks, with_fields);

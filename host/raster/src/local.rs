@@ -1,34 +1,10 @@
 //! What varies over a surfel: the normals of a field, and the lines that cut it. Twins of the functions
-//! of `shaders/host/local.wgsl`.
+//! of `local.wgsl` of `host/render`.
 
 use crate::columns::{Columns, Shape};
 use crate::lanes::{F, M, V};
-use crate::splat::Widened;
 use fearless_simd::prelude::*;
 use glam::{Vec2, Vec3};
-
-/// Normal fields, and the lines that cut surfels, of a cloud's surfels in drawing order.
-#[derive(Default)]
-pub struct Splats {
-    /// x, y, α and β of each surfel's normal field, where there are any.
-    pub fields: Option<Vec<[f32; 4]>>,
-    /// Surfels before the first that is cut.
-    pub n_whole: usize,
-    /// Two lines and how many of them count, of each surfel from there on.
-    pub clips: Vec<[f32; 7]>,
-}
-
-impl Splats {
-    /// Bytes of all of it.
-    pub(crate) fn bytes(&self) -> usize {
-        let fields = self.fields.as_ref().map_or(0, |fields| 16 * fields.len());
-        fields + 28 * self.clips.len()
-    }
-
-    pub(crate) fn clip(&self, place: usize) -> Option<&[f32; 7]> {
-        self.clips.get(place.checked_sub(self.n_whole)?)
-    }
-}
 
 /// Numbers of a surfel for points in units of the drawn disc's half axes.
 #[derive(Clone, Copy)]
@@ -39,6 +15,23 @@ pub(crate) struct Local {
     lines: [[f32; 3]; 2],
     /// How many of them count, as in the column.
     kind: f32,
+}
+
+/// A surfel as it is drawn, in view space.
+pub(crate) struct DrawnSurfel<'a> {
+    pub(crate) place: usize,
+    pub(crate) center: Vec3,
+    pub(crate) axis_u: Vec3,
+    pub(crate) axis_v: Vec3,
+    /// What the low-pass left of the half axes, as shares.
+    pub(crate) kept: [f32; 2],
+    /// Seen from behind.
+    pub(crate) back: bool,
+    /// The centre before the low-pass.
+    pub(crate) own_center: Vec3,
+    /// Takes differences of positions to view space.
+    pub(crate) offset: &'a dyn Fn(Vec3) -> Vec3,
+    pub(crate) tangent_scale: f32,
 }
 
 /// A vector over its length, and one over that; zeros where it has none.
@@ -56,7 +49,11 @@ impl Local {
     pub(crate) const NONE: Self = Self { field: [[0.0; 3]; 3], lines: [[0.0; 3]; 2], kind: 0.0 };
 
     /// What varies over a surfel; `None` where nothing does.
-    pub(crate) fn of(columns: &Columns, drawn: &Widened<'_>, with_fields: bool) -> Option<Self> {
+    pub(crate) fn of(
+        columns: &Columns,
+        drawn: &DrawnSurfel<'_>,
+        with_fields: bool,
+    ) -> Option<Self> {
         let splats = &columns.splats;
         let Shape::Tangents(u, v) = &columns.shape else { return None };
         let field = splats.fields.as_ref().filter(|_| with_fields);
@@ -66,7 +63,7 @@ impl Local {
             return None;
         }
         let raw = [u, v].map(|axis| Vec3::from(axis.one(drawn.place)));
-        let own = Own::of(drawn, raw);
+        let own = OwnFrame::of(drawn, raw);
         let mut local = Self::NONE;
         if let Some(field) = field {
             let given = Vec3::from(columns.normals.one(drawn.place));
@@ -111,14 +108,14 @@ impl Local {
 
 /// Where points of the drawn disc lie in the surfel as its columns have it, in units of its own half
 /// axes.
-struct Own {
+struct OwnFrame {
     center: Vec2,
     u: Vec2,
     v: Vec2,
 }
 
-impl Own {
-    fn of(drawn: &Widened<'_>, raw: [Vec3; 2]) -> Self {
+impl OwnFrame {
+    fn of(drawn: &DrawnSurfel<'_>, raw: [Vec3; 2]) -> Self {
         let scale = drawn.tangent_scale;
         if drawn.kept == [1.0; 2] {
             return Self { center: Vec2::ZERO, u: Vec2::new(scale, 0.0), v: Vec2::new(0.0, scale) };
@@ -147,7 +144,7 @@ impl Own {
         field: [f32; 4],
         raw: [Vec3; 2],
         given: Vec3,
-        drawn: &Widened<'_>,
+        drawn: &DrawnSurfel<'_>,
     ) -> [Vec3; 3] {
         let [(u, _), (v, _)] = raw.map(direction_and_inverse_length);
         let (mut plane, _) = direction_and_inverse_length(u.cross(v));

@@ -1,9 +1,9 @@
 //! Columns and blocks for those who draw surfels themselves: which places are to be drawn, and what stands
 //! in them.
 
-use crate::Cloud;
+use crate::cloud::{Cloud, CloudInView};
 use crate::columns::{Albedo, Columns, Shape};
-use crate::cull::{Seen, runs};
+use crate::cull::runs;
 use crate::view::{Eye, View};
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use std::ops::Range;
 #[must_use]
 pub fn places(cloud: &Cloud<'_>, view: &View) -> Vec<Range<u32>> {
     let eye = Eye::new(view, cloud.view_from_cloud);
-    runs(Seen { columns: cloud.columns, eye, first: 1, first_surfel: cloud.first })
+    runs(CloudInView { columns: cloud.columns, eye, first: 1, first_surfel: cloud.first })
 }
 
 /// One of the columns.

@@ -1,17 +1,17 @@
 //! Pixels of a tile, as the surface buffer holds them.
 
+use crate::cloud::CloudInView;
 use crate::columns::Albedo;
-use crate::cull::Seen;
 use crate::lanes::{F, U, V, WIDTH};
 use crate::pack::pack_surface;
+use crate::picture::{Band, Mode};
 use crate::splat::BACK;
 use crate::tile::{N_NORMAL_SUMS, SIDE, Tile, vector};
-use crate::{Band, Mode};
 use fearless_simd::prelude::*;
 
 /// What the pixels of a picture have in common.
 pub(crate) struct Scene<'a> {
-    pub(crate) clouds: &'a [Seen<'a>],
+    pub(crate) clouds: &'a [CloudInView<'a>],
     pub(crate) world_from_view: [[f32; 3]; 3],
     pub(crate) linear_of_srgb: &'a [f32; 256],
     pub(crate) mode: Mode,
@@ -23,17 +23,17 @@ pub(crate) struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     pub(crate) fn new(
-        clouds: &'a [Seen<'a>],
+        clouds: &'a [CloudInView<'a>],
         world_from_view: [[f32; 3]; 3],
         linear_of_srgb: &'a [f32; 256],
         mode: Mode,
     ) -> Self {
-        let one = |seen: &Seen<'_>| match seen.columns.albedo {
-            Albedo::Same([r, g, b]) if seen.columns.ao.is_none() => Some([r, g, b, 1.0]),
+        let one = |in_view: &CloudInView<'_>| match in_view.columns.albedo {
+            Albedo::Same([r, g, b]) if in_view.columns.ao.is_none() => Some([r, g, b, 1.0]),
             _ => None,
         };
         let first = clouds.first().and_then(one);
-        let same = first.filter(|_| clouds.iter().all(|seen| one(seen) == first));
+        let same = first.filter(|_| clouds.iter().all(|in_view| one(in_view) == first));
         Self {
             clouds,
             world_from_view,
@@ -47,7 +47,7 @@ impl<'a> Scene<'a> {
     /// The cloud that a number belongs to.
     fn cloud_of(&self, number: u32) -> usize {
         let number = number & !BACK;
-        self.clouds.partition_point(|seen| seen.first <= number).saturating_sub(1)
+        self.clouds.partition_point(|in_view| in_view.first <= number).saturating_sub(1)
     }
 }
 
@@ -95,11 +95,11 @@ fn looked_up(
         let (mut winner, mut material, mut object) = ([0; 2], 0, 0);
         if number != 0 {
             object = scene.cloud_of(number);
-            let seen = &scene.clouds[object];
-            let surfel = seen.columns.surfel_at(seen.place(number));
-            let number = (seen.first_surfel + surfel) | (number & BACK);
+            let in_view = &scene.clouds[object];
+            let surfel = in_view.columns.surfel_at(in_view.place(number));
+            let number = (in_view.first_surfel + surfel) | (number & BACK);
             winner = [number, tile.depth[square][lane].to_bits()];
-            material = seen.columns.material_of(surfel);
+            material = in_view.columns.material_of(surfel);
         }
         if let Some(pixel) = band.winners.get_mut(at) {
             *pixel = winner;
@@ -211,10 +211,10 @@ fn nearest<S: Simd>(
         let (normal, albedo, ao) = match number {
             0 => ([0.0, 0.0, 1.0], [0.0; 3], 1.0),
             _ => {
-                let seen = &scene.clouds[scene.cloud_of(number)];
-                let place = seen.place(number);
+                let in_view = &scene.clouds[scene.cloud_of(number)];
+                let place = in_view.place(number);
                 let sign = if number & BACK == 0 { 1.0 } else { -1.0 };
-                let columns = seen.columns;
+                let columns = in_view.columns;
                 let normal = columns.normals.one(place).map(|c| sign * c);
                 (normal, columns.albedo_of(place, scene.linear_of_srgb), columns.ao_of(place))
             }

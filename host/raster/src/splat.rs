@@ -1,9 +1,9 @@
 //! Discs as the pixels of a tile meet them.
 
-use crate::cull::Seen;
+use crate::cloud::CloudInView;
 use crate::disc::{Discs, MAX_PULL, load_discs};
 use crate::lanes::{F, V, WIDTH, larger, smaller};
-use crate::local::Local;
+use crate::local::{DrawnSurfel, Local};
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
@@ -33,46 +33,29 @@ pub(crate) struct Splat {
     pub(crate) pixels: [i32; 4],
 }
 
-/// A surfel as it is drawn, in view space.
-pub(crate) struct Widened<'a> {
-    pub(crate) place: usize,
-    pub(crate) center: Vec3,
-    pub(crate) axis_u: Vec3,
-    pub(crate) axis_v: Vec3,
-    /// What the low-pass left of the half axes, as shares.
-    pub(crate) kept: [f32; 2],
-    /// Seen from behind.
-    pub(crate) back: bool,
-    /// The centre before the low-pass.
-    pub(crate) own_center: Vec3,
-    /// Takes differences of positions to view space.
-    pub(crate) offset: &'a dyn Fn(Vec3) -> Vec3,
-    pub(crate) tangent_scale: f32,
-}
-
 impl Splat {
     /// Normal turned to the eye, one, albedo and accessibility.
     #[inline(always)]
     pub(crate) fn attributes(
         &self,
-        seen: &Seen<'_>,
+        in_view: &CloudInView<'_>,
         with_albedo: bool,
         linear_of_srgb: &[f32; 256],
     ) -> [f32; 8] {
-        let place = seen.place(self.number);
+        let place = in_view.place(self.number);
         let sign = if self.number & BACK == 0 { 1.0 } else { -1.0 };
-        let [x, y, z] = seen.columns.normals.one(place);
+        let [x, y, z] = in_view.columns.normals.one(place);
         let mut own = [sign * x, sign * y, sign * z, 1.0, 0.0, 0.0, 0.0, 0.0];
         if with_albedo {
-            let [r, g, b] = seen.columns.albedo_of(place, linear_of_srgb);
+            let [r, g, b] = in_view.columns.albedo_of(place, linear_of_srgb);
             (own[4], own[5], own[6]) = (r, g, b);
-            own[7] = seen.columns.ao_of(place);
+            own[7] = in_view.columns.ao_of(place);
         }
         own
     }
 }
 
-impl Seen<'_> {
+impl CloudInView<'_> {
     /// A place in the columns.
     #[inline(always)]
     pub(crate) fn place(&self, number: u32) -> usize {
@@ -82,14 +65,14 @@ impl Seen<'_> {
 
 /// The splats of a tile, and what varies over them.
 #[derive(Default)]
-pub(crate) struct Met {
+pub(crate) struct TileSplats {
     pub(crate) splats: Vec<Splat>,
     pub(crate) locals: Vec<Local>,
     /// Whether normal fields are read.
     pub(crate) with_fields: bool,
 }
 
-impl Met {
+impl TileSplats {
     /// What varies over a splat.
     #[inline(always)]
     pub(crate) fn local(&self, splat: &Splat) -> Option<&Local> {
@@ -99,25 +82,25 @@ impl Met {
     /// Adds what varies over a surfel of a group and returns its place, from 1; 0 where nothing does.
     fn vary<S: Simd>(
         &mut self,
-        seen: &Seen<'_>,
+        in_view: &CloudInView<'_>,
         discs: &Discs<S>,
         group: usize,
         lane: usize,
     ) -> u32 {
         let vector = |of: V<S>| Vec3::new(of.x[lane], of.y[lane], of.z[lane]);
         let place = group * WIDTH + lane;
-        let widened = Widened {
+        let widened = DrawnSurfel {
             place,
             center: vector(discs.center),
             axis_u: vector(discs.axis_u),
             axis_v: vector(discs.axis_v),
             kept: [discs.kept[0][lane], discs.kept[1][lane]],
             back: discs.back.to_bitmask() >> lane & 1 == 1,
-            own_center: seen.eye.one(seen.columns.positions.one(place)),
-            offset: &|v| seen.eye.one_offset(v.to_array()),
-            tangent_scale: seen.eye.tangent_scale,
+            own_center: in_view.eye.one(in_view.columns.positions.one(place)),
+            offset: &|v| in_view.eye.one_offset(v.to_array()),
+            tangent_scale: in_view.eye.tangent_scale,
         };
-        let Some(local) = Local::of(seen.columns, &widened, self.with_fields) else { return 0 };
+        let Some(local) = Local::of(in_view.columns, &widened, self.with_fields) else { return 0 };
         self.locals.push(local);
         self.locals.len() as u32
     }
@@ -127,17 +110,17 @@ impl Met {
 #[inline(always)]
 pub(crate) fn splats<S: Simd>(
     simd: S,
-    seen: &Seen<'_>,
+    in_view: &CloudInView<'_>,
     cloud: u32,
     group: usize,
     corner: [i32; 2],
     size: [usize; 2],
-    all: &mut Met,
+    all: &mut TileSplats,
 ) {
-    let eye = &seen.eye;
+    let eye = &in_view.eye;
     let splat = |value: f32| F::splat(simd, value);
     let zero = splat(0.0);
-    let discs = load_discs(simd, seen.columns, eye, group);
+    let discs = load_discs(simd, in_view.columns, eye, group);
     if !discs.visible.any_true() {
         return;
     }
@@ -197,12 +180,12 @@ pub(crate) fn splats<S: Simd>(
     let back = discs.back.to_bitmask();
     let three = |of: &[F<S>; 3], lane: usize| of.map(|of| of[lane]);
     let depth = [-discs.center.z, -discs.axis_u.z, -discs.axis_v.z];
-    let first = seen.first + (group * WIDTH) as u32;
-    let varies = seen.columns.varies(all.with_fields);
+    let first = in_view.first + (group * WIDTH) as u32;
+    let varies = in_view.columns.varies(all.with_fields);
     while drawn != 0 {
         let lane = drawn.trailing_zeros() as usize;
         drawn &= drawn - 1;
-        let local = if varies { all.vary(seen, &discs, group, lane) } else { 0 };
+        let local = if varies { all.vary(in_view, &discs, group, lane) } else { 0 };
         all.splats.push(Splat {
             u: three(&u, lane),
             v: three(&v, lane),

@@ -1,6 +1,7 @@
 //! What pictures do not depend on.
 
 use super::*;
+use glam::Mat4;
 use half::f16;
 use std::array::from_fn;
 

@@ -1,11 +1,14 @@
-//! One tile of the picture: the nearest surfels, and the sums of those that blend with them.
+//! The rasteriser of one tile: binned blocks of surfels, drawn front to back against a coarse depth buffer of 8 by
+//! 8 pixels, with SIMD over squares of 4 by 4 pixels.
 //!
-//! Pixels are kept in squares of four by four, which are worked on at once.
+//! A first pass finds the nearest surfels (the depth buffer), a second adds up the weighted attributes of those
+//! within the depth tolerance of it.
 
-use crate::cull::{Placed, Seen};
+use crate::cloud::CloudInView;
+use crate::cull::VisibleBlock;
 use crate::lanes::{F, I, M, U, V, WIDTH};
 use crate::local::Local;
-use crate::splat::{BACK, Met, Splat, splats};
+use crate::splat::{BACK, Splat, TileSplats, splats};
 use fearless_simd::prelude::*;
 
 /// Width and height of a tile in pixels.
@@ -15,7 +18,7 @@ pub(crate) const SIDE: usize = 4;
 /// Squares of a tile.
 const SQUARES: [usize; 2] = [TILE[0] / SIDE, TILE[1] / SIDE];
 const N_SQUARES: usize = SQUARES[0] * SQUARES[1];
-/// Squares along a side of the cells by which what is hidden is left out.
+/// Squares along a side of a cell of the coarse depth buffer, by which occluded blocks are left out.
 const CELL: usize = 2;
 const CELLS: [usize; 2] = [SQUARES[0] / CELL, SQUARES[1] / CELL];
 
@@ -35,8 +38,8 @@ pub(crate) struct Tile {
     /// Numbers of the nearest surfels; 0 where nothing is.
     pub(crate) number: Vec<[u32; WIDTH]>,
     pub(crate) sums: Vec<Sums>,
-    met: Met,
-    /// Largest distance in each cell, infinite where a pixel is empty; not known where NaN.
+    met: TileSplats,
+    /// The coarse depth buffer: the largest distance in each cell, infinite where a pixel is empty; not known where NaN.
     farthest: [f32; CELLS[0] * CELLS[1]],
 }
 
@@ -48,7 +51,7 @@ impl Tile {
             depth: vec![[f32::INFINITY; WIDTH]; N_SQUARES],
             number: vec![[0; WIDTH]; N_SQUARES],
             sums: vec![[[0.0; WIDTH]; 8]; N_SQUARES],
-            met: Met::default(),
+            met: TileSplats::default(),
             farthest: [f32::INFINITY; CELLS[0] * CELLS[1]],
         }
     }
@@ -83,8 +86,8 @@ impl Tile {
         }
     }
 
-    /// Whether everything is nearer than a distance in a part of the picture.
-    fn hides(&mut self, pixels: &[i32; 4], nearest: f32) -> bool {
+    /// Whether everything is nearer than a distance in a part of the picture, by the coarse depth buffer.
+    fn is_occluded(&mut self, pixels: &[i32; 4], nearest: f32) -> bool {
         let [x0, y0, x1, y1] = self.cells(pixels);
         for row in y0..y1 {
             for column in x0..x1 {
@@ -133,34 +136,34 @@ impl Tile {
         simd: S,
         corner: [usize; 2],
         size: [usize; 2],
-        clouds: &[Seen<'_>],
-        blocks: &[Placed],
+        clouds: &[CloudInView<'_>],
+        blocks: &[VisibleBlock],
         with_fields: bool,
     ) {
         self.begin(corner, size);
         self.met.with_fields = with_fields;
         for placed in blocks {
-            if self.hides(&placed.pixels, placed.nearest) {
+            if self.is_occluded(&placed.pixels, placed.nearest) {
                 continue;
             }
-            let seen = &clouds[placed.cloud as usize];
-            let block = &seen.columns.blocks[placed.block as usize];
+            let in_view = &clouds[placed.cloud as usize];
+            let block = &in_view.columns.blocks[placed.block as usize];
             for group in block.first..block.first + block.count {
                 let (first, mut n_locals) = (self.met.splats.len(), self.met.locals.len());
-                splats(simd, seen, placed.cloud, group, self.corner, self.size, &mut self.met);
+                splats(simd, in_view, placed.cloud, group, self.corner, self.size, &mut self.met);
                 let mut kept = first;
                 for at in first..self.met.splats.len() {
                     let splat = self.met.splats[at];
                     // What is behind the surface now will be so at the end.
-                    let is_seen = match self.met.local(&splat).copied() {
+                    let is_visible = match self.met.local(&splat).copied() {
                         None => {
-                            self.keep_nearest::<S, false>(simd, &splat, &NOTHING, seen.eye.near)
+                            self.keep_nearest::<S, false>(simd, &splat, &NOTHING, in_view.eye.near)
                         }
                         Some(own) => {
-                            self.keep_nearest::<S, true>(simd, &splat, &own, seen.eye.near)
+                            self.keep_nearest::<S, true>(simd, &splat, &own, in_view.eye.near)
                         }
                     };
-                    if is_seen {
+                    if is_visible {
                         self.met.splats[kept] = splat;
                         kept += 1;
                         n_locals = n_locals.max(splat.local as usize);
@@ -186,10 +189,10 @@ impl Tile {
         own_parts: &Local,
         near: f32,
     ) -> bool {
-        let lines = Lines::new(simd, splat, self.corner, near);
+        let lines = PlaneEquations::new(simd, splat, self.corner, near);
         let [x0, y0, x1, y1] = self.within(&splat.pixels);
         let own = U::splat(simd, splat.number);
-        let mut is_seen = false;
+        let mut is_visible = false;
         for row in y0 / SIDE..y1.div_ceil(SIDE) {
             for column in x0 / SIDE..x1.div_ceil(SIDE) {
                 let mut hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
@@ -202,7 +205,7 @@ impl Tile {
                 if !blends.any_true() {
                     continue;
                 }
-                is_seen = true;
+                is_visible = true;
                 let number = U::load_array_ref(simd, &self.number[at]);
                 // Without the highest bit, which is the side.
                 let tie = hit.distance.simd_eq(depth) & (own << 1).simd_lt(number << 1);
@@ -211,7 +214,7 @@ impl Tile {
                 wins.select(own, number).store_array(&mut self.number[at]);
             }
         }
-        is_seen
+        is_visible
     }
 
     /// Adds up what blends with the nearest surfels.
@@ -219,16 +222,16 @@ impl Tile {
     pub(crate) fn blend<S: Simd>(
         &mut self,
         simd: S,
-        clouds: &[Seen<'_>],
+        clouds: &[CloudInView<'_>],
         n_sums: usize,
         linear_of_srgb: &[f32; 256],
     ) {
         self.sums.fill([[0.0; WIDTH]; 8]);
         let met = std::mem::take(&mut self.met);
         for splat in &met.splats {
-            let seen = &clouds[splat.cloud as usize];
-            let own = splat.attributes(seen, n_sums > N_NORMAL_SUMS, linear_of_srgb);
-            let (own, near) = (&own[..n_sums], seen.eye.near);
+            let in_view = &clouds[splat.cloud as usize];
+            let own = splat.attributes(in_view, n_sums > N_NORMAL_SUMS, linear_of_srgb);
+            let (own, near) = (&own[..n_sums], in_view.eye.near);
             match met.local(splat) {
                 None => self.add::<S, false>(simd, splat, own, &NOTHING, near),
                 Some(parts) => self.add::<S, true>(simd, splat, own, parts, near),
@@ -247,7 +250,7 @@ impl Tile {
         parts: &Local,
         near: f32,
     ) {
-        let lines = Lines::new(simd, splat, self.corner, near);
+        let lines = PlaneEquations::new(simd, splat, self.corner, near);
         let [x0, y0, x1, y1] = self.within(&splat.pixels);
         for row in y0 / SIDE..y1.div_ceil(SIDE) {
             for column in x0 / SIDE..x1.div_ceil(SIDE) {
@@ -300,7 +303,7 @@ fn within([x0, y0, x1, y1]: [usize; 4], column: usize, row: usize) -> u64 {
 }
 
 /// What of a splat is linear in a pixel's place, for the first square of a tile.
-struct Lines<S: Simd> {
+struct PlaneEquations<S: Simd> {
     u: F<S>,
     v: F<S>,
     w: F<S>,
@@ -327,7 +330,7 @@ const ACROSS: [f32; WIDTH] =
 const DOWN: [f32; WIDTH] =
     [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
 
-impl<S: Simd> Lines<S> {
+impl<S: Simd> PlaneEquations<S> {
     #[inline(always)]
     fn new(simd: S, splat: &Splat, corner: [i32; 2], near: f32) -> Self {
         let across = F::load_array_ref(simd, &ACROSS) + (corner[0] - splat.pixels[0]) as f32;

@@ -1,20 +1,16 @@
 //! From a cloud to its column `ao`.
 
 use crate::rays::{Budget, Tracing};
-use crate::surfels::Surfels;
-use crate::{Method, Settings, hybrid, passes};
-use std::ops::{ControlFlow, Range};
+use crate::settings::{Method, Settings};
+use crate::surfels::{Occlusion, Surfels};
+use crate::{hybrid, passes};
+use std::ops::Range;
 use surfelshop_api::columns::{AO, Values};
-use surfelshop_api::job::CANCELLED;
 use surfelshop_api::prelude::*;
 use surfelshop_api::tool::NewColumn;
-use surfelshop_geometry::Cancelled;
 
 /// Share of the progress that is preparation: measured, of the default method.
 const PREPARED: f64 = 0.4;
-
-/// Occlusion of each surfel, by place, and what is to be said of how it was found.
-pub(crate) type Found = (Vec<f32>, String);
 
 pub(crate) fn bake(cloud: &CloudView<'_>, settings: &Settings, job: &Job<'_>) -> Result<()> {
     let surfels = Surfels::of(cloud, PREPARED, job)?;
@@ -41,33 +37,13 @@ pub(crate) fn bake(cloud: &CloudView<'_>, settings: &Settings, job: &Job<'_>) ->
     Ok(())
 }
 
-/// The distance beyond which nothing counts, units of the box.
-pub(crate) fn max_distance(surfels: &Surfels, settings: &Settings) -> f32 {
-    match settings.max_distance {
-        0.0 => f32::INFINITY,
-        distance => (f64::from(distance) / surfels.unit) as f32,
-    }
-}
-
-/// The discs to trace rays at; takes a tenth of `share`.
-pub(crate) fn tracing<'a>(
-    surfels: &'a Surfels,
+fn rays(
+    surfels: &Surfels,
     settings: &Settings,
-    share: &Range<f64>,
+    share: Range<f64>,
     job: &Job<'_>,
-) -> Result<Tracing<'a>> {
-    let step = 0.1 * (share.end - share.start);
-    let progress = |fraction| {
-        job.progress(share.start + step * fraction, "sorting discs to trace rays at");
-        if job.cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let distance = max_distance(surfels, settings);
-    Tracing::new(surfels, distance, settings.cone, settings.seed, &progress)
-        .map_err(|Cancelled| Error::new(CANCELLED))
-}
-
-fn rays(surfels: &Surfels, settings: &Settings, share: Range<f64>, job: &Job<'_>) -> Result<Found> {
-    let tracing = tracing(surfels, settings, &share, job)?;
+) -> Result<Occlusion> {
+    let tracing = Tracing::of(surfels, settings, &share, job)?;
     let start = share.start + 0.1 * (share.end - share.start);
     job.progress(start, "tracing rays");
     let budget = Budget::fixed(settings.rays);

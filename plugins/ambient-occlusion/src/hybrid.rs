@@ -4,11 +4,10 @@
 //! of a sky as their backs do (Gauss). Where the two sums differ, something is open: a sheet casts
 //! nothing from its back, the wall of a room nothing from its front. Those surfels are traced.
 
-use crate::bake::{Found, tracing};
 use crate::passes::{self, Passes};
-use crate::rays::Budget;
-use crate::surfels::Surfels;
-use crate::{Settings, Side};
+use crate::rays::{Budget, Tracing};
+use crate::settings::{Settings, Side};
+use crate::surfels::{Occlusion, Surfels};
 use std::ops::Range;
 use surfelshop_api::prelude::*;
 
@@ -35,7 +34,7 @@ pub(crate) fn find(
     settings: &Settings,
     share: Range<f64>,
     job: &Job<'_>,
-) -> Result<Found> {
+) -> Result<Occlusion> {
     let half = 0.5 * (share.start + share.end);
     let settings = Settings { cast_from: Side::Back, ..settings.clone() };
     let Passes { first, mut occlusion } = passes::run(surfels, &settings, share.start..half, job)?;
@@ -52,7 +51,7 @@ pub(crate) fn find(
     let mut n_rays = 0;
     if !doubtful.is_empty() {
         let share = half..share.end;
-        let tracing = tracing(surfels, &settings, &share, job)?;
+        let tracing = Tracing::of(surfels, &settings, &share, job)?;
         let start = share.start + 0.1 * (share.end - share.start);
         job.progress(start, &format!("tracing rays for {} surfels", doubtful.len()));
         let budget = Budget { least: LEAST_RAYS, most: settings.rays, error: ENOUGH };

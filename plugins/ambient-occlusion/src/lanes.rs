@@ -1,6 +1,6 @@
 //! Sixteen numbers that are computed with at once.
 //!
-//! Loops over an array of fixed length become vector instructions where the processor has them:
+//! Loops over an array of fixed length become vector instructions where the CPU has them:
 //! [`on_best`] compiles what it is given several times and picks at run time.
 
 use fearless_simd::{Level, dispatch};
@@ -97,7 +97,7 @@ impl Lanes3 {
     }
 }
 
-/// Does work compiled for the best instructions that this processor has. What is called in it
+/// Does work compiled for the best instructions that this CPU has. What is called in it
 /// takes part where it is inlined.
 pub(crate) fn on_best<T>(work: impl FnOnce() -> T) -> T {
     dispatch!(Level::new(), _simd => work())

@@ -1,16 +1,16 @@
 //! Passes of form factors: eq. 10 and 11 of the thesis.
 
-use crate::bake::{Found, max_distance};
 use crate::form_factor::{Emitter, Reach, Sums};
 use crate::hierarchy::Hierarchy;
 use crate::lanes::WIDTH;
-use crate::surfels::Surfels;
-use crate::{Method, Settings, Side, brute_force, octree};
+use crate::settings::{Method, Settings, Side};
+use crate::surfels::{Occlusion, Surfels};
+use crate::{brute_force, octree};
 use std::ops::Range;
 use surfelshop_api::prelude::*;
 
 /// What covers each surfel's sky, by place; sums, that may exceed 1.
-pub(crate) struct Gathered {
+pub(crate) struct SkyCoverage {
     /// Fronts of emitters.
     pub(crate) front: Vec<f32>,
     /// Backs of emitters.
@@ -20,7 +20,7 @@ pub(crate) struct Gathered {
 /// Every pass and what the first gathered.
 pub(crate) struct Passes {
     /// What the first pass gathered.
-    pub(crate) first: Gathered,
+    pub(crate) first: SkyCoverage,
     /// What the last pass left, in [0, 1].
     pub(crate) occlusion: Vec<f32>,
 }
@@ -30,7 +30,7 @@ pub(crate) fn find(
     settings: &Settings,
     share: Range<f64>,
     job: &Job<'_>,
-) -> Result<Found> {
+) -> Result<Occlusion> {
     let Passes { occlusion, .. } = run(surfels, settings, share, job)?;
     let how = match settings.method {
         Method::BruteForce => "all pairs",
@@ -63,7 +63,7 @@ pub(crate) fn run(
         occlusion = cast.iter().map(|sum| sum.clamp(0.0, 1.0)).collect();
         first.get_or_insert(gathered);
     }
-    let nothing = Gathered { front: Vec::new(), back: Vec::new() };
+    let nothing = SkyCoverage { front: Vec::new(), back: Vec::new() };
     Ok(Passes { first: first.unwrap_or(nothing), occlusion })
 }
 
@@ -74,8 +74,8 @@ fn gather(
     occlusion: &[f32],
     share: Range<f64>,
     job: &Job<'_>,
-) -> Result<Gathered> {
-    let reach = Reach::new(max_distance(surfels, settings), settings.cone);
+) -> Result<SkyCoverage> {
+    let reach = Reach::new(surfels.max_distance(settings), settings.cone);
     let emitters: Vec<Emitter> = (0..surfels.len())
         .map(|place| Emitter {
             at: surfels.positions[place].to_array(),
@@ -99,7 +99,7 @@ fn gather(
         let found = groups.iter().zip(&sums);
         found.flat_map(|(group, sums)| side(sums).into_iter().take(group.len())).collect()
     };
-    Ok(Gathered { front: all(Sums::front), back: all(Sums::back) })
+    Ok(SkyCoverage { front: all(Sums::front), back: all(Sums::back) })
 }
 
 /// Surfels of a node whose receivers are gathered for together. Groups of sixteen that cross the

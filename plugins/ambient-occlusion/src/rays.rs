@@ -5,9 +5,13 @@
 //! a power of two is stratified, so that more rays refine what fewer began.
 
 use crate::form_factor::Reach;
+use crate::settings::Settings;
 use crate::surfels::Surfels;
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::ops::{ControlFlow, Range};
 use surfelshop_api::glam::Vec2;
+use surfelshop_api::job::CANCELLED;
+use surfelshop_api::prelude::*;
 use surfelshop_geometry::discs::{Disc, Discs, Meeting};
 use surfelshop_geometry::{Cancelled, Progress};
 
@@ -53,7 +57,24 @@ impl Budget {
 }
 
 impl<'a> Tracing<'a> {
-    pub(crate) fn new(
+    /// The discs to trace rays at; takes a tenth of `share`.
+    pub(crate) fn of(
+        surfels: &'a Surfels,
+        settings: &Settings,
+        share: &Range<f64>,
+        job: &Job<'_>,
+    ) -> Result<Self> {
+        let step = 0.1 * (share.end - share.start);
+        let progress = |fraction| {
+            job.progress(share.start + step * fraction, "sorting discs to trace rays at");
+            if job.cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let distance = surfels.max_distance(settings);
+        Self::new(surfels, distance, settings.cone, settings.seed, &progress)
+            .map_err(|Cancelled| Error::new(CANCELLED))
+    }
+
+    fn new(
         surfels: &'a Surfels,
         distance: f32,
         cone: bool,

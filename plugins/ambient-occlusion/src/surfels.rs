@@ -1,6 +1,7 @@
 //! The surfels of a cloud, made ready: scaled to a box of unit size, sorted along a curve, with
 //! their effective areas.
 
+use crate::settings::Settings;
 use std::ops::ControlFlow;
 use surfelshop_api::columns::{NORMAL, POSITION};
 use surfelshop_api::glam::{DVec3, Vec3};
@@ -30,10 +31,21 @@ pub(crate) struct Surfels {
     pub(crate) n_strays: usize,
 }
 
+/// Occlusion of each surfel, by place, and what is to be said of how it was found.
+pub(crate) type Occlusion = (Vec<f32>, String);
+
 /// How much of the preparation is which part, by measured time.
 const AREAS: f64 = 0.8;
 
 impl Surfels {
+    /// The distance beyond which nothing counts, units of the box.
+    pub(crate) fn max_distance(&self, settings: &Settings) -> f32 {
+        match settings.max_distance {
+            0.0 => f32::INFINITY,
+            distance => (f64::from(distance) / self.unit) as f32,
+        }
+    }
+
     /// Reads a cloud; progress goes from 0 to `share`.
     pub(crate) fn of(cloud: &CloudView<'_>, share: f64, job: &Job<'_>) -> Result<Self> {
         job.progress(0.0, "measuring the area of each surfel");

@@ -48,6 +48,8 @@
 //! surfelshop render model.ply -r environment --env uffizi.hdr --set roughness=0.2 -o model.png
 //! ```
 
+use surfelshop_api::Occlusion;
+use surfelshop_api::graph::Members;
 use surfelshop_api::prelude::*;
 use surfelshop_shading::{Model, NaturalLight, NaturalLighting};
 
@@ -102,12 +104,8 @@ params! {
         sun: bool { default: true },
         /// Damp harmonics that ring far below black, and cut off what little is left of it.
         window: bool { default: true },
-        /// How much of the cloud's ambient occlusion counts, where it has any: 0 is none.
-        ao_strength: f32 { default: 1.0, range: 0.0..=1.0 },
-        /// What ambient occlusion darkens: light from everywhere around on matte surfaces, all
-        /// light on them (diffuse), reflections of the surroundings too, or all, highlights
-        /// included.
-        ao_affects: AoAffects { default: AoAffects::Reflections },
+        /// Ambient occlusion.
+        occlusion: Occlusion { group: Occlusion::affecting(AoAffects::Reflections) },
         /// What stands behind the object.
         background: Backdrop { default: Backdrop::None },
     }
@@ -132,21 +130,21 @@ impl Settings {
             window: self.window,
             multiple_scattering: self.multiple_scattering,
             antialias: self.antialias && self.spread() < DULL,
-            ao_strength: self.ao_strength,
-            ao_affects: self.ao_affects,
+            ao_strength: self.occlusion.ao_strength,
+            ao_affects: self.occlusion.ao_affects,
         }
     }
 
-    fn uniform(&self, background_level: f32) -> Uniform {
+    fn members(&self, background_level: f32) -> Members {
         let at_right_angle = (self.ior - 1.0) / (self.ior + 1.0);
-        Uniform::new()
-            .f32(self.kd)
-            .f32(self.ks)
-            .f32(self.ior)
-            .f32(at_right_angle * at_right_angle)
-            .f32(self.spread())
-            .f32(self.metallic)
-            .f32(background_level)
+        Members::new()
+            .f32("kd", self.kd)
+            .f32("ks", self.ks)
+            .f32("ior", self.ior)
+            .f32("f0", at_right_angle * at_right_angle)
+            .f32("spread", self.spread())
+            .f32("metallic", self.metallic)
+            .f32("background_level", background_level)
     }
 }
 
@@ -156,11 +154,11 @@ const DULL: f32 = 0.7;
 /// Texels along the side of what a blurred background shows.
 const BLURRED_SIDE: f32 = 64.0;
 
-struct Natural {
+struct EnvironmentLighting {
     light: NaturalLight,
 }
 
-impl Renderer for Natural {
+impl Renderer for EnvironmentLighting {
     const INFO: UnitInfo = UnitInfo::new(
         "environment",
         "Environment lighting",
@@ -200,7 +198,7 @@ impl Renderer for Natural {
             pass =
                 pass.constant("IS_BLURRED", f64::from(u8::from(blurred))).elsewhere("background");
         }
-        pass = pass.bind("settings", graph.uniform(p.uniform(background)));
+        pass = pass.bind("settings", graph.members(p.members(background)));
         graph.pass(pass);
         graph.output(Output::Color, color);
         Ok(())
@@ -226,4 +224,4 @@ fn background_level(environment: &Environment, frame: &Frame<Settings>, how: Bac
     (side / texels_shown).log2().max(0.0)
 }
 
-export_plugin! { id: "org.surfelshop.environment", renderers: [Natural] }
+export_plugin! { id: "org.surfelshop.environment", renderers: [EnvironmentLighting] }

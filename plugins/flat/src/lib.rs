@@ -16,6 +16,7 @@
 //! surfelshop render model.ply -r flat -o model.png
 //! ```
 
+use surfelshop_api::Occlusion;
 use surfelshop_api::prelude::*;
 
 params! {
@@ -23,12 +24,8 @@ params! {
     pub struct Settings {
         /// Light that reaches every surface from everywhere, as a fraction of white.
         ambient: f32 { default: 0.08, range: 0.0..=1.0 },
-        /// How much of the cloud's ambient occlusion counts, where it has any: 0 is none.
-        ao_strength: f32 { default: 1.0, range: 0.0..=1.0 },
-        /// What ambient occlusion darkens: light from everywhere around on matte surfaces, all
-        /// light on them (diffuse), reflections of the surroundings too, or all, highlights
-        /// included.
-        ao_affects: AoAffects { default: AoAffects::Ambient },
+        /// Ambient occlusion.
+        occlusion: Occlusion { group: Occlusion::default() },
     }
 }
 
@@ -45,15 +42,13 @@ impl Renderer for Flat {
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
         let p = &frame.params;
-        let uniform = Uniform::new().f32(p.ambient);
-        let uniform = uniform.occlusion(p.ao_strength, p.ao_affects, &frame.cloud);
-        let settings = graph.uniform(uniform);
+        let settings = graph.parameters(p);
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("shade", include_str!("flat.wgsl"), "shade")
                 .surface(SurfaceMode::Nearest)
                 .bind("settings", settings)
-                .occluded(p.ao_strength, &frame.cloud)
+                .occluded(p.occlusion.ao_strength, &frame.cloud)
                 .target(color),
         );
         graph.output(Output::Color, color);

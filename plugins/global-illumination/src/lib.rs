@@ -1,6 +1,6 @@
 //! # `global-illumination`: light that bounces between points
 //!
-//! Places that lamps light become lamps themselves: virtual point lights, with shadow maps made of the
+//! Places that lights reach become lights themselves: virtual point lights, with shadow maps made of the
 //! cloud's points, light everything again, and so on from bounce to bounce.
 //!
 //! | parameter | type | default | meaning |
@@ -24,7 +24,7 @@
 //! `debug.vpls` shows where lights are, `debug.ism` and `debug.ism-points` the maps of the first ones with
 //! and without holes filled, as one over the distance: as many as a picture has room for.
 //!
-//! Method. Lamps are cameras: what they see is their shadow map and where the first virtual lights are
+//! Method. Lights are cameras: what they see is their shadow map and where the first virtual lights are
 //! placed, in proportion to the flux that is reflected there (Halton's points, warped down a pyramid of
 //! importance), each with its flux over N times its probability. All points of the cloud go once over the
 //! imperfect shadow maps of all lights, hemispheres as paraboloids, each into one map, enlarged as far as
@@ -33,7 +33,7 @@
 //! next bounce lie where a direction, chosen in proportion to what a light reflects, meets the surface in
 //! its map: a path's flux changes by reflection over probability, nothing counts twice. At rest frames
 //! with other lights are added up. While something moves and the host draws one surfel of several, maps of
-//! virtual lights have as many fewer points and texels (sixteen times at most), and those of lamps as many
+//! virtual lights have as many fewer points and texels (sixteen times at most), and those of lights as many
 //! fewer texels (four times at most: their edges are seen).
 //!
 //! Deviations from the paper: errata P1 to P8. A point light is six pictures. Discs' areas go with 1/d^2.
@@ -44,16 +44,16 @@
 //! corners; `compensation` gathers it from what the picture shows around.
 //!
 //! Bias that stays however many frames are added up: shadows of virtual lights begin about half an enlarged
-//! disc behind what throws them and are as coarse as the maps; what `near` leaves out and no pixel shows;
+//! disc behind their occluders and are as coarse as the maps; what `near` leaves out and no pixel shows;
 //! highlights of lights are widened by the disc, which is what keeps them from sparkling.
 //!
 //! Compensation sees no occlusion, takes highlights of neighbours as they look from the eye, and takes each
 //! bounce to have half the light of the one before. Points that barely overlap let light through their
 //! shadow maps, a few per cent through a closed surface.
 //!
-//! Limits: natural light and ambient occlusion are not part of it; surfels that lines cut throw shadows
-//! whole, and ellipses as discs of their area. Where the scene draws one side only, lamps see that side
-//! only, too, and backs throw no shadows of direct light, as they do to the tracer.
+//! Limits: natural light and ambient occlusion are not part of it; surfels that lines cut cast shadows
+//! whole, and ellipses as discs of their area. Where the scene draws one side only, lights see that side
+//! only, too, and backs cast no shadows of direct light, as they do to the tracer.
 //!
 //! Source: Preiner 2010, "Real-Time Global Illumination in Point Clouds"; Ritschel et al. 2008, "Imperfect
 //! Shadow Maps for Efficient Computation of Indirect Illumination"; Keller 1997, "Instant Radiosity".
@@ -62,77 +62,18 @@
 //! surfelshop render assets/cornell-box.scene.toml -r global-illumination --set bounces=3 -o box.png
 //! ```
 
-mod lamps;
-mod lights;
+mod frame;
+mod light_views;
+mod modules;
 mod passes;
+mod settings;
+mod shading;
+mod shadow_maps;
+mod vpls;
 
-use passes::Passes;
+use frame::Passes;
+use settings::Settings;
 use surfelshop_api::prelude::*;
-
-choices! {
-    /// What a virtual light is to a surface near it.
-    pub enum Near {
-        /// A disc, which shines no stronger than it is wide.
-        Disc = "disc",
-        /// A point, bounded within the disc's radius.
-        Bounded = "bounded",
-    }
-}
-
-choices! {
-    /// What of the light is shown.
-    pub enum Show {
-        /// All of it.
-        All = "all",
-        /// What comes from the lamps without a detour.
-        Direct = "direct",
-        /// What was reflected before.
-        Indirect = "indirect",
-    }
-}
-
-params! {
-    /// Settings of the renderer.
-    pub struct Settings {
-        /// Reflections between surfaces; 0 is direct light.
-        bounces: u32 { default: 2, range: 0..=4, quality: true },
-        /// Virtual point lights of each bounce in a frame; 0 is direct light.
-        vpls: u32 { default: 64, range: 0..=1024, quality: true },
-        /// Frames that are added up while nothing moves, each with other lights.
-        frames: u32 { default: 8, range: 1..=64, quality: true, logarithmic: true },
-        /// Texels on a side of all shadow maps of a bounce together; 32 for each point at most.
-        ism_size: u32 { default: 512, range: 128..=2048, quality: true, logarithmic: true },
-        /// Surfels that go over all these maps.
-        ism_points: u32 { default: 200_000, range: 1_000..=4_000_000, quality: true, logarithmic: true },
-        /// How wide holes of the shadow maps are filled: twice 2^n texels, 8 where something lies behind;
-        /// 0 fills none.
-        pull_push: u32 { default: 2, range: 0..=4, quality: true },
-        /// Of n x n pixels each takes every n^2-th light.
-        interleaving: u32 { default: 4, range: 1..=8, quality: true },
-        /// How far interleaved pixels are merged: not at all, over a block, or over those around it too.
-        smoothing: u32 { default: 2, range: 0..=2, quality: true },
-        /// What a virtual light is to a surface near it.
-        near: Near { default: Near::Disc },
-        /// How large the disc or the bound is; 1 goes with the number of lights.
-        softening: f32 { default: 1.0, range: 0.0..=8.0 },
-        /// Places around each pixel by which is made up for light that lights leave out near surfaces;
-        /// 0 is none.
-        compensation: u32 { default: 8, range: 0..=64, quality: true },
-        /// Texels on a side of what a lamp sees: its shadow map, and where first lights are placed. A power
-        /// of two; four million for all lamps at most.
-        light_map: u32 { default: 512, range: 64..=2048, quality: true, logarithmic: true },
-        /// Factor on the diffuse term.
-        diffuse: f32 { default: 1.0, range: 0.0..=1.0 },
-        /// Radiance of the highlight's peak under a white light.
-        specular: f32 { default: 0.0, range: 0.0..=1.0 },
-        /// Exponent of the highlight: large is small and sharp.
-        shininess: f32 { default: 64.0, range: 1.0..=1024.0, logarithmic: true },
-        /// Highlights have Schlick's factor of this index of refraction; 1 leaves it out.
-        ior: f32 { default: 1.0, range: 1.0..=4.0 },
-        /// What of the light is shown.
-        show: Show { default: Show::All },
-    }
-}
 
 struct GlobalIllumination;
 

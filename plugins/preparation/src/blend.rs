@@ -1,14 +1,14 @@
-//! Columns of a mesh's vertices at places on its triangles.
+//! Interpolation: columns of a mesh's vertices at points of its triangles.
 
 use std::ops::Range;
 use surfelshop_api::columns::{COLOR, Values};
 use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
 use surfelshop_api::prelude::*;
 use surfelshop_api::tool::NewColumn;
-use surfelshop_geometry::mesh::OnMesh;
+use surfelshop_geometry::mesh::MeshPoint;
 
 /// Values of a new column.
-pub(crate) enum Blended {
+pub(crate) enum ColumnValues {
     I8(Vec<i8>),
     U8(Vec<u8>),
     I16(Vec<i16>),
@@ -19,7 +19,7 @@ pub(crate) enum Blended {
     F64(Vec<f64>),
 }
 
-impl Blended {
+impl ColumnValues {
     /// The column of this name.
     pub(crate) fn column<'a>(&'a self, name: &'a str, components: u32) -> NewColumn<'a> {
         let values = match self {
@@ -37,12 +37,12 @@ impl Blended {
 }
 
 /// Places on triangles, and what is blended there.
-pub(crate) struct Places<'a> {
-    pub(crate) places: &'a [OnMesh],
+pub(crate) struct MeshSamples<'a> {
+    pub(crate) places: &'a [MeshPoint],
     pub(crate) faces: &'a [[u32; 3]],
 }
 
-impl Places<'_> {
+impl MeshSamples<'_> {
     /// A column at each place: numbers are weighted means of those at the corners, colours in
     /// linear light; whole numbers that are no colours are those of the nearest corner.
     pub(crate) fn blend(
@@ -50,7 +50,7 @@ impl Places<'_> {
         column: &ColumnView<'_>,
         job: &Job<'_>,
         share: Range<f64>,
-    ) -> Result<Blended> {
+    ) -> Result<ColumnValues> {
         let components = column.components as usize;
         let is_color = column.name == COLOR;
         macro_rules! nearest {
@@ -61,16 +61,20 @@ impl Places<'_> {
             };
         }
         Ok(match column.values {
-            Values::F32(slice) => Blended::F32(self.each(components, job, share, |place, i| {
-                self.mean(place, |corner| f64::from(slice[corner * components + i])) as f32
-            })?),
-            Values::F64(slice) => Blended::F64(self.each(components, job, share, |place, i| {
-                self.mean(place, |corner| slice[corner * components + i])
-            })?),
+            Values::F32(slice) => {
+                ColumnValues::F32(self.each(components, job, share, |place, i| {
+                    self.mean(place, |corner| f64::from(slice[corner * components + i])) as f32
+                })?)
+            }
+            Values::F64(slice) => {
+                ColumnValues::F64(self.each(components, job, share, |place, i| {
+                    self.mean(place, |corner| slice[corner * components + i])
+                })?)
+            }
             Values::U8(slice) if is_color => {
                 let decode = |code: u8| srgb_to_linear(f32::from(code) / 255.0);
                 let linear: Vec<f32> = (0..=255).map(decode).collect();
-                Blended::U8(self.each(components, job, share, |place, i| {
+                ColumnValues::U8(self.each(components, job, share, |place, i| {
                     let code = |corner: usize| slice[corner * components + i];
                     if i == 3 {
                         return self.mean(place, |corner| f64::from(code(corner))).round() as u8;
@@ -81,7 +85,7 @@ impl Places<'_> {
                 })?)
             }
             Values::U16(slice) if is_color => {
-                Blended::U16(self.each(components, job, share, |place, i| {
+                ColumnValues::U16(self.each(components, job, share, |place, i| {
                     let code = |corner: usize| slice[corner * components + i];
                     if i == 3 {
                         return self.mean(place, |corner| f64::from(code(corner))).round() as u16;
@@ -91,12 +95,12 @@ impl Places<'_> {
                     (linear_to_srgb(mean as f32) * 65535.0).round() as u16
                 })?)
             }
-            Values::I8(slice) => Blended::I8(nearest!(slice)),
-            Values::U8(slice) => Blended::U8(nearest!(slice)),
-            Values::I16(slice) => Blended::I16(nearest!(slice)),
-            Values::U16(slice) => Blended::U16(nearest!(slice)),
-            Values::I32(slice) => Blended::I32(nearest!(slice)),
-            Values::U32(slice) => Blended::U32(nearest!(slice)),
+            Values::I8(slice) => ColumnValues::I8(nearest!(slice)),
+            Values::U8(slice) => ColumnValues::U8(nearest!(slice)),
+            Values::I16(slice) => ColumnValues::I16(nearest!(slice)),
+            Values::U16(slice) => ColumnValues::U16(nearest!(slice)),
+            Values::I32(slice) => ColumnValues::I32(nearest!(slice)),
+            Values::U32(slice) => ColumnValues::U32(nearest!(slice)),
         })
     }
 
@@ -106,7 +110,7 @@ impl Places<'_> {
         components: usize,
         job: &Job<'_>,
         share: Range<f64>,
-        value: impl Fn(&OnMesh, usize) -> T + Sync,
+        value: impl Fn(&MeshPoint, usize) -> T + Sync,
     ) -> Result<Vec<T>> {
         job.map(self.places.len() * components, share, |number| {
             value(&self.places[number / components], number % components)
@@ -115,14 +119,14 @@ impl Places<'_> {
 
     /// The weighted mean of what the corners have. A corner of weight 0 has no say, so that at a
     /// vertex the value is its own, whatever the others are.
-    fn mean(&self, place: &OnMesh, value: impl Fn(usize) -> f64) -> f64 {
+    fn mean(&self, place: &MeshPoint, value: impl Fn(usize) -> f64) -> f64 {
         let corners = self.faces[place.face as usize].iter().zip(place.weights);
         let heard = corners.filter(|(_, weight)| *weight > 0.0);
         heard.map(|(&corner, weight)| weight * value(corner as usize)).sum()
     }
 
     /// The corner of the largest weight.
-    fn nearest(&self, place: &OnMesh) -> usize {
+    fn nearest(&self, place: &MeshPoint) -> usize {
         let [a, b, c] = place.weights;
         let corner = if a >= b && a >= c { 0 } else { 1 + usize::from(c > b) };
         self.faces[place.face as usize][corner] as usize

@@ -20,7 +20,7 @@
 //! surfelshop bake scan.ply -t normals --set orientation=towards --set towards-z=2.5 -o out.ply
 //! ```
 
-use crate::surfels::{finite, flat, floats, normals, positions, told};
+use crate::surfels::{finite, flat, floats, normals, positions, progress_of};
 use surfelshop_api::columns::NORMAL;
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
@@ -87,7 +87,7 @@ impl Tool for Normals {
             return job.edit(&Edit::Columns(vec![floats(NORMAL, 3, &flat(&turned))]));
         }
         let k = params.neighbours.max(3) as usize;
-        let progress = told(job, 0.0..0.98, "fitting normals");
+        let progress = progress_of(job, 0.0..0.98, "fitting normals");
         let mut found = estimate(&positions, k, &progress)?;
         match params.orientation {
             Orientation::Towards => {

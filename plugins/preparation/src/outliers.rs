@@ -24,7 +24,7 @@
 //! surfelshop bake scan.ply -t outliers --set deviations=4 -o clean.ply
 //! ```
 
-use crate::surfels::{count, finite, positions, told};
+use crate::surfels::{count, finite, positions, progress_of};
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::Neighbours;
 use surfelshop_geometry::outliers::{
@@ -82,21 +82,22 @@ impl Tool for Outliers {
         let positions = positions(cloud)?;
         let deviations = finite("deviations", params.deviations)?;
         let radius = finite("radius", params.radius)?;
-        let progress = told(job, 0.0..0.3, "looking for neighbours");
+        let progress = progress_of(job, 0.0..0.3, "looking for neighbours");
         let neighbours = Neighbours::build(&positions, &progress)?;
-        let progress = told(job, 0.3..0.98, "measuring distances");
+        let progress = progress_of(job, 0.3..0.98, "measuring distances");
         let k = params.neighbours.max(1) as usize;
         let (kept, rule) = match params.method {
             Method::Radius => {
                 let radius = match radius > 0.0 {
                     true => radius,
                     false => {
-                        let nearest = mean_distances(&neighbours, 1, &told(job, 0.3..0.5, ""))?;
+                        let nearest =
+                            mean_distances(&neighbours, 1, &progress_of(job, 0.3..0.5, ""))?;
                         USUAL_DISTANCES * median_and_deviation(&nearest).middle
                     }
                 };
                 let n = params.companions;
-                let progress = told(job, 0.5..0.98, "counting companions");
+                let progress = progress_of(job, 0.5..0.98, "counting companions");
                 let kept = accompanied(&neighbours, n as usize, radius, &progress)?;
                 (kept, format!("fewer than {n} points within {radius:.4}"))
             }

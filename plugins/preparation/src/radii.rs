@@ -19,7 +19,7 @@
 //! surfelshop bake scan.ply -t radii --set factor=1.2 -o out.ply
 //! ```
 
-use crate::surfels::{finite, normals, positions, stage_radii, told};
+use crate::surfels::{finite, normals, positions, progress_of, stage_radii};
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::{Neighbours, mesh, radii};
@@ -92,9 +92,9 @@ impl Tool for Radii {
 
 /// Radii from the points around.
 fn of_points(positions: &[Vec3], normals: &[Vec3], job: &Job<'_>) -> Result<Vec<f32>> {
-    let progress = told(job, 0.0..0.1, "looking for neighbours");
+    let progress = progress_of(job, 0.0..0.1, "looking for neighbours");
     let neighbours = Neighbours::build(positions, &progress)?;
-    let progress = told(job, 0.1..0.98, "covering the surface");
+    let progress = progress_of(job, 0.1..0.98, "covering the surface");
     Ok(radii::estimate_with(&neighbours, normals, &progress)?)
 }
 

@@ -31,12 +31,12 @@
 //! surfelshop bake bunny.ply -t sample --set count=100000 -o surfels.ply
 //! ```
 
-use crate::blend::{Blended, Places};
-use crate::surfels::{finite, flat, floats, normals, positions, told};
+use crate::blend::{ColumnValues, MeshSamples};
+use crate::surfels::{finite, flat, floats, normals, positions, progress_of};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V};
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::mesh::{self, OnMesh};
+use surfelshop_geometry::mesh::{self, MeshPoint};
 use surfelshop_geometry::normals::is_valid;
 use surfelshop_geometry::{radii, spread};
 
@@ -103,7 +103,7 @@ const PLACES_FOR_EACH: usize = 5;
 
 /// What an element of the mesh becomes.
 struct Elements {
-    places: Vec<OnMesh>,
+    places: Vec<MeshPoint>,
     /// Area of each, squared scene units.
     areas: Vec<f32>,
     positions: Vec<Vec3>,
@@ -184,12 +184,12 @@ fn at_vertices(
 ) -> Result<Elements> {
     let areas = mesh::vertex_areas(positions, cloud.faces);
     job.check()?;
-    let mut places: Vec<Option<OnMesh>> = vec![None; positions.len()];
+    let mut places: Vec<Option<MeshPoint>> = vec![None; positions.len()];
     for (index, face) in (0u32..).zip(cloud.faces) {
         for (corner, &vertex) in face.iter().enumerate() {
             let mut weights = [0.0; 3];
             weights[corner] = 1.0;
-            places[vertex as usize].get_or_insert(OnMesh { face: index, weights });
+            places[vertex as usize].get_or_insert(MeshPoint { face: index, weights });
         }
     }
     let of_faces = mesh::vertex_normals(positions, cloud.faces);
@@ -224,17 +224,22 @@ fn scattered(
     count: usize,
     params: &Settings,
     job: &Job<'_>,
-) -> Result<Vec<OnMesh>> {
+) -> Result<Vec<MeshPoint>> {
     let seed = u64::from(params.seed);
     if params.method == Method::Random {
-        return Ok(mesh::scatter(areas, count, seed, &told(job, 0.0..0.5, "choosing places"))?);
+        return Ok(mesh::scatter(
+            areas,
+            count,
+            seed,
+            &progress_of(job, 0.0..0.5, "choosing places"),
+        )?);
     }
-    let progress = told(job, 0.0..0.1, "choosing places");
+    let progress = progress_of(job, 0.0..0.1, "choosing places");
     let mut places = mesh::scatter(areas, count * PLACES_FOR_EACH, seed, &progress)?;
     let points = job.map(places.len(), 0.1..0.15, |place| {
         places[place].mean(positions, cloud.faces).as_vec3()
     })?;
-    let progress = told(job, 0.15..0.5, "removing the most crowded");
+    let progress = progress_of(job, 0.15..0.5, "removing the most crowded");
     let kept = spread::evenly(&points, count, areas.iter().sum(), seed, &progress)?;
     let mut kept = kept.into_iter();
     places.retain(|_| kept.next().unwrap_or(false));
@@ -245,7 +250,7 @@ fn scattered(
 fn blended(
     cloud: &CloudView<'_>,
     positions: &[Vec3],
-    places: Vec<OnMesh>,
+    places: Vec<MeshPoint>,
     total: f64,
     params: &Settings,
     job: &Job<'_>,
@@ -295,14 +300,14 @@ fn radii_of(
         (Radius::Area, _) => elements.areas.iter().map(of_area).collect(),
         (Radius::Cover, Method::Vertices) => {
             let radii = mesh::vertex_radii(positions, &normals(cloud), cloud.faces);
-            let vertex = |place: &OnMesh| {
+            let vertex = |place: &MeshPoint| {
                 let corner = place.weights.iter().position(|&weight| weight > 0.0).unwrap_or(0);
                 cloud.faces[place.face as usize][corner] as usize
             };
             elements.places.iter().map(|place| f64::from(radii[vertex(place)])).collect()
         }
         (Radius::Cover, Method::BlueNoise | Method::Random) => {
-            let progress = told(job, 0.6..0.9, "covering the surface");
+            let progress = progress_of(job, 0.6..0.9, "covering the surface");
             let radii = radii::estimate(&elements.positions, &elements.normals, &progress)?;
             radii.into_iter().map(f64::from).collect()
         }
@@ -328,10 +333,10 @@ fn stage(cloud: &CloudView<'_>, elements: &Elements, radii: &[f32], job: &Job<'_
     let made = [POSITION, NORMAL, RADIUS, AREA, TANGENT_U, TANGENT_V];
     let others: Vec<&ColumnView<'_>> =
         cloud.columns.iter().filter(|column| !made.contains(&column.name)).collect();
-    let places = Places { places: &elements.places, faces: cloud.faces };
+    let places = MeshSamples { places: &elements.places, faces: cloud.faces };
     job.progress(BLENDING, "blending columns");
     let step = (1.0 - BLENDING) / others.len().max(1) as f64;
-    let mut blended: Vec<Blended> = Vec::with_capacity(others.len());
+    let mut blended: Vec<ColumnValues> = Vec::with_capacity(others.len());
     for (i, column) in others.iter().enumerate() {
         let begin = BLENDING + i as f64 * step;
         blended.push(places.blend(column, job, begin..begin + step)?);

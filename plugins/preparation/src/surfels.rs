@@ -1,4 +1,4 @@
-//! What the tools read of a cloud, and how they tell what they do.
+//! What the tools share: reading a cloud, checking numbers, progress, and new columns.
 
 use std::ops::{ControlFlow, Range};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V, Values};
@@ -32,7 +32,7 @@ pub(crate) fn finite(id: &str, value: f64) -> Result<f64> {
 }
 
 /// Takes the progress of a step of the geometry as a share of the job's, and stops it with the job.
-pub(crate) fn told<'a>(
+pub(crate) fn progress_of<'a>(
     job: &'a Job<'_>,
     share: Range<f64>,
     message: &'a str,

@@ -24,7 +24,7 @@
 //! surfelshop bake scan.ply -t thin --set count=50000 -o small.ply
 //! ```
 
-use crate::surfels::{count, finite, normals, positions, stage_radii, told};
+use crate::surfels::{count, finite, normals, positions, progress_of, stage_radii};
 use surfelshop_api::columns::RADIUS;
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
@@ -103,7 +103,7 @@ impl Tool for Thin {
         if n_kept == 0 {
             return Err(Error::new("expected finite positions, found none"));
         }
-        let progress = told(job, 0.7..0.98, "covering the surface");
+        let progress = progress_of(job, 0.7..0.98, "covering the surface");
         let grown = match (params.radius, cloud.floats(RADIUS, 1)) {
             (Radius::Keep, _) | (_, None) => None,
             (Radius::Scale, Some(before)) => {
@@ -144,9 +144,9 @@ fn chosen(
         count => count as usize,
     };
     let (all, first, then) = (
-        told(job, 0.0..0.7, "choosing surfels"),
-        told(job, 0.0..0.3, "measuring the surface"),
-        told(job, 0.3..0.7, "choosing surfels"),
+        progress_of(job, 0.0..0.7, "choosing surfels"),
+        progress_of(job, 0.0..0.3, "measuring the surface"),
+        progress_of(job, 0.3..0.7, "choosing surfels"),
     );
     let seed = u64::from(params.seed);
     Ok(match (params.method, spacing > 0.0) {

@@ -13,7 +13,7 @@
 //! Limits: it needs a graphics device, though software will do. Highlights are not baked. A pattern
 //! finer than the surfels is averaged, as it must.
 
-use crate::place::Anchored;
+use crate::placement::PatternTransform;
 use crate::settings::pattern_params;
 use crate::{patterns, with_pattern};
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS, Values};
@@ -51,11 +51,11 @@ impl Tool for Bake {
     }
 
     fn run(&mut self, cloud: &CloudView<'_>, p: &Settings, job: &Job<'_>) -> Result<()> {
-        let chosen = p.chosen();
+        let chosen = p.pattern_settings();
         let pattern = patterns::text(&chosen)?;
-        let anchored = chosen.laid.anchored(&cloud.object, cloud.origin);
+        let transform = chosen.placement.transform(&cloud.object, cloud.origin);
         let width = if p.filter { 1.0 } else { 0.0 };
-        let surfels = Surfels::new(cloud, &anchored, width, p.own_color);
+        let surfels = Surfels::new(cloud, &transform, width, p.own_color);
         job.progress(0.0, "computing the pattern");
         let mut colors: Vec<f32> = Vec::with_capacity(3 * cloud.len);
         for start in (0..cloud.len).step_by(AT_ONCE) {
@@ -65,7 +65,7 @@ impl Tool for Bake {
             let out = graph.buffer("colors", Buffer::new(16 * (end - start) as u64));
             let surfels: Vec<u8> = (start..end).flat_map(|i| surfels.bytes(i)).collect();
             let surfels = graph.upload("surfels", &surfels);
-            let [a, b, c] = anchored.parts();
+            let [a, b, c] = transform.parts();
             let count = u32::try_from(end - start).unwrap_or(u32::MAX);
             let anchor = graph.uniform(Uniform::new().vec3(a).vec3(b).vec3(c).u32(count));
             let groups = Groups::Fixed([count.div_ceil(64), 1, 1]);
@@ -90,7 +90,7 @@ impl Tool for Bake {
 
 /// The surfels of a cloud as the shader takes them.
 struct Surfels<'a> {
-    anchored: &'a Anchored,
+    transform: &'a PatternTransform,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
     radii: &'a [f32],
@@ -101,9 +101,14 @@ struct Surfels<'a> {
 }
 
 impl<'a> Surfels<'a> {
-    fn new(cloud: &'a CloudView<'a>, anchored: &'a Anchored, width: f64, own_color: f32) -> Self {
+    fn new(
+        cloud: &'a CloudView<'a>,
+        transform: &'a PatternTransform,
+        width: f64,
+        own_color: f32,
+    ) -> Self {
         Self {
-            anchored,
+            transform,
             positions: cloud.vectors(POSITION).collect(),
             normals: cloud.vectors(NORMAL).collect(),
             radii: cloud.floats(RADIUS, 1).unwrap_or_default(),
@@ -115,7 +120,7 @@ impl<'a> Surfels<'a> {
 
     /// The bytes of the shader's `Surfel`.
     fn bytes(&self, i: usize) -> Vec<u8> {
-        let to_pattern = |v: DVec3| (self.anchored.pattern_from_world * v).as_vec3();
+        let to_pattern = |v: DVec3| (self.transform.pattern_from_world * v).as_vec3();
         let normal = self.normals.get(i).map_or(DVec3::Y, |normal| normal.as_dvec3());
         let normal = normal.try_normalize().unwrap_or(DVec3::Y);
         let (across, along) = normal.any_orthonormal_pair();

@@ -53,12 +53,13 @@
 
 mod bake;
 mod patterns;
-mod place;
+mod placement;
 mod settings;
 mod volume;
 
-use settings::{Chosen, Pattern, pattern_params};
+use settings::{Pattern, PatternSettings, pattern_params};
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
+use surfelshop_api::graph::Members;
 use surfelshop_api::prelude::*;
 use surfelshop_shading::{Model, NaturalLight, NaturalLighting};
 
@@ -142,7 +143,7 @@ impl Renderer for Procedural {
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
         let p = &frame.params;
-        let chosen = p.chosen();
+        let chosen = p.pattern_settings();
         let pattern = patterns::text(&chosen)?;
         let (wgsl, entry) = match (p.lighting, &frame.environment) {
             (Lighting::Thesis, _) => (include_str!("lit.wgsl"), "shade_thesis"),
@@ -157,7 +158,7 @@ impl Renderer for Procedural {
         let volume = (p.noise == Noise::Volume).then_some(p.volume_size);
         let mut pass = with_pattern(graph, pass, &chosen, volume, &pattern)
             .module("procedural::shown", "shown.wgsl", include_str!("shown.wgsl"))
-            .bind("procedural::shown::shown", graph.uniform(p.uniform(frame)))
+            .bind("procedural::shown::shown", graph.members(p.members(frame)))
             .bind("procedural::shown::objects", objects(frame, &chosen, graph))
             .feature("procedural::shown::OWN_COLOR", p.own_color > 0.0)
             .target(color);
@@ -176,13 +177,13 @@ impl Renderer for Procedural {
 }
 
 impl Settings {
-    /// The bytes of the shader's `Settings`.
-    fn uniform(&self, frame: &Frame<Self>) -> Uniform {
-        Uniform::new()
-            .f32(self.own_color)
-            .f32(f32::from(u8::from(self.filter)))
-            .f32(self.specular)
-            .f32(self.ambient)
+    /// The members of the shader's `Settings`.
+    fn members(&self, frame: &Frame<Self>) -> Members {
+        Members::new()
+            .f32("own_color", self.own_color)
+            .f32("filtered", f32::from(u8::from(self.filter)))
+            .f32("specular", self.specular)
+            .f32("ambient", self.ambient)
             .occlusion(self.ao_strength, self.ao_affects, &frame.cloud)
     }
 
@@ -207,7 +208,7 @@ impl Settings {
 fn with_pattern(
     graph: &mut Graph,
     pass: Pass,
-    chosen: &Chosen,
+    chosen: &PatternSettings,
     volume: Option<u32>,
     pattern: &patterns::Text,
 ) -> Pass {
@@ -227,7 +228,7 @@ fn with_pattern(
 /// Where each cloud lies in the pattern, as seen from the eye.
 fn objects(
     frame: &Frame<Settings>,
-    chosen: &Chosen,
+    chosen: &PatternSettings,
     graph: &mut Graph,
 ) -> surfelshop_api::graph::BufferId {
     let eye = frame.view.camera.eye;
@@ -239,7 +240,7 @@ fn objects(
         // room for highlights, which patterns have in their own colours.
         let colored = frame.cloud.colored.get(i).copied().unwrap_or(false);
         let whiten = if colored { 1.0 } else { 1.0 / NEUTRAL_ALBEDO[0] };
-        chosen.laid.anchored(object, eye).bytes(whiten)
+        chosen.placement.transform(object, eye).bytes(whiten)
     });
     graph.upload("objects", &bytes.collect::<Vec<u8>>())
 }
@@ -255,14 +256,14 @@ mod tests {
     use super::*;
 
     /// What the defaults ask for.
-    pub(crate) fn chosen() -> Chosen {
-        Settings::default().chosen()
+    pub(crate) fn pattern_settings() -> PatternSettings {
+        Settings::default().pattern_settings()
     }
 
     #[test]
     fn octaves_together_have_the_contrast_of_one() {
-        let chosen = |octaves, gain| Chosen { octaves, gain, ..chosen() };
-        let factor = |chosen: &Chosen| {
+        let chosen = |octaves, gain| PatternSettings { octaves, gain, ..pattern_settings() };
+        let factor = |chosen: &PatternSettings| {
             let bytes = chosen.uniform().into_bytes();
             f32::from_le_bytes([bytes[36], bytes[37], bytes[38], bytes[39]])
         };

@@ -25,10 +25,10 @@ fn left(s: Surface, part: u32) -> f32 {
 // Source: Liu 2006, section 5.1; the light vector points to the light (erratum T27).
 fn shade_thesis(s: Surface) -> vec4<f32> {
     let m = look_of(s);
-    let matte = m.albedo * left(s, occlusion::DIFFUSE);
-    var shine = vec3(0.0);
+    let diffuse = m.albedo * left(s, occlusion::DIFFUSE);
+    var highlight = vec3(0.0);
     if phong::has_highlights() {
-        shine = mix(vec3(1.0), m.albedo, m.metallic)
+        highlight = mix(vec3(1.0), m.albedo, m.metallic)
             * (0.5 * shown.specular * m.specular * left(s, occlusion::HIGHLIGHTS));
     }
     let exponent = exponent_of(m.roughness);
@@ -36,10 +36,10 @@ fn shade_thesis(s: Surface) -> vec4<f32> {
     for (var i = 0u; i < light::lights.count; i++) {
         let source = light::arriving(i, s.position);
         let wrapped = 0.5 * dot(s.normal, source.towards) + 0.5;
-        var reflected = matte * wrapped;
+        var reflected = diffuse * wrapped;
         if phong::has_highlights() {
             let to_light = source.towards;
-            reflected += shine * phong::mirrored_highlight(s.normal, to_light, s.to_eye, exponent);
+            reflected += highlight * phong::mirrored_highlight(s.normal, to_light, s.to_eye, exponent);
         }
         radiance += source.radiance * reflected;
     }
@@ -49,9 +49,9 @@ fn shade_thesis(s: Surface) -> vec4<f32> {
 // As `ewa-phong` lights.
 fn shade_phong(s: Surface) -> vec4<f32> {
     let m = look_of(s);
-    let shine = mix(vec3(1.0), m.albedo, m.metallic) * (0.5 * shown.specular * m.specular);
+    let highlight = mix(vec3(1.0), m.albedo, m.metallic) * (0.5 * shown.specular * m.specular);
     let material = phong::Material(
-        m.albedo, 1.0, shine, exponent_of(m.roughness), shown.ambient, shown.ao_strength, shown.ao_affects,
+        m.albedo, 1.0, highlight, exponent_of(m.roughness), shown.ambient, shown.ao_strength, shown.ao_affects,
     );
     return vec4(phong::lit(s, material), 1.0);
 }

@@ -8,7 +8,7 @@
 // `surfelshop::filtered`. `at` is the pixel's place, 0 to 1 along the cloud's largest extent before
 // scale and rotation; `albedo` is the cloud's own, linear Rec. 709.
 //
-// Twin: `tests/harness/src/procedural/patterns.rs`.
+// Twin: `tests/support/procedural/patterns.rs`.
 #import surfelshop::noise::{Place, Lattice, Seed}
 #import surfelshop::noise as gradients
 #import surfelshop::filtered::Filtered

@@ -1,6 +1,6 @@
 //! The texts of patterns: those that come with the plugin, and files of the user's.
 
-use crate::settings::{Chosen, Pattern};
+use crate::settings::{Pattern, PatternSettings};
 use surfelshop_api::prelude::*;
 
 /// Most bytes of a file: enough for any pattern, little to read for every picture, and half of what
@@ -17,7 +17,7 @@ pub(crate) struct Text {
 ///
 /// # Errors
 /// Where a file of the user's cannot be read, or has no function that is a pattern.
-pub(crate) fn text(chosen: &Chosen) -> Result<Text> {
+pub(crate) fn text(chosen: &PatternSettings) -> Result<Text> {
     if !chosen.file.is_empty() {
         return own(&chosen.file);
     }
@@ -171,7 +171,7 @@ mod tests {
         ] {
             let pattern = Value::Text(id.to_owned());
             let pattern = Pattern::from_value(&pattern).unwrap();
-            let chosen = Chosen { pattern, ..crate::tests::chosen() };
+            let chosen = PatternSettings { pattern, ..crate::tests::pattern_settings() };
             assert_eq!(check(&text(&chosen).unwrap().wgsl), Ok(()), "{id}");
         }
     }

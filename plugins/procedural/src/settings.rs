@@ -1,6 +1,6 @@
-//! What is asked of a pattern, alike by the renderer and the tool.
+//! The parameters of a pattern, alike in the renderer and the tool.
 
-use crate::place::Laid;
+use crate::placement::Placement;
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::prelude::*;
 
@@ -28,11 +28,11 @@ choices! {
 
 /// A pattern and how it is laid, as parameters say.
 #[derive(Clone, Debug)]
-pub(crate) struct Chosen {
+pub(crate) struct PatternSettings {
     pub(crate) pattern: Pattern,
     /// A file of the user's, which counts instead; empty where there is none.
     pub(crate) file: String,
-    pub(crate) laid: Laid,
+    pub(crate) placement: Placement,
     pub(crate) frequency: f32,
     pub(crate) octaves: u32,
     pub(crate) lacunarity: f32,
@@ -44,7 +44,7 @@ pub(crate) struct Chosen {
 /// Bits of the cells' numbers that count: all that `noise.wgsl` keeps.
 const MASK: u32 = (1 << 28) - 1;
 
-impl Chosen {
+impl PatternSettings {
     /// What moves the hash of the noise.
     pub(crate) fn key(&self) -> [u32; 3] {
         // Odd multiples of the seed, so that seeds differ in all three.
@@ -107,11 +107,11 @@ macro_rules! pattern_params {
         }
 
         impl $name {
-            fn chosen(&self) -> $crate::settings::Chosen {
-                $crate::settings::Chosen {
+            fn pattern_settings(&self) -> $crate::settings::PatternSettings {
+                $crate::settings::PatternSettings {
                     pattern: self.pattern,
                     file: self.file.0.clone(),
-                    laid: $crate::settings::laid(
+                    placement: $crate::settings::placement(
                         [self.rotation_x, self.rotation_y, self.rotation_z],
                         self.scale,
                     ),
@@ -129,7 +129,7 @@ macro_rules! pattern_params {
 pub(crate) use pattern_params;
 
 /// How a pattern lies after turns in degrees and a scale.
-pub(crate) fn laid(degrees: [f32; 3], scale: f32) -> Laid {
+pub(crate) fn placement(degrees: [f32; 3], scale: f32) -> Placement {
     let turn = DVec3::from(degrees.map(|angle| f64::from(angle).to_radians()));
-    Laid { turn, scale: f64::from(scale) }
+    Placement { turn, scale: f64::from(scale) }
 }

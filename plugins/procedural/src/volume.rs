@@ -1,6 +1,6 @@
 //! The volume of noise: described as passes that run once and are kept.
 
-use crate::settings::Chosen;
+use crate::settings::PatternSettings;
 use surfelshop_api::graph::{Resource, TextureId};
 use surfelshop_api::prelude::*;
 
@@ -12,14 +12,14 @@ const PERIOD: u32 = 16;
 const MOST_SAMPLES: u32 = 8;
 
 /// The side that is used for one that was asked for: a power of two, from the period itself on.
-pub(crate) fn side(asked: u32) -> u32 {
-    let below = asked.max(1).ilog2();
+pub(crate) fn side(requested: u32) -> u32 {
+    let below = requested.max(1).ilog2();
     (1u32 << below).max(PERIOD)
 }
 
 /// Describes the passes that fill the volume; they run when seed or size are new.
-pub(crate) fn filled(graph: &mut Graph, chosen: &Chosen, asked: u32) -> TextureId {
-    let side = side(asked);
+pub(crate) fn filled(graph: &mut Graph, chosen: &PatternSettings, requested: u32) -> TextureId {
+    let side = side(requested);
     let n_levels = side.ilog2() + 1;
     let texture = Texture::fixed(Format::Rgba16Float, side, side)
         .depth(side, true)

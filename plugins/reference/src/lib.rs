@@ -31,16 +31,16 @@
 //! surfelshop render scan.ply -r reference --set samples=256 -o truth.exr
 //! ```
 
+mod environment_map;
 mod material;
 mod path;
 mod random;
-mod sky;
 mod surface;
 
+use environment_map::{CellDistribution, EnvironmentMap};
 use material::{Material, Model};
 use path::Scene;
 use random::Random;
-use sky::{Cells, Sky};
 use std::sync::{Arc, Mutex, PoisonError};
 use surface::{Ray, Surface};
 use surfelshop_api::Lamp;
@@ -96,15 +96,15 @@ params! {
 }
 
 /// What is kept from tile to tile: the surface and the sky of the last scene.
-struct Kept {
+struct CachedScene {
     /// What they were made of.
     of: (Vec<u64>, Vec<[f64; 3]>, u32, usize, String),
     surface: Surface,
-    cells: Cells,
+    cells: CellDistribution,
 }
 
 struct Reference {
-    kept: Mutex<Option<Arc<Kept>>>,
+    cached: Mutex<Option<Arc<CachedScene>>>,
     reflectance: Reflectance,
 }
 
@@ -117,7 +117,7 @@ impl Tracer for Reference {
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {
-        Ok(Self { kept: Mutex::new(None), reflectance: Reflectance::default() })
+        Ok(Self { cached: Mutex::new(None), reflectance: Reflectance::default() })
     }
 
     fn tile(
@@ -129,19 +129,19 @@ impl Tracer for Reference {
         job: &Job<'_>,
     ) -> Result<()> {
         let p = &frame.params;
-        let kept = self.kept(frame, scene);
+        let cached = self.cached_scene(frame, scene);
         let material = p.material(&self.reflectance);
-        let lamps = lamps(frame, p.mode);
-        let sky = match p.mode {
+        let lights = lights(frame, p.mode);
+        let environment_map = match p.mode {
             Mode::AmbientOcclusion => None,
-            _ => Sky::new(frame.environment.as_ref(), scene, &kept.cells),
+            _ => EnvironmentMap::new(frame.environment.as_ref(), scene, &cached.cells),
         };
         let scene = Scene {
-            surface: &kept.surface,
+            surface: &cached.surface,
             settings: &frame.scene.surface,
             material: &material,
-            sky,
-            lamps: &lamps,
+            environment_map,
+            lights: &lights,
             bounces: if p.mode == Mode::Full { p.bounces } else { 0 },
             blend: p.blend,
         };
@@ -154,7 +154,7 @@ impl Tracer for Reference {
             let mut random = Random::of(p.seed, at, tile.sample);
             let inside = if p.filter { random.square().as_dvec2() } else { DVec2::splat(0.5) };
             let ray =
-                ray(frame, kept.surface.origin, DVec2::new(at[0].into(), at[1].into()) + inside);
+                ray(frame, cached.surface.origin, DVec2::new(at[0].into(), at[1].into()) + inside);
             *pixel = match scene.met(&ray) {
                 None => [0.0; 4],
                 Some(point) if p.mode == Mode::AmbientOcclusion => {
@@ -189,7 +189,7 @@ impl Settings {
 
 impl Reference {
     /// The surface and the sky of a scene, made when it is a new one.
-    fn kept(&self, frame: &Frame<Settings>, scene: &Traced<'_>) -> Arc<Kept> {
+    fn cached_scene(&self, frame: &Frame<Settings>, scene: &Traced<'_>) -> Arc<CachedScene> {
         let columns = scene.clouds.iter().flat_map(|cloud| &cloud.columns);
         let of = (
             columns.map(|column| column.generation).collect(),
@@ -199,13 +199,17 @@ impl Reference {
             frame.environment.as_ref().map(|e| e.facts.key.clone()).unwrap_or_default(),
         );
         // Made once while the other threads wait for it; a thread that panics leaves none behind.
-        let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
-        match &*kept {
+        let mut cached = self.cached.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*cached {
             Some(known) if known.of == of => known.clone(),
             _ => {
                 let surface = Surface::new(scene.clouds, &frame.scene.surface);
-                let made = Arc::new(Kept { of, surface, cells: Cells::new(scene.texels) });
-                *kept = Some(made.clone());
+                let made = Arc::new(CachedScene {
+                    of,
+                    surface,
+                    cells: CellDistribution::new(scene.texels),
+                });
+                *cached = Some(made.clone());
                 made
             }
         }
@@ -214,7 +218,7 @@ impl Reference {
 
 /// The lights that count, those that follow the camera only where there is no natural light, as with
 /// `environment`.
-fn lamps(frame: &Frame<Settings>, mode: Mode) -> Vec<Lamp> {
+fn lights(frame: &Frame<Settings>, mode: Mode) -> Vec<Lamp> {
     if !matches!(mode, Mode::Full | Mode::Direct) {
         return Vec::new();
     }

@@ -35,8 +35,8 @@ pub(crate) struct Material {
 const SHARPEST: f32 = 0.002;
 
 impl Material {
-    /// Whether there is anything but a matte body.
-    fn shines(&self) -> bool {
+    /// Whether there is anything but a diffuse body.
+    fn is_specular(&self) -> bool {
         self.model != Model::Lambert && self.ks > 0.0
     }
 
@@ -47,23 +47,23 @@ impl Material {
         if cosine <= 0.0 {
             return Vec3::ZERO;
         }
-        let matte = self.kd * cosine * p.albedo;
-        if !self.shines() {
-            return matte;
+        let diffuse = self.kd * cosine * p.albedo;
+        if !self.is_specular() {
+            return diffuse;
         }
         let half = (eye + light).normalize_or(p.normal);
         match self.model {
-            Model::Lambert => matte,
+            Model::Lambert => diffuse,
             Model::Phong => {
                 let c = p.normal.dot(half).max(0.0);
-                matte + Vec3::splat(self.ks * c.powf(self.shininess))
+                diffuse + Vec3::splat(self.ks * c.powf(self.shininess))
             }
-            Model::Ggx => self.ggx(p, eye, light, half, matte),
+            Model::Ggx => self.ggx(p, eye, light, half, diffuse),
         }
     }
 
     /// The same formulas as in the shader `natural.wgsl`: `shade_ggx` and `lobe`.
-    fn ggx(&self, p: &Point, eye: Vec3, light: Vec3, half: Vec3, matte: Vec3) -> Vec3 {
+    fn ggx(&self, p: &Point, eye: Vec3, light: Vec3, half: Vec3, diffuse: Vec3) -> Vec3 {
         let f0 = Vec3::splat(self.f0).lerp(p.albedo, self.metallic);
         let normal_eye = p.normal.dot(eye).max(1e-4);
         let normal_light = p.normal.dot(light);
@@ -80,7 +80,7 @@ impl Material {
         let fresnel = f0 + (Vec3::ONE - f0) * c.powi(5);
         let lobe = PI * d * 0.5 / masking.max(1e-6) * normal_light * fresnel;
         let passes = (1.0 - self.metallic) * (Vec3::ONE - self.ks * share);
-        matte * passes + self.ks * again * lobe
+        diffuse * passes + self.ks * again * lobe
     }
 
     fn alpha(&self) -> f32 {
@@ -89,7 +89,7 @@ impl Material {
 
     /// A direction that light is likely to be reflected from.
     pub(crate) fn sample(&self, p: &Point, eye: Vec3, random: &mut Random) -> Vec3 {
-        if !self.shines() || random.unit() < 0.5 {
+        if !self.is_specular() || random.unit() < 0.5 {
             return random.around(p.normal);
         }
         let at = random.square();
@@ -109,9 +109,9 @@ impl Material {
 
     /// The density of the directions that [`sample`](Self::sample) gives.
     pub(crate) fn density(&self, p: &Point, eye: Vec3, light: Vec3) -> f32 {
-        let matte = p.normal.dot(light).max(0.0) / PI;
-        if !self.shines() {
-            return matte;
+        let diffuse = p.normal.dot(light).max(0.0) / PI;
+        if !self.is_specular() {
+            return diffuse;
         }
         let half = (eye + light).normalize_or(p.normal);
         let c = p.normal.dot(half).max(0.0);
@@ -123,7 +123,7 @@ impl Material {
             }
             _ => (self.shininess + 1.0) / (2.0 * PI) * c.powf(self.shininess),
         };
-        0.5 * matte + 0.5 * of_half / (4.0 * eye.dot(half)).max(1e-6)
+        0.5 * diffuse + 0.5 * of_half / (4.0 * eye.dot(half)).max(1e-6)
     }
 }
 

@@ -1,8 +1,8 @@
-//! Light along paths.
+//! Path tracing, with multiple importance sampling of the environment map.
 
+use crate::environment_map::EnvironmentMap;
 use crate::material::Material;
 use crate::random::Random;
-use crate::sky::Sky;
 use crate::surface::{Point, Ray, Surface};
 use std::f32::consts::PI;
 use surfelshop_api::glam::Vec3;
@@ -13,8 +13,8 @@ pub(crate) struct Scene<'a> {
     pub(crate) surface: &'a Surface,
     pub(crate) settings: &'a SurfaceSettings,
     pub(crate) material: &'a Material,
-    pub(crate) sky: Option<Sky<'a>>,
-    pub(crate) lamps: &'a [Lamp],
+    pub(crate) environment_map: Option<EnvironmentMap<'a>>,
+    pub(crate) lights: &'a [Lamp],
     /// Times that light may be reflected before it is reflected to the eye.
     pub(crate) bounces: u32,
     /// Whether points are blended of the surfels that overlap there.
@@ -59,10 +59,10 @@ impl Scene<'_> {
                 false => None,
             };
             let Some(next) = next else {
-                if let Some(sky) = &self.sky {
+                if let Some(environment_map) = &self.environment_map {
                     // The other way to find this light, in proportion to it, has its share.
-                    let share = density / (density + sky.density(direction));
-                    sum += throughput * share * sky.radiance(direction);
+                    let share = density / (density + environment_map.density(direction));
+                    sum += throughput * share * environment_map.radiance(direction);
                 }
                 break;
             };
@@ -77,20 +77,21 @@ impl Scene<'_> {
     fn direct(&self, point: &Point, eye: Vec3, random: &mut Random) -> Vec3 {
         let mut sum = Vec3::ZERO;
         let place = self.surface.origin + point.position.as_dvec3();
-        for lamp in self.lamps {
-            let Arriving { towards, radiance, distance } = lamp.arriving(place);
+        for light in self.lights {
+            let Arriving { towards, radiance, distance } = light.arriving(place);
             let towards = towards.as_vec3();
-            let light = self.material.response(point, eye, towards) * radiance.as_vec3();
-            if light != Vec3::ZERO {
-                sum += light * self.accessibility_up_to(distance as f32, point, towards);
+            let reflected = self.material.response(point, eye, towards) * radiance.as_vec3();
+            if reflected != Vec3::ZERO {
+                sum += reflected * self.accessibility_up_to(distance as f32, point, towards);
             }
         }
-        if let Some(sky) = &self.sky {
-            let (direction, density) = sky.sample(random);
+        if let Some(environment_map) = &self.environment_map {
+            let (direction, density) = environment_map.sample(random);
             let response = self.material.response(point, eye, direction);
             if density > 0.0 && response != Vec3::ZERO {
                 let both = density + self.material.density(point, eye, direction);
-                let light = sky.radiance(direction) * self.accessibility(point, direction);
+                let light =
+                    environment_map.radiance(direction) * self.accessibility(point, direction);
                 sum += response * light / (PI * both);
             }
         }

@@ -1,4 +1,4 @@
-//! The clouds as a surface that rays meet.
+//! The surface of all clouds that rays are intersected with.
 
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::glam::{DVec3, Vec3};

@@ -2,21 +2,21 @@
 
 use glam::DVec3;
 use std::sync::Mutex;
-use surfelshop_api::abi::host_side::EncodedGraph;
+use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Projection, Scene, View};
 use surfelshop_cloud::{Buffer, Cloud, Column};
-use surfelshop_engine::plugins::Hosted;
-use surfelshop_engine::{
+use surfelshop_render::{
     Engine, EngineOptions, Gpu, RenderError, RenderRequest, Rendered, RendererView, SurfelDrawing,
 };
+use surfelshop_runtime::plugins::Hosted;
 
 /// Inputs after which the engine is made anew, so that what it keeps of each adds up to little.
 const INPUTS_OF_AN_ENGINE: u32 = 64;
 
-/// Draws a graph of a stranger, and computes it as a tool's.
+/// Draws a graph of a third party, and computes it as a tool's.
 pub(crate) fn draw(graph: &EncodedGraph) {
     // Not of a thread: wgpu cannot end a device while a thread ends.
     static ENGINE: Mutex<Option<(Engine, u32)>> = Mutex::new(None);
@@ -89,9 +89,9 @@ mod tests {
     fn what_a_good_graph_asks_for_is_done_on_a_device_that_computes_nothing() {
         for bytes in [
             include_bytes!("../../stored/3.3/flat.graph").as_slice(),
-            include_bytes!("../corpus/graph/cameras.graph"),
-            include_bytes!("../corpus/graph/ink.graph"),
-            include_bytes!("../corpus/graph/procedural.graph"),
+            include_bytes!("../corpus/graph/seeds/cameras.graph"),
+            include_bytes!("../corpus/graph/seeds/ink.graph"),
+            include_bytes!("../corpus/graph/seeds/procedural.graph"),
         ] {
             let graph = EncodedGraph::from_file(bytes).unwrap();
             let rendered =

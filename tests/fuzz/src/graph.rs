@@ -2,7 +2,7 @@
 //! recorded of it.
 
 use crate::device::draw;
-use surfelshop_api::abi::host_side::EncodedGraph;
+use surfelshop_api::abi::EncodedGraph;
 
 /// Takes a captured graph, or else the bytes as the structure of one without data.
 pub fn graph(bytes: &[u8]) {

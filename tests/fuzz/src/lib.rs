@@ -1,4 +1,4 @@
-//! Everything that reads bytes of strangers, fed with any bytes.
+//! Everything that reads bytes of third parties, fed with any bytes.
 //!
 //! Each function takes the bytes of one input and returns; a panic, a hang or memory beyond
 //! [`MOST_BYTES`] is a finding. `targets` beside this crate drives them with libFuzzer, the tests with the
@@ -59,4 +59,20 @@ pub fn allow_contained_panics() {
 /// What is said to a person: one line without anything that steers a terminal.
 fn assert_one_line(line: &str) {
     assert!(!line.is_empty() && !line.contains(char::is_control), "{line:?}");
+}
+
+/// The corpus of a target: seeds, and inputs that fuzzers kept, sorted by path.
+///
+/// # Errors
+/// Where its folder or one in it cannot be listed.
+pub fn corpus(target: &str) -> std::io::Result<Vec<std::path::PathBuf>> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus").join(target);
+    let mut files = Vec::new();
+    for inner in folder.read_dir()? {
+        for file in inner?.path().read_dir()? {
+            files.push(file?.path());
+        }
+    }
+    files.sort();
+    Ok(files)
 }

@@ -2,7 +2,7 @@
 
 use crate::assert_one_line;
 use surfelshop_api::manifest::decode;
-use surfelshop_engine::plugins::inspect_bytes;
+use surfelshop_runtime::plugins::inspect_bytes;
 
 /// Takes the bytes as a library and as a manifest.
 ///

@@ -2,7 +2,7 @@
 
 use surfelshop_api::abi::plugin_side::Description;
 use surfelshop_api::params::{Value, Values};
-use surfelshop_engine::plugins::keep_values;
+use surfelshop_runtime::plugins::keep_values;
 
 /// Takes a description, values behind it, and the rest as what was typed for each parameter.
 ///

@@ -1,7 +1,7 @@
 //! WGSL: composing, bounding loops, validating, reflecting and compiling it.
 
 use crate::device::draw;
-use surfelshop_api::abi::host_side::EncodedGraph;
+use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::graph::{Format, Graph, Groups, Output, Pass, Texture};
 
 /// Takes the bytes as the text of a shading function, a compute pass and a module.

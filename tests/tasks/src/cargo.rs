@@ -1,8 +1,9 @@
 //! Cargo as the tasks call it: one selection of packages, features and profile everywhere, so that
 //! no dependency is compiled twice.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::{Command, ExitCode, Stdio};
 
 /// The selection that every compiling step shares. Were one step to leave out a package, Cargo
 /// could choose other features for a shared dependency and compile it again.
@@ -21,11 +22,25 @@ pub(crate) fn build() -> Command {
     step("build")
 }
 
+/// The Cargo that runs these tasks.
+pub(crate) fn program() -> OsString {
+    std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into())
+}
+
+/// Runs to the end and gives what was written to the standard output.
+pub(crate) fn output(command: &mut Command) -> Result<String, String> {
+    let failed = |error: &dyn std::fmt::Display| error.to_string();
+    let output = command.stderr(Stdio::inherit()).output().map_err(|error| failed(&error))?;
+    match output.status.success() {
+        true => Ok(String::from_utf8_lossy(&output.stdout).into_owned()),
+        false => Err(failed(&output.status)),
+    }
+}
+
 /// Cargo without a subcommand, freed of the variables that the outer `cargo run` set: build
 /// scripts may watch them and would run again.
 pub(crate) fn bare() -> Command {
-    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut command = Command::new(cargo);
+    let mut command = Command::new(program());
     let set_by_cargo_run = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_CRATE_", "CARGO_BIN_"];
     for (name, _) in std::env::vars_os() {
         if set_by_cargo_run.iter().any(|prefix| name.to_string_lossy().starts_with(prefix)) {

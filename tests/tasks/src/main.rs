@@ -9,6 +9,7 @@
 mod cargo;
 mod install;
 mod machine;
+mod programs;
 mod steps;
 mod verify;
 

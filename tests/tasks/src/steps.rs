@@ -67,11 +67,11 @@ fn line(entry: &Entry) -> String {
         Outcome::NotChecked(reason) => ("NOT CHECKED", Some(reason)),
     };
     let reason = reason.map(|reason| format!("  ({reason})")).unwrap_or_default();
-    format!("{word:<11}  {name:<6} {time:>9}{reason}", name = entry.name)
+    format!("{word:<11}  {name:<8} {time:>9}{reason}", name = entry.name)
 }
 
 /// Minutes and seconds, or tenths of a second below a minute.
-fn readable(time: Duration) -> String {
+pub(crate) fn readable(time: Duration) -> String {
     let seconds = time.as_secs();
     if seconds < 60 {
         format!("{:.1} s", time.as_secs_f64())

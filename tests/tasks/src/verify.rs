@@ -4,6 +4,7 @@ use std::process::{Command, ExitCode, Stdio};
 
 use crate::cargo;
 use crate::install::in_ci;
+use crate::programs;
 use crate::steps::{Outcome, Steps};
 
 const BUILD: &str = "build";
@@ -20,10 +21,8 @@ pub(crate) fn run(long: bool) -> ExitCode {
     let built = steps.passed(BUILD);
     steps.run("clippy", || after(built, || component("clippy", "clippy", &mut clippy())));
     steps.run("doc", || after(built, || outcome(&mut doc())));
-    steps.run("test", || after(built, || outcome(&mut test(long))));
-    for way in WAYS {
-        steps.run(way, || after(built, || outcome(&mut drawing(way))));
-    }
+    steps.run("test", || after(built, || programs::run(long)));
+    steps.run("examples", || after(built, || outcome(cargo::step("test").arg("--doc"))));
     if steps.sum_up() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -42,36 +41,6 @@ fn clippy() -> Command {
 fn doc() -> Command {
     let mut command = cargo::step("doc");
     command.arg("--no-deps").env("RUSTDOCFLAGS", "-D warnings");
-    command
-}
-
-fn test(long: bool) -> Command {
-    let mut command = cargo::step("test");
-    // One failing test program must not hide the result of the next.
-    command.arg("--no-fail-fast").env(DRAWN_AS, "cpu");
-    if long {
-        command.env("SURFELSHOP_LONG", "1");
-    }
-    command
-}
-
-/// Says how tests draw surfels that do not say it themselves. All tests run with the processor, as they do
-/// anyway where there is no graphics card.
-const DRAWN_AS: &str = "SURFELSHOP_TEST_SURFELS";
-
-/// The other ways to draw surfels.
-const WAYS: [&str; 2] = ["quads", "compute"];
-
-/// Tests of what drawn surfels look like.
-const DRAWING: [&str; 6] = ["degenerate", "drawing", "ewa", "extremes", "preview", "scale"];
-
-fn drawing(drawn_as: &str) -> Command {
-    let mut command = cargo::step("test");
-    command.arg("--no-fail-fast");
-    for test in DRAWING {
-        command.args(["--test", test]);
-    }
-    command.env(DRAWN_AS, drawn_as);
     command
 }
 

@@ -1,16 +1,17 @@
 //! `surfelshop plugins add` and `remove`: the user's own folder.
 
-use super::{TrustFile, inspected, named};
-use crate::arguments::PluginsArguments;
-use crate::{files, terminal};
+use super::{inspected, named};
+use crate::plugins::arguments::PluginsArguments;
 use anyhow::{Context as _, anyhow, bail, ensure};
 use serde_json::json;
 use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
 use surfelshop_api::manifest::Manifest;
-use surfelshop_engine::plugins::{
+use surfelshop_runtime::plugins::{
     self, Contents, Entry, Origin, Place, Registry, SearchPath, user_plugins_folder,
 };
+use surfelshop_session::output::{files, terminal};
+use surfelshop_session::trust_file::TrustFile;
 
 fn folder() -> anyhow::Result<PathBuf> {
     user_plugins_folder().ok_or_else(|| {

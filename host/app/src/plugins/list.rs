@@ -1,13 +1,13 @@
 //! `surfelshop plugins list`: what is installed, whether it may run, and what was refused and why.
 
-use super::{TrustFile, api_range, author, licence, named};
-use crate::arguments::PluginsArguments;
-use crate::terminal;
+use super::named;
+use crate::plugins::arguments::PluginsArguments;
 use serde_json::{Value, json};
 use surfelshop_api::manifest::Manifest;
-use surfelshop_engine::plugins::{
-    Entry, Origin, Place, Registry, SearchPath, State, TrustStanding,
-};
+use surfelshop_runtime::plugins::{Entry, Origin, Place, Registry, SearchPath, State};
+use surfelshop_session::output::terminal;
+use surfelshop_session::plugin_facts::{api_range, author, licence, trusted};
+use surfelshop_session::trust_file::TrustFile;
 
 /// Runs the command.
 pub(crate) fn run(arguments: &PluginsArguments) -> anyhow::Result<()> {
@@ -116,15 +116,4 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
         row(unit.kind.word(), &format!("{} ({}): {}", unit.id, unit.title, unit.summary));
     }
     text
-}
-
-/// Whether a file may run, and why.
-pub(crate) fn trusted(standing: TrustStanding) -> &'static str {
-    match standing {
-        TrustStanding::OfProgram => "yes, it came with the program",
-        TrustStanding::Build => "yes, this build",
-        TrustStanding::Place => "yes, whatever is built there",
-        TrustStanding::Once => "yes, this once",
-        TrustStanding::New => "no: its code runs after `surfelshop plugins trust`, or with --trust",
-    }
 }

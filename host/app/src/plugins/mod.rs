@@ -1,20 +1,18 @@
 //! `surfelshop plugins`: what is installed, what was refused and why, what is trusted, and how a new one
 //! begins. Runs no plugin's code.
 
+pub(crate) mod arguments;
 mod installed;
 mod list;
 mod new;
-mod trust_file;
 mod trusted;
 
-use crate::arguments::{PluginsAction, PluginsArguments};
+use crate::plugins::arguments::{PluginsAction, PluginsArguments};
 use anyhow::anyhow;
-pub(crate) use list::trusted;
 use std::path::Path;
 use surfelshop_api::manifest::Manifest;
-use surfelshop_engine::plugins::{self, Contents};
-
-pub(crate) use trust_file::TrustFile;
+use surfelshop_runtime::plugins::{self, Contents};
+use surfelshop_session::plugin_facts::{author, licence};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &PluginsArguments) -> anyhow::Result<()> {
@@ -37,25 +35,4 @@ fn inspected(path: &Path) -> anyhow::Result<(Manifest, Contents)> {
 fn named(manifest: &Manifest) -> String {
     let Manifest { id, version, .. } = manifest;
     format!("{id} {version} by {} ({})", author(manifest), licence(manifest))
-}
-
-/// Who made a plugin.
-pub(crate) fn author(manifest: &Manifest) -> String {
-    // As Cargo joins them.
-    let authors = manifest.authors.replace(':', ", ");
-    if authors.is_empty() { "nobody named".to_owned() } else { authors }
-}
-
-/// Under which licence a plugin is.
-pub(crate) fn licence(manifest: &Manifest) -> &str {
-    if manifest.license.is_empty() { "none named" } else { &manifest.license }
-}
-
-/// Which hosts a plugin works in.
-pub(crate) fn api_range(manifest: &Manifest) -> String {
-    let Manifest { api, abi_major: major, abi_minor: minor, .. } = manifest;
-    let next = u32::from(*major) + 1;
-    // C has no version of the crate.
-    let of = if api.is_empty() { String::new() } else { format!("{api}, ") };
-    format!("{of}for hosts of ABI {major}.{minor} and later, before {next}.0")
 }

@@ -1,12 +1,12 @@
 //! `surfelshop plugins new`: a project that builds, loads and passes `check`, to be changed from there.
 
-use crate::arguments::{NewArguments, NewKind};
-use crate::{command_line, terminal};
+use crate::plugins::arguments::{NewArguments, NewKind};
 use anyhow::{Context as _, ensure};
 use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
-use surfelshop_engine::plugins::is_package_id;
+use surfelshop_runtime::plugins::is_package_id;
+use surfelshop_session::output::{command_line, terminal};
 
 /// Names that Cargo or Rust would not take, or that would be taken for others.
 const TAKEN: [&str; 68] = [
@@ -167,9 +167,11 @@ pub(super) fn run(arguments: &NewArguments, json: bool) -> anyhow::Result<()> {
     let enter = command_line::words("cd", [folder.to_string()]);
     terminal::line(format!("{} is in {folder}. Next:\n", project.kind.what()))?;
     terminal::line(format!("  {enter}\n  cargo build --release"))?;
-    terminal::line(format!("  surfelshop plugins trust --place {library}"))?;
-    terminal::line(format!("  {}", project.kind.look(&project.name, &library)))?;
-    terminal::line(format!("  surfelshop check {library}\n\n{folder}/README.md says more."))
+    let program = command_line::program_anywhere();
+    terminal::line(format!("  {program} plugins trust --place {library}"))?;
+    let look = project.kind.look(&project.name, &library);
+    terminal::line(format!("  {}", look.replacen("surfelshop", &program, 1)))?;
+    terminal::line(format!("  {program} check {library}\n\n{folder}/README.md says more."))
 }
 
 /// A project that is to be written.
@@ -287,16 +289,16 @@ fn dependencies(api: Option<&str>, crates: &[&str]) -> anyhow::Result<String> {
         let source = match api {
             Some(address) if is_address(address) => format!("git = {}", quoted(address)),
             _ => {
-                let host = match api {
-                    Some(path) => host_folder(Path::new(path)).with_context(|| {
-                        format!("--api {path}: expected a checkout of Surfelshop or its host/api")
+                let sdk = match api {
+                    Some(path) => sdk_folder(Path::new(path)).with_context(|| {
+                        format!("--api {path}: expected a checkout of Surfelshop or its `host/sdk`")
                     })?,
                     None => checkout().context(
                         "the checkout that this program was built in is not there; name its folder or \
                          the address of its repository with --api",
                     )?,
                 };
-                let folder = host.join(name);
+                let folder = sdk.join(name);
                 let folder = folder.to_str().with_context(|| {
                     format!("{}: the path is not UTF-8; rename it", folder.display())
                 })?;
@@ -313,24 +315,25 @@ fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// The folder `host` of a checkout, or of one that a path leads into.
-fn host_folder(path: &Path) -> Option<PathBuf> {
+/// The folder `host/sdk` of a checkout, or of one that a path leads into.
+fn sdk_folder(path: &Path) -> Option<PathBuf> {
     let path = path.canonicalize().ok()?;
-    let is_host = |folder: &PathBuf| {
+    let is_sdk = |folder: &PathBuf| {
         let text = std::fs::read_to_string(folder.join("api/Cargo.toml")).unwrap_or_default();
         text.contains("name = \"surfelshop-api\"")
     };
     let parent = path.parent().map(Path::to_owned);
-    [Some(path.join("host")), Some(path), parent].into_iter().flatten().find(is_host)
+    let below = ["host/sdk", "sdk"].map(|below| Some(path.join(below)));
+    below.into_iter().chain([Some(path), parent]).flatten().find(is_sdk)
 }
 
 /// The checkout that this program was built in: it lies in its target folder.
 fn checkout() -> Option<PathBuf> {
     let program = std::env::current_exe().ok()?;
-    program.ancestors().skip(1).find_map(|folder| {
-        let host = folder.join("host");
-        host.is_dir().then(|| host_folder(folder)).flatten()
-    })
+    program
+        .ancestors()
+        .skip(1)
+        .find_map(|folder| folder.join("host/sdk").is_dir().then(|| sdk_folder(folder)).flatten())
 }
 
 #[cfg(test)]

@@ -1,11 +1,12 @@
 //! `surfelshop plugins trust` and `distrust`.
 
-use super::{TrustFile, inspected, named};
-use crate::arguments::PluginsArguments;
-use crate::terminal;
+use super::{inspected, named};
+use crate::plugins::arguments::PluginsArguments;
 use anyhow::bail;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use surfelshop_session::output::terminal;
+use surfelshop_session::trust_file::TrustFile;
 
 /// Fewer digits of a SHA-256 are a slip rather than a name.
 const LEAST_DIGITS: usize = 8;

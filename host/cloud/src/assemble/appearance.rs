@@ -1,8 +1,8 @@
-//! Colour, ambient accessibility and material.
+//! Appearance: colour, ambient occlusion and material.
 
-use crate::buffer::{Buffer, interleave};
-use crate::color::is_usable;
-use crate::column::Column;
+use crate::cloud::buffer::{Buffer, interleave};
+use crate::cloud::color::is_usable;
+use crate::cloud::column::Column;
 use crate::summary::Summary;
 use crate::table::{COLORS, Field, Table};
 use surfelshop_api::columns::NEUTRAL_ALBEDO;

@@ -1,7 +1,7 @@
-//! Columns that the host gives no meaning: kept under their own names and types.
+//! Custom columns, which the host gives no meaning: kept under their own names and types.
 
-use crate::buffer::{Buffer, interleave};
-use crate::column::{Column, is_well_known};
+use crate::cloud::buffer::{Buffer, interleave};
+use crate::cloud::column::{Column, is_well_known};
 use crate::summary::Summary;
 use crate::table::Table;
 use std::collections::{HashMap, HashSet};

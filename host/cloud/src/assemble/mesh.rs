@@ -1,4 +1,4 @@
-//! Triangles: which way they face, and what they tell of the points.
+//! Triangles: which way they face, and the normals and radii that follow from them.
 
 use crate::summary::Summary;
 use crate::table::Table;

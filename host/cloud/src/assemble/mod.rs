@@ -3,21 +3,22 @@
 
 mod appearance;
 mod foreign;
+pub(crate) mod memory_estimate;
 mod mesh;
-pub(crate) mod needs;
 mod position;
 mod shape;
+mod vectors;
 
-use crate::buffer::Buffer;
 use crate::cloud::Cloud;
-use crate::column::Column;
+use crate::cloud::buffer::Buffer;
+use crate::cloud::column::Column;
+use crate::cloud::provenance::of_comments;
 use crate::error::ReadFault;
-use crate::provenance::of_comments;
-use crate::read::{Loaded, ReadOptions};
-use crate::summary::Summary;
+use crate::options::ReadOptions;
+use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
-use glam::Vec3;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
+use vectors::flat;
 
 /// Share of the work that is reading rather than estimating, for the progress bar, where a file
 /// has columns of these names.
@@ -46,7 +47,7 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         ..Summary::default()
     };
     let (n_rows, n_triangles) = (table.n_rows as u64, table.faces.len() as u64);
-    needs::ask(&table.fields, n_rows, n_triangles, options, 0)
+    memory_estimate::ask(&table.fields, n_rows, n_triangles, options, 0)
         .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
@@ -94,29 +95,4 @@ fn with_provenance(cloud: &Cloud, comments: &[String], summary: &Summary) -> Clo
     let of = |column: &Column| made.get(column.name()).filter(|_| is_of_file(column.name()));
     let columns = cloud.columns().iter().map(|column| column.made_by(of(column).cloned()));
     cloud.with_origin(cloud.origin(), columns.collect()).with_history(history)
-}
-
-/// Vectors as a flat buffer; nothing is copied.
-fn flat(vectors: Vec<Vec3>) -> Buffer {
-    Buffer::F32(bytemuck::cast_vec(vectors))
-}
-
-/// Triples of numbers as vectors, where they are a number of whole ones; their memory is kept
-/// unless it has an odd size.
-fn whole_vectors<T: bytemuck::NoUninit, V: bytemuck::AnyBitPattern + bytemuck::NoUninit>(
-    triples: Vec<T>,
-) -> Vec<V> {
-    bytemuck::try_cast_vec(triples)
-        .unwrap_or_else(|(_, triples)| bytemuck::cast_slice::<T, V>(&triples).to_vec())
-}
-
-/// Takes three columns as vectors in f32; what exceeds its range becomes infinite.
-fn take_vectors(table: &mut Table, names: [&str; 3]) -> Option<Vec<Vec3>> {
-    if let Some(Buffer::F32(_)) = table.woven(&names)
-        && let Some(Buffer::F32(triples)) = table.take_woven(&names)
-    {
-        return Some(whole_vectors(triples));
-    }
-    let [x, y, z] = table.take(names)?.each_ref().map(Buffer::to_f32);
-    Some(x.iter().zip(&y).zip(&z).map(|((&x, &y), &z)| Vec3::new(x, y, z)).collect())
 }

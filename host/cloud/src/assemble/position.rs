@@ -1,14 +1,14 @@
 //! Coordinates: dropping what is not finite, and the choice of the origin.
 
-use super::whole_vectors;
-use crate::buffer::Buffer;
+use super::vectors::whole_vectors;
+use crate::cloud::buffer::Buffer;
 use crate::error::ReadFault;
 use crate::summary::Summary;
 use crate::table::Table;
 use glam::{DVec3, Vec3};
 use surfelshop_geometry::Bounds;
 
-pub(super) struct Placed {
+pub(super) struct Positions {
     pub(super) origin: DVec3,
     pub(super) positions: Vec<Vec3>,
     /// Those of `positions`; `None` where there are none.
@@ -20,7 +20,7 @@ pub(super) struct Placed {
 const MAX_COORDINATE: f64 = f32::MAX as f64 / 4.0;
 
 /// Takes the coordinates out of the table and drops rows whose coordinates are not finite.
-pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Placed, ReadFault> {
+pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Positions, ReadFault> {
     let names = ["x", "y", "z"];
     // The usual files have floats side by side, which are the positions already.
     if let Some(Buffer::F32(_)) = table.woven(&names)
@@ -31,7 +31,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Result<Placed, R
         let positions: Vec<Vec3> = whole_vectors(coordinates);
         let (origin, bounds) = origin(table, || positions.iter().map(|p| p.as_dvec3()));
         if origin == DVec3::ZERO {
-            return Ok(Placed { origin, positions, bounds });
+            return Ok(Positions { origin, positions, bounds });
         }
         return Ok(placed(origin, positions.iter().map(|p| p.as_dvec3())));
     }
@@ -83,10 +83,10 @@ fn keep_usable<T: Copy>(
 }
 
 /// Points as offsets from an origin.
-fn placed(origin: DVec3, points: impl Iterator<Item = DVec3>) -> Placed {
+fn placed(origin: DVec3, points: impl Iterator<Item = DVec3>) -> Positions {
     let positions: Vec<Vec3> = points.map(|point| (point - origin).as_vec3()).collect();
     let bounds = Bounds::of_positions(&positions);
-    Placed { origin, positions, bounds }
+    Positions { origin, positions, bounds }
 }
 
 /// Whether f32 offsets from `origin` hold all points without loss.
@@ -128,7 +128,7 @@ fn origin<I: Iterator<Item = DVec3>>(
 const VISIBLE_SHARE: f64 = 0.01;
 
 /// Warns where the cloud spans so much that f32 positions are coarse for its surfels.
-pub(super) fn warn_if_coarse(placed: &Placed, radii: &[f32], summary: &mut Summary) {
+pub(super) fn warn_if_coarse(placed: &Positions, radii: &[f32], summary: &mut Summary) {
     let reach = placed.bounds.map_or(0.0, |bounds| bounds.reach());
     // Distance between neighbouring f32 at the farthest coordinate.
     let step = f64::from((reach as f32).next_up()) - f64::from(reach as f32);

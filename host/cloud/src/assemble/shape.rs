@@ -1,10 +1,11 @@
 //! Normals, radii and tangents.
 
-use super::position::Placed;
-use super::{flat, mesh, take_vectors};
-use crate::column::Column;
+use super::mesh;
+use super::position::Positions;
+use super::vectors::{flat, take_vectors};
+use crate::cloud::column::Column;
 use crate::error::ReadFault;
-use crate::read::ReadOptions;
+use crate::options::ReadOptions;
 use crate::summary::Summary;
 use crate::table::{NORMALS, RADII, Table};
 use glam::Vec3;
@@ -28,23 +29,23 @@ const BLOCK: usize = 4096;
 /// Takes normals, radii and tangents out of the table and makes what is missing.
 pub(super) fn take(
     table: &mut Table,
-    placed: &Placed,
+    placed: &Positions,
     options: &ReadOptions<'_>,
     summary: &mut Summary,
 ) -> Result<Shape, ReadFault> {
-    let Given { normals: mut given_normals, radii: given_radii, of_triangles } =
-        given(table, placed, options);
+    let FileShape { normals: mut given_normals, radii: given_radii, of_triangles } =
+        file_shape(table, placed, options);
     let given_tangents = take_tangents(table);
     let needs_radii =
         given_radii.as_ref().is_none_or(|radii| !radii.iter().all(|&radius| usable(radius)));
     // To estimate takes a hundred times as long as to look at what is given.
     let look = if needs_radii { 0.01 } else { 0.99 };
     let looked = match &mut given_normals {
-        Some(found) => look * look_at(found, &part(options.progress, 0.0..look), summary)?,
+        Some(found) => look * normalise(found, &part(options.progress, 0.0..look), summary)?,
         None => 0.0,
     };
     let needs_normals = given_normals.is_none() || summary.normals.repaired > 0;
-    tell(options.progress, looked)?;
+    report(options.progress, looked)?;
     let [searching, orienting, covering] = shares(looked, needs_normals, needs_radii);
     let searching = part(options.progress, searching);
     let mut search =
@@ -74,19 +75,19 @@ pub(super) fn take(
 }
 
 /// What a file says of the shape of its surface.
-struct Given {
+struct FileShape {
     normals: Option<Vec<Vec3>>,
     radii: Option<Vec<f32>>,
-    of_triangles: OfTriangles,
+    of_triangles: FromTriangles,
 }
 
 /// What follows from triangles where the file does not say it.
-struct OfTriangles {
+struct FromTriangles {
     normals: bool,
     radii: bool,
 }
 
-impl OfTriangles {
+impl FromTriangles {
     /// Gives what was counted as if it were of the file its right name.
     fn count(&self, summary: &mut Summary) {
         let (normals, radii) = (&mut summary.normals, &mut summary.radii);
@@ -103,7 +104,7 @@ impl OfTriangles {
 
 /// Takes normals and radii out of the table, or from its triangles: they say more of a surface than
 /// points nearby, which may lie on another sheet of it.
-fn given(table: &mut Table, placed: &Placed, options: &ReadOptions<'_>) -> Given {
+fn file_shape(table: &mut Table, placed: &Positions, options: &ReadOptions<'_>) -> FileShape {
     let positions = &placed.positions;
     let normals = NORMALS.iter().find_map(|names| take_vectors(table, *names));
     // Some programs write zeros for normals that they do not have.
@@ -115,11 +116,11 @@ fn given(table: &mut Table, placed: &Placed, options: &ReadOptions<'_>) -> Given
     let (has_normals, has_radii) = (normals.is_some(), radii.is_some());
     let normals = normals.or_else(|| mesh::normals(table, positions));
     let radii = radii.or_else(|| mesh::radii(table, positions, normals.as_deref()));
-    let of_triangles = OfTriangles {
+    let of_triangles = FromTriangles {
         normals: !has_normals && normals.is_some(),
         radii: !has_radii && radii.is_some(),
     };
-    Given { normals, radii, of_triangles }
+    FileShape { normals, radii, of_triangles }
 }
 
 /// The shares of the work, from `done` on, of building the search structure, of normals and of
@@ -157,9 +158,9 @@ impl Search<'_> {
 }
 
 /// Gives normals unit length and counts those that have to be repaired, which are left alone; ones
-/// that have unit length are kept bit by bit. How far `progress` was told: from the first normal
+/// that have unit length are kept bit by bit. The progress reported: from the first normal
 /// that has to be repaired on, nearly all of the work is still to come.
-fn look_at(
+fn normalise(
     normals: &mut [Vec3],
     progress: Progress<'_>,
     summary: &mut Summary,
@@ -168,12 +169,12 @@ fn look_at(
     let is_unit =
         |normal: &Vec3| (normal.as_dvec3().length_squared() - 1.0).abs() <= UNIT_TOLERANCE;
     let n_blocks = normals.len().div_ceil(BLOCK);
-    let mut told = 0.0;
+    let mut reported = 0.0;
     for (i, block) in normals.chunks_mut(BLOCK).enumerate() {
         if counts.repaired == 0 {
-            told = i as f64 / n_blocks as f64;
+            reported = i as f64 / n_blocks as f64;
         }
-        tell(progress, told)?;
+        report(progress, reported)?;
         let n_units: u64 = block.iter().map(|normal| u64::from(is_unit(normal))).sum();
         counts.given += n_units;
         if n_units == block.len() as u64 {
@@ -188,7 +189,7 @@ fn look_at(
             }
         }
     }
-    Ok(if counts.repaired == 0 { 1.0 } else { told })
+    Ok(if counts.repaired == 0 { 1.0 } else { reported })
 }
 
 /// Normals that are estimated where none are given, and repaired where some have no direction.
@@ -212,8 +213,8 @@ fn finish_normals(
     Ok(found)
 }
 
-/// Tells how far the work is and turns a wish to stop into an error.
-fn tell(progress: Progress<'_>, fraction: f64) -> Result<(), ReadFault> {
+/// Reports progress; a request to stop becomes an error.
+fn report(progress: Progress<'_>, fraction: f64) -> Result<(), ReadFault> {
     if progress(fraction).is_break() { Err(ReadFault::Cancelled) } else { Ok(()) }
 }
 

@@ -1,7 +1,7 @@
 //! Probes that need no file.
 
 use super::facts::luminance;
-use super::source::Source;
+use super::texels::TexelMap;
 use super::{Mapping, Picture, Probe};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -88,7 +88,7 @@ fn direction(x: u32, y: u32) -> DVec3 {
 
 /// The integral of radiance over all directions, each with a weight.
 fn integral(picture: &Picture, weight: impl Fn(DVec3) -> f64) -> [f64; 3] {
-    let source = Source::new(Mapping::LatLong, picture.width, picture.height);
+    let source = TexelMap::new(Mapping::LatLong, picture.width, picture.height);
     let mut sum = [0.0; 3];
     for y in 0..picture.height {
         for x in 0..picture.width {
@@ -141,7 +141,7 @@ impl SoftBox {
         let across = d.dot(self.right) / depth / self.half[0];
         let upwards = d.dot(self.up) / depth / self.half[1];
         let edge = |place: f64| smooth((1.0 - place.abs()) / EDGE);
-        // The lamp behind the cloth.
+        // The light behind the cloth.
         let hot = 1.0 - 0.25 * (across * across + upwards * upwards).min(2.0);
         self.middle * edge(across) * edge(upwards) * hot
     }

@@ -1,5 +1,6 @@
-use super::picture::{LARGEST_AREA, LARGEST_SIDE};
-use super::read::PIXELS_PER_BYTE;
+//! Errors of reading a light probe.
+
+use super::limits::{LARGEST_AREA, LARGEST_SIDE, PIXELS_PER_BYTE};
 use crate::files::OpenFault;
 use crate::memory::OutOfMemory;
 use std::io;

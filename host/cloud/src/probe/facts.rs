@@ -1,10 +1,10 @@
-//! What renderers are told of a probe.
+//! Facts of a probe that renderers get: spherical harmonics, mean, sun.
 
 use super::mapping::Mapping;
 use super::octahedral;
 use super::picture::Picture;
-use super::source::Source;
 use super::sun;
+use super::texels::TexelMap;
 use rayon::prelude::*;
 use siphasher::sip128::{Hasher128 as _, SipHasher13};
 use std::f64::consts::PI;
@@ -36,7 +36,7 @@ impl Totals {
         brightest: (0.0, [0; 2]),
     };
 
-    fn of_rows(source: &Source, picture: &Picture, rows: std::ops::Range<u32>) -> Self {
+    fn of_rows(source: &TexelMap, picture: &Picture, rows: std::ops::Range<u32>) -> Self {
         let mut totals = Self::ZERO;
         for y in rows {
             for x in 0..source.width {
@@ -74,7 +74,7 @@ pub(super) fn luminance([r, g, b]: [f64; 3]) -> f64 {
 }
 
 /// Facts and octahedral map of a picture that is repaired.
-pub(super) fn of(source: &Source, picture: &Picture) -> (EnvironmentFacts, Vec<[f32; 3]>) {
+pub(super) fn of(source: &TexelMap, picture: &Picture) -> (EnvironmentFacts, Vec<[f32; 3]>) {
     let totals = totals(source, picture);
     let sun = sun::find(source, picture, &totals);
     let side = octahedral::side(source);
@@ -91,7 +91,7 @@ pub(super) fn of(source: &Source, picture: &Picture) -> (EnvironmentFacts, Vec<[
     (facts, texels)
 }
 
-fn totals(source: &Source, picture: &Picture) -> Totals {
+fn totals(source: &TexelMap, picture: &Picture) -> Totals {
     let chunks: Vec<Totals> = (0..source.height.div_ceil(ROWS))
         .into_par_iter()
         .map(|chunk| {

@@ -1,3 +1,5 @@
+//! Mappings between directions and the pixels of a probe.
+
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::{PI, TAU};
 

@@ -10,26 +10,28 @@
 mod built_in;
 mod error;
 mod facts;
+mod limits;
 mod mapping;
 mod octahedral;
 mod picture;
 mod read;
 mod solid_angle;
-mod source;
 mod stored;
 mod sun;
 #[cfg(test)]
 mod tests;
+mod texels;
 
 pub use error::{ProbeError, ProbeFault};
 pub use facts::VERSION;
+pub use limits::{LARGEST_AREA, LARGEST_SIDE};
 pub use mapping::Mapping;
-pub use picture::{LARGEST_AREA, LARGEST_SIDE, Picture, Repairs, write_hdr};
+pub use picture::{Picture, Repairs, write_hdr};
 pub use read::read;
 pub use solid_angle::solid_angles;
 
-use source::Source;
 use surfelshop_api::EnvironmentFacts;
+use texels::TexelMap;
 
 /// The light around a point, and how it came to be.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,13 +40,13 @@ pub struct Probe {
     pub name: String,
     /// How `picture` shows the directions.
     pub mapping: Mapping,
-    /// Whether the mapping was told from the picture's shape and corners rather than given.
+    /// Whether the mapping was detected by the picture's shape and corners.
     pub mapping_was_detected: bool,
     /// The picture after repairs; without texels where the probe comes from stored bytes.
     pub picture: Picture,
     /// What was repaired.
     pub repairs: Repairs,
-    /// What renderers are told, before it is turned or scaled.
+    /// The facts that renderers get, before the probe is turned or scaled.
     pub facts: EnvironmentFacts,
     /// The octahedral map that shaders read, `facts.side` squared texels row by row.
     ///
@@ -83,7 +85,7 @@ impl Probe {
 
     /// A probe of a picture whose size and shape are right.
     fn of(name: String, mut picture: Picture, mapping: Mapping, detected: bool) -> Self {
-        let source = Source::new(mapping, picture.width, picture.height);
+        let source = TexelMap::new(mapping, picture.width, picture.height);
         let repairs = picture.repair(&source);
         let (facts, texels) = facts::of(&source, &picture);
         Self { name, mapping, mapping_was_detected: detected, picture, repairs, facts, texels }

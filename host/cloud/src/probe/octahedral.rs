@@ -2,20 +2,20 @@
 
 use super::mapping::on_octahedron;
 use super::picture::Picture;
-use super::source::Source;
+use super::texels::TexelMap;
 use rayon::prelude::*;
 
 /// Fewest and most texels along a side.
 const SIDES: [f64; 2] = [64.0, 1024.0];
 
 /// Texels along the side of a map about as fine as the picture.
-pub(super) fn side(source: &Source) -> u32 {
+pub(super) fn side(source: &TexelMap) -> u32 {
     let exponent = source.n_shown().sqrt().clamp(SIDES[0], SIDES[1]).log2().round();
     1 << exponent as u32
 }
 
 /// The map: each texel the mean of what the picture shows over its footprint.
-pub(super) fn map(source: &Source, picture: &Picture, side: u32) -> Vec<[f32; 3]> {
+pub(super) fn map(source: &TexelMap, picture: &Picture, side: u32) -> Vec<[f32; 3]> {
     // Samples no farther apart than the picture's texels are, by and large, and interpolated.
     let finer = source.n_shown().sqrt() / f64::from(side);
     let n = if finer > 1.0 { finer.ceil().max(3.0) as u32 } else { 2 };
@@ -26,7 +26,7 @@ pub(super) fn map(source: &Source, picture: &Picture, side: u32) -> Vec<[f32; 3]
 }
 
 /// Mean over a texel's footprint, of n times n samples weighted by solid angle.
-fn footprint(source: &Source, picture: &Picture, side: u32, n: u32, i: u32, j: u32) -> [f32; 3] {
+fn footprint(source: &TexelMap, picture: &Picture, side: u32, n: u32, i: u32, j: u32) -> [f32; 3] {
     let place = |i: u32, k: u32| {
         let within = (f64::from(k) + 0.5) / f64::from(n) - 0.5;
         2.0 * (f64::from(i) + within) / f64::from(side - 1) - 1.0

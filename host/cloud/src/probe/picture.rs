@@ -1,18 +1,14 @@
+//! The radiance picture of a probe: its shape, its repair, and writing it.
+
 use super::error::ProbeFault;
+use super::limits::{LARGEST_AREA, LARGEST_SIDE};
 use super::mapping::Mapping;
-use super::source::Source;
+use super::texels::TexelMap;
 use crate::error::WriteError;
 use crate::files::replace;
 use image::codecs::hdr::HdrEncoder;
 use std::io;
 use std::path::Path;
-
-/// Most texels along a side of a picture.
-pub const LARGEST_SIDE: u32 = 16_384;
-
-/// Most texels of a picture: latitude and longitude at the longest side, 1.5 GiB of floats. A file of
-/// megabytes can announce as many, so this bounds what a stranger's file takes.
-pub const LARGEST_AREA: u64 = 1 << 27;
 
 /// A picture of radiance, linear Rec. 709.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,7 +117,7 @@ impl Picture {
 
     /// Replaces what is no radiance; texels that show nothing become black where they are not
     /// finite or negative, and are not counted.
-    pub(super) fn repair(&mut self, source: &Source) -> Repairs {
+    pub(super) fn repair(&mut self, source: &TexelMap) -> Repairs {
         let mut repairs = Repairs::default();
         let bad = |c: &f32| !c.is_finite() || *c < 0.0;
         let found: Vec<usize> =
@@ -150,7 +146,7 @@ impl Picture {
     }
 
     /// Mean of a channel over the finite ones of the eight neighbours that show something.
-    fn mean_around(&self, source: &Source, x: u32, y: u32, channel: usize) -> f32 {
+    fn mean_around(&self, source: &TexelMap, x: u32, y: u32, channel: usize) -> f32 {
         let (mut sum, mut n) = (0.0, 0.0);
         for y in y.saturating_sub(1)..=(y + 1).min(self.height - 1) {
             for x in x.saturating_sub(1)..=(x + 1).min(self.width - 1) {

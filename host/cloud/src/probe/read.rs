@@ -2,6 +2,7 @@
 
 use super::Probe;
 use super::error::{ProbeError, ProbeFault};
+use super::limits::PIXELS_PER_BYTE;
 use super::mapping::Mapping;
 use super::picture::{Picture, check_size};
 use crate::error::{listed, quoted};
@@ -12,12 +13,6 @@ use image::{ImageDecoder as _, ImageError};
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Seek as _};
 use std::path::Path;
-
-/// Most pixels for each byte of a file.
-///
-/// Radiance files hold at most 16 pixels in a byte, as runs of 127; `ZIP` in `OpenEXR`, which makes
-/// at best 1032 bytes of one, holds 172 of three half floats.
-pub(super) const PIXELS_PER_BYTE: u64 = 256;
 
 const RADIANCE: &str = "Radiance HDR";
 const OPEN_EXR: &str = "OpenEXR";

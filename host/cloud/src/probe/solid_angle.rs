@@ -1,4 +1,4 @@
-//! How much of the sphere each texel of a picture shows.
+//! Solid angles of the texels of a picture.
 
 use super::mapping::{Mapping, on_octahedron};
 use glam::{DVec2, DVec3, Vec2Swizzles as _};

@@ -1,8 +1,8 @@
-//! The dominant small light of a probe.
+//! The sun of a probe: its dominant small light, split from the rest.
 
 use super::facts::{Totals, luminance};
 use super::picture::Picture;
-use super::source::{Source, Texel};
+use super::texels::{Texel, TexelMap};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -28,7 +28,7 @@ const COMPACT: f64 = 0.9;
 const LEAST_SHARE: f64 = 0.1;
 
 /// A sun and what is left without it.
-pub(super) struct Found {
+pub(super) struct SunSplit {
     pub(super) sun: Sun,
     pub(super) rest: Coefficients,
 }
@@ -37,7 +37,7 @@ pub(super) struct Found {
 ///
 /// The sun is what texels within its cap have beyond the mean of a ring around it, so that what is
 /// left has the radiance of the ring there.
-pub(super) fn find(source: &Source, picture: &Picture, totals: &Totals) -> Option<Found> {
+pub(super) fn find(source: &TexelMap, picture: &Picture, totals: &Totals) -> Option<SunSplit> {
     let mean = luminance(totals.light) / (4.0 * PI);
     let (peak, [x, y]) = totals.brightest;
     if mean <= 0.0 || peak < LEAST_PEAK * mean {
@@ -57,7 +57,7 @@ pub(super) fn find(source: &Source, picture: &Picture, totals: &Totals) -> Optio
 }
 
 /// Texels within an angle of a direction.
-fn gathered(source: &Source, picture: &Picture, centre: DVec3, angle: f64) -> Vec<Texel> {
+fn gathered(source: &TexelMap, picture: &Picture, centre: DVec3, angle: f64) -> Vec<Texel> {
     let least = angle.min(PI).cos();
     let row = |y: u32| (0..source.width).filter_map(move |x| source.texel(picture, x, y));
     (0..source.height)
@@ -81,7 +81,7 @@ fn surroundings(near: &[Texel], centre: DVec3, [from, to]: [f64; 2]) -> [f64; 3]
 
 /// Texels near a sun, and the radiance of its surroundings.
 struct Lights<'a> {
-    source: &'a Source,
+    source: &'a TexelMap,
     near: &'a [Texel],
     level: [f64; 3],
 }
@@ -108,7 +108,7 @@ impl Lights<'_> {
         sum.try_normalize()
     }
 
-    fn sun(&self, centre: DVec3, cap: f64, totals: &Totals) -> Option<Found> {
+    fn sun(&self, centre: DVec3, cap: f64, totals: &Totals) -> Option<SunSplit> {
         let mut rest = totals.harmonics;
         let mut irradiance = [0.0; 3];
         let (mut light_within, mut squares) = (0.0, 0.0);
@@ -134,7 +134,7 @@ impl Lights<'_> {
             // A disc of even radiance has half its squared radius for mean square.
             angular_radius: (2.0 * squares / light_within).sqrt(),
         };
-        Some(Found { sun, rest })
+        Some(SunSplit { sun, rest })
     }
 }
 

@@ -1,3 +1,5 @@
+//! Angles in degrees with the fewest digits.
+
 /// The shortest number of degrees that is read as this angle, so that what a person wrote stays
 /// what it was.
 ///

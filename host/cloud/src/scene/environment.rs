@@ -1,6 +1,6 @@
-//! The light around a scene: which probe, and how it stands.
+//! The environment map of a scene: which light probe, and its orientation.
 
-use super::Keyed;
+use super::keyed::Keyed;
 use super::parts::stops;
 use super::source::{Entry, Fault, Section};
 use crate::probe::Mapping;

@@ -1,4 +1,6 @@
-use super::LARGEST_FILE;
+//! Errors of reading and writing a scene.
+
+use super::limits::LARGEST_FILE;
 use std::io;
 use std::path::PathBuf;
 

@@ -2,10 +2,11 @@
 //! `target` besides.
 
 use super::angle::degrees;
+use super::keyed::Keyed;
+use super::limits::{DEFAULT_SPOT_DEG, DEFAULT_SPOT_SOFTNESS};
 use super::parts::{direction, floats, place};
 use super::source::{Entry, Fault, Section};
-use super::write::{Entries, color, entry, float, vector, with_unknown};
-use super::{DEFAULT_SPOT_DEG, DEFAULT_SPOT_SOFTNESS, Keyed};
+use crate::toml_text::{Entries, color, entry, float, vector, with_unknown};
 use glam::{DVec3, Vec3};
 use surfelshop_api::Light;
 

@@ -1,8 +1,12 @@
 //! The small tables of a scene and the ranges of their numbers.
 
+use super::display::{Backdrop, ToneMap};
+use super::keyed::Keyed;
+use super::limits::{
+    DEFAULT_FIELD_OF_VIEW_DEG, DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LOW_PASS, RADIUS_SCALE, STOPS,
+};
 use super::source::{Entry, Fault, Section};
-use super::{Backdrop, DEFAULT_FIELD_OF_VIEW_DEG, Keyed, ToneMap};
-use crate::transform::{Rotation, Transform};
+use crate::cloud::transform::{Rotation, Transform};
 use glam::{DQuat, DVec3};
 use surfelshop_api::params::srgb_to_linear;
 use surfelshop_api::{Camera, Projection, SurfaceSettings};
@@ -38,8 +42,7 @@ pub(super) fn floats(
 }
 
 pub(super) fn stops(entry: &Entry<'_>) -> Result<f32, Fault> {
-    let expected = "a number of stops from -60 to 60";
-    Ok(entry.number(expected, |n| (-60.0..=60.0).contains(&n))? as f32)
+    Ok(entry.within(&STOPS)? as f32)
 }
 
 pub(super) fn tone_map(entry: &Entry<'_>) -> Result<ToneMap, Fault> {
@@ -95,10 +98,8 @@ pub(super) fn camera(mut section: Section<'_>) -> Result<Keyed<Camera>, Fault> {
             Projection::Orthographic { height }
         }
         (None, angle) => {
-            let angle = angle.map_or(Ok(DEFAULT_FIELD_OF_VIEW_DEG), |entry| {
-                let expected = "an angle in degrees from 0.01 to 179";
-                entry.number(expected, |n| (0.01..=179.0).contains(&n))
-            })?;
+            let angle = angle
+                .map_or(Ok(DEFAULT_FIELD_OF_VIEW_DEG), |entry| entry.within(&FIELD_OF_VIEW_DEG))?;
             Projection::Perspective { fov_y: angle.to_radians() }
         }
     };
@@ -109,19 +110,16 @@ pub(super) fn camera(mut section: Section<'_>) -> Result<Keyed<Camera>, Fault> {
 pub(super) fn surface(mut section: Section<'_>) -> Result<Keyed<SurfaceSettings>, Fault> {
     let mut surface = SurfaceSettings::default();
     if let Some(entry) = section.find("depth_tolerance") {
-        let expected = "a number of radii from 0 to 16";
-        surface.depth_tolerance = entry.number(expected, |n| (0.0..=16.0).contains(&n))? as f32;
+        surface.depth_tolerance = entry.within(&DEPTH_TOLERANCE)? as f32;
     }
     if let Some(entry) = section.find("two_sided") {
         surface.two_sided = entry.flag()?;
     }
     if let Some(entry) = section.find("radius_scale") {
-        let expected = "a factor above 0, at most 1000";
-        surface.radius_scale = entry.number(expected, |n| n > 1e-6 && n <= 1e3)? as f32;
+        surface.radius_scale = entry.within(&RADIUS_SCALE)? as f32;
     }
     if let Some(entry) = section.find("low_pass") {
-        let expected = "a number of pixels from 0 to 4";
-        surface.low_pass = entry.number(expected, |n| (0.0..=4.0).contains(&n))? as f32;
+        surface.low_pass = entry.within(&LOW_PASS)? as f32;
     }
     Ok(Keyed { known: surface, unknown: section.unknown()? })
 }

@@ -1,11 +1,10 @@
 //! Opening a scene: the file, its format, and what its sections hold.
 
 use super::error::{SceneError, SceneFault};
+use super::file::{SceneCloud, SceneFile, SceneView};
+use super::keyed::Keyed;
+use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_VALUES, MOST_VIEWS};
 use super::source::{Entry, Fault, Section, Source};
-use super::{
-    FORMAT, Keyed, LARGEST_FILE, MOST_CLOUDS, MOST_VALUES, MOST_VIEWS, SceneCloud, SceneFile,
-    SceneView,
-};
 use super::{environment, light, parts};
 use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
@@ -211,26 +210,4 @@ fn values(section: &Section<'_>) -> Result<Values, Fault> {
         })
     };
     section.all().map(|(id, entry)| Ok((id.to_owned(), value(entry)?))).collect()
-}
-
-/// Parameters on one line, as [`toml_text`](super::toml_text) writes them.
-pub(crate) fn toml_values(text: &str) -> Option<Values> {
-    let mut table: toml::Table = toml::from_str(&format!("values = {text}")).ok()?;
-    let toml::Value::Table(values) = table.remove("values")? else { return None };
-    if !table.is_empty() {
-        return None;
-    }
-    let value = |value: toml::Value| match value {
-        toml::Value::Boolean(value) => Some(Value::Bool(value)),
-        toml::Value::Integer(value) => Some(Value::Int(value)),
-        toml::Value::Float(value) => Some(Value::Float(value)),
-        toml::Value::String(value) => Some(Value::Text(value)),
-        toml::Value::Array(channels) => {
-            let channels = channels.iter().map(|c| c.as_float().map(|c| c as f32));
-            let color: Vec<f32> = channels.collect::<Option<_>>()?;
-            color.try_into().ok().map(Value::Color)
-        }
-        toml::Value::Datetime(_) | toml::Value::Table(_) => None,
-    };
-    values.into_iter().map(|(id, given)| Some((id, value(given)?))).collect()
 }

@@ -1,7 +1,8 @@
-//! A scene's text as tables whose every key and value has a place, for messages.
+//! A scene's TOML text as tables with source positions, for messages.
 
-use super::MOST_UNKNOWN_KEYS;
 use super::error::SceneFault;
+use super::limits::MOST_UNKNOWN_KEYS;
+use super::limits::NumberRange;
 use crate::error::quoted;
 use std::cell::RefCell;
 use std::ops::Range;
@@ -24,7 +25,7 @@ const MOST_WARNINGS: usize = 20;
 /// A text and what is to be said of it.
 pub(super) struct Source<'a> {
     text: &'a str,
-    /// Where each line begins: hundreds of thousands of clouds each have a line to be told.
+    /// Where each line begins: hundreds of thousands of clouds each have a line to be reported.
     lines: Vec<usize>,
     unknown: RefCell<Vec<(usize, String)>>,
 }
@@ -84,13 +85,13 @@ pub(super) struct Section<'a> {
     name: String,
     at: usize,
     table: &'a DeTable<'a>,
-    asked: Vec<&'static str>,
+    known_keys: Vec<&'static str>,
 }
 
 impl<'a> Section<'a> {
     /// The table of the whole text.
     pub(super) fn whole(source: &'a Source<'a>, table: &'a DeTable<'a>) -> Self {
-        Self { source, name: String::new(), at: 0, table, asked: Vec::new() }
+        Self { source, name: String::new(), at: 0, table, known_keys: Vec::new() }
     }
 
     fn full_name(&self, key: &str) -> String {
@@ -99,7 +100,7 @@ impl<'a> Section<'a> {
 
     /// The value of a key, where there is one.
     pub(super) fn find(&mut self, key: &'static str) -> Option<Entry<'a>> {
-        self.asked.push(key);
+        self.known_keys.push(key);
         let (_, value) = self.table.iter().find(|(own, _)| own.get_ref() == key)?;
         Some(Entry { source: self.source, name: self.full_name(key), value })
     }
@@ -126,11 +127,11 @@ impl<'a> Section<'a> {
         let mut unknown = toml::Table::new();
         for (key, value) in self.table {
             let name: &str = key.get_ref();
-            if self.asked.contains(&name) {
+            if self.known_keys.contains(&name) {
                 continue;
             }
             let full_name = self.full_name(name);
-            let meant = self.asked.iter().min_by_key(|known| distance(known, name));
+            let meant = self.known_keys.iter().min_by_key(|known| distance(known, name));
             // A third of the letters may differ; anything is near to a short word otherwise.
             let line = match meant.filter(|known| distance(known, name) <= known.len() / 3) {
                 Some(meant) => format!("unknown key `{full_name}`, did you mean `{meant}`?"),
@@ -201,6 +202,11 @@ impl<'a> Entry<'a> {
         number.ok_or_else(|| self.wrong(expected))
     }
 
+    /// A number of a range.
+    pub(super) fn within(&self, range: &NumberRange) -> Result<f64, Fault> {
+        self.number(&range.expected(), |n| range.contains(n))
+    }
+
     /// An array of numbers that are allowed.
     pub(super) fn numbers<const N: usize>(
         &self,
@@ -229,7 +235,7 @@ impl<'a> Entry<'a> {
     pub(super) fn section(&self) -> Result<Section<'a>, Fault> {
         let table = self.value.get_ref().as_table().ok_or_else(|| self.wrong("a table"))?;
         let (name, at) = (self.name.clone(), self.span().start);
-        Ok(Section { source: self.source, name, at, table, asked: Vec::new() })
+        Ok(Section { source: self.source, name, at, table, known_keys: Vec::new() })
     }
 
     /// At most so many tables, named by their place from 1.

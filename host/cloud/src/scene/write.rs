@@ -1,37 +1,30 @@
 //! Saving a scene: always the same text for the same scene.
 
 use super::angle::degrees;
-use super::error::SceneWriteError;
+use super::display::{Backdrop, ToneMap};
+use super::environment::{ProbeSource, SceneEnvironment};
+use super::error::{SceneFault, SceneWriteError};
+use super::file::{SceneCloud, SceneFile, SceneView};
+use super::keyed::Keyed;
 use super::light::light_entries;
+use super::limits::{FORMAT, LARGEST_FILE};
 use super::parts::channel;
-use super::{Backdrop, FORMAT, Keyed, LARGEST_FILE, ProbeSource, SceneCloud, SceneEnvironment};
-use super::{SceneFault, SceneFile, SceneView, ToneMap, is_scene, place, read};
+use super::paths;
+use super::read::{check, is_scene};
+use crate::cloud::transform::{Rotation, Transform};
 use crate::error::quoted;
 use crate::files::replace;
-use crate::transform::{Rotation, Transform};
+use crate::toml_text::{
+    Entries, Node, color, entry, float, lines, parameter, vector, with_unknown,
+};
 use glam::{DVec3, Vec3};
-use std::fmt::Write as _;
 use std::path::{MAIN_SEPARATOR, Path};
 use surfelshop_api::graph::Output;
-use surfelshop_api::params;
 use surfelshop_api::{Camera, Projection, SurfaceSettings};
 use toml::Value;
 
 /// The first line of every file.
 const HEADING: &str = "# A Surfelshop scene: angles in degrees, paths from this folder.\n";
-
-/// Keys in the order they are written.
-pub(super) type Entries = Vec<(String, Node)>;
-
-/// What stands behind a key.
-pub(super) enum Node {
-    /// Something on the line of its key.
-    Value(Value),
-    /// A table under a header of its own.
-    Table(Entries),
-    /// Tables that each have the header.
-    Tables(Vec<Entries>),
-}
 
 impl SceneFile {
     /// Writes the scene; relative paths are named anew where the folder is another than it was
@@ -58,7 +51,7 @@ impl SceneFile {
         if text.len() as u64 > LARGEST_FILE {
             return Err(content(SceneFault::TooLarge));
         }
-        read::check(&text).map_err(content)?;
+        check(&text).map_err(content)?;
         let failed = |error| SceneWriteError::Io { path: path.to_owned(), error };
         replace(path, |file| file.write_all(text.as_bytes()).map_err(failed), failed)
     }
@@ -68,7 +61,7 @@ impl SceneFile {
         let folder = path.parent().unwrap_or(Path::new(""));
         let mut clouds = Vec::with_capacity(self.clouds.len());
         for cloud in &self.clouds {
-            let named = path_text(&place::moved(&cloud.path, &self.folder, folder));
+            let named = path_text(&paths::moved(&cloud.path, &self.folder, folder));
             let unnamed =
                 || SceneWriteError::Cloud { path: path.to_owned(), cloud: cloud.path.clone() };
             clouds.push(cloud_entries(cloud, named.ok_or_else(unnamed)?));
@@ -122,7 +115,7 @@ impl SceneFile {
             ProbeSource::Studio => Ok("studio".to_owned()),
             ProbeSource::Sky => Ok("sky".to_owned()),
             ProbeSource::File(file) => {
-                let moved = place::moved(file, &self.folder, folder);
+                let moved = paths::moved(file, &self.folder, folder);
                 // A file of a built-in one's name is told from it by its folder.
                 let named = match path_text(&moved).as_deref() {
                     Some(name @ ("studio" | "sky")) => Some(format!("./{name}")),
@@ -156,14 +149,6 @@ fn path_text(path: &Path) -> Option<String> {
     let text = path.to_str()?;
     let is_slash = MAIN_SEPARATOR == '/' || path.is_absolute();
     Some(if is_slash { text.to_owned() } else { text.replace(MAIN_SEPARATOR, "/") })
-}
-
-pub(super) fn entry(key: &str, value: impl Into<Value>) -> (String, Node) {
-    (key.to_owned(), Node::Value(value.into()))
-}
-
-pub(super) fn with_unknown(entries: &mut Entries, unknown: &toml::Table) {
-    entries.extend(unknown.iter().map(|(key, value)| (key.clone(), Node::from(value))));
 }
 
 fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String) -> Entries {
@@ -232,38 +217,6 @@ fn view_entries(view: &Keyed<SceneView>) -> Entries {
     entries
 }
 
-fn parameter(value: &params::Value) -> Value {
-    match value {
-        params::Value::Bool(value) => (*value).into(),
-        params::Value::Int(value) => (*value).into(),
-        params::Value::Float(value) => (*value).into(),
-        params::Value::Text(value) => value.as_str().into(),
-        params::Value::Color(value) => color(Vec3::from(*value)),
-    }
-}
-
-/// Parameters on one line, as an inline table.
-pub(crate) fn toml_text(values: &params::Values) -> String {
-    let table = values.iter().map(|(id, value)| (id.clone(), parameter(value))).collect();
-    let mut text = String::new();
-    value_text(&mut text, &Value::Table(table));
-    text
-}
-
-pub(super) fn vector<const N: usize>(numbers: [f64; N]) -> Value {
-    Value::Array(numbers.into_iter().map(Value::Float).collect())
-}
-
-pub(super) fn color(channels: Vec3) -> Value {
-    vector(channels.to_array().map(float))
-}
-
-/// The number of fewest digits that is read as this one.
-pub(super) fn float(number: f32) -> f64 {
-    let short = format!("{number:?}").parse().unwrap_or(f64::from(number));
-    if short as f32 == number { short } else { f64::from(number) }
-}
-
 /// `#rrggbb` where that is read as this very colour.
 fn backdrop(backdrop: Backdrop) -> Value {
     let Backdrop::Color(linear) = backdrop else { return "transparent".into() };
@@ -272,103 +225,5 @@ fn backdrop(backdrop: Backdrop) -> Value {
     match codes[..] {
         [red, green, blue] => format!("#{red:02x}{green:02x}{blue:02x}").into(),
         _ => color(Vec3::from(linear)),
-    }
-}
-
-impl From<&Value> for Node {
-    fn from(value: &Value) -> Self {
-        let entries = |table: &toml::Table| -> Entries {
-            table.iter().map(|(key, value)| (key.clone(), Self::from(value))).collect()
-        };
-        match value {
-            Value::Table(table) => Self::Table(entries(table)),
-            Value::Array(array) if !array.is_empty() && array.iter().all(Value::is_table) => {
-                Self::Tables(array.iter().filter_map(Value::as_table).map(entries).collect())
-            }
-            other => Self::Value(other.clone()),
-        }
-    }
-}
-
-/// The lines of a table: what has no header of its own must stand before what has.
-fn lines(text: &mut String, name: &str, entries: &Entries) {
-    for (key, node) in entries {
-        if let Node::Value(value) = node {
-            *text += &key_text(key);
-            *text += " = ";
-            value_text(text, value);
-            text.push('\n');
-        }
-    }
-    for (key, node) in entries {
-        let name =
-            if name.is_empty() { key_text(key) } else { format!("{name}.{}", key_text(key)) };
-        match node {
-            Node::Value(_) => {}
-            Node::Table(inner) => {
-                *text += &format!("\n[{name}]\n");
-                lines(text, &name, inner);
-            }
-            Node::Tables(tables) => {
-                for inner in tables {
-                    *text += &format!("\n[[{name}]]\n");
-                    lines(text, &name, inner);
-                }
-            }
-        }
-    }
-}
-
-/// A key, quoted where it must be.
-fn key_text(key: &str) -> String {
-    let is_bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !key.is_empty() && key.chars().all(is_bare) { key.to_owned() } else { string(key) }
-}
-
-/// A text in quotes, on one line.
-fn string(text: &str) -> String {
-    let mut quoted = String::with_capacity(text.len() + 2);
-    quoted.push('"');
-    for c in text.chars() {
-        match c {
-            '"' | '\\' => quoted.extend(['\\', c]),
-            '\n' => quoted += "\\n",
-            '\t' => quoted += "\\t",
-            '\r' => quoted += "\\r",
-            // Writing to a string does not fail.
-            c if c.is_control() => drop(write!(quoted, "\\u{:04X}", u32::from(c))),
-            c => quoted.push(c),
-        }
-    }
-    quoted.push('"');
-    quoted
-}
-
-/// A value on one line.
-fn value_text(text: &mut String, value: &Value) {
-    match value {
-        Value::String(value) => *text += &string(value),
-        Value::Integer(value) => *text += &value.to_string(),
-        Value::Boolean(value) => *text += &value.to_string(),
-        Value::Datetime(value) => *text += &value.to_string(),
-        Value::Float(value) if value.is_nan() => *text += "nan",
-        // The fewest digits that are read as the same number, always with a point or an exponent.
-        Value::Float(value) => *text += &format!("{value:?}"),
-        Value::Array(values) => {
-            text.push('[');
-            for (i, value) in values.iter().enumerate() {
-                *text += if i == 0 { "" } else { ", " };
-                value_text(text, value);
-            }
-            text.push(']');
-        }
-        Value::Table(table) => {
-            for (i, (key, value)) in table.iter().enumerate() {
-                *text += if i == 0 { "{ " } else { ", " };
-                *text += &format!("{} = ", key_text(key));
-                value_text(text, value);
-            }
-            *text += if table.is_empty() { "{}" } else { " }" };
-        }
     }
 }

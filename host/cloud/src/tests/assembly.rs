@@ -206,6 +206,7 @@ fn a_cloud_that_spans_too_far_for_single_precision_is_warned_of() {
     assert!(loaded.summary.warnings[0].contains("spans too far"), "{:?}", loaded.summary.warnings);
 }
 
+/// Invariant: every loaded cloud can be drawn
 #[test]
 fn every_loaded_cloud_can_be_drawn() {
     let scaled = |scale: f64| -> Vec<Vec<f64>> {

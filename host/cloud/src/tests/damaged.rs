@@ -139,6 +139,7 @@ fn every_beginning_of_a_file_loads_or_is_refused_in_one_line() {
     }
 }
 
+/// Invariant: a damaged cloud loads or is refused in one line
 #[test]
 fn every_changed_byte_loads_or_is_refused_in_one_line() {
     for encoding in ENCODINGS {
@@ -180,7 +181,7 @@ fn a_header_full_of_notes_takes_no_longer_than_its_size() {
 fn text_without_line_ends_is_refused_before_it_is_taken_into_memory() {
     let header = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
                   property float z\nend_header\n";
-    let long = crate::lines::MAX_LINE as u64 + 10;
+    let long = crate::formats::lines::MAX_LINE as u64 + 10;
     for (name, start) in [("a.ply", header), ("a.obj", "v 0 0 0\n"), ("a.off", "OFF\n2 0 0\n")] {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join(name);

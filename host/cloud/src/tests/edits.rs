@@ -1,6 +1,6 @@
 //! What tools stage, and how it is noted.
 
-use crate::{Buffer, Cloud, CloudMade, Column, How, Made, ReadOptions, Staged, Transform};
+use crate::{Buffer, Cloud, CloudEdit, Column, How, ReadOptions, StagedEdits, ToolRun, Transform};
 use crate::{WriteOptions, read, write};
 use glam::DVec3;
 use std::time::UNIX_EPOCH;
@@ -29,9 +29,9 @@ fn header(name: &str, components: u32) -> ColumnHeader {
     ColumnHeader { name: name.to_owned(), components, element: Element::F32 }
 }
 
-fn run(tool: &str) -> Made {
+fn run(tool: &str) -> ToolRun {
     let values = Values::from([("seed".to_owned(), Value::Int(3))]);
-    Made::new(format!("org.example/{tool}"), "1.0.0".to_owned(), &values, UNIX_EPOCH)
+    ToolRun::new(format!("org.example/{tool}"), "1.0.0".to_owned(), &values, UNIX_EPOCH)
 }
 
 fn generations(cloud: &Cloud) -> Vec<u64> {
@@ -41,7 +41,7 @@ fn generations(cloud: &Cloud) -> Vec<u64> {
 #[test]
 fn columns_are_added_and_replaced_and_the_others_shared() {
     let cloud = three();
-    let mut staged = Staged::new(cloud.clone());
+    let mut staged = StagedEdits::new(cloud.clone());
     let ao = EditHeader::Columns(vec![header("ao", 1), header("radius", 1)]);
     staged.stage(&ao, &[&bytes(&[0.5; 3]), &bytes(&[0.25; 3])]).unwrap();
     // A later column takes the place of an earlier one.
@@ -60,7 +60,7 @@ fn columns_are_added_and_replaced_and_the_others_shared() {
 
 #[test]
 fn a_mask_comes_after_columns_and_ends_the_run() {
-    let mut staged = Staged::new(three());
+    let mut staged = StagedEdits::new(three());
     let ao = EditHeader::Columns(vec![header("ao", 1)]);
     staged.stage(&ao, &[&bytes(&[0.1, 0.2, 0.3])]).unwrap();
     staged.stage(&EditHeader::Keep, &[&[1, 0, 1]]).unwrap();
@@ -71,7 +71,7 @@ fn a_mask_comes_after_columns_and_ends_the_run() {
     let edited = staged.commit(run("clean")).unwrap();
     assert_eq!(edited.cloud.floats("ao", 1), [0.1, 0.3]);
     assert_eq!((&edited.columns[..], edited.whole), (&["ao".to_owned()][..], Some(How::Kept)));
-    let [CloudMade { how: How::Kept, n_surfels: 2, n_before: 3, .. }] = edited.cloud.history()
+    let [CloudEdit { how: How::Kept, n_surfels: 2, n_before: 3, .. }] = edited.cloud.history()
     else {
         panic!("{:?}", edited.cloud.history())
     };
@@ -79,11 +79,11 @@ fn a_mask_comes_after_columns_and_ends_the_run() {
 
 #[test]
 fn a_new_cloud_stands_alone_and_remembers_where_it_is_from() {
-    let mut staged = Staged::new(three());
+    let mut staged = StagedEdits::new(three());
     staged.stage(&EditHeader::Keep, &[&[1, 1, 0]]).unwrap();
     let kept = staged.commit(run("clean")).unwrap().cloud;
     let new = EditHeader::NewCloud { origin: DVec3::X, columns: vec![header("position", 3)] };
-    let mut staged = Staged::new(kept.clone());
+    let mut staged = StagedEdits::new(kept.clone());
     staged.stage(&new, &[&bytes(&[1.0, 2.0, 3.0])]).unwrap();
     assert!(staged.stage(&EditHeader::Keep, &[&[1, 1]]).is_err());
     let edited = staged.commit(run("thin")).unwrap();
@@ -114,7 +114,7 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
         (EditHeader::Keep, &[], "one array of bytes for a mask"),
         (new(vec![header("radius", 1)]), &[&[0; 12]], "expected a column `position`, found none"),
     ];
-    let mut staged = Staged::new(three());
+    let mut staged = StagedEdits::new(three());
     for (header, values, words) in cases {
         let refused = staged.stage(&header, values).unwrap_err().to_string();
         assert!(refused.contains(words), "{refused}");
@@ -127,21 +127,21 @@ fn what_does_not_fit_is_refused_and_changes_nothing() {
 
 #[test]
 fn a_mask_that_keeps_all_is_no_edit() {
-    let mut staged = Staged::new(three());
+    let mut staged = StagedEdits::new(three());
     staged.stage(&EditHeader::Keep, &[&[1; 3]]).unwrap();
     assert!(staged.commit(run("clean")).is_none());
 }
 
 #[test]
 fn who_made_what_survives_edits_and_files() {
-    let mut staged = Staged::new(three());
+    let mut staged = StagedEdits::new(three());
     let made = EditHeader::Columns(vec![header("ao", 1), header("normal", 3), header("flow", 2)]);
     let values = [bytes(&[0.5; 3]), bytes(&[0.0, 1.0, 0.0].repeat(3)), bytes(&[2.0; 6])];
     staged.stage(&made, &values.each_ref().map(Vec::as_slice)).unwrap();
     let cloud = staged.commit(run("ao")).unwrap().cloud;
     let turned = Transform { scale: 2.0, ..Transform::default() };
     let cloud = cloud.transformed(&turned).unwrap();
-    let mut staged = Staged::new(cloud);
+    let mut staged = StagedEdits::new(cloud);
     staged.stage(&EditHeader::Keep, &[&[0, 1, 1]]).unwrap();
     let cloud = staged.commit(run("clean")).unwrap().cloud;
     let folder = TempDir::new().unwrap();

@@ -15,15 +15,19 @@ fn sphere_file() -> Vec<u8> {
 #[test]
 fn progress_rises_from_zero_to_one() {
     let (_folder, path) = file(&sphere_file());
-    let told = RefCell::new(Vec::new());
+    let reported = RefCell::new(Vec::new());
     let progress = |fraction: f64| {
-        told.borrow_mut().push(fraction);
+        reported.borrow_mut().push(fraction);
         ControlFlow::Continue(())
     };
     read(path, &ReadOptions { progress: &progress, ..Default::default() }).unwrap();
-    let told = told.into_inner();
-    assert!(told.windows(2).all(|pair| pair[0] <= pair[1]), "{told:?}");
-    assert!(told.len() > 5 && told[0] < 0.05 && told.last().is_some_and(|&last| last > 0.99));
+    let reported = reported.into_inner();
+    assert!(reported.windows(2).all(|pair| pair[0] <= pair[1]), "{reported:?}");
+    assert!(
+        reported.len() > 5
+            && reported[0] < 0.05
+            && reported.last().is_some_and(|&last| last > 0.99)
+    );
 }
 
 #[test]
@@ -59,16 +63,16 @@ fn large_file(more: &[&str]) -> (TempDir, PathBuf) {
 #[test]
 fn every_hundredth_of_a_complete_file_is_told_of() {
     let (_folder, path) = large_file(&["radius"]);
-    let told = RefCell::new(vec![0.0]);
+    let reported = RefCell::new(vec![0.0]);
     let progress = |fraction: f64| {
-        told.borrow_mut().push(fraction);
+        reported.borrow_mut().push(fraction);
         ControlFlow::Continue(())
     };
     let loaded = read(path, &ReadOptions { progress: &progress, ..Default::default() }).unwrap();
     assert_eq!(loaded.summary.radii.given, 450_000);
-    let told = told.into_inner();
-    let steps = told.windows(2).map(|pair| pair[1] - pair[0]);
-    assert!(steps.clone().all(|step| step >= 0.0), "{told:?}");
+    let reported = reported.into_inner();
+    let steps = reported.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(steps.clone().all(|step| step >= 0.0), "{reported:?}");
     let widest = steps.fold(0.0, f64::max);
     assert!(widest <= 0.01, "{widest}");
 }
@@ -129,6 +133,8 @@ fn files_to_work_on() -> Vec<Vec<u8>> {
     files
 }
 
+/// Invariant: a load stops at whatever question it is asked to stop at, and no part of it is
+/// silent
 #[test]
 fn a_load_stops_at_every_question_and_asks_no_other() {
     for bytes in files_to_work_on() {
@@ -137,10 +143,14 @@ fn a_load_stops_at_every_question_and_asks_no_other() {
         loop {
             stop_at += 1;
             let count = Cell::new(0);
-            let told = Cell::new(0.0);
+            let reported = Cell::new(0.0);
             let progress = |fraction: f64| {
-                assert!((told.get()..=1.0).contains(&fraction), "{fraction} after {}", told.get());
-                told.set(fraction);
+                assert!(
+                    (reported.get()..=1.0).contains(&fraction),
+                    "{fraction} after {}",
+                    reported.get()
+                );
+                reported.set(fraction);
                 count.set(count.get() + 1);
                 if count.get() < stop_at {
                     ControlFlow::Continue(())
@@ -151,7 +161,7 @@ fn a_load_stops_at_every_question_and_asks_no_other() {
             let result = read(&path, &ReadOptions { progress: &progress, ..Default::default() });
             // The number of questions may differ by those asked while the tree of neighbours grows.
             if count.get() < stop_at {
-                assert_eq!(told.get(), 1.0);
+                assert_eq!(reported.get(), 1.0);
                 assert_eq!(result.unwrap().cloud.len(), 200);
                 break;
             }

@@ -107,6 +107,7 @@ fn bad_faces_are_left_out_with_one_warning() {
     }
 }
 
+/// Invariant: damage behind the points of a mesh keeps them and the faces before it
 #[test]
 fn damage_behind_the_points_keeps_them_and_the_faces_before_it() {
     let quads = quads();

@@ -46,6 +46,7 @@ fn without_a_change_everything_is_shared() {
     }
 }
 
+/// Invariant: a moved cloud shares its columns and keeps its millimetres
 #[test]
 fn moving_changes_the_origin_and_shares_all_columns() {
     let cloud = cloud(DVec3::splat(0.25));

@@ -41,6 +41,7 @@ fn contents(cloud: &Cloud) -> Vec<String> {
     all
 }
 
+/// Invariant: what is written is read back identically
 #[test]
 fn written_clouds_are_read_back_identically() {
     let folder = TempDir::new().unwrap();
@@ -89,6 +90,7 @@ fn empty_clouds_are_written_and_read() {
     assert!(read(&path, &ReadOptions::default()).unwrap().cloud.is_empty());
 }
 
+/// Invariant: a failed write leaves the old file
 #[test]
 fn a_failed_write_leaves_the_old_file_and_no_other() {
     let folder = TempDir::new().unwrap();

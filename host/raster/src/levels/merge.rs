@@ -1,6 +1,6 @@
-//! One surfel that stands for several.
+//! Merging neighbours into one surfel that has their means and their covariance.
 
-use super::Bounds;
+use super::block::Bounds;
 use half::f16;
 
 /// Cosine of the largest angle between a merged surfel's normal and those that it stands for.

@@ -1,4 +1,5 @@
-//! Blocks of surfels and, where several surfels are smaller than a pixel, one that stands for them.
+//! Level of detail: a tree of blocks with four parts each, over surfels along a space-filling curve. Blocks have
+//! bounding spheres and cones of normals, as in `QSplat`, and coarser blocks have merged surfels.
 //!
 //! Blocks are runs of surfels in drawing order, which follows a curve through space; four blocks make a
 //! larger one, up to the whole cloud. A larger block has surfels of its own: each stands for up to four
@@ -9,13 +10,13 @@
 //! Source: for the hierarchy Rusinkiewicz & Levoy 2000, "`QSplat`"; what merged surfels keep follows from
 //! how they blend: a pixel's normal and albedo are means weighted by Gaussians.
 
-mod merge;
-
-pub(crate) use merge::Sample;
+pub(crate) mod block;
+pub(crate) mod merge;
 
 use crate::columns::{Columns, Shape};
 use crate::lanes::WIDTH;
-use merge::{BRANCH, COARSEST, dot, gather, merged, typical_radius, unit_vector};
+use block::{Block, Bounds, half_angle};
+use merge::{BRANCH, COARSEST, Sample, dot, gather, merged, typical_radius, unit_vector};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -25,63 +26,8 @@ const BLOCK: usize = 16 * WIDTH;
 /// Merged surfels replace theirs where there are fewer than this share of them.
 const WORTHWHILE: f64 = 0.7;
 
-/// How often it is told how far making the smallest blocks is.
+/// How often the progress of making the smallest blocks is reported.
 const STEPS: usize = 32;
-
-/// What blocks are culled, sorted and chosen by.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Block {
-    /// First group, and how many; none where its parts have to be drawn.
-    pub(crate) first: usize,
-    pub(crate) count: usize,
-    /// Its parts among the blocks.
-    pub(crate) parts: [u32; 2],
-    /// Middle of the centres.
-    pub(crate) middle: [f32; 3],
-    /// From there to the farthest centre, scene units.
-    pub(crate) spread: f32,
-    /// Largest half axis, scene units.
-    pub(crate) reach: f32,
-    /// The largest radius of merged surfels, scene units.
-    pub(crate) grain: f32,
-    /// How far from them those that they stand for lie at most, scene units.
-    pub(crate) apart: f32,
-    /// A unit vector.
-    pub(crate) axis: [f32; 3],
-    /// Least cosine of the angle between it and the normals; -1 where that is not known.
-    pub(crate) cosine: f32,
-}
-
-/// A box around centres.
-#[derive(Clone, Copy)]
-struct Bounds {
-    low: [f32; 3],
-    high: [f32; 3],
-}
-
-impl Bounds {
-    fn none() -> Self {
-        Self { low: [f32::INFINITY; 3], high: [f32::NEG_INFINITY; 3] }
-    }
-
-    fn and(mut self, low: [f32; 3], high: [f32; 3]) -> Self {
-        for axis in 0..3 {
-            self.low[axis] = self.low[axis].min(low[axis]);
-            self.high[axis] = self.high[axis].max(high[axis]);
-        }
-        self
-    }
-
-    fn middle(&self) -> [f32; 3] {
-        [0, 1, 2].map(|axis| 0.5 * self.low[axis] + 0.5 * self.high[axis])
-    }
-
-    fn spread(&self) -> f32 {
-        let half = [0, 1, 2].map(|axis| f64::from(0.5 * self.high[axis] - 0.5 * self.low[axis]));
-        // In f64, whose range no square of a length leaves; rounded outwards.
-        (half.iter().map(|h| h * h).sum::<f64>().sqrt() * (1.0 + 1e-6)) as f32
-    }
-}
 
 /// What the blocks of a cloud are.
 pub(crate) struct Tree {
@@ -105,7 +51,7 @@ pub(crate) fn tree(
     columns: &Columns,
     merged: bool,
     linear_of_srgb: &[f32; 256],
-    tell: &(dyn Fn(f32) + Sync),
+    report: &(dyn Fn(f32) + Sync),
 ) -> Tree {
     let n = columns.len();
     let merges = merged && matches!(columns.shape, Shape::Radius(_));
@@ -119,7 +65,7 @@ pub(crate) fn tree(
         let done = 1 + n_done.fetch_add(1, Ordering::Relaxed);
         if done.is_multiple_of(n_groups.div_ceil(STEPS)) {
             // Each level above takes a quarter of the one below.
-            tell(0.75 * done as f32 / n_groups as f32);
+            report(0.75 * done as f32 / n_groups as f32);
         }
     };
     // The samples of the smallest blocks live until their four are joined: all of them at once would
@@ -257,7 +203,7 @@ fn cone(normals: &[[f32; 3]]) -> ([f32; 3], f32) {
     (axis, least - 1e-5)
 }
 
-/// The smaller of both; -1 where one is no number.
+/// The smaller of both; -1 where one is NaN.
 fn least_number(a: f32, b: f32) -> f32 {
     if a <= b {
         a
@@ -279,9 +225,4 @@ fn cones(nodes: &[Node]) -> ([f32; 3], f32) {
     let known = nodes.iter().all(|node| node.block.cosine > -1.0);
     let cosine = if known && angle < std::f32::consts::PI { angle.cos() - 1e-5 } else { -1.0 };
     (axis, cosine)
-}
-
-/// The angle between a block's axis and any of its normals is at most this, radians.
-pub(crate) fn half_angle(block: &Block) -> f32 {
-    block.cosine.clamp(-1.0, 1.0).acos()
 }

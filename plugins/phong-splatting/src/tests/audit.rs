@@ -1,12 +1,12 @@
 //! What the columns of a new cloud say, taken by themselves.
 
-use super::{Given, Ran};
+use super::{TestCloud, ToolOutput};
 use surfelshop_api::columns::{CLIP, NORMAL, NORMAL_FIELD, POSITION, RADIUS, TANGENT_U, TANGENT_V};
 use surfelshop_api::glam::{DVec2, DVec3};
 
 /// A splat as a renderer reads it.
 #[derive(Clone, Debug)]
-pub(super) struct Drawn {
+pub(super) struct AuditedSplat {
     pub(super) at: DVec3,
     pub(super) normal: DVec3,
     pub(super) axes: [DVec3; 2],
@@ -17,9 +17,9 @@ pub(super) struct Drawn {
     pub(super) clip: [f64; 7],
 }
 
-impl Drawn {
+impl AuditedSplat {
     /// All splats of a run; that their columns are sound is checked on the way.
-    pub(super) fn all(ran: &Ran) -> Vec<Self> {
+    pub(super) fn all(ran: &ToolOutput) -> Vec<Self> {
         let (positions, normals) = (ran.vectors(POSITION), ran.vectors(NORMAL));
         let (us, vs) = (ran.vectors(TANGENT_U), ran.vectors(TANGENT_V));
         let (radii, fields, clips) =
@@ -94,7 +94,7 @@ pub(super) struct Errors {
 }
 
 /// Root mean squares and maxima over the samples of all splats; and the mean of splats over a sample.
-pub(super) fn errors(given: &Given, splats: &[Drawn], tolerance: f64) -> (Errors, f64) {
+pub(super) fn errors(given: &TestCloud, splats: &[AuditedSplat], tolerance: f64) -> (Errors, f64) {
     let (mut errors, mut count) = (Errors::default(), 0.0);
     let angle = |a: DVec3, b: DVec3| a.cross(b).length().atan2(a.dot(b));
     for splat in splats {
@@ -120,14 +120,14 @@ pub(super) fn errors(given: &Given, splats: &[Drawn], tolerance: f64) -> (Errors
 
 /// Samples that no splat holds: within the tolerance of its plane, on its side, all of the disc in the
 /// ellipse and the middle of it not cut off by more than `slack`.
-pub(super) fn n_bare(
-    given: &Given,
+pub(super) fn n_uncovered(
+    given: &TestCloud,
     radii: &[f32],
-    splats: &[Drawn],
+    splats: &[AuditedSplat],
     tolerance: f64,
     slack: f64,
 ) -> usize {
-    let holds = |splat: &Drawn, point: DVec3, normal: DVec3, radius: f64| {
+    let holds = |splat: &AuditedSplat, point: DVec3, normal: DVec3, radius: f64| {
         splat.at.distance(point) <= 1.1 * splat.half.max_element()
             && splat.height(point).abs() <= tolerance * (1.0 + 1e-4)
             && splat.up.dot(normal) > 0.2

@@ -1,17 +1,17 @@
 //! Creases.
 
-use super::audit::{Drawn, n_bare};
+use super::audit::{AuditedSplat, n_uncovered};
 use super::shapes::{cone, cube, ell, prism};
 use super::*;
 use std::f64::consts::TAU;
 use surfelshop_api::glam::DVec2;
 
 /// The largest distance from a solid of what splats do not cut off.
-fn farthest(splats: &[Drawn], outside: impl Fn(DVec3) -> f64) -> f64 {
+fn farthest(splats: &[AuditedSplat], outside: impl Fn(DVec3) -> f64) -> f64 {
     let places: Vec<DVec2> = (0..=20 * 96)
         .map(|i| DVec2::from_angle(f64::from(i % 96) * TAU / 96.0) * f64::from(i / 96) / 20.0)
         .collect();
-    let most = |splat: &Drawn| {
+    let most = |splat: &AuditedSplat| {
         let kept = places.iter().filter(|at| splat.kept(**at) >= 0.0);
         let points = kept.map(|at| {
             let at = *at * splat.half;
@@ -30,12 +30,12 @@ fn outside_of_cube(point: DVec3) -> f64 {
 fn splats_of_a_cube_end_at_its_edges() {
     let given = cube(40);
     let ran = given.run(&within(1e-3)).unwrap();
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     // A splat has two lines, and each corner of each face asks for two.
     assert_eq!(splats.len(), 24, "{}", ran.message);
     assert!(splats.iter().all(|splat| splat.clip[6] == 1.0));
     assert!(farthest(&splats, outside_of_cube) < 1e-6);
-    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
 }
 
 #[test]
@@ -43,23 +43,23 @@ fn splats_that_are_not_cut_stick_out() {
     let given = cube(40);
     let ran = given.run(&Settings { clip: false, ..within(1e-3) }).unwrap();
     assert!(ran.bytes("clip").is_none());
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     assert!(splats.len() < 24 && farthest(&splats, outside_of_cube) > 0.1, "{}", ran.message);
-    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
 }
 
 #[test]
 fn corners_that_go_inwards_stay_whole() {
     let given = ell(40);
     let ran = given.run(&within(1e-3)).unwrap();
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     let outside = |p: DVec3| {
         let a = p.distance(p.clamp(DVec3::ZERO, DVec3::new(2.0, 1.0, 1.0)));
         a.min(p.distance(p.clamp(DVec3::ZERO, DVec3::new(1.0, 2.0, 1.0))))
     };
     assert!(splats.iter().filter(|splat| splat.clip[6] == 2.0).count() >= 2, "{}", ran.message);
     assert!(farthest(&splats, outside) < 1e-6);
-    assert_eq!(n_bare(&given, &[], &splats, 3e-3, 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &[], &splats, 3e-3, 1e-6), 0);
 }
 
 /// How far a point is from a convex polygon, its corners counterclockwise, that is swept to height 1.
@@ -87,10 +87,10 @@ fn no_splat_stands_out_beyond_a_sharp_corner() {
         let given = prism(corners, inside, 40);
         for share in [1e-2, 1e-3, 1e-4] {
             let ran = given.run(&within(share)).unwrap();
-            let splats = Drawn::all(&ran);
+            let splats = AuditedSplat::all(&ran);
             let farthest = farthest(&splats, |point| outside_of_prism(corners, point));
             assert!(farthest < 0.05, "{farthest} {}", ran.message);
-            assert_eq!(n_bare(&given, &[], &splats, share * 3.0, 1e-6), 0);
+            assert_eq!(n_uncovered(&given, &[], &splats, share * 3.0, 1e-6), 0);
         }
     }
 }
@@ -114,10 +114,10 @@ fn vertices_on_edges_are_on_each_face() {
     }
     let given = shapes::given(points.into_iter());
     let ran = given.run(&within(1e-3)).unwrap();
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     assert!(farthest(&splats, outside_of_cube) < 1e-6);
     assert!(splats.iter().all(|s| s.up.abs().max_element() > 0.999), "{}", ran.message);
-    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &[], &splats, 1e-3 * 3f64.sqrt(), 1e-6), 0);
 }
 
 #[test]
@@ -125,6 +125,11 @@ fn the_tip_of_a_cone_keeps_its_samples() {
     let given = cone(10_000);
     for tolerance in [0.03, 0.003] {
         let ran = given.run(&within(given.share(tolerance))).unwrap();
-        assert_eq!(n_bare(&given, &[], &Drawn::all(&ran), tolerance, 1e-6), 0, "{}", ran.message);
+        assert_eq!(
+            n_uncovered(&given, &[], &AuditedSplat::all(&ran), tolerance, 1e-6),
+            0,
+            "{}",
+            ran.message
+        );
     }
 }

@@ -6,7 +6,7 @@ mod odd;
 mod shapes;
 mod smooth;
 
-use crate::splats::{Settings, Splats};
+use crate::tool::{Settings, Splats};
 use std::cell::{Cell, RefCell};
 use std::ops::Range;
 use std::thread;
@@ -16,27 +16,27 @@ use surfelshop_api::job::{CANCELLED, JobHost};
 use surfelshop_api::prelude::*;
 use surfelshop_api::tool::EditHeader;
 
-/// A host that keeps what it is told, and may ask a job to stop.
+/// A host that records messages and edits, and may ask a job to stop.
 #[derive(Default)]
-struct Desk {
+struct RecordingHost {
     staged: RefCell<Vec<(EditHeader, Vec<Vec<u8>>)>>,
-    told: RefCell<Vec<(f64, String)>>,
-    n_asked: Cell<usize>,
+    messages: RefCell<Vec<(f64, String)>>,
+    n_checks: Cell<usize>,
     /// The question that is answered with a wish to stop; 0 for none.
     stops_at: usize,
     /// Threads beside each other in parallel loops; 0 for the loop that asks after each range.
     n_threads: usize,
 }
 
-impl JobHost for Desk {
+impl JobHost for RecordingHost {
     fn progress(&self, fraction: f64, message: &str) {
         assert!((0.0..=1.0).contains(&fraction), "{fraction} {message}");
-        self.told.borrow_mut().push((fraction, message.to_owned()));
+        self.messages.borrow_mut().push((fraction, message.to_owned()));
     }
 
     fn cancelled(&self) -> bool {
-        self.n_asked.set(self.n_asked.get() + 1);
-        self.stops_at > 0 && self.n_asked.get() >= self.stops_at
+        self.n_checks.set(self.n_checks.get() + 1);
+        self.stops_at > 0 && self.n_checks.get() >= self.stops_at
     }
 
     fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<()> {
@@ -68,7 +68,7 @@ impl JobHost for Desk {
 
 /// A cloud and what a test gave it.
 #[derive(Clone, Default)]
-struct Given {
+struct TestCloud {
     origin: DVec3,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -77,21 +77,21 @@ struct Given {
     access: Vec<f32>,
 }
 
-impl Given {
-    fn run(&self, settings: &Settings) -> Result<Ran> {
+impl TestCloud {
+    fn run(&self, settings: &Settings) -> Result<ToolOutput> {
         self.run_on(settings, 2)
     }
 
-    fn run_on(&self, settings: &Settings, n_threads: usize) -> Result<Ran> {
-        let desk = Desk { n_threads, ..Desk::default() };
-        self.run_at(settings, &desk)?;
-        let message = desk.told.borrow().last().map(|(_, message)| message.clone());
+    fn run_on(&self, settings: &Settings, n_threads: usize) -> Result<ToolOutput> {
+        let host = RecordingHost { n_threads, ..RecordingHost::default() };
+        self.run_at(settings, &host)?;
+        let message = host.messages.borrow().last().map(|(_, message)| message.clone());
         let message = message.unwrap_or_default();
         assert!(message.contains("splats hold all "), "{message}");
-        Ok(Ran { staged: desk.staged.into_inner(), message })
+        Ok(ToolOutput { staged: host.staged.into_inner(), message })
     }
 
-    fn run_at(&self, settings: &Settings, desk: &Desk) -> Result<()> {
+    fn run_at(&self, settings: &Settings, host: &RecordingHost) -> Result<()> {
         let (positions, normals) = (flat(&self.positions), flat(&self.normals));
         let columns = [
             (POSITION, 3, Values::F32(&positions)),
@@ -112,7 +112,7 @@ impl Given {
             .collect();
         let len = self.positions.len();
         let view = CloudView { origin: self.origin, len, columns, ..CloudView::default() };
-        Splats::new(&HostInfo::default())?.run(&view, settings, &Job::new(desk))
+        Splats::new(&HostInfo::default())?.run(&view, settings, &Job::new(host))
     }
 
     /// The line that a run is refused with.
@@ -130,13 +130,13 @@ impl Given {
 
 /// What a run staged.
 #[derive(PartialEq)]
-struct Ran {
+struct ToolOutput {
     staged: Vec<(EditHeader, Vec<Vec<u8>>)>,
     /// The last message.
     message: String,
 }
 
-impl Ran {
+impl ToolOutput {
     fn bytes(&self, name: &str) -> Option<&[u8]> {
         let [(EditHeader::NewCloud { columns, .. }, values)] = &self.staged[..] else { panic!() };
         let place = columns.iter().position(|column| column.name == name)?;

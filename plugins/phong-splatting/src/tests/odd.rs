@@ -1,29 +1,30 @@
 //! Clouds that are hardly any, and numbers at the ends of what there is.
 
-use super::audit::{Drawn, n_bare};
+use super::audit::{AuditedSplat, n_uncovered};
 use super::shapes::{moved, random, sphere};
 use super::*;
 
-fn of(points: &[Vec3], normals: &[Vec3]) -> Given {
-    Given { positions: points.to_vec(), normals: normals.to_vec(), ..Given::default() }
+fn of(points: &[Vec3], normals: &[Vec3]) -> TestCloud {
+    TestCloud { positions: points.to_vec(), normals: normals.to_vec(), ..TestCloud::default() }
 }
 
 #[test]
 fn a_few_samples_are_discs_of_their_own() {
-    let one = Given { radii: vec![0.25], ..of(&[Vec3::ONE], &[Vec3::Y]) };
-    let splats = Drawn::all(&one.run(&Settings::default()).unwrap());
+    let one = TestCloud { radii: vec![0.25], ..of(&[Vec3::ONE], &[Vec3::Y]) };
+    let splats = AuditedSplat::all(&one.run(&Settings::default()).unwrap());
     assert_eq!(splats.len(), 1);
     assert!(splats[0].at.distance(DVec3::ONE) < 1e-6 && splats[0].up.dot(DVec3::Y) > 0.999_999);
     // The octagon around a disc reaches a little farther.
     assert!((0.25..0.28).contains(&splats[0].half.min_element()), "{}", splats[0].half);
     // Far apart, and opposite: nothing joins them.
     let points = [Vec3::ZERO, Vec3::X * 100.0];
-    let two = Given { radii: vec![1.0; 2], ..of(&points, &[Vec3::Z, Vec3::Z]) };
-    let splats = Drawn::all(&two.run(&within(0.1)).unwrap());
+    let two = TestCloud { radii: vec![1.0; 2], ..of(&points, &[Vec3::Z, Vec3::Z]) };
+    let splats = AuditedSplat::all(&two.run(&within(0.1)).unwrap());
     assert_eq!(splats.len(), 2);
     assert!(splats.iter().all(|splat| splat.half.max_element() < 1.1), "each is its own disc");
-    let back = Given { radii: vec![1.0; 2], ..of(&[Vec3::ZERO, Vec3::X], &[Vec3::Z, -Vec3::Z]) };
-    let splats = Drawn::all(&back.run(&within(0.1)).unwrap());
+    let back =
+        TestCloud { radii: vec![1.0; 2], ..of(&[Vec3::ZERO, Vec3::X], &[Vec3::Z, -Vec3::Z]) };
+    let splats = AuditedSplat::all(&back.run(&within(0.1)).unwrap());
     assert_eq!(splats.len(), 2);
     assert!(splats[0].up.dot(splats[1].up) < -0.999);
 }
@@ -33,9 +34,9 @@ fn a_few_samples_are_discs_of_their_own() {
 fn a_sample_beside_a_sheet_is_a_disc_of_its_own() {
     let sheet = (0..1600).map(|i| Vec3::new((i % 40) as f32, (i / 40) as f32, 0.0) * 0.01);
     let points: Vec<Vec3> = sheet.chain([Vec3::X * 2.0]).collect();
-    let given = Given { radii: vec![0.009; 1601], ..of(&points, &[Vec3::Z; 1601]) };
-    let splats = Drawn::all(&given.run(&Settings::default()).unwrap());
-    let alone: Vec<&Drawn> = splats.iter().filter(|splat| splat.at.x > 1.0).collect();
+    let given = TestCloud { radii: vec![0.009; 1601], ..of(&points, &[Vec3::Z; 1601]) };
+    let splats = AuditedSplat::all(&given.run(&Settings::default()).unwrap());
+    let alone: Vec<&AuditedSplat> = splats.iter().filter(|splat| splat.at.x > 1.0).collect();
     assert!(alone.len() == 1 && alone[0].half.max_element() < 0.0099, "{}", splats.len());
     assert!(splats.iter().all(|splat| splat.half.max_element() < 0.4), "nothing bridges the gap");
 }
@@ -43,23 +44,23 @@ fn a_sample_beside_a_sheet_is_a_disc_of_its_own() {
 #[test]
 fn samples_on_a_line_keep_their_normals() {
     let points: Vec<Vec3> = (0..50).map(|i| Vec3::new(i as f32, 2.0 * i as f32, 0.0)).collect();
-    let given = Given { radii: vec![1.5; 50], ..of(&points, &[Vec3::Z; 50]) };
+    let given = TestCloud { radii: vec![1.5; 50], ..of(&points, &[Vec3::Z; 50]) };
     let ran = given.run(&Settings::default()).unwrap();
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     assert!(splats.len() < 10 && splats.iter().all(|splat| splat.up.z > 0.999), "{}", ran.message);
-    assert_eq!(n_bare(&given, &given.radii, &splats, 0.1, 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &given.radii, &splats, 0.1, 1e-6), 0);
 }
 
 #[test]
 fn copies_count_once() {
     let mut given = sphere(3_000);
     let settings = within(0.01);
-    let n = Drawn::all(&given.run(&settings).unwrap()).len();
+    let n = AuditedSplat::all(&given.run(&settings).unwrap()).len();
     given.positions.extend_from_within(..);
     given.normals.extend_from_within(..);
-    assert_eq!(Drawn::all(&given.run(&settings).unwrap()).len(), n);
+    assert_eq!(AuditedSplat::all(&given.run(&settings).unwrap()).len(), n);
     let heap = of(&[Vec3::ONE; 500], &[Vec3::X; 500]);
-    assert_eq!(Drawn::all(&heap.run(&settings).unwrap()).len(), 1);
+    assert_eq!(AuditedSplat::all(&heap.run(&settings).unwrap()).len(), 1);
 }
 
 #[test]
@@ -79,7 +80,7 @@ fn samples_that_are_no_numbers_are_left_out() {
         "{}",
         ran.message
     );
-    Drawn::all(&ran);
+    AuditedSplat::all(&ran);
 }
 
 #[test]
@@ -96,9 +97,9 @@ fn single_normals_that_face_the_wrong_way_are_turned() {
     }
     let ran = given.run(&within(0.01)).unwrap();
     assert!(ran.message.contains(&format!("{n_wrong} normals turned")), "{}", ran.message);
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     assert!(splats.iter().all(|splat| splat.normal.dot(splat.at) > 0.9));
-    assert_eq!(n_bare(&right, &[], &splats, 0.0347, 1e-6), 0);
+    assert_eq!(n_uncovered(&right, &[], &splats, 0.0347, 1e-6), 0);
 }
 
 #[test]
@@ -109,17 +110,17 @@ fn both_sides_of_a_thin_sheet_stay_apart() {
     }
     let given = shapes::given(points.into_iter());
     let ran = given.run(&within(1e-3)).unwrap();
-    let splats = Drawn::all(&ran);
+    let splats = AuditedSplat::all(&ran);
     let side = |z: f64| splats.iter().filter(|splat| splat.up.z * z > 0.999).count();
     assert!(side(1.0) > 0 && side(-1.0) > 0 && side(1.0) + side(-1.0) == splats.len());
     assert!(!ran.message.contains("turned"), "{}", ran.message);
-    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 2f64.sqrt(), 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &[], &splats, 1e-3 * 2f64.sqrt(), 1e-6), 0);
 }
 
 #[test]
 fn scale_and_place_do_not_matter() {
     let given = sphere(3_000);
-    let n = Drawn::all(&given.run(&within(0.01)).unwrap()).len();
+    let n = AuditedSplat::all(&given.run(&within(0.01)).unwrap()).len();
     for scale in [1e-20f32, 1e20] {
         let scaled = moved(&given, |point| point * scale);
         let ran = scaled.run(&within(0.01)).unwrap();
@@ -129,7 +130,7 @@ fn scale_and_place_do_not_matter() {
     }
     // Where coordinates are much larger than the extent, all that is left is their rounding.
     let far = moved(&given, |point| point * 1e-3 + Vec3::splat(1000.0));
-    Drawn::all(&far.run(&within(0.01)).unwrap());
+    AuditedSplat::all(&far.run(&within(0.01)).unwrap());
 }
 
 #[test]
@@ -142,15 +143,15 @@ fn noise_neither_fails_nor_flips() {
         given.normals[i] = (given.normals[i] + noise() * 2.0).normalize_or(Vec3::Z);
     }
     for tolerance in [1e-6, 1e-3, 0.1] {
-        let splats = Drawn::all(&given.run(&within(tolerance)).unwrap());
+        let splats = AuditedSplat::all(&given.run(&within(tolerance)).unwrap());
         assert!(splats.len() <= 3_100 && !splats.is_empty());
     }
 }
 
 #[test]
 fn clouds_that_cannot_be_stood_for_are_refused() {
-    assert!(Given::default().refusal().contains("empty cloud"));
-    let bare = Given { normals: Vec::new(), ..sphere(10) };
+    assert!(TestCloud::default().refusal().contains("empty cloud"));
+    let bare = TestCloud { normals: Vec::new(), ..sphere(10) };
     assert!(bare.refusal().contains("run the tool `normals` first"));
     assert!(of(&[Vec3::NAN; 3], &[Vec3::Z; 3]).refusal().contains("finite positions"));
     let settings = Settings { tolerance: f64::NAN, ..Settings::default() };
@@ -162,16 +163,16 @@ fn clouds_that_cannot_be_stood_for_are_refused() {
 fn a_run_stops_at_every_question() {
     let given = shapes::cube(6);
     for stops_at in 1.. {
-        let desk = Desk { stops_at, ..Desk::default() };
-        let result = given.run_at(&within(0.01), &desk);
-        if desk.n_asked.get() < stops_at {
+        let host = RecordingHost { stops_at, ..RecordingHost::default() };
+        let result = given.run_at(&within(0.01), &host);
+        if host.n_checks.get() < stops_at {
             result.unwrap();
-            let told = desk.told.borrow();
-            assert!(told.windows(2).all(|pair| pair[0].0 <= pair[1].0 + 1e-12), "{told:?}");
-            assert_eq!(told.last().map(|(fraction, _)| *fraction), Some(1.0));
+            let messages = host.messages.borrow();
+            assert!(messages.windows(2).all(|pair| pair[0].0 <= pair[1].0 + 1e-12), "{messages:?}");
+            assert_eq!(messages.last().map(|(fraction, _)| *fraction), Some(1.0));
             return;
         }
         assert_eq!(result.unwrap_err().message(), CANCELLED);
-        assert!(desk.staged.borrow().is_empty(), "stopped at {stops_at}");
+        assert!(host.staged.borrow().is_empty(), "stopped at {stops_at}");
     }
 }

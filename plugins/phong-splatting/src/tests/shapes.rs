@@ -1,13 +1,13 @@
 //! Sampled surfaces whose normals are known.
 
-use super::Given;
+use super::TestCloud;
 use std::f64::consts::{PI, TAU};
 use surfelshop_api::glam::{DVec3, Vec3};
 
 /// A smooth surface: its samples, area, and the mean of the root of the product of both curvatures.
 pub(super) struct Smooth {
     pub(super) name: &'static str,
-    pub(super) given: Given,
+    pub(super) given: TestCloud,
     /// Splats that would be needed if ellipses tiled it: area over the area of an ellipse, times the
     /// tolerance. None where a curvature is 0.
     pub(super) ideal: Option<f64>,
@@ -25,14 +25,14 @@ pub(super) fn random(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-pub(super) fn given(points: impl Iterator<Item = (DVec3, DVec3)>) -> Given {
+pub(super) fn given(points: impl Iterator<Item = (DVec3, DVec3)>) -> TestCloud {
     let (positions, normals) =
         points.map(|(p, n)| (p.as_vec3(), n.normalize_or_zero().as_vec3())).unzip();
-    Given { positions, normals, ..Given::default() }
+    TestCloud { positions, normals, ..TestCloud::default() }
 }
 
 /// A spiral over the unit sphere.
-pub(super) fn sphere(n: u32) -> Given {
+pub(super) fn sphere(n: u32) -> TestCloud {
     given((0..n).map(|i| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
         let angle = PI * (3.0 - 5f64.sqrt()) * f64::from(i);
@@ -52,7 +52,7 @@ pub(super) fn jittered(rows: u32, columns: u32) -> impl Iterator<Item = (f64, f6
     })
 }
 
-fn torus(n: u32) -> Given {
+fn torus(n: u32) -> TestCloud {
     let rows = (f64::from(n) / 2.5).sqrt() as u32;
     given(jittered(rows, rows * 5 / 2).map(|(s, t)| {
         let (around, across) = (TAU * t, TAU * s);
@@ -62,7 +62,7 @@ fn torus(n: u32) -> Given {
     }))
 }
 
-fn cylinder(n: u32) -> Given {
+fn cylinder(n: u32) -> TestCloud {
     let rows = (f64::from(n) / PI).sqrt() as u32;
     given(jittered(rows, rows * 314 / 100).map(|(s, t)| {
         let normal = DVec3::new((TAU * t).cos(), (TAU * t).sin(), 0.0);
@@ -70,7 +70,7 @@ fn cylinder(n: u32) -> Given {
     }))
 }
 
-fn saddle(n: u32) -> Given {
+fn saddle(n: u32) -> TestCloud {
     let rows = f64::from(n).sqrt() as u32;
     given(jittered(rows, rows).map(|(s, t)| {
         let (x, y) = (2.0 * s - 1.0, 2.0 * t - 1.0);
@@ -103,7 +103,11 @@ pub(super) fn smooth(n: u32) -> Vec<Smooth> {
 }
 
 /// A polygon that is swept: its corners counterclockwise, its sides and both ends; `n` samples a unit.
-pub(super) fn prism(corners: &[(f64, f64)], inside: impl Fn(f64, f64) -> bool, n: u32) -> Given {
+pub(super) fn prism(
+    corners: &[(f64, f64)],
+    inside: impl Fn(f64, f64) -> bool,
+    n: u32,
+) -> TestCloud {
     let mut all: Vec<(DVec3, DVec3)> = Vec::new();
     let extent = corners.iter().map(|c| c.0.max(c.1)).fold(0.0, f64::max);
     for (i, a) in corners.iter().enumerate() {
@@ -124,18 +128,18 @@ pub(super) fn prism(corners: &[(f64, f64)], inside: impl Fn(f64, f64) -> bool, n
 }
 
 /// A cube of edge 1 with a corner at the origin.
-pub(super) fn cube(n: u32) -> Given {
+pub(super) fn cube(n: u32) -> TestCloud {
     prism(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)], |_, _| true, n)
 }
 
 /// A square of edge 2 less one of edge 1.
-pub(super) fn ell(n: u32) -> Given {
+pub(super) fn ell(n: u32) -> TestCloud {
     let corners = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
     prism(&corners, |x, y| x < 1.0 || y < 1.0, n)
 }
 
 /// A cone of height 1 over the unit circle, without its base.
-pub(super) fn cone(n: u32) -> Given {
+pub(super) fn cone(n: u32) -> TestCloud {
     let mut random = random(3);
     given((0..n).map(|i| {
         // Rings of equal area, so that all is sampled alike.
@@ -146,6 +150,6 @@ pub(super) fn cone(n: u32) -> Given {
     }))
 }
 
-pub(super) fn moved(given: &Given, by: impl Fn(Vec3) -> Vec3) -> Given {
-    Given { positions: given.positions.iter().map(|p| by(*p)).collect(), ..given.clone() }
+pub(super) fn moved(given: &TestCloud, by: impl Fn(Vec3) -> Vec3) -> TestCloud {
+    TestCloud { positions: given.positions.iter().map(|p| by(*p)).collect(), ..given.clone() }
 }

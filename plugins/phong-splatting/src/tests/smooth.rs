@@ -1,11 +1,11 @@
 //! Smooth surfaces.
 
-use super::audit::{Drawn, Errors, errors, n_bare};
+use super::audit::{AuditedSplat, Errors, errors, n_uncovered};
 use super::shapes::{smooth, sphere};
 use super::*;
 
 /// The ratio by which each step of a quarter of the tolerance has to make normals better.
-struct Order {
+struct Convergence {
     constant: f64,
     field: f64,
 }
@@ -13,12 +13,12 @@ struct Order {
 /// Prints a row for each tolerance: splats, how often they cover a point, and root mean squares and largest
 /// errors of normals, radians.
 #[allow(clippy::print_stdout, reason = "what was measured is part of the result")]
-fn sweep(name: &str, least: &Order) {
+fn converges(name: &str, least: &Convergence) {
     let surface = smooth(20_000).into_iter().find(|surface| surface.name == name).unwrap();
     let mut before: Option<(Errors, usize)> = None;
     for tolerance in [0.064, 0.016, 0.004, 0.001] {
         let ran = surface.given.run(&within(surface.given.share(tolerance))).unwrap();
-        let splats = Drawn::all(&ran);
+        let splats = AuditedSplat::all(&ran);
         assert!(ran.bytes("clip").is_none(), "{}", ran.message);
         let (now, overlap) = errors(&surface.given, &splats, tolerance);
         println!(
@@ -26,7 +26,7 @@ fn sweep(name: &str, least: &Order) {
             splats.len()
         );
         assert!(now.field <= now.constant && now.field_max < 0.75, "{tolerance} {now:?}");
-        assert_eq!(n_bare(&surface.given, &[], &splats, tolerance, 1e-6), 0);
+        assert_eq!(n_uncovered(&surface.given, &[], &splats, tolerance, 1e-6), 0);
         if let Some((before, n)) = before {
             assert!(before.constant / now.constant > least.constant, "{before:?} {now:?}");
             assert!(before.field / now.field > least.field, "{before:?} {now:?}");
@@ -44,22 +44,22 @@ fn sweep(name: &str, least: &Order) {
 
 #[test]
 fn normals_of_a_sphere() {
-    sweep("sphere", &Order { constant: 1.8, field: 6.0 });
+    converges("sphere", &Convergence { constant: 1.8, field: 6.0 });
 }
 
 #[test]
 fn normals_of_a_cylinder() {
-    sweep("cylinder", &Order { constant: 1.7, field: 5.0 });
+    converges("cylinder", &Convergence { constant: 1.7, field: 5.0 });
 }
 
 #[test]
 fn normals_of_a_saddle() {
-    sweep("saddle", &Order { constant: 1.7, field: 3.0 });
+    converges("saddle", &Convergence { constant: 1.7, field: 3.0 });
 }
 
 #[test]
 fn normals_of_a_torus() {
-    sweep("torus", &Order { constant: 1.7, field: 2.3 });
+    converges("torus", &Convergence { constant: 1.7, field: 2.3 });
 }
 
 #[test]
@@ -68,7 +68,7 @@ fn discs_are_held_whole() {
     given.radii = vec![0.03; 20_000];
     let tolerance = 0.005;
     let ran = given.run(&within(given.share(tolerance))).unwrap();
-    assert_eq!(n_bare(&given, &given.radii, &Drawn::all(&ran), tolerance, 1e-6), 0);
+    assert_eq!(n_uncovered(&given, &given.radii, &AuditedSplat::all(&ran), tolerance, 1e-6), 0);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn moving_splats_never_takes_more_of_them() {
     for surface in smooth(8_000) {
         let count = |rounds| {
             let settings = Settings { rounds, ..within(1e-3) };
-            Drawn::all(&surface.given.run(&settings).unwrap()).len()
+            AuditedSplat::all(&surface.given.run(&settings).unwrap()).len()
         };
         assert!(count(6) <= count(0), "{}", surface.name);
     }
@@ -119,15 +119,16 @@ fn stripes_on_a_plane_are_not_blended_away() {
         .collect();
     let blended = given.run(&Settings { color_tolerance: 1.0, ..within(1e-3) }).unwrap();
     let ran = given.run(&within(1e-3)).unwrap();
-    let splats = Drawn::all(&ran);
-    assert_eq!(n_bare(&given, &[], &splats, 1e-3 * 2f64.sqrt(), 1e-6), 0);
+    let splats = AuditedSplat::all(&ran);
+    assert_eq!(n_uncovered(&given, &[], &splats, 1e-3 * 2f64.sqrt(), 1e-6), 0);
     let colors: Vec<&[u8]> = ran.bytes("color").unwrap().chunks_exact(3).collect();
     let is_one = |code: u8, of: [u8; 2]| of.iter().any(|&o| code.abs_diff(o) <= 26);
     assert!(colors.iter().all(|c| is_one(c[0], [70, 210]) && is_one(c[1], [20, 180])));
     assert!((20..400).contains(&splats.len()), "{}", ran.message);
-    assert!(Drawn::all(&blended).len() < 20, "{}", blended.message);
+    assert!(AuditedSplat::all(&blended).len() < 20, "{}", blended.message);
     // Each lies in the stripe that has its colour.
-    let is_in_stripe = |(splat, c): (&Drawn, &&[u8])| bright(splat.at.x as f32) == (c[0] > 140);
+    let is_in_stripe =
+        |(splat, c): (&AuditedSplat, &&[u8])| bright(splat.at.x as f32) == (c[0] > 140);
     assert!(splats.iter().zip(&colors).all(is_in_stripe), "{}", ran.message);
 }
 

@@ -8,10 +8,10 @@ use crate::thin::{Radius, Thin};
 use crate::{normals, outliers, radii, thin};
 
 /// A sphere with normals and radii.
-fn ball(n: u32) -> Given {
+fn ball(n: u32) -> TestCloud {
     let positions = sphere(n);
     let radii = vec![0.05; positions.len()];
-    Given { normals: flat(&positions), radii, ..Given::new(&positions) }
+    TestCloud { normals: flat(&positions), radii, ..TestCloud::new(&positions) }
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn normals_face_where_they_are_asked_to() {
     for ((given, kept), flipped) in given.view().vectors(NORMAL).zip(kept).zip(flipped) {
         assert!(kept.dot(given) > 0.99 && flipped == -given);
     }
-    let bare = Given::new(&positions);
+    let bare = TestCloud::new(&positions);
     let params = normals::Settings { orientation: Orientation::Keep, ..Default::default() };
     assert!(refusal::<Normals>(&bare, &params).contains("orientation=outwards"));
 }
@@ -81,7 +81,7 @@ fn outliers_go_and_the_rest_stays() {
     let strays = [Vec3::splat(1.2), Vec3::new(0.0, 2.0, 0.0), Vec3::new(-9.0, 0.0, 0.0)];
     positions.extend(strays);
     positions.push(strays[0]);
-    let given = Given::new(&positions);
+    let given = TestCloud::new(&positions);
     for method in
         [outliers::Method::Robust, outliers::Method::Statistical, outliers::Method::Radius]
     {
@@ -168,7 +168,7 @@ fn odd_clouds_are_prepared_or_refused() {
             }
         }
     }
-    let empty = Given::default();
+    let empty = TestCloud::default();
     assert!(refusal::<Normals>(&empty, &Default::default()).contains("empty cloud"));
     assert!(refusal::<Radii>(&empty, &Default::default()).contains("empty cloud"));
     assert!(refusal::<Outliers>(&empty, &Default::default()).contains("empty cloud"));
@@ -217,9 +217,9 @@ fn ellipses_grow_with_their_radius() {
         let values = Values::F32(&tangents);
         view.columns.push(ColumnView { name, components: 3, generation: 1, values });
     }
-    let desk = Desk::default();
-    Radii.run(&view, &radii::Settings::default(), &Job::new(&desk)).unwrap();
-    let ran = Ran { staged: desk.staged.into_inner(), message: String::new() };
+    let host = RecordingHost::default();
+    Radii.run(&view, &radii::Settings::default(), &Job::new(&host)).unwrap();
+    let ran = ToolOutput { staged: host.staged.into_inner(), message: String::new() };
     let (radii, tangents) = (ran.floats("radius"), ran.vectors("tangent_v"));
     for (radius, tangent) in radii.iter().zip(tangents) {
         assert!(*radius > 0.05 && (tangent.length() / radius - 1.0).abs() < 1e-5);

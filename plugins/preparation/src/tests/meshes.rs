@@ -7,14 +7,14 @@ use crate::sample::{From, Method, Radius, Sample, Settings};
 use surfelshop_api::params::linear_to_srgb;
 
 /// A cube of edge 2 about the origin with colours, heights and labels.
-fn cube() -> Given {
+fn cube() -> TestCloud {
     let sign = |i: u32, bit: u32| if i >> bit & 1 == 1 { 1.0 } else { -1.0 };
     let corners: Vec<Vec3> =
         (0..8).map(|i| Vec3::new(sign(i, 0), sign(i, 1), sign(i, 2))).collect();
     let quads =
         [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let faces = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-    Given {
+    TestCloud {
         origin: DVec3::new(7.0, 8.0, 9.0),
         colors: corners
             .iter()
@@ -23,12 +23,12 @@ fn cube() -> Given {
         heights: corners.iter().map(|corner| corner.z).collect(),
         labels: (0..8).collect(),
         faces,
-        ..Given::new(&corners)
+        ..TestCloud::new(&corners)
     }
 }
 
 /// The unit sphere as a mesh of 20 * 4^3 triangles.
-fn globe() -> Given {
+fn globe() -> TestCloud {
     let t = f32::midpoint(1.0, 5f32.sqrt());
     let mut corners: Vec<Vec3> = [[0.0, 1.0, t], [1.0, t, 0.0], [t, 0.0, 1.0]]
         .iter()
@@ -76,10 +76,10 @@ fn globe() -> Given {
             })
             .collect();
     }
-    Given { normals: flat(&corners), faces, ..Given::new(&corners) }
+    TestCloud { normals: flat(&corners), faces, ..TestCloud::new(&corners) }
 }
 
-fn sampled(given: &Given, params: &Settings) -> Ran {
+fn sampled(given: &TestCloud, params: &Settings) -> ToolOutput {
     let ran = run::<Sample>(given, params).unwrap();
     let EditHeader::NewCloud { origin, .. } = &ran.staged[0].0 else { panic!() };
     assert_eq!((*origin, ran.staged.len()), (given.origin, 1));
@@ -107,7 +107,8 @@ fn surfels_lie_on_the_cube_and_share_its_area() {
             assert!((total / 24.0 - 1.0).abs() < 1e-5, "{total}");
         }
     }
-    let sides = |ran: &Ran| ran.vectors("position").iter().filter(|p| p.x > 0.999_999).count();
+    let sides =
+        |ran: &ToolOutput| ran.vectors("position").iter().filter(|p| p.x > 0.999_999).count();
     let random = Settings { method: Method::Random, count: 6000, ..Default::default() };
     // A sixth of 6000, give or take five standard deviations.
     assert!((sides(&sampled(&cube(), &random)) as f64 - 1000.0).abs() < 145.0);
@@ -212,14 +213,14 @@ fn what_has_no_area_gets_no_surfels_and_is_counted() {
     let vertices = Settings { method: Method::Vertices, ..Default::default() };
     let ran = sampled(&given, &vertices);
     assert_eq!(ran.message, "8 surfels; left out: 1 vertices without a triangle");
-    let without = Given { faces: vec![[0, 0, 1], [8, 8, 8]], ..given.clone() };
+    let without = TestCloud { faces: vec![[0, 0, 1], [8, 8, 8]], ..given.clone() };
     assert!(refusal::<Sample>(&without, &Settings::default()).contains("triangles with an area"));
-    let bare = Given { faces: vec![], ..given };
+    let bare = TestCloud { faces: vec![], ..given };
     let line = refusal::<Sample>(&bare, &Settings::default());
     assert!(line.contains("found a cloud without triangles"), "{line}");
     let triangles = radii::Settings { method: radii::Method::Triangles, ..Default::default() };
     assert_eq!(refusal::<Radii>(&bare, &triangles), line);
-    assert!(refusal::<Sample>(&Given::default(), &Settings::default()).contains("empty cloud"));
+    assert!(refusal::<Sample>(&TestCloud::default(), &Settings::default()).contains("empty cloud"));
 }
 
 #[test]
@@ -227,7 +228,7 @@ fn radii_of_triangles_reach_their_middles() {
     let triangles = radii::Settings { method: radii::Method::Triangles, ..Default::default() };
     let mut given = cube();
     given.positions.extend([5.0; 3]);
-    let given = Given { colors: vec![], heights: vec![], labels: vec![], ..given };
+    let given = TestCloud { colors: vec![], heights: vec![], labels: vec![], ..given };
     let ran = run::<Radii>(&given, &triangles).unwrap();
     let radii = ran.floats("radius");
     // Half a diagonal of the cube's sides, and what geometry adds for curvature.

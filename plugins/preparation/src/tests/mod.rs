@@ -11,25 +11,25 @@ use surfelshop_api::job::{CANCELLED, JobHost};
 use surfelshop_api::prelude::*;
 use surfelshop_api::tool::EditHeader;
 
-/// A host that keeps what it is told, and may ask a job to stop.
+/// A host that records messages and edits, and may ask a job to stop.
 #[derive(Default)]
-struct Desk {
+struct RecordingHost {
     staged: RefCell<Vec<(EditHeader, Vec<Vec<u8>>)>>,
-    told: RefCell<Vec<(f64, String)>>,
-    n_asked: Cell<usize>,
+    messages: RefCell<Vec<(f64, String)>>,
+    n_checks: Cell<usize>,
     /// The question that is answered with a wish to stop; 0 for none.
     stops_at: usize,
 }
 
-impl JobHost for Desk {
+impl JobHost for RecordingHost {
     fn progress(&self, fraction: f64, message: &str) {
         assert!((0.0..=1.0).contains(&fraction), "{fraction} {message}");
-        self.told.borrow_mut().push((fraction, message.to_owned()));
+        self.messages.borrow_mut().push((fraction, message.to_owned()));
     }
 
     fn cancelled(&self) -> bool {
-        self.n_asked.set(self.n_asked.get() + 1);
-        self.stops_at > 0 && self.n_asked.get() >= self.stops_at
+        self.n_checks.set(self.n_checks.get() + 1);
+        self.stops_at > 0 && self.n_checks.get() >= self.stops_at
     }
 
     fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<()> {
@@ -41,7 +41,7 @@ impl JobHost for Desk {
 
 /// A cloud and what a test gave it.
 #[derive(Clone, Default)]
-struct Given {
+struct TestCloud {
     origin: DVec3,
     positions: Vec<f32>,
     normals: Vec<f32>,
@@ -52,7 +52,7 @@ struct Given {
     faces: Vec<[u32; 3]>,
 }
 
-impl Given {
+impl TestCloud {
     fn new(positions: &[Vec3]) -> Self {
         Self { positions: flat(positions), ..Self::default() }
     }
@@ -82,13 +82,13 @@ impl Given {
 }
 
 /// What a run staged.
-struct Ran {
+struct ToolOutput {
     staged: Vec<(EditHeader, Vec<Vec<u8>>)>,
     /// The last message.
     message: String,
 }
 
-impl Ran {
+impl ToolOutput {
     /// A column of `f32`, whichever edit it is of.
     fn floats(&self, name: &str) -> Vec<f32> {
         for (header, values) in &self.staged {
@@ -122,15 +122,15 @@ impl Ran {
 }
 
 /// Runs a tool to its end.
-fn run<T: Tool>(given: &Given, params: &T::Params) -> Result<Ran> {
-    let desk = Desk::default();
-    T::new(&HostInfo::default())?.run(&given.view(), params, &Job::new(&desk))?;
-    let message = desk.told.borrow().last().map(|(_, message)| message.clone());
-    Ok(Ran { staged: desk.staged.into_inner(), message: message.unwrap_or_default() })
+fn run<T: Tool>(given: &TestCloud, params: &T::Params) -> Result<ToolOutput> {
+    let host = RecordingHost::default();
+    T::new(&HostInfo::default())?.run(&given.view(), params, &Job::new(&host))?;
+    let message = host.messages.borrow().last().map(|(_, message)| message.clone());
+    Ok(ToolOutput { staged: host.staged.into_inner(), message: message.unwrap_or_default() })
 }
 
 /// The line that a run is refused with.
-fn refusal<T: Tool>(given: &Given, params: &T::Params) -> String {
+fn refusal<T: Tool>(given: &TestCloud, params: &T::Params) -> String {
     let error = run::<T>(given, params).map(|ran| ran.message).unwrap_err().to_string();
     assert!(!error.contains('\n') && error.starts_with("expected"), "{error}");
     error
@@ -138,22 +138,22 @@ fn refusal<T: Tool>(given: &Given, params: &T::Params) -> String {
 
 /// Stops a run at every question it asks, until there are no more, and holds that it stages
 /// nothing then and tells of progress that only rises.
-fn stops_everywhere<T: Tool>(given: &Given, params: &T::Params) {
+fn stops_everywhere<T: Tool>(given: &TestCloud, params: &T::Params) {
     for stops_at in 1.. {
-        let desk = Desk { stops_at, ..Desk::default() };
+        let host = RecordingHost { stops_at, ..RecordingHost::default() };
         let mut tool = T::new(&HostInfo::default()).unwrap();
-        let result = tool.run(&given.view(), params, &Job::new(&desk));
-        if desk.n_asked.get() < stops_at {
+        let result = tool.run(&given.view(), params, &Job::new(&host));
+        if host.n_checks.get() < stops_at {
             result.unwrap();
-            assert!(!desk.staged.borrow().is_empty());
-            let told = desk.told.borrow();
-            assert!(told.windows(2).all(|pair| pair[0].0 <= pair[1].0 + 1e-12), "{told:?}");
-            assert_eq!(told.last().map(|(fraction, _)| *fraction), Some(1.0));
+            assert!(!host.staged.borrow().is_empty());
+            let messages = host.messages.borrow();
+            assert!(messages.windows(2).all(|pair| pair[0].0 <= pair[1].0 + 1e-12), "{messages:?}");
+            assert_eq!(messages.last().map(|(fraction, _)| *fraction), Some(1.0));
             assert!(stops_at > 1, "{stops_at}");
             return;
         }
         assert_eq!(result.unwrap_err().message(), CANCELLED);
-        assert!(desk.staged.borrow().is_empty(), "stopped at {stops_at}");
+        assert!(host.staged.borrow().is_empty(), "stopped at {stops_at}");
     }
 }
 
@@ -173,7 +173,7 @@ fn sphere(n: u32) -> Vec<Vec3> {
 }
 
 /// Clouds that have nothing, one point, copies of one, and points that are not finite.
-fn odd_clouds() -> Vec<Given> {
+fn odd_clouds() -> Vec<TestCloud> {
     let sets = [
         vec![Vec3::ONE],
         vec![Vec3::ONE; 40],
@@ -181,10 +181,10 @@ fn odd_clouds() -> Vec<Given> {
         vec![Vec3::NAN, Vec3::INFINITY, Vec3::ZERO, Vec3::X, Vec3::Y],
     ];
     sets.iter()
-        .map(|positions| Given {
+        .map(|positions| TestCloud {
             normals: flat(&vec![Vec3::Z; positions.len()]),
             radii: vec![0.1; positions.len()],
-            ..Given::new(positions)
+            ..TestCloud::new(positions)
         })
         .collect()
 }

@@ -88,6 +88,7 @@ fn neighbouring_faces_of_a_cross_join() {
     }
 }
 
+/// Invariant: solid angles of every mapping add up to the sphere
 #[test]
 fn solid_angles_sum_to_the_sphere() {
     for mapping in Mapping::ALL {

@@ -165,19 +165,19 @@ fn everything_in_a_scene_is_read() {
     assert_eq!(values["how"], Value::Text("exact".to_owned()));
     assert_eq!(values["on"], Value::Bool(true));
     assert_eq!(scene.views[1].output, Output::Debug("heat".to_owned()));
-    let told = scene.scene();
-    assert_eq!(told.exposure_stops, -1.0);
+    let api_scene = scene.scene();
+    assert_eq!(api_scene.exposure_stops, -1.0);
     let towards = DVec3::new(-0.6, 1.0, 0.7);
     let radiance = Vec3::new(1.0, 0.95, 0.85);
     let light = Light::Directional { towards, radiance, follows_camera: false };
-    assert_eq!((told.lights.len(), told.lights[0]), (2, light));
+    assert_eq!((api_scene.lights.len(), api_scene.lights[0]), (2, light));
     let expected = SurfaceSettings {
         depth_tolerance: 0.5,
         two_sided: false,
         radius_scale: 1.25,
         low_pass: 0.0,
     };
-    assert_eq!(told.surface, expected);
+    assert_eq!(api_scene.surface, expected);
     let clouds = &scene.clouds;
     assert_eq!((clouds[1].name.as_deref(), clouds[1].visible), (Some("Scan"), false));
     let transform = Transform {
@@ -226,6 +226,7 @@ fn the_shortest_scene_has_the_usual_light_and_nothing_else() {
     assert_eq!(camera.projection, Projection::Perspective { fov_y: 35f64.to_radians() });
 }
 
+/// Invariant: keys of a scene that nobody knows are reported and kept
 #[test]
 fn unknown_keys_anywhere_are_kept_and_reported() {
     let text = r#"format = 1

@@ -13,7 +13,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Value;
 use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
 
-/// Values as strangers' programs write them, a few levels deep.
+/// Values as third parties' programs write them, a few levels deep.
 fn anything() -> impl Strategy<Value = toml::Value> {
     let leaf = prop_oneof![
         any::<bool>().prop_map(toml::Value::from),
@@ -202,6 +202,7 @@ prop_compose! {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
+    /// Invariant: a scene is read back as it was, and saved again byte by byte alike
     #[test]
     fn scenes_are_read_back_as_they_were_and_written_alike(mut scene in scene()) {
         let (_folder, path, text) = written(&scene);

@@ -8,7 +8,6 @@
 //! | `rim`       | colour | `0.2,0.4,1` (linear) | radiance of the rim |
 //! | `sharpness` | float  | 3                 | how narrow the rim is    |
 
-use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
 
 params! {
@@ -36,9 +35,8 @@ impl Renderer for {{Name}} {
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
-        let p = &frame.params;
-        // Member by member, as `struct Settings` of the shader declares them.
-        let settings = graph.uniform(Uniform::new().vec3(Vec3::from(p.rim)).f32(p.sharpness));
+        // Each parameter is the member of its name in the shader's `struct Settings`.
+        let settings = graph.parameters(&frame.params);
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("shade", include_str!("shade.wgsl"), "shade")

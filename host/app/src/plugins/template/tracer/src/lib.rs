@@ -1,8 +1,8 @@
-//! # `{{id}}`: rays on the processor
+//! # `{{id}}`: rays on the CPU
 //!
 //! One ray for each sample of a pixel meets the nearest disc, which the scene's lights shine on, with
 //! shadows. A tracer may compute pixels in any way, also through another interface; the host calls `tile`
-//! for rectangles of the picture on all processors and takes the mean of the samples.
+//! for rectangles of the picture on all cores and takes the mean of the samples.
 //!
 //! | parameter | type | default | meaning                           |
 //! |-----------|------|---------|-----------------------------------|
@@ -29,7 +29,7 @@ params! {
 }
 
 /// The discs of a scene, kept from tile to tile.
-struct Kept {
+struct Scenery {
     /// Of what they were made: generations and places of the clouds, and how large discs are.
     of: (Vec<u64>, Vec<[f64; 3]>, u32),
     /// What positions are relative to, world space.
@@ -41,7 +41,7 @@ struct Kept {
 
 #[derive(Default)]
 struct {{Name}} {
-    kept: Mutex<Option<Arc<Kept>>>,
+    kept: Mutex<Option<Arc<Scenery>>>,
 }
 
 /// Shadow rays do not meet discs nearer than this many of these discs' radii: the discs of a smooth
@@ -98,7 +98,7 @@ fn place_of_sample(sample: u32) -> DVec2 {
 
 impl {{Name}} {
     /// The discs of a scene, made when it is a new one.
-    fn kept(&self, frame: &Frame<Settings>, scene: &Traced<'_>) -> Arc<Kept> {
+    fn kept(&self, frame: &Frame<Settings>, scene: &Traced<'_>) -> Arc<Scenery> {
         let columns = scene.clouds.iter().flat_map(|cloud| &cloud.columns);
         let of = (
             columns.map(|column| column.generation).collect(),
@@ -113,12 +113,16 @@ impl {{Name}} {
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         match &*kept {
             Some(known) if known.of == of => known.clone(),
-            _ => kept.insert(Arc::new(Kept::new(of, frame, scene))).clone(),
+            _ => {
+                let made = Arc::new(Scenery::new(of, frame, scene));
+                *kept = Some(made.clone());
+                made
+            }
         }
     }
 }
 
-impl Kept {
+impl Scenery {
     fn new(
         of: (Vec<u64>, Vec<[f64; 3]>, u32),
         frame: &Frame<Settings>,

@@ -1,0 +1,163 @@
+//! What can be typed behind `surfelshop`.
+
+use crate::plugins::arguments::PluginsArguments;
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use std::path::PathBuf;
+use surfelshop_evaluate::bench::BenchArguments;
+use surfelshop_evaluate::check::CheckArguments;
+use surfelshop_evaluate::compare::CompareArguments;
+use surfelshop_evaluate::demo::DemoArguments;
+use surfelshop_evaluate::explain::ExplainArguments;
+use surfelshop_evaluate::report::ReportArguments;
+use surfelshop_session::options::values::{self, Setting};
+use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments};
+use surfelshop_session::render::RenderArguments;
+use surfelshop_viewer::ViewerArguments;
+
+/// Renders point clouds as surfaces of oriented discs (surfels), with renderers that are plugins.
+#[derive(Debug, Parser)]
+#[command(
+    name = "surfelshop",
+    version,
+    args_conflicts_with_subcommands = true,
+    disable_help_subcommand = true,
+    after_help = "Exit code: 0 done, 1 failed, 2 the command line was not understood.\n\
+                  SURFELSHOP_PLUGINS names further plugin files and folders; \
+                  SURFELSHOP_LOG=debug shows what happens."
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+    #[command(flatten)]
+    pub(crate) viewer: ViewerArguments,
+}
+
+impl Cli {
+    /// Takes a word that names neither a command nor a file for a mistyped command.
+    pub(crate) fn checked(self) -> Result<Self, clap::Error> {
+        let mistyped = |file: &PathBuf| file.extension().is_none() && !file.exists();
+        if let Some(word) = self.viewer.files.iter().find(|file| mistyped(file)) {
+            let text = format!("`{}` is neither a command nor a file", word.display());
+            return Err(Self::command().error(ErrorKind::InvalidSubcommand, text));
+        }
+        Ok(self)
+    }
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Render clouds or a scene to a PNG or EXR picture.
+    Render(Box<RenderArguments>),
+    /// Run tools over a cloud, one after the other, and write what comes of it.
+    Bake(Box<BakeArguments>),
+    /// Render a scene with several renderers and compare what they make of it: pictures, maps of their
+    /// errors, numbers and times, on one page.
+    Compare(Box<CompareArguments>),
+    /// Turn a renderer's knobs and report its error against its time: plots, tables, one page.
+    Report(Box<ReportArguments>),
+    /// Measure speed: frames, surfels alone, memory, growth and start-up, with each way to draw surfels.
+    Bench(Box<BenchArguments>),
+    /// Say what a frame is made of for a scene, what was left out of it, and why.
+    Explain(Box<ExplainArguments>),
+    /// Check plugins: against scenes with known answers, at the ends of their parameters, on hard clouds,
+    /// and for what must not change anything.
+    Check(CheckArguments),
+    /// Say what is in a cloud and what was repaired or estimated while it was read, or what a scene
+    /// shows.
+    Info(InfoArguments),
+    /// List the plugins, and the files that were refused with the reason.
+    Plugins(PluginsArguments),
+    /// Read a cloud and write it in another format, with the normals and radii it lacked.
+    Convert(ConvertArguments),
+    /// Render the sample cloud with every renderer.
+    Demo(DemoArguments),
+    /// Print a page of the manual, or its contents; `surfelshop COMMAND --help` lists options.
+    Help {
+        /// What the page is about.
+        topic: Option<String>,
+    },
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop bake scan.ply -t ambient-occlusion -o shaded.ply
+  surfelshop bake scan.ply -t outliers -t ambient-occlusion --set ambient-occlusion:rays=256 \\
+      -o clean.ply --json
+The file appears whole or not at all: after a failure or Ctrl-C, what stood there before still does.
+`surfelshop info` shows which tools made a file, with which parameters.")]
+pub(crate) struct BakeArguments {
+    /// The cloud, or a scene (.scene.toml) that shows one; then the cloud is taken where it stands.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// A tool, by its id or as PACKAGE/ID; may be repeated: each works on what the one before made.
+    /// `surfelshop plugins` lists them.
+    #[arg(short, long, required = true, value_name = "TOOL")]
+    pub(crate) tool: Vec<String>,
+    /// The file to write, .ply.
+    #[arg(short, long, value_name = "FILE", value_parser = values::cloud_file)]
+    pub(crate) out: PathBuf,
+    /// A parameter of a tool, as id=value, or as TOOL:id=value where there are several; may be
+    /// repeated.
+    ///
+    /// An id that does not exist is answered with the list of those that do, and their ranges.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) set: Vec<Setting>,
+    /// Threads the tools work on; as many as the machine has where 0. The result is the same.
+    #[arg(long, value_name = "NUMBER", default_value_t = 0, hide_default_value = true,
+          value_parser = values::threads)]
+    pub(crate) threads: usize,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  surfelshop info scan.ply\n  surfelshop info room.scene.toml")]
+pub(crate) struct InfoArguments {
+    /// The clouds and scenes.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  surfelshop convert scan.ply with-normals.ply")]
+pub(crate) struct ConvertArguments {
+    /// The cloud to read.
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// The file to write, .ply.
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Write text instead of binary numbers.
+    #[arg(long)]
+    pub(crate) ascii: bool,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_argument_is_declared_soundly() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn values_may_start_with_a_minus_sign() {
+        let line =
+            "surfelshop render a.ply -o a.png --light -1,0,0 --exposure -1.5 --camera -1,2,3;0,0,0";
+        let cli = Cli::try_parse_from(line.split(' ')).unwrap();
+        let Some(Command::Render(render)) = cli.command else { panic!("another command") };
+        assert_eq!(render.picture.exposure.to_bits(), (-1.5f32).to_bits());
+        assert_eq!(render.picture.light.len(), 1);
+    }
+}

@@ -1,0 +1,110 @@
+//! What can be typed behind `surfelshop plugins`.
+
+use clap::{Args, Subcommand, ValueEnum};
+use std::path::PathBuf;
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop plugins
+  surfelshop plugins new rim
+  surfelshop plugins trust --place rim/target/release/librim.so
+  surfelshop plugins add rim/target/release/librim.so
+No plugin's code runs: files are judged by their bytes.")]
+pub(crate) struct PluginsArguments {
+    #[command(subcommand)]
+    pub(crate) action: Option<PluginsAction>,
+    /// A plugin file to look at besides the installed ones; may be repeated.
+    #[arg(long = "plugin", value_name = "FILE", global = true)]
+    pub(crate) plugin: Vec<PathBuf>,
+    /// The list of trusted plugins to use instead of your own.
+    #[arg(long, value_name = "FILE", global = true)]
+    pub(crate) trust_file: Option<PathBuf>,
+    /// Print one JSON object with everything, and nothing else.
+    #[arg(long, global = true)]
+    pub(crate) json: bool,
+}
+
+/// What to do with plugins.
+#[derive(Clone, Debug, Subcommand)]
+pub(crate) enum PluginsAction {
+    /// List them, with the files that were refused and why; what happens without a word, too.
+    List,
+    /// Start a plugin of your own: a project that builds, with a README of its own.
+    New(NewArguments),
+    /// Let the code of these files run, now and later.
+    Trust {
+        /// The plugin files.
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+        /// Trust whatever will be built at this path, instead of this very build: for plugins that you
+        /// work on.
+        #[arg(long)]
+        place: bool,
+    },
+    /// Take trust back from files, builds (by the digits that the list shows) and places.
+    Distrust {
+        /// Files, or at least 8 digits of a SHA-256.
+        #[arg(required = true, value_name = "FILE|SHA256")]
+        what: Vec<String>,
+    },
+    /// Copy plugin files into your own folder, where every start finds them, and trust them.
+    Add {
+        /// The plugin files.
+        #[arg(required = true, value_name = "FILE")]
+        files: Vec<PathBuf>,
+    },
+    /// Remove plugins from your own folder.
+    Remove {
+        /// Their package ids or file names.
+        #[arg(required = true, value_name = "PACKAGE|FILE")]
+        what: Vec<String>,
+    },
+}
+
+/// What kind of plugin to start.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum NewKind {
+    /// A renderer of one WGSL function, called for each pixel of the surface.
+    #[default]
+    Shading,
+    /// A renderer with a graph of its own: visibility, a buffer of its own and an effect over it.
+    Graph,
+    /// A tool that edits columns of a cloud, with progress.
+    Tool,
+    /// A renderer that computes pixels itself, on all cores.
+    Tracer,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct NewArguments {
+    /// The folder to make; its last part names the plugin: a-z, 0-9 and -.
+    #[arg(value_name = "NAME")]
+    pub(crate) path: PathBuf,
+    /// What kind of plugin.
+    #[arg(long, value_enum, default_value_t)]
+    pub(crate) kind: NewKind,
+    /// The id of its package [default: org.example.NAME].
+    #[arg(long, value_name = "ID")]
+    pub(crate) id: Option<String>,
+    /// Where `surfelshop-api` is: a folder, or the address of a git repository [default: the checkout that
+    /// this program was built in].
+    #[arg(long, value_name = "PATH|URL")]
+    pub(crate) api: Option<String>,
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::arguments::Cli;
+    use clap::Parser as _;
+
+    #[test]
+    fn words_behind_plugins_are_known_or_refused() {
+        let parsed = |line: &str| Cli::try_parse_from(line.split(' '));
+        for line in ["", " --json", " list --json", " new a/b --kind tool", " trust a.so --place"] {
+            assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
+        }
+        for line in [" eat", " new", " trust", " add", " new a --kind window"] {
+            assert!(parsed(&format!("surfelshop plugins{line}")).is_err(), "{line}");
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! A named typed column, shared between clouds and counted by generations.
+
+use crate::cloud::buffer::Buffer;
+use crate::cloud::provenance::ToolRun;
+use crate::error::CloudError;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use surfelshop_api::ColumnView;
+use surfelshop_api::columns::{self, Element};
+
+/// The generation the next column gets; one counter for the whole process, so that equal generations
+/// mean equal values whatever clouds they are found in.
+static NEXT_GENERATION: AtomicU64 = AtomicU64::new(1);
+
+/// A named typed column; clones share its values.
+#[derive(Clone, Debug)]
+pub struct Column {
+    name: Arc<str>,
+    components: u32,
+    generation: u64,
+    values: Arc<Buffer>,
+    made: Option<Arc<ToolRun>>,
+}
+
+impl Column {
+    /// A column of new values, under a generation of its own.
+    #[must_use]
+    pub fn new(name: impl Into<Arc<str>>, components: u32, values: Buffer) -> Self {
+        let generation = NEXT_GENERATION.fetch_add(1, Ordering::Relaxed);
+        Self { name: name.into(), components, generation, values: Arc::new(values), made: None }
+    }
+
+    /// The column as the work of a tool, or of nobody known; the values are shared.
+    #[must_use]
+    pub fn made_by(&self, made: Option<Arc<ToolRun>>) -> Self {
+        Self { made, ..self.clone() }
+    }
+
+    /// The run of a tool that made the column, where one did.
+    #[must_use]
+    pub fn made(&self) -> Option<&Arc<ToolRun>> {
+        self.made.as_ref()
+    }
+
+    /// The column's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Elements per surfel.
+    #[must_use]
+    pub fn components(&self) -> u32 {
+        self.components
+    }
+
+    /// Equal generations mean equal values.
+    #[must_use]
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// The values, all components of a surfel together.
+    #[must_use]
+    pub fn values(&self) -> &Buffer {
+        &self.values
+    }
+
+    /// The column as a plugin sees it.
+    #[must_use]
+    pub fn view(&self) -> ColumnView<'_> {
+        ColumnView {
+            name: &self.name,
+            components: self.components,
+            generation: self.generation,
+            values: self.values.as_values(),
+        }
+    }
+
+    /// The column with the surfels whose entry in `mask` is true.
+    pub(crate) fn select(&self, mask: &[bool]) -> Self {
+        let values = self.values.select(self.components as usize, mask);
+        Self::new(Arc::clone(&self.name), self.components, values).made_by(self.made.clone())
+    }
+
+    /// Checks the column against the cloud's length and the rules of well-known names.
+    pub(crate) fn check(&self, len: usize) -> Result<(), CloudError> {
+        let column = || self.name.to_string();
+        if self.name.is_empty() || self.components == 0 {
+            return Err(CloudError::Shape { column: column() });
+        }
+        let expected = (len as u64).saturating_mul(u64::from(self.components));
+        if self.values.len() as u64 != expected {
+            let found = self.values.len();
+            return Err(CloudError::Length { column: column(), expected, found });
+        }
+        let found = format!("{} x {}", self.components, self.values.element().name());
+        if let Some(expected) = well_known_type(&self.name)
+            && !expected.iter().any(|&(element, components)| {
+                element == self.values.element() && components == self.components
+            })
+        {
+            let expected = expected.iter().map(|(e, c)| format!("{c} x {}", e.name()));
+            let expected = expected.collect::<Vec<_>>().join(" or ");
+            return Err(CloudError::Type { column: column(), expected, found });
+        }
+        if let (Some(_), Buffer::F32(values)) = (well_known_type(&self.name), &*self.values)
+            && let Some(i) = first_not_finite(values)
+        {
+            let surfel = i / self.components as usize;
+            return Err(CloudError::NotFinite { column: column(), surfel });
+        }
+        Ok(())
+    }
+}
+
+/// The place of the first number that is not finite.
+fn first_not_finite(values: &[f32]) -> Option<usize> {
+    const BLOCK: usize = 4096;
+    // Blocks without a way out of the loop are tested several numbers at a time.
+    let all_finite = |block: &[f32]| block.iter().fold(true, |all, value| all & value.is_finite());
+    let block = values.chunks(BLOCK).position(|block| !all_finite(block))?;
+    let within = values[block * BLOCK..].iter().position(|value| !value.is_finite())?;
+    Some(block * BLOCK + within)
+}
+
+/// The types a well-known column may have, as element and components; `None` for other names.
+fn well_known_type(name: &str) -> Option<&'static [(Element, u32)]> {
+    Some(match name {
+        columns::POSITION | columns::NORMAL | columns::TANGENT_U | columns::TANGENT_V => {
+            &[(Element::F32, 3)]
+        }
+        columns::RADIUS | columns::AO => &[(Element::F32, 1)],
+        columns::MATERIAL => &[(Element::U32, 1)],
+        columns::COLOR => &[
+            (Element::U8, 3),
+            (Element::U8, 4),
+            (Element::U16, 3),
+            (Element::U16, 4),
+            (Element::F32, 3),
+            (Element::F32, 4),
+        ],
+        _ => return None,
+    })
+}
+
+/// Whether a name stands for a column that the host gives a meaning.
+#[must_use]
+pub fn is_well_known(name: &str) -> bool {
+    well_known_type(name).is_some()
+}

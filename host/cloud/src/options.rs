@@ -1,0 +1,38 @@
+//! How clouds are read and written.
+
+use surfelshop_geometry::{Progress, normals, silent};
+
+/// How a file is read.
+#[derive(Clone, Copy)]
+pub struct ReadOptions<'a> {
+    /// Neighbours that missing normals are fitted to.
+    pub n_neighbours: usize,
+    /// The radius of every point of a file that gives none, counted as given; where it is `None`
+    /// or not positive, radii are estimated.
+    pub radius: Option<f32>,
+    /// Takes how far the work is, in [0, 1], and may ask it to stop.
+    pub progress: Progress<'a>,
+}
+
+impl Default for ReadOptions<'_> {
+    fn default() -> Self {
+        Self { n_neighbours: normals::DEFAULT_NEIGHBOURS, radius: None, progress: &silent }
+    }
+}
+
+/// How a file is written.
+#[derive(Clone)]
+pub struct WriteOptions<'a> {
+    /// Text instead of binary little endian; several times larger, and just as exact.
+    pub ascii: bool,
+    /// Comments for the header.
+    pub comments: Vec<String>,
+    /// Takes how far the work is, in [0, 1], and may ask it to stop.
+    pub progress: Progress<'a>,
+}
+
+impl Default for WriteOptions<'_> {
+    fn default() -> Self {
+        Self { ascii: false, comments: Vec::new(), progress: &silent }
+    }
+}

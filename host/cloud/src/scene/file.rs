@@ -1,0 +1,148 @@
+//! What a scene file holds.
+
+use super::display::{Backdrop, ToneMap};
+use super::environment::{ProbeSource, SceneEnvironment};
+use super::keyed::Keyed;
+use super::paths;
+use crate::cloud::transform::Transform;
+use std::path::{Path, PathBuf};
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Camera, Light, Scene, SurfaceSettings};
+use toml::Table;
+
+/// A scene as it stands in a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFile {
+    /// The folder that relative paths of clouds are relative to, not itself a part of the file:
+    /// that of the file it was read from; empty for the current folder.
+    pub folder: PathBuf,
+    /// The clouds.
+    pub clouds: Vec<Keyed<SceneCloud>>,
+    /// The camera of all views that have none of their own; `None` leaves the choice to the
+    /// program.
+    pub camera: Option<Keyed<Camera>>,
+    /// The lights, at most [`Scene::MAX_LIGHTS`].
+    pub lights: Vec<Keyed<Light>>,
+    /// The light around it.
+    pub environment: Option<Keyed<SceneEnvironment>>,
+    /// Factor on radiance before tone mapping in stops, from -60 to 60.
+    pub exposure_stops: f32,
+    /// How brightness above white is brought down.
+    pub tone_map: ToneMap,
+    /// What stands where no surfel is.
+    pub background: Backdrop,
+    /// How surfels become a surface.
+    pub surface: Keyed<SurfaceSettings>,
+    /// What is shown side by side.
+    pub views: Vec<Keyed<SceneView>>,
+    /// How the views are laid out: a window's own business, kept as it is.
+    pub layout: Table,
+    /// Keys beside these that this version does not know, kept as they are.
+    pub unknown: Table,
+}
+
+/// A cloud of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneCloud {
+    /// The file, absolute or relative to the scene's folder; [`SceneFile::path_of`] is what can be
+    /// opened, [`SceneFile::path_in_scene`] makes it from what was opened.
+    pub path: PathBuf,
+    /// What it is called in lists, where that is not its file's name.
+    pub name: Option<String>,
+    /// Whether it is shown; hidden clouds need not be read.
+    pub visible: bool,
+    /// Where it stands; `None` where its file says.
+    pub transform: Option<Keyed<Transform>>,
+}
+
+impl SceneCloud {
+    /// A visible cloud where its file says.
+    #[must_use]
+    pub fn new(path: impl Into<PathBuf>) -> Self {
+        Self { path: path.into(), name: None, visible: true, transform: None }
+    }
+}
+
+/// What one view of a scene shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneView {
+    /// The renderer, by its id or as PACKAGE/ID.
+    pub renderer: String,
+    /// Values of the renderer's parameters by id; those left out have their default.
+    pub values: Values,
+    /// A camera of its own; `None` for that of the scene.
+    pub camera: Option<Keyed<Camera>>,
+    /// What is shown.
+    pub output: Output,
+}
+
+impl SceneView {
+    /// The picture of a renderer with its defaults, seen through the scene's camera.
+    #[must_use]
+    pub fn new(renderer: impl Into<String>) -> Self {
+        let renderer = renderer.into();
+        Self { renderer, values: Values::new(), camera: None, output: Output::Color }
+    }
+}
+
+impl Default for SceneFile {
+    /// A scene without clouds, with the usual light.
+    fn default() -> Self {
+        let Scene { lights, exposure_stops, surface } = Scene::default();
+        Self {
+            folder: PathBuf::new(),
+            clouds: Vec::new(),
+            camera: None,
+            lights: lights.into_iter().map(Keyed::from).collect(),
+            environment: None,
+            exposure_stops,
+            tone_map: ToneMap::default(),
+            background: Backdrop::default(),
+            surface: surface.into(),
+            views: Vec::new(),
+            layout: Table::new(),
+            unknown: Table::new(),
+        }
+    }
+}
+
+impl SceneFile {
+    /// The scene as renderers get it.
+    #[must_use]
+    pub fn scene(&self) -> Scene {
+        Scene {
+            lights: self.lights.iter().map(|light| light.known).collect(),
+            exposure_stops: self.exposure_stops,
+            surface: self.surface.known,
+        }
+    }
+
+    /// The camera of a view: its own, or that of the scene; `None` where there is neither.
+    #[must_use]
+    pub fn camera_of(&self, view: &SceneView) -> Option<Camera> {
+        view.camera.as_ref().or(self.camera.as_ref()).map(|camera| camera.known)
+    }
+
+    /// The file of a cloud, to be opened from the current folder.
+    #[must_use]
+    pub fn path_of(&self, cloud: &SceneCloud) -> PathBuf {
+        self.folder.join(&cloud.path)
+    }
+
+    /// The file of a probe, to be opened from the current folder; `None` for built-in ones.
+    #[must_use]
+    pub fn path_of_probe(&self, source: &ProbeSource) -> Option<PathBuf> {
+        match source {
+            ProbeSource::File(path) => Some(self.folder.join(path)),
+            ProbeSource::Studio | ProbeSource::Sky => None,
+        }
+    }
+
+    /// How the scene names a file that can be opened from the current folder: relative to the
+    /// scene's folder where it lies in it or beside it, and absolute elsewhere.
+    #[must_use]
+    pub fn path_in_scene(&self, path: &Path) -> PathBuf {
+        paths::relative(path, &self.folder)
+    }
+}

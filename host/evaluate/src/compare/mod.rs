@@ -1,0 +1,256 @@
+//! `surfelshop compare`: several renderers over one scene, measured against one of them or a picture,
+//! from one camera or along a path.
+
+mod arguments;
+pub mod camera_path;
+pub mod candidate;
+pub mod measured;
+pub mod random;
+pub mod report;
+pub mod requests;
+
+pub use arguments::CompareArguments;
+
+pub use camera_path::PathSpec;
+pub use candidate::Stage;
+pub use measured::Truth;
+pub use report::put;
+
+use anyhow::{Context as _, bail, ensure};
+use candidate::Candidate;
+use measured::{CandidateImage, Measured};
+use requests::Named;
+use std::path::Path;
+use surfelshop_api::UnitKind;
+use surfelshop_image::{exr, metrics};
+use surfelshop_runtime::plugins::{Registry, UnitRef};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::environment_map;
+use surfelshop_session::input::scenes::Inputs;
+use surfelshop_session::options::explicit::ExplicitOptions;
+use surfelshop_session::output::terminal::{self, Progress};
+use surfelshop_session::session::{self, RenderSession};
+use surfelshop_session::setup::{self, RenderSetup};
+
+/// Runs the command.
+pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
+    for limit in &arguments.fail_above {
+        if let metric @ ("psnr" | "ssim") = limit.metric.as_str() {
+            bail!("more {metric} is better: expected --fail-below {metric}={}", limit.value);
+        }
+    }
+    for limit in arguments.fail_above.iter().chain(&arguments.fail_below) {
+        let known = metrics::NAMES;
+        ensure!(
+            known.contains(&limit.metric.as_str()),
+            "there is no metric `{}`; there are: {}",
+            limit.metric,
+            known.join(", ")
+        );
+    }
+    let inputs = Inputs::open(&arguments.files)?;
+    let opened = inputs.opened.as_ref();
+    let registry = session::registry(&arguments.plugins)?;
+    let mut named = requests::named(&registry, &arguments.renderer)?;
+    let judge = judge(arguments, &registry, &mut named)?;
+    keeps_reference(arguments, &judge, &named)?;
+    let patience = arguments.plugins.patience();
+    let wanted = requests::with_settings(named, &arguments.set, opened, &patience)?;
+    let seen = setup::first_view(opened);
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    std::fs::create_dir_all(&arguments.out)
+        .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
+    let mut studio = match wanted.iter().any(|one| one.reference.kind == UnitKind::Renderer) {
+        true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),
+        false => None,
+    };
+    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
+    let clouds = Clouds::read(&inputs.sources)?;
+    let frames = camera_path::frames(arguments, &staging, opened, &clouds)?;
+    let Some(first) = frames.first() else { bail!("there is no camera") };
+    let stage = Stage {
+        plugins: &arguments.plugins,
+        staging: &staging,
+        clouds: &clouds,
+        surroundings: surroundings.as_ref(),
+        view: first.view,
+    };
+    let started = wanted.into_iter().map(|wanted| Candidate::new(studio.as_ref(), wanted));
+    let mut candidates: Vec<Candidate> = started.collect();
+    if let Criterion::Candidate(at) = judge {
+        random::check(&candidates, at)?;
+    }
+    let mut told = report::ComparisonOutput::new(arguments);
+    let progress = Progress::new("comparing".to_owned());
+    for (i, frame) in frames.iter().enumerate() {
+        let stage = Stage { view: frame.view, ..stage };
+        let shots = shots(&stage, studio.as_mut(), &mut candidates, arguments.repeats);
+        let truth = truth(&judge, &candidates, &shots)?;
+        let measured: Vec<Measured> =
+            shots.iter().map(|shot| measured::measure(shot, &truth, &staging)).collect();
+        told.frame(&stage, frame, &candidates, &truth, shots, measured)?;
+        // Ctrl-C ends the program; the frames that are done are on the disk.
+        let _goes_on = progress.tell((i + 1) as f64 / frames.len() as f64);
+    }
+    drop(progress);
+    told.write(&stage, studio.as_ref(), &candidates)?;
+    verdict(arguments, &candidates, &told)
+}
+
+/// What decides.
+enum Criterion {
+    /// One of those that are compared, by its place.
+    Candidate(usize),
+    /// A file, as typed.
+    Picture(String),
+}
+
+/// What the others are measured against: added to them where it is none of them.
+fn judge(
+    arguments: &CompareArguments,
+    registry: &Registry,
+    named: &mut Vec<Named>,
+) -> anyhow::Result<Criterion> {
+    let Some(name) = &arguments.reference else { return Ok(Criterion::Candidate(0)) };
+    if Path::new(name).extension().is_some_and(|e| e.eq_ignore_ascii_case("exr")) {
+        return match arguments.path {
+            None => Ok(Criterion::Picture(name.clone())),
+            Some(_) => bail!(
+                "{name}: a picture shows what one camera sees; leave --path out, or name a renderer \
+                 as --reference"
+            ),
+        };
+    }
+    if let Some(at) = named.iter().position(|one| one.name == *name) {
+        return Ok(Criterion::Candidate(at));
+    }
+    let reference: UnitRef = setup::drawer(registry, name)?;
+    let is_it = |one: &Named| one.reference == reference && one.name == reference.id;
+    let at = named.iter().position(is_it).unwrap_or_else(|| {
+        named.push(Named { name: reference.id.clone(), reference });
+        named.len() - 1
+    });
+    Ok(Criterion::Candidate(at))
+}
+
+/// Refuses to write over the picture that everything is measured against.
+fn keeps_reference(
+    arguments: &CompareArguments,
+    judge: &Criterion,
+    named: &[Named],
+) -> anyhow::Result<()> {
+    let Criterion::Picture(path) = judge else { return Ok(()) };
+    let Ok(reference) = Path::new(path).canonicalize() else { return Ok(()) };
+    for Named { name, .. } in named {
+        let written = arguments.out.join(format!("{name}.exr"));
+        if written.canonicalize().is_ok_and(|written| written == reference) {
+            bail!(
+                "{path}: it would be overwritten with the picture of `{name}`; name another --out"
+            );
+        }
+    }
+    Ok(())
+}
+
+/// What all make in one frame: each draws once, then they are timed in turns.
+fn shots(
+    stage: &Stage<'_>,
+    mut studio: Option<&mut RenderSession>,
+    candidates: &mut [Candidate],
+    n_repeats: u32,
+) -> Vec<CandidateImage> {
+    let mut shots = Vec::with_capacity(candidates.len());
+    for candidate in candidates.iter_mut() {
+        let drawn = candidate.first(stage, studio.as_deref_mut());
+        let drawn = drawn.map_err(|error| format!("{error:#}"));
+        shots.push(CandidateImage { drawn, runs: Vec::new() });
+    }
+    let mut number = 0;
+    for _ in 0..n_repeats {
+        for (candidate, shot) in candidates.iter_mut().zip(&mut shots) {
+            if !candidate.is_worth_timing() || shot.drawn.is_err() {
+                continue;
+            }
+            number += 1;
+            match candidate.again(stage, studio.as_deref_mut(), number) {
+                Ok(run) => shot.runs.push(run),
+                Err(error) => shot.drawn = Err(format!("{error:#}")),
+            }
+        }
+    }
+    shots
+}
+
+fn truth(
+    judge: &Criterion,
+    candidates: &[Candidate],
+    shots: &[CandidateImage],
+) -> anyhow::Result<Truth> {
+    let at = match judge {
+        Criterion::Candidate(at) => *at,
+        Criterion::Picture(path) => {
+            let picture = exr::read_color(Path::new(path), exr::MOST_PIXELS)?;
+            return Ok(Truth { name: path.clone(), picture, variance: None, candidate: None });
+        }
+    };
+    let (Some(candidate), Some(shot)) = (candidates.get(at), shots.get(at)) else {
+        bail!("there is nothing to compare")
+    };
+    match &shot.drawn {
+        Ok(drawn) => Ok(Truth {
+            name: candidate.name.clone(),
+            picture: drawn.color.clone(),
+            variance: drawn.variance.clone(),
+            candidate: Some(at),
+        }),
+        Err(line) => bail!("{line}; there is nothing to measure the others against"),
+    }
+}
+
+/// Whether all went well: every candidate drew, and none is above a limit.
+fn verdict(
+    arguments: &CompareArguments,
+    candidates: &[Candidate],
+    told: &report::ComparisonOutput<'_>,
+) -> anyhow::Result<()> {
+    let mut failures = Vec::new();
+    for (i, Candidate { name, .. }) in candidates.iter().enumerate() {
+        let is_truth = told.is_truth(i);
+        let errors = match told.pooled(i) {
+            Ok(errors) => errors.named(),
+            Err(line) => {
+                failures.push(format!("`{name}`: {line}"));
+                continue;
+            }
+        };
+        let above = arguments.fail_above.iter().map(|limit| (limit, "above"));
+        let below = arguments.fail_below.iter().map(|limit| (limit, "below"));
+        // The reference is no better or worse than itself.
+        for (limit, side) in above.chain(below).filter(|_| !is_truth) {
+            let found = errors.iter().find(|(metric, _)| *metric == limit.metric);
+            let fails = |value: f64| match side {
+                "above" => value > limit.value,
+                _ => value < limit.value,
+            };
+            match found {
+                Some((metric, value)) if fails(*value) => {
+                    let limit = limit.value;
+                    failures.push(format!("{metric} of `{name}` is {value:.6}, {side} {limit}"));
+                }
+                Some(_) => {}
+                None => failures.push(format!(
+                    "`{name}` has no {}; there are: {}",
+                    limit.metric,
+                    errors.iter().map(|(metric, _)| *metric).collect::<Vec<_>>().join(", ")
+                )),
+            }
+        }
+    }
+    match failures.split_first() {
+        None => Ok(()),
+        Some((first, more)) => {
+            more.iter().for_each(terminal::note);
+            bail!("{first}")
+        }
+    }
+}

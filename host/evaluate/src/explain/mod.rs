@@ -1,0 +1,214 @@
+//! `surfelshop explain`: what a frame is made of for a scene, what was left out of it, and why.
+
+mod arguments;
+mod measured;
+
+pub use arguments::ExplainArguments;
+
+use anyhow::bail;
+use measured::Side;
+use serde_json::{Value, json};
+use surfelshop_api::UnitKind;
+use surfelshop_api::graph::Output;
+use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest};
+use surfelshop_runtime::plugins::{Registry, UnitRef};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
+use surfelshop_session::input::scenes::Inputs;
+use surfelshop_session::options::explicit::ExplicitOptions;
+use surfelshop_session::output::{json, terminal};
+use surfelshop_session::render;
+use surfelshop_session::session::{self, RenderSession};
+use surfelshop_session::setup::{self, RenderSetup};
+
+/// Runs the command.
+pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
+    let inputs = Inputs::open(&arguments.files)?;
+    let opened = inputs.opened.as_ref();
+    let registry = session::registry(&arguments.plugins)?;
+    let reference = setup::drawer(&registry, &arguments.renderer)?;
+    if reference.kind != UnitKind::Renderer {
+        bail!("-r {}: expected a renderer; a tracer has no graph", arguments.renderer);
+    }
+    let seen = setup::view_of(opened, &reference);
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+    let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
+    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
+    let clouds = Clouds::read(&inputs.sources)?;
+    let views = clouds.views();
+    let values = chosen.values.clone();
+    let outputs = match arguments.output.as_slice() {
+        [] => vec![Output::Color],
+        outputs => outputs.to_vec(),
+    };
+    let request = RenderRequest {
+        clouds: &views,
+        facts: &clouds.facts,
+        scene: &staging.scene,
+        view: render::view(&arguments.picture, &staging, &clouds),
+        environment: surroundings.as_ref().map(LoadedEnvironment::view),
+        values: &values,
+        outputs: &outputs,
+        frame_index: 0,
+        stride: 1,
+        detail_px: staging.detail_px,
+    };
+    let explained = studio.explain(&mut chosen, &request)?;
+    let adapter = json::adapter(&studio);
+    let drawn_by = studio.engine.gpu().describe();
+    let others = not_loaded(&registry, &reference);
+    let savings = match arguments.measure {
+        Some(n_frames) => {
+            // Its columns would stand in memory besides those of the two that are measured.
+            drop((studio, chosen));
+            let side = || {
+                let studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+                let chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
+                Ok(Side::new(studio, chosen))
+            };
+            measured::savings(side, &request, n_frames)?
+        }
+        None => Vec::new(),
+    };
+    if arguments.report.json {
+        return terminal::json(&json!({
+            "command": "explain",
+            "version": env!("CARGO_PKG_VERSION"),
+            "renderer": reference,
+            "adapter": adapter,
+            "explained": explained,
+            "savings": savings,
+            "plugins_not_loaded": others,
+        }));
+    }
+    terminal::line(format!("{reference} on {drawn_by}"))?;
+    terminal::line(text(&explained))?;
+    let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
+    terminal::line(format!(
+        "plugins not loaded, since nobody asked for them: {}",
+        if others.is_empty() { "none".to_owned() } else { others.join(", ") }
+    ))?;
+    match arguments.measure {
+        Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
+        None => Ok(()),
+    }
+}
+
+/// Packages of which nothing is used.
+fn not_loaded(registry: &Registry, used: &UnitRef) -> Vec<Value> {
+    let available = registry.entries().iter().filter_map(|entry| entry.available());
+    available.filter(|manifest| manifest.id != used.package).map(|m| json!(m.id)).collect()
+}
+
+/// A line about something that is used, or is not.
+pub struct UseLine {
+    /// Whether the frame needs it.
+    pub used: bool,
+    /// The word for that.
+    pub word: &'static str,
+    /// The name.
+    pub name: String,
+    /// A line about it.
+    pub about: String,
+}
+
+/// What bytes mean, in megabytes; nothing where there are none.
+fn cost(bytes: u64, used: bool) -> String {
+    let verb = if used { "takes" } else { "saves" };
+    match bytes {
+        0 => String::new(),
+        _ => format!("{verb} {:.2} MB; ", bytes as f64 / 1e6),
+    }
+}
+
+/// Everything in sections, what is used before what is not.
+pub fn sections(explained: &Explanation) -> Vec<(&'static str, Vec<UseLine>)> {
+    let columns = explained.columns.iter().map(|column| UseLine {
+        used: column.read,
+        word: if column.read { "read" } else { "not" },
+        name: column.name.clone(),
+        about: format!("{}{}", cost(column.bytes, column.read), column.why),
+    });
+    let mut columns: Vec<UseLine> = columns.collect();
+    columns.sort_by_key(|column| !column.used);
+    let surfels = explained.surfels.iter().map(|line| UseLine {
+        used: true,
+        word: "",
+        name: String::new(),
+        about: line.clone(),
+    });
+    let resources = explained.resources.iter().map(|resource| {
+        let cost = cost(resource.bytes, resource.made);
+        UseLine {
+            used: resource.made,
+            word: if resource.made { "made" } else { "not" },
+            name: resource.label.clone(),
+            about: format!("{cost}{}; {}", resource.what, resource.why),
+        }
+    });
+    let outputs = explained.outputs.iter().map(|output| UseLine {
+        used: output.wanted,
+        word: if output.wanted { "wanted" } else { "not" },
+        name: output.name.clone(),
+        about: String::new(),
+    });
+    let features = explained.features.iter().map(|feature| UseLine {
+        used: feature.here,
+        word: match (feature.here, feature.counts) {
+            (true, true) => "used",
+            (true, false) => "has",
+            (false, true) => "missed",
+            (false, false) => "lacks",
+        },
+        name: feature.name.to_owned(),
+        about: match feature.counts {
+            true => feature.means.to_owned(),
+            false => format!("{}; this frame has no need of it", feature.means),
+        },
+    });
+    vec![
+        ("columns", columns),
+        ("surfels", surfels.collect()),
+        ("passes", explained.passes.iter().map(pass).collect()),
+        ("textures and buffers", resources.collect()),
+        ("outputs", outputs.collect()),
+        ("adapter", features.collect()),
+    ]
+}
+
+fn pass(pass: &PassUse) -> UseLine {
+    let word = match pass.state {
+        PassState::Ran => "ran",
+        PassState::Culled => "culled",
+        PassState::Reused => "reused",
+    };
+    let ms = pass.gpu_ms.map_or_else(String::new, |ms| format!("{ms:.2} ms; "));
+    let constants = pass.constants.iter().map(|(name, value)| format!("; {name} = {value}"));
+    let features = pass.features.iter().map(|(name, there)| match there {
+        true => format!("; with {name}"),
+        false => format!("; without {name}"),
+    });
+    let constants = features.chain(constants);
+    UseLine {
+        used: pass.state != PassState::Culled,
+        word,
+        name: pass.name.clone(),
+        about: format!("{ms}{}{}", pass.why, constants.collect::<String>()),
+    }
+}
+
+/// The sections as lines.
+fn text(explained: &Explanation) -> String {
+    let mut lines = Vec::new();
+    for (title, all) in sections(explained) {
+        lines.push(format!("{title}:"));
+        for UseLine { word, name, about, .. } in all {
+            lines.push(match name.as_str() {
+                "" => format!("  {about}"),
+                _ => format!("  {word:<7} {name:<28} {about}").trim_end().to_owned(),
+            });
+        }
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,338 @@
+//! Reports of renderers and tracers: errors of pictures.
+
+use super::cells::{Cell, ResultsFile};
+use super::knobs::{DETAIL, Knob, knobs, of_host};
+use super::page::{self, Swept, Time};
+use super::subject::Subject;
+use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, verdict};
+use crate::compare::candidate::{Candidate, CandidateRequest, Drawn};
+use crate::compare::measured::errors;
+use crate::compare::report::METRICS;
+use crate::compare::{Stage, Truth, random};
+use crate::report::ReportArguments;
+use anyhow::{Context as _, bail};
+use std::collections::HashMap;
+use std::path::Path;
+use surfelshop_api::UnitKind;
+use surfelshop_api::params::Values;
+use surfelshop_cloud::scene::OpenedScene;
+use surfelshop_image::exr;
+use surfelshop_runtime::plugins::{Registry, UnitRef};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
+use surfelshop_session::input::scenes::Inputs;
+use surfelshop_session::options::explicit::ExplicitOptions;
+use surfelshop_session::options::values::{self, Setting};
+use surfelshop_session::output::terminal;
+use surfelshop_session::session::RenderSession;
+use surfelshop_session::setup::{self, RenderSetup};
+use surfelshop_session::timing::Run;
+use surfelshop_session::{parameters, render};
+
+/// Metrics of a comparison that stand in the tables.
+const SHOWN: [&str; 5] = ["rmse", "rel_mse", "psnr", "ssim", "flip.mean"];
+
+/// Makes the report.
+pub(super) fn report(
+    arguments: &ReportArguments,
+    given: &ExplicitOptions,
+    registry: &Registry,
+    unit: &UnitRef,
+) -> anyhow::Result<()> {
+    let inputs = Inputs::open(&arguments.files)?;
+    let opened = inputs.opened.as_ref();
+    let patience = arguments.plugins.patience();
+    let subject = Subject::load(unit, &patience)?;
+    let (knobs, turns_detail) = knobs_of(arguments, unit, &subject)?;
+    let judge = judge(arguments, registry, &subject)?;
+    let seen = setup::first_view(opened);
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    std::fs::create_dir_all(&arguments.out)
+        .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
+    let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
+    let studio = match is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer) {
+        true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),
+        false => None,
+    };
+    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
+    let surroundings = surroundings.as_ref();
+    let clouds = Clouds::read(&inputs.sources)?;
+    let view = render::view(&arguments.picture, &staging, &clouds);
+    let plugins = &arguments.plugins;
+    let (staging, clouds) = (&staging, &clouds);
+    let stage = Stage { plugins, staging, clouds, surroundings, view };
+    let mut files = stamps_of(&arguments.files, &inputs.sources)?;
+    let own = told_values(&subject, opened, &arguments.set)?;
+    files.extend(stamps_of_values(subject.declared(), &own)?);
+    let mut units = vec![subject.stamp()?];
+    let judge = match judge {
+        None => None,
+        Some(judge) => {
+            let values = told_values(&judge, opened, &arguments.reference_set)?;
+            if !knobs.iter().any(|knob| knob.id == random::SEED) {
+                check_numbers([(&subject, &own), (&judge, &values)])?;
+            }
+            files.extend(stamps_of_values(judge.declared(), &values)?);
+            units.push(judge.stamp()?);
+            Some((judge, values))
+        }
+    };
+    let device =
+        studio.as_ref().map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
+    let kept =
+        ResultsFile::open(&arguments.out, &key(arguments, &stage, &units, &files, &device)?)?;
+    let mut bench = Pictures {
+        arguments,
+        stage: &stage,
+        opened,
+        studio,
+        subject: &subject,
+        truth: None,
+        all: HashMap::new(),
+        n_timed: 0,
+        turns_detail,
+    };
+    bench.truth = Some(truth(&mut bench, judge, &kept)?);
+    let mut all = Vec::new();
+    for knob in &knobs {
+        let cells = sweep(&mut bench, knob, arguments, &kept)?;
+        all.push((knob.id.clone(), cells));
+        bench.all.clear();
+    }
+    let errors: Vec<_> = METRICS.into_iter().filter(|(name, ..)| SHOWN.contains(name)).collect();
+    let [width, height] = view.size_px;
+    page::write(
+        arguments,
+        &Swept {
+            unit,
+            what: format!("{width} x {height} pixels"),
+            truth: bench.truth.map(|truth| truth.name).unwrap_or_default(),
+            device,
+            errors: &errors,
+            error: "RMSE of radiance",
+            time: Time::Passes,
+            note: None,
+            all: &all,
+        },
+    )?;
+    verdict(&all)
+}
+
+/// The knobs that are turned, and whether `detail` is the host's.
+fn knobs_of(
+    arguments: &ReportArguments,
+    unit: &UnitRef,
+    subject: &Subject,
+) -> anyhow::Result<(Vec<Knob>, bool)> {
+    let mut declared = subject.declared().to_vec();
+    let own_detail = of_host(&declared).filter(|_| unit.kind == UnitKind::Renderer);
+    let turns_detail = own_detail.is_some();
+    declared.extend(own_detail);
+    let knobs = knobs(&arguments.knob, unit, &declared)?;
+    if turns_detail && arguments.picture.detail != 0.0 && knobs.iter().any(|k| k.id == DETAIL) {
+        bail!(
+            "--detail would merge surfels of the reference, too; leave it out beside --knob detail"
+        );
+    }
+    Ok((knobs, turns_detail))
+}
+
+/// Refuses a tracer that is measured against itself with the same random numbers.
+fn check_numbers(
+    [(subject, own), (judge, values)]: [(&Subject, &Values); 2],
+) -> anyhow::Result<()> {
+    let is_same = random::is_same(&subject.reference, &judge.reference);
+    match is_same && subject.seed(own) == judge.seed(values) {
+        true => bail!(
+            "{} and its reference have the same random numbers, which would hide its errors; give \
+             the reference another seed, as --reference-set {}=1",
+            subject.reference,
+            random::SEED
+        ),
+        false => Ok(()),
+    }
+}
+
+/// What a scene's view of a unit says and over that what was typed; and a line for each of the view's
+/// values that the unit does not know.
+fn values_of(
+    subject: &Subject,
+    opened: Option<&OpenedScene>,
+    typed: &[Setting],
+) -> anyhow::Result<(Values, Vec<String>)> {
+    let view = setup::view_of(opened, &subject.reference);
+    parameters::resolved(&subject.reference, subject.declared(), view.as_ref(), typed)
+}
+
+/// The same, with the lines told.
+fn told_values(
+    subject: &Subject,
+    opened: Option<&OpenedScene>,
+    typed: &[Setting],
+) -> anyhow::Result<Values> {
+    let (values, unknown) = values_of(subject, opened, typed)?;
+    unknown.iter().for_each(terminal::warn);
+    Ok(values)
+}
+
+fn started(subject: &Subject, studio: Option<&RenderSession>, values: Values) -> Candidate {
+    let Subject { reference, unit } = subject.clone();
+    Candidate::new(
+        studio,
+        CandidateRequest { name: reference.id.clone(), reference, unit: Ok(unit), values },
+    )
+}
+
+/// Everything that the numbers depend on besides the values of a knob.
+fn key(
+    arguments: &ReportArguments,
+    stage: &Stage<'_>,
+    // A file that was written since is another one, and so is a plugin that was rebuilt.
+    units: &[(String, Stamp)],
+    files: &[Stamp],
+    device: &str,
+) -> anyhow::Result<String> {
+    let picture = arguments.reference.as_deref().map(Path::new).filter(|path| is_picture(path));
+    let picture = picture.map(stamp).transpose()?;
+    let typed: Vec<_> = arguments.set.iter().chain(&arguments.reference_set).collect();
+    let settings: Vec<String> = typed.iter().map(|setting| format!("{setting:?}")).collect();
+    let n_set = arguments.set.len();
+    Ok(serde_json::to_string(&(
+        (units, picture, settings, n_set),
+        (files, &stage.clouds.facts, &stage.staging.scene, stage.view),
+        // How pictures are developed decides what is displayed.
+        format!("{:?}", (stage.staging.how, stage.staging.detail_px, arguments.device.surfels)),
+        (
+            stage.surroundings.map(|light: &LoadedEnvironment| light.view().environment.clone()),
+            device,
+            env!("CARGO_PKG_VERSION"),
+        ),
+    ))?)
+}
+
+fn is_picture(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("exr"))
+}
+
+/// What makes the reference; `None` where it is a picture.
+fn judge(
+    arguments: &ReportArguments,
+    registry: &Registry,
+    subject: &Subject,
+) -> anyhow::Result<Option<Subject>> {
+    match &arguments.reference {
+        None => Ok(Some(subject.clone())),
+        Some(name) if is_picture(Path::new(name)) && !arguments.reference_set.is_empty() => bail!(
+            "{name}: a picture has no parameters; leave --reference-set out, or name what draws"
+        ),
+        Some(name) if is_picture(Path::new(name)) => Ok(None),
+        Some(name) => {
+            let reference = setup::drawer(registry, name)?;
+            Subject::load(&reference, &arguments.plugins.patience()).map(Some)
+        }
+    }
+}
+
+/// What cells are measured against: a picture, or what a renderer or tracer makes.
+fn truth(
+    bench: &mut Pictures<'_>,
+    judge: Option<(Subject, Values)>,
+    kept: &ResultsFile,
+) -> anyhow::Result<Truth> {
+    let arguments = bench.arguments;
+    let Some((judge, values)) = judge else {
+        let name = arguments.reference.clone().unwrap_or_default();
+        let picture = exr::read_color(Path::new(&name), exr::MOST_PIXELS)?;
+        return Ok(Truth { name, picture, variance: None, candidate: None });
+    };
+    let settings: Vec<String> = arguments
+        .reference_set
+        .iter()
+        .map(|setting| format!("{}={}", setting.id, setting.value))
+        .collect();
+    let name = format!("{} {}", judge.reference.id, settings.join(" ")).trim().to_owned();
+    if let Some((picture, variance)) = kept.truth()? {
+        return Ok(Truth { name, picture, variance, candidate: None });
+    }
+    let mut candidate = started(&judge, bench.studio.as_ref(), values);
+    let drawn = candidate.first(bench.stage, bench.studio.as_mut())?;
+    kept.put_truth(&drawn.color, drawn.variance.as_ref())?;
+    Ok(Truth { name, picture: drawn.color, variance: drawn.variance, candidate: None })
+}
+
+/// Pictures with a knob at several values.
+struct Pictures<'a> {
+    arguments: &'a ReportArguments,
+    stage: &'a Stage<'a>,
+    /// The scene, whose views have parameters of renderers.
+    opened: Option<&'a OpenedScene>,
+    studio: Option<RenderSession>,
+    subject: &'a Subject,
+    truth: Option<Truth>,
+    /// By the knob's value.
+    all: HashMap<String, Candidate>,
+    /// Frames that were timed.
+    n_timed: u32,
+    /// Whether the knob `detail` is the host's.
+    turns_detail: bool,
+}
+
+impl Pictures<'_> {
+    /// Whether a knob is the host's and no parameter of the renderer.
+    fn is_of_host(&self, knob: &str) -> bool {
+        self.turns_detail && knob == DETAIL
+    }
+
+    /// How pictures are made with a knob at a value, parameters aside.
+    fn staging(&self, knob: &str, value: &str) -> Result<RenderSetup, String> {
+        let staging = self.stage.staging.clone();
+        match self.is_of_host(knob) {
+            true => Ok(RenderSetup { detail_px: values::detail(value)?, ..staging }),
+            false => Ok(staging),
+        }
+    }
+
+    fn made(&self, knob: &str, value: &str) -> anyhow::Result<Candidate> {
+        let turned = Setting { unit: None, id: knob.to_owned(), value: value.to_owned() };
+        let turned = (!self.is_of_host(knob)).then_some(turned);
+        let others = self.arguments.set.iter().filter(|setting| setting.id != knob).cloned();
+        let settings: Vec<Setting> = others.chain(turned).collect();
+        let (values, _told) = values_of(self.subject, self.opened, &settings)?;
+        Ok(started(self.subject, self.studio.as_ref(), values))
+    }
+
+    fn measured(&self, knob: &str, value: &str, drawn: &Drawn) -> Result<Cell, String> {
+        let truth = self.truth.as_ref().ok_or("there is no reference")?;
+        let compared = truth.compare(&drawn.color, self.stage.staging.how);
+        let errors = errors(&compared).map_err(|line| format!("{knob}={value}: {line}"))?;
+        Ok(Cell {
+            n_passes: drawn.n_passes,
+            graph_bytes: drawn.graph_bytes,
+            ..Cell::of_picture(knob, value, errors, drawn.first_ms)
+        })
+    }
+}
+
+impl Bench for Pictures<'_> {
+    fn first(&mut self, knob: &str, value: &str) -> Result<Cell, String> {
+        let mut candidate = self.made(knob, value).map_err(|error| format!("{error:#}"))?;
+        let staging = self.staging(knob, value)?;
+        let drawn =
+            candidate.first(&Stage { staging: &staging, ..*self.stage }, self.studio.as_mut());
+        let drawn = drawn.map_err(|error| format!("{error:#}"))?;
+        self.all.insert(value.to_owned(), candidate);
+        self.measured(knob, value, &drawn)
+    }
+
+    fn again(&mut self, knob: &str, value: &str) -> Result<Run, String> {
+        let staging = self.staging(knob, value)?;
+        let stage = Stage { staging: &staging, ..*self.stage };
+        let candidate = self.all.get_mut(value).ok_or(format!("{knob}={value} is gone"))?;
+        self.n_timed += 1;
+        let run = candidate.again(&stage, self.studio.as_mut(), self.n_timed);
+        let run = run.map_err(|error| format!("{error:#}"))?;
+        // What the host's knobs change is spent before the renderer's own passes.
+        let own_passes_ms = run.own_passes_ms.filter(|_| !self.is_of_host(knob));
+        Ok(Run { own_passes_ms, ..run })
+    }
+}

@@ -1,0 +1,255 @@
+//! From radiance to what a screen shows: exposure, tone mapping, background, sRGB.
+//!
+//! The same for every renderer, so that comparisons are fair.
+
+use crate::Image;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::sync::LazyLock;
+use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
+
+/// How radiance above what a screen can show is brought down.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ToneMap {
+    /// Values above 1 are cut off.
+    #[default]
+    Clamp,
+    /// Khronos PBR Neutral: colours below 0.8 stay, highlights are compressed and desaturated.
+    Neutral,
+}
+
+/// What stands where no surfel is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Background {
+    /// Nothing: the picture keeps its alpha.
+    #[default]
+    Transparent,
+    /// A colour, sRGB-encoded in [0, 1]; neither exposed nor tone-mapped.
+    Color([f32; 3]),
+}
+
+/// How a picture is developed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DisplayTransform {
+    /// Factor on radiance in stops.
+    pub exposure_stops: f32,
+    /// How highlights are brought down.
+    pub tone_map: ToneMap,
+    /// What stands where no surfel is.
+    pub background: Background,
+}
+
+/// Develops a picture of linear radiance and coverage (four components) into sRGB-encoded values
+/// in [0, 1] with straight alpha, four components. Values that are not finite become black.
+#[must_use]
+pub fn develop(radiance: &Image, how: &DisplayTransform) -> Image {
+    let gain = how.exposure_stops.exp2();
+    let mut data = Vec::with_capacity(radiance.data.len());
+    for pixel in radiance.data.chunks_exact(4) {
+        let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
+        match how.background {
+            Background::Transparent => {
+                data.extend(mapped.map(linear_to_srgb));
+                data.push(alpha);
+            }
+            Background::Color(background) => {
+                for (value, behind) in mapped.into_iter().zip(background) {
+                    let linear = value * alpha + srgb_to_linear(behind) * (1.0 - alpha);
+                    data.push(linear_to_srgb(linear));
+                }
+                data.push(1.0);
+            }
+        }
+    }
+    Image { width: radiance.width, height: radiance.height, components: 4, data }
+}
+
+/// A pixel's colour after exposure and tone mapping, linear in [0, 1], and its coverage.
+fn exposed(pixel: &[f32], gain: f32, tone_map: ToneMap) -> ([f32; 3], f32) {
+    let alpha = if pixel[3].is_finite() { pixel[3].clamp(0.0, 1.0) } else { 0.0 };
+    let rgb = [pixel[0], pixel[1], pixel[2]].map(|value| {
+        let exposed = value * gain;
+        if exposed.is_finite() { exposed.max(0.0) } else { 0.0 }
+    });
+    let mapped = match tone_map {
+        ToneMap::Clamp => rgb.map(|value| value.min(1.0)),
+        ToneMap::Neutral => neutral(rgb),
+    };
+    (mapped, alpha)
+}
+
+/// [`develop`] and [`to_8_bit`] in one step, many times faster: what a window shows while something
+/// moves. The levels are the same.
+///
+/// A picture of other than four components gives none.
+#[must_use]
+pub fn develop_to_8_bit(radiance: &Image, how: &DisplayTransform) -> Vec<u8> {
+    if radiance.components != 4 {
+        return Vec::new();
+    }
+    static ENCODER: LazyLock<Encoder> = LazyLock::new(Encoder::new);
+    let encoder = &*ENCODER;
+    let gain = how.exposure_stops.exp2();
+    let behind = match how.background {
+        Background::Color(encoded) => Some(encoded.map(srgb_to_linear)),
+        Background::Transparent => None,
+    };
+    let mut levels = vec![0; radiance.data.len()];
+    let pixels = levels.par_chunks_exact_mut(4).zip(radiance.data.par_chunks_exact(4));
+    pixels.with_min_len(1 << 12).for_each(|(level, pixel)| {
+        let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
+        for channel in 0..3 {
+            let linear = match behind {
+                Some(behind) => mapped[channel] * alpha + behind[channel] * (1.0 - alpha),
+                None => mapped[channel],
+            };
+            level[channel] = encoder.level(linear);
+        }
+        level[3] = if behind.is_some() { 255 } else { (alpha * 255.0 + 0.5) as u8 };
+    });
+    levels
+}
+
+/// Linear values to 8-bit sRGB by looking them up.
+struct Encoder {
+    /// The smallest value of each level; that of level 0 is 0.
+    least: [f32; 256],
+    /// The level of the smallest value in each of [`CELLS`] parts of [0, 1].
+    first: Vec<u8>,
+}
+
+/// Parts of [0, 1], so narrow that none holds three levels: the narrowest is 1 / 3295 wide.
+const CELLS: usize = 1 << 12;
+
+impl Encoder {
+    fn new() -> Self {
+        let level = |value: f32| (linear_to_srgb(value).clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        let mut least = [0.0f32; 256];
+        for (wanted, least) in least.iter_mut().enumerate().skip(1) {
+            // Positive floats are ordered as their bits are.
+            let (mut below, mut reached) = (0u32, 1.0f32.to_bits());
+            while reached - below > 1 {
+                let middle = below + (reached - below) / 2;
+                if usize::from(level(f32::from_bits(middle))) >= wanted {
+                    reached = middle;
+                } else {
+                    below = middle;
+                }
+            }
+            *least = f32::from_bits(reached);
+        }
+        let first = (0..=CELLS).map(|cell| level(cell as f32 / CELLS as f32)).collect();
+        Self { least, first }
+    }
+
+    fn level(&self, linear: f32) -> u8 {
+        let value = linear.clamp(0.0, 1.0);
+        let mut level = self.first[(value * CELLS as f32) as usize];
+        while level < 255 && value >= self.least[usize::from(level) + 1] {
+            level += 1;
+        }
+        level
+    }
+}
+
+/// Khronos PBR Neutral tone mapping of a linear colour.
+///
+/// Source: Khronos Group 2024, "Khronos PBR Neutral Tone Mapper", with F90 of 0.04, start of
+/// compression 0.8 and desaturation 0.15.
+fn neutral(rgb: [f32; 3]) -> [f32; 3] {
+    const START: f32 = 0.8 - 0.04;
+    const DESATURATION: f32 = 0.15;
+    let least = rgb[0].min(rgb[1]).min(rgb[2]);
+    let offset = if least < 0.08 { least - 6.25 * least * least } else { 0.04 };
+    let color = rgb.map(|value| value - offset);
+    let peak = color[0].max(color[1]).max(color[2]);
+    if peak < START {
+        return color;
+    }
+    let d = 1.0 - START;
+    let new_peak = 1.0 - d * d / (peak + d - START);
+    let gray = 1.0 - 1.0 / (DESATURATION * (peak - new_peak) + 1.0);
+    color.map(|value| value * (new_peak / peak) * (1.0 - gray) + new_peak * gray)
+}
+
+/// The picture as 8-bit values, rounded to the nearest.
+#[must_use]
+pub fn to_8_bit(image: &Image) -> Vec<u8> {
+    image.data.iter().map(|value| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
+}
+
+/// The picture as 16-bit values, rounded to the nearest.
+#[must_use]
+pub fn to_16_bit(image: &Image) -> Vec<u16> {
+    image.data.iter().map(|value| (value.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(pixel: [f32; 4]) -> Image {
+        Image { width: 1, height: 1, components: 4, data: pixel.to_vec() }
+    }
+
+    #[test]
+    fn exposure_is_in_stops() {
+        let how = DisplayTransform { exposure_stops: 1.0, ..DisplayTransform::default() };
+        let developed = develop(&one([0.25, 0.0, 0.0, 1.0]), &how);
+        assert!((developed.data[0] - linear_to_srgb(0.5)).abs() < 1e-6);
+    }
+
+    #[test]
+    fn backgrounds_show_as_given_whatever_the_exposure() {
+        let background = Background::Color([0.2, 0.4, 0.6]);
+        let how =
+            DisplayTransform { exposure_stops: 5.0, background, ..DisplayTransform::default() };
+        let developed = develop(&one([0.0; 4]), &how);
+        for (value, expected) in developed.data.iter().zip([0.2, 0.4, 0.6, 1.0]) {
+            // Decoding and encoding sRGB in f32.
+            assert!((value - expected).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn nothing_that_is_not_finite_reaches_the_picture() {
+        for tone_map in [ToneMap::Clamp, ToneMap::Neutral] {
+            let how = DisplayTransform { tone_map, ..DisplayTransform::default() };
+            let odd = develop(&one([f32::NAN, f32::INFINITY, -3.0, f32::NAN]), &how);
+            assert!(odd.data.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v)));
+            let bright = develop(&one([1e30, 2e5, 3.0, 1.0]), &how);
+            assert!(bright.data.iter().all(|v| v.is_finite() && (0.0..=1.0).contains(v)));
+        }
+    }
+
+    #[test]
+    fn the_fast_way_gives_the_same_levels() {
+        let encoder = Encoder::new();
+        let mut values = vec![0.0, 1.0, f32::NAN, f32::INFINITY, -1.0, 1e-40, 0.5];
+        for least in encoder.least {
+            let bits = least.to_bits();
+            values.extend([bits.saturating_sub(1), bits, bits + 1].map(f32::from_bits));
+        }
+        values.extend((0..20_000).map(|i| (i as f32 * 0.618_034).fract() * 1.5));
+        let data = values.iter().flat_map(|&v| [v, 0.3 * v, 1.0 - v, v.fract()]).collect();
+        let image = Image { width: values.len() as u32, height: 1, components: 4, data };
+        let backgrounds = [Background::Transparent, Background::Color([0.2, 0.7, 1.0])];
+        for tone_map in [ToneMap::Clamp, ToneMap::Neutral] {
+            for background in backgrounds {
+                for exposure_stops in [0.0, -1.3] {
+                    let how = DisplayTransform { exposure_stops, tone_map, background };
+                    assert!(to_8_bit(&develop(&image, &how)) == develop_to_8_bit(&image, &how));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn rounding_is_to_the_nearest_level() {
+        let image = one([0.0, 1.0, 0.5, 0.998]);
+        assert_eq!(to_8_bit(&image), [0, 255, 128, 254]);
+        assert_eq!(to_16_bit(&image)[2], 32768);
+    }
+}

@@ -1,0 +1,17 @@
+//! Pictures: what renderers give, how a screen shows it, what files hold, and how far two are apart.
+//!
+//! Invariants: this crate opens no device and knows no renderer; radiance stays linear until
+//! [`display`] exposes and tone-maps it.
+
+pub mod display;
+mod error;
+pub mod exr;
+mod image;
+pub mod metrics;
+pub mod outputs;
+pub mod png;
+mod sample_sums;
+
+pub use error::FileError;
+pub use image::Image;
+pub use sample_sums::{SampleSums, TracedPicture};

@@ -1,0 +1,25 @@
+//! A cloud to be drawn, and the same in a view.
+
+use crate::columns::Columns;
+use crate::view::Eye;
+use glam::Mat4;
+
+/// A cloud to be drawn.
+pub struct Cloud<'a> {
+    /// Its columns.
+    pub columns: &'a Columns,
+    /// Rigid motion from its positions to view space, scaled to units of drawing.
+    pub view_from_cloud: Mat4,
+    /// The number of its first surfel in the picture, above 0.
+    pub first: u32,
+}
+
+/// A cloud in a view.
+pub(crate) struct CloudInView<'a> {
+    pub(crate) columns: &'a Columns,
+    pub(crate) eye: Eye,
+    /// Number of its first place; above 0.
+    pub(crate) first: u32,
+    /// Number of its first surfel in the picture.
+    pub(crate) first_surfel: u32,
+}

@@ -1,0 +1,95 @@
+//! What of a picture is made, its memory, and the rows of it that one thread draws.
+
+use crate::tile::Tile;
+
+/// What of the surface is made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// The nearest surfels' numbers and distances alone.
+    None,
+    /// The surface of the nearest surfels.
+    Nearest,
+    /// The surface of blended surfels.
+    Blended,
+    /// The same with the normals of fields.
+    Fields,
+}
+
+impl Mode {
+    /// Whether surfels are added up.
+    pub(crate) fn blends(self) -> bool {
+        matches!(self, Self::Blended | Self::Fields)
+    }
+}
+
+/// What is made of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Parts {
+    /// The surface.
+    pub mode: Mode,
+    /// The nearest surfels.
+    pub winners: bool,
+    /// Indices of the nearest surfels' materials.
+    pub material: bool,
+    /// Which of the clouds the nearest surfels belong to.
+    pub object: bool,
+}
+
+/// A picture, row by row from the top.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    /// Number of the nearest surfel, its highest bit set where it is seen from behind, and the bits of
+    /// its distance in units of drawing; zeros where nothing is; empty unless asked for.
+    pub winners: Vec<[u32; 2]>,
+    /// The surface as `surfelshop::packing` packs it; empty unless asked for.
+    pub packed: Vec<[u32; 4]>,
+    /// Indices of materials; empty unless asked for.
+    pub material: Vec<u32>,
+    /// Clouds, from 0; empty unless asked for.
+    pub object: Vec<u32>,
+    /// Blocks that were drawn, and surfels in them.
+    pub drawn: DrawCounts,
+}
+
+impl Picture {
+    /// Bytes that it takes, room for larger pictures included.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        let Self { winners, packed, material, object, drawn: _ } = self;
+        let [winners, packed] = [8 * winners.capacity(), 16 * packed.capacity()];
+        let others = 4 * (material.capacity() + object.capacity());
+        (winners + packed + others) as u64
+    }
+}
+
+/// How much a picture took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DrawCounts {
+    /// Blocks in front of the eye.
+    pub blocks: usize,
+    /// Surfels in them, merged ones counting once, and groups filled up to sixteen.
+    pub surfels: usize,
+}
+
+/// Rows of a picture that one thread draws.
+pub(crate) struct Band<'a> {
+    pub(crate) width: usize,
+    pub(crate) top: usize,
+    pub(crate) winners: &'a mut [[u32; 2]],
+    pub(crate) packed: &'a mut [[u32; 4]],
+    pub(crate) material: &'a mut [u32],
+    pub(crate) object: &'a mut [u32],
+}
+
+impl Band<'_> {
+    /// The place of a tile's pixel.
+    #[inline(always)]
+    pub(crate) fn at(&self, tile: &Tile, x: usize, y: usize) -> usize {
+        y * self.width + tile.corner[0] as usize + x
+    }
+
+    /// Whether anything but the surface is made.
+    pub(crate) fn looks_up(&self) -> bool {
+        !(self.winners.is_empty() && self.material.is_empty() && self.object.is_empty())
+    }
+}

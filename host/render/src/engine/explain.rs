@@ -1,0 +1,390 @@
+//! What a frame was made of, what was left out of it, and why.
+
+use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
+use crate::graph::{LivePasses, Node, PassState, Plan, needed, texels, touched};
+use crate::resource_use::ResourceUse;
+use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
+use serde::Serialize;
+use surfelshop_api::graph::{Lifetime, Output};
+
+/// A frame, explained.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Explanation {
+    /// Columns of the clouds, and those that drawing knows and the clouds lack.
+    pub columns: Vec<ColumnUse>,
+    /// How surfels were drawn, and why so.
+    pub surfels: Vec<String>,
+    /// Passes of the host and of the renderer, in order.
+    pub passes: Vec<PassUse>,
+    /// Textures and buffers: the host's own, then those of the renderer's graph.
+    pub resources: Vec<ResourceUse>,
+    /// Outputs of the graph, and whether they were asked for.
+    pub outputs: Vec<OutputUse>,
+    /// What the adapter has that drawing can use, and what it lacks.
+    pub features: Vec<FeatureUse>,
+}
+
+/// A pass.
+#[derive(Clone, Debug, Serialize)]
+pub struct PassUse {
+    /// Its name.
+    pub name: String,
+    /// Whether it ran.
+    pub state: PassState,
+    /// Milliseconds on the device, where known.
+    pub gpu_ms: Option<f64>,
+    /// Why it ran or did not.
+    pub why: String,
+    /// Values of its `override` constants.
+    pub constants: Vec<(String, f64)>,
+    /// Whether what its shader guards is there; what is not is left out of the shader.
+    pub features: Vec<(String, bool)>,
+}
+
+/// An output of the graph.
+#[derive(Clone, Debug, Serialize)]
+pub struct OutputUse {
+    /// Its name.
+    pub name: String,
+    /// Whether it was asked for.
+    pub wanted: bool,
+}
+
+/// Something an adapter may have.
+#[derive(Clone, Debug, Serialize)]
+pub struct FeatureUse {
+    /// Its name.
+    pub name: &'static str,
+    /// Whether the adapter has it.
+    pub here: bool,
+    /// What is done with it, or instead.
+    pub means: &'static str,
+    /// Whether this frame would be made otherwise if the adapter had it, or lacked it.
+    pub counts: bool,
+}
+
+impl Engine {
+    /// Explains the frame that a renderer made last.
+    ///
+    /// Milliseconds and states are those of `rendered`; what the graph would have is that of its last
+    /// structure.
+    #[must_use]
+    pub fn explain(
+        &self,
+        renderer: &RendererView,
+        request: &RenderRequest<'_>,
+        rendered: &Rendered,
+    ) -> Explanation {
+        let mut explained = Explanation {
+            columns: columns_used(request.clouds, &self.drawn_how(renderer, rendered.merged)),
+            surfels: self.surfels_used(renderer, request, rendered),
+            features: self.features(renderer, request, rendered),
+            ..Explanation::default()
+        };
+        if let Some(plan) = &renderer.plan {
+            let graph = Graph::new(plan, request.outputs);
+            explained.passes = graph.passes(rendered);
+            explained.resources = self.surfaces.textures();
+            explained.resources.extend(self.environments.textures());
+            explained.resources.extend(graph.resources());
+            explained.outputs = graph.outputs_used();
+        }
+        explained
+    }
+
+    /// Whether a renderer makes a picture itself, by the frame that it made last; else the host does.
+    #[must_use]
+    pub fn makes(&self, renderer: &RendererView, output: &Output) -> bool {
+        let plan = renderer.plan.as_ref();
+        plan.is_some_and(|plan| plan.structure.outputs.iter().any(|(own, _)| own == output))
+    }
+
+    /// How a renderer's surfels are drawn.
+    fn drawn_how(&self, renderer: &RendererView, merged: bool) -> DrawnHow<'_> {
+        let one_by_one = renderer.plan.as_ref().is_some_and(Plan::shades_surfels);
+        let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
+        DrawnHow { held: &self.columns, on_host, merged }
+    }
+
+    /// Lines about how surfels were drawn.
+    fn surfels_used(
+        &self,
+        renderer: &RendererView,
+        request: &RenderRequest<'_>,
+        rendered: &Rendered,
+    ) -> Vec<String> {
+        let mut lines = Vec::new();
+        let one_by_one = renderer.plan.as_ref().is_some_and(Plan::shades_surfels);
+        let gpu = &self.gpu;
+        let on_host = self.drawn_how(renderer, rendered.merged).on_host;
+        lines.push(if one_by_one {
+            "as quads by the device: the renderer shades surfels one by one".to_owned()
+        } else {
+            let why = match (self.surfels, gpu.is_software()) {
+                (SurfelDrawing::Automatic, true) => "the adapter is software",
+                (SurfelDrawing::Automatic, false) => "the adapter is a graphics card",
+                _ => "asked for",
+            };
+            let size = request.view.size_px;
+            let how = match (on_host, self.surfels.computes(gpu, size)) {
+                (true, _) => "by the processor",
+                (_, true) => "small discs by compute, large ones as quads",
+                _ => "as quads by the device",
+            };
+            format!("{how}: {why}")
+        });
+        let all: usize = request.clouds.iter().map(|cloud| cloud.len).sum();
+        let n_drawn = self.surfaces.n_drawn;
+        lines.push(match on_host || rendered.merged {
+            true => format!(
+                "{n_drawn} drawn of {all}: blocks that cannot be seen are left out, and what is left \
+                 is filled up to sixteens"
+            ),
+            false => format!("{n_drawn} drawn of {all}: the device is given all"),
+        });
+        lines.push(match (rendered.merged, request.detail_px > 0.0) {
+            (true, _) => format!(
+                "merged where one of at most {} px can stand for several",
+                request.detail_px
+            ),
+            (false, true) => "none merged: the renderer's passes take no merged surfels".to_owned(),
+            (false, false) => "none merged: no detail was asked for".to_owned(),
+        });
+        let counters = self.counters();
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        lines.push(format!(
+            "columns as they are drawn take {:.2} MB on the device and {:.2} MB in memory",
+            megabytes(counters.column_bytes),
+            megabytes(counters.host_column_bytes)
+        ));
+        let counts = counters.compiled;
+        lines.push(format!(
+            "{} shader texts and {} pipelines compiled so far, only those that passes need",
+            counts.modules, counts.pipelines
+        ));
+        lines
+    }
+
+    fn features(
+        &self,
+        renderer: &RendererView,
+        request: &RenderRequest<'_>,
+        rendered: &Rendered,
+    ) -> Vec<FeatureUse> {
+        use crate::gpu::Atomics;
+        let gpu = &self.gpu;
+        let draws = !self.drawn_how(renderer, rendered.merged).on_host;
+        let computes = draws && self.surfels.computes(gpu, request.view.size_px);
+        let textures = renderer.plan.as_ref().map(|plan| &plan.structure.textures);
+        let has_volumes = textures.is_some_and(|all| all.iter().any(|texture| texture.volume));
+        let feature = |name, here, [with, without]: [&'static str; 2], counts| FeatureUse {
+            name,
+            here,
+            means: if here { with } else { without },
+            counts,
+        };
+        vec![
+            feature(
+                "blending of 32-bit floats",
+                gpu.blends_f32,
+                [
+                    "quads are added up by blending",
+                    "surfels that the device draws are added up in fixed point by compute",
+                ],
+                draws,
+            ),
+            feature(
+                "timestamps",
+                gpu.times_passes,
+                [
+                    match gpu.is_software() {
+                        true => "passes are timed, but for frames that compute, in software",
+                        false => "passes are timed on the device",
+                    },
+                    "passes have no times",
+                ],
+                true,
+            ),
+            feature(
+                "64-bit atomics",
+                gpu.atomics != Atomics::Only32,
+                [
+                    "compute finds the nearest surfel in one step",
+                    "compute takes two steps, distances first",
+                ],
+                computes,
+            ),
+            feature(
+                "reversed depth",
+                gpu.keeps_reversed_depth(),
+                [
+                    "depth comes from clip space",
+                    "OpenGL would round it away: fragments write depth themselves",
+                ],
+                draws,
+            ),
+            feature(
+                "stores into volumes",
+                gpu.stores_into_volumes(),
+                ["compute passes fill volumes", "passes that store into a volume are refused"],
+                has_volumes,
+            ),
+            feature(
+                "a graphics card",
+                !gpu.is_software(),
+                [
+                    "shaders run on it",
+                    "shaders run on the processor; only trusted plugins' graphs should",
+                ],
+                true,
+            ),
+        ]
+    }
+}
+
+/// A checked graph and what was asked of it.
+struct Graph<'a> {
+    plan: &'a Plan,
+    wanted: &'a [Output],
+    needed: LivePasses,
+    requested: Vec<usize>,
+    /// Each output's name, and what it needs.
+    outputs: Vec<(String, LivePasses)>,
+}
+
+impl<'a> Graph<'a> {
+    fn new(plan: &'a Plan, wanted: &'a [Output]) -> Self {
+        let offered = plan.structure.outputs.iter();
+        let requested: Vec<usize> = offered
+            .filter(|(output, _)| wanted.contains(output))
+            .map(|(_, texture)| texture.index())
+            .collect();
+        let offered = plan.structure.outputs.iter();
+        let outputs =
+            offered.map(|(output, texture)| (output.name(), needed(plan, &[texture.index()])));
+        let outputs = outputs.collect();
+        Self { plan, wanted, needed: needed(plan, &requested), requested, outputs }
+    }
+
+    /// Names of the outputs that a pass feeds.
+    fn fed_by(&self, pass: usize) -> Vec<String> {
+        let fed = self.outputs.iter().filter(|(_, needed)| needed.passes.get(pass) == Some(&true));
+        fed.map(|(name, _)| name.clone()).collect()
+    }
+
+    fn passes(&self, rendered: &Rendered) -> Vec<PassUse> {
+        let own = &self.plan.structure.passes;
+        let explained = |report: &crate::graph::PassReport| {
+            let at = own.iter().position(|pass| pass.name == report.name);
+            let outputs = at.map(|at| self.fed_by(at)).unwrap_or_default();
+            let why = match (report.state, at) {
+                (PassState::Ran, Some(_)) => format!("feeds output {}", listed(&outputs)),
+                (PassState::Ran, None) if report.name.starts_with("host:") => {
+                    "makes an output that was asked for and that the renderer does not make"
+                        .to_owned()
+                }
+                (PassState::Ran, None) => "draws surfels for what follows".to_owned(),
+                (PassState::Reused, _) => {
+                    "what it makes is kept, and nothing it is of has changed".to_owned()
+                }
+                (PassState::Culled, _) if outputs.is_empty() => "feeds no output".to_owned(),
+                (PassState::Culled, _) => {
+                    format!("feeds output {} alone, not asked for", listed(&outputs))
+                }
+            };
+            let constants = at.and_then(|at| own.get(at)).map(|pass| {
+                pass.constants.iter().map(|(name, value)| (name.clone(), *value)).collect()
+            });
+            let features = at.and_then(|at| own.get(at)).map(|pass| {
+                pass.features.iter().map(|(name, there)| (name.clone(), *there)).collect()
+            });
+            let stood_in = at.is_some_and(|at| self.plan.passes[at].stood_in.get());
+            let why = match stood_in {
+                true => {
+                    format!("{why}; drawn by a shader with more in it while its own is compiled")
+                }
+                false => why,
+            };
+            PassUse {
+                name: report.name.clone(),
+                state: report.state,
+                gpu_ms: report.gpu_ms,
+                why,
+                constants: constants.unwrap_or_default(),
+                features: features.unwrap_or_default(),
+            }
+        };
+        rendered.passes.iter().map(explained).collect()
+    }
+
+    fn resources(&self) -> Vec<ResourceUse> {
+        let nodes = touched(self.plan, &self.needed, &self.requested);
+        let structure = &self.plan.structure;
+        let why = |made: bool, node: Node| match made {
+            true => "a pass that runs reads or writes it".to_owned(),
+            false => format!("only {} would touch it", listed(&self.touching(node))),
+        };
+        let textures = structure.textures.iter().enumerate().map(|(i, texture)| {
+            let node = Node::Texture(i);
+            let made = nodes.contains(&node);
+            let [width, height, depth] = self.plan.extent(i);
+            let texels = texels([width, height, depth], texture.mips, texture.volume);
+            ResourceUse {
+                label: texture.label.clone(),
+                what: format!("{width} x {height} x {depth} {:?}", texture.format),
+                bytes: texels * u64::from(texture.format.bytes_per_texel()),
+                made,
+                why: why(made, node),
+            }
+        });
+        let buffers = structure.buffers.iter().enumerate().map(|(i, buffer)| {
+            let node = Node::Buffer(i);
+            let made = nodes.contains(&node);
+            let what = match (buffer.surfels, &buffer.lifetime) {
+                (Some(_), _) => "buffer of the scene's surfels",
+                (None, Lifetime::History) => "buffer, kept from frame to frame",
+                (None, Lifetime::Persistent { .. }) => "buffer, kept under its key",
+                (None, Lifetime::Frame) => "buffer",
+            };
+            ResourceUse {
+                label: buffer.label.clone(),
+                what: what.to_owned(),
+                bytes: buffer.size,
+                made,
+                why: why(made, node),
+            }
+        });
+        textures.chain(buffers).collect()
+    }
+
+    /// Names of the passes that touch a resource.
+    fn touching(&self, node: Node) -> Vec<String> {
+        let passes = self.plan.structure.passes.iter().zip(&self.plan.passes);
+        let touches =
+            passes.filter(|(_, pass)| pass.reads.contains(&node) || pass.writes.contains(&node));
+        touches.map(|(pass, _)| pass.name.clone()).collect()
+    }
+
+    fn outputs_used(&self) -> Vec<OutputUse> {
+        let one = |(output, _): &(Output, _)| OutputUse {
+            name: output.name(),
+            wanted: self.wanted.contains(output),
+        };
+        let own: Vec<OutputUse> = self.plan.structure.outputs.iter().map(one).collect();
+        let is_own = |output: &Output| own.iter().any(|known| known.name == output.name());
+        let of_host = self.wanted.iter().filter(|output| !is_own(output));
+        let of_host: Vec<OutputUse> = of_host
+            .map(|output| OutputUse {
+                name: format!("{}, by the host", output.name()),
+                wanted: true,
+            })
+            .collect();
+        own.into_iter().chain(of_host).collect()
+    }
+}
+
+/// Names as a sentence has them.
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    if quoted.is_empty() { "nothing".to_owned() } else { quoted.join(", ") }
+}

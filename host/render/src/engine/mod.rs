@@ -1,0 +1,328 @@
+//! One frame from request to pictures.
+
+mod ablation;
+mod compute;
+mod explain;
+mod frame_pass;
+mod options;
+mod prepared_view;
+mod release;
+mod request;
+mod surface_only;
+mod surfel_buffers;
+mod tool_device;
+mod upload;
+
+use crate::environment_map::Environments;
+use crate::gpu::{Atomics, Gpu};
+use crate::graph::{Lending, Pipelines, Plan, RenderError, Resources, checked};
+use crate::surfels::{ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing};
+pub use ablation::Restored;
+pub use explain::{Explanation, FeatureUse, OutputUse, PassUse};
+use frame_pass::{OutputRequest, Submission};
+pub use options::{Counters, EngineOptions};
+pub use request::{RenderRequest, Rendered};
+use std::time::Instant;
+use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::{CloudView, FrameRequest};
+use surfelshop_runtime::boundary::decode;
+use surfelshop_runtime::plugins::Hosted;
+pub use upload::{ColumnUploader, PreparedColumns};
+
+/// A renderer in a view: its instance, on a thread of its own, and the plan of its last structure.
+pub struct RendererView {
+    hosted: Hosted,
+    scope: String,
+    /// What it described last.
+    graph: EncodedGraph,
+    plan: Option<Plan>,
+    /// The engine that made the plan, whose device its pipelines belong to.
+    planned_by: u64,
+    /// Tells this view from all others.
+    serial: u64,
+}
+
+impl RendererView {
+    /// Puts an instance of a renderer into a view; `scope` keeps the persistent resources of
+    /// different renderers apart and is usually
+    /// [`LoadedUnit::scope`](surfelshop_runtime::plugins::LoadedUnit::scope).
+    #[must_use]
+    pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
+        let (graph, scope) = (EncodedGraph::default(), scope.into());
+        Self { hosted, scope, graph, plan: None, planned_by: 0, serial: next_serial() }
+    }
+
+    /// The graph of the last frame.
+    #[must_use]
+    pub fn graph(&self) -> &EncodedGraph {
+        &self.graph
+    }
+}
+
+/// The device side: columns, pipelines, surfaces and resources of all views.
+pub struct Engine {
+    /// Tells this engine from all others of the process.
+    serial: u64,
+    gpu: Gpu,
+    pipelines: Pipelines,
+    columns: Columns,
+    surfaces: Surfaces,
+    resources: Resources,
+    environments: Environments,
+    samples: Samples,
+    surfels: SurfelDrawing,
+    /// Whether equal radii are a constant.
+    constant_radii: bool,
+    /// What is drawn with although it need not be.
+    keeping: ablation::Keeping,
+    plans: u32,
+    chunks: usize,
+}
+
+/// Tells engines apart, and what was planned by one before it was to keep something else.
+fn next_serial() -> u64 {
+    use std::sync::atomic::{AtomicU64, Ordering};
+    static NEXT: AtomicU64 = AtomicU64::new(1);
+    NEXT.fetch_add(1, Ordering::Relaxed)
+}
+
+impl Engine {
+    /// An engine on a device.
+    ///
+    /// # Errors
+    /// Where a shader module of the host is broken.
+    pub fn new(mut gpu: Gpu, options: &EngineOptions) -> Result<Self, RenderError> {
+        if options.only_32_bit_atomics {
+            gpu.atomics = Atomics::Only32;
+        }
+        let constant_radii = options.constant_radii.unwrap_or(!gpu.is_software());
+        let mut columns =
+            Columns::new(gpu.device.clone(), gpu.queue.clone(), options.chunk_surfels);
+        columns.keep_radii(!constant_radii);
+        Ok(Self {
+            serial: next_serial(),
+            pipelines: Pipelines::new(gpu.device.clone())?,
+            columns,
+            surfaces: Surfaces::default(),
+            resources: Resources::with_store(options.store.clone()),
+            environments: Environments::default(),
+            samples: Samples::default(),
+            surfels: options.surfels,
+            constant_radii,
+            keeping: ablation::Keeping::default(),
+            plans: 0,
+            chunks: 0,
+            gpu,
+        })
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// What was done so far.
+    #[must_use]
+    pub fn counters(&self) -> Counters {
+        Counters {
+            compiled: self.pipelines.counts,
+            surfaces: self.surfaces.counts,
+            plans: self.plans,
+            chunks: self.chunks,
+            uploads: self.columns.uploads,
+            column_bytes: self.columns.bytes(),
+            host_column_bytes: self.columns.host_bytes(),
+            surfel_buffers: self.samples.made,
+            drawn_surfels: self.surfaces.n_drawn,
+            environments: self.environments.uploads,
+            environment_bytes: self.environments.bytes(),
+            kept_bytes: self.surfaces.bytes() + self.resources.bytes(),
+            kept_pipelines: self.pipelines.n_pipelines(),
+            kept_modules: self.pipelines.n_modules(),
+        }
+    }
+
+    /// Says whether a pipeline that leaves out what a scene lacks is compiled beside drawing, where one
+    /// that has it can stand in, which makes the same picture. Else, and at first, drawing waits for it.
+    pub fn compile_beside(&mut self, beside: bool) {
+        self.pipelines.compiles_beside = beside;
+    }
+
+    /// Has clouds of so many surfels and more drawn with all columns that they have, whether something
+    /// reads them or not: putting so many in order once more, for a column that is read after all, takes
+    /// seconds.
+    pub fn keep_whole_from(&mut self, n_surfels: usize) {
+        self.columns.keep_whole_from(n_surfels);
+    }
+
+    /// Draws surfels anew in the next frame even where the same view of them was drawn: for frames
+    /// whose time is to be theirs alone.
+    pub fn forget_surfaces(&mut self) {
+        self.surfaces.forget();
+    }
+
+    /// Has a renderer describe a frame and runs it.
+    ///
+    /// # Errors
+    /// Where the plugin fails, its graph breaks a rule, a cloud cannot be drawn, or the device
+    /// fails. The engine can be used on, unless its device is lost.
+    pub fn render(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
+        let rendered = self.attempt(renderer, request);
+        rendered.map_err(|error| self.cause(error))
+    }
+
+    /// Everything fails on a lost device, each thing in words of its own; the loss is the cause.
+    fn cause(&self, error: RenderError) -> RenderError {
+        match self.gpu.lost() {
+            Some(reason) => RenderError::DeviceLost(reason.to_owned()),
+            None => error,
+        }
+    }
+
+    fn attempt(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
+        self.check_size(request.view.size_px)?;
+        let asked = FrameRequest {
+            view: request.view,
+            scene: request.scene.clone(),
+            cloud: request.facts.clone(),
+            frame_index: request.frame_index,
+            values: request.values.clone(),
+            environment: request.environment.map(|given| given.environment.clone()),
+        };
+        let encoded = renderer.hosted.frame_in_motion(asked, request.stride);
+        let encoded = encoded.map_err(RenderError::Plugin)?;
+        let drawn = self.draw(renderer, &encoded, request);
+        renderer.graph = encoded;
+        drawn
+    }
+
+    fn draw(
+        &mut self,
+        renderer: &mut RendererView,
+        encoded: &EncodedGraph,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
+        self.replan(renderer, encoded, request.view.size_px)?;
+        let Some(plan) = &renderer.plan else {
+            return Err(RenderError::Graph("there is none".to_owned()));
+        };
+        let outputs = self.keeping.outputs(request.outputs);
+        let n_outputs = request.outputs.len();
+        let request = &RenderRequest { outputs: &outputs, ..*request };
+        let asked = OutputRequest::new(plan, request.outputs)?;
+        self.resources.next_frame(request.view.size_px);
+        self.pipelines.next_frame();
+        let one_by_one = plan.shades_surfels();
+        let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
+        let drawing = if one_by_one { SurfelDrawing::Quads } else { self.surfels };
+        let detailed = request.detail_px > 0.0 && plan.takes_merged_surfels() && !one_by_one;
+        // Previews by the device have one surfel of so many: merged ones take memory.
+        let merged = detailed || on_host && request.stride > 1;
+        // As data surfels are as the scene has them, in previews, too.
+        let given = self.surfel_buffers(&asked, plan, request)?;
+        let mut scene = request.scene.clone();
+        let request = &request.drawn(merged, &mut scene);
+        let started = Instant::now();
+        let clouds = self.drawn_clouds(request, Some(asked.wanted()), on_host)?;
+        let columns_ms = started.elapsed().as_secs_f64() * 1e3;
+        let device = self.gpu.device.clone();
+        let work = Submission {
+            gpu: &self.gpu,
+            pipelines: &mut self.pipelines,
+            surfaces: &mut self.surfaces,
+            resources: &mut self.resources,
+            environments: &mut self.environments,
+            plan,
+            lending: Lending { scope: &renderer.scope, view: renderer.serial, given },
+            data: &encoded.data,
+            request,
+            asked,
+            clouds: &clouds,
+            drawing,
+        };
+        let done = checked(&device, || work.run()).map_err(RenderError::Device);
+        match done.and_then(|done| done) {
+            Ok(mut frame) => {
+                frame.images.truncate(n_outputs);
+                self.resources.give_back(frame.resources, &frame.written);
+                self.resources.save(&self.gpu);
+                Ok(Rendered {
+                    images: frame.images,
+                    passes: frame.passes,
+                    graph_bytes: frame.graph_bytes,
+                    merged,
+                    columns_ms,
+                    wants_another_frame: plan.structure.wants_another_frame,
+                })
+            }
+            Err(error) => {
+                self.surfaces.forget();
+                Err(error)
+            }
+        }
+    }
+
+    /// The clouds as they are drawn, with the columns that are wanted where that happens; without a wish
+    /// of its own a frame is drawn with what others want.
+    fn drawn_clouds(
+        &mut self,
+        request: &RenderRequest<'_>,
+        wanted: Option<ColumnDemand>,
+        on_host: bool,
+    ) -> Result<Vec<DrawnCloud>, RenderError> {
+        self.columns.next_frame(wanted.map(|wanted| self.keeping.wanted(wanted)));
+        for cloud in request.clouds {
+            self.keeping.make(cloud);
+        }
+        let keeping = &self.keeping;
+        let drawn = |cloud: &CloudView<'_>| match on_host {
+            true => self.columns.on_host(&keeping.with(cloud), request.detail_px > 0.0, &|_| true),
+            false => self.columns.cloud(&keeping.with(cloud), request.detail_px > 0.0, &|_| true),
+        };
+        let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
+        self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
+        Ok(clouds)
+    }
+
+    fn check_size(&self, size: [u32; 2]) -> Result<(), RenderError> {
+        let most = self.gpu.device.limits().max_texture_dimension_2d;
+        if size.iter().any(|&side| side == 0 || side > most) {
+            return Err(RenderError::Device(format!(
+                "a picture of {} x {} was asked for; each side must be 1 to {most}",
+                size[0], size[1]
+            )));
+        }
+        Ok(())
+    }
+
+    /// Decodes and checks the structure, unless it is the one planned last.
+    fn replan(
+        &mut self,
+        renderer: &mut RendererView,
+        encoded: &EncodedGraph,
+        size: [u32; 2],
+    ) -> Result<(), RenderError> {
+        let known = renderer.plan.as_ref().is_some_and(|plan| plan.size == size)
+            && renderer.planned_by == self.serial
+            && renderer.graph.structure == encoded.structure;
+        if known {
+            return Ok(());
+        }
+        renderer.plan = None;
+        let mut structure = decode(encoded).map_err(RenderError::Plugin)?;
+        self.keeping.restore(&mut structure);
+        self.plans += 1;
+        renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
+        renderer.planned_by = self.serial;
+        Ok(())
+    }
+}

@@ -1,0 +1,79 @@
+//! Frames as they are asked for and as they come back.
+
+use crate::graph::PassReport;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{CloudFacts, CloudView, EnvironmentView, Scene, View};
+use surfelshop_image::Image;
+
+/// A frame to be rendered.
+#[derive(Clone, Copy)]
+pub struct RenderRequest<'a> {
+    /// The clouds of the scene.
+    pub clouds: &'a [CloudView<'a>],
+    /// Facts of the clouds.
+    pub facts: &'a CloudFacts,
+    /// Lights, exposure and surface settings.
+    pub scene: &'a Scene,
+    /// Camera, size and depth range.
+    pub view: View,
+    /// The light around the scene, where it has one.
+    pub environment: Option<EnvironmentView<'a>>,
+    /// The renderer's parameters.
+    pub values: &'a Values,
+    /// The pictures wanted.
+    pub outputs: &'a [Output],
+    /// Frames since something in this view changed.
+    pub frame_index: u32,
+    /// One surfel of so many is drawn, evenly along the curve that orders them in space, and so
+    /// much larger that they cover the same area: a preview where 1, the whole, takes too long. 0
+    /// is taken as 1. Where surfels are merged, it makes these coarser instead.
+    pub stride: u32,
+    /// Several surfels are drawn as one where that has at most this radius in pixels; 0, or a renderer
+    /// that does not take merged surfels, draws all.
+    pub detail_px: f32,
+}
+
+/// Merged surfels of this radius in pixels are about as many as the pixels that they cover.
+const MOVING_DETAIL_PX: f32 = 1.0;
+
+impl<'a> RenderRequest<'a> {
+    /// The request as surfels are drawn: a preview has fewer and larger ones, or merged ones where
+    /// these can be had.
+    pub(crate) fn drawn(&self, merged: bool, scene: &'a mut Scene) -> Self {
+        let stride = self.stride.max(1);
+        let coarser = (stride as f32).sqrt();
+        if merged {
+            let least = if stride > 1 { MOVING_DETAIL_PX * coarser } else { 0.0 };
+            return RenderRequest { stride: 1, detail_px: self.detail_px.max(least), ..*self };
+        }
+        scene.surface.radius_scale *= coarser;
+        RenderRequest { scene, stride, detail_px: 0.0, ..*self }
+    }
+}
+
+/// A rendered frame.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The requested pictures, in the order of the request.
+    pub images: Vec<(Output, Image)>,
+    /// The passes in the order they stand in the frame.
+    pub passes: Vec<PassReport>,
+    /// Bytes of the textures and buffers of the renderer's graph that the frame used, kept ones
+    /// included.
+    pub graph_bytes: u64,
+    /// Whether surfels were merged where a detail asked for it: not all renderers take merged ones.
+    pub merged: bool,
+    /// Milliseconds in which columns were put in order and brought to where they are drawn.
+    pub columns_ms: f64,
+    /// Whether the renderer says that another frame would refine the picture.
+    pub wants_another_frame: bool,
+}
+
+impl Rendered {
+    /// The picture of an output, where it was requested.
+    #[must_use]
+    pub fn image(&self, output: &Output) -> Option<&Image> {
+        self.images.iter().find(|(other, _)| other == output).map(|(_, image)| image)
+    }
+}

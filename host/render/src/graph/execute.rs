@@ -1,0 +1,377 @@
+//! Runs the needed passes of a plan.
+
+use crate::gpu::Gpu;
+use crate::graph::host_binding::{HostBinding, HostResources, SurfelShading};
+use crate::graph::live_passes::LivePasses;
+use crate::graph::pipeline_desc::{Pipeline, Stage};
+use crate::graph::pipelines::Pipelines;
+use crate::graph::plan::{Node, PassCamera, Plan, Planned, targets_of};
+use crate::graph::recorder::{Attachment, PassState, Recorder};
+use crate::graph::resources::FrameResources;
+use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
+use crate::graph::uniform_layout::UniformLayout;
+use crate::graph::{RenderError, bind};
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use surfelshop_api::graph::{Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work};
+
+/// What a frame's passes are bound to besides the graph's own resources.
+pub(crate) struct Frame<'a> {
+    pub(crate) data: &'a [u8],
+    /// What the host gives for each camera; nothing where a graph computes without one.
+    pub(crate) host: &'a BTreeMap<PassCamera, &'a dyn HostResources>,
+}
+
+/// The resources that the needed passes touch.
+pub(crate) fn touched(plan: &Plan, needed: &LivePasses, outputs: &[usize]) -> Vec<Node> {
+    let mut nodes: BTreeSet<Node> = outputs.iter().map(|&i| Node::Texture(i)).collect();
+    for (pass, _) in plan.passes.iter().zip(&needed.passes).filter(|(_, needed)| **needed) {
+        nodes.extend(&pass.reads);
+        nodes.extend(&pass.writes);
+    }
+    nodes.into_iter().collect()
+}
+
+/// Records the needed passes in order; returns the resources they wrote.
+///
+/// # Errors
+/// Where a pipeline cannot be made or the data are too short.
+pub(crate) fn execute(
+    plan: &Plan,
+    needed: &LivePasses,
+    resources: &FrameResources,
+    frame: &Frame<'_>,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+) -> Result<Vec<Node>, RenderError> {
+    upload_data(plan, resources, frame, recorder)?;
+    let uniforms = Uniforms::new(plan, frame.data, recorder.gpu)?;
+    let mut samplers = HashMap::new();
+    let mut written = Vec::new();
+    for (i, pass) in plan.structure.passes.iter().enumerate() {
+        let planned = &plan.passes[i];
+        if !needed.passes[i] {
+            recorder.note(&pass.name, PassState::Culled);
+            continue;
+        }
+        let kept = |node: &Node| plan.persistent(*node) && resources.is_filled(*node);
+        if !planned.writes.is_empty() && planned.writes.iter().all(kept) {
+            recorder.note(&pass.name, PassState::Reused);
+            continue;
+        }
+        let pipeline = plan.pipeline(i, pipelines)?;
+        let targets = target_views(plan, resources, i, &written);
+        for resource in pass.bindings.values() {
+            if let Resource::Sampler(kind) = resource {
+                samplers.entry(*kind).or_insert_with(|| sampler(recorder.gpu, *kind));
+            }
+        }
+        let mut variables = Variables {
+            plan,
+            pass,
+            planned,
+            frame,
+            resources,
+            uniforms: uniforms.as_ref(),
+            samplers: &samplers,
+            views: texture_views(plan, resources, i),
+            target: targets.first().map(|(view, ..)| view),
+            lit: None,
+        };
+        if let Some(shader) = &planned.surfels {
+            let pipeline = plan.surfel_pipeline(i, shader, pipelines)?;
+            variables.lit = Some(shade_surfels(&variables, &pipeline, recorder, pipelines)?);
+        }
+        let group = bind(recorder.gpu, &pipeline, |name| variables.resource(name))
+            .map_err(|message| RenderError::pass(&pass.name, message))?;
+        match &pipeline.stage {
+            Stage::Compute(stage) => {
+                let groups = group_counts(plan, i);
+                recorder.compute(&pass.name, |pass| {
+                    pass.set_pipeline(stage);
+                    pass.set_bind_group(0, &group, &[]);
+                    pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+                });
+            }
+            Stage::Render(stage) => {
+                let colors: Vec<Attachment<'_>> = targets
+                    .iter()
+                    .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
+                    .collect();
+                recorder.render(&pass.name, &colors, None, |pass| {
+                    pass.set_pipeline(stage);
+                    pass.set_bind_group(0, &group, &[]);
+                    pass.draw(0..3, 0..1);
+                });
+            }
+        }
+        written.extend(&planned.writes);
+    }
+    Ok(written)
+}
+
+/// What the variables of one pass are bound to.
+struct Variables<'a> {
+    plan: &'a Plan,
+    pass: &'a Pass,
+    planned: &'a Planned,
+    frame: &'a Frame<'a>,
+    resources: &'a FrameResources,
+    uniforms: Option<&'a Uniforms<'a>>,
+    samplers: &'a HashMap<SamplerKind, wgpu::Sampler>,
+    /// Textures by variable.
+    views: HashMap<String, wgpu::TextureView>,
+    target: Option<&'a wgpu::TextureView>,
+    /// The surface of surfels that were shaded one by one.
+    lit: Option<wgpu::TextureView>,
+}
+
+impl Variables<'_> {
+    fn resource(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
+        if let Some(given) = HostBinding::of(name) {
+            return self.of_host(given);
+        }
+        if name == SHADING_TARGET {
+            return Some(wgpu::BindingResource::TextureView(self.target?));
+        }
+        match self.pass.bindings.get(name)? {
+            Resource::Uniform(id) => {
+                let span = match self.planned.layouts.get(name) {
+                    Some(layout) => self.uniforms?.span_of(layout)?,
+                    None => *self.plan.structure.uniforms.get(id.index())?,
+                };
+                Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &self.uniforms?.buffer,
+                    offset: span.offset,
+                    size: std::num::NonZeroU64::new(span.len),
+                }))
+            }
+            Resource::Texture { .. } => {
+                Some(wgpu::BindingResource::TextureView(self.views.get(name)?))
+            }
+            Resource::Buffer(id) => {
+                Some(self.resources.buffers.get(id.index())?.as_ref()?.as_entire_binding())
+            }
+            Resource::Sampler(kind) => {
+                Some(wgpu::BindingResource::Sampler(self.samplers.get(kind)?))
+            }
+        }
+    }
+
+    /// A variable of the host's modules.
+    fn of_host(&self, binding: HostBinding) -> Option<wgpu::BindingResource<'_>> {
+        if let (HostBinding::Surface, Some(lit)) = (binding, &self.lit) {
+            return Some(wgpu::BindingResource::TextureView(lit));
+        }
+        self.frame.host.get(&self.planned.seat)?.resource(binding, self.planned.surface)
+    }
+}
+
+/// Shades surfels one by one and blends what they radiate.
+fn shade_surfels(
+    variables: &Variables<'_>,
+    pipeline: &Pipeline,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+) -> Result<wgpu::TextureView, RenderError> {
+    let gpu = recorder.gpu;
+    let shading = SurfelShading {
+        name: &variables.pass.name,
+        pipeline,
+        bind: &|records, radiance| {
+            bind(gpu, pipeline, |name| match name {
+                SURFEL_RECORDS => Some(records.as_entire_binding()),
+                SURFEL_RADIANCE => Some(radiance.as_entire_binding()),
+                _ => variables.resource(name),
+            })
+        },
+    };
+    let missing = || RenderError::Host("the nearest surfels were not found".to_owned());
+    let host = variables.frame.host.get(&variables.planned.seat).ok_or_else(missing)?;
+    host.shade_surfels(&shading, recorder, pipelines)
+}
+
+/// Checks where uniforms lie in the data and brings uploads onto the device.
+fn upload_data(
+    plan: &Plan,
+    resources: &FrameResources,
+    frame: &Frame<'_>,
+    recorder: &mut Recorder<'_>,
+) -> Result<(), RenderError> {
+    let end = |offset: u64, len: u64| offset.saturating_add(len);
+    for span in &plan.structure.uniforms {
+        let Span { offset, len } = *span;
+        let n_bytes = frame.data.len();
+        if end(offset, len) > n_bytes as u64 || offset % 256 != 0 {
+            return Err(RenderError::Graph(format!(
+                "a uniform of {len} bytes at {offset} of the frame's {n_bytes} bytes of data; it must lie \
+                 within them, at a multiple of 256"
+            )));
+        }
+    }
+    for (buffer, made) in plan.structure.buffers.iter().zip(&resources.buffers) {
+        let Some(made) = made else { continue };
+        match buffer.upload {
+            Some(span) => {
+                let bytes = usize::try_from(span.offset)
+                    .ok()
+                    .zip(usize::try_from(end(span.offset, span.len)).ok())
+                    .and_then(|(first, end)| frame.data.get(first..end))
+                    .filter(|bytes| bytes.len() as u64 <= made.size())
+                    .ok_or_else(|| {
+                        let label = &buffer.label;
+                        RenderError::Graph(format!("buffer `{label}` has no such data to upload"))
+                    })?;
+                let mut padded = bytes.to_vec();
+                padded.resize(bytes.len().next_multiple_of(4), 0);
+                recorder.gpu.queue.write_buffer(made, 0, &padded);
+            }
+            None if matches!(buffer.lifetime, Lifetime::Frame) && buffer.surfels.is_none() => {
+                recorder.encoder.clear_buffer(made, 0, None);
+            }
+            None => {}
+        }
+    }
+    Ok(())
+}
+
+/// Uniforms start at multiples of this many bytes, as any device takes it.
+const UNIFORM_ALIGN: usize = 256;
+
+/// All uniforms of a frame, in one buffer: the frame's data, and behind it the uniforms that are given by
+/// name, as the structures of shaders have them.
+struct Uniforms<'a> {
+    buffer: wgpu::Buffer,
+    laid_out: Vec<(&'a UniformLayout, Span)>,
+}
+
+impl<'a> Uniforms<'a> {
+    /// Those of a plan; `None` where it has none.
+    fn new(plan: &'a Plan, data: &[u8], gpu: &Gpu) -> Result<Option<Self>, RenderError> {
+        if plan.structure.uniforms.is_empty() {
+            return Ok(None);
+        }
+        let mut bytes = Cow::Borrowed(data);
+        let mut laid_out: Vec<(&UniformLayout, Span)> = Vec::new();
+        for layout in plan.passes.iter().flat_map(|pass| pass.layouts.values()) {
+            if laid_out.iter().any(|(known, _)| *known == layout) {
+                continue;
+            }
+            let bytes = bytes.to_mut();
+            bytes.resize(bytes.len().next_multiple_of(UNIFORM_ALIGN), 0);
+            let offset = bytes.len() as u64;
+            layout
+                .append(plan.structure.uniforms[layout.uniform], data, bytes)
+                .map_err(RenderError::Graph)?;
+            laid_out.push((layout, Span { offset, len: layout.size }));
+        }
+        let buffer = gpu.filled_buffer("uniforms", &bytes, wgpu::BufferUsages::UNIFORM);
+        Ok(Some(Self { buffer, laid_out }))
+    }
+
+    /// Where the bytes of a layout lie.
+    fn span_of(&self, layout: &UniformLayout) -> Option<Span> {
+        self.laid_out.iter().find(|(known, _)| *known == layout).map(|(_, span)| *span)
+    }
+}
+
+/// Views of the textures a pass reads or stores into, by variable.
+fn texture_views(
+    plan: &Plan,
+    resources: &FrameResources,
+    index: usize,
+) -> HashMap<String, wgpu::TextureView> {
+    let pass = &plan.structure.passes[index];
+    let mut views = HashMap::new();
+    for (name, resource) in &pass.bindings {
+        let Resource::Texture { id, mip } = resource else { continue };
+        let Some(Some(texture)) = resources.textures.get(id.index()) else { continue };
+        let described = &plan.structure.textures[id.index()];
+        let dimension = match (described.volume, plan.extent(id.index())[2]) {
+            (true, _) => wgpu::TextureViewDimension::D3,
+            (false, 1) => wgpu::TextureViewDimension::D2,
+            (false, _) => wgpu::TextureViewDimension::D2Array,
+        };
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(dimension),
+            base_mip_level: mip.unwrap_or(0),
+            mip_level_count: mip.map(|_| 1),
+            ..Default::default()
+        });
+        views.insert(name.clone(), view);
+    }
+    views
+}
+
+/// The views a pass draws into, whether each is cleared (where nothing has drawn into the texture
+/// in this frame), and the slice of a volume.
+fn target_views(
+    plan: &Plan,
+    resources: &FrameResources,
+    index: usize,
+    written: &[Node],
+) -> Vec<(wgpu::TextureView, bool, Option<u32>)> {
+    let view_of = |target: &Target| {
+        let i = target.texture.index();
+        let texture = resources.textures[i].as_ref()?;
+        let volume = plan.structure.textures[i].volume;
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(if volume {
+                wgpu::TextureViewDimension::D3
+            } else {
+                wgpu::TextureViewDimension::D2
+            }),
+            base_mip_level: target.mip,
+            mip_level_count: Some(1),
+            base_array_layer: if volume { 0 } else { target.layer },
+            array_layer_count: if volume { None } else { Some(1) },
+            ..Default::default()
+        });
+        let whole = plan.structure.textures[i].mips == 1 && plan.extent(i)[2] == 1;
+        let clear = !(whole && written.contains(&Node::Texture(i)));
+        Some((view, clear, volume.then_some(target.layer)))
+    };
+    targets_of(&plan.structure.passes[index]).iter().filter_map(view_of).collect()
+}
+
+fn group_counts(plan: &Plan, index: usize) -> [u32; 3] {
+    match plan.structure.passes[index].work {
+        Work::Compute { groups: Groups::Fixed(groups), .. } => groups,
+        Work::Compute { groups: Groups::PerPixel { divisor }, .. } => {
+            per_pixel(plan, index, divisor)
+        }
+        Work::Shading { .. } | Work::Fullscreen { .. } => per_pixel(plan, index, 1),
+    }
+}
+
+/// Workgroups that give each pixel of the view, divided, one invocation.
+fn per_pixel(plan: &Plan, index: usize, divisor: u32) -> [u32; 3] {
+    let [x, y, _] = plan.passes[index].workgroup_size;
+    let across = |size: u32, group: u32| size.div_ceil(divisor.max(1)).div_ceil(group.max(1));
+    let [width, height] = plan.size_of(&plan.structure.passes[index]);
+    [across(width, x), across(height, y), 1]
+}
+
+fn sampler(gpu: &Gpu, kind: SamplerKind) -> wgpu::Sampler {
+    let filter = match kind {
+        SamplerKind::Nearest => wgpu::FilterMode::Nearest,
+        _ => wgpu::FilterMode::Linear,
+    };
+    let address = match kind {
+        SamplerKind::LinearRepeat => wgpu::AddressMode::Repeat,
+        _ => wgpu::AddressMode::ClampToEdge,
+    };
+    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+        label: None,
+        address_mode_u: address,
+        address_mode_v: address,
+        address_mode_w: address,
+        mag_filter: filter,
+        min_filter: filter,
+        mipmap_filter: match kind {
+            SamplerKind::Nearest => wgpu::MipmapFilterMode::Nearest,
+            _ => wgpu::MipmapFilterMode::Linear,
+        },
+        ..Default::default()
+    })
+}

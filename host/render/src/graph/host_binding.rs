@@ -1,0 +1,90 @@
+//! Variables of the host's shader modules, and who gives them: the frame graph knows no surfels.
+
+use crate::graph::RenderError;
+use crate::graph::pipeline_desc::Pipeline;
+use crate::graph::pipelines::Pipelines;
+use crate::graph::recorder::Recorder;
+use surfelshop_api::graph::SurfaceMode;
+
+/// A variable that the host binds; authors bind all others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum HostBinding {
+    /// The view's uniform.
+    View,
+    /// The lights' uniform.
+    Lights,
+    /// The environment's uniform.
+    Environment,
+    /// The prefiltered environment map.
+    EnvironmentMap,
+    /// Its sampler.
+    EnvironmentSampler,
+    /// The packed surface.
+    Surface,
+    /// Materials of the nearest surfels.
+    Material,
+    /// Clouds of the nearest surfels.
+    Object,
+}
+
+impl HostBinding {
+    const ALL: [Self; 8] = [
+        Self::View,
+        Self::Lights,
+        Self::Environment,
+        Self::EnvironmentMap,
+        Self::EnvironmentSampler,
+        Self::Surface,
+        Self::Material,
+        Self::Object,
+    ];
+
+    /// The variable, with the module that declares it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::View => "surfelshop::view::view",
+            Self::Lights => "surfelshop::light::lights",
+            Self::Environment => "surfelshop::environment::environment",
+            Self::EnvironmentMap => "surfelshop::environment::environment_map",
+            Self::EnvironmentSampler => "surfelshop::environment::environment_sampler",
+            Self::Surface => "surfelshop::surface::surface_packed",
+            Self::Material => "surfelshop::surface::surface_material",
+            Self::Object => "surfelshop::surface::surface_object",
+        }
+    }
+
+    /// The binding of a variable; `None` where authors bind it.
+    pub(crate) fn of(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|binding| binding.name() == name)
+    }
+}
+
+/// What the host gives to passes that look from one camera.
+pub(crate) trait HostResources {
+    /// The resource of a binding, with the packed surface in this mode; `None` where there is none.
+    fn resource(
+        &self,
+        binding: HostBinding,
+        surface: Option<SurfaceMode>,
+    ) -> Option<wgpu::BindingResource<'_>>;
+
+    /// Calls a shading function for each surfel and blends the results into a packed surface.
+    ///
+    /// # Errors
+    /// Where a pipeline cannot be made or bound.
+    fn shade_surfels(
+        &self,
+        shading: &SurfelShading<'_>,
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<wgpu::TextureView, RenderError>;
+}
+
+/// A shading function that is called for each surfel.
+pub(crate) struct SurfelShading<'a> {
+    /// The pass.
+    pub(crate) name: &'a str,
+    pub(crate) pipeline: &'a Pipeline,
+    /// Binds it to the records of a chunk and to where their radiance goes.
+    pub(crate) bind: &'a dyn Fn(&wgpu::Buffer, &wgpu::Buffer) -> Result<wgpu::BindGroup, String>,
+}

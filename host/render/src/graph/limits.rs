@@ -1,0 +1,116 @@
+//! How much textures, buffers and cameras of a graph may take.
+
+use crate::graph::RenderError;
+use crate::graph::plan::Plan;
+use surfelshop_api::graph::{Buffer, Lifetime};
+
+/// Most bytes of one texture or buffer of a graph.
+const MAX_RESOURCE_BYTES: u64 = 1 << 30;
+/// Most bytes of all textures and buffers of a graph, and of what its cameras see.
+const MAX_GRAPH_BYTES: u64 = 4 << 30;
+/// Most cameras of a graph: six for each of a scene's lights.
+const MAX_CAMERAS: usize = 6 * surfelshop_api::Scene::MAX_LIGHTS;
+/// Bytes of a pixel that a camera sees: depth, number and distance of the nearest surfel, and a surface.
+const CAMERA_PIXEL_BYTES: u64 = 4 + 8 + 16;
+
+impl Plan {
+    /// # Errors
+    /// The first resource that is too large, of no size, or contradicts itself.
+    pub(super) fn check_resources(&self, limits: &wgpu::Limits) -> Result<(), RenderError> {
+        let sums = [
+            self.check_textures(limits)?,
+            self.check_buffers(limits)?,
+            self.check_cameras(limits)?,
+        ];
+        let total = sums.into_iter().fold(0u64, u64::saturating_add);
+        if total > MAX_GRAPH_BYTES {
+            return Err(RenderError::Graph(format!(
+                "its textures and buffers, and what its cameras see, have {total} bytes; at most \
+                 {MAX_GRAPH_BYTES} are given"
+            )));
+        }
+        Ok(())
+    }
+
+    /// Bytes of all textures.
+    fn check_textures(&self, limits: &wgpu::Limits) -> Result<u64, RenderError> {
+        let mut total = 0u64;
+        for (i, texture) in self.structure.textures.iter().enumerate() {
+            let refuse = |what: String| {
+                Err(RenderError::Graph(format!("texture `{}` {what}", texture.label)))
+            };
+            let [w, h, d] = self.extent(i);
+            let largest = if texture.volume {
+                limits.max_texture_dimension_3d
+            } else {
+                limits.max_texture_dimension_2d
+            };
+            if w == 0 || h == 0 || d == 0 {
+                return refuse(format!("is {w} x {h} x {d}; each must be at least 1"));
+            }
+            let deepest = if texture.volume { largest } else { limits.max_texture_array_layers };
+            if w.max(h) > largest || d > deepest {
+                let most = format!("{largest} x {largest} x {deepest}");
+                return refuse(format!("is {w} x {h} x {d}; the device allows {most}"));
+            }
+            if texture.mips == 0 || texture.mips > 32 - w.max(h).leading_zeros() {
+                return refuse(format!("of {w} x {h} cannot have {} mip levels", texture.mips));
+            }
+            let texels = u64::from(w) * u64::from(h) * u64::from(d);
+            let bytes = texels.saturating_mul(u64::from(texture.format.bytes_per_texel()));
+            if bytes > MAX_RESOURCE_BYTES {
+                return refuse(format!(
+                    "has {bytes} bytes; at most {MAX_RESOURCE_BYTES} are given"
+                ));
+            }
+            if texture.lifetime == Lifetime::History {
+                return refuse("is to keep what a frame leaves in it; only buffers do".to_owned());
+            }
+            total = total.saturating_add(bytes);
+        }
+        Ok(total)
+    }
+
+    /// Bytes of all buffers.
+    fn check_buffers(&self, limits: &wgpu::Limits) -> Result<u64, RenderError> {
+        let mut total = 0u64;
+        let most = limits.max_storage_buffer_binding_size.min(MAX_RESOURCE_BYTES);
+        for buffer in &self.structure.buffers {
+            let refuse =
+                |what: String| Err(RenderError::Graph(format!("buffer `{}` {what}", buffer.label)));
+            let Buffer { size, upload, surfels, lifetime, .. } = buffer;
+            if *size < 4 || *size > most {
+                return refuse(format!("has {size} bytes; 4 to {most} are allowed"));
+            }
+            if surfels.is_some() && (upload.is_some() || *lifetime != Lifetime::Frame) {
+                return refuse(
+                    "is filled with surfels; it can neither be uploaded nor kept besides"
+                        .to_owned(),
+                );
+            }
+            total = total.saturating_add(*size);
+        }
+        Ok(total)
+    }
+
+    /// Bytes of what all cameras see.
+    fn check_cameras(&self, limits: &wgpu::Limits) -> Result<u64, RenderError> {
+        let cameras = &self.structure.cameras;
+        if cameras.len() > MAX_CAMERAS {
+            return Err(RenderError::Graph(format!(
+                "it has {} cameras; at most {MAX_CAMERAS} are looked through",
+                cameras.len()
+            )));
+        }
+        let most = limits.max_texture_dimension_2d;
+        let wrong = |size: &[u32; 2]| size.iter().any(|&side| side == 0 || side > most);
+        if let Some(camera) = cameras.iter().find(|camera| wrong(&camera.size_px)) {
+            return Err(RenderError::Graph(format!(
+                "camera `{}` has {} x {} pixels; each side must be 1 to {most}",
+                camera.label, camera.size_px[0], camera.size_px[1]
+            )));
+        }
+        let pixels = cameras.iter().map(|camera| camera.size_px.map(u64::from));
+        Ok(pixels.map(|[width, height]| width * height * CAMERA_PIXEL_BYTES).sum())
+    }
+}

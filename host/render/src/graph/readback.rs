@@ -1,0 +1,133 @@
+//! Brings textures back from the device as floats.
+
+use crate::gpu::Gpu;
+use half::f16;
+use half::slice::HalfFloatSliceExt as _;
+use surfelshop_image::Image;
+
+/// Half-precision floats as floats.
+fn halves(bytes: &[u8], values: &mut [f32]) {
+    let halves: Vec<f16> = bytes
+        .chunks_exact(2)
+        .take(values.len())
+        .map(|pair| f16::from_le_bytes([pair[0], pair[1]]))
+        .collect();
+    halves.convert_to_f32_slice(values);
+}
+
+/// Words of 32 bits as floats.
+fn words(bytes: &[u8], values: &mut [f32], of: impl Fn(u32) -> f32) {
+    for (value, word) in values.iter_mut().zip(bytes.chunks_exact(4)) {
+        *value = of(u32::from_le_bytes([word[0], word[1], word[2], word[3]]));
+    }
+}
+
+/// A copy of a texture on its way to memory.
+pub(crate) struct Pending {
+    buffer: wgpu::Buffer,
+    width: u32,
+    height: u32,
+    row_bytes: u32,
+    format: wgpu::TextureFormat,
+}
+
+/// Records the copy of a texture's first level.
+pub(crate) fn copy(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+) -> Pending {
+    let (width, height, format) = (texture.width(), texture.height(), texture.format());
+    let texel = format.block_copy_size(None).unwrap_or(16);
+    let row_bytes = (width * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: u64::from(row_bytes) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row_bytes),
+                rows_per_image: Some(height),
+            },
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    );
+    Pending { buffer, width, height, row_bytes, format }
+}
+
+/// Records the copy of a buffer to one that can be read.
+pub(crate) fn copy_buffer(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    buffer: &wgpu::Buffer,
+) -> wgpu::Buffer {
+    let read = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("readback"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    encoder.copy_buffer_to_buffer(buffer, 0, &read, 0, buffer.size());
+    read
+}
+
+/// Waits for the device and returns a buffer's bytes.
+///
+/// # Errors
+/// One line where the device is lost.
+pub(crate) fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
+    let (send, receive) = std::sync::mpsc::channel();
+    buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+        // The receiver is gone only where waiting failed already.
+        drop(send.send(result));
+    });
+    gpu.device
+        .poll(wgpu::PollType::wait_indefinitely())
+        .map_err(|error| format!("the graphics device did not answer: {error}"))?;
+    match receive.recv() {
+        Ok(Ok(())) => {}
+        _ => return Err("the graphics device was lost while reading back".to_owned()),
+    }
+    let bytes = buffer
+        .slice(..)
+        .get_mapped_range()
+        .map_err(|error| format!("the graphics device gave no data: {error}"))?
+        .to_vec();
+    buffer.unmap();
+    Ok(bytes)
+}
+
+impl Pending {
+    /// Waits and converts to floats; unsigned integers become floats of equal value.
+    ///
+    /// # Errors
+    /// One line where the device is lost.
+    pub(crate) fn finish(self, gpu: &Gpu) -> Result<Image, String> {
+        use wgpu::TextureFormat as F;
+        let bytes = map(gpu, &self.buffer)?;
+        let components = u32::from(self.format.components());
+        let values = self.width as usize * components as usize;
+        let mut data = vec![0.0f32; values * self.height as usize];
+        let rows = bytes.chunks_exact(self.row_bytes as usize);
+        for (row, data) in rows.zip(data.chunks_exact_mut(values.max(1))) {
+            match self.format {
+                F::Rgba8Unorm => {
+                    for (value, byte) in data.iter_mut().zip(row) {
+                        *value = f32::from(*byte) / 255.0;
+                    }
+                }
+                // Many at once, with the CPU's own conversion.
+                F::Rgba16Float => halves(row, data),
+                F::R32Uint | F::Rgba32Uint => words(row, data, |word| word as f32),
+                _ => words(row, data, f32::from_bits),
+            }
+        }
+        Ok(Image { width: self.width, height: self.height, components, data })
+    }
+}

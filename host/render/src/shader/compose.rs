@@ -1,0 +1,411 @@
+//! Resolves `#import`s of the host's shader modules, numbers the bindings and validates.
+//!
+//! Authors write `var<uniform> settings: Settings;` without group and binding: numbers are given
+//! here, after composing, in the order of the variables. Names of imported variables, which the
+//! composer decorates, are turned back into `module::name` everywhere a person can see them.
+
+use crate::shader::numbered::{member_with_digit, numbered};
+use crate::shader::{bound_loops, expanded, loops, text};
+use naga_oil::compose::{
+    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
+};
+use surfelshop_api::graph::Module;
+use thiserror::Error;
+
+/// Why WGSL was refused.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[error("{message}")]
+pub(crate) struct ShaderError {
+    /// One line: where and what.
+    pub(crate) message: String,
+}
+
+impl ShaderError {
+    pub(crate) fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into() }
+    }
+
+    /// The same with the name of the file in front whose function it names, where it names one
+    /// without a line.
+    fn in_file(self, modules: &[Module]) -> Self {
+        let named = |module: &&Module| {
+            let function = format!("'{}::", module.path);
+            self.message.contains(&function) && !self.message.contains(&module.file)
+        };
+        match modules.iter().find(named) {
+            Some(module) => Self::new(format!("{}: {}", module.file, self.message)),
+            None => self,
+        }
+    }
+}
+
+/// What the composer calls a pass's own text.
+const OWN_FILE: &str = "shader";
+
+/// A validated module.
+pub(crate) struct Composed {
+    pub(crate) module: naga::Module,
+    pub(crate) info: naga::valid::ModuleInfo,
+}
+
+/// The host's shader modules, by import path.
+///
+/// They belong to the API version: functions and members are added, never changed or removed.
+const MODULES: &[(&str, &str)] = &[
+    ("view.wgsl", include_str!("../../../../shaders/view.wgsl")),
+    ("packing.wgsl", include_str!("../../../../shaders/packing.wgsl")),
+    ("surfels.wgsl", include_str!("../../../../shaders/surfels.wgsl")),
+    ("surface.wgsl", include_str!("../../../../shaders/surface.wgsl")),
+    ("environment.wgsl", include_str!("../../../../shaders/environment.wgsl")),
+    ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
+    ("sh.wgsl", include_str!("../../../../shaders/sh.wgsl")),
+    ("filtered.wgsl", include_str!("../../../../shaders/filtered.wgsl")),
+    ("noise.wgsl", include_str!("../../../../shaders/noise.wgsl")),
+    ("occlusion.wgsl", include_str!("../../../../shaders/occlusion.wgsl")),
+    ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
+];
+
+/// A sum over the text of all modules: what was made with other ones may be other.
+pub(crate) fn fingerprint() -> u64 {
+    use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+    let mut hasher = DefaultHasher::new();
+    MODULES.hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Composes shaders from text and the host's modules.
+pub(crate) struct Library {
+    composer: Composer,
+    /// Most loops one after another.
+    max_loops: u64,
+}
+
+impl Library {
+    /// A library with all of the host's modules, for a device that computes on the CPU or another.
+    ///
+    /// # Errors
+    /// Where a host module is broken, which the tests exclude.
+    pub(crate) fn new(on_cpu: bool) -> Result<Self, ShaderError> {
+        let mut composer = Composer::non_validating();
+        composer.capabilities = capabilities();
+        for (file, source) in MODULES {
+            let added = composer.add_composable_module(ComposableModuleDescriptor {
+                source,
+                file_path: file,
+                language: ShaderLanguage::Wgsl,
+                ..Default::default()
+            });
+            if let Err(error) = added.map(|_| ()) {
+                return Err(one_line(&error.emit_to_string(&composer)));
+            }
+        }
+        let max_loops = if on_cpu { loops::MAX_ON_CPU } else { loops::MAX_ON_CARD };
+        Ok(Self { composer, max_loops })
+    }
+
+    /// Composes a text with the modules it brings along, and validates; `defines` are set for
+    /// `#ifdef`. To be called on a large stack.
+    ///
+    /// # Errors
+    /// One line with the position where a text does not parse, import or validate.
+    pub(crate) fn compose(
+        &mut self,
+        source: &str,
+        modules: &[Module],
+        defines: &[&str],
+    ) -> Result<Composed, ShaderError> {
+        text::check(source, modules)?;
+        check_imports(source, modules)?;
+        let composed = self.add(modules).and_then(|()| self.compose_checked(source, defines));
+        let composed = composed.map_err(|error| error.in_file(modules));
+        // They belong to this text alone; another may bring others of the same path.
+        for module in modules {
+            self.composer.remove_composable_module(&module.path);
+        }
+        composed
+    }
+
+    /// Adds the modules of a text, each of which may import those before it.
+    fn add(&mut self, modules: &[Module]) -> Result<(), ShaderError> {
+        for (i, module) in modules.iter().enumerate() {
+            let words = module.path.split("::").collect::<Vec<_>>();
+            let is_word = |word: &&str| {
+                let mut letters = word.chars();
+                letters.next().is_some_and(|c| c.is_ascii_alphabetic())
+                    && letters.all(|c| c.is_ascii_alphanumeric() || c == '_')
+            };
+            let of_host = words[0] == "surfelshop";
+            let twice = modules[..i].iter().any(|other| other.path == module.path);
+            if of_host || twice || !words.iter().all(is_word) {
+                return Err(ShaderError::new(format!(
+                    "a module cannot be called `{}`; it takes words joined by `::`, each once, not \
+                     below `surfelshop`",
+                    module.path.escape_debug()
+                )));
+            }
+            check_imports(&module.wgsl, &modules[..i])
+                .map_err(|error| ShaderError::new(format!("{}: {error}", module.file)))?;
+            if let Some(name) = member_with_digit(&module.wgsl) {
+                return Err(ShaderError::new(format!(
+                    "{}: members of structures in modules cannot end in a digit, as `{name}` does",
+                    module.file
+                )));
+            }
+            let added = self.composer.add_composable_module(ComposableModuleDescriptor {
+                source: &numbered(&module.wgsl, i),
+                file_path: &module.file,
+                language: ShaderLanguage::Wgsl,
+                as_name: Some(module.path.clone()),
+                ..Default::default()
+            });
+            if let Err(error) = added.map(|_| ()) {
+                return Err(one_line(&error.emit_to_string(&self.composer)));
+            }
+        }
+        Ok(())
+    }
+
+    fn compose_checked(&mut self, source: &str, defines: &[&str]) -> Result<Composed, ShaderError> {
+        let allowed = capabilities() | wide_atomics(defines);
+        let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
+        let composer = &mut self.composer;
+        let composed = composer
+            .make_naga_module(NagaModuleDescriptor {
+                source,
+                file_path: OWN_FILE,
+                shader_defs: defines.collect(),
+                ..Default::default()
+            })
+            .map_err(|error| one_line(&error.emit_to_string(composer)))?;
+        let mut module = composed;
+        restore_names(&mut module);
+        number_bindings(&mut module);
+        bound_loops::bound(&mut module);
+        let mut validator =
+            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), allowed);
+        let info = validator.validate(&module).map_err(|error| {
+            let mut message = error.as_inner().to_string();
+            let mut cause = std::error::Error::source(error.as_inner());
+            while let Some(inner) = cause {
+                message.push_str(": ");
+                message.push_str(&inner.to_string());
+                cause = inner.source();
+            }
+            ShaderError::new(undecorated_text(&message))
+        })?;
+        check_variables(&module)?;
+        let n_operations = expanded::check(&module, &info)?;
+        let n_loops = loops::check(&module, self.max_loops)?;
+        tracing::debug!(n_loops, n_operations, "operations of a shader");
+        Ok(Composed { module, info })
+    }
+}
+
+/// Most bytes of a variable that each invocation has of its own. Drivers keep them in registers where
+/// they can, and take minutes or all memory where they cannot.
+const MAX_VARIABLE_BYTES: u32 = 64 << 10;
+
+/// Refuses variables that no invocation should have of its own.
+fn check_variables(module: &naga::Module) -> Result<(), ShaderError> {
+    use naga::AddressSpace::{Private, WorkGroup};
+    let global = module.global_variables.iter().map(|(_, variable)| variable);
+    let private = global
+        .filter(|variable| matches!(variable.space, Private | WorkGroup))
+        .map(|variable| (&variable.name, variable.ty));
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let functions = functions.chain(module.entry_points.iter().map(|entry| &entry.function));
+    let local = functions
+        .flat_map(|function| function.local_variables.iter().map(|(_, v)| (&v.name, v.ty)));
+    for (name, ty) in private.chain(local) {
+        let size = module.types[ty].inner.try_size(module.to_ctx()).unwrap_or(u32::MAX);
+        if size > MAX_VARIABLE_BYTES {
+            let name = undecorated(name.as_deref().unwrap_or_default());
+            return Err(ShaderError::new(format!(
+                "variable `{name}` takes {size} bytes of each invocation, at most \
+                 {MAX_VARIABLE_BYTES} are compiled"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Names a misspelt import where it stands; the composer would only miss it where it is used, by
+/// its last word.
+fn check_imports(source: &str, modules: &[Module]) -> Result<(), ShaderError> {
+    for (number, line) in source.lines().enumerate() {
+        let Some(import) = line.trim_start().strip_prefix("#import ") else { continue };
+        let path = import.split(['{', ',', ';']).next().unwrap_or_default();
+        let path = path.split_whitespace().next().unwrap_or_default().trim_end_matches("::");
+        let own = modules.iter().map(|module| module.path.as_str());
+        let all: Vec<_> =
+            MODULES.iter().map(|(_, source)| import_path(source)).chain(own).collect();
+        let known = |module: &&str| {
+            path == *module || path.strip_prefix(*module).is_some_and(|item| item.starts_with("::"))
+        };
+        if !all.iter().any(known) {
+            return Err(ShaderError::new(format!(
+                "line {}: there is no module `{path}`; there are: {}",
+                number + 1,
+                all.join(", ")
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The name a host module is imported by.
+fn import_path(source: &str) -> &str {
+    let mut lines = source.lines();
+    lines.find_map(|line| line.strip_prefix("#define_import_path ")).unwrap_or_default().trim()
+}
+
+/// Language features graphs may use: those every device this engine opens has.
+fn capabilities() -> naga::valid::Capabilities {
+    naga::valid::Capabilities::SHADER_FLOAT16_IN_FLOAT32
+}
+
+/// What shaders of the host use besides on devices that have it; graphs set no names.
+fn wide_atomics(defines: &[&str]) -> naga::valid::Capabilities {
+    use naga::valid::Capabilities;
+    let mut allowed = Capabilities::empty();
+    if defines.iter().any(|name| name.starts_with("ATOMIC64")) {
+        allowed |= Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_MIN_MAX;
+    }
+    if defines.contains(&"ATOMIC64_ALL") {
+        allowed |= Capabilities::SHADER_INT64_ATOMIC_ALL_OPS;
+    }
+    allowed
+}
+
+/// The composer's many-line report as one line: `line 3: what (token)`.
+fn one_line(report: &str) -> ShaderError {
+    let what = report.lines().next().unwrap_or_default().trim_start_matches("error: ").trim();
+    let place = report
+        .lines()
+        .find_map(|line| line.trim_start().strip_prefix("┌─ "))
+        .and_then(|place| {
+            let (file, line) = place.rsplit_once(':')?.0.rsplit_once(':')?;
+            // The pass's own text has no name but the pass's.
+            let file = if file == OWN_FILE { String::new() } else { format!("{file}, ") };
+            Some(format!("{file}line {line}: "))
+        })
+        .unwrap_or_default();
+    let note = report
+        .lines()
+        .find_map(|line| line.trim_start().strip_prefix("= "))
+        .map(str::trim)
+        .filter(|note| !what.contains(note) && !note.contains(what))
+        .map(|note| format!(" ({note})"))
+        .unwrap_or_default();
+    ShaderError::new(format!("{place}{what}{note}"))
+}
+
+/// Turns the composer's decorated names back into `module::name`.
+fn restore_names(module: &mut naga::Module) {
+    for (_, variable) in module.global_variables.iter_mut() {
+        if let Some(name) = &mut variable.name {
+            *name = undecorated(name);
+        }
+    }
+    for (_, constant) in module.overrides.iter_mut() {
+        if let Some(name) = &mut constant.name {
+            *name = undecorated(name);
+        }
+    }
+}
+
+/// `nameX_naga_oil_mod_XBASE32X` as `module::name`; other names unchanged.
+pub(super) fn undecorated(name: &str) -> String {
+    const MARK: &str = "X_naga_oil_mod_X";
+    let Some((item, rest)) = name.split_once(MARK) else {
+        return name.to_owned();
+    };
+    let Some(module) = rest.strip_suffix('X').and_then(decode_base32) else {
+        return name.to_owned();
+    };
+    format!("{module}::{item}")
+}
+
+/// A message in which decorated names stand in quotes.
+fn undecorated_text(message: &str) -> String {
+    message.split('\'').map(undecorated).collect::<Vec<_>>().join("'")
+}
+
+/// RFC 4648 base 32 without padding, as the composer writes module names.
+fn decode_base32(text: &str) -> Option<String> {
+    let mut bytes = Vec::new();
+    let (mut bits, mut n_bits) = (0u32, 0u32);
+    for c in text.bytes() {
+        let value = match c {
+            b'A'..=b'Z' => c - b'A',
+            b'2'..=b'7' => c - b'2' + 26,
+            _ => return None,
+        };
+        bits = (bits << 5 | u32::from(value)) & 0xffff;
+        n_bits += 5;
+        if n_bits >= 8 {
+            n_bits -= 8;
+            bytes.push((bits >> n_bits) as u8);
+        }
+    }
+    String::from_utf8(bytes).ok()
+}
+
+/// Gives every resource without a binding a number of its own in group 0.
+fn number_bindings(module: &mut naga::Module) {
+    let mut next = 0;
+    for (_, variable) in module.global_variables.iter_mut() {
+        let is_resource = matches!(
+            variable.space,
+            naga::AddressSpace::Uniform
+                | naga::AddressSpace::Storage { .. }
+                | naga::AddressSpace::Handle
+        );
+        if is_resource {
+            variable.binding = Some(naga::ResourceBinding { group: 0, binding: next });
+            next += 1;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_host_module_composes() {
+        let mut library = Library::new(true).unwrap();
+        let source = "
+            #import surfelshop::surface::{Surface, surface_at}
+            #import surfelshop::light::diffuse_irradiance
+            @fragment fn main(@builtin(position) p: vec4<f32>) -> @location(0) vec4<f32> {
+                let s = surface_at(vec2<u32>(p.xy));
+                return vec4(diffuse_irradiance(s.normal) * s.albedo, 1.0);
+            }";
+        let composed = library.compose(source, &[], &[]).unwrap();
+        let names: Vec<_> =
+            composed.module.global_variables.iter().filter_map(|(_, v)| v.name.clone()).collect();
+        assert!(names.contains(&"surfelshop::view::view".to_owned()), "{names:?}");
+    }
+
+    #[test]
+    fn mistakes_are_one_line_with_their_position() {
+        let mut library = Library::new(true).unwrap();
+        let unknown = library.compose("fn f() -> f32 {\n  return nothing;\n}", &[], &[]);
+        let message = unknown.err().unwrap().message;
+        assert!(message.contains("nothing") && message.contains("line 2"), "{message}");
+        let import = library.compose("fn f() {}\n#import surfelshop::lihgt\n", &[], &[]);
+        let message = import.err().unwrap().message;
+        assert!(message.contains("line 2: there is no module `surfelshop::lihgt`"), "{message}");
+        let types = "@fragment fn f() -> @location(0) vec4<f32> {\n  return vec4<u32>(1u);\n}";
+        let message = library.compose(types, &[], &[]).err().unwrap().message;
+        assert!(message.contains('f') && !message.contains('\n'), "{message}");
+    }
+
+    #[test]
+    fn decorated_names_are_restored() {
+        let name = Composer::decorated_name(Some("surfelshop::view"), "view");
+        assert_eq!(undecorated(&name), "surfelshop::view::view");
+        assert_eq!(undecorated("plain"), "plain");
+    }
+}

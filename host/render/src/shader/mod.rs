@@ -1,0 +1,18 @@
+//! From WGSL text to a checked module whose resources are known by name.
+
+mod bound_loops;
+mod compose;
+mod expanded;
+mod large_stack;
+mod loops;
+mod members;
+mod numbered;
+mod reflect;
+mod text;
+mod tokens;
+mod weights;
+
+pub(crate) use compose::{Composed, Library, fingerprint};
+pub(crate) use large_stack::{STACK_BYTES, on_large_stack};
+pub(crate) use members::{SurfaceMembers, members_read};
+pub(crate) use reflect::{Binding, BindingKind, UniformMember, reflect};

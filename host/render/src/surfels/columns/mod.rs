@@ -1,0 +1,249 @@
+//! Columns on the device: shared by every view, dropped when unused.
+
+pub(crate) mod arranging;
+pub(crate) mod demand;
+pub(crate) mod elements;
+pub(crate) mod order;
+pub(crate) mod radii;
+pub(crate) mod upload;
+pub(crate) mod usage;
+
+use crate::surfels::columns::demand::{ColumnDemand, DemandHistory, KEPT_FRAMES};
+use crate::surfels::columns::elements::{clips_of, cuts, fields_of};
+use crate::surfels::columns::order::{TIE_BREAKERS, drawing_order};
+use crate::surfels::columns::radii::Radii;
+use crate::surfels::cpu::columns::{OnHost, columns_drawn};
+use crate::surfels::render_cloud::ChunkBuffers;
+use std::cell::OnceCell;
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hasher as _};
+use surfelshop_api::columns::{self, CloudView};
+
+/// Bytes of the widest element drawn from a storage buffer: three floats.
+pub(crate) const WIDEST_STRIDE: u64 = 12;
+/// The same of surfels that have fields or are cut: seven floats.
+pub(crate) const WIDEST_OF_SPLATS: u64 = 28;
+
+/// A column on the device, in the order its cloud is drawn in.
+pub(crate) struct Uploaded {
+    pub(crate) buffers: ChunkBuffers,
+    pub(crate) n_surfels: usize,
+    pub(crate) bytes: u64,
+    /// The largest value, for radii.
+    pub(crate) largest: f32,
+    pub(crate) last_used: u64,
+}
+
+/// The order a cloud is drawn in. The indices themselves are made again when a column is uploaded:
+/// they take as much memory as a column, and are rarely needed twice.
+struct Order {
+    /// Generations of the columns it follows from.
+    of: Vec<u64>,
+    /// Equal for equal orders.
+    serial: u32,
+    /// Surfels that are not cut, which come first.
+    n_whole: u32,
+    /// Hash of the indices, and of what divides them into chunks.
+    hash: u64,
+    last_used: u64,
+}
+
+/// All columns on the device, by their generation, the order they are drawn in and what they are
+/// drawn as.
+pub(crate) struct Columns {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) uploaded: HashMap<(u64, u32, &'static str), Uploaded>,
+    pub(crate) on_host: Vec<OnHost>,
+    orders: Vec<Order>,
+    pub(crate) radii: Radii,
+    wishes: DemandHistory,
+    /// Clouds of so many surfels and more have all their columns.
+    whole_from: usize,
+    /// Serial numbers given away.
+    pub(crate) n_orders: u32,
+    pub(crate) chunk_len: u32,
+    pub(crate) frame: u64,
+    /// Columns uploaded since the engine was made.
+    pub(crate) uploads: u32,
+}
+
+impl Columns {
+    /// A store whose chunks have at most `chunk_len` surfels, fewer where the device's bindings
+    /// are smaller.
+    pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue, chunk_len: u32) -> Self {
+        let limits = device.limits();
+        let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let fits = u32::try_from(bytes / WIDEST_STRIDE).unwrap_or(u32::MAX);
+        Self {
+            device,
+            queue,
+            uploaded: HashMap::new(),
+            on_host: Vec::new(),
+            orders: Vec::new(),
+            radii: Radii::default(),
+            wishes: DemandHistory::default(),
+            whole_from: usize::MAX,
+            n_orders: 0,
+            chunk_len: chunk_len.clamp(1, fits.max(1)),
+            frame: 0,
+            uploads: 0,
+        }
+    }
+
+    /// Another, empty store for the same device, of which the same is wanted.
+    pub(crate) fn another(&self) -> Self {
+        let mut other = Self::new(self.device.clone(), self.queue.clone(), self.chunk_len);
+        other.wishes = self.wishes.clone();
+        other.frame = self.frame;
+        other.whole_from = self.whole_from;
+        other.radii.are_columns = self.radii.are_columns;
+        other
+    }
+
+    /// The columns that something drawn of late reads, of those that can be done without.
+    pub(crate) fn wanted(&self) -> ColumnDemand {
+        self.wishes.at(self.frame)
+    }
+
+    /// The columns that a cloud of so many surfels is drawn with, of those that can be done without.
+    pub(crate) fn wanted_of(&self, n_surfels: usize) -> ColumnDemand {
+        if n_surfels >= self.whole_from { ColumnDemand::ALL } else { self.wanted() }
+    }
+
+    /// Has clouds of so many surfels and more drawn with all columns that they have.
+    pub(crate) fn keep_whole_from(&mut self, n_surfels: usize) {
+        self.whole_from = n_surfels;
+    }
+
+    /// Has equal radii uploaded as columns, or put into a constant.
+    pub(crate) fn keep_radii(&mut self, keeps: bool) {
+        self.radii.are_columns = keeps;
+    }
+
+    /// Whether a cloud's radii are one, in a constant.
+    pub(crate) fn has_equal_radii(&self, cloud: &CloudView<'_>) -> bool {
+        let column = cloud.column(columns::RADIUS);
+        column.is_some_and(|column| self.radii.in_a_constant(column.generation))
+    }
+
+    /// Whether a cloud's surfels are in order with all that is drawn of them, in memory where the
+    /// processor draws.
+    pub(crate) fn holds(&self, cloud: &CloudView<'_>, on_host: bool) -> bool {
+        // What cannot be drawn has nothing to be put in order.
+        let Some(drawn) = columns_drawn(cloud, self.wanted_of(cloud.len)) else { return true };
+        if on_host {
+            return self.on_host.iter().any(|known| known.has(&drawn, cloud));
+        }
+        drawn.iter().all(|(name, drawn)| {
+            let is_there = self.uploaded.keys().any(|(own, ..)| own == drawn);
+            is_there || *name == columns::RADIUS && self.radii.in_a_constant(*drawn)
+        })
+    }
+
+    /// Takes what another store has for the same device.
+    pub(crate) fn absorb(&mut self, other: Self) {
+        let last_used = self.frame;
+        let mut serials = HashMap::new();
+        for order in other.orders {
+            let known = self.orders.iter().find(|own| own.hash == order.hash);
+            let serial = known.map(|own| own.serial).unwrap_or_else(|| {
+                self.n_orders += 1;
+                self.n_orders
+            });
+            serials.insert(order.serial, serial);
+            self.orders.retain(|own| own.of != order.of);
+            self.orders.push(Order { serial, last_used, ..order });
+        }
+        let uploaded = other.uploaded.into_iter().filter_map(|(key, column)| {
+            let (generation, serial, variable) = key;
+            let serial = *serials.get(&serial)?;
+            Some(((generation, serial, variable), Uploaded { last_used, ..column }))
+        });
+        self.uploaded.extend(uploaded);
+        for known in other.on_host {
+            let Some(&order_serial) = serials.get(&known.order_serial) else { continue };
+            // What was made of it meanwhile gives way, unless it has merged ones besides.
+            let is_same =
+                |own: &OnHost| own.drawn == known.drawn && own.order_serial == order_serial;
+            if self.on_host.iter().any(|own| is_same(own) && (own.merged || !known.merged)) {
+                continue;
+            }
+            self.on_host.retain(|own| !is_same(own));
+            self.n_orders += 1;
+            let serial = self.n_orders;
+            self.on_host.push(OnHost { order_serial, serial, last_used, ..known });
+        }
+        self.radii.absorb(other.radii, last_used);
+        self.uploads += other.uploads;
+    }
+
+    /// Bytes of columns on the device.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.uploaded.values().map(|column| column.bytes).sum()
+    }
+
+    /// Bytes of columns in memory, as the CPU draws them.
+    pub(crate) fn host_bytes(&self) -> u64 {
+        self.on_host.iter().map(|cloud| cloud.columns.bytes() as u64).sum()
+    }
+
+    /// Drops what has not been drawn or read for a while; called once a frame, with what that reads.
+    pub(crate) fn next_frame(&mut self, wanted: Option<ColumnDemand>) {
+        self.frame += 1;
+        match wanted {
+            Some(wanted) => self.wishes.hear(wanted, self.frame),
+            None => self.wishes.wait(),
+        }
+        let wanted = self.wanted();
+        let oldest = self.frame.saturating_sub(KEPT_FRAMES);
+        self.uploaded.retain(|(_, _, variable), column| {
+            // Merged surfels are told apart by their materials.
+            let is_read = column.n_surfels >= self.whole_from
+                || wanted.reads(variable)
+                || *variable == columns::MATERIAL;
+            column.last_used >= oldest && is_read
+        });
+        self.on_host.retain(|cloud| cloud.last_used >= oldest);
+        let whole_from = self.whole_from;
+        for cloud in self.on_host.iter_mut().filter(|cloud| cloud.columns.len() < whole_from) {
+            cloud.keep(wanted);
+        }
+        self.radii.forget(oldest);
+        self.orders.retain(|order| order.last_used >= oldest);
+    }
+
+    /// The serial number of the order a cloud is drawn in, how many of its surfels are not cut, and the
+    /// order itself where it had to be made to know.
+    pub(crate) fn order(&mut self, cloud: &CloudView<'_>) -> (u32, u32, OnceCell<Vec<u32>>) {
+        let names = [columns::POSITION].into_iter().chain(TIE_BREAKERS);
+        let of: Vec<u64> =
+            names.filter_map(|name| cloud.column(name)).map(|column| column.generation).collect();
+        let last_used = self.frame;
+        if let Some(known) = self.orders.iter_mut().find(|order| order.of == of) {
+            known.last_used = last_used;
+            return (known.serial, known.n_whole, OnceCell::new());
+        }
+        let indices = drawing_order(cloud);
+        let clips = clips_of(cloud);
+        let is_whole = |&i: &u32| !clips.is_some_and(|clips| cuts(&clips[i as usize]));
+        let n_whole = indices.partition_point(is_whole) as u32;
+        let mut hasher = DefaultHasher::new();
+        hasher.write(bytemuck::cast_slice(&indices));
+        hasher.write_u32(n_whole);
+        hasher.write_u64(widest_of(cloud));
+        let hash = hasher.finish();
+        // Other attributes rarely change the order; columns on the device then stay as they are.
+        let equal = self.orders.iter().find(|order| order.hash == hash).map(|order| order.serial);
+        let serial = equal.unwrap_or(self.n_orders + 1);
+        self.n_orders = self.n_orders.max(serial);
+        self.orders.push(Order { of, serial, n_whole, hash, last_used });
+        (serial, n_whole, OnceCell::from(indices))
+    }
+}
+
+/// Bytes of the widest element that a cloud's surfels are drawn from.
+pub(crate) fn widest_of(cloud: &CloudView<'_>) -> u64 {
+    let are_splats = fields_of(cloud).is_some() || clips_of(cloud).is_some();
+    if are_splats { WIDEST_OF_SPLATS } else { WIDEST_STRIDE }
+}

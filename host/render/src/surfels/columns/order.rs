@@ -1,0 +1,163 @@
+//! The order surfels are drawn in: along a space-filling curve, whatever order they came in.
+//!
+//! Sums of floats and ties of depth depend on the order of drawing. An order that follows from
+//! the surfels alone makes pictures independent of the order in the file; one along a curve keeps
+//! neighbours together in memory. Surfels that lines cut come after all others, so that those are
+//! drawn without asking.
+
+use crate::surfels::columns::elements::{clips_of, cuts};
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use surfelshop_api::columns::{self, CloudView, Values};
+
+/// Bits of the curve's position per axis; three times as many fit into 64.
+const BITS: u32 = 21;
+
+/// The bit above those of a curve: a surfel is cut.
+const CUT: u64 = 1 << 63;
+
+/// Indices of a cloud's surfels in drawing order: those that are not cut before the others, by the
+/// Morton code of the position in the cloud's box, then by position, then by attributes. Surfels
+/// equal in all of them may stand in any order without it showing.
+pub(crate) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
+    let positions = cloud.floats(columns::POSITION, 3).unwrap_or_default();
+    let at = |i: u32| &positions[3 * i as usize..3 * i as usize + 3];
+    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+    for position in positions.chunks_exact(3) {
+        for axis in 0..3 {
+            low[axis] = low[axis].min(f64::from(position[axis]));
+            high[axis] = high[axis].max(f64::from(position[axis]));
+        }
+    }
+    let extent = (0..3).map(|axis| high[axis] - low[axis]).fold(0.0, f64::max);
+    let per_cell = f64::from(1u32 << BITS) / extent;
+    let clips = clips_of(cloud);
+    let code = |i: u32| {
+        let position = at(i);
+        let cell = |axis: usize| {
+            // A cloud without extent has one cell; the cast takes NaN there to 0.
+            let cell = (f64::from(position[axis]) - low[axis]) * per_cell;
+            cell.clamp(0.0, f64::from((1u32 << BITS) - 1)) as u64
+        };
+        let cut = if clips.is_some_and(|clips| cuts(&clips[i as usize])) { CUT } else { 0 };
+        cut | spread(cell(0)) | spread(cell(1)) << 1 | spread(cell(2)) << 2
+    };
+    let n = u32::try_from(positions.len() / 3).unwrap_or(u32::MAX);
+    let mut keyed: Vec<(u64, u32)> = (0..n).into_par_iter().map(|i| (code(i), i)).collect();
+    let attributes: Vec<_> = TIE_BREAKERS.iter().filter_map(|name| cloud.column(name)).collect();
+    keyed.par_sort_unstable_by(|a, b| {
+        a.0.cmp(&b.0).then_with(|| {
+            compare(at(a.1), at(b.1)).then_with(|| {
+                let mut columns = attributes.iter().map(|column| {
+                    compare_values(&column.values, column.components as usize, a.1, b.1)
+                });
+                columns.find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+            })
+        })
+    });
+    keyed.into_par_iter().map(|(_, i)| i).collect()
+}
+
+/// Columns that decide between surfels at one place.
+pub(crate) const TIE_BREAKERS: [&str; 9] = [
+    columns::NORMAL,
+    columns::RADIUS,
+    columns::TANGENT_U,
+    columns::TANGENT_V,
+    columns::COLOR,
+    columns::AO,
+    columns::MATERIAL,
+    columns::NORMAL_FIELD,
+    columns::CLIP,
+];
+
+/// Puts two empty bits in front of each of the lowest 21.
+///
+/// Source: Morton 1966; the masks are those of repeated halving.
+fn spread(value: u64) -> u64 {
+    let mut v = value & 0x1f_ffff;
+    v = (v | v << 32) & 0x001f_0000_0000_ffff;
+    v = (v | v << 16) & 0x001f_0000_ff00_00ff;
+    v = (v | v << 8) & 0x100f_00f0_0f00_f00f;
+    v = (v | v << 4) & 0x10c3_0c30_c30c_30c3;
+    (v | v << 2) & 0x1249_2492_4924_9249
+}
+
+fn compare(a: &[f32], b: &[f32]) -> Ordering {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| a.total_cmp(b))
+        .find(|order| order.is_ne())
+        .unwrap_or(Ordering::Equal)
+}
+
+/// Compares two surfels' values in a column; types that no drawn column has count as equal.
+fn compare_values(values: &Values<'_>, components: usize, a: u32, b: u32) -> Ordering {
+    let range = |i: u32| components * i as usize..components * (i as usize + 1);
+    match values {
+        Values::F32(v) => compare(&v[range(a)], &v[range(b)]),
+        Values::U8(v) => v[range(a)].cmp(&v[range(b)]),
+        Values::U16(v) => v[range(a)].cmp(&v[range(b)]),
+        Values::U32(v) => v[range(a)].cmp(&v[range(b)]),
+        _ => Ordering::Equal,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surfelshop_api::ColumnView;
+
+    #[test]
+    fn bits_are_spread_by_three() {
+        assert_eq!(spread(0b111), 0b100_1001);
+        assert_eq!(spread(0x1f_ffff).count_ones(), 21);
+        assert_eq!(spread(1 << 20), 1 << 60);
+    }
+
+    fn column<'a>(name: &'a str, components: u32, values: Values<'a>) -> ColumnView<'a> {
+        ColumnView { name, components, generation: 0, values }
+    }
+
+    const FIELDS: [f32; 12] = [0.0, 0.0, 9.0, 9.0, 0.0, 0.0, 7.0, 9.0, 0.0, 0.0, 8.0, 9.0];
+
+    #[test]
+    fn surfels_that_are_cut_come_last() {
+        let positions = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 0.0, 0.0];
+        let mut clips = [0.0; 21];
+        clips[6] = 1.0;
+        // Whose lines are no numbers is not cut.
+        (clips[7], clips[13]) = (f32::NAN, 1.0);
+        let all = [
+            column(columns::POSITION, 3, Values::F32(&positions)),
+            column(columns::TANGENT_U, 3, Values::F32(&[1.0; 9])),
+            column(columns::TANGENT_V, 3, Values::F32(&[1.0; 9])),
+            column(columns::CLIP, 7, Values::F32(&clips)),
+        ];
+        let ordered = |columns: &[ColumnView<'_>]| {
+            drawing_order(&CloudView { len: 3, columns: columns.to_vec(), ..CloudView::default() })
+        };
+        assert_eq!(ordered(&all), [1, 2, 0]);
+        assert_eq!(ordered(&all[..3]), [0, 1, 2]);
+        // Lines are drawn of ellipses alone.
+        assert_eq!(ordered(&[all[0], all[3]]), [0, 1, 2]);
+    }
+
+    #[test]
+    fn points_at_one_place_are_ordered_by_their_attributes() {
+        let position = column(columns::POSITION, 3, Values::F32(&[1.0; 9]));
+        for decisive in [
+            column(columns::RADIUS, 1, Values::F32(&[3.0, 1.0, 2.0])),
+            column(columns::COLOR, 3, Values::U8(&[9, 9, 9, 9, 9, 7, 9, 9, 8])),
+            column(columns::COLOR, 3, Values::U16(&[9, 9, 9, 9, 7, 9, 9, 8, 9])),
+            column(columns::AO, 1, Values::F32(&[1.0, 0.25, 0.5])),
+            column(columns::MATERIAL, 1, Values::U32(&[3, 1, 2])),
+            column(columns::NORMAL_FIELD, 4, Values::F32(&FIELDS)),
+        ] {
+            let columns = vec![position, decisive];
+            let cloud = CloudView { len: 3, columns, ..CloudView::default() };
+            assert_eq!(drawing_order(&cloud), [1, 2, 0], "{}", decisive.name);
+        }
+        assert!(drawing_order(&CloudView::default()).is_empty());
+    }
+}

@@ -1,0 +1,144 @@
+//! Surface buffers that the CPU draws: on software adapters it takes a fraction of what their
+//! rasteriser takes.
+
+pub(crate) mod columns;
+
+use crate::gpu::Gpu;
+use crate::graph::{PassState, Recorder};
+use crate::surfels::surface::{Surface, SurfaceInput, SurfaceParts};
+use std::sync::LazyLock;
+use surfelshop_api::graph::SurfaceMode;
+use surfelshop_api::params::srgb_to_linear;
+use surfelshop_raster::{Albedo, Cloud, Columns, Mode, Parts, Picture, Sources, Splats, draw};
+
+/// What the pass is called.
+const NAME: &str = "surfels: processor";
+
+/// Makes what is missing of a surface; nothing where a cloud is not in memory. Returns how often the
+/// surfels were drawn for that.
+pub(crate) fn ensure(
+    parts: SurfaceParts,
+    input: &SurfaceInput<'_>,
+    surface: &mut Surface,
+    picture: &mut Picture,
+    recorder: &mut Recorder<'_>,
+) -> u32 {
+    let one = input.clouds.len() <= 1;
+    let wanted = |mode: SurfaceMode, wanted: bool| wanted && surface.packed(mode).is_none();
+    let modes = [
+        (Mode::Nearest, wanted(SurfaceMode::Nearest, parts.nearest)),
+        (Mode::Blended, wanted(SurfaceMode::Blended, parts.blended)),
+        (Mode::Fields, wanted(SurfaceMode::Fields, parts.fields)),
+    ];
+    let mut modes: Vec<Mode> =
+        modes.into_iter().filter(|(_, w)| *w).map(|(mode, _)| mode).collect();
+    let mut looked_up = Parts {
+        mode: Mode::None,
+        winners: parts.winners && !surface.visible,
+        material: parts.material && surface.material.is_none(),
+        object: parts.object && surface.object.is_none() && !one,
+    };
+    if modes.is_empty() && (looked_up.winners || looked_up.material || looked_up.object) {
+        modes.push(Mode::None);
+    }
+    if modes.is_empty() {
+        recorder.note(NAME, PassState::Reused);
+    }
+    let clouds = clouds(input);
+    let n_drawn = modes.len() as u32;
+    for mode in modes {
+        draw(&clouds, input.raster_view, Parts { mode, ..looked_up }, &LINEAR_OF_SRGB, picture);
+        recorder.note(NAME, PassState::Ran);
+        keep(picture, mode, looked_up, input.size, surface, recorder.gpu);
+        looked_up = Parts { mode, winners: false, material: false, object: false };
+    }
+    if parts.object && surface.object.is_none() {
+        // Where there is one cloud, a single pixel says so; textures begin as zeros.
+        let format = wgpu::TextureFormat::R32Uint;
+        surface.object = Some(super::surface::texture(recorder.gpu, "object", [1, 1], format));
+    }
+    n_drawn
+}
+
+/// Linear values of all 8-bit codes.
+static LINEAR_OF_SRGB: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|code| srgb_to_linear(code as f32 / 255.0)));
+
+/// Columns of a cloud in drawing order, with surfels that stand for several where there are to be
+/// `merged` ones.
+pub(crate) fn columns(
+    sources: &Sources<'_>,
+    order: &[u32],
+    albedo: Albedo,
+    splats: Splats,
+    merged: bool,
+    tell: &(dyn Fn(f32) + Sync),
+) -> Columns {
+    Columns::new(sources, order, albedo, splats, merged, &LINEAR_OF_SRGB, tell)
+}
+
+/// The clouds that are in memory.
+fn clouds<'a>(input: &SurfaceInput<'a>) -> Vec<Cloud<'a>> {
+    let mut first = 1;
+    let mut clouds = Vec::with_capacity(input.clouds.len());
+    for cloud in input.clouds {
+        if let Some(columns) = cloud.on_host.as_deref() {
+            let view_from_cloud = input.view_from_offset(cloud.origin);
+            clouds.push(Cloud { columns, view_from_cloud, first });
+        }
+        first += cloud.n_surfels;
+    }
+    clouds
+}
+
+/// Hands a picture to the device.
+fn keep(
+    picture: &Picture,
+    mode: Mode,
+    looked_up: Parts,
+    size: [u32; 2],
+    surface: &mut Surface,
+    gpu: &Gpu,
+) {
+    use wgpu::TextureFormat as F;
+    let made = |label: &str, format, bytes: &[u8], texel: u32| {
+        let view = crate::surfels::surface::texture(gpu, label, size, format);
+        fill(gpu, &view, bytes, texel);
+        Some(view)
+    };
+    if looked_up.winners {
+        fill(gpu, &surface.winners, bytemuck::cast_slice(&picture.winners), 8);
+        surface.visible = true;
+    }
+    let packed = || made("surface", F::Rgba32Uint, bytemuck::cast_slice(&picture.packed), 16);
+    match mode {
+        Mode::Nearest => surface.nearest = packed(),
+        Mode::Blended => surface.blended = packed(),
+        Mode::Fields => surface.fields = packed(),
+        Mode::None => {}
+    }
+    if looked_up.material {
+        let bytes = bytemuck::cast_slice(&picture.material);
+        surface.material = made("material", F::R32Uint, bytes, 4);
+    }
+    if looked_up.object {
+        let bytes = bytemuck::cast_slice(&picture.object);
+        surface.object = made("object", F::R32Uint, bytes, 4);
+    }
+}
+
+/// Fills a texture.
+fn fill(gpu: &Gpu, view: &wgpu::TextureView, bytes: &[u8], texel: u32) {
+    let texture = view.texture();
+    let size = texture.size();
+    gpu.queue.write_texture(
+        texture.as_image_copy(),
+        bytes,
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(size.width * texel),
+            rows_per_image: None,
+        },
+        size,
+    );
+}

@@ -1,0 +1,25 @@
+//! Surfel drawing: columns on the device and the surface buffer made from them, in three ways that give
+//! the same picture: quads, compute, and the CPU.
+
+mod chunk;
+mod columns;
+mod compute;
+mod cpu;
+mod quads;
+mod render_cloud;
+mod samples;
+mod shading;
+mod strategy;
+mod surface;
+
+pub(crate) use columns::Columns;
+pub(crate) use columns::demand::ColumnDemand;
+pub use columns::usage::ColumnUse;
+pub(crate) use columns::usage::{DrawnHow, columns_used};
+pub(crate) use quads::RESOLVE;
+pub(crate) use render_cloud::DrawnCloud;
+pub(crate) use samples::{SURFEL_BYTES, Samples};
+pub(crate) use shading::lit_surface;
+pub use strategy::SurfelDrawing;
+pub use surface::SurfaceCounts;
+pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};

@@ -1,0 +1,151 @@
+//! An instance of a unit inside a plugin, and the calls on it.
+
+use super::clouds::{raw_cloud, raw_columns};
+use super::fault::Fault;
+use super::job::raw_job;
+use super::outputs::Outputs;
+use super::request::{FrameCall, check_known, encode};
+use core::ffi::c_void;
+use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::abi::table::{Bytes, PluginTable, RawCloud, RawColumn, channel};
+use surfelshop_api::job::JobHost;
+use surfelshop_api::params::Values;
+use surfelshop_api::{CloudView, FrameRequest, Tile, Traced};
+
+/// An instance of a unit inside a plugin; dropping it ends it there.
+pub struct Instance {
+    table: &'static PluginTable,
+    pointer: *mut c_void,
+}
+
+// SAFETY: units are `Send`, so an instance may be used from another thread than it was made on.
+unsafe impl Send for Instance {}
+// SAFETY: the only call on a shared instance is `tile`, and tracers are `Sync`.
+unsafe impl Sync for Instance {}
+
+impl Instance {
+    /// One that `create` of this table made.
+    pub(super) fn new(table: &'static PluginTable, pointer: *mut c_void) -> Self {
+        Self { table, pointer }
+    }
+
+    /// Has a renderer describe a frame.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn frame(&mut self, request: &FrameRequest) -> Result<EncodedGraph, Fault> {
+        self.frame_in_motion(request, 1)
+    }
+
+    /// Has a renderer describe a frame in which one surfel of `stride` is drawn
+    /// ([`Graph::stride`](surfelshop_api::Graph::stride)); 0 is taken as 1. ABI 3.6.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn frame_in_motion(
+        &mut self,
+        request: &FrameRequest,
+        stride: u32,
+    ) -> Result<EncodedGraph, Fault> {
+        check_known(self.table.abi_minor, request)?;
+        let request = encode(&FrameCall::new(request, stride))?;
+        let mut outputs = Outputs::default();
+        // SAFETY: the instance is alive and used by this call alone; bytes and sink live for it.
+        let status =
+            unsafe { (self.table.frame)(self.pointer, Bytes::of(&request), outputs.sink()) };
+        outputs.check(status)?;
+        Ok(EncodedGraph {
+            structure: outputs.take(channel::STRUCTURE),
+            data: outputs.take(channel::DATA),
+        })
+    }
+
+    /// Has a tracer fill a tile: `pixels` has four floats per pixel of the tile.
+    ///
+    /// # Errors
+    /// Where the plugin fails, or `pixels` has another size than the tile.
+    pub fn tile(
+        &self,
+        request: &FrameRequest,
+        scene: &Traced<'_>,
+        tile: Tile,
+        pixels: &mut [f32],
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
+        let expected = 4 * tile.width as usize * tile.height as usize;
+        if pixels.len() != expected {
+            return Err(Fault::Error(format!(
+                "a tile of {} x {} needs {expected} floats, {} given",
+                tile.width,
+                tile.height,
+                pixels.len()
+            )));
+        }
+        check_known(self.table.abi_minor, request)?;
+        let request = encode(request)?;
+        let columns: Vec<Vec<RawColumn>> = scene.clouds.iter().map(raw_columns).collect();
+        let raw: Vec<RawCloud> = scene
+            .clouds
+            .iter()
+            .zip(&columns)
+            .map(|(cloud, columns)| raw_cloud(cloud, columns))
+            .collect();
+        let job = raw_job(&job);
+        let mut outputs = Outputs::default();
+        // SAFETY: the instance is alive and shared only by `tile` calls; everything lent lives
+        // for the call, and the pixels are lent to it alone.
+        let status = unsafe {
+            (self.table.tile)(
+                self.pointer,
+                Bytes::of(&request),
+                raw.as_ptr(),
+                raw.len(),
+                scene.texels.as_ptr(),
+                scene.texels.len(),
+                &raw const tile,
+                pixels.as_mut_ptr(),
+                pixels.len(),
+                &raw const job,
+                outputs.sink(),
+            )
+        };
+        outputs.check(status)
+    }
+
+    /// Runs a tool over a cloud; it stages edits with `job`.
+    ///
+    /// # Errors
+    /// Where the plugin fails; staged edits are then to be dropped.
+    pub fn run(
+        &mut self,
+        values: &Values,
+        cloud: &CloudView<'_>,
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
+        let values = encode(values)?;
+        let columns = raw_columns(cloud);
+        let cloud = raw_cloud(cloud, &columns);
+        let job = raw_job(&job);
+        let mut outputs = Outputs::default();
+        // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
+        let status = unsafe {
+            (self.table.run)(
+                self.pointer,
+                Bytes::of(&values),
+                &raw const cloud,
+                &raw const job,
+                outputs.sink(),
+            )
+        };
+        outputs.check(status)
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        let mut outputs = Outputs::default();
+        // SAFETY: the pointer came from `create` and is not used after this. A failure to end is
+        // contained by the plugin's shim and has no consequence here.
+        unsafe { (self.table.destroy)(self.pointer, outputs.sink()) };
+    }
+}

@@ -1,0 +1,118 @@
+//! A plugin whose code is in memory: its table, checked, and the calls that make instances.
+
+use super::fault::Fault;
+use super::instance::Instance;
+use super::outputs::Outputs;
+use super::request::encode;
+use core::ffi::c_void;
+use core::mem::offset_of;
+use std::fmt;
+use surfelshop_api::HostInfo;
+use surfelshop_api::abi::plugin_side::{self, Description, Package};
+use surfelshop_api::abi::table::{Bytes, MAGIC, PluginTable, channel};
+use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
+
+/// A plugin whose code is in memory.
+#[derive(Clone, Copy)]
+pub struct Plugin {
+    table: &'static PluginTable,
+}
+
+impl Plugin {
+    /// A plugin registered in this program with [`static_plugin!`](surfelshop_api::static_plugin!).
+    #[must_use]
+    pub fn of<P: Package>() -> Self {
+        Self { table: const { &plugin_side::table::<P>() } }
+    }
+
+    /// A plugin from the address of its exported table.
+    ///
+    /// # Errors
+    /// Where the table's magic, size or version is not this host's.
+    ///
+    /// # Safety
+    /// `table` points to a [`PluginTable`] (or to something that starts with eight other bytes)
+    /// that stays in memory, with the code it points to, until the process ends.
+    pub unsafe fn from_table(table: *const PluginTable) -> Result<Self, Fault> {
+        let misbehaved = |line: String| Err(Fault::Misbehaved(line));
+        // SAFETY: at least eight bytes are readable, by the caller's promise.
+        if unsafe { (*table).magic } != MAGIC {
+            return misbehaved("the function table's magic bytes are wrong".to_owned());
+        }
+        // SAFETY: with the right magic, the fixed head of the table is readable.
+        let (size, plugin) = unsafe { ((*table).size, ((*table).abi_major, (*table).abi_minor)) };
+        if plugin.0 != ABI_MAJOR || plugin.1 > ABI_MINOR {
+            return misbehaved(format!(
+                "its function table speaks ABI {}.{}, this host {ABI_MAJOR}.{ABI_MINOR}",
+                plugin.0, plugin.1
+            ));
+        }
+        if (size as usize) < size_of::<PluginTable>() {
+            return misbehaved(format!(
+                "its function table has {size} bytes, expected {}",
+                size_of::<PluginTable>()
+            ));
+        }
+        let functions = [
+            ("describe", offset_of!(PluginTable, describe)),
+            ("create", offset_of!(PluginTable, create)),
+            ("destroy", offset_of!(PluginTable, destroy)),
+            ("frame", offset_of!(PluginTable, frame)),
+            ("tile", offset_of!(PluginTable, tile)),
+            ("run", offset_of!(PluginTable, run)),
+        ];
+        for (name, offset) in functions {
+            // SAFETY: magic, version and size say that a whole table is there; a function is a pointer of
+            // it, which other languages can leave null.
+            let function = unsafe { table.byte_add(offset).cast::<*const c_void>().read() };
+            if function.is_null() {
+                return misbehaved(format!(
+                    "its function table has no `{name}`; one that a plugin does without returns an error"
+                ));
+            }
+        }
+        // SAFETY: the whole table is there, with no function missing, and it stays.
+        Ok(Self { table: unsafe { &*table } })
+    }
+
+    /// What a unit says of itself, by its position in the manifest.
+    ///
+    /// # Errors
+    /// Where the plugin fails or writes something that is no description.
+    pub fn describe(&self, unit: u32) -> Result<Description, Fault> {
+        let mut outputs = Outputs::default();
+        // SAFETY: the table's functions may be called with a sink that lives for the call.
+        let status = unsafe { (self.table.describe)(unit, outputs.sink()) };
+        outputs.check(status)?;
+        let misbehaved = |what: &dyn fmt::Display| {
+            Fault::Misbehaved(format!("its description is no good: {what}"))
+        };
+        let written = outputs.channel(channel::DESCRIPTION);
+        if written.is_empty() {
+            return Err(Fault::Misbehaved("it wrote no description".to_owned()));
+        }
+        let description: Description =
+            rmp_serde::from_slice(written).map_err(|error| misbehaved(&error))?;
+        description.check().map_err(|line| misbehaved(&line))?;
+        Ok(description)
+    }
+
+    /// Makes an instance of a unit, by its position in the manifest.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn create(&self, unit: u32, host: &HostInfo) -> Result<Instance, Fault> {
+        let host = encode(host)?;
+        let mut outputs = Outputs::default();
+        let mut instance = std::ptr::null_mut();
+        // SAFETY: bytes, place and sink live for the call.
+        let status = unsafe {
+            (self.table.create)(unit, Bytes::of(&host), &raw mut instance, outputs.sink())
+        };
+        outputs.check(status)?;
+        if instance.is_null() {
+            return Err(Fault::Misbehaved("it made no instance and gave no reason".to_owned()));
+        }
+        Ok(Instance::new(self.table, instance))
+    }
+}

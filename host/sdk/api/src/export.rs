@@ -1,0 +1,88 @@
+/// Exports a plugin's units from a `cdylib`.
+///
+/// ```text
+/// export_plugin! {
+///     id: "org.example.mine",
+///     renderers: [MyRenderer],
+///     tracers: [MyTracer],
+///     tools: [MyTool],
+/// }
+/// ```
+///
+/// Lists that are empty can be left out; their order is fixed. The package's version, authors and
+/// licence are taken from its `Cargo.toml`.
+#[macro_export]
+macro_rules! export_plugin {
+    ($($body:tt)*) => {
+        $crate::static_plugin! { $($body)* }
+
+        #[cfg(panic = "abort")]
+        compile_error!(
+            "a Surfelshop plugin needs panic = \"unwind\": with \"abort\" its first panic would end the whole program"
+        );
+
+        /// The pointer-free description that the host reads before it loads this library.
+        #[allow(unsafe_code, reason = "exports a symbol; the macro is the plugin boundary")]
+        // SAFETY: the name is the interface's own; nothing else defines it.
+        #[unsafe(no_mangle)]
+        pub static SURFELSHOP_MANIFEST: [u8; SURFELSHOP_STATIC_MANIFEST.len()] =
+            SURFELSHOP_STATIC_MANIFEST;
+
+        /// The functions the host calls.
+        #[allow(unsafe_code, reason = "exports a symbol; the macro is the plugin boundary")]
+        // SAFETY: the name is the interface's own; nothing else defines it.
+        #[unsafe(no_mangle)]
+        pub static SURFELSHOP_PLUGIN: $crate::abi::table::PluginTable =
+            $crate::abi::plugin_side::table::<SurfelshopPackage>();
+    };
+}
+
+/// Registers a plugin's units inside a program, without exporting symbols: for tests.
+///
+/// Takes what [`export_plugin!`] takes and defines `SurfelshopPackage`, to be loaded with
+/// `Plugin::of` of the host's runtime.
+#[macro_export]
+macro_rules! static_plugin {
+    (
+        id: $id:literal
+        $(, renderers: [$($renderer:ty),* $(,)?])?
+        $(, tracers: [$($tracer:ty),* $(,)?])?
+        $(, tools: [$($tool:ty),* $(,)?])?
+        $(,)?
+    ) => {
+        /// This plugin's units.
+        pub struct SurfelshopPackage;
+
+        impl $crate::abi::plugin_side::Package for SurfelshopPackage {
+            const UNITS: &'static [$crate::abi::plugin_side::Unit] = &[
+                $($($crate::abi::plugin_side::Unit::renderer::<$renderer>(),)*)?
+                $($($crate::abi::plugin_side::Unit::tracer::<$tracer>(),)*)?
+                $($($crate::abi::plugin_side::Unit::tool::<$tool>(),)*)?
+            ];
+        }
+
+        const SURFELSHOP_PACKAGE_INFO: $crate::manifest::PackageInfo =
+            $crate::manifest::PackageInfo {
+                id: $id,
+                version: env!("CARGO_PKG_VERSION"),
+                authors: env!("CARGO_PKG_AUTHORS"),
+                license: env!("CARGO_PKG_LICENSE"),
+                abi: ($crate::manifest::ABI_MAJOR, $crate::manifest::ABI_MINOR),
+            };
+
+        const SURFELSHOP_UNITS: &[($crate::UnitKind, $crate::UnitInfo)] = &[
+            $($((
+                $crate::UnitKind::Renderer,
+                <$renderer as $crate::Renderer>::INFO,
+            ),)*)?
+            $($(($crate::UnitKind::Tracer, <$tracer as $crate::Tracer>::INFO),)*)?
+            $($(($crate::UnitKind::Tool, <$tool as $crate::Tool>::INFO),)*)?
+        ];
+
+        /// The manifest's bytes.
+        pub const SURFELSHOP_STATIC_MANIFEST: [u8; $crate::manifest::encoded_len(
+            &SURFELSHOP_PACKAGE_INFO,
+            SURFELSHOP_UNITS,
+        )] = $crate::manifest::encode(&SURFELSHOP_PACKAGE_INFO, SURFELSHOP_UNITS);
+    };
+}

@@ -1,0 +1,341 @@
+//! The pointer-free description of a plugin, read from the file before it is loaded.
+//!
+//! The exported symbol [`SYMBOL`] is a byte array: 16 bytes magic, ABI major and minor (u16, little
+//! endian), length of the text (u32, little endian), then lines `key TAB value...`. It holds no
+//! pointers, so it can be read without relocating or running anything.
+
+use crate::unit_info::{UnitInfo, UnitKind};
+use serde::Serialize;
+
+/// Name of the exported byte array.
+pub const SYMBOL: &str = "SURFELSHOP_MANIFEST";
+/// First bytes of a manifest.
+pub const MAGIC: [u8; 16] = *b"SURFELSHOP-PLUG\n";
+/// Plugins with another major version are refused.
+pub const ABI_MAJOR: u16 = 3;
+/// Plugins with a larger minor version are refused: they may need what this host lacks.
+///
+/// 1: scenes may have lights with a place ([`Light::Point`](crate::Light), `Spot`), and the WGSL
+/// module `surfelshop::light` says what of them arrives where. Plugins of 3.0 work in scenes without
+/// such lights.
+///
+/// 2: units say what they cannot do ([`Limit`](crate::Limit)); those of 3.0 and 3.1 say nothing.
+///
+/// 3: passes say which features of their shaders are there
+/// ([`Pass::feature`](crate::graph::Pass::feature)); those of older plugins have none;
+/// and limits have a bound.
+///
+/// 4: passes may read normals that vary over surfels
+/// ([`SurfaceMode::Fields`](crate::graph::SurfaceMode)).
+///
+/// 5: graphs have cameras of their own ([`Graph::camera`](crate::Graph::camera)), read the scene's
+/// surfels as data ([`Graph::surfels`](crate::Graph::surfels)), and keep buffers from frame to frame
+/// ([`Lifetime::History`](crate::graph::Lifetime)).
+///
+/// 6: renderers are told how much of the scene is drawn while something moves
+/// ([`Graph::stride`](crate::Graph::stride)).
+///
+/// 7: uniforms may be given by name ([`Graph::parameters`](crate::Graph::parameters),
+/// [`Graph::members`](crate::Graph::members)).
+pub const ABI_MINOR: u16 = 7;
+/// Bytes before the text.
+pub const HEADER_LEN: usize = 24;
+/// Longest text a reader accepts, in bytes.
+pub const MAX_TEXT_LEN: usize = 1 << 20;
+
+/// What a plugin package says of itself at compile time.
+#[derive(Clone, Copy, Debug)]
+pub struct PackageInfo {
+    /// Reverse-DNS id, such as `org.example.mine`.
+    pub id: &'static str,
+    /// Version of the package.
+    pub version: &'static str,
+    /// Authors, separated by colons; may be empty.
+    pub authors: &'static str,
+    /// Licence expression; may be empty.
+    pub license: &'static str,
+    /// ABI the plugin speaks: major and minor.
+    pub abi: (u16, u16),
+}
+
+const fn text_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usize {
+    let mut len = line_len("id", &[package.id])
+        + line_len("version", &[package.version])
+        + line_len("authors", &[package.authors])
+        + line_len("license", &[package.license])
+        + line_len("api", &[env!("CARGO_PKG_VERSION")]);
+    let mut i = 0;
+    while i < units.len() {
+        let (kind, info) = units[i];
+        len += line_len(kind.word(), &[info.id, info.title, info.summary]);
+        i += 1;
+    }
+    len
+}
+
+const fn line_len(key: &str, values: &[&str]) -> usize {
+    let mut len = key.len() + 1;
+    let mut i = 0;
+    while i < values.len() {
+        len += 1 + values[i].len();
+        i += 1;
+    }
+    len
+}
+
+/// Length of the manifest of a package, for use with [`encode`].
+#[must_use]
+pub const fn encoded_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usize {
+    HEADER_LEN + text_len(package, units)
+}
+
+struct Writer<const N: usize> {
+    bytes: [u8; N],
+    len: usize,
+}
+
+impl<const N: usize> Writer<N> {
+    const fn raw(mut self, bytes: &[u8]) -> Self {
+        let mut i = 0;
+        while i < bytes.len() {
+            self.bytes[self.len] = bytes[i];
+            self.len += 1;
+            i += 1;
+        }
+        self
+    }
+
+    const fn text(self, text: &str) -> Self {
+        let bytes = text.as_bytes();
+        let mut i = 0;
+        while i < bytes.len() {
+            assert!(bytes[i] >= 32, "texts of a plugin's manifest have no control characters");
+            i += 1;
+        }
+        self.raw(bytes)
+    }
+
+    const fn line(mut self, key: &str, values: &[&str]) -> Self {
+        self = self.text(key);
+        let mut i = 0;
+        while i < values.len() {
+            self = self.raw(b"\t").text(values[i]);
+            i += 1;
+        }
+        self.raw(b"\n")
+    }
+}
+
+/// Encodes a manifest at compile time; `N` is [`encoded_len`].
+///
+/// # Panics
+/// At compile time, where a text holds control characters.
+#[must_use]
+pub const fn encode<const N: usize>(
+    package: &PackageInfo,
+    units: &[(UnitKind, UnitInfo)],
+) -> [u8; N] {
+    let mut out = Writer::<N> { bytes: [0; N], len: 0 }
+        .raw(&MAGIC)
+        .raw(&package.abi.0.to_le_bytes())
+        .raw(&package.abi.1.to_le_bytes())
+        .raw(&(text_len(package, units) as u32).to_le_bytes())
+        .line("id", &[package.id])
+        .line("version", &[package.version])
+        .line("authors", &[package.authors])
+        .line("license", &[package.license])
+        .line("api", &[env!("CARGO_PKG_VERSION")]);
+    let mut i = 0;
+    while i < units.len() {
+        let (kind, info) = units[i];
+        out = out.line(kind.word(), &[info.id, info.title, info.summary]);
+        i += 1;
+    }
+    out.bytes
+}
+
+/// A unit as a manifest names it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct UnitEntry {
+    /// What the unit is.
+    pub kind: UnitKind,
+    /// Short id.
+    pub id: String,
+    /// Title in lists.
+    pub title: String,
+    /// One sentence.
+    pub summary: String,
+}
+
+/// A manifest as read from a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Manifest {
+    /// ABI major version the plugin speaks.
+    pub abi_major: u16,
+    /// ABI minor version the plugin speaks.
+    pub abi_minor: u16,
+    /// Reverse-DNS id of the package.
+    pub id: String,
+    /// Version of the package.
+    pub version: String,
+    /// Authors, separated by colons; may be empty.
+    pub authors: String,
+    /// Licence expression; may be empty.
+    pub license: String,
+    /// Version of the API crate it was built with.
+    pub api: String,
+    /// The exported units.
+    pub units: Vec<UnitEntry>,
+}
+
+/// Why a manifest was refused.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The bytes are no manifest; says what was expected and found.
+    Malformed(String),
+    /// The plugin speaks another ABI than this host.
+    Incompatible {
+        /// Major and minor version the plugin speaks.
+        plugin: (u16, u16),
+        /// Major and minor version this host speaks.
+        host: (u16, u16),
+    },
+}
+
+impl std::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Malformed(what) => write!(f, "the plugin manifest is damaged: {what}"),
+            Self::Incompatible { plugin, host } => {
+                let advice = if plugin.0 < host.0 {
+                    "rebuild the plugin with the current surfelshop-api"
+                } else {
+                    "update Surfelshop"
+                };
+                write!(
+                    f,
+                    "the plugin speaks ABI {}.{}, this host speaks {}.{}: {advice}",
+                    plugin.0, plugin.1, host.0, host.1
+                )
+            }
+        }
+    }
+}
+
+/// Reads a manifest; trailing bytes are ignored.
+///
+/// # Errors
+/// Where the bytes are no manifest or speak an ABI this host does not: the major version must be
+/// equal, the minor version not newer.
+pub fn decode(bytes: &[u8]) -> Result<Manifest, Refusal> {
+    let malformed = |what: String| Err(Refusal::Malformed(what));
+    let Some(header) = bytes.get(..HEADER_LEN) else {
+        return malformed(format!("expected at least {HEADER_LEN} bytes, found {}", bytes.len()));
+    };
+    if header[..16] != MAGIC {
+        return malformed("the magic bytes are wrong".to_owned());
+    }
+    let plugin = (
+        u16::from_le_bytes([header[16], header[17]]),
+        u16::from_le_bytes([header[18], header[19]]),
+    );
+    let host = (ABI_MAJOR, ABI_MINOR);
+    if plugin.0 != host.0 || plugin.1 > host.1 {
+        return Err(Refusal::Incompatible { plugin, host });
+    }
+    let len = u32::from_le_bytes([header[20], header[21], header[22], header[23]]) as usize;
+    if len > MAX_TEXT_LEN {
+        return malformed(format!("its text has {len} bytes, at most {MAX_TEXT_LEN} are allowed"));
+    }
+    let Some(text) = bytes.get(HEADER_LEN..HEADER_LEN + len) else {
+        return malformed(format!(
+            "its text should have {len} bytes, found {}",
+            bytes.len() - HEADER_LEN
+        ));
+    };
+    let Ok(text) = std::str::from_utf8(text) else {
+        return malformed("its text is not UTF-8".to_owned());
+    };
+    let mut manifest = Manifest { abi_major: plugin.0, abi_minor: plugin.1, ..Manifest::default() };
+    for line in text.lines() {
+        read_line(&mut manifest, line);
+    }
+    if manifest.id.is_empty() {
+        return malformed("it names no package id".to_owned());
+    }
+    if manifest.units.is_empty() {
+        return malformed("it exports no renderer, tracer or tool".to_owned());
+    }
+    Ok(manifest)
+}
+
+/// Reads one line; keys of newer minor versions are ignored.
+fn read_line(manifest: &mut Manifest, line: &str) {
+    let mut fields = line.split('\t');
+    let key = fields.next().unwrap_or_default();
+    let mut next = || fields.next().unwrap_or_default().to_owned();
+    let kind = match key {
+        "id" => return manifest.id = next(),
+        "version" => return manifest.version = next(),
+        "authors" => return manifest.authors = next(),
+        "license" => return manifest.license = next(),
+        "api" => return manifest.api = next(),
+        "renderer" => UnitKind::Renderer,
+        "tracer" => UnitKind::Tracer,
+        "tool" => UnitKind::Tool,
+        _ => return,
+    };
+    manifest.units.push(UnitEntry { kind, id: next(), title: next(), summary: next() });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PACKAGE: PackageInfo = PackageInfo {
+        id: "org.example.test",
+        version: "1.2.3",
+        authors: "A:B",
+        license: "MIT",
+        abi: (ABI_MAJOR, ABI_MINOR),
+    };
+    const UNITS: &[(UnitKind, UnitInfo)] =
+        &[(UnitKind::Renderer, UnitInfo::new("one", "One", "The first."))];
+    const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
+
+    #[test]
+    fn manifests_round_trip() {
+        let manifest = decode(&BYTES).unwrap();
+        assert_eq!(manifest.id, "org.example.test");
+        assert_eq!(manifest.authors, "A:B");
+        assert_eq!(manifest.units[0].summary, "The first.");
+    }
+
+    #[test]
+    fn every_truncation_is_refused() {
+        for len in 0..BYTES.len() {
+            assert!(matches!(decode(&BYTES[..len]), Err(Refusal::Malformed(_))), "{len}");
+        }
+    }
+
+    #[test]
+    fn other_major_and_newer_minor_are_refused_with_both_versions() {
+        let mut bytes = BYTES;
+        bytes[16] = 9;
+        let text = decode(&bytes).unwrap_err().to_string();
+        let host = format!("speaks {ABI_MAJOR}.{ABI_MINOR}");
+        assert!(text.contains(&format!("ABI 9.{ABI_MINOR}")) && text.contains(&host), "{text}");
+        bytes[16] = ABI_MAJOR as u8;
+        bytes[18] = 200;
+        let plugin = (ABI_MAJOR, 200);
+        let newer = Refusal::Incompatible { plugin, host: (ABI_MAJOR, ABI_MINOR) };
+        assert_eq!(decode(&bytes), Err(newer));
+    }
+
+    #[test]
+    fn absurd_lengths_are_refused() {
+        let mut bytes = BYTES;
+        bytes[20..24].fill(0xff);
+        assert!(matches!(decode(&bytes), Err(Refusal::Malformed(_))));
+    }
+}

@@ -1,0 +1,380 @@
+/*
+ * surfelshop.h: the plugin boundary of Surfelshop for C and C++.
+ *
+ * A plugin is a shared library that exports two objects: SURFELSHOP_MANIFEST, bytes that say what
+ * the library is, which the host reads before it loads any code, and SURFELSHOP_PLUGIN, a table of
+ * functions. rim.c beside this file is a whole one. It is built with
+ *
+ *     cc -shared -fPIC -O2 -o librim_c.so rim.c
+ *
+ * and rendered with like any other plugin. This header is plain C99 and compiles as C++, too; it
+ * needs nothing but the C library.
+ *
+ * What crosses the boundary is either a structure declared here or a message in MessagePack, which
+ * surfelshop_msgpack.h beside this file builds and reads. Messages are what Rust's serde makes of
+ * the types in host/sdk/api/src, with the names of the fields:
+ *
+ *     structure                   map from the names of its fields, as strings, to their values
+ *     variant without contents    string: "Frame"
+ *     variant of one value        map of one entry: {"Float": 3.0}
+ *     variant with fields         map of one entry: {"View": {"divisor": 1}}
+ *     TextureId and the like      whole number, the position in its list
+ *     list, tuple, vector         array;  a rotation (quaternion) is an array x, y, z, w
+ *     BTreeMap                    map;    Option: nil or the value
+ *
+ * Readers ignore fields they do not know, and so must plugins: newer hosts send more. Some enums
+ * rename their variants, which the Rust type shows as `#[serde(rename_all = ...)]`.
+ *
+ * Licence: MIT OR Apache-2.0.
+ */
+#ifndef SURFELSHOP_H
+#define SURFELSHOP_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#ifdef __cplusplus
+#define SURFELSHOP_C_NAME extern "C"
+#else
+#define SURFELSHOP_C_NAME
+#endif
+
+/** Goes before the definition of an object that the library exports. */
+#if defined(_WIN32)
+#define SURFELSHOP_EXPORT SURFELSHOP_C_NAME __declspec(dllexport)
+#else
+#define SURFELSHOP_EXPORT SURFELSHOP_C_NAME __attribute__((visibility("default")))
+#endif
+
+/* An array of negative length stops the compiler; C99 has no other static assertion. */
+#define SURFELSHOP_ASSERT(name, condition) \
+    typedef char surfelshop_assert_##name[(condition) ? 1 : -1]
+
+/**
+ * The boundary this header describes. Hosts refuse plugins of another major version and those of a
+ * larger minor version than their own.
+ */
+#define SURFELSHOP_ABI_MAJOR 3
+#define SURFELSHOP_ABI_MINOR 7
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/** How a call ended. */
+enum {
+    /** As asked. */
+    SURFELSHOP_OK = 0,
+    /** Not as asked; the error channel says why. */
+    SURFELSHOP_ERROR = 1,
+    /** The plugin's code went wrong in a way it did not foresee (in Rust: panicked). */
+    SURFELSHOP_PANIC = 2
+};
+
+/** What bytes written to a sink are. */
+enum {
+    /** One line of UTF-8 that says what was expected and what was found. */
+    SURFELSHOP_CHANNEL_ERROR = 1,
+    /** A unit's description of itself: Description, see `describe`. */
+    SURFELSHOP_CHANNEL_DESCRIPTION = 2,
+    /** The structure of a graph: Structure of host/sdk/api/src/graph/structure.rs. */
+    SURFELSHOP_CHANNEL_STRUCTURE = 3,
+    /**
+     * The bytes of a graph's uniforms and uploads, which the structure names by offset and length.
+     * Uniforms start at multiples of 256 bytes, uploads at multiples of 4. They are laid out as the
+     * WGSL structure is, little-endian.
+     */
+    SURFELSHOP_CHANNEL_DATA = 4,
+    /** The first buffer of a computation, see `compute`; those of the others follow. */
+    SURFELSHOP_CHANNEL_BUFFERS = 16
+};
+
+/** Types of a column's elements. Skip columns of other codes: they are of newer hosts. */
+enum {
+    SURFELSHOP_I8 = 0,
+    SURFELSHOP_U8 = 1,
+    SURFELSHOP_I16 = 2,
+    SURFELSHOP_U16 = 3,
+    SURFELSHOP_I32 = 4,
+    SURFELSHOP_U32 = 5,
+    SURFELSHOP_F32 = 6,
+    SURFELSHOP_F64 = 7
+};
+
+/**
+ * Borrowed bytes: they belong to who passes them, and are valid until the call returns. `ptr` may
+ * be NULL or lead nowhere where `len` is 0. Text is UTF-8 and has no terminating zero.
+ */
+typedef struct surfelshop_bytes {
+    const uint8_t *ptr;
+    size_t len;
+} surfelshop_bytes;
+
+/**
+ * Where one side writes what it makes, during the call it was passed to and on that call's thread
+ * only. `write` copies the bytes, so the caller keeps them, and replaces what the channel held. A
+ * host takes at most 2^30 bytes in one call, replaced ones included; of these at most 16 MiB of a
+ * graph's structure and 1 MiB of a description, and of an error line the first 4 KiB.
+ */
+typedef struct surfelshop_sink {
+    void *context;
+    void (*write)(void *context, uint32_t channel, surfelshop_bytes bytes);
+} surfelshop_sink;
+
+/**
+ * One column of a cloud. Everything stays the host's and is valid until the call returns.
+ *
+ * Usual columns: "position" (3 F32, offsets from the cloud's origin, scene units), "normal" (3 F32,
+ * unit length, outwards), "radius" (1 F32, scene units), "color" (3 or 4 U8 or U16, sRGB, or F32,
+ * linear Rec. 709), "tangent_u" and "tangent_v" (3 F32, half axes of an ellipse), "ao" (1 F32,
+ * accessibility from 0 to 1), "material" (1 U32). Any of them may be missing.
+ */
+typedef struct surfelshop_column {
+    surfelshop_bytes name;
+    /** SURFELSHOP_I8 to SURFELSHOP_F64. */
+    uint32_t element;
+    /** Elements per surfel, at least 1; those of a surfel lie together. */
+    uint32_t components;
+    /** Equal generations mean equal values. */
+    uint64_t generation;
+    /** The first element, aligned for its type; not to be read where `len` is 0. */
+    const void *values;
+    /** Number of elements: surfels times components. */
+    size_t len;
+} surfelshop_column;
+
+/** A cloud. Everything stays the host's and is valid until the call returns. */
+typedef struct surfelshop_cloud {
+    /** World position that positions are relative to, scene units. */
+    double origin[3];
+    /** Number of surfels. */
+    size_t len;
+    const surfelshop_column *columns;
+    size_t n_columns;
+    /**
+     * Triangles: positions of three surfels each, below `len`, counterclockwise from outside; not
+     * to be read where `n_faces` is 0.
+     */
+    const uint32_t (*faces)[3];
+    size_t n_faces;
+    /**
+     * The cloud's own box: its middle (world space), its largest extent (scene units, above 0), and
+     * its rotation as a quaternion x, y, z, w.
+     */
+    double object[8];
+} surfelshop_cloud;
+
+/** A rectangle of the picture, in pixels from its upper left corner. */
+typedef struct surfelshop_tile {
+    uint32_t x;
+    uint32_t y;
+    uint32_t width;
+    uint32_t height;
+    /** Which sample of each pixel this call computes, from 0. */
+    uint32_t sample;
+} surfelshop_tile;
+
+/**
+ * A running call's line to the host. The functions take `context`, are never NULL, and are called
+ * until that call returns, on its thread only: not from inside the `work` of `parallel`.
+ */
+typedef struct surfelshop_job {
+    void *context;
+    /** Progress from 0 to 1, and what is being done; an empty message keeps the last. */
+    void (*progress)(void *context, double fraction, surfelshop_bytes message);
+    /** 1 where the user asked to stop, and the call should return an error soon; else 0. */
+    uint32_t (*cancelled)(void *context);
+    /**
+     * Stages an edit, for tools. `header` is EditHeader of host/sdk/api/src/tool.rs, one of
+     *
+     *     {"Columns": [{"name": "ao", "components": 1, "element": "f32"}, ...]}
+     *     "Keep"
+     *     {"NewCloud": {"origin": [x, y, z], "columns": [...]}}
+     *
+     * and `values` has the little-endian elements of each of these columns, or for "Keep" one byte
+     * per surfel, 1 where it stays and else 0. The host copies them. A run stages columns as often
+     * as it likes and then at most one "Keep", or one new cloud and nothing else. Where it returns
+     * anything but SURFELSHOP_OK, the reason is on the error channel of `sink`, which is the
+     * plugin's own.
+     */
+    int32_t (*stage)(void *context, surfelshop_bytes header, const surfelshop_bytes *values,
+                     size_t n_values, surfelshop_sink sink);
+    /**
+     * Calls `work` with ranges, first and behind the last, that cover 0 to `count` without overlap,
+     * on several threads at once and in any order; returns when all have ended. Progress goes from
+     * `from` to `to`. Returns 1 where ranges were left out since the user asked to stop, else 0.
+     * `work` calls nothing of the job, and like the exported functions it must not unwind.
+     */
+    uint32_t (*parallel)(void *context, size_t count, double from, double to,
+                         void (*work)(const void *work_context, size_t start, size_t end),
+                         const void *work_context);
+    /**
+     * Runs compute passes on the graphics device, for tools: `structure` and `data` are what a
+     * renderer writes, but without outputs and with nothing of a view. The bytes of the buffers,
+     * named by their positions in the structure, go to SURFELSHOP_CHANNEL_BUFFERS and the channels
+     * behind it of `sink`, which is the plugin's own. Where it returns anything but SURFELSHOP_OK
+     * (there may be no device), the reason is on the error channel.
+     */
+    int32_t (*compute)(void *context, surfelshop_bytes structure, surfelshop_bytes data,
+                       const uint32_t *buffers, size_t n_buffers, surfelshop_sink sink);
+} surfelshop_job;
+
+/**
+ * The exported functions. None may be NULL. Each returns SURFELSHOP_OK, or SURFELSHOP_ERROR after
+ * it wrote a line to the error channel. None may be left by a C++ exception or by longjmp: the host
+ * is written in Rust, and its frames must not be unwound by others. In C++, catch everything, write
+ * the line and return SURFELSHOP_PANIC.
+ *
+ * What is passed in stays the host's and is valid until the call returns; copy what is kept. What
+ * the plugin allocates it frees itself. Units are numbered from 0 as the manifest lists them.
+ *
+ * All units need the first three functions, renderers `frame`, tracers `tile`, and tools `run`; the
+ * others are surfelshop_no_frame, surfelshop_no_tile and surfelshop_no_run.
+ *
+ * Calls come from any thread. Those on one instance come one after the other, but for `tile`, which
+ * runs on several threads at once; different instances work at the same time. The host waits some
+ * seconds for an instance or a frame, and asks no more where none came. It never unloads a library.
+ */
+typedef struct surfelshop_plugin_table {
+    /** Head of the table: SURFELSHOP_TABLE_HEAD fills these four. */
+    uint8_t magic[8];
+    uint32_t size;
+    uint16_t abi_major;
+    uint16_t abi_minor;
+    /**
+     * Writes the description of a unit, {"params": [...], "limits": [...]}: ParamDecl of
+     * host/sdk/api/src/params.rs and Limit of host/sdk/api/src/unit.rs. It is the same at every call.
+     */
+    int32_t (*describe)(uint32_t unit, surfelshop_sink sink);
+    /**
+     * Makes an instance of a unit, one for each view or run: reads HostInfo of
+     * host/sdk/api/src/frame.rs and puts a pointer that is not NULL into `out`. The host does nothing
+     * with the pointer but to pass it back.
+     */
+    int32_t (*create)(uint32_t unit, surfelshop_bytes host, void **out, surfelshop_sink sink);
+    /** Ends an instance and frees what it holds; comes once for each. */
+    int32_t (*destroy)(void *instance, surfelshop_sink sink);
+    /**
+     * Renderers: reads FrameRequest of host/sdk/api/src/frame.rs and writes the structure and the data
+     * of its graph. Parameters are in the map `values` by their ids, such as {"Float": 3.0}. Where
+     * one is missing, of another kind or no number, the plugin takes the default, and where it is
+     * out of range, the nearer end. The host compiles nothing where a structure has the same bytes
+     * as the one before, so what changes from frame to frame belongs into the data.
+     */
+    int32_t (*frame)(void *instance, surfelshop_bytes request, surfelshop_sink sink);
+    /**
+     * Tracers: computes one sample of each pixel of a tile into `pixels`, row by row, four floats
+     * each: linear Rec. 709 radiance weighted by coverage, and coverage. `n_floats` is 4 * width *
+     * height; the host lends these floats to this call alone. `request` is as of `frame`, `clouds`
+     * are in the order of its `cloud.objects`, and `texels` are the octahedral map of its
+     * `environment`, three floats each, none where it has none. Neither is to be read where its
+     * number is 0. A sample depends on the frame, the pixel and its own number alone. The instance
+     * is shared with calls on other threads.
+     */
+    int32_t (*tile)(const void *instance, surfelshop_bytes request, const surfelshop_cloud *clouds,
+                    size_t n_clouds, const float (*texels)[3], size_t n_texels,
+                    const surfelshop_tile *tile, float *pixels, size_t n_floats,
+                    const surfelshop_job *job, surfelshop_sink sink);
+    /**
+     * Tools: reads a cloud and stages edits. `values` are the parameters, a map as in a frame's
+     * request. What was staged is committed where this returns SURFELSHOP_OK, and else dropped.
+     */
+    int32_t (*run)(void *instance, surfelshop_bytes values, const surfelshop_cloud *cloud,
+                   const surfelshop_job *job, surfelshop_sink sink);
+} surfelshop_plugin_table;
+
+/* A compiler that lays these out in another way would make a plugin the host cannot read. */
+SURFELSHOP_ASSERT(tile_layout, sizeof(surfelshop_tile) == 20);
+SURFELSHOP_ASSERT(table_layout, sizeof(surfelshop_plugin_table) == 16 + 6 * sizeof(void *));
+SURFELSHOP_ASSERT(column_layout, sizeof(void *) != 8 || sizeof(surfelshop_column) == 48);
+SURFELSHOP_ASSERT(cloud_layout, sizeof(void *) != 8 || sizeof(surfelshop_cloud) == 128);
+
+/** The first four members of a surfelshop_plugin_table. */
+#define SURFELSHOP_TABLE_HEAD \
+    {'S', 'U', 'R', 'F', 'E', 'L', 'P', 0}, (uint32_t)sizeof(surfelshop_plugin_table), \
+        SURFELSHOP_ABI_MAJOR, SURFELSHOP_ABI_MINOR
+
+/**
+ * Defines the exported manifest from a string literal of lines, each a key, its values with a tab
+ * before each, and a line feed, in UTF-8 without other control characters:
+ *
+ *     id        reverse-DNS id of the package, such as org.example.mine
+ *     version   version of the package
+ *     authors   separated by colons; may be empty or left out
+ *     license   licence expression; may be empty or left out
+ *     renderer  id, title and a sentence; likewise `tracer` and `tool`, one line for each unit,
+ *               in the order of their numbers. Ids have a-z, 0-9 and -.
+ *
+ * Goes once into a library, at file scope, with a semicolon. The host reads the object out of the
+ * file, so it holds nothing but bytes; the zero that ends the literal is behind the stated length.
+ */
+#define SURFELSHOP_MANIFEST_OF(lines) \
+    typedef struct surfelshop_manifest { \
+        uint8_t magic[16]; \
+        uint8_t abi[4]; \
+        uint8_t len[4]; \
+        char text[sizeof(lines)]; \
+    } surfelshop_manifest; \
+    SURFELSHOP_ASSERT(manifest_layout, sizeof(surfelshop_manifest) == 24 + sizeof(lines)); \
+    SURFELSHOP_ASSERT(manifest_length, sizeof(lines) - 1 <= (size_t)1 << 20); \
+    SURFELSHOP_EXPORT const surfelshop_manifest SURFELSHOP_MANIFEST = { \
+        {'S', 'U', 'R', 'F', 'E', 'L', 'S', 'H', 'O', 'P', '-', 'P', 'L', 'U', 'G', '\n'}, \
+        {SURFELSHOP_ABI_MAJOR & 255, SURFELSHOP_ABI_MAJOR >> 8, \
+         SURFELSHOP_ABI_MINOR & 255, SURFELSHOP_ABI_MINOR >> 8}, \
+        {(sizeof(lines) - 1) & 255, (sizeof(lines) - 1) >> 8 & 255, \
+         (sizeof(lines) - 1) >> 16 & 255, (sizeof(lines) - 1) >> 24 & 255}, \
+        lines}
+
+/** Writes `len` bytes to a channel; the caller keeps them. */
+static inline void surfelshop_write(surfelshop_sink sink, uint32_t channel, const void *from,
+                                    size_t len)
+{
+    surfelshop_bytes bytes;
+    bytes.ptr = (const uint8_t *)from;
+    bytes.len = len;
+    sink.write(sink.context, channel, bytes);
+}
+
+/** Writes a line to the error channel and returns SURFELSHOP_ERROR, to be returned in turn. */
+static inline int32_t surfelshop_fail(surfelshop_sink sink, const char *line)
+{
+    surfelshop_write(sink, SURFELSHOP_CHANNEL_ERROR, line, strlen(line));
+    return SURFELSHOP_ERROR;
+}
+
+/** Takes the place of `frame` in plugins without renderers. */
+static inline int32_t surfelshop_no_frame(void *instance, surfelshop_bytes request,
+                                          surfelshop_sink sink)
+{
+    (void)instance, (void)request;
+    return surfelshop_fail(sink, "this unit is not a renderer");
+}
+
+/** Takes the place of `tile` in plugins without tracers. */
+static inline int32_t surfelshop_no_tile(const void *instance, surfelshop_bytes request,
+                                         const surfelshop_cloud *clouds, size_t n_clouds,
+                                         const float (*texels)[3], size_t n_texels,
+                                         const surfelshop_tile *tile, float *pixels,
+                                         size_t n_floats, const surfelshop_job *job,
+                                         surfelshop_sink sink)
+{
+    (void)instance, (void)request, (void)clouds, (void)n_clouds, (void)texels, (void)n_texels;
+    (void)tile, (void)pixels, (void)n_floats, (void)job;
+    return surfelshop_fail(sink, "this unit is not a tracer");
+}
+
+/** Takes the place of `run` in plugins without tools. */
+static inline int32_t surfelshop_no_run(void *instance, surfelshop_bytes values,
+                                        const surfelshop_cloud *cloud, const surfelshop_job *job,
+                                        surfelshop_sink sink)
+{
+    (void)instance, (void)values, (void)cloud, (void)job;
+    return surfelshop_fail(sink, "this unit is not a tool");
+}
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

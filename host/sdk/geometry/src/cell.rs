@@ -1,0 +1,234 @@
+//! Voronoi cells in a tangent plane.
+
+use glam::{DVec2, DVec3, Vec3};
+
+/// Cosine between normals below which a neighbour lies on the back of a thin sheet; sharp edges
+/// reach zero, acute ones somewhat less.
+pub(crate) const BACK_SIDE: f32 = -0.5;
+
+/// The Voronoi cell of the origin of a plane, cut from an octagon by the bisectors to neighbours.
+pub(crate) struct Cell {
+    corners: Vec<Corner>,
+    /// The corners before the last cut, kept for their room.
+    spare: Vec<Corner>,
+}
+
+/// A corner and what bounds the cell from here to the next one.
+#[derive(Clone, Copy)]
+struct Corner {
+    at: DVec2,
+    /// Whether the edge that starts here is a bisector rather than a side of the octagon.
+    bisector: bool,
+}
+
+impl Cell {
+    /// An octagon whose sides are `limit` away.
+    pub(crate) fn new(limit: f64) -> Self {
+        let angle = |i: u32| (f64::from(i) + 0.5) * std::f64::consts::FRAC_PI_4;
+        let reach = limit / std::f64::consts::FRAC_PI_8.cos();
+        let corners = (0..8)
+            .map(|i| Corner { at: DVec2::from_angle(angle(i)) * reach, bisector: false })
+            .collect();
+        Self { corners, spare: Vec::new() }
+    }
+
+    /// Cuts off what is nearer to `neighbour` than to the origin.
+    pub(crate) fn cut(&mut self, neighbour: DVec2) {
+        let half = 0.5 * neighbour.length_squared();
+        let beyond = |corner: &Corner| corner.at.dot(neighbour) - half;
+        if self.corners.iter().all(|corner| beyond(corner) <= 0.0) {
+            return;
+        }
+        let mut kept = std::mem::take(&mut self.spare);
+        kept.clear();
+        for (i, corner) in self.corners.iter().enumerate() {
+            let next = &self.corners[(i + 1) % self.corners.len()];
+            let (here, there) = (beyond(corner), beyond(next));
+            if here <= 0.0 {
+                kept.push(*corner);
+            }
+            if (here <= 0.0) != (there <= 0.0) {
+                let at = corner.at.lerp(next.at, here / (here - there));
+                kept.push(Corner { at, bisector: here <= 0.0 || corner.bisector });
+            }
+        }
+        self.spare = std::mem::replace(&mut self.corners, kept);
+    }
+
+    /// Distance of the farthest corner.
+    pub(crate) fn reach(&self) -> f64 {
+        self.corners.iter().map(|corner| corner.at.length_squared()).fold(0.0, f64::max).sqrt()
+    }
+
+    /// Its area.
+    pub(crate) fn area(&self) -> f64 {
+        let next = self.corners.iter().cycle().skip(1);
+        0.5 * self.corners.iter().zip(next).map(|(a, b)| a.at.perp_dot(b.at)).sum::<f64>()
+    }
+
+    /// Whether bisectors bound it on all sides.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.corners.iter().all(|corner| corner.bisector)
+    }
+
+    /// Makes it at most twice as wide as it is towards its bisectors, on average.
+    fn even_out(&mut self) {
+        let next = self.corners.iter().cycle().skip(1);
+        let sides = self.corners.iter().zip(next).filter(|(corner, _)| corner.bisector);
+        let (sum, count) = sides
+            .filter_map(|(a, b)| Some((b.at - a.at).try_normalize()?.perp_dot(a.at).abs()))
+            .fold((0.0, 0.0), |(sum, count), side| (sum + side, count + 1.0));
+        if count == 0.0 {
+            return;
+        }
+        for i in 0..8 {
+            let across = DVec2::from_angle(f64::from(i) * std::f64::consts::FRAC_PI_4);
+            self.cut(across * (4.0 * sum / count));
+        }
+    }
+
+    /// Whether a ray from the origin leaves through a side that no bisector bounds.
+    fn is_open_towards(&self, direction: DVec2) -> bool {
+        let next = self.corners.iter().cycle().skip(1);
+        let mut sides = self.corners.iter().zip(next);
+        // Corners go round counterclockwise.
+        let leaves = |(a, b): &(&Corner, &Corner)| {
+            a.at.perp_dot(direction) >= 0.0 && direction.perp_dot(b.at) > 0.0
+        };
+        sides.find(leaves).is_some_and(|(corner, _)| !corner.bisector)
+    }
+
+    /// Distance of the farthest corner where two bisectors meet. Where there is none, as for points
+    /// on a line, the farthest bisector stands in, times the square root of two that lies between
+    /// side and corner of a square cell. `None` where there is no bisector.
+    pub(crate) fn radius(&self) -> Option<f64> {
+        let mut corner_distance: Option<f64> = None;
+        let mut side_distance: Option<f64> = None;
+        for (i, corner) in self.corners.iter().enumerate() {
+            if !corner.bisector {
+                continue;
+            }
+            let last = &self.corners[(i + self.corners.len() - 1) % self.corners.len()];
+            let next = &self.corners[(i + 1) % self.corners.len()];
+            if last.bisector {
+                let distance = corner.at.length();
+                corner_distance = Some(corner_distance.unwrap_or(0.0f64).max(distance));
+            }
+            if let Some(along) = (next.at - corner.at).try_normalize() {
+                let distance = along.perp_dot(corner.at).abs();
+                side_distance = Some(side_distance.unwrap_or(0.0f64).max(distance));
+            }
+        }
+        corner_distance.or(side_distance.map(|distance| distance * std::f64::consts::SQRT_2))
+    }
+}
+
+/// A point near another one.
+#[derive(Clone, Copy)]
+pub(crate) struct Near {
+    /// From the other point to this one.
+    pub(crate) offset: DVec3,
+    /// Length of the offset.
+    pub(crate) distance: f64,
+    /// The surface's normal here.
+    pub(crate) normal: Vec3,
+}
+
+/// The cell of a point in the plane perpendicular to its normal, among the points near to it, nearest
+/// first; at most as wide as the farthest is away.
+pub(crate) fn of(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> + Clone) -> Cell {
+    let mut cell = Cell::new(near.clone().next_back().map_or(0.0, |farthest| farthest.distance));
+    for neighbour in in_plane(normal, near) {
+        // The bisector to this and all that are farther lies beyond the cell.
+        if neighbour.length() >= 2.0 * cell.reach() {
+            break;
+        }
+        cell.cut(neighbour);
+    }
+    cell
+}
+
+/// [`of`], with open sides closed by mirror images of the neighbours on the other side: as at the
+/// border of a surface, which goes half a step beyond its last points.
+pub(crate) fn closed(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> + Clone) -> Cell {
+    let mut cell = of(normal, near.clone());
+    if cell.is_closed() {
+        return cell;
+    }
+    let open = Cell { corners: cell.corners.clone(), spare: Vec::new() };
+    for neighbour in in_plane(normal, near) {
+        if open.is_open_towards(-neighbour) {
+            cell.cut(-neighbour);
+        }
+    }
+    // Points on a line are open to both sides.
+    if !cell.is_closed() {
+        cell.even_out();
+    }
+    cell
+}
+
+/// Where the points near a point lie in its tangent plane: at their distances in space, so that
+/// around a crease a cell has the size it has on the surface. Points on the back of a thin sheet
+/// are left out.
+fn in_plane(normal: Vec3, near: impl Iterator<Item = Near>) -> impl Iterator<Item = DVec2> {
+    let (u, v) = tangents(normal.as_dvec3());
+    near.filter_map(move |near| {
+        if near.normal.dot(normal) < BACK_SIDE {
+            return None;
+        }
+        let direction = DVec2::new(near.offset.dot(u), near.offset.dot(v));
+        // A point straight above has no direction in the plane and bounds nothing there.
+        Some(direction.try_normalize()? * near.distance)
+    })
+}
+
+/// Two unit vectors that span the plane perpendicular to a normal; any plane where it is invalid.
+fn tangents(normal: DVec3) -> (DVec3, DVec3) {
+    let normal = normal.try_normalize().unwrap_or(DVec3::Z);
+    normal.any_orthonormal_pair()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cell(neighbours: &[(f64, f64)]) -> Cell {
+        let mut cell = Cell::new(10.0);
+        for &(x, y) in neighbours {
+            cell.cut(DVec2::new(x, y));
+        }
+        cell
+    }
+
+    #[test]
+    fn the_cell_of_a_square_grid_reaches_half_a_diagonal() {
+        let cell = cell(&[(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0), (1.0, 1.0)]);
+        assert!((cell.radius().unwrap() - 0.5f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_cell_on_a_line_is_as_wide_as_a_square() {
+        let cell = cell(&[(1.0, 0.0), (-1.0, 0.0)]);
+        assert!((cell.radius().unwrap() - 0.5f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn areas_are_those_of_a_square_and_of_the_octagon() {
+        let cut = cell(&[(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)]);
+        assert!((cut.area() - 1.0).abs() < 1e-12);
+        let octagon = 8.0 * std::f64::consts::FRAC_PI_8.tan() * 100.0;
+        assert!((cell(&[]).area() - octagon).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_cell_without_neighbours_has_no_radius() {
+        assert_eq!(cell(&[]).radius(), None);
+    }
+
+    #[test]
+    fn the_open_side_of_a_border_cell_does_not_count() {
+        let cell = cell(&[(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]);
+        assert!((cell.radius().unwrap() - 0.5f64.sqrt()).abs() < 1e-12);
+    }
+}

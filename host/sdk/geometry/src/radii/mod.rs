@@ -1,0 +1,122 @@
+//! Disc radii that leave no holes.
+
+mod covering;
+mod isolated_points;
+
+use crate::neighbours::{Neighbours, SEARCH_SHARE};
+use crate::progress::{Cancelled, Progress, map, part};
+pub(crate) use covering::COVER;
+use covering::{Further, cover};
+use glam::Vec3;
+
+/// A disc on a surface that is larger than this many times the median of those around it covers a
+/// cell which spans a gap rather than a piece of surface.
+const OUTLIER: f64 = 3.0;
+
+/// The radius of a lone point where its coordinates are small: there is nothing to compare it with,
+/// and a hundredth of a unit is seen by a camera that frames one unit.
+pub const LONE_RADIUS: f32 = 0.01;
+
+/// Estimates radii at which the discs of a sampled surface overlap without holes.
+///
+/// A set of discs covers a plane where each reaches all of its point's Voronoi cell. So the cell is
+/// built in the tangent plane from the nearest points, laid out at their distances in space, and
+/// the radius is that of its farthest corner, times 1.15 for curvature. Points on the back of a
+/// thin sheet, told by their normals, do not count; the open side of a cell at a border neither.
+/// To be neighbours in a surface is mutual, to be nearest is not: where a coarse part borders on a
+/// fine one, cells are built also from points that count theirs among their own nearest.
+///
+/// Two kinds of cells span empty space and are limited. A point of a surface keeps below three times
+/// the median of its nearest. A group of up to 20 points that no surface counts among its nearest
+/// floats: there are too few to tell a surface from stray points, so each gets no more than the
+/// median of the nearest that belong to surfaces, or of all of these where there is none near.
+/// Both compare with what is around, and grouping goes by ranks of distances, so that there is no
+/// limit to how much coarser one surface may be than another; tenfold is tested.
+///
+/// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
+/// positions get equal radii. A cloud of one distinct position gets [`LONE_RADIUS`], or four rounding
+/// steps of its largest coordinate where that is more; positions that are not finite get the same.
+/// All radii are positive, finite and, lone ones apart, at most the diagonal of the bounds.
+///
+/// # Errors
+/// Where `progress` asks to stop.
+pub fn estimate(
+    positions: &[Vec3],
+    normals: &[Vec3],
+    progress: Progress<'_>,
+) -> Result<Vec<f32>, Cancelled> {
+    let neighbours = Neighbours::build(positions, &part(progress, 0.0..SEARCH_SHARE))?;
+    estimate_with(&neighbours, normals, &part(progress, SEARCH_SHARE..1.0))
+}
+
+/// [`estimate`] for a search structure that exists already.
+///
+/// # Errors
+/// Where `progress` asks to stop.
+pub fn estimate_with(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    progress: Progress<'_>,
+) -> Result<Vec<f32>, Cancelled> {
+    let radii = in_unit_box(neighbours, normals, &part(progress, 0.0..0.99))?;
+    let lone = lone_radius(neighbours.bounds().reach());
+    let diagonal = neighbours.bounds().diagonal();
+    map(neighbours.len(), &part(progress, 0.99..1.0), |index| {
+        neighbours.place_of(index).map_or(lone, |place| {
+            let radius = radii[place] * neighbours.scale();
+            if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
+        })
+    })
+}
+
+/// The radii of the distinct positions in the unit box, 0 where there is only one.
+fn in_unit_box(
+    neighbours: &Neighbours,
+    normals: &[Vec3],
+    progress: Progress<'_>,
+) -> Result<Vec<f64>, Cancelled> {
+    let n = neighbours.n_distinct();
+    let fitting = part(progress, 0.0..0.75);
+    let cells = map(n, &fitting, |place| cover(neighbours, normals, place, &[]))?;
+    let on_surface = isolated_points::on_surface(&cells, &part(progress, 0.75..0.8))?;
+    let further = Further::new(neighbours, &cells, &on_surface, &part(progress, 0.8..0.85))?;
+    let widening = part(progress, 0.85..0.95);
+    let covering = map(n, &widening, |place| match further.of(place) {
+        [] => cells[place].radius,
+        links => cover(neighbours, normals, place, links).radius,
+    })?;
+    let usual = median((0..n).filter(|&place| on_surface[place]).map(|place| covering[place]));
+    let limiting = part(progress, 0.95..1.0);
+    map(n, &limiting, |place| {
+        let near = cells[place].compared().filter(|&other| on_surface[other as usize]);
+        let near = median(near.map(|other| covering[other as usize])).or(usual);
+        let further = median(further.of(place).iter().map(|link| covering[link.from as usize]));
+        let typical = near.into_iter().chain(further).reduce(f64::max);
+        let factor = if on_surface[place] { OUTLIER } else { 1.0 };
+        typical.map_or(covering[place], |typical| covering[place].min(factor * typical))
+    })
+}
+
+/// The median; of an even number the upper one of the two in the middle.
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// The nearest f32 that is positive, finite and not subnormal, since graphics hardware flushes
+/// subnormal numbers to zero.
+pub(crate) fn in_range(radius: f64) -> f32 {
+    radius.clamp(f64::from(f32::MIN_POSITIVE), f64::from(f32::MAX)) as f32
+}
+
+/// The radius of a point that has no neighbours: visible at unit scale, and at least four rounding
+/// steps of the coordinate, below which a disc is not resolved.
+fn lone_radius(reach: f64) -> f32 {
+    in_range(f64::from(LONE_RADIUS).max(4.0 * f64::from(f32::EPSILON) * reach))
+}
+
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod variation;

@@ -1,0 +1,21 @@
+//! Processor time.
+
+use std::time::Duration;
+
+/// The CPU time of the program so far, of all its threads, where the system tells.
+pub fn cpu_time() -> Option<Duration> {
+    #[cfg(unix)]
+    {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+        let seconds = u64::try_from(time.tv_sec).ok()?;
+        Some(Duration::new(seconds, u32::try_from(time.tv_nsec).ok()?))
+    }
+    #[cfg(not(unix))]
+    None
+}
+
+/// Milliseconds of CPU time since an earlier reading.
+pub fn cpu_ms_since(then: Option<Duration>) -> Option<f64> {
+    let (now, then) = (cpu_time()?, then?);
+    Some(now.saturating_sub(then).as_secs_f64() * 1e3)
+}

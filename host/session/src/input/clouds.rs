@@ -1,0 +1,172 @@
+//! The clouds that are shown, read from files.
+
+use crate::input::scenes::Source;
+use crate::options::camera::Extent;
+use crate::output::terminal::Progress;
+use anyhow::Context as _;
+use glam::{DVec3, Vec3};
+use std::collections::HashMap;
+use std::path::Path;
+use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
+use surfelshop_api::{CloudFacts, CloudView};
+use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadOptions};
+
+/// Clouds that are shown together.
+pub struct Clouds {
+    /// Each cloud and how its load went.
+    pub loaded: Vec<Loaded>,
+    /// Facts of all together.
+    pub facts: CloudFacts,
+}
+
+impl Clouds {
+    /// Reads the files, with a progress bar where it takes long, and puts each cloud in its place.
+    pub fn read(sources: &[Source]) -> anyhow::Result<Self> {
+        Self::read_with(sources, read)
+    }
+
+    /// The same with another way to read a file. A file that comes several times is read once, and
+    /// its clouds share what their places leave alike.
+    pub fn read_with(
+        sources: &[Source],
+        mut read: impl FnMut(&Path) -> Result<Loaded, ReadError>,
+    ) -> anyhow::Result<Self> {
+        let mut files: HashMap<&Path, Loaded> = HashMap::new();
+        let mut loaded = Vec::with_capacity(sources.len());
+        for source in sources {
+            let Source { path, transform, place } = source;
+            let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
+            let mut cloud = match files.get(path.as_path()) {
+                Some(known) => known.clone(),
+                None => match place {
+                    Some(_) => read(path).with_context(in_scene)?,
+                    None => read(path)?,
+                },
+            };
+            files.entry(path).or_insert_with(|| cloud.clone());
+            if let Some(transform) = transform {
+                cloud.cloud = cloud.cloud.transformed(transform).with_context(in_scene)?;
+                cloud.summary.origin = cloud.cloud.origin().to_array();
+            }
+            loaded.push(cloud);
+        }
+        Ok(Self::of(loaded))
+    }
+
+    /// Clouds that are at hand.
+    pub fn of(loaded: Vec<Loaded>) -> Self {
+        let facts = together(loaded.iter().map(|loaded| loaded.cloud.facts()));
+        Self { loaded, facts }
+    }
+
+    /// The clouds as renderers see them.
+    pub fn views(&self) -> Vec<CloudView<'_>> {
+        self.loaded.iter().map(|loaded| loaded.cloud.view()).collect()
+    }
+
+    /// A sphere around all surfels whose radii are scaled by a factor, for framing.
+    ///
+    /// Its centre is that of the bounds, which moves little when surfels are added; it reaches to
+    /// the farthest edge of a surfel, which is nearer than the corner of the bounds.
+    pub fn extent(&self, radius_scale: f32) -> Extent {
+        let center = 0.5 * (self.facts.bounds_min + self.facts.bounds_max);
+        let clouds = self.loaded.iter().map(|loaded| &loaded.cloud);
+        let reach = clouds.map(|cloud| reach(cloud, center, f64::from(radius_scale)));
+        Extent::new(center, reach.fold(0.0, f64::max))
+    }
+}
+
+/// Distance from a point in world space to the farthest edge of a surfel.
+fn reach(cloud: &Cloud, from: DVec3, radius_scale: f64) -> f64 {
+    let from = from - cloud.origin();
+    let radii = cloud.radii();
+    let tangents = [TANGENT_U, TANGENT_V].map(|name| cloud.vectors(name));
+    let radius = |i: usize| {
+        let tangents = tangents.iter().filter_map(|vectors| vectors.get(i));
+        let longest = tangents.map(|tangent| tangent.length()).fold(0.0, f32::max);
+        longest.max(radii.get(i).copied().unwrap_or(0.0))
+    };
+    let edge = |(i, offset): (usize, &Vec3)| {
+        (offset.as_dvec3() - from).length() + f64::from(radius(i)) * radius_scale
+    };
+    cloud.positions().iter().enumerate().map(edge).fold(0.0, f64::max)
+}
+
+/// Reads one file, with a progress bar where it takes long.
+pub fn read(file: &Path) -> Result<Loaded, ReadError> {
+    let progress = Progress::new(format!("reading {}", file.display()));
+    let tell = |fraction| progress.tell(fraction);
+    surfelshop_cloud::read(file, &ReadOptions { progress: &tell, ..ReadOptions::default() })
+}
+
+/// Facts of several clouds as of one.
+///
+/// A column counts as there when one cloud has it, since facts tell a renderer what it may leave
+/// out; what all share is what every cloud that has surfels shares.
+fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
+    let mut whole = CloudFacts::default();
+    for facts in clouds {
+        for column in &facts.columns {
+            if let Err(place) = whole.columns.binary_search(column) {
+                whole.columns.insert(place, column.clone());
+            }
+        }
+        whole.objects.extend(&facts.objects);
+        whole.colored.extend(&facts.colored);
+        if facts.n_surfels == 0 {
+            continue;
+        }
+        if whole.n_surfels == 0 {
+            let CloudFacts { columns, objects, colored, .. } = whole;
+            whole = CloudFacts { columns, objects, colored, ..facts.clone() };
+            continue;
+        }
+        whole.n_surfels += facts.n_surfels;
+        whole.bounds_min = whole.bounds_min.min(facts.bounds_min);
+        whole.bounds_max = whole.bounds_max.max(facts.bounds_max);
+        whole.equal_radius = whole.equal_radius.filter(|own| facts.equal_radius == Some(*own));
+        whole.equal_color = whole.equal_color.filter(|own| facts.equal_color == Some(*own));
+    }
+    whole
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surfelshop_api::ObjectFrame;
+
+    fn facts(n_surfels: u64, at: f64, columns: &[&str]) -> CloudFacts {
+        CloudFacts {
+            n_surfels,
+            bounds_min: DVec3::splat(at),
+            bounds_max: DVec3::splat(at + 1.0),
+            columns: columns.iter().map(|&name| name.to_owned()).collect(),
+            equal_radius: Some(0.5),
+            equal_color: Some([0.1; 3]),
+            objects: vec![ObjectFrame { size: at, ..ObjectFrame::default() }],
+            colored: vec![false],
+        }
+    }
+
+    #[test]
+    fn facts_of_several_clouds_cover_all() {
+        let clouds = [
+            CloudFacts::default(),
+            facts(2, 5.0, &["ao", "position"]),
+            CloudFacts { equal_color: None, ..facts(3, -1.0, &["color", "position"]) },
+        ];
+        let whole = together(clouds.iter());
+        assert_eq!(whole.n_surfels, 5);
+        assert_eq!(whole.bounds_min, DVec3::splat(-1.0));
+        assert_eq!(whole.bounds_max, DVec3::splat(6.0));
+        assert_eq!(whole.columns, ["ao", "color", "position"]);
+        assert_eq!((whole.equal_radius, whole.equal_color), (Some(0.5), None));
+    }
+
+    #[test]
+    fn empty_clouds_do_not_stretch_the_bounds() {
+        let whole = together([facts(1, 5.0, &[]), CloudFacts::default()].iter());
+        assert_eq!(whole.bounds_min, DVec3::splat(5.0));
+        assert_eq!(whole.equal_radius, Some(0.5));
+    }
+}

@@ -1,0 +1,241 @@
+//! Options that several commands share, and the values they take as they are typed.
+
+pub mod camera;
+pub mod explicit;
+pub mod lights;
+mod plugin_files;
+pub mod values;
+
+pub use plugin_files::PluginFiles;
+
+use crate::options::camera::CameraSpec;
+use crate::options::lights::LightSpec;
+use crate::options::values::{Backdrop, Size};
+use clap::{ArgAction, Args, ValueEnum};
+use surfelshop_cloud::probe::Mapping;
+use surfelshop_cloud::scene::Axis;
+use surfelshop_image::png;
+
+/// What is seen, and in which light: all that a renderer has no say in.
+#[derive(Clone, Debug, Args)]
+pub struct PictureArguments {
+    /// Width and height in pixels, or one number for a square.
+    #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = Size::parse)]
+    pub size: Size,
+    /// The camera.
+    #[command(flatten)]
+    pub lens: LensArguments,
+    /// A light, instead of the light beside the camera; may be repeated.
+    ///
+    /// `camera` is that light; x,y,z is a direction towards the light in world space. Both may be
+    /// followed by `:r,g,b`, the radiance of a white diffuse surface that faces the light.
+    /// `point:x,y,z` is a light at that place, and `spot:x,y,z:x,y,z` one that shines from the first
+    /// place towards the second, within 30 degrees of that direction or as many as `:angle` says;
+    /// `:angle,softness` says besides over which share of them, from the edge inwards, its light
+    /// rises, 0 to 1 and usually 0.2. Both may end with `:r,g,b`, the intensity, which is that radiance
+    /// at a distance of 1 and falls with the square of the distance.
+    #[arg(long, value_name = "LIGHT", value_parser = LightSpec::parse, allow_hyphen_values = true)]
+    pub light: Vec<LightSpec>,
+    /// The environment map.
+    #[command(flatten)]
+    pub environment: EnvironmentArguments,
+    /// Factor on brightness in stops: 1 doubles, -1 halves.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = values::stops,
+          allow_hyphen_values = true)]
+    pub exposure: f32,
+    /// How brightness above white is brought down in a PNG.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    pub tone_map: ToneMapChoice,
+    /// What stands where no surfel is: transparent, white, black, gray, #rrggbb or r,g,b (linear).
+    #[arg(long, value_name = "COLOR", default_value = "transparent",
+          value_parser = Backdrop::parse)]
+    pub background: Backdrop,
+    /// Factor on every surfel's radius.
+    #[arg(long, value_name = "FACTOR", value_parser = values::factor,
+          allow_hyphen_values = true)]
+    pub radius_scale: Option<f32>,
+    /// How far behind the nearest surfel others still blend with it, in surfel radii, 0 to 16.
+    #[arg(long, value_name = "RADII", value_parser = values::depth_tolerance,
+          allow_hyphen_values = true)]
+    pub depth_tolerance: Option<f32>,
+    /// Draw several surfels as one where that has at most this radius, in pixels: large clouds take a
+    /// fraction of the time. Renderers say whether they take it [default: 0, never].
+    #[arg(long, value_name = "PIXELS", default_value_t = 0.0, hide_default_value = true,
+          value_parser = values::detail, allow_hyphen_values = true)]
+    pub detail: f32,
+    /// Radius in pixels of the filter that keeps fine surfels from vanishing and flickering, 0
+    /// (none) to 4 [default: 1].
+    #[arg(long, value_name = "PIXELS", value_parser = values::low_pass,
+          allow_hyphen_values = true)]
+    pub low_pass: Option<f32>,
+    /// Leave out surfels that are seen from behind; `--one-sided=false` draws them where a scene
+    /// does not.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, require_equals = true,
+          default_value_t = false, default_missing_value = "true", action = ArgAction::Set,
+          hide_default_value = true, hide_possible_values = true)]
+    pub one_sided: bool,
+}
+
+/// The light around the scene.
+#[derive(Clone, Debug, Default, Args)]
+pub struct EnvironmentArguments {
+    /// Light from around, for renderers that use it: a light probe (.hdr or .exr),
+    /// `studio`, `sky`, or `none`.
+    ///
+    /// Renderers that use it leave lights out that follow the camera.
+    #[arg(long, value_name = "PROBE")]
+    pub env: Option<String>,
+    /// How the probe's picture shows directions, where that cannot be told by its shape: angular,
+    /// mirrored-ball, lat-long, vertical-cross, horizontal-cross or octahedral.
+    #[arg(long, value_name = "MAPPING", value_parser = values::mapping)]
+    pub env_mapping: Option<Mapping>,
+    /// The world direction that the centre of the probe's picture shows: x, -x, y, -y, z or -z
+    /// [default: -z].
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub env_forward: Option<Axis>,
+    /// The world direction that is up in the probe's picture [default: y].
+    #[arg(long, value_name = "AXIS", value_parser = values::axis, allow_hyphen_values = true)]
+    pub env_up: Option<Axis>,
+    /// Turns the light about its up direction, counterclockwise seen from above.
+    #[arg(long, value_name = "DEGREES", value_parser = values::turn, allow_hyphen_values = true)]
+    pub env_rotation: Option<f64>,
+    /// Factor on the probe's light in stops.
+    #[arg(long, value_name = "STOPS", value_parser = values::stops, allow_hyphen_values = true)]
+    pub env_exposure: Option<f32>,
+}
+
+/// Where the camera stands and what it sees.
+#[derive(Clone, Debug, Args)]
+pub struct LensArguments {
+    /// Where the camera stands: a preset, or position, target, up and field of view.
+    ///
+    /// Presets frame the whole cloud: front (from +z, or from -y with --up z), back, left (from
+    /// -x), right, top, bottom, three-quarter. Numbers are "px,py,pz; tx,ty,tz[; ux,uy,uz[;
+    /// DEGREES]]" in world space: position, target, up direction and vertical field of view.
+    #[arg(long, value_name = "CAMERA", default_value = "three-quarter",
+          value_parser = CameraSpec::parse, allow_hyphen_values = true)]
+    pub camera: CameraSpec,
+    /// The axis that points upwards in the presets, and where --camera leaves up out; scans often
+    /// have z.
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
+    pub up: UpAxis,
+    /// Vertical field of view in degrees [default: 35].
+    #[arg(long, value_name = "DEGREES", value_parser = values::field_of_view)]
+    pub fov: Option<f64>,
+    /// Parallel instead of central projection; what is at the target keeps its size.
+    /// `--orthographic=false` makes a scene's parallel projection central.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, require_equals = true,
+          default_value_t = false, default_missing_value = "true", action = ArgAction::Set,
+          hide_default_value = true, hide_possible_values = true)]
+    pub orthographic: bool,
+    /// Enlarge the middle of the picture by this factor, from the same place.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, value_parser = values::zoom)]
+    pub zoom: f64,
+}
+
+/// How surfels are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SurfelChoice {
+    /// The CPU where the device is software, else quads.
+    #[default]
+    Auto,
+    /// Quads, by the device.
+    Quads,
+    /// Compute for small surfels, quads for large ones, by the device.
+    Compute,
+    /// The CPU.
+    Cpu,
+}
+
+/// Which graphics device to use.
+#[derive(Clone, Debug, Default, Args)]
+pub struct DeviceArguments {
+    /// How surfels are drawn: as quads by the device, by the device's compute where they are small, or
+    /// by the CPU, which on software devices takes a fraction of the time.
+    #[arg(long, value_enum, value_name = "HOW", default_value_t)]
+    pub surfels: SurfelChoice,
+    /// The graphics interface, instead of the best one.
+    #[arg(long, value_enum, value_name = "INTERFACE")]
+    pub backend: Option<BackendChoice>,
+    /// The graphics adapter: any part of its name.
+    #[arg(long, value_name = "TEXT")]
+    pub adapter: Option<String>,
+}
+
+/// The form of what is printed.
+#[derive(Clone, Debug, Default, Args)]
+pub struct PrintArguments {
+    /// Print one JSON object with everything, and nothing else.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// The axis that points upwards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum UpAxis {
+    /// As in modelling programs and in this one.
+    #[default]
+    Y,
+    /// As in surveying.
+    Z,
+}
+
+/// Graphics interfaces by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum BackendChoice {
+    /// Vulkan.
+    Vulkan,
+    /// OpenGL (ES).
+    Gl,
+    /// Metal, on Apple's systems.
+    Metal,
+    /// Direct3D 12, on Windows.
+    Dx12,
+}
+
+/// Tone mapping by name.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub enum ToneMapChoice {
+    /// Cut off.
+    #[default]
+    Clamp,
+    /// Compressed and desaturated (Khronos PBR Neutral).
+    Neutral,
+}
+
+/// Bits per channel of a PNG.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Bits {
+    /// What screens show.
+    #[default]
+    #[value(name = "8")]
+    Eight,
+    /// For pictures that are worked on.
+    #[value(name = "16")]
+    Sixteen,
+}
+
+impl From<Bits> for png::Bits {
+    fn from(bits: Bits) -> Self {
+        match bits {
+            Bits::Eight => Self::Eight,
+            Bits::Sixteen => Self::Sixteen,
+        }
+    }
+}
+
+impl Bits {
+    /// The number.
+    pub fn number(self) -> u32 {
+        match self {
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+}
+
+/// The names of the fields that only pictures have a use for.
+pub fn options_of_pictures() -> Vec<String> {
+    let all = PictureArguments::augment_args(clap::Command::new("pictures"));
+    all.get_arguments().map(|argument| argument.get_id().to_string()).collect()
+}

@@ -1,0 +1,58 @@
+//! Which plugins to use, how far to trust them, and how long to wait for them.
+
+use crate::options::values;
+use crate::output::terminal;
+use crate::trust_file::TrustFile;
+use clap::Args;
+use std::path::PathBuf;
+use std::time::Duration;
+use surfelshop_runtime::plugins::{Contents, SearchPath, Timeouts, Trust};
+
+/// Plugins beside the installed ones.
+#[derive(Clone, Debug, Default, Args)]
+pub struct PluginFiles {
+    /// A plugin file to use besides the installed ones; may be repeated.
+    ///
+    /// A plugin is a native library: using a renderer of it runs its code with your rights, as starting
+    /// a program does. One that you have not used before needs --trust, or `surfelshop plugins trust`.
+    #[arg(long = "plugin", value_name = "FILE")]
+    pub plugin: Vec<PathBuf>,
+    /// Trust every plugin that is found, for this once.
+    #[arg(long)]
+    pub trust: bool,
+    /// A list of plugins that are trusted, by their SHA-256 or place, instead of your own list;
+    /// `surfelshop plugins trust --trust-file FILE` writes one.
+    #[arg(long, value_name = "FILE")]
+    pub trust_file: Option<PathBuf>,
+    /// How long the program waits for a plugin's own code before it gives it up [default: 10 to
+    /// start, 5 for a frame, 3 for a tool to stop].
+    #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
+    pub patience: Option<Duration>,
+    /// Builds that were said yes to in the window, until it is closed.
+    #[arg(skip)]
+    pub trusted_once: Vec<Contents>,
+}
+
+impl PluginFiles {
+    /// How long to wait for plugins.
+    pub fn patience(&self) -> Timeouts {
+        self.patience.map_or_else(Timeouts::default, Timeouts::of)
+    }
+
+    /// Where to look for plugins, and which may run.
+    pub fn search(&self) -> anyhow::Result<SearchPath> {
+        let mut trust = if self.trust { Trust::everything() } else { Trust::default() };
+        match TrustFile::named(self.trust_file.as_deref()) {
+            Ok(list) => trust.add(list.trust()),
+            // What came with the program works without it; a list that was named is needed.
+            Err(error) if self.trust_file.is_none() => {
+                terminal::warn_once(format!("{error:#}"));
+            }
+            Err(error) => return Err(error),
+        }
+        for contents in &self.trusted_once {
+            trust.build(*contents);
+        }
+        Ok(SearchPath::standard(self.plugin.clone(), trust))
+    }
+}

@@ -1,0 +1,7 @@
+//! What is written and said: files that appear whole, lines, and JSON.
+
+pub mod command_line;
+pub mod files;
+pub mod json;
+pub mod provenance;
+pub mod terminal;

@@ -1,0 +1,64 @@
+//! Who made what, in words and in JSON.
+
+use crate::output::json::plain;
+use serde_json::{Map, Value, json};
+use surfelshop_api::params;
+use surfelshop_cloud::{Cloud, CloudEdit, How, ToolRun};
+
+/// A run of a tool in JSON.
+pub fn object(made: &ToolRun) -> Value {
+    let ToolRun { tool, version, values, time } = made;
+    let parameters: Map<String, Value> =
+        values.iter().map(|(id, value)| (id.clone(), plain(value))).collect();
+    json!({
+        "tool": tool,
+        "version": version,
+        "time": time,
+        "seed": made.seed(),
+        "parameters": parameters,
+    })
+}
+
+/// What a run did to a cloud as a whole, in JSON.
+pub fn cloud_object(note: &CloudEdit) -> Value {
+    json!({
+        "what": word(note.how),
+        "surfels": note.n_surfels,
+        "surfels_before": note.n_before,
+        "made": object(&note.made),
+    })
+}
+
+/// The word for what a run did to a cloud as a whole.
+pub fn word(how: How) -> &'static str {
+    match how {
+        How::Kept => "kept",
+        How::Derived => "derived",
+    }
+}
+
+/// A line for each column that a tool made and for each run on the whole cloud.
+pub fn lines(cloud: &Cloud) -> Vec<String> {
+    let of_column = |column: &surfelshop_cloud::Column| {
+        column.made().map(|made| format!("{} by {}", column.name(), text(made)))
+    };
+    let of_cloud = |note: &CloudEdit| {
+        let CloudEdit { how, n_surfels, n_before, made } = note;
+        let made = text(made);
+        match how {
+            How::Kept => format!("{n_surfels} of {n_before} surfels kept by {made}"),
+            How::Derived => format!("{n_surfels} surfels from {n_before} by {made}"),
+        }
+    };
+    let columns = cloud.columns().iter().filter_map(of_column);
+    columns.chain(cloud.history().iter().map(of_cloud)).collect()
+}
+
+fn text(made: &ToolRun) -> String {
+    let ToolRun { tool, version, values, time } = made;
+    let value = |value: &params::Value| plain(value).to_string();
+    let values: Vec<String> =
+        values.iter().map(|(id, given)| format!("{id} {}", value(given))).collect();
+    let with = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
+    format!("{tool} {version}, {time}{with}")
+}

@@ -1,0 +1,36 @@
+//! Facts of plugins as they are shown.
+
+use surfelshop_api::manifest::Manifest;
+use surfelshop_runtime::plugins::TrustState;
+
+/// Who made a plugin.
+pub fn author(manifest: &Manifest) -> String {
+    // As Cargo joins them.
+    let authors = manifest.authors.replace(':', ", ");
+    if authors.is_empty() { "nobody named".to_owned() } else { authors }
+}
+
+/// Under which licence a plugin is.
+pub fn licence(manifest: &Manifest) -> &str {
+    if manifest.license.is_empty() { "none named" } else { &manifest.license }
+}
+
+/// Which hosts a plugin works in.
+pub fn api_range(manifest: &Manifest) -> String {
+    let Manifest { api, abi_major: major, abi_minor: minor, .. } = manifest;
+    let next = u32::from(*major) + 1;
+    // C has no version of the crate.
+    let of = if api.is_empty() { String::new() } else { format!("{api}, ") };
+    format!("{of}for hosts of ABI {major}.{minor} and later, before {next}.0")
+}
+
+/// Whether a file may run, and why.
+pub fn trusted(standing: TrustState) -> &'static str {
+    match standing {
+        TrustState::OfProgram => "yes, it came with the program",
+        TrustState::Build => "yes, this build",
+        TrustState::Place => "yes, whatever is built there",
+        TrustState::Once => "yes, this once",
+        TrustState::New => "no: its code runs after `surfelshop plugins trust`, or with --trust",
+    }
+}

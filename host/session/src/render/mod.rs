@@ -1,0 +1,263 @@
+//! `surfelshop render`: clouds and a renderer in, pictures out.
+
+mod arguments;
+pub mod traced;
+
+pub use arguments::RenderArguments;
+
+use crate::captured_graph;
+use crate::input::clouds::Clouds;
+use crate::input::environment_map::{self, LoadedEnvironment};
+use crate::input::probe_info;
+use crate::input::scenes::Inputs;
+use crate::options::explicit::ExplicitOptions;
+use crate::options::values::{Format, OutputFile};
+use crate::options::{Bits, PictureArguments, camera};
+use crate::output::json::{self, Written};
+use crate::output::{files, terminal};
+use crate::session::{self, ConvergedFrame, LoadedRenderer, RenderSession};
+use crate::setup::{self, RenderSetup};
+use anyhow::{Context as _, anyhow, ensure};
+use serde::Serialize;
+use serde_json::json;
+use std::path::Path;
+use std::time::Instant;
+use surfelshop_api::graph::Output;
+use surfelshop_api::{UnitKind, View};
+use surfelshop_image::display::{Background, DisplayTransform};
+use surfelshop_image::{exr, outputs, png};
+use surfelshop_render::{RenderRequest, Rendered};
+use surfelshop_runtime::plugins::Registry;
+
+/// What an EXR file holds unless one output was asked for.
+const EXR_LAYERS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
+
+/// Milliseconds of wall clock.
+#[derive(Default, Serialize)]
+struct Timings {
+    /// Plugin and device, and all that is looked for before.
+    open_ms: f64,
+    device_ms: f64,
+    /// Loading the plugin and starting the renderer.
+    plugin_ms: f64,
+    /// Clouds and the light around them.
+    load_ms: f64,
+    /// All frames, compilation included.
+    render_ms: f64,
+    /// The first of them.
+    frame_ms: f64,
+    /// What columns took of that on their way to where they are drawn.
+    columns_ms: f64,
+    write_ms: f64,
+}
+
+/// Runs the command.
+pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
+    let mut timings = Timings::default();
+    let started = Instant::now();
+    let inputs = Inputs::open(&arguments.files)?;
+    // What can fail at once is tried before a large cloud is read.
+    let outputs = outputs(arguments);
+    files::check_outputs(&outputs)?;
+    let opened = inputs.opened.as_ref();
+    let registry = session::registry(&arguments.plugins)?;
+    let graph = arguments.graph.as_deref().map(captured_graph::renderer).transpose()?;
+    let (reference, seen) = match &graph {
+        Some(graph) => (graph.reference.clone(), None),
+        None => setup::renderer(arguments, given, opened, &registry)?,
+    };
+    let seen = seen.as_ref();
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen)?;
+    let staging = staging.showing(arguments.output.clone());
+    if reference.kind == UnitKind::Tracer {
+        ensure!(arguments.save_graph.is_none(), "{reference} describes no graph to save");
+        return traced::render(arguments, &inputs, &reference, seen, &staging);
+    }
+    let opening = Instant::now();
+    let mut studio = open_studio(arguments, &registry)?;
+    timings.device_ms = since(opening);
+    let loading = Instant::now();
+    let choose = || studio.choose_for(reference, seen, &arguments.set);
+    let mut chosen = graph.map_or_else(choose, Ok)?;
+    timings.plugin_ms = since(loading);
+    timings.open_ms = since(started);
+
+    let started = Instant::now();
+    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
+    // Now that all is known that is read.
+    files::check_outputs(&outputs)?;
+    let clouds = Clouds::read(&inputs.sources)?;
+    timings.load_ms = since(started);
+
+    let view = view(&arguments.picture, &staging, &clouds);
+    let values = chosen.values.clone();
+    let request = RenderRequest {
+        clouds: &clouds.views(),
+        facts: &clouds.facts,
+        scene: &staging.scene,
+        view,
+        values: &values,
+        outputs: &wanted(arguments, staging.output.as_ref()),
+        frame_index: 0,
+        environment: surroundings.as_ref().map(LoadedEnvironment::view),
+        stride: 1,
+        detail_px: staging.detail_px,
+    };
+    let settled = studio.settle(&mut chosen, &request)?;
+    timings.render_ms = settled.milliseconds;
+    timings.frame_ms = settled.first_ms;
+    timings.columns_ms = settled.columns_ms;
+    note_detail(&staging, &chosen, &settled);
+    let n_not_finite = check_finite(&settled.rendered);
+
+    let started = Instant::now();
+    let written = write_all(arguments, &staging, &settled.rendered)?;
+    if let Some(path) = &arguments.save_graph {
+        captured_graph::save(path, chosen.view.graph())?;
+    }
+    timings.write_ms = since(started);
+    if !arguments.report.json {
+        let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
+        return written.iter().try_for_each(line);
+    }
+    terminal::json(&json!({
+        "command": "render",
+        "version": env!("CARGO_PKG_VERSION"),
+        "files": written,
+        "scene_file": opened.map(|opened| opened.path.display().to_string()),
+        "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
+        "facts": clouds.facts,
+        "scene": staging.scene,
+        "environment": surroundings.as_ref().map(|light| probe_info::object(&light.probe)),
+        "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
+        "background": encoded(staging.how.background),
+        "renderer": json::renderer(&chosen),
+        "adapter": json::adapter(&studio),
+        "frame": json::frame(&settled, &view),
+        "pixels_not_finite": n_not_finite,
+        "timings": timings,
+        "counters": studio.engine.counters(),
+    }))
+}
+
+/// All files that are to be written.
+fn outputs(arguments: &RenderArguments) -> Vec<&Path> {
+    let pictures = arguments.out.iter().map(OutputFile::path);
+    pictures.chain(arguments.save_graph.as_deref()).collect()
+}
+
+/// Opens the device; without one the line says what draws all the same.
+fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Result<RenderSession> {
+    // What a captured graph would have stored may have been made of another scene than its key says.
+    let store = if arguments.graph.is_none() { environment_map::store() } else { None };
+    RenderSession::open_with(&arguments.device, &arguments.plugins, store).map_err(|error| {
+        match registry.names(UnitKind::Tracer).first() {
+            Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
+            None => error,
+        }
+    })
+}
+
+/// Says where less detail was asked for and is not to be had.
+fn note_detail(staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
+    if staging.detail_px > 0.0 && !settled.rendered.merged {
+        let renderer = &chosen.reference.id;
+        terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
+    }
+}
+
+/// The colour behind the clouds, sRGB-encoded.
+fn encoded(background: Background) -> Option<[f32; 3]> {
+    match background {
+        Background::Transparent => None,
+        Background::Color(encoded) => Some(encoded),
+    }
+}
+
+/// The view through the scene's camera, or through the one that was typed.
+pub fn view(arguments: &PictureArguments, staging: &RenderSetup, clouds: &Clouds) -> View {
+    let extent = clouds.extent(staging.scene.surface.radius_scale);
+    let (lens, size) = (&arguments.lens, arguments.size.0);
+    match &staging.camera {
+        Some(camera) => camera::through(camera, lens, staging.parallel, &extent, size),
+        None => camera::view(lens, &extent, size),
+    }
+}
+
+/// Writes every file asked for.
+pub fn write_all(
+    arguments: &RenderArguments,
+    staging: &RenderSetup,
+    rendered: &Rendered,
+) -> anyhow::Result<Vec<Written>> {
+    let shown = staging.output.as_ref();
+    let write = |file: &OutputFile| match file.format {
+        Format::Png => {
+            let shown = shown.unwrap_or(&Output::Color);
+            write_png(file.path(), shown, rendered, &staging.how, arguments.bits)
+        }
+        Format::Exr => write_exr(file.path(), shown, rendered),
+    };
+    arguments.out.iter().map(write).collect()
+}
+
+fn since(started: Instant) -> f64 {
+    started.elapsed().as_secs_f64() * 1e3
+}
+
+/// The outputs that the files need.
+fn wanted(arguments: &RenderArguments, shown: Option<&Output>) -> Vec<Output> {
+    match shown {
+        Some(output) => vec![output.clone()],
+        None if arguments.out.iter().any(|file| file.format == Format::Exr) => EXR_LAYERS.to_vec(),
+        None => vec![Output::Color],
+    }
+}
+
+/// Counts pixels that are not finite and says so: they are a fault of the renderer.
+pub fn check_finite(rendered: &Rendered) -> usize {
+    let mut total = 0;
+    for (output, image) in &rendered.images {
+        let n_pixels = outputs::not_finite(image);
+        if n_pixels > 0 {
+            let name = output.name();
+            terminal::warn(format!("{n_pixels} pixels of {name} are not finite"));
+        }
+        total += n_pixels;
+    }
+    total
+}
+
+/// Writes one output as a screen shows it.
+pub fn write_png(
+    path: &Path,
+    output: &Output,
+    rendered: &Rendered,
+    how: &DisplayTransform,
+    bits: Bits,
+) -> anyhow::Result<Written> {
+    let image = rendered
+        .image(output)
+        .ok_or_else(|| anyhow::anyhow!("the renderer gave no output `{}`", output.name()))?;
+    let bytes = png::encode(&outputs::visible(output, image, how), bits.into())
+        .with_context(|| format!("{}: cannot be encoded", path.display()))?;
+    files::write_whole(path, &bytes)?;
+    let size = [image.width, image.height];
+    Ok(Written::new(path, "png", &[output], size, bits.number(), bytes.len()))
+}
+
+/// Writes one output, or all, as linear floats.
+pub fn write_exr(
+    path: &Path,
+    only: Option<&Output>,
+    rendered: &Rendered,
+) -> anyhow::Result<Written> {
+    let is_wanted = |output: &Output| only.is_none_or(|only| only == output);
+    let images: Vec<_> = rendered.images.iter().filter(|(output, _)| is_wanted(output)).collect();
+    let bytes =
+        exr::encode(&images).with_context(|| format!("{}: cannot be encoded", path.display()))?;
+    files::write_whole(path, &bytes)?;
+    let outputs: Vec<&Output> = images.iter().map(|(output, _)| output).collect();
+    let size = images.first().map_or([0; 2], |(_, image)| [image.width, image.height]);
+    Ok(Written::new(path, "exr", &outputs, size, 32, bytes.len()))
+}

@@ -1,0 +1,122 @@
+//! `surfelshop render` with a tracer: no graphics device, on all cores.
+
+use crate::input::clouds::Clouds;
+use crate::input::environment_map::{self, LoadedEnvironment};
+use crate::input::scenes::Inputs;
+use crate::output::json::{self, Written};
+use crate::output::terminal;
+use crate::render::{self, RenderArguments};
+use crate::setup::{RenderSetup, SelectedView};
+use crate::{parameters, session};
+use anyhow::{anyhow, bail};
+use serde_json::json;
+use std::sync::Arc;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{FrameRequest, Scene, View};
+use surfelshop_image::TracedPicture;
+use surfelshop_render::Rendered;
+use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
+use surfelshop_runtime::trace::{TraceOrder, samples_of, trace};
+
+/// What a tracer offers besides its colour: the variance of each pixel's mean.
+const VARIANCE: &str = "variance";
+
+/// Traces a picture and writes it.
+pub fn render(
+    arguments: &RenderArguments,
+    inputs: &Inputs,
+    reference: &UnitRef,
+    seen: Option<&SelectedView<'_>>,
+    staging: &RenderSetup,
+) -> anyhow::Result<()> {
+    let variance = Output::Debug(VARIANCE.to_owned());
+    if let Some(wanted) = &staging.output
+        && ![Output::Color, variance.clone()].contains(wanted)
+    {
+        let wanted = wanted.name();
+        bail!("{reference} offers no output `{wanted}`; it offers color, {}", variance.name());
+    }
+    let unit = session::load(reference, &arguments.plugins.patience())?;
+    let declared = &unit.description.params;
+    let (values, unknown) = parameters::resolved(reference, declared, seen, &arguments.set)?;
+    unknown.iter().for_each(terminal::warn);
+    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
+    let clouds = Clouds::read(&inputs.sources)?;
+    let view = render::view(&arguments.picture, staging, &clouds);
+    let order = order(&unit, &values, &clouds, &staging.scene, surroundings.as_ref(), view);
+    let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
+    let goes_on = |done| progress.tell(done).is_continue();
+    let picture = trace(&unit, order, &arguments.plugins.patience(), goes_on)
+        .map_err(|fault| anyhow!("{reference}: {fault}"))?;
+    drop(progress);
+    let images = vec![(Output::Color, picture.color.clone()), (variance, picture.variance.clone())];
+    let (passes, graph_bytes, wants_another_frame) = (Vec::new(), 0, false);
+    let columns_ms = 0.0;
+    // A tracer meets every surfel.
+    let merged = false;
+    let rendered =
+        Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
+    let n_not_finite = render::check_finite(&rendered);
+    let written = render::write_all(arguments, staging, &rendered)?;
+    if !arguments.report.json {
+        return written.iter().try_for_each(|file| terminal::line(line(file, reference, &picture)));
+    }
+    terminal::json(&json!({
+        "command": "render",
+        "version": env!("CARGO_PKG_VERSION"),
+        "files": written,
+        "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
+        "facts": clouds.facts,
+        "scene": staging.scene,
+        "renderer": json::unit(reference, &unit, &values),
+        "frame": frame(&picture, &view),
+        "pixels_not_finite": n_not_finite,
+    }))
+}
+
+/// What a tracer is asked for, on all cores.
+pub fn order(
+    unit: &LoadedUnit,
+    values: &Values,
+    clouds: &Clouds,
+    scene: &Scene,
+    surroundings: Option<&LoadedEnvironment>,
+    view: View,
+) -> TraceOrder {
+    let light = surroundings.map(LoadedEnvironment::view);
+    TraceOrder {
+        clouds: clouds.loaded.iter().map(|loaded| loaded.cloud.clone()).collect(),
+        request: FrameRequest {
+            view,
+            scene: scene.clone(),
+            cloud: clouds.facts.clone(),
+            frame_index: 0,
+            values: values.clone(),
+            environment: light.map(|light| light.environment.clone()),
+        },
+        texels: light.map(|light| Arc::from(light.texels)).unwrap_or_default(),
+        samples: samples_of(unit, values),
+        threads: 0,
+    }
+}
+
+fn line(file: &Written, reference: &UnitRef, picture: &TracedPicture) -> String {
+    format!(
+        "{}, {}, {} samples in {:.1} s, standard error {:.5}",
+        file.what(),
+        reference.id,
+        picture.samples,
+        picture.took.as_secs_f64(),
+        picture.standard_error()
+    )
+}
+
+fn frame(picture: &TracedPicture, view: &View) -> serde_json::Value {
+    json!({
+        "size": view.size_px,
+        "samples": picture.samples,
+        "seconds": picture.took.as_secs_f64(),
+        "standard_error": picture.standard_error(),
+    })
+}

@@ -1,0 +1,95 @@
+//! One frame of the window: results are taken in, panels and views are shown, requests are sent.
+
+use crate::dialogs::files;
+use crate::document::recovery::{self, JournalEnd};
+use crate::document::unsaved_prompt::is_terminating;
+use crate::panels::{menus, shortcuts, side, status, windows};
+use crate::views::canvas;
+use crate::window::Window;
+use crate::{export, measure};
+use eframe::egui::{self, Context, Ui};
+use std::time::{Duration, Instant};
+
+/// Time between two frames of the window while pictures are pending, on software drivers.
+const FRAME_INTERVAL: Duration = Duration::from_millis(20);
+
+impl Window {
+    /// Leaves the CPU to the engine: where both draw on the CPU, a frame of the window for every
+    /// move of the mouse would delay the pending picture.
+    fn limit_frame_rate(&mut self) {
+        if self.render.software && self.works() {
+            let elapsed = self.render.last_frame.elapsed();
+            std::thread::sleep(FRAME_INTERVAL.saturating_sub(elapsed));
+        }
+        self.render.last_frame = Instant::now();
+    }
+
+    /// Takes in the edit of a tool that has ended.
+    fn take_edits(&mut self, ctx: &Context) {
+        let open_clouds = self.document.clouds.as_ref().map(|shown| &shown.open_clouds);
+        if let Some(edited) = self.plugins.tools.advance(ctx, open_clouds, &mut self.messages) {
+            // Earlier changes are a step of their own.
+            self.document.history.record(&self.snapshot());
+            self.show_clouds(edited);
+        }
+    }
+
+    /// One frame of the window.
+    pub(crate) fn frame(&mut self, ui: &mut Ui) {
+        let ctx = ui.ctx().clone();
+        self.check_close(&ctx);
+        self.limit_frame_rate();
+        self.update_extent();
+        self.take_events(&ctx);
+        self.take_loaded();
+        self.take_saved();
+        self.take_edits(&ctx);
+        export::advance(self);
+        measure::advance(self, &ctx);
+        self.take_dropped_files(&ctx);
+        files::show(self, &ctx);
+        shortcuts::handle(self, &ctx);
+        egui::Panel::top("menu").show(ui, |ui| menus::show(self, ui));
+        egui::Panel::bottom("status").show(ui, |ui| status::show(self, ui));
+        egui::Panel::left("panels")
+            .default_size(300.0)
+            .size_range(220.0..=520.0)
+            .show(ui, |ui| side::show(self, ui));
+        if self.measure.form.open {
+            egui::Panel::right("measure")
+                .default_size(400.0)
+                .size_range(300.0..=720.0)
+                .show(ui, |ui| measure::panel::show(self, ui));
+        }
+        let pictures = egui::CentralPanel::no_frame().show(ui, |ui| canvas::show(self, ui));
+        self.messages.show(&ctx, pictures.response.rect);
+        windows::show(self, &ctx);
+        self.copy_shared_camera();
+        recovery::update(self, &ctx);
+        self.send_requests(&ctx);
+        if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
+            self.document.history.record(&self.snapshot());
+            self.save_session(&ctx, false);
+        }
+    }
+}
+
+impl eframe::App for Window {
+    fn logic(&mut self, ctx: &Context, _frame: &mut eframe::Frame) {
+        self.check_close(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        self.frame(ui);
+    }
+
+    fn on_exit(&mut self) {
+        self.save_session(&Context::default(), true);
+        // The user has decided about the edits, unless the system ends the program.
+        let end = match self.document.close_confirmed && !is_terminating() {
+            true => JournalEnd::Remove,
+            false => JournalEnd::Keep,
+        };
+        recovery::end(self, end);
+    }
+}

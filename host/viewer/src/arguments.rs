@@ -1,0 +1,22 @@
+//! The command-line arguments of the window.
+
+use clap::Args;
+use std::path::PathBuf;
+use surfelshop_session::options::{DeviceArguments, PluginFiles, UpAxis};
+
+/// Without a command: the window.
+#[derive(Clone, Debug, Args)]
+pub struct ViewerArguments {
+    /// Clouds to look at in a window; the sample where none is given.
+    #[arg(value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+    /// The axis that points upwards; scans often have z.
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
+    pub up: UpAxis,
+    /// Plugins beside the installed ones.
+    #[command(flatten)]
+    pub plugins: PluginFiles,
+    /// The graphics device.
+    #[command(flatten)]
+    pub device: DeviceArguments,
+}

@@ -1,0 +1,168 @@
+//! The question before unsaved edits are lost: when the window is closed, and when other files replace
+//! edited clouds.
+
+use super::files;
+use super::state::DialogPurpose;
+use crate::document::OpenCloud;
+use crate::document::unsaved_prompt::{PromptCause, UnsavedPrompt, is_terminating};
+use crate::window::Window;
+use eframe::egui::{Context, Id, Modal, Ui, ViewportCommand};
+
+/// The question's width, points.
+const WIDTH: f32 = 460.0;
+
+impl Window {
+    /// Whether there are unsaved edits.
+    pub(crate) fn has_unsaved(&self) -> bool {
+        self.document
+            .clouds
+            .iter()
+            .flat_map(|shown| shown.open_clouds.all())
+            .any(OpenCloud::is_unsaved)
+    }
+
+    /// Keeps the window open where closing it would lose edits, and asks. Called first in a frame, and
+    /// also where no frame is shown.
+    pub(crate) fn check_close(&mut self, ctx: &Context) {
+        if !ctx.input(|input| input.viewport().close_requested()) {
+            return;
+        }
+        if is_terminating() || self.document.close_confirmed || !self.has_unsaved() {
+            self.document.close_confirmed = true;
+            return;
+        }
+        ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+        // The window may be hidden.
+        ctx.send_viewport_cmd(ViewportCommand::Minimized(false));
+        ctx.send_viewport_cmd(ViewportCommand::Focus);
+        if self.document.unsaved_prompt.is_none_or(|prompt| prompt.cause == PromptCause::Open) {
+            self.document.unsaved_prompt =
+                Some(UnsavedPrompt { cause: PromptCause::Close, saves: None });
+        }
+    }
+
+    /// Whether clouds that were read may replace the open ones; asks where edits would be lost.
+    pub(crate) fn may_replace_clouds(&mut self) -> bool {
+        if self.document.replace_confirmed || !self.has_unsaved() {
+            return true;
+        }
+        self.document
+            .unsaved_prompt
+            .get_or_insert(UnsavedPrompt { cause: PromptCause::Open, saves: None });
+        false
+    }
+}
+
+/// The user's answer.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    Save,
+    Discard,
+    Cancel,
+}
+
+/// Asks, and follows the answer.
+pub(crate) fn show(window: &mut Window, ctx: &Context) {
+    let Some(prompt) = window.document.unsaved_prompt else { return };
+    if let Some(last) = prompt.saves {
+        return save(window, ctx, prompt, last);
+    }
+    let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+    let names: Vec<String> =
+        all.filter(|open_cloud| open_cloud.is_unsaved()).map(OpenCloud::name).collect();
+    let shown =
+        Modal::new(Id::unique("unsaved edits")).show(ctx, |ui| question(ui, prompt.cause, &names));
+    let answer = if shown.should_close() { Some(Answer::Cancel) } else { shown.inner };
+    match answer {
+        None => {}
+        Some(Answer::Cancel) => cancel(window),
+        Some(Answer::Discard) => proceed(window, ctx, prompt.cause),
+        Some(Answer::Save) => {
+            window.document.unsaved_prompt = Some(UnsavedPrompt { saves: Some(None), ..prompt })
+        }
+    }
+}
+
+fn question(ui: &mut Ui, cause: PromptCause, names: &[String]) -> Option<Answer> {
+    ui.set_max_width(WIDTH);
+    ui.heading(match cause {
+        PromptCause::Close => "Save edits before closing?",
+        PromptCause::Open => "Save edits before opening other files?",
+    });
+    ui.label("Edits of these clouds are in no file yet, and are lost otherwise:");
+    ui.add_space(4.0);
+    for name in names {
+        ui.strong(name);
+    }
+    ui.add_space(6.0);
+    let mut answer = None;
+    ui.horizontal(|ui| {
+        for (text, tip, is) in [
+            ("save …", "asks for a file for each of them", Answer::Save),
+            ("discard", "the edits are lost", Answer::Discard),
+            ("cancel", "everything stays as it is", Answer::Cancel),
+        ] {
+            if ui.button(text).on_hover_text(tip).clicked() {
+                answer = Some(is);
+            }
+        }
+    });
+    answer
+}
+
+/// Cancels: everything stays as it is.
+fn cancel(window: &mut Window) {
+    if window.document.unsaved_prompt.take().is_some_and(|prompt| prompt.cause == PromptCause::Open)
+    {
+        window.document.loader = None;
+    }
+}
+
+/// Closes the window, or lets the files replace the clouds.
+fn proceed(window: &mut Window, ctx: &Context, cause: PromptCause) {
+    window.document.unsaved_prompt = None;
+    match cause {
+        PromptCause::Open => window.document.replace_confirmed = true,
+        PromptCause::Close => {
+            window.document.close_confirmed = true;
+            ctx.send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+}
+
+/// Saves one edited cloud after the other; ends with the first one that is not saved.
+fn save(window: &mut Window, ctx: &Context, prompt: UnsavedPrompt, last: Option<usize>) {
+    if window.panels.dialogs.are_open() || window.document.cloud_writer.is_some() {
+        waiting(window, ctx);
+        return;
+    }
+    let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+    match all.enumerate().find(|(_, open_cloud)| open_cloud.is_unsaved()).map(|(i, _)| i) {
+        None => proceed(window, ctx, prompt.cause),
+        // The dialog was cancelled, or the file could not be written, which is reported.
+        Some(next) if last == Some(next) => cancel(window),
+        Some(next) => {
+            files::open(window, ctx, DialogPurpose::SaveCloud(next));
+            window.document.unsaved_prompt =
+                Some(UnsavedPrompt { saves: Some(Some(next)), ..prompt });
+        }
+    }
+}
+
+/// Shown while edits are saved; the program's own dialog is modal itself.
+fn waiting(window: &mut Window, ctx: &Context) {
+    if window.panels.dialogs.own_is_open() {
+        return;
+    }
+    let cancelled = Modal::new(Id::unique("unsaved edits")).show(ctx, |ui| {
+        ui.horizontal(|ui| {
+            ui.spinner();
+            ui.label("saving edits");
+            ui.button("cancel").on_hover_text("everything stays as it is").clicked()
+        })
+        .inner
+    });
+    if cancelled.inner {
+        cancel(window);
+    }
+}

@@ -1,0 +1,157 @@
+//! Files are read on a thread of their own.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::sync::{Arc, mpsc::TryRecvError};
+use surfelshop_cloud::scene::OpenedScene;
+use surfelshop_cloud::{ReadError, ReadOptions};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::scenes::Inputs;
+use surfelshop_session::input::scenes::Source;
+
+/// The files that were read.
+pub(crate) struct LoadedFiles {
+    pub(crate) clouds: Clouds,
+    /// The scene, where one was among the files.
+    pub(crate) scene: Option<OpenedScene>,
+    /// The index of each cloud among all clouds of the scene, hidden ones too; files opened beside a
+    /// scene follow.
+    pub(crate) entries: Vec<usize>,
+}
+
+/// Files being read; dropping it stops the thread.
+pub(crate) struct FileLoader {
+    pub(crate) files: Vec<PathBuf>,
+    state: Arc<Progress>,
+    result: Receiver<Result<LoadedFiles, String>>,
+}
+
+#[derive(Default)]
+struct Progress {
+    /// Thousandths of the whole.
+    progress: AtomicU64,
+    cancelled: AtomicBool,
+}
+
+impl FileLoader {
+    /// Starts the thread, which calls `wake` with its progress and at its end.
+    pub(crate) fn start(
+        files: Vec<PathBuf>,
+        wake: impl Fn() + Send + 'static,
+    ) -> std::io::Result<Self> {
+        let state = Arc::new(Progress::default());
+        let (send, result) = channel();
+        let (paths, progress) = (files.clone(), state.clone());
+        std::thread::Builder::new().name("loading".to_owned()).spawn(move || {
+            let read = read_all(&paths, &progress, &wake);
+            // The window may be closed already.
+            drop(send.send(read));
+            wake();
+        })?;
+        Ok(Self { files, state, result })
+    }
+
+    /// The progress in [0, 1].
+    pub(crate) fn fraction(&self) -> f32 {
+        self.state.progress.load(Ordering::Relaxed) as f32 / 1000.0
+    }
+
+    /// Stops the thread.
+    pub(crate) fn cancel(&self) {
+        self.state.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// The files, or why they could not be read, once the thread has ended.
+    pub(crate) fn finished(&self) -> Option<Result<LoadedFiles, String>> {
+        match self.result.try_recv() {
+            Ok(result) => Some(result),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => Some(Err("reading ended without a word".to_owned())),
+        }
+    }
+}
+
+impl Drop for FileLoader {
+    fn drop(&mut self) {
+        self.cancel();
+    }
+}
+
+fn read_all(files: &[PathBuf], state: &Progress, wake: &dyn Fn()) -> Result<LoadedFiles, String> {
+    let inputs = Inputs::open(files).map_err(|error| format!("{error:#}"))?;
+    let n_sources = inputs.sources.len().max(1);
+    let mut n_read = 0u32;
+    let read = |file: &Path| -> Result<_, ReadError> {
+        let progress = |fraction: f64| {
+            let whole = (f64::from(n_read) + fraction.clamp(0.0, 1.0)) / n_sources as f64;
+            let now = (whole * 1000.0) as u64;
+            if state.progress.swap(now, Ordering::Relaxed) != now {
+                wake();
+            }
+            if state.cancelled.load(Ordering::Relaxed) {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        };
+        let options = ReadOptions { progress: &progress, ..ReadOptions::default() };
+        let loaded = surfelshop_cloud::read(file, &options);
+        n_read += 1;
+        loaded
+    };
+    let clouds = Clouds::read_with(&inputs.sources, read).map_err(|error| format!("{error:#}"))?;
+    let entries = entries(&inputs);
+    Ok(LoadedFiles { clouds, scene: inputs.opened, entries })
+}
+
+fn entries(inputs: &Inputs) -> Vec<usize> {
+    let of_scene = inputs.opened.iter().flat_map(|opened| &opened.scene.clouds);
+    let n_in_scene = of_scene.clone().count();
+    let mut shown = of_scene.enumerate().filter(|(_, cloud)| cloud.visible).map(|(i, _)| i);
+    let mut beside = n_in_scene..;
+    let entry = |source: &Source| {
+        let next = if source.place.is_some() { shown.next() } else { beside.next() };
+        next.unwrap_or(n_in_scene)
+    };
+    inputs.sources.iter().map(entry).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn result(loader: &FileLoader) -> Result<LoadedFiles, String> {
+        loop {
+            if let Some(result) = loader.finished() {
+                return result;
+            }
+            std::thread::yield_now();
+        }
+    }
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let loader = FileLoader::start(vec!["no/such/cloud.ply".into()], || ()).unwrap();
+        let error = result(&loader).err().unwrap();
+        assert!(error.contains("no/such/cloud.ply"), "{error}");
+    }
+
+    #[test]
+    fn reading_can_be_cancelled() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("points.ply");
+        let mut text = "ply\nformat ascii 1.0\nelement vertex 20000\nproperty float x\n\
+                        property float y\nproperty float z\nend_header\n"
+            .to_owned();
+        for i in 0..20_000 {
+            text += &format!("{} {} 0\n", i % 141, i / 141);
+        }
+        std::fs::write(&path, text).unwrap();
+        let state = Progress::default();
+        state.cancelled.store(true, Ordering::Relaxed);
+        assert!(read_all(std::slice::from_ref(&path), &state, &|| ()).is_err());
+        let whole = read_all(&[path], &Progress::default(), &|| ()).unwrap();
+        assert_eq!(whole.clouds.facts.n_surfels, 20_000);
+    }
+}

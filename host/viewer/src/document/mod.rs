@@ -1,0 +1,31 @@
+//! What is open: clouds, scene and settings, with their history and files.
+//!
+//! `settings` and `open_clouds` are what undo covers. `open` reads files, `save` writes them, and
+//! `recovery` keeps unsaved edits on disk for the case of a crash.
+
+mod cloud_writer;
+mod environment_map;
+pub(crate) mod file_loader;
+pub(crate) mod file_names;
+mod history;
+mod open;
+mod open_clouds;
+mod presets;
+pub(crate) mod recovery;
+mod save;
+mod scene_file;
+mod scene_values;
+mod settings;
+mod state;
+mod state_folder;
+pub(crate) mod undo;
+pub(crate) mod unsaved_prompt;
+mod visible_clouds;
+
+pub(crate) use environment_map::{set_environment_file, set_environment_map};
+pub(crate) use history::Snapshot;
+pub(crate) use open_clouds::{OpenCloud, OpenClouds, generations};
+pub(crate) use settings::{Mode, PaneSettings, Settings, has_direction};
+pub(crate) use state::Document;
+pub(crate) use state_folder::StateFolder;
+pub(crate) use visible_clouds::VisibleClouds;

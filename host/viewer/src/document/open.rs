@@ -1,0 +1,158 @@
+//! Clouds and scenes are opened.
+
+use super::environment_map::set_environment_file;
+use super::file_loader::{FileLoader, LoadedFiles};
+use super::open_clouds::OpenClouds;
+use super::recovery::restored_clouds;
+use super::scene_file;
+use super::visible_clouds::VisibleClouds;
+use crate::render_thread::ViewSlot;
+use crate::views::initial_camera;
+use crate::window::Window;
+use eframe::egui::Context;
+use std::path::PathBuf;
+use surfelshop_api::graph::Output;
+use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
+use surfelshop_session::input::environment_map::is_probe;
+use surfelshop_session::input::sample::find_sample;
+
+impl Window {
+    /// Starts to read files, which replace the open ones; the sample where there are none. The first
+    /// environment map among them is chosen at once.
+    pub(crate) fn open(&mut self, ctx: &Context, files: Vec<PathBuf>) {
+        let (probes, files): (Vec<_>, Vec<_>) = files.into_iter().partition(|file| is_probe(file));
+        if let Some(probe) = probes.first() {
+            set_environment_file(self, probe);
+            if files.is_empty() && self.document.clouds.is_some() {
+                return;
+            }
+        }
+        // An installed program may have no sample; then there is nothing to show yet.
+        let sample = || find_sample().into_iter().collect();
+        let files = if files.is_empty() { sample() } else { files };
+        if files.is_empty() {
+            return;
+        }
+        let wake = ctx.clone();
+        match FileLoader::start(files, move || wake.request_repaint()) {
+            Ok(loader) => {
+                self.document.loader = Some(loader);
+                self.document.replace_confirmed = false;
+                if let Some(recovery) = &mut self.document.recovery {
+                    recovery.reading = None;
+                }
+            }
+            Err(error) => self.messages.warn(format!("nothing can be read: {error}")),
+        }
+    }
+
+    /// Opens files that were dropped onto the window.
+    pub(crate) fn take_dropped_files(&mut self, ctx: &Context) {
+        let dropped: Vec<PathBuf> = ctx.input(|input| {
+            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
+        });
+        if !dropped.is_empty() {
+            self.open(ctx, dropped);
+        }
+    }
+
+    /// Shows clouds that were read, unless unsaved edits would be lost.
+    pub(crate) fn take_loaded(&mut self) {
+        if self.document.loader.is_none() || !self.may_replace_clouds() {
+            return;
+        }
+        let Some(result) = self.document.loader.as_ref().and_then(FileLoader::finished) else {
+            return;
+        };
+        let loader = self.document.loader.take();
+        let files = loader.map(|loader| loader.files.clone()).unwrap_or_default();
+        let recovery = self.document.recovery.as_mut();
+        let session = recovery.and_then(|recovery| recovery.reading.take());
+        self.document.replace_confirmed = false;
+        let loaded = match result {
+            Ok(loaded) => loaded,
+            Err(reason) => {
+                self.messages.warn(reason);
+                return;
+            }
+        };
+        if let Some(opened) = &loaded.scene {
+            opened.warnings.iter().for_each(|line| self.messages.warn(line.as_str()));
+        }
+        if let Some(session) = session {
+            if let Some((open_clouds, file, path)) = restored_clouds(self, session, loaded) {
+                self.show_new_clouds(open_clouds, Some(&file));
+                self.document.files.clear();
+                self.show_scene(file, path);
+                self.document.history.clear();
+            }
+            return;
+        }
+        self.show_loaded(files, loaded);
+    }
+
+    /// Shows clouds and the scene that were read from these files.
+    fn show_loaded(&mut self, files: Vec<PathBuf>, loaded: LoadedFiles) {
+        let LoadedFiles { clouds, scene, entries } = loaded;
+        let file = scene.as_ref().map(|opened| &opened.scene);
+        self.show_new_clouds(OpenClouds::read(clouds, &entries), file);
+        if let Some(state_folder) = &self.document.state_folder {
+            // A list that cannot be written does not prevent opening.
+            drop(state_folder.add_recent(&files));
+            self.document.recent = state_folder.recent();
+        }
+        let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
+        self.document.files = files.into_iter().filter(is_cloud).collect();
+        if let Some(opened) = scene {
+            let mut file = opened.scene;
+            file.clouds.extend(self.document.files.iter().map(|file| {
+                let path = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+                SceneCloud::new(path).into()
+            }));
+            // The file of the last session is the program's own: saving asks for another one.
+            let state_folder = self.document.state_folder.as_ref();
+            let own = state_folder.is_some_and(|folder| folder.owns(&opened.path));
+            self.show_scene(file, Some(opened.path).filter(|_| !own));
+        }
+        self.document.history.clear();
+    }
+
+    /// Shows other clouds with a camera that sees all of them.
+    fn show_new_clouds(&mut self, open_clouds: OpenClouds, scene: Option<&SceneFile>) {
+        let surface = scene.map_or(self.settings.scene.surface, |scene| scene.surface.known);
+        let revision = self.document.clouds.as_ref().map_or(0, |shown| shown.revision) + 1;
+        let shown = VisibleClouds::new(open_clouds, surface.radius_scale, revision);
+        let extent = shown.extent;
+        self.document.clouds = Some(shown);
+        self.document.n_opened += 1;
+        self.plugins.tools.cancel();
+        self.plugins.tools.cloud_index = 0;
+        self.release_hidden();
+        self.views.pointer_position = None;
+        self.views.own_cameras.clear();
+        self.views.camera = initial_camera(&extent, self.document.up);
+        self.document.scene_file = None;
+        self.document.scene_path = None;
+        self.document.hidden_views.clear();
+        for pane in &mut self.settings.panes {
+            (pane.output, pane.unknown) = (Output::Color, Table::new());
+        }
+    }
+
+    /// Applies a scene to the clouds.
+    fn show_scene(&mut self, file: SceneFile, path: Option<PathBuf>) {
+        scene_file::apply(self, &file);
+        let known: Vec<String> = self.plugins.declared.keys().cloned().collect();
+        known.iter().for_each(|renderer| self.fit_values(renderer));
+        (self.document.scene_file, self.document.scene_path) = (Some(file), path);
+    }
+
+    /// Releases the renderers of hidden sides, which would hold the former clouds.
+    fn release_hidden(&mut self) {
+        for settings in &self.settings.panes {
+            for side in settings.mode.sides()..2 {
+                self.render.thread.release(ViewSlot { pane: settings.id, side });
+            }
+        }
+    }
+}

@@ -1,0 +1,168 @@
+//! The open clouds, visible and hidden, edited and as on disk.
+
+use super::recovery::CloudRow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
+use surfelshop_session::input::clouds::Clouds;
+
+/// A cloud that is open.
+#[derive(Clone)]
+pub(crate) struct OpenCloud {
+    pub(crate) loaded: Loaded,
+    pub(crate) visible: bool,
+    /// Its index among the clouds of the scene; none for one that a tool made.
+    pub(crate) entry: Option<usize>,
+    /// The file it was saved to after it was opened.
+    pub(crate) saved_as: Option<PathBuf>,
+    /// Generations of the columns of its file.
+    on_disk: Vec<u64>,
+    /// Whether its edits come from an earlier session.
+    pub(crate) recovered: bool,
+}
+
+impl OpenCloud {
+    fn read(loaded: Loaded, entry: usize) -> Self {
+        let on_disk = generations(&loaded.cloud);
+        let (visible, entry, recovered) = (true, Some(entry), false);
+        Self { loaded, visible, entry, saved_as: None, on_disk, recovered }
+    }
+
+    /// Its file's name, or the name of its source cloud and the tool.
+    pub(crate) fn name(&self) -> String {
+        let path = self.saved_as.as_deref().unwrap_or(Path::new(&self.loaded.summary.file));
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| self.loaded.summary.file.clone())
+    }
+
+    /// Whether it has edits that its file has not.
+    pub(crate) fn is_unsaved(&self) -> bool {
+        self.on_disk != generations(&self.loaded.cloud)
+    }
+}
+
+/// The generations of all columns: equal generations mean equal values.
+pub(crate) fn generations(cloud: &Cloud) -> Vec<u64> {
+    cloud.columns().iter().map(Column::generation).collect()
+}
+
+/// All open clouds; a clone shares them.
+#[derive(Clone)]
+pub(crate) struct OpenClouds {
+    all: Arc<Vec<OpenCloud>>,
+    /// The visible ones.
+    pub(crate) clouds: Arc<Clouds>,
+}
+
+/// Equal where the same clouds are visible and the same are hidden, saved or not.
+impl PartialEq for OpenClouds {
+    fn eq(&self, other: &Self) -> bool {
+        let same = |(a, b): (&OpenCloud, &OpenCloud)| {
+            a.visible == b.visible && generations(&a.loaded.cloud) == generations(&b.loaded.cloud)
+        };
+        Arc::ptr_eq(&self.all, &other.all)
+            || self.all.len() == other.all.len() && self.all.iter().zip(&*other.all).all(same)
+    }
+}
+
+impl OpenClouds {
+    /// Clouds that were read, with their indices in the scene.
+    pub(crate) fn read(clouds: Clouds, entries: &[usize]) -> Self {
+        let all = clouds.loaded.iter().zip(entries);
+        let all = all.map(|(loaded, entry)| OpenCloud::read(loaded.clone(), *entry)).collect();
+        Self { all: Arc::new(all), clouds: Arc::new(clouds) }
+    }
+
+    /// Recovered clouds, with the rows of the manifest.
+    pub(crate) fn recovered(clouds: Clouds, entries: &[usize], rows: &[CloudRow]) -> Self {
+        let open_cloud = |(loaded, at): (&Loaded, &usize)| {
+            let mut open_cloud = OpenCloud::read(loaded.clone(), *at);
+            if let Some(row) = rows.iter().find(|row| row.at == *at) {
+                (open_cloud.visible, open_cloud.saved_as) = (row.visible, row.saved_as.clone());
+                open_cloud.entry = row.was_opened.then_some(*at);
+                if row.file.is_some() {
+                    open_cloud.loaded.summary.file.clone_from(&row.name);
+                    (open_cloud.on_disk, open_cloud.recovered) = (Vec::new(), true);
+                }
+            }
+            open_cloud
+        };
+        Self::of(clouds.loaded.iter().zip(entries).map(open_cloud).collect())
+    }
+
+    /// Whether it is the same set of clouds, with the same ones saved.
+    pub(crate) fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.all, &other.all)
+    }
+
+    fn of(all: Vec<OpenCloud>) -> Self {
+        let shown = all
+            .iter()
+            .filter(|open_cloud| open_cloud.visible)
+            .map(|open_cloud| open_cloud.loaded.clone());
+        Self { clouds: Arc::new(Clouds::of(shown.collect())), all: Arc::new(all) }
+    }
+
+    /// All clouds, hidden ones too.
+    pub(crate) fn all(&self) -> &[OpenCloud] {
+        &self.all
+    }
+
+    fn changed(&self, index: usize, change: impl FnOnce(&mut OpenCloud)) -> Self {
+        let mut all = self.all.to_vec();
+        if let Some(open_cloud) = all.get_mut(index) {
+            change(open_cloud);
+        }
+        Self::of(all)
+    }
+
+    /// With another cloud at an index.
+    pub(crate) fn edited(&self, index: usize, cloud: Cloud) -> Self {
+        self.changed(index, |open_cloud| open_cloud.loaded.cloud = cloud)
+    }
+
+    /// With a cloud that a tool made from another one, which becomes hidden.
+    pub(crate) fn derived(&self, from: usize, cloud: Cloud, tool: &str) -> Self {
+        let mut all = self.all.to_vec();
+        let name = all.get(from).map(OpenCloud::name).unwrap_or_default();
+        if let Some(open_cloud) = all.get_mut(from) {
+            open_cloud.visible = false;
+        }
+        let summary = Summary {
+            file: format!("{name} ({tool})"),
+            format: "not saved".to_owned(),
+            n_surfels: cloud.len() as u64,
+            columns: cloud.columns().iter().map(|column| column.name().to_owned()).collect(),
+            ..Summary::default()
+        };
+        let loaded = Loaded { cloud, summary };
+        let (entry, saved_as, on_disk) = (None, None, Vec::new());
+        let recovered = false;
+        all.push(OpenCloud { loaded, visible: true, entry, saved_as, on_disk, recovered });
+        Self::of(all)
+    }
+
+    /// With one cloud shown or hidden.
+    pub(crate) fn showing(&self, index: usize, visible: bool) -> Self {
+        self.changed(index, |open_cloud| open_cloud.visible = visible)
+    }
+
+    /// With one cloud marked as saved, in the state that was written.
+    pub(crate) fn saved(&self, index: usize, path: &Path, cloud: &Cloud) -> Self {
+        let mut all = self.all.to_vec();
+        if let Some(open_cloud) = all.get_mut(index) {
+            (open_cloud.saved_as, open_cloud.on_disk) = (Some(path.to_owned()), generations(cloud));
+        }
+        // The visible clouds stay the same.
+        Self { all: Arc::new(all), clouds: self.clouds.clone() }
+    }
+
+    /// The generation and bytes of every column.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = (u64, u64)> {
+        let columns = self.all.iter().flat_map(|open_cloud| open_cloud.loaded.cloud.columns());
+        columns.map(|column| {
+            let bytes = column.values().len() * column.values().element().size();
+            (column.generation(), bytes as u64)
+        })
+    }
+}

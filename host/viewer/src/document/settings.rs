@@ -1,0 +1,155 @@
+//! The settings of scene and panes, which undo covers.
+
+use std::collections::BTreeMap;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Light, Scene};
+use surfelshop_cloud::scene::{SceneEnvironment, Table};
+use surfelshop_image::display::{Background, DisplayTransform, ToneMap};
+
+/// How a pane shows the pictures of its two renderers.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Mode {
+    /// The first alone.
+    #[default]
+    Single,
+    /// Side by side.
+    SideBySide,
+    /// The first left of a draggable line, the second right of it.
+    Wipe,
+    /// One of them, changed with a key.
+    Flicker,
+    /// A heat map of their difference.
+    Difference,
+}
+
+impl Mode {
+    /// All, in the order of the menu.
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Single, Self::SideBySide, Self::Wipe, Self::Flicker, Self::Difference];
+
+    /// The name in the menu.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Single => "single",
+            Self::SideBySide => "side by side",
+            Self::Wipe => "wipe",
+            Self::Flicker => "flicker",
+            Self::Difference => "difference",
+        }
+    }
+
+    /// The number of renderers it shows.
+    pub(crate) fn sides(self) -> usize {
+        if self == Self::Single { 1 } else { 2 }
+    }
+}
+
+/// One view of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PaneSettings {
+    pub(crate) id: u32,
+    /// The renderers by name; the second is for modes with two.
+    pub(crate) renderers: [String; 2],
+    pub(crate) mode: Mode,
+    /// Parameters by renderer.
+    pub(crate) values: BTreeMap<String, Values>,
+    /// Whether it uses the camera that linked panes share.
+    pub(crate) linked: bool,
+    /// The position of the wipe line, in [0, 1].
+    pub(crate) wipe: f32,
+    /// The output of the scene's view, kept for saving: the window shows colours only.
+    pub(crate) output: Output,
+    /// Unknown keys of the scene's view.
+    pub(crate) unknown: Table,
+}
+
+impl PaneSettings {
+    /// A pane with a renderer.
+    pub(crate) fn new(id: u32, renderer: &str) -> Self {
+        let other = if renderer == "flat" { "ewa-phong" } else { "flat" };
+        Self {
+            id,
+            renderers: [renderer.to_owned(), other.to_owned()],
+            mode: Mode::Single,
+            values: BTreeMap::new(),
+            linked: true,
+            wipe: 0.5,
+            output: Output::Color,
+            unknown: Table::new(),
+        }
+    }
+
+    /// The values of one side's renderer.
+    pub(crate) fn values_of(&self, side: usize) -> Values {
+        self.values.get(&self.renderers[side]).cloned().unwrap_or_default()
+    }
+}
+
+/// The settings of the whole window.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Settings {
+    pub(crate) scene: Scene,
+    /// The environment map; its path is absolute or relative to the current folder.
+    pub(crate) environment: Option<SceneEnvironment>,
+    pub(crate) tone_map: ToneMap,
+    pub(crate) background: Background,
+    /// Whether light handles are shown.
+    pub(crate) shows_light_handles: bool,
+    pub(crate) panes: Vec<PaneSettings>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        // A dark gray on which both dark and bright edges are visible.
+        let background = Background::Color([41.0, 43.0, 46.0].map(|level| level / 255.0));
+        Self {
+            scene: Scene::default(),
+            environment: None,
+            tone_map: ToneMap::default(),
+            background,
+            shows_light_handles: true,
+            panes: vec![PaneSettings::new(0, "ewa-phong")],
+        }
+    }
+}
+
+impl Settings {
+    /// Exposure, tone mapping and background of the pictures.
+    pub(crate) fn display_transform(&self) -> DisplayTransform {
+        DisplayTransform {
+            exposure_stops: self.scene.exposure_stops,
+            tone_map: self.tone_map,
+            background: self.background,
+        }
+    }
+
+    /// A pane by its number.
+    pub(crate) fn pane(&self, id: u32) -> Option<&PaneSettings> {
+        self.panes.iter().find(|pane| pane.id == id)
+    }
+
+    /// A pane by its number, mutable.
+    pub(crate) fn pane_mut(&mut self, id: u32) -> Option<&mut PaneSettings> {
+        self.panes.iter_mut().find(|pane| pane.id == id)
+    }
+
+    /// The panes' numbers, in their order.
+    pub(crate) fn pane_ids(&self) -> Vec<u32> {
+        self.panes.iter().map(|pane| pane.id).collect()
+    }
+
+    /// A number that no pane has.
+    pub(crate) fn free_id(&self) -> u32 {
+        self.panes.iter().map(|pane| pane.id + 1).max().unwrap_or(0)
+    }
+}
+
+/// Whether a light has the direction that it needs: a spot without one could not be read back from a
+/// scene.
+pub(crate) fn has_direction(light: &Light) -> bool {
+    match light {
+        Light::Spot { position, target, .. } => (*target - *position).try_normalize().is_some(),
+        Light::Directional { .. } | Light::Point { .. } => true,
+    }
+}

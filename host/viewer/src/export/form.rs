@@ -1,0 +1,68 @@
+//! What is chosen in the export window.
+
+use super::job::ExportPicture;
+use surfelshop_api::Camera;
+
+/// Which cameras are exported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ExportKind {
+    View,
+    Turntable,
+    Path,
+}
+
+/// Which renderers of the focused view are exported.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum RendererChoice {
+    First,
+    Second,
+    Both,
+}
+
+impl RendererChoice {
+    pub(super) fn sides(self) -> &'static [usize] {
+        match self {
+            Self::First => &[0],
+            Self::Second => &[1],
+            Self::Both => &[0, 1],
+        }
+    }
+}
+
+/// The fields of the export window.
+pub(crate) struct ExportForm {
+    pub(crate) open: bool,
+    pub(super) kind: ExportKind,
+    pub(super) renderers: RendererChoice,
+    pub(crate) path: String,
+    pub(super) size: [u32; 2],
+    pub(super) n_frames: usize,
+    /// The cameras of a path, in order.
+    pub(super) keys: Vec<Camera>,
+    /// Pictures that would overwrite files, with the number of these files, until the user has decided.
+    pub(super) overwrite: Option<(Vec<ExportPicture>, usize)>,
+}
+
+impl Default for ExportForm {
+    fn default() -> Self {
+        Self {
+            open: false,
+            kind: ExportKind::View,
+            renderers: RendererChoice::First,
+            path: "surfelshop.png".to_owned(),
+            size: [1920, 1080],
+            n_frames: 120,
+            keys: Vec::new(),
+            overwrite: None,
+        }
+    }
+}
+
+#[cfg(test)]
+impl ExportForm {
+    /// Sets path, size and number of pictures.
+    pub(crate) fn set(&mut self, path: &str, size: [u32; 2], n_frames: usize) {
+        path.clone_into(&mut self.path);
+        (self.size, self.n_frames) = (size, n_frames);
+    }
+}

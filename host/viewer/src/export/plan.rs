@@ -1,0 +1,84 @@
+//! The pictures of an export and their file names.
+
+use super::camera_path;
+use super::form::ExportKind;
+use super::job::ExportPicture;
+use crate::render_thread::{Detail, ViewRequest};
+use crate::window::Window;
+use std::path::{Path, PathBuf};
+use surfelshop_api::Camera;
+use surfelshop_session::options::camera;
+use surfelshop_session::options::values::OutputFile;
+use surfelshop_session::output::files;
+
+/// The pictures that the form describes.
+pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>, String> {
+    let form = &window.panels.export_form;
+    let file = OutputFile::parse(form.path.trim());
+    let OutputFile { path, format } =
+        file.map_err(|reason| format!("`{}`: {reason}", form.path))?;
+    files::check_folder(&path).map_err(|error| format!("{error:#}"))?;
+    // Absolute, so that messages name the folder.
+    let path = std::path::absolute(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    let cameras = match form.kind {
+        ExportKind::View => vec![camera],
+        ExportKind::Turntable => camera_path::turntable(camera, form.n_frames),
+        ExportKind::Path if form.keys.len() < 2 => {
+            return Err("a path needs two cameras or more".to_owned());
+        }
+        ExportKind::Path => camera_path::path_of(&form.keys, form.n_frames),
+    };
+    let shown = window.document.clouds.as_ref().ok_or("there is nothing to draw yet")?;
+    let settings = window.settings.pane(window.views.focused).ok_or("no view is chosen")?;
+    let sides = form.renderers.sides();
+    let request = |side: usize, camera: Camera| ViewRequest {
+        renderer: settings.renderers[side].clone(),
+        values: settings.values_of(side),
+        clouds: shown.clouds.clone(),
+        scene: window.settings.scene.clone(),
+        environment: window.settings.environment.clone(),
+        display: window.settings.display_transform(),
+        view: camera::framed_view(camera, &shown.extent, form.size),
+        detail: Detail::FULL,
+        in_motion: false,
+        for_measurement: false,
+        serial: 0,
+    };
+    let mut pictures = Vec::new();
+    // One renderer after the other, so that each is prepared once.
+    for &side in sides {
+        let mut own = path.clone();
+        if sides.len() > 1 {
+            own = with_suffix(&own, &format!("{}-{}", side + 1, settings.renderers[side]));
+        }
+        for (i, &camera) in cameras.iter().enumerate() {
+            let path = match cameras.len() {
+                1 => own.clone(),
+                _ => with_suffix(&own, &format!("{:04}", i + 1)),
+            };
+            pictures.push(ExportPicture { request: request(side, camera), path, format });
+        }
+    }
+    Ok(pictures)
+}
+
+/// `pictures/snail.png` with `0007` becomes `pictures/snail-0007.png`.
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    // A renderer's full name has a slash.
+    path.with_file_name(format!("{stem}-{}.{ending}", suffix.replace('/', "-")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suffixes_stand_before_the_ending() {
+        let path = with_suffix(Path::new("pictures/snail.exr"), "0007");
+        assert_eq!(path, Path::new("pictures/snail-0007.exr"));
+        let path = with_suffix(Path::new("snail.exr"), "1-org.example/flat");
+        assert_eq!(path, Path::new("snail-1-org.example-flat.exr"));
+    }
+}

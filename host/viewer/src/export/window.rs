@@ -1,0 +1,133 @@
+//! The export window: its form, a question before files are overwritten, and the progress.
+
+use super::form::{ExportForm, ExportKind, RendererChoice};
+use super::plan::plan;
+use super::run::{end, start};
+use crate::dialogs::{DialogPurpose, files};
+use crate::document::PaneSettings;
+use crate::window::Window;
+use eframe::egui::{self, Context, Ui};
+use surfelshop_api::Camera;
+
+/// Shows the window.
+pub(crate) fn show(window: &mut Window, ctx: &Context) {
+    let mut open = window.panels.export_form.open;
+    let form_window = egui::Window::new("Save pictures").open(&mut open).resizable(false);
+    form_window.default_pos([380.0, 90.0]).show(ctx, |ui| {
+        if let Some(job) = &window.panels.export_job {
+            let text = format!("{} of {}", job.n_written, job.pictures.len());
+            ui.add(egui::ProgressBar::new(job.fraction()).text(text));
+            if ui.button("cancel").clicked() {
+                let n = job.n_drawn;
+                window.messages.report(format!("cancelled; {n} pictures are written"));
+                end(window);
+            }
+        } else if window.panels.export_form.overwrite.is_some() {
+            ask(window, ui);
+        } else {
+            form(window, ui);
+        }
+    });
+    window.panels.export_form.open = open;
+}
+
+/// Asks whether files may be overwritten.
+fn ask(window: &mut Window, ui: &mut Ui) {
+    let Some((pictures, n_existing)) = &window.panels.export_form.overwrite else { return };
+    ui.label(match (n_existing, pictures.as_slice()) {
+        (1, [picture]) => format!("{} is there already.", picture.path.display()),
+        (n, pictures) => format!("{n} of the {} files are there already.", pictures.len()),
+    });
+    ui.horizontal(|ui| {
+        let (replace, keep) = (ui.button("replace").clicked(), ui.button("back").clicked());
+        if replace || keep {
+            let overwrite = window.panels.export_form.overwrite.take();
+            if let Some((pictures, _)) = overwrite.filter(|_| replace) {
+                start(window, pictures, ui.ctx());
+            }
+        }
+    });
+}
+
+fn form(window: &mut Window, ui: &mut Ui) {
+    let camera = window.camera_of(window.views.focused);
+    let settings = window.settings.pane(window.views.focused).cloned();
+    let form = &mut window.panels.export_form;
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut form.kind, ExportKind::View, "this view");
+        ui.selectable_value(&mut form.kind, ExportKind::Turntable, "a turn around");
+        ui.selectable_value(&mut form.kind, ExportKind::Path, "a path of cameras");
+    });
+    if fields(ui, form, settings, camera) {
+        files::open(window, ui.ctx(), DialogPurpose::Pictures);
+    }
+    if ui.button("save").clicked() {
+        match plan(window, camera) {
+            Err(reason) => window.messages.warn(reason),
+            Ok(pictures) => {
+                let n_existing = pictures.iter().filter(|picture| picture.path.exists()).count();
+                if n_existing > 0 {
+                    window.panels.export_form.overwrite = Some((pictures, n_existing));
+                } else {
+                    start(window, pictures, ui.ctx());
+                }
+            }
+        }
+    }
+}
+
+/// The grid of the form; returns whether the file is to be chosen in a dialog.
+fn fields(
+    ui: &mut Ui,
+    form: &mut ExportForm,
+    settings: Option<PaneSettings>,
+    camera: Camera,
+) -> bool {
+    let mut chooses_file = false;
+    egui::Grid::new("export").num_columns(2).show(ui, |ui| {
+        let label = ui.label("file (.png or .exr)");
+        ui.horizontal(|ui| {
+            ui.text_edit_singleline(&mut form.path).labelled_by(label.id);
+            chooses_file = ui.button("choose …").clicked();
+        });
+        ui.end_row();
+        match settings.filter(|settings| settings.mode.sides() == 2) {
+            Some(PaneSettings { renderers: [first, second], .. }) => {
+                ui.label("renderer");
+                ui.horizontal(|ui| {
+                    ui.selectable_value(&mut form.renderers, RendererChoice::First, first);
+                    ui.selectable_value(&mut form.renderers, RendererChoice::Second, second);
+                    ui.selectable_value(&mut form.renderers, RendererChoice::Both, "both");
+                });
+                ui.end_row();
+            }
+            None => form.renderers = RendererChoice::First,
+        }
+        let label = ui.label("width x height, pixels");
+        ui.horizontal(|ui| {
+            for side in &mut form.size {
+                ui.add(egui::DragValue::new(side).range(1..=16384)).labelled_by(label.id);
+            }
+        });
+        ui.end_row();
+        if form.kind != ExportKind::View {
+            let label = ui.label("pictures");
+            let number = egui::DragValue::new(&mut form.n_frames).range(2..=100_000);
+            ui.add(number).labelled_by(label.id);
+            ui.end_row();
+        }
+        if form.kind == ExportKind::Path {
+            ui.label(format!("{} cameras", form.keys.len()));
+            ui.horizontal(|ui| {
+                if ui.button("add this one").clicked() {
+                    form.keys.push(camera);
+                }
+                if ui.button("forget all").clicked() {
+                    form.keys.clear();
+                }
+            });
+            ui.end_row();
+        }
+    });
+    chooses_file
+}

@@ -1,0 +1,126 @@
+//! The panel of the open clouds.
+
+use crate::document::OpenCloud;
+use crate::window::Window;
+use eframe::egui::{self, RichText, Ui};
+use surfelshop_cloud::Loaded;
+use surfelshop_session::output::provenance;
+
+/// Shows the panel.
+pub(super) fn show(window: &mut Window, ui: &mut Ui) {
+    progress(window, ui);
+    let Some(shown) = &window.document.clouds else {
+        if window.document.loader.is_none() {
+            ui.label("Drop point clouds here, or open them with Ctrl O.");
+        }
+        return;
+    };
+    let mut changed = None;
+    for (i, open_cloud) in shown.open_clouds.all().iter().enumerate() {
+        let Loaded { cloud, summary } = &open_cloud.loaded;
+        // The scene may name it.
+        let entry =
+            open_cloud.entry.and_then(|i| window.document.scene_file.as_ref()?.clouds.get(i));
+        let name = entry.and_then(|entry| entry.name.clone()).unwrap_or_else(|| open_cloud.name());
+        let mut visible = open_cloud.visible;
+        let about = std::iter::once(summary.to_string()).chain(provenance::lines(cloud));
+        let name = RichText::new(name).strong();
+        // A single cloud cannot be hidden.
+        match shown.open_clouds.all().len() == 1 && visible {
+            true => ui.label(name),
+            false => ui.checkbox(&mut visible, name),
+        }
+        .on_hover_text(about.collect::<Vec<_>>().join("\n"));
+        if visible != open_cloud.visible {
+            changed = Some(shown.open_clouds.showing(i, visible));
+        }
+        facts_of(ui, open_cloud);
+    }
+    let facts = &shown.clouds.facts;
+    let size = facts.bounds_max - facts.bounds_min;
+    if size.max_element() < 1e6 && size.max_element() > 1e-3 {
+        ui.label(format!("size {:.4} x {:.4} x {:.4}", size.x, size.y, size.z));
+    } else {
+        ui.label(format!("size {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
+    }
+    ui.weak(facts.columns.join(", "));
+    if let Some(open_clouds) = changed {
+        window.show_clouds(open_clouds);
+    }
+}
+
+/// The progress of reading and uploading.
+fn progress(window: &Window, ui: &mut Ui) {
+    if let Some(loader) = &window.document.loader {
+        let files: Vec<_> = loader.files.iter().map(|file| file.display().to_string()).collect();
+        ui.label(format!("reading {}", files.join(", ")));
+        ui.horizontal(|ui| {
+            let width = ui.available_width() - 60.0;
+            ui.add(
+                egui::ProgressBar::new(loader.fraction()).desired_width(width).show_percentage(),
+            );
+            if ui.button("cancel").clicked() {
+                loader.cancel();
+            }
+        });
+    }
+    if let Some(fraction) = window.render.upload_progress {
+        ui.label("putting surfels in order; a few of them are shown");
+        ui.add(egui::ProgressBar::new(fraction).show_percentage());
+    }
+}
+
+/// The size and state of a cloud, and what reading changed in it.
+fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud) {
+    let Loaded { cloud, summary } = &open_cloud.loaded;
+    ui.label(match cloud.len() as u64 {
+        0 => "no points".to_owned(),
+        1 => "1 surfel".to_owned(),
+        n => format!("{} surfels", grouped(n)),
+    });
+    if open_cloud.is_unsaved() {
+        let text = if open_cloud.recovered { "recovered, not saved" } else { "edited, not saved" };
+        ui.colored_label(ui.visuals().warn_fg_color, text)
+            .on_hover_text("File > Save cloud as … writes it with all its columns");
+    }
+    // In the words of `info`.
+    let done = [
+        (summary.n_dropped - summary.n_too_large, "dropped: not finite"),
+        (summary.n_too_large, "dropped: coordinates above 8.5e37"),
+        (summary.normals.estimated + summary.normals.repaired, "normals estimated"),
+        (summary.radii.estimated, "radii estimated"),
+        (summary.radii.clamped, "radii shortened"),
+    ];
+    for (number, what) in done.into_iter().filter(|(number, _)| *number > 0) {
+        ui.weak(format!("{} {what}", grouped(number)));
+    }
+    for warning in &summary.warnings {
+        ui.colored_label(ui.visuals().warn_fg_color, warning);
+    }
+}
+
+/// A number with spaces between groups of three digits.
+fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push(' ');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped_by_three_digits() {
+        for (number, expected) in [(0, "0"), (999, "999"), (1000, "1 000"), (1234567, "1 234 567")]
+        {
+            assert_eq!(grouped(number), expected);
+        }
+    }
+}

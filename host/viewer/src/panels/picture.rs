@@ -1,0 +1,70 @@
+//! The panels of light, exposure, background and surface.
+
+use super::lights::{self, LightContext};
+use crate::document::Settings;
+use crate::window::Window;
+use eframe::egui::{self, Ui};
+use glam::DVec3;
+use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
+use surfelshop_api::{Light, ObjectFrame};
+use surfelshop_cloud::scene::{DEPTH_TOLERANCE, LOW_PASS};
+use surfelshop_image::display::{Background, ToneMap};
+
+/// Shows the panel of light and picture.
+pub(super) fn show(window: &mut Window, ui: &mut Ui) {
+    let settings = &mut window.settings;
+    let exposure = &mut settings.scene.exposure_stops;
+    let exposure = egui::Slider::new(exposure, -8.0..=8.0).suffix(" stops");
+    ui.add(exposure.text("exposure"));
+    ui.horizontal(|ui| {
+        ui.label("highlights");
+        ui.selectable_value(&mut settings.tone_map, ToneMap::Clamp, "cut off");
+        ui.selectable_value(&mut settings.tone_map, ToneMap::Neutral, "compressed");
+    });
+    let mut colored = matches!(settings.background, Background::Color(_));
+    if ui.checkbox(&mut colored, "background of its own colour").changed() {
+        settings.background =
+            if colored { Settings::default().background } else { Background::Transparent };
+    }
+    if let Background::Color(encoded) = &mut settings.background {
+        ui.horizontal(|ui| {
+            let label = ui.label("background");
+            let mut linear = encoded.map(srgb_to_linear);
+            if ui.color_edit_button_rgb(&mut linear).labelled_by(label.id).changed() {
+                *encoded = linear.map(linear_to_srgb);
+            }
+        });
+    }
+    let camera = window.camera_of(window.views.focused);
+    let (min, max) = window.document.clouds.as_ref().map_or((-DVec3::ONE, DVec3::ONE), |shown| {
+        let facts = &shown.clouds.facts;
+        (facts.bounds_min, facts.bounds_max)
+    });
+    let around = LightContext { scene: ObjectFrame::around(min, max, 1.0), camera };
+    let settings = &mut window.settings;
+    lights::show(ui, &mut settings.scene.lights, &around);
+    if settings.scene.lights.iter().any(|light| !matches!(light, Light::Directional { .. })) {
+        ui.checkbox(&mut settings.shows_light_handles, "show lights").on_hover_text(
+            "lights with a place are over the picture where the pointer is, to be dragged, and never \
+             in saved pictures",
+        );
+    }
+}
+
+/// Shows the panel of the surface.
+pub(super) fn show_surface(window: &mut Window, ui: &mut Ui) {
+    let surface = &mut window.settings.scene.surface;
+    ui.add(
+        egui::Slider::new(&mut surface.radius_scale, 0.1..=10.0).logarithmic(true).text("radii x"),
+    );
+    ui.add(
+        egui::Slider::new(&mut surface.depth_tolerance, DEPTH_TOLERANCE.slider())
+            .text("depth tolerance"),
+    )
+    .on_hover_text("surfels so many of their radii behind the nearest one still blend with it");
+    ui.add(
+        egui::Slider::new(&mut surface.low_pass, LOW_PASS.slider()).suffix(" px").text("low-pass"),
+    )
+    .on_hover_text("surfels are widened by this, so that fine ones neither vanish nor flicker");
+    ui.checkbox(&mut surface.two_sided, "draw both sides");
+}

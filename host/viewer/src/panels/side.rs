@@ -1,0 +1,24 @@
+//! The panels at the left.
+
+use super::{breakdown, camera, clouds, environment_map, passes, picture, renderer};
+use crate::window::Window;
+use eframe::egui::{self, ScrollArea, Ui};
+
+/// Shows all panels.
+pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
+    ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
+        section(ui, "Clouds", |ui| clouds::show(window, ui));
+        section(ui, "Renderer", |ui| renderer::show(window, ui));
+        section(ui, "Camera", |ui| camera::show(window, ui));
+        section(ui, "Light and picture", |ui| picture::show(window, ui));
+        section(ui, "Environment", |ui| environment_map::show(window, ui));
+        section(ui, "Surface", |ui| picture::show_surface(window, ui));
+        section(ui, "Passes", |ui| passes::show(window, ui));
+        let breakdown = egui::CollapsingHeader::new("What it is made of");
+        breakdown.default_open(false).show(ui, |ui| breakdown::show(window, ui));
+    });
+}
+
+fn section(ui: &mut Ui, title: &str, contents: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(true).show(ui, contents);
+}

@@ -1,0 +1,43 @@
+//! What the window knows of plugins.
+
+use super::tools::Tools;
+use crate::render_thread::UnitHealth;
+use std::collections::{BTreeSet, HashMap};
+use std::path::PathBuf;
+use surfelshop_api::params::ParamDecl;
+use surfelshop_runtime::plugins::{Contents, Crash, CrashGuard, CrashMark, Registry};
+use surfelshop_session::options::{DeviceArguments, PluginFiles};
+
+/// The installed plugins, their trust and their failures.
+pub(crate) struct Plugins {
+    pub(crate) tools: Tools,
+    pub(crate) registry: Registry,
+    /// The parameters of each renderer that was loaded.
+    pub(crate) declared: HashMap<String, Vec<ParamDecl>>,
+    /// Renderers that failed.
+    pub(crate) unit_health: Vec<UnitHealth>,
+    /// The plugin in use when the program crashed, until the user has decided about it.
+    pub(crate) crash: Option<Crash>,
+    /// Repeats the question at the next start, should this program be killed first.
+    pub(crate) crash_mark: Option<CrashMark>,
+    /// Untrusted plugins that the user has answered about without trusting them for good.
+    pub(crate) undecided: BTreeSet<Contents>,
+    /// A trust list in place of the user's own.
+    pub(crate) trust_file: Option<PathBuf>,
+}
+
+impl Plugins {
+    pub(crate) fn new(registry: Registry, device: &DeviceArguments, files: &PluginFiles) -> Self {
+        let crash = CrashGuard::of_user().and_then(|guard| guard.crashed_last_time());
+        Self {
+            tools: Tools::new(device, files),
+            registry,
+            declared: HashMap::new(),
+            unit_health: Vec::new(),
+            crash_mark: crash.as_ref().and_then(|crash| CrashGuard::of_user()?.keep(crash).ok()),
+            crash,
+            undecided: BTreeSet::new(),
+            trust_file: files.trust_file.clone(),
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The menu of tools, and the window of a tool: its summary, parameters, cloud and progress.
+
+use super::unit_loader::Readiness;
+use crate::dialogs::{ParameterOwner, files};
+use crate::panels::parameters;
+use crate::window::Window;
+use eframe::egui::{self, Context, Ui};
+use surfelshop_api::UnitKind;
+use surfelshop_runtime::tools::Progress;
+use surfelshop_session::output::terminal::in_words;
+
+/// The title and summary of a tool, by its name in the registry.
+fn title_and_summary(window: &Window, name: &str) -> Option<(String, String)> {
+    let unit = window.plugins.registry.find(UnitKind::Tool, name).ok()?;
+    let mut units = window.plugins.registry.units(UnitKind::Tool);
+    let found = units.find(|(_, manifest, u)| manifest.id == unit.package && u.id == unit.id);
+    found.map(|(_, _, unit)| (unit.title.clone(), unit.summary.clone()))
+}
+
+/// The entries of the menu.
+pub(crate) fn menu(window: &mut Window, ui: &mut Ui) {
+    let names = window.plugins.registry.names(UnitKind::Tool);
+    if names.is_empty() {
+        ui.weak("no tool is installed");
+    }
+    for name in names {
+        let Some((title, summary)) = title_and_summary(window, &name) else { continue };
+        if ui.button(format!("{title} …")).on_hover_text(summary).clicked() {
+            window.plugins.tools.open = Some(name);
+            ui.close();
+        }
+    }
+}
+
+/// The window of the open tool.
+pub(crate) fn show(window: &mut Window, ctx: &Context) {
+    let Some(name) = window.plugins.tools.open.clone() else { return };
+    let (title, summary) = title_and_summary(window, &name)
+        .unwrap_or_else(|| (name.clone(), "no longer installed".into()));
+    let mut open = true;
+    egui::Window::new(title)
+        .id(egui::Id::unique("tool"))
+        .open(&mut open)
+        .default_width(360.0)
+        .default_pos([380.0, 90.0])
+        .show(ctx, |ui| {
+            ui.label(summary);
+            ui.separator();
+            // After a crash no plugin runs until the user has decided.
+            if window.plugins.crash.is_none() {
+                form(window, ui, &name);
+            }
+        });
+    if !open {
+        window.plugins.tools.open = None;
+    }
+}
+
+fn form(window: &mut Window, ui: &mut Ui, name: &str) {
+    window.plugins.tools.units.prepare(ui.ctx(), &window.plugins.registry, name);
+    let declared = match window.plugins.tools.units.readiness(name) {
+        Readiness::Loading => {
+            ui.horizontal(|ui| {
+                ui.spinner();
+                ui.label("loading");
+            });
+            return;
+        }
+        Readiness::Refused(reason) => {
+            ui.colored_label(ui.visuals().error_fg_color, reason.to_owned());
+            return;
+        }
+        Readiness::Ready(unit) => unit.description.params.clone(),
+    };
+    let running = window.plugins.tools.running().map(|(n, p, stops)| (n.to_owned(), p, stops));
+    ui.add_enabled_ui(running.is_none(), |ui| {
+        let values = window.plugins.tools.values.entry(name.to_owned()).or_default();
+        if let Some(parameter) = parameters::show(ui, &declared, values) {
+            let owner = ParameterOwner::Tool(name.to_owned());
+            files::open_for_parameter(window, ui.ctx(), owner, &parameter);
+        }
+        choose_cloud(window, ui);
+    });
+    match running {
+        Some((other, progress, stops)) => {
+            if other != name {
+                ui.label(format!("{other} is at work"));
+            }
+            ui.horizontal(|ui| {
+                let bar = egui::ProgressBar::new(progress.fraction as f32);
+                let width = (ui.available_width() - 70.0).max(80.0);
+                ui.add(bar.desired_width(width).text(describe(&progress)));
+                if ui.add_enabled(!stops, egui::Button::new("cancel")).clicked() {
+                    window.plugins.tools.cancel();
+                }
+            });
+        }
+        None => {
+            let Some(shown) = &window.document.clouds else {
+                ui.weak("open a cloud first");
+                return;
+            };
+            if ui.button("run").clicked()
+                && let Err(reason) =
+                    window.plugins.tools.run(&window.plugins.registry, &shown.open_clouds, name)
+            {
+                window.messages.warn(reason);
+            }
+        }
+    }
+}
+
+/// The choice of the cloud, where there are several.
+fn choose_cloud(window: &mut Window, ui: &mut Ui) {
+    let Some(shown) = &window.document.clouds else { return };
+    let all = shown.open_clouds.all();
+    let index = &mut window.plugins.tools.cloud_index;
+    // A hidden cloud is never the default.
+    if all.get(*index).is_none_or(|open_cloud| !open_cloud.visible)
+        && let Some(first) = all.iter().position(|open_cloud| open_cloud.visible)
+    {
+        *index = first;
+    }
+    if all.len() < 2 {
+        return;
+    }
+    ui.horizontal(|ui| {
+        let label = ui.label("cloud");
+        let selected = all.get(*index).map(|open_cloud| open_cloud.name()).unwrap_or_default();
+        let combo = egui::ComboBox::from_id_salt("tool cloud").selected_text(selected);
+        let visible = all.iter().enumerate().filter(|(_, open_cloud)| open_cloud.visible);
+        let response = combo.show_ui(ui, |ui| {
+            for (i, cloud) in visible {
+                ui.selectable_value(index, i, cloud.name());
+            }
+        });
+        response.response.labelled_by(label.id);
+    });
+}
+
+/// The progress of a tool in one line.
+fn describe(progress: &Progress) -> String {
+    let mut line = format!("{:.0} %", 100.0 * progress.fraction);
+    if !progress.message.is_empty() {
+        line += &format!(": {}", progress.message);
+    }
+    if let Some(left) = progress.left {
+        line += &format!(", {} left", in_words(left));
+    }
+    line
+}

@@ -1,0 +1,132 @@
+//! Commands to the thread, and the queue that orders them.
+
+use super::view_request::{ViewRequest, ViewSlot};
+use std::collections::{HashMap, VecDeque};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Instant;
+use surfelshop_render::PreparedColumns;
+use surfelshop_runtime::plugins::{Changed, Contents};
+
+/// The thread's next piece of work.
+pub(crate) enum RenderCommand {
+    Draw(ViewSlot, Box<ViewRequest>),
+    /// The queue is empty: a picture may be refined.
+    Refine,
+    /// The queue is empty and nothing is refined: memory that no visible picture needs may be freed.
+    ReleaseUnused,
+    /// A plugin, or a file that a parameter names, changed.
+    FileChanged(Changed),
+    /// The progress of a large cloud's upload in [0, 1], with the number of its thread.
+    UploadProgress(u64, f32),
+    /// A large cloud's upload is over.
+    UploadFinished(Box<UploadedCloud>),
+    /// Use a renderer again that was switched off.
+    SwitchOn(String),
+    /// The trust list changed; these contents are trusted until the window is closed.
+    Trust(Option<Contents>),
+    /// Do not use a renderer.
+    Avoid(String),
+    /// Stop refining the picture of a slot.
+    StopRefining(ViewSlot),
+    /// Drop everything of a slot.
+    Release(ViewSlot),
+    /// Lose the device, as a driver loses it.
+    #[cfg(test)]
+    LoseDevice,
+}
+
+/// The result of a large cloud's upload.
+pub(crate) struct UploadedCloud {
+    pub(super) serial: u64,
+    pub(super) prepared: Result<PreparedColumns, String>,
+}
+
+/// Work that has not begun.
+#[derive(Default)]
+struct PendingWork {
+    requests: HashMap<ViewSlot, ViewRequest>,
+    commands: VecDeque<RenderCommand>,
+    closed: bool,
+}
+
+/// The queue between the window and the thread; a clone is the same queue.
+#[derive(Clone, Default)]
+pub(crate) struct CommandQueue(Arc<(Mutex<PendingWork>, Condvar)>);
+
+impl CommandQueue {
+    fn change(&self, change: impl FnOnce(&mut PendingWork)) {
+        let (pending, bell) = &*self.0;
+        change(&mut pending.lock().unwrap_or_else(PoisonError::into_inner));
+        bell.notify_one();
+    }
+
+    /// Adds a command, which is run before any picture is drawn.
+    pub(super) fn add(&self, command: RenderCommand) {
+        self.change(|pending| pending.commands.push_back(command));
+    }
+
+    /// Requests a picture; replaces a request for the same slot that has not begun.
+    pub(crate) fn request(&self, slot: ViewSlot, request: ViewRequest) {
+        self.change(|pending| drop(pending.requests.insert(slot, request)));
+    }
+
+    /// Requests a picture, unless a request for the slot is pending.
+    pub(super) fn request_if_none(&self, slot: ViewSlot, request: ViewRequest) {
+        self.change(|pending| {
+            pending.requests.entry(slot).or_insert(request);
+        });
+    }
+
+    /// Removes a slot's request and adds [`RenderCommand::Release`].
+    pub(super) fn release(&self, slot: ViewSlot) {
+        self.change(|pending| {
+            pending.requests.remove(&slot);
+            pending.commands.push_back(RenderCommand::Release(slot));
+        });
+    }
+
+    /// Ends the thread after its present command.
+    pub(super) fn close(&self) {
+        self.change(|pending| pending.closed = true);
+    }
+
+    /// Waits for the next command; `None` when the window is closed. Pictures are drawn in the order of
+    /// their serial numbers, measured ones last. With an empty queue it returns [`RenderCommand::Refine`] from
+    /// `refine` on, and else [`RenderCommand::ReleaseUnused`] from `release` on.
+    pub(crate) fn next(
+        &self,
+        refine: Option<Instant>,
+        release: Option<Instant>,
+    ) -> Option<RenderCommand> {
+        let (pending, bell) = &*self.0;
+        let mut pending = pending.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if pending.closed {
+                return None;
+            }
+            if let Some(command) = pending.commands.pop_front() {
+                return Some(command);
+            }
+            let rank = |request: &ViewRequest| (request.for_measurement, request.serial);
+            let oldest = pending.requests.iter().min_by_key(|(_, request)| rank(request));
+            if let Some(slot) = oldest.map(|(slot, _)| *slot) {
+                let request = pending.requests.remove(&slot)?;
+                return Some(RenderCommand::Draw(slot, Box::new(request)));
+            }
+            let now = Instant::now();
+            let is_due = |when: Option<Instant>| when.is_some_and(|when| when <= now);
+            if is_due(refine) {
+                return Some(RenderCommand::Refine);
+            }
+            if is_due(release) {
+                return Some(RenderCommand::ReleaseUnused);
+            }
+            let Some(first) = [refine, release].into_iter().flatten().min() else {
+                pending = bell.wait(pending).unwrap_or_else(PoisonError::into_inner);
+                continue;
+            };
+            let woken = bell.wait_timeout(pending, first.saturating_duration_since(now));
+            pending = woken.unwrap_or_else(PoisonError::into_inner).0;
+        }
+    }
+}

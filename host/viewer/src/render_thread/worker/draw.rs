@@ -1,0 +1,218 @@
+//! A picture is drawn, by the renderer of the slot or by one that is started first.
+
+use super::state::{ActiveRenderer, RenderWorker};
+use crate::render_thread::event::RenderEvent;
+use crate::render_thread::rendered_view::RenderedView;
+use crate::render_thread::view_request::{EXPORT_SLOT, ViewRequest, ViewSlot};
+use anyhow::anyhow;
+use std::sync::Arc;
+use std::time::Instant;
+use surfelshop_api::UnitKind;
+use surfelshop_api::graph::Output;
+use surfelshop_image::outputs;
+use surfelshop_render::{Explanation, RenderError, RenderRequest, RendererView};
+use surfelshop_runtime::plugins::{self, Contents, Origin};
+use surfelshop_session::input::environment_map::LoadedEnvironment;
+use surfelshop_session::session::ConvergedFrame;
+
+const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
+
+/// Which frames of a refined picture are drawn.
+#[derive(Clone, Copy)]
+pub(super) enum Frames {
+    /// All, until the picture is final.
+    All,
+    /// The one of this index.
+    One(u32),
+}
+
+impl Frames {
+    /// The frames drawn for a new request: measured and exported pictures are not shown in between.
+    pub(super) fn of(slot: ViewSlot, request: &ViewRequest) -> Self {
+        if request.for_measurement || slot == EXPORT_SLOT { Self::All } else { Self::One(0) }
+    }
+}
+
+impl RenderWorker {
+    /// Draws a picture with the renderer of the slot, or with another one; `drawn` is the request
+    /// itself, or a copy with subsets of large clouds.
+    ///
+    /// The slot's old renderer is dropped only after the new one has drawn its picture.
+    pub(super) fn draw(
+        &mut self,
+        slot: ViewSlot,
+        request: &ViewRequest,
+        drawn: &ViewRequest,
+    ) -> anyhow::Result<RenderedView> {
+        let started = Instant::now();
+        let present = self.active.remove(&slot);
+        let (mut active, before) = match present {
+            Some(active) if active.name == request.renderer => (active, None),
+            before => match self.start_renderer(slot, request) {
+                Ok(active) => (active, before),
+                Err(error) => {
+                    self.active.extend(before.map(|before| (slot, before)));
+                    return Err(error);
+                }
+            },
+        };
+        active.request = request.clone();
+        if let Err(refusal) = self.health.check(&active.reference) {
+            self.active.extend(before.map(|before| (slot, before)));
+            return Err(refusal.into());
+        }
+        self.watch_files_of(&active);
+        match self.render(&mut active.view, drawn, Frames::of(slot, request)) {
+            Ok((frame, explained)) => {
+                active.mark = None;
+                self.health.succeeded(&active.reference, active.unit.contents);
+                self.active.insert(slot, active);
+                rendered_view(&frame, explained, request, started)
+            }
+            Err(error) => {
+                let fault = self.record_fault(&active, error);
+                self.active.insert(slot, before.unwrap_or(active));
+                fault
+            }
+        }
+    }
+
+    /// Loads a renderer and creates an instance.
+    fn start_renderer(
+        &mut self,
+        slot: ViewSlot,
+        request: &ViewRequest,
+    ) -> anyhow::Result<ActiveRenderer> {
+        let name = request.renderer.clone();
+        let reference = self.registry.find(UnitKind::Renderer, &name)?;
+        anyhow::ensure!(
+            !self.avoided.contains(&name),
+            "{reference} was at work when the program crashed; the plugin list switches it on"
+        );
+        self.health.check(&reference)?;
+        self.events.send(RenderEvent::Preparing { slot, renderer: name.clone() });
+        // Without the mark a crash is not attributed to the unit, but it can still draw.
+        let mark = self.crash_guard.as_ref().and_then(|guard| guard.leave(&reference).ok());
+        let unit = match reference.load(&self.plugins.patience()) {
+            Ok(unit) => unit,
+            Err(error) => {
+                if let Some(fault) = error.fault() {
+                    self.record_failure(&reference, Contents::of_file(&reference.path), fault);
+                }
+                return Err(error.into());
+            }
+        };
+        let host = self.session.engine.gpu().host_info();
+        let hosted = match unit.start(&host, &self.plugins.patience()) {
+            Ok(hosted) => hosted,
+            Err(fault) => {
+                self.record_failure(&reference, unit.contents, &fault);
+                return Err(anyhow!("{reference} could not start: {fault}"));
+            }
+        };
+        let parameters = unit.description.params.clone();
+        self.events.send(RenderEvent::Declared { renderer: name.clone(), parameters });
+        let view = RendererView::new(hosted, unit.scope());
+        Ok(ActiveRenderer { name, reference, unit, view, mark, request: request.clone() })
+    }
+
+    /// Watches the files that a renderer's parameters name.
+    fn watch_files_of(&mut self, active: &ActiveRenderer) {
+        for path in active.files() {
+            if let Some(watcher) = &self.watcher
+                && self.watched_files.insert(path.clone())
+            {
+                watcher.add(plugins::Place::new(path, Origin::CommandLine));
+            }
+        }
+    }
+
+    /// Renders one frame, or all until the picture is final. A final still picture is explained.
+    pub(super) fn render(
+        &mut self,
+        view: &mut RendererView,
+        request: &ViewRequest,
+        frames: Frames,
+    ) -> Result<(ConvergedFrame, Option<Explanation>), RenderError> {
+        // A measured picture does not pay for shaders compiled ahead.
+        self.session.engine.compile_beside(!request.for_measurement);
+        if request.for_measurement {
+            // A view may have drawn the same surfels, and a measured picture pays for its own.
+            self.session.engine.forget_surfaces();
+        }
+        let environment = self.environment_light(request);
+        let render_request = RenderRequest {
+            clouds: &request.clouds.views(),
+            facts: &request.clouds.facts,
+            scene: &request.scene,
+            view: request.detail.view(request.view),
+            values: &request.values,
+            // The pointer reads depths of still pictures alone.
+            outputs: match request.detail.is_full() && !request.for_measurement {
+                true => &OUTPUTS,
+                false => &OUTPUTS[..1],
+            },
+            frame_index: 0,
+            environment: environment.as_ref().map(LoadedEnvironment::view),
+            stride: request.detail.stride,
+            detail_px: 0.0,
+        };
+        let frame = match frames {
+            Frames::All => self.session.settle_view(view, &render_request)?,
+            Frames::One(frame_index) => {
+                self.session.frame_view(view, &RenderRequest { frame_index, ..render_request })?
+            }
+        };
+        self.drawn = Some(Instant::now());
+        self.n_drawn += match frames {
+            Frames::All => u64::from(frame.n_frames),
+            Frames::One(_) => 1,
+        };
+        let is_still = request.detail.is_full() && !request.for_measurement && !frame.refines();
+        let explained =
+            is_still.then(|| self.session.engine.explain(view, &render_request, &frame.rendered));
+        Ok((frame, explained))
+    }
+
+    /// The environment light; none where its map cannot be read, which is reported once.
+    pub(super) fn environment_light(&mut self, request: &ViewRequest) -> Option<LoadedEnvironment> {
+        let (probes, events) = (&mut self.probes, &self.events);
+        probes.light_or_none(request.environment.as_ref()?, |line| {
+            events.send(RenderEvent::Message(line));
+        })
+    }
+}
+
+/// The picture of a frame.
+pub(super) fn rendered_view(
+    frame: &ConvergedFrame,
+    explained: Option<Explanation>,
+    request: &ViewRequest,
+    started: Instant,
+) -> anyhow::Result<RenderedView> {
+    let rendered = &frame.rendered;
+    let image = |output: &Output| {
+        let found = rendered.image(output).cloned();
+        found.ok_or_else(|| anyhow!("the renderer gave no output `{}`", output.name()))
+    };
+    let color = image(&Output::Color)?;
+    Ok(RenderedView {
+        size: [color.width, color.height],
+        levels: match request.for_measurement {
+            true => Vec::new(),
+            false => outputs::levels(&color, &request.display),
+        },
+        color,
+        depth: rendered.image(&Output::Depth).cloned(),
+        view: request.detail.view(request.view),
+        passes: rendered.passes.clone(),
+        milliseconds: started.elapsed().as_secs_f64() * 1e3,
+        frame_ms: frame.milliseconds,
+        own_passes_ms: frame.own_passes_ms,
+        n_frames: frame.n_frames,
+        refines: frame.refines(),
+        detail: request.detail,
+        explained: explained.map(Arc::new),
+        upload_stride: 1,
+    })
+}

@@ -1,0 +1,111 @@
+//! Pictures are refined frame by frame while the queue is empty, several of them in turn.
+
+use super::draw::{Frames, rendered_view};
+use super::state::{RefiningView, RenderWorker};
+use crate::render_thread::event::RenderEvent;
+use crate::render_thread::rendered_view::{RenderedView, ViewReply};
+use crate::render_thread::view_request::{ViewRequest, ViewSlot};
+use anyhow::anyhow;
+use std::time::{Duration, Instant};
+
+/// Time between two frames of a picture that are sent: showing one takes time, too.
+const SEND_INTERVAL: Duration = Duration::from_millis(50);
+
+/// Frames of other pictures after which a picture is refined from its first frame: the engine drops
+/// what a graph left on the device after 64.
+const MOST_OTHER_FRAMES: u64 = 60;
+
+/// Time after a picture in motion during which the device stays free for the next one.
+const MOTION_PAUSE: Duration = Duration::from_millis(150);
+
+impl RenderWorker {
+    /// Adds a new picture to those being refined, if another frame would change it.
+    pub(super) fn start_refining(
+        &mut self,
+        slot: ViewSlot,
+        request: &ViewRequest,
+        rendered: &RenderedView,
+    ) {
+        let now = Instant::now();
+        if request.in_motion {
+            self.moved = Some(now);
+        } else if rendered.refines {
+            let (n_frames, n_drawn) = (rendered.n_frames, self.n_drawn);
+            self.refining.push_back(RefiningView { slot, n_frames, sent: now, n_drawn });
+        }
+    }
+
+    /// Stops refining the picture of a slot.
+    pub(super) fn stop_refining(&mut self, slot: ViewSlot) {
+        self.refining.retain(|refining| refining.slot != slot);
+    }
+
+    /// From when on a picture may be refined, if there is one.
+    pub(super) fn refine_due(&self) -> Option<Instant> {
+        let now = Instant::now();
+        (!self.refining.is_empty()).then(|| self.moved.map_or(now, |moved| moved + MOTION_PAUSE))
+    }
+
+    /// Draws the next frame of the picture that has waited longest.
+    pub(super) fn refine(&mut self) {
+        let Some(mut refining) = self.refining.pop_front() else { return };
+        let slot = refining.slot;
+        let Some(active) = self.active.get(&slot) else { return };
+        let (serial, renderer) = (active.request.serial, active.name.clone());
+        if self.n_drawn - refining.n_drawn > MOST_OTHER_FRAMES {
+            refining.n_frames = 0;
+        }
+        let outcome = match self.next_frame(&refining) {
+            Ok((n_frames, refines, rendered)) => {
+                if refines {
+                    let sent = if rendered.is_some() { Instant::now() } else { refining.sent };
+                    let n_drawn = self.n_drawn;
+                    self.refining.push_back(RefiningView { slot, n_frames, sent, n_drawn });
+                }
+                let Some(rendered) = rendered else { return };
+                Ok(rendered)
+            }
+            Err(error) => Err(format!("{error:#}")),
+        };
+        self.events.send(RenderEvent::Counters(self.session.engine.counters()));
+        self.events.send(RenderEvent::Reply(Box::new(ViewReply {
+            slot,
+            serial,
+            renderer,
+            outcome,
+        })));
+    }
+
+    /// Draws the next frame. Returns the number of frames, whether another one would change the
+    /// picture, and the picture if it is final or none was sent for a while.
+    fn next_frame(
+        &mut self,
+        refining: &RefiningView,
+    ) -> anyhow::Result<(u32, bool, Option<RenderedView>)> {
+        let started = Instant::now();
+        let present = self.active.remove(&refining.slot);
+        let mut active = present.ok_or_else(|| anyhow!("nothing is drawn there any more"))?;
+        if let Err(refusal) = self.health.check(&active.reference) {
+            self.active.insert(refining.slot, active);
+            return Err(refusal.into());
+        }
+        let request = active.request.clone();
+        let drawn = self.render(&mut active.view, &request, Frames::One(refining.n_frames));
+        let result = match drawn {
+            Ok((frame, explained)) => {
+                let refines = frame.refines();
+                // The rate of frames sent in all does not grow with the number of pictures.
+                let others = u32::try_from(self.refining.len()).unwrap_or(u32::MAX);
+                let interval = SEND_INTERVAL.saturating_mul(others.saturating_add(1));
+                let is_sent = !refines || refining.sent.elapsed() >= interval;
+                let rendered = is_sent
+                    .then(|| rendered_view(&frame, explained, &request, started))
+                    .transpose();
+                rendered.map(|rendered| (frame.n_frames, refines, rendered))
+            }
+            Err(error) => self.record_fault(&active, error),
+        };
+        self.active.insert(refining.slot, active);
+        result
+    }
+}

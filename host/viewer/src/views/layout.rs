@@ -1,0 +1,102 @@
+//! Panes are split, closed, and brought in line with the settings.
+
+use super::arrangement;
+use super::pane::Pane;
+use crate::document::PaneSettings;
+use crate::render_thread::ViewSlot;
+use crate::window::Window;
+use eframe::egui;
+use egui_tiles::{TileId, Tree};
+
+/// Most panes at once.
+pub(crate) const MOST_PANES: usize = 4;
+
+fn tile_of(tree: &Tree<u32>, pane: u32) -> Option<TileId> {
+    tree.tiles.find_pane(&pane)
+}
+
+/// Puts a pane with the same settings beside one.
+pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
+    let Some(settings) = window.settings.pane(pane).cloned() else { return };
+    if window.settings.panes.len() >= MOST_PANES {
+        window.messages.warn(format!("there are at most {MOST_PANES} panes"));
+        return;
+    }
+    let id = window.settings.free_id();
+    window.settings.panes.push(PaneSettings { id, ..settings });
+    window.views.panes.insert(id, Pane::new());
+    if let Some(camera) = window.views.own_cameras.get(&pane).copied() {
+        window.views.own_cameras.insert(id, camera);
+    }
+    arrange(window, tree);
+}
+
+/// Splits the focused pane.
+pub(crate) fn split_focused(window: &mut Window) {
+    let mut tree = take_tree(window);
+    split(window, &mut tree, window.views.focused);
+    window.views.tree = tree;
+}
+
+/// Takes the tree out of the window while the window is changed.
+pub(crate) fn take_tree(window: &mut Window) -> Tree<u32> {
+    std::mem::replace(&mut window.views.tree, Tree::empty(egui::Id::unique("panes")))
+}
+
+/// Replaces the tree by the default one.
+fn arrange(window: &Window, tree: &mut Tree<u32>) {
+    *tree = arrangement::default_tree(&window.settings.pane_ids());
+}
+
+/// Closes a pane, unless it is the only one.
+pub(crate) fn close(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
+    if window.settings.panes.len() < 2 {
+        return;
+    }
+    if let Some(tile) = tile_of(tree, pane) {
+        tree.remove_recursively(tile);
+    }
+    window.settings.panes.retain(|settings| settings.id != pane);
+    // The pane's camera stays for an undo.
+    window.views.panes.remove(&pane);
+    release(window, pane);
+    if window.views.focused == pane {
+        window.views.focused = window.settings.panes[0].id;
+    }
+}
+
+/// Releases the renderers of a pane.
+fn release(window: &Window, pane: u32) {
+    for side in 0..2 {
+        window.render.thread.release(ViewSlot { pane, side });
+    }
+}
+
+/// Brings panes and tiles in line with the settings, after an undo or with a new scene.
+pub(crate) fn follow_settings(window: &mut Window) {
+    let mut tree = take_tree(window);
+    let known: Vec<u32> = window.views.panes.keys().copied().collect();
+    for pane in known {
+        if window.settings.pane(pane).is_none() {
+            if let Some(tile) = tile_of(&tree, pane) {
+                tree.remove_recursively(tile);
+            }
+            window.views.panes.remove(&pane);
+            release(window, pane);
+        }
+    }
+    let mut added = false;
+    for id in window.settings.pane_ids() {
+        if let std::collections::btree_map::Entry::Vacant(missing) = window.views.panes.entry(id) {
+            missing.insert(Pane::new());
+            added = true;
+        }
+    }
+    if added {
+        arrange(window, &mut tree);
+    }
+    if window.settings.pane(window.views.focused).is_none() {
+        window.views.focused = window.settings.panes.first().map_or(0, |pane| pane.id);
+    }
+    window.views.tree = tree;
+}

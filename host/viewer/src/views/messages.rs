@@ -1,0 +1,191 @@
+//! One-line messages over the views.
+//!
+//! Reports disappear after some seconds; warnings stay until they are dismissed. A window lists the last
+//! messages of both kinds.
+
+use eframe::egui::{self, Align2, Context, Frame, Rect, RichText, ScrollArea, Ui, vec2};
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+/// How long a report stays over the pictures.
+const REPORT_DURATION: Duration = Duration::from_secs(8);
+
+/// Most messages over the pictures at once; the others are counted below them.
+const MOST_SHOWN: usize = 3;
+
+/// Most messages in the list.
+const MOST_LISTED: usize = 200;
+
+struct Message {
+    text: String,
+    warns: bool,
+    since: Instant,
+    dismissed: bool,
+    /// How often the same message came in a row.
+    times: u32,
+}
+
+impl Message {
+    /// The time for which the message stays over the pictures; `None` where it does not.
+    fn remaining(&self) -> Option<Duration> {
+        if self.dismissed {
+            None
+        } else if self.warns {
+            Some(Duration::MAX)
+        } else {
+            REPORT_DURATION.checked_sub(self.since.elapsed())
+        }
+    }
+
+    fn show(&self, ui: &mut Ui) {
+        let color =
+            if self.warns { ui.visuals().warn_fg_color } else { ui.visuals().strong_text_color() };
+        let times = if self.times > 1 { format!(" ({} times)", self.times) } else { String::new() };
+        let text = RichText::new(format!("{}{times}", self.text)).color(color);
+        ui.add(egui::Label::new(text).wrap());
+    }
+}
+
+/// The messages, the newest last.
+#[derive(Default)]
+pub(crate) struct Messages {
+    lines: VecDeque<Message>,
+    /// Whether the window that lists them is open.
+    pub(crate) open: bool,
+}
+
+impl Messages {
+    /// Adds a report.
+    pub(crate) fn report(&mut self, text: impl Into<String>) {
+        self.add(text.into(), false);
+    }
+
+    /// Adds a warning.
+    pub(crate) fn warn(&mut self, text: impl Into<String>) {
+        self.add(text.into(), true);
+    }
+
+    fn add(&mut self, text: String, warns: bool) {
+        tracing::debug!(warns, text, "message");
+        let times = match self.lines.back() {
+            Some(last) if last.text == text && last.warns == warns => {
+                self.lines.pop_back().map_or(1, |last| last.times + 1)
+            }
+            _ => 1,
+        };
+        self.lines.push_back(Message {
+            text,
+            warns,
+            since: Instant::now(),
+            dismissed: false,
+            times,
+        });
+        while self.lines.len() > MOST_LISTED {
+            self.lines.pop_front();
+        }
+    }
+
+    /// Dismisses all messages.
+    pub(crate) fn dismiss_all(&mut self) {
+        self.lines.iter_mut().for_each(|line| line.dismissed = true);
+    }
+
+    /// The last message, unless it was dismissed.
+    #[cfg(test)]
+    pub(crate) fn last(&self) -> Option<&str> {
+        self.lines.back().filter(|line| !line.dismissed).map(|line| line.text.as_str())
+    }
+
+    /// How often a message with these words came.
+    #[cfg(test)]
+    pub(crate) fn count(&self, words: &str) -> u32 {
+        self.lines.iter().filter(|line| line.text.contains(words)).map(|line| line.times).sum()
+    }
+
+    /// Whether a message with these words is not yet dismissed.
+    #[cfg(test)]
+    pub(crate) fn contains(&self, words: &str) -> bool {
+        self.lines.iter().any(|line| !line.dismissed && line.text.contains(words))
+    }
+
+    /// Shows the newest messages at the lower edge of `over`, without changing the size of pictures.
+    pub(crate) fn show(&mut self, ctx: &Context, over: Rect) {
+        let current: Vec<usize> =
+            (0..self.lines.len()).filter(|&i| self.lines[i].remaining().is_some()).collect();
+        let Some(soonest) = current.iter().filter_map(|&i| self.lines[i].remaining()).min() else {
+            return;
+        };
+        if soonest < Duration::MAX {
+            ctx.request_repaint_after(soonest + Duration::from_millis(20));
+        }
+        let n_waiting = current.len().saturating_sub(MOST_SHOWN);
+        egui::Area::new(egui::Id::unique("messages"))
+            .pivot(Align2::LEFT_BOTTOM)
+            .fixed_pos(over.left_bottom() + vec2(8.0, -32.0))
+            .show(ctx, |ui| {
+                ui.set_max_width((over.width() - 16.0).clamp(100.0, 760.0));
+                Frame::popup(ui.style()).show(ui, |ui| {
+                    for &i in &current[n_waiting..] {
+                        ui.horizontal_top(|ui| {
+                            if ui.small_button("x").on_hover_text("dismiss").clicked() {
+                                self.lines[i].dismissed = true;
+                            }
+                            self.lines[i].show(ui);
+                        });
+                    }
+                    if n_waiting > 0 {
+                        ui.horizontal(|ui| {
+                            if ui.small_button("all messages").clicked() {
+                                self.open = true;
+                            }
+                            if ui.small_button("dismiss all").clicked() {
+                                self.dismiss_all();
+                            }
+                            ui.weak(format!("{n_waiting} more"));
+                        });
+                    }
+                });
+            });
+    }
+
+    /// The window that lists all messages.
+    pub(crate) fn show_all(&mut self, ctx: &Context) {
+        let mut open = self.open;
+        let window = egui::Window::new("Messages").open(&mut open).default_width(560.0);
+        window.show(ctx, |ui| {
+            if self.lines.is_empty() {
+                ui.weak("nothing was said yet");
+                return;
+            }
+            ScrollArea::vertical().max_height(360.0).stick_to_bottom(true).show(ui, |ui| {
+                self.lines.iter().for_each(|line| line.show(ui));
+            });
+        });
+        self.open = open;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn warnings_outlive_news_and_repetitions_are_counted() {
+        let mut messages = Messages::default();
+        messages.warn("gone wrong");
+        messages.report("done");
+        messages.report("done");
+        assert_eq!(messages.lines.len(), 2);
+        assert_eq!(messages.lines[1].times, 2);
+        let long_ago = Instant::now() - REPORT_DURATION - Duration::from_secs(1);
+        messages.lines.iter_mut().for_each(|line| line.since = long_ago);
+        assert!(messages.lines[0].remaining().is_some() && messages.lines[1].remaining().is_none());
+        messages.dismiss_all();
+        assert!(messages.lines[0].remaining().is_none() && messages.last().is_none());
+        for i in 0..2 * MOST_LISTED {
+            messages.report(i.to_string());
+        }
+        assert_eq!(messages.lines.len(), MOST_LISTED);
+        assert_eq!(messages.last(), Some((2 * MOST_LISTED - 1).to_string().as_str()));
+    }
+}

@@ -1,0 +1,25 @@
+//! The views in the middle of the window.
+//!
+//! `state` holds them, `requests` sends what they lack to the render thread, and `events` takes in its
+//! replies. `canvas` shows the panes and moves cameras, `paint` draws their pictures, and
+//! `light_handles` draws draggable lights over them.
+
+pub(crate) mod arrangement;
+pub(crate) mod canvas;
+mod compare;
+mod events;
+pub(crate) mod layout;
+mod light_handles;
+pub(crate) mod messages;
+pub(crate) mod navigation;
+mod paint;
+pub(crate) mod pane;
+pub(crate) mod picking;
+mod render_state;
+mod requests;
+mod state;
+mod surfel;
+mod timings;
+
+pub(crate) use render_state::Render;
+pub(crate) use state::{Views, initial_camera};

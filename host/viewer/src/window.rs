@@ -1,0 +1,151 @@
+//! The state of the window, in parts by job.
+
+use crate::arguments::ViewerArguments;
+use crate::document::{Document, OpenClouds, Settings, Snapshot, VisibleClouds};
+use crate::measure::Measure;
+use crate::panels::Panels;
+use crate::plugins::Plugins;
+use crate::render_thread::RenderThread;
+use crate::views::messages::Messages;
+use crate::views::pane::Side;
+use crate::views::{Render, Views, initial_camera, navigation};
+use eframe::egui::Context;
+use surfelshop_api::{Camera, Projection, UnitKind};
+use surfelshop_session::{parameters, session};
+
+/// The whole state of the window.
+pub(crate) struct Window {
+    // Dropped first: its thread uses the device.
+    pub(crate) render: Render,
+    pub(crate) plugins: Plugins,
+    pub(crate) measure: Measure,
+    pub(crate) settings: Settings,
+    pub(crate) document: Document,
+    pub(crate) views: Views,
+    pub(crate) panels: Panels,
+    pub(crate) messages: Messages,
+}
+
+impl Window {
+    pub(crate) fn new(ctx: &Context, arguments: &ViewerArguments) -> anyhow::Result<Self> {
+        let registry = session::registry(&arguments.plugins)?;
+        let wake = ctx.clone();
+        let thread =
+            RenderThread::start(arguments.device.clone(), arguments.plugins.clone(), move || {
+                wake.request_repaint()
+            })?;
+        let mut window = Self {
+            render: Render::new(thread),
+            document: Document::new(arguments.up),
+            plugins: Plugins::new(registry, &arguments.device, &arguments.plugins),
+            measure: Measure::new(&arguments.plugins),
+            settings: Settings::default(),
+            views: Views::new(arguments.up),
+            panels: Panels::default(),
+            messages: Messages::default(),
+        };
+        window.open(ctx, arguments.files.clone());
+        Ok(window)
+    }
+
+    /// A new request number.
+    pub(crate) fn next_serial(&mut self) -> u64 {
+        self.render.serial += 1;
+        self.render.serial
+    }
+
+    /// The names of the renderers, as the settings use them.
+    pub(crate) fn renderers(&self) -> Vec<String> {
+        let units = self.plugins.registry.units(UnitKind::Renderer);
+        let mut names: Vec<String> = units.map(|(_, _, unit)| unit.id.clone()).collect();
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    /// The camera of a pane.
+    pub(crate) fn camera_of(&self, pane: u32) -> Camera {
+        let own = self.settings.pane(pane).filter(|pane| !pane.linked);
+        let own = own.and_then(|pane| self.views.own_cameras.get(&pane.id));
+        own.copied().unwrap_or(self.views.camera)
+    }
+
+    /// Moves the camera of a pane and of the panes linked with it.
+    pub(crate) fn set_camera(&mut self, pane: u32, camera: Camera) {
+        if self.settings.pane(pane).is_some_and(|pane| !pane.linked) {
+            self.views.own_cameras.insert(pane, camera);
+        } else {
+            self.views.camera = camera;
+        }
+    }
+
+    /// Gives unlinked panes a camera of their own, at first a copy of the shared one.
+    pub(crate) fn copy_shared_camera(&mut self) {
+        for pane in self.settings.panes.iter().filter(|pane| !pane.linked) {
+            self.views.own_cameras.entry(pane.id).or_insert(self.views.camera);
+        }
+    }
+
+    /// Moves the camera of the focused pane to where it sees everything.
+    pub(crate) fn frame_all(&mut self) {
+        if let Some(shown) = &self.document.clouds {
+            let mut camera = initial_camera(&shown.extent, self.document.up);
+            camera.projection = match self.camera_of(self.views.focused).projection {
+                perspective @ Projection::Perspective { .. } => perspective,
+                Projection::Orthographic { .. } => {
+                    let mut parallel = camera;
+                    navigation::toggle_projection(&mut parallel, 0.6);
+                    parallel.projection
+                }
+            };
+            self.set_camera(self.views.focused, camera);
+        }
+    }
+
+    /// Whether a visible picture is pending or being refined.
+    pub(crate) fn works(&self) -> bool {
+        self.settings.panes.iter().any(|settings| {
+            let sides = self.views.panes.get(&settings.id).map(|pane| &pane.sides);
+            sides.is_some_and(|sides| sides[..settings.mode.sides()].iter().any(Side::works))
+        })
+    }
+
+    /// The state that undo covers.
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        let open_clouds = self.document.clouds.as_ref().map(|shown| shown.open_clouds.clone());
+        Snapshot { settings: self.settings.clone(), open_clouds }
+    }
+
+    /// Replaces the open clouds, or which of them are visible; the camera stays.
+    pub(crate) fn show_clouds(&mut self, open_clouds: OpenClouds) {
+        let Some(shown) = &self.document.clouds else { return };
+        if shown.open_clouds == open_clouds {
+            return;
+        }
+        let (radius_scale, revision) = (shown.radius_scale, shown.revision + 1);
+        self.document.clouds = Some(VisibleClouds::new(open_clouds, radius_scale, revision));
+        self.views.pointer_position = None;
+    }
+
+    /// Computes the extent of the clouds again where the factor on radii changed.
+    pub(crate) fn update_extent(&mut self) {
+        let scale = self.settings.scene.surface.radius_scale;
+        if let Some(shown) = &mut self.document.clouds
+            && shown.radius_scale != scale
+        {
+            (shown.extent, shown.radius_scale) = (shown.clouds.extent(scale), scale);
+        }
+    }
+
+    /// Fits the values of a renderer to its parameters, and warns of those that did not fit.
+    pub(crate) fn fit_values(&mut self, renderer: &str) {
+        let Some(declared) = self.plugins.declared.get(renderer) else { return };
+        let scene_file = self.document.scene_file.as_ref();
+        let folder = scene_file.map(|file| file.folder.clone()).unwrap_or_default();
+        for values in self.settings.panes.iter_mut().filter_map(|p| p.values.get_mut(renderer)) {
+            for line in parameters::fit(renderer, declared, values, &folder) {
+                self.messages.warn(line);
+            }
+        }
+    }
+}

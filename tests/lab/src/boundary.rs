@@ -1,0 +1,186 @@
+//! What the plugin boundary costs: a frame described, a library loaded and loaded again, and its size.
+//!
+//! ```text
+//! cargo run --release -p surfelshop-lab -- boundary [LIBRARY]...
+//! ```
+//!
+//! Libraries have a renderer each; without one it is `flat`. Times are medians, with quartiles.
+
+use anyhow::{Context as _, ensure};
+use std::hint::black_box;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use surfelshop_api::graph::Structure;
+use surfelshop_api::prelude::*;
+use surfelshop_api::{FrameRequest, Scene, UnitKind, glam::DVec3, static_plugin};
+use surfelshop_runtime::boundary::Plugin;
+use surfelshop_runtime::plugins::{
+    Hosted, Origin, Place, Registry, SearchPath, Timeouts, Trust, UnitRef,
+};
+use surfelshop_tests::stage::{build_folder, view};
+
+/// Frames that are described for a median.
+const FRAMES: usize = 20_000;
+/// Loads and reloads for a median.
+const LOADS: usize = 15;
+
+const SHADE: &str = "
+    #import surfelshop::surface::Surface
+    struct Settings { gain: f32, bias: f32 }
+    var<uniform> settings: Settings;
+    fn shade(s: Surface) -> vec4<f32> { return vec4(s.albedo * settings.gain + settings.bias, 1.0); }
+";
+const BLUR: &str = "
+    struct Settings { gain: f32, bias: f32 }
+    var<uniform> settings: Settings;
+    var before: texture_2d<f32>;
+    var after: texture_storage_2d<rgba32float, write>;
+    @compute @workgroup_size(8, 8)
+    fn blur(@builtin(global_invocation_id) id: vec3<u32>) {
+        let value = textureLoad(before, id.xy, 0) + textureLoad(before, id.xy + 1u, 0);
+        textureStore(after, id.xy, value * settings.gain + settings.bias);
+    }
+";
+
+/// One shading pass and so many others, each with a texture and a uniform of its own.
+struct Chain<const PASSES: usize>;
+
+impl<const PASSES: usize> Renderer for Chain<PASSES> {
+    const INFO: UnitInfo = UnitInfo::new("chain", "Chain", "Passes one after the other.");
+    type Params = ();
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
+        let gain = frame.frame_index as f32;
+        let mut before = graph.texture("lit", Texture::view_sized(Format::Rgba32Float));
+        let settings = graph.uniform(Uniform::new().f32(gain).f32(0.5));
+        graph
+            .pass(Pass::shading("shade", SHADE, "shade").bind("settings", settings).target(before));
+        for _ in 1..PASSES {
+            let after = graph.texture("blurred", Texture::view_sized(Format::Rgba32Float));
+            let settings = graph.uniform(Uniform::new().f32(gain).f32(0.25));
+            let pass = Pass::compute("blur", BLUR, "blur", Groups::PerPixel { divisor: 8 });
+            let pass = pass.bind("settings", settings).bind("before", before).bind("after", after);
+            graph.pass(pass);
+            before = after;
+        }
+        graph.output(Output::Color, before);
+        Ok(())
+    }
+}
+
+static_plugin! { id: "org.surfelshop.test.chains", renderers: [Chain<4>, Chain<10>] }
+
+fn request() -> FrameRequest {
+    FrameRequest {
+        view: view(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, 512),
+        scene: Scene::default(),
+        cloud: Default::default(),
+        frame_index: 3,
+        values: Default::default(),
+        environment: None,
+    }
+}
+
+/// Microseconds of each of so many calls, as median and quartiles.
+fn times(n: usize, mut work: impl FnMut() -> anyhow::Result<()>) -> anyhow::Result<String> {
+    let mut all = Vec::with_capacity(n);
+    for _ in 0..n {
+        let started = Instant::now();
+        work()?;
+        all.push(started.elapsed().as_secs_f64() * 1e6);
+    }
+    all.sort_by(f64::total_cmp);
+    let at = |share: usize| all[(n - 1) * share / 4];
+    Ok(format!("{:9.1} ({:.1} to {:.1})", at(2), at(1), at(3)))
+}
+
+fn frames() -> anyhow::Result<()> {
+    let plugin = Plugin::of::<SurfelshopPackage>();
+    let host = HostInfo::default();
+    for (unit, passes) in [(0, 4), (1, 10)] {
+        let mut instance = plugin.create(unit, &host)?;
+        let request = request();
+        let graph = instance.frame(&request)?;
+        let bytes = graph.structure.len();
+        println!("\na graph of {passes} passes, {bytes} bytes of structure        us (quartiles)");
+        let described = times(FRAMES, || {
+            black_box(instance.frame(&request)?);
+            Ok(())
+        })?;
+        println!("  described: request encoded and read, graph built and encoded {described}");
+        let known = graph.structure.clone();
+        let compared = times(FRAMES, || {
+            ensure!(black_box(&known) == black_box(&graph.structure), "the structure is the same");
+            Ok(())
+        })?;
+        println!("  compared with the last one, every frame                      {compared}");
+        let decoded = times(FRAMES, || {
+            black_box(rmp_serde::from_slice::<Structure>(&graph.structure)?);
+            Ok(())
+        })?;
+        println!("  decoded, where it is another one                             {decoded}");
+        let mut hosted = Hosted::start(plugin, unit, &host, &Timeouts::default())?;
+        let there_and_back = times(FRAMES, || {
+            black_box(hosted.frame(request.clone())?);
+            Ok(())
+        })?;
+        println!("  described on the renderer's own thread, with the way there   {there_and_back}");
+    }
+    Ok(())
+}
+
+fn library(path: &Path) -> anyhow::Result<()> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    println!("\n{}: {:.2} MB", path.display(), bytes.len() as f64 / 1e6);
+    // Each load is that of a file that was never seen before.
+    let folder = tempfile::tempdir()?;
+    let mut fresh = 0u64;
+    let mut rebuilt = || -> anyhow::Result<UnitRef> {
+        fresh += 1;
+        let mut bytes = bytes.clone();
+        bytes.extend(fresh.to_le_bytes());
+        let file = folder.path().join("plugin.so");
+        std::fs::write(&file, &bytes)?;
+        let files = vec![Place::new(file, Origin::CommandLine)];
+        let search = SearchPath { files, trust: Trust::everything(), ..SearchPath::default() };
+        let registry = Registry::scan(&search);
+        let mut units = registry.units(UnitKind::Renderer);
+        let (entry, manifest, unit) = units.next().context("it has no renderer")?;
+        Ok(entry.unit(manifest, unit))
+    };
+    let (mut load, mut reload) = (Vec::new(), Vec::new());
+    for _ in 0..LOADS {
+        let unit = rebuilt()?;
+        let started = Instant::now();
+        black_box(unit.load(&Timeouts::default())?);
+        load.push(started.elapsed().as_secs_f64() * 1e3);
+        let unit = rebuilt()?;
+        let started = Instant::now();
+        black_box(unit.reload(&HostInfo::default(), &request(), &Timeouts::default())?);
+        reload.push(started.elapsed().as_secs_f64() * 1e3);
+    }
+    for (what, mut all) in [
+        ("read, hashed, judged, copied, loaded, asked what it is", load),
+        ("the same for a new build, with an instance and its first graph", reload),
+    ] {
+        all.sort_by(f64::total_cmp);
+        let at = |share: usize| all[(LOADS - 1) * share / 4];
+        println!("  {what:<63} {:6.2} ms ({:.2} to {:.2})", at(2), at(1), at(3));
+    }
+    Ok(())
+}
+
+pub(crate) fn run() -> anyhow::Result<()> {
+    frames()?;
+    let mut given: Vec<PathBuf> = std::env::args_os().skip(2).map(PathBuf::from).collect();
+    if given.is_empty() {
+        let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+        // Examples lie beside `deps`, in a folder of the build folder as these do.
+        given.push(build_folder().join(format!("{prefix}surfelshop_flat{suffix}")));
+    }
+    given.iter().try_for_each(|path| library(path))
+}

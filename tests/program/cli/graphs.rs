@@ -1,0 +1,72 @@
+//! Graphs in files: kept by `--save-graph`, drawn by `--graph`, those of earlier revisions among them.
+
+use crate::cli::program::{TestFolder, read_png};
+use std::path::{Path, PathBuf};
+
+const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sample.ply");
+
+fn stored(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("stored").join(name)
+}
+
+#[test]
+fn graphs_of_earlier_revisions_draw_what_they_drew_then() {
+    let desk = TestFolder::new();
+    for (name, light) in [
+        ("3.0/ewa-phong", &[][..]),
+        ("3.0/environment", &["--env", "studio"]),
+        ("3.0/procedural", &["--env", "sky"]),
+        ("3.3/flat", &[]),
+        ("3.3/environment", &["--env", "studio"]),
+        ("3.3/procedural", &["--env", "sky"]),
+        ("3.4/phong-splatting", &[]),
+        ("3.4/mapped", &[]),
+        ("3.5/global-illumination", &["--light", "point:0.8,2.6,1.6:5,5,5"]),
+    ] {
+        let graph = stored(&format!("{name}.graph")).display().to_string();
+        let line = ["render", SAMPLE, "--size", "64", "-o", "now.png", "--graph", &graph];
+        desk.run_with(&[&line[..], light].concat()).done();
+        let (now, then) =
+            (read_png(&desk.at("now.png")), read_png(&stored(&format!("{name}.png"))));
+        assert_eq!(now.dimensions(), then.dimensions());
+        let off = now.as_raw().iter().zip(then.as_raw()).map(|(a, b)| a.abs_diff(*b));
+        // Drivers round differently, and edges of discs may go to either side: one pixel in a hundred.
+        let n_off = off.filter(|&off| off > 2).count();
+        let most = then.as_raw().len() / 100;
+        assert!(n_off <= most, "{name}: {n_off} values differ by more than 2, at most {most} may");
+    }
+}
+
+#[test]
+fn a_saved_graph_draws_the_same_picture_without_its_plugin() {
+    let desk = TestFolder::new();
+    let ours = "--size 48 --exposure 0.5 --output debug.nothing";
+    let picture = "--size 48 --exposure 0.5";
+    desk.run(&format!("render {SAMPLE} -r flat {picture} -o a.png --save-graph a.graph")).done();
+    desk.run(&format!("render {SAMPLE} --graph a.graph {picture} -o b.png")).done();
+    assert!(std::fs::read(desk.at("a.png")).unwrap() == std::fs::read(desk.at("b.png")).unwrap());
+    desk.run(&format!("render {SAMPLE} --graph a.graph {ours} -o c.png"))
+        .failed(&["a.graph", "no output `debug.nothing`"]);
+}
+
+#[test]
+fn what_is_no_graph_or_a_newer_one_is_one_line() {
+    let desk = TestFolder::new();
+    let draw = |graph: &str| desk.run(&format!("render {SAMPLE} -o a.png --graph {graph}"));
+    draw("none.graph").failed(&["none.graph", "cannot be read"]);
+    draw(SAMPLE).failed(&["sample.ply", "expected a graph as --save-graph writes it"]);
+    let mut bytes = std::fs::read(stored("3.3/flat.graph")).unwrap();
+    bytes[18] = 200;
+    std::fs::write(desk.at("newer.graph"), &bytes).unwrap();
+    draw("newer.graph").failed(&["newer.graph", "ABI 3.200", "update Surfelshop"]);
+    bytes[18] = 3;
+    // A kind of work that this host does not know.
+    let at = bytes.windows(7).position(|window| window == b"Shading").unwrap();
+    bytes[at..at + 7].copy_from_slice(b"Meshing");
+    std::fs::write(desk.at("feature.graph"), &bytes).unwrap();
+    draw("feature.graph").failed(&["feature.graph", "`Meshing`", "update Surfelshop"]);
+    desk.run(&format!("render {SAMPLE} -o a.png -r reference --save-graph a.graph"))
+        .failed(&["describes no graph to save"]);
+    desk.run("render a.ply -o a.png -r flat --graph a.graph").misused(&["--graph", "--renderer"]);
+    assert_eq!(desk.files(), ["feature.graph", "newer.graph"]);
+}

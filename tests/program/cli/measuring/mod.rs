@@ -1,0 +1,7 @@
+//! Commands that measure.
+
+mod bench;
+mod check;
+mod compare;
+mod explain;
+mod report;

@@ -1,0 +1,16 @@
+//! The program as a user runs it: what it prints, what it writes and how it ends.
+
+mod bake;
+mod environments;
+mod graphs;
+mod hostile;
+mod lights;
+mod listing;
+mod machines;
+mod measuring;
+mod messages;
+mod pictures;
+mod plugins;
+mod program;
+mod readme;
+mod scenes;

@@ -1,0 +1,133 @@
+//! The boundary from C: the header says what the Rust structures are, and the example is a renderer like
+//! any other.
+
+use crate::third_party::project::{build, folder, graph, project, renderer, root, surfelshop};
+use std::mem::{offset_of, size_of};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::LazyLock;
+use surfelshop_api::Tile;
+use surfelshop_api::abi::table::{Bytes, PluginTable, RawCloud, RawColumn, RawJob, Sink};
+use surfelshop_api::params::{Value, Values};
+
+/// Calls the compiler that Rust links with, and takes no warning for an answer.
+pub(crate) fn cc(source: &Path, target: &Path, options: &[&str]) {
+    let mut command = Command::new("cc");
+    command.args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2"]).args(options);
+    command.arg("-I").arg(root().join("host/sdk/c")).arg("-o").arg(target).arg(source);
+    let compiled = command.output().unwrap_or_else(|error| panic!("cc: {error}"));
+    assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
+}
+
+/// The example, compiled as its header says.
+fn rim() -> PathBuf {
+    // Once: a test must not load what another one is writing.
+    static RIM: LazyLock<PathBuf> = LazyLock::new(|| {
+        let library = folder("librim_c.so");
+        cc(&root().join("host/sdk/c/rim.c"), &library, &["-shared", "-fPIC"]);
+        library
+    });
+    RIM.clone()
+}
+
+#[test]
+fn the_renderer_in_c_describes_the_very_graph_of_its_twin_in_rust() {
+    let twin = build(&project("twin", "shading"), &["--release"], "release");
+    let units = [rim(), twin.clone()].map(|library| renderer(&library));
+    assert_eq!(units[0].description, units[1].description);
+    let set = |sharpness: Value, rim: Value| {
+        Values::from([("sharpness".to_owned(), sharpness), ("rim".to_owned(), rim)])
+    };
+    let text = || Value::Text("x".to_owned());
+    for values in [
+        Values::new(),
+        set(Value::Float(1.0 / 3.0), Value::Color([0.1, 0.0, 1e30])),
+        set(Value::Int(9), Value::Color([f32::NAN, 0.0, 0.0])),
+        set(Value::Float(f64::NAN), text()),
+        set(Value::Float(1e300), Value::Float(1.0)),
+        set(Value::Float(-5.0), Value::Color([-0.0; 3])),
+        set(text(), Value::Bool(true)),
+    ] {
+        let [c, rust] = units.each_ref().map(|unit| graph(unit, &values).unwrap());
+        assert!(c.structure == rust.structure, "the structures differ");
+        assert_eq!(c.data, rust.data, "{values:?}");
+    }
+    // And so the pictures are the same to the last bit.
+    let sample = root().join("assets/sample.ply");
+    let picture = |renderer: &str, library: &Path| {
+        let png = folder(&format!("{renderer}.png"));
+        let (sample, out) = (sample.to_str().unwrap(), png.to_str().unwrap());
+        let line = ["render", sample, "-r", renderer, "-o", out, "--size", "96", "--trust"];
+        let drawn = surfelshop(&[&line[..], &["--plugin", library.to_str().unwrap()]].concat());
+        assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
+        std::fs::read(png).unwrap()
+    };
+    assert!(picture("rim-c", &folder("librim_c.so")) == picture("twin", &twin));
+}
+
+#[test]
+fn the_renderer_in_c_passes_every_case() {
+    let library = rim();
+    let checked = surfelshop(&["check", library.to_str().unwrap(), "--trust"]);
+    let told = String::from_utf8_lossy(&checked.stdout);
+    assert!(checked.status.success() && told.contains(", 0 failed, 0 limited"), "{told}");
+}
+
+/// Invariant: the C header declares what the Rust structures are
+#[test]
+fn the_header_declares_the_structures_of_the_boundary() {
+    let mut expected = Vec::new();
+    let mut fields = String::new();
+    macro_rules! same {
+        ($rust:ty, $c:literal: $($field:ident),*) => {
+            fields += concat!("SIZE(", $c, ")\n");
+            expected.push(size_of::<$rust>());
+            $(
+                fields += concat!("OFFSET(", $c, ", ", stringify!($field), ")\n");
+                expected.push(offset_of!($rust, $field));
+            )*
+        };
+    }
+    same!(Bytes, "surfelshop_bytes": ptr, len);
+    same!(Sink, "surfelshop_sink": context, write);
+    same!(RawColumn, "surfelshop_column": name, element, components, generation, values, len);
+    same!(
+        RawCloud, "surfelshop_cloud":
+        origin, len, columns, n_columns, faces, n_faces, object
+    );
+    same!(Tile, "surfelshop_tile": x, y, width, height, sample);
+    same!(
+        RawJob, "surfelshop_job":
+        context, progress, cancelled, stage, parallel, compute
+    );
+    same!(
+        PluginTable, "surfelshop_plugin_table":
+        magic, size, abi_major, abi_minor, describe, create, destroy, frame, tile, run
+    );
+    let source = format!(
+        "#include \"surfelshop.h\"\n#include <stdio.h>\n#include <stddef.h>\n\
+         #define SIZE(type) printf(\"%zu\\n\", sizeof(type));\n\
+         #define OFFSET(type, field) printf(\"%zu\\n\", offsetof(type, field));\n\
+         int main(void) {{\n{fields}return 0;\n}}\n"
+    );
+    let (file, program) = (folder("layout.c"), folder("layout"));
+    std::fs::write(&file, source).unwrap();
+    cc(&file, &program, &[]);
+    let told = Command::new(program).output().unwrap().stdout;
+    let told = String::from_utf8(told).unwrap();
+    let told: Vec<usize> = told.lines().map(|line| line.parse().unwrap()).collect();
+    let names: Vec<&str> = fields.lines().collect();
+    for ((name, in_c), in_rust) in names.iter().zip(&told).zip(&expected) {
+        assert_eq!(in_c, in_rust, "{name}");
+    }
+    assert_eq!(told.len(), expected.len());
+}
+
+#[test]
+fn the_headers_are_cpp_too() {
+    // Asked of the C compiler, since not every machine has one for C++.
+    let (file, object) = (folder("both.c"), folder("both.o"));
+    std::fs::write(&file, "#include \"surfelshop.h\"\n#include \"surfelshop_msgpack.h\"\n")
+        .unwrap();
+    cc(&file, &object, &["-Wc++-compat", "-c"]);
+}

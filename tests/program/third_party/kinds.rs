@@ -1,0 +1,52 @@
+//! `surfelshop plugins new`, of every kind.
+
+use crate::third_party::project::{build, project, surfelshop};
+use std::process::Command;
+
+/// Builds a project of a kind, without a warning, and runs it through every case.
+fn passes(kind: &str) {
+    let library = build(&project(&format!("my-{kind}"), kind), &["--release"], "release");
+    let checked = surfelshop(&["check", library.to_str().unwrap(), "--trust"]);
+    let told = String::from_utf8_lossy(&checked.stdout);
+    let line = told.lines().last().unwrap_or_default();
+    assert!(checked.status.success() && line.starts_with("1 unit: "), "{told}");
+    // No case is let off by a limit. That of stopping is left out where a tool is done before it is asked.
+    assert!(line.contains(", 0 failed, 0 limited, "), "{line}");
+}
+
+/// Invariant: projects of all four kinds build, load and pass every case of `check`, without a
+/// warning
+#[test]
+fn a_shading_project_builds_loads_and_passes_every_case() {
+    passes("shading");
+}
+
+#[test]
+fn a_graph_project_builds_loads_and_passes_every_case() {
+    passes("graph");
+}
+
+#[test]
+fn a_tool_project_builds_loads_and_passes_every_case() {
+    passes("tool");
+}
+
+#[test]
+fn a_tracer_project_builds_loads_and_passes_every_case() {
+    passes("tracer");
+}
+
+#[test]
+fn projects_are_formatted() {
+    for kind in ["shading", "graph", "tool", "tracer"] {
+        let project = project(&format!("tidy-{kind}"), kind);
+        // As its author has it, who has no settings, and not as this checkout has it.
+        std::fs::write(project.join("rustfmt.toml"), "").unwrap();
+        let formatted = Command::new("rustfmt")
+            .args(["--check", "--edition", "2024"])
+            .arg(project.join("src/lib.rs"))
+            .output()
+            .unwrap();
+        assert!(formatted.status.success(), "{}", String::from_utf8_lossy(&formatted.stdout));
+    }
+}

@@ -1,0 +1,12 @@
+//! Plugins as third parties make them: projects of every kind, other settings of the compiler, another
+//! language, and libraries that mean harm.
+
+mod kinds;
+mod project;
+mod settings;
+
+// Another compiler than Rust's is called as Unix systems do it.
+#[cfg(unix)]
+mod c;
+#[cfg(unix)]
+mod hostile;

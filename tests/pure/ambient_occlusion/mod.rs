@@ -1,0 +1,5 @@
+//! Ambient occlusion against known answers, and on clouds that are hard.
+
+mod answers;
+mod hard;
+mod stage;

@@ -1,0 +1,103 @@
+//! The guide for authors of plugins: its shaders compile, and its reference leaves nothing out. Its Rust
+//! runs as documentation tests of the API crate.
+
+use crate::versions::listing::listing;
+use std::fs;
+use std::path::{Path, PathBuf};
+use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::graph::{Format, Graph, Groups, Output, Pass, Texture};
+use surfelshop_api::{Scene, glam::DVec3};
+use surfelshop_render::{Engine, RendererView};
+use surfelshop_runtime::plugins::Hosted;
+use surfelshop_tests::clouds::sphere;
+use surfelshop_tests::stage::{engine, render, view};
+
+fn pages() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../host/manual/plugins");
+    let mut pages: Vec<PathBuf> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    pages.sort();
+    assert!(pages.len() >= 8, "{pages:?}");
+    pages
+}
+
+#[test]
+fn the_reference_lists_every_item_of_the_shader_modules() {
+    let page = pages().into_iter().find(|page| page.ends_with("shaders.md")).unwrap();
+    let page = fs::read_to_string(page).unwrap();
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let page = words(&page);
+    let lines = listing();
+    let items: Vec<&str> = lines.iter().filter_map(|line| line.strip_prefix("wgsl ")).collect();
+    assert!(items.len() > 50, "{items:?}");
+    for line in items {
+        let (module, item) = line.split_once(' ').unwrap();
+        assert!(page.contains(&words(item)), "{module} has `{item}`, which shaders.md lacks");
+    }
+}
+
+/// The shaders of a page with the lines that they begin at.
+fn shaders(page: &str) -> Vec<(usize, String)> {
+    let mut found: Vec<(usize, String)> = Vec::new();
+    let mut inside = false;
+    for (i, line) in page.lines().enumerate() {
+        match line.trim() {
+            "```wgsl" => {
+                inside = true;
+                found.push((i + 2, String::new()));
+            }
+            "```" => inside = false,
+            _ if inside => {
+                if let Some((_, text)) = found.last_mut() {
+                    text.push_str(line);
+                    text.push('\n');
+                }
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// Compiles a shader as the pass that it is of; what it wants bound is the affair of the pass.
+fn compile(engine: &mut Engine, wgsl: &str) -> Result<(), String> {
+    let mut graph = Graph::new();
+    let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+    if wgsl.contains("fn shade(") {
+        graph.pass(Pass::shading("shade", wgsl, "shade").target(color));
+        graph.output(Output::Color, color);
+    } else {
+        let entry = wgsl.split("@compute").nth(1).and_then(|rest| rest.split("fn ").nth(1));
+        let entry = entry.and_then(|rest| rest.split('(').next()).ok_or("it has no entry point")?;
+        graph.pass(Pass::compute("compute", wgsl, entry, Groups::Fixed([1; 3])));
+    }
+    let structure = rmp_serde::to_vec_named(graph.structure()).unwrap();
+    let graph = EncodedGraph { structure, data: Vec::new() };
+    let mut renderer = RendererView::new(Hosted::replaying(graph).unwrap(), "guide");
+    let view = view(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, 8);
+    let cloud = sphere(10, 1.0).cloud();
+    let drawn = render(engine, &mut renderer, &cloud, &Scene::default(), view, &[Output::Color]);
+    match drawn.map_err(|error| error.to_string()) {
+        Ok(_) => Ok(()),
+        // A compute pass makes no picture here.
+        Err(line) if line.contains("is not bound") || line.contains("no output") => Ok(()),
+        Err(line) => Err(line),
+    }
+}
+
+#[test]
+fn shaders_of_the_guide_compile() {
+    let mut engine = engine();
+    let mut n_shaders = 0;
+    for page in pages() {
+        for (line, wgsl) in shaders(&fs::read_to_string(&page).unwrap()) {
+            let compiled = compile(&mut engine, &wgsl);
+            assert_eq!(compiled, Ok(()), "{}:{line}", page.display());
+            n_shaders += 1;
+        }
+    }
+    assert!(n_shaders >= 6, "{n_shaders}");
+    // And what is wrong would be found.
+    let wrong = compile(&mut engine, "fn shade(s: Surface) -> vec4<f32> { return vec4(1.0); }");
+    assert!(wrong.is_err(), "{wrong:?}");
+}

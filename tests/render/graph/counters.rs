@@ -1,0 +1,258 @@
+//! Work that need not be done is not done, by count.
+
+use glam::DVec3;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Scene, columns};
+use surfelshop_cloud::{Buffer, Column};
+use surfelshop_render::{
+    Engine, EngineOptions, GpuOptions, PassReport, PassState, RenderRequest, Rendered,
+    SurfelDrawing,
+};
+use surfelshop_tests::clouds::{self, Surfels};
+use surfelshop_tests::stage;
+
+const PHONG: (&str, &str) = ("surfelshop_ewa_phong", "ewa-phong");
+const FLAT: (&str, &str) = ("surfelshop_flat", "flat");
+
+fn ran(frame: &Rendered) -> Vec<&str> {
+    let passes = frame.passes.iter().filter(|pass| pass.state == PassState::Ran);
+    passes.map(|pass| pass.name.as_str()).collect()
+}
+
+/// These count what the device does.
+fn quads() -> Engine {
+    let options = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
+    stage::engine_with(&GpuOptions::default(), &options)
+}
+
+/// Invariant: an unchanged graph compiles nothing again
+#[test]
+fn unchanged_structure_recompiles_nothing() {
+    let mut engine = quads();
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+    let mut at = |x: f64| {
+        let view = stage::view(DVec3::new(x, 0.0, 3.0), DVec3::ZERO, 32);
+        let outputs = [Output::Color];
+        stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
+            .unwrap();
+        engine.counters()
+    };
+    let first = at(0.0);
+    let moved = at(0.5);
+    assert!(first.compiled.pipelines > 0);
+    assert_eq!(first.compiled, moved.compiled);
+    assert_eq!(first.plans, moved.plans);
+    assert_eq!(first.uploads, moved.uploads);
+    assert_eq!(moved.surfaces.visibility, 2, "the camera moved, so the surface was made again");
+}
+
+/// Invariant: passes nobody asked for neither run nor compile
+#[test]
+fn depth_alone_runs_fewer_passes_than_color() {
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let run = |output: Output| {
+        let mut engine = quads();
+        let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+        let outputs = [output];
+        let frame =
+            stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
+                .unwrap();
+        (frame, engine.counters().compiled.pipelines)
+    };
+    let (depth, depth_pipelines) = run(Output::Depth);
+    let (color, color_pipelines) = run(Output::Color);
+    assert!(ran(&depth).len() < ran(&color).len(), "{:?}\n{:?}", ran(&depth), ran(&color));
+    assert!(ran(&color).contains(&"phong") && !ran(&depth).contains(&"phong"));
+    let culled = depth.passes.iter().find(|pass| pass.name == "phong").unwrap();
+    assert_eq!(culled.state, PassState::Culled);
+    assert!(depth_pipelines < color_pipelines, "what does not run is not compiled");
+}
+
+/// Invariant: renderers of one view share its surface
+#[test]
+fn two_renderers_over_one_view_share_its_surface() {
+    let mut engine = quads();
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let mut renderers = [
+        stage::built_renderer(&engine, PHONG.0, PHONG.1),
+        stage::built_renderer(&engine, PHONG.0, PHONG.1),
+        stage::built_renderer(&engine, FLAT.0, FLAT.1),
+    ];
+    for renderer in &mut renderers {
+        let outputs = [Output::Color];
+        stage::render(&mut engine, renderer, &cloud, &Scene::default(), view, &outputs).unwrap();
+    }
+    let counters = engine.counters();
+    assert_eq!(counters.surfaces.visibility, 1, "all three look at the same surfels");
+    assert_eq!(counters.surfaces.blended, 1, "the two blending ones share the blended surface");
+    assert_eq!(counters.surfaces.nearest, 1);
+    assert_eq!(counters.uploads, 4, "position, normal, radius and color, once each");
+    engine.forget_surfaces();
+    let outputs = [Output::Color];
+    let [first, ..] = &mut renderers;
+    stage::render(&mut engine, first, &cloud, &Scene::default(), view, &outputs).unwrap();
+    assert_eq!(engine.counters().surfaces.visibility, 2, "forgotten, so it was made again");
+}
+
+#[test]
+fn surfels_drawn_alone_are_those_a_frame_begins_with() {
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let (scene, outputs) = (Scene::default(), [Output::Color]);
+    for surfels in [SurfelDrawing::Quads, SurfelDrawing::Processor] {
+        let options = EngineOptions { surfels, ..EngineOptions::default() };
+        let picture = |alone_first: bool| {
+            let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+            let mut renderer = stage::built_renderer(&engine, PHONG.0, PHONG.1);
+            if alone_first {
+                let request = RenderRequest {
+                    clouds: &[cloud.view()],
+                    facts: cloud.facts(),
+                    scene: &scene,
+                    view,
+                    environment: None,
+                    values: &Values::new(),
+                    outputs: &[],
+                    frame_index: 0,
+                    stride: 1,
+                    detail_px: 0.0,
+                };
+                let passes = engine.draw_surfels(&request).unwrap();
+                let ran = |pass: &PassReport| pass.state == PassState::Ran;
+                assert!(!passes.is_empty() && passes.iter().all(ran), "{passes:?}");
+                let again = engine.draw_surfels(&request).unwrap();
+                assert!(again.iter().all(|pass| pass.state == PassState::Reused), "{again:?}");
+            }
+            let frame =
+                stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+            let counters = engine.counters();
+            assert_eq!(counters.surfaces.blended, 1, "made once, by either");
+            let on_host = counters.host_column_bytes > 0;
+            assert_eq!(on_host, surfels == SurfelDrawing::Processor);
+            assert_eq!(counters.column_bytes == 0, on_host);
+            frame.image(&Output::Color).unwrap().clone()
+        };
+        assert_eq!(picture(true), picture(false));
+    }
+}
+
+#[test]
+fn changed_surface_settings_make_a_new_surface() {
+    let mut engine = quads();
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let mut renderer = stage::built_renderer(&engine, FLAT.0, FLAT.1);
+    let mut scene = Scene::default();
+    for scale in [1.0, 0.5, 1.0] {
+        scene.surface.radius_scale = scale;
+        let outputs = [Output::Color];
+        stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+    }
+    assert_eq!(engine.counters().surfaces.visibility, 2, "the first one was kept");
+}
+
+#[test]
+fn two_hundred_switches_leave_nothing_behind() {
+    let cloud = clouds::sphere(3_000, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128);
+    let (scene, outputs) = (Scene::default(), [Output::Color]);
+    let mut engine = quads();
+    let units = [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")];
+    let mut state = Vec::new();
+    let (mut switches, mut repeats) = (Vec::new(), Vec::new());
+    for i in 0..220 {
+        // An instance of its own each time, as when the window switches.
+        let (library, unit) = units[i % 2];
+        let mut renderer = stage::built_renderer(&engine, library, unit);
+        for (n, times) in [&mut switches, &mut repeats].into_iter().enumerate() {
+            // Another camera each time, so that no surface is taken from before.
+            let mut moved = view;
+            moved.camera.eye.x += 0.001 * (2 * i + n) as f64;
+            let started = std::time::Instant::now();
+            stage::render(&mut engine, &mut renderer, &cloud, &scene, moved, &outputs).unwrap();
+            times.push(started.elapsed().as_secs_f64() * 1e3);
+        }
+        let counters = engine.counters();
+        let allocated = engine.gpu().device.generate_allocator_report();
+        let allocated = allocated.map(|report| report.total_allocated_bytes);
+        state.push((counters.compiled, counters.column_bytes, allocated));
+    }
+    let median = |times: &mut Vec<f64>| {
+        times.sort_by(f64::total_cmp);
+        times[times.len() / 2]
+    };
+    let (switch, repeat) = (median(&mut switches), median(&mut repeats));
+    println!("median of a frame after a switch {switch:.2} ms, of the next one {repeat:.2} ms");
+    let [first, last] = [state[19], state[219]];
+    assert_eq!(first.0, last.0, "nothing is compiled again");
+    assert_eq!(first.1, last.1, "columns are shared");
+    println!("{:?} bytes on the device after 20 switches, {:?} after 220", first.2, last.2);
+    assert_eq!(first.2, last.2, "nothing is left on the device");
+}
+
+#[test]
+fn the_processor_draws_once_for_all_that_look_at_the_same() {
+    let options = EngineOptions { surfels: SurfelDrawing::Processor, ..EngineOptions::default() };
+    let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+    let outputs = [Output::Color];
+    let mut drawn = |unit: (&str, &str)| {
+        let mut renderer = stage::built_renderer(&engine, unit.0, unit.1);
+        let scene = Scene::default();
+        let frame = stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs);
+        let passes = frame.unwrap().passes;
+        (passes[0].name.clone(), passes[0].state, engine.counters())
+    };
+    let name = "surfels: processor".to_owned();
+    let first = drawn(PHONG);
+    assert_eq!((first.0, first.1), (name.clone(), PassState::Ran));
+    assert_eq!((first.2.uploads, first.2.column_bytes), (1, 0), "nothing is on the device");
+    let again = drawn(PHONG);
+    assert_eq!((again.0, again.1), (name.clone(), PassState::Reused));
+    let other = drawn(FLAT);
+    assert_eq!((other.0, other.1), (name, PassState::Ran), "it looks at the nearest alone");
+    let counts = other.2.surfaces;
+    assert_eq!((counts.visibility, counts.blended, counts.nearest), (2, 1, 1));
+}
+
+/// What a cloud lacks takes no memory on the device: the simplest scene less than half of the fullest.
+#[test]
+fn the_simplest_scene_takes_less_than_half_the_memory_of_the_fullest() {
+    let n = 1000;
+    let bytes_each = |surfels: &Surfels, unit: (&str, &str)| {
+        // As on a graphics card.
+        let (surfels_by, constant_radii) = (SurfelDrawing::Quads, Some(true));
+        let options =
+            EngineOptions { surfels: surfels_by, constant_radii, ..EngineOptions::default() };
+        let mut engine = stage::engine_with(&GpuOptions::default(), &options);
+        let mut renderer = stage::built_renderer(&engine, unit.0, unit.1);
+        let cloud = surfels.cloud();
+        let wide: Vec<f32> = (0..3 * n).map(|i| (i % 9) as f32 / 8.0).collect();
+        let color = Column::new(columns::COLOR, 3, Buffer::F32(wide));
+        let cloud = match surfels.ao.is_empty() {
+            true => cloud,
+            false => cloud.with_columns(vec![color]).unwrap(),
+        };
+        let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
+        let (scene, outputs) = (Scene::default(), [Output::Color]);
+        stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
+        engine.counters().column_bytes / n as u64
+    };
+    let mut plain = Surfels { colors: Vec::new(), ..clouds::sphere(n, 1.0) };
+    let alike = bytes_each(&plain, FLAT);
+    plain.radii[0] *= 1.5;
+    let mut full = clouds::sphere(n, 1.0).elliptical(0.5);
+    full.ao = vec![0.5; n];
+    full.materials = vec![1; n];
+    let (least, most) = (bytes_each(&plain, FLAT), bytes_each(&full, PHONG));
+    println!("{alike} or {least} bytes a surfel for the simplest scene, {most} for the fullest");
+    assert_eq!(alike, 12 + 12, "positions and normals, and one radius for all in a constant");
+    // Radii besides; half axes instead of radii, colours in half floats and accessibility. Materials,
+    // which this renderer does not read, stay where they are.
+    assert_eq!((least, most), (12 + 12 + 4, 12 + 12 + 24 + 8 + 4));
+}

@@ -1,0 +1,10 @@
+//! Surfel drawing: what is covered, filtered, blended and merged, in every way to draw.
+
+mod degenerate;
+mod detail;
+mod drawing;
+mod ewa;
+mod extremes;
+mod preview;
+mod scale;
+mod strategies;
