@@ -7,6 +7,7 @@ use super::outputs::Outputs;
 use super::request::{FrameCall, check_known, encode};
 use core::ffi::c_void;
 use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::abi::format_table::FormatTable;
 use surfelshop_api::abi::table::{Bytes, PluginTable, RawCloud, RawColumn, channel};
 use surfelshop_api::job::JobHost;
 use surfelshop_api::params::Values;
@@ -15,6 +16,7 @@ use surfelshop_api::{CloudView, FrameRequest, Tile, Traced};
 /// An instance of a unit inside a plugin; dropping it ends it there.
 pub struct Instance {
     table: &'static PluginTable,
+    formats: Option<&'static FormatTable>,
     pointer: *mut c_void,
 }
 
@@ -25,8 +27,22 @@ unsafe impl Sync for Instance {}
 
 impl Instance {
     /// One that `create` of this table made.
-    pub(super) fn new(table: &'static PluginTable, pointer: *mut c_void) -> Self {
-        Self { table, pointer }
+    pub(super) fn new(
+        table: &'static PluginTable,
+        formats: Option<&'static FormatTable>,
+        pointer: *mut c_void,
+    ) -> Self {
+        Self { table, formats, pointer }
+    }
+
+    /// The instance, for a call that uses it alone.
+    pub(super) fn pointer(&mut self) -> *mut c_void {
+        self.pointer
+    }
+
+    /// The functions of its package's formats.
+    pub(super) fn formats(&self) -> Result<&'static FormatTable, Fault> {
+        self.formats.ok_or_else(|| Fault::Misbehaved("it has no functions of formats".to_owned()))
     }
 
     /// Has a renderer describe a frame.

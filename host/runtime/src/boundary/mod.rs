@@ -12,6 +12,7 @@
 mod clouds;
 mod decode;
 mod fault;
+mod format;
 mod instance;
 mod job;
 mod outputs;

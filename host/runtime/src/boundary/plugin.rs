@@ -8,6 +8,8 @@ use core::ffi::c_void;
 use core::mem::offset_of;
 use std::fmt;
 use surfelshop_api::HostInfo;
+use surfelshop_api::abi::format_table::{self, FormatTable};
+use surfelshop_api::abi::plugin_format;
 use surfelshop_api::abi::plugin_side::{self, Description, Package};
 use surfelshop_api::abi::table::{Bytes, MAGIC, PluginTable, channel};
 use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
@@ -16,13 +18,58 @@ use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 #[derive(Clone, Copy)]
 pub struct Plugin {
     table: &'static PluginTable,
+    formats: Option<&'static FormatTable>,
 }
 
 impl Plugin {
     /// A plugin registered in this program with [`static_plugin!`](surfelshop_api::static_plugin!).
     #[must_use]
     pub fn of<P: Package>() -> Self {
-        Self { table: const { &plugin_side::table::<P>() } }
+        let formats = Some(const { &plugin_format::format_table() });
+        Self { table: const { &plugin_side::table::<P>() }, formats }
+    }
+
+    /// The plugin with the functions of its formats, from the address of their table.
+    ///
+    /// # Errors
+    /// Where the table's magic, size or version is not this host's, or a function is missing.
+    ///
+    /// # Safety
+    /// As [`from_table`](Self::from_table), of a [`FormatTable`].
+    pub unsafe fn with_formats(self, table: *const FormatTable) -> Result<Self, Fault> {
+        let misbehaved = |line: String| Err(Fault::Misbehaved(line));
+        // SAFETY: at least eight bytes are readable, by the caller's promise.
+        if unsafe { (*table).magic } != format_table::MAGIC {
+            return misbehaved("the magic bytes of its table of formats are wrong".to_owned());
+        }
+        // SAFETY: with the right magic, the fixed head of the table is readable.
+        let (size, plugin) = unsafe { ((*table).size, ((*table).abi_major, (*table).abi_minor)) };
+        if plugin.0 != ABI_MAJOR || plugin.1 > ABI_MINOR {
+            return misbehaved(format!(
+                "its table of formats speaks ABI {}.{}, this host {ABI_MAJOR}.{ABI_MINOR}",
+                plugin.0, plugin.1
+            ));
+        }
+        if (size as usize) < size_of::<FormatTable>() {
+            return misbehaved(format!(
+                "its table of formats has {size} bytes, expected {}",
+                size_of::<FormatTable>()
+            ));
+        }
+        let functions =
+            [("read", offset_of!(FormatTable, read)), ("write", offset_of!(FormatTable, write))];
+        for (name, offset) in functions {
+            // SAFETY: magic, version and size say that a whole table is there; a function is a pointer of
+            // it, which other languages can leave null.
+            let function = unsafe { table.byte_add(offset).cast::<*const c_void>().read() };
+            if function.is_null() {
+                return misbehaved(format!(
+                    "its table of formats has no `{name}`; one that it does without returns an error"
+                ));
+            }
+        }
+        // SAFETY: the whole table is there, with no function missing, and it stays.
+        Ok(Self { formats: Some(unsafe { &*table }), ..self })
     }
 
     /// A plugin from the address of its exported table.
@@ -72,7 +119,7 @@ impl Plugin {
             }
         }
         // SAFETY: the whole table is there, with no function missing, and it stays.
-        Ok(Self { table: unsafe { &*table } })
+        Ok(Self { table: unsafe { &*table }, formats: None })
     }
 
     /// What a unit says of itself, by its position in the manifest.
@@ -113,6 +160,6 @@ impl Plugin {
         if instance.is_null() {
             return Err(Fault::Misbehaved("it made no instance and gave no reason".to_owned()));
         }
-        Ok(Instance::new(self.table, instance))
+        Ok(Instance::new(self.table, self.formats, instance))
     }
 }

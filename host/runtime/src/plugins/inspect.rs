@@ -4,6 +4,8 @@ use super::binary::{self, Library};
 use sha2::{Digest as _, Sha256};
 use std::path::Path;
 use std::{fmt, io};
+use surfelshop_api::UnitKind;
+use surfelshop_api::abi::format_table::{self, FormatTable};
 use surfelshop_api::abi::table::{self, PluginTable};
 use surfelshop_api::manifest::{self, HEADER_LEN, MAX_TEXT_LEN, Manifest, Refusal};
 use surfelshop_cloud::files::{self, OpenFault};
@@ -119,6 +121,9 @@ pub enum Refused {
         symbol = table::SYMBOL
     )]
     NoTable(&'static str),
+    /// The library's manifest names formats, and it exports no functions of them.
+    #[error("names formats but {0} `{symbol}`; build it again with export_plugin!", symbol = format_table::SYMBOL)]
+    NoFormats(&'static str),
     /// The manifest cannot be read or speaks another ABI.
     #[error("is refused: {0}")]
     Manifest(Refusal),
@@ -160,7 +165,8 @@ pub fn inspect_bytes(bytes: &[u8]) -> Result<Manifest, Refused> {
     let library = Library::parse(bytes)?;
     library.check_machine()?;
     library.check_length()?;
-    let [manifest, table] = library.exports([manifest::SYMBOL, table::SYMBOL])?;
+    let [manifest, table, formats] =
+        library.exports([manifest::SYMBOL, table::SYMBOL, format_table::SYMBOL])?;
     let address = manifest.ok_or(Refused::NoManifest)?;
     let Some(contents) = library.bytes_at(address) else {
         return Err(malformed("it lies outside the file"));
@@ -174,7 +180,16 @@ pub fn inspect_bytes(bytes: &[u8]) -> Result<Manifest, Refused> {
     if !library.holds(table, size_of::<PluginTable>() as u64) {
         return Err(Refused::NoTable("has no room for"));
     }
-    Ok(manifest)
+    // The address of a table is read where there is one, whether or not the manifest names formats.
+    match formats {
+        Some(formats) if !library.holds(formats, size_of::<FormatTable>() as u64) => {
+            Err(Refused::NoFormats("has no room for"))
+        }
+        None if manifest.units.iter().any(|unit| unit.kind == UnitKind::Format) => {
+            Err(Refused::NoFormats("does not export"))
+        }
+        _ => Ok(manifest),
+    }
 }
 
 fn malformed(what: impl Into<String>) -> Refused {

@@ -11,6 +11,7 @@ use std::io::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use surfelshop_api::abi::format_table::{self, FormatTable};
 use surfelshop_api::abi::table::{self, PluginTable};
 use surfelshop_cloud::files::return_to_folder;
 
@@ -118,7 +119,18 @@ pub(super) fn open(path: &Path, name: &Path) -> Result<Plugin, OpenError> {
     }
     // SAFETY: inspection found room for a whole table at this symbol inside one segment of the
     // library, and the library stays loaded.
-    unsafe { Plugin::from_table(table) }.map_err(OpenError::Plugin)
+    let plugin = unsafe { Plugin::from_table(table) }.map_err(OpenError::Plugin)?;
+    // SAFETY: the symbol's address is taken and nothing is read through it here.
+    let Ok(symbol) = (unsafe { library.get::<*const FormatTable>(format_table::SYMBOL) }) else {
+        return Ok(plugin);
+    };
+    let table: *const FormatTable = *symbol;
+    if table.is_null() || !table.is_aligned() {
+        let line = format!("its table of formats lies at the impossible address {table:p}");
+        return Err(OpenError::Plugin(Fault::Misbehaved(line)));
+    }
+    // SAFETY: inspection found room for a whole table at this symbol, too.
+    unsafe { plugin.with_formats(table) }.map_err(OpenError::Plugin)
 }
 
 #[cfg(unix)]

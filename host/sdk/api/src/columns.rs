@@ -206,6 +206,11 @@ impl Values<'_> {
         self.len() == 0
     }
 
+    /// The elements as `f64`, which holds all of them exactly.
+    pub fn iter_f64(&self) -> Box<dyn Iterator<Item = f64> + '_> {
+        for_each_variant!(self, slice => Box::new(slice.iter().map(|&value| f64::from(value))))
+    }
+
     /// The address of the first element, for the C boundary.
     #[must_use]
     pub fn as_ptr(&self) -> *const core::ffi::c_void {

@@ -6,6 +6,7 @@
 ///     renderers: [MyRenderer],
 ///     tracers: [MyTracer],
 ///     tools: [MyTool],
+///     formats: [MyFormat],
 /// }
 /// ```
 ///
@@ -34,6 +35,13 @@ macro_rules! export_plugin {
         #[unsafe(no_mangle)]
         pub static SURFELSHOP_PLUGIN: $crate::abi::table::PluginTable =
             $crate::abi::plugin_side::table::<SurfelshopPackage>();
+
+        /// The functions of formats.
+        #[allow(unsafe_code, reason = "exports a symbol; the macro is the plugin boundary")]
+        // SAFETY: the name is the interface's own; nothing else defines it.
+        #[unsafe(no_mangle)]
+        pub static SURFELSHOP_FORMATS: $crate::abi::format_table::FormatTable =
+            $crate::abi::plugin_format::format_table();
     };
 }
 
@@ -48,6 +56,7 @@ macro_rules! static_plugin {
         $(, renderers: [$($renderer:ty),* $(,)?])?
         $(, tracers: [$($tracer:ty),* $(,)?])?
         $(, tools: [$($tool:ty),* $(,)?])?
+        $(, formats: [$($format:ty),* $(,)?])?
         $(,)?
     ) => {
         /// This plugin's units.
@@ -58,6 +67,7 @@ macro_rules! static_plugin {
                 $($($crate::abi::plugin_side::Unit::renderer::<$renderer>(),)*)?
                 $($($crate::abi::plugin_side::Unit::tracer::<$tracer>(),)*)?
                 $($($crate::abi::plugin_side::Unit::tool::<$tool>(),)*)?
+                $($($crate::abi::plugin_side::Unit::format::<$format>(),)*)?
             ];
         }
 
@@ -77,6 +87,10 @@ macro_rules! static_plugin {
             ),)*)?
             $($(($crate::UnitKind::Tracer, <$tracer as $crate::Tracer>::INFO),)*)?
             $($(($crate::UnitKind::Tool, <$tool as $crate::Tool>::INFO),)*)?
+            $($((
+                $crate::UnitKind::Format,
+                <$format as $crate::Format>::INFO.recognising(<$format as $crate::Format>::FILES),
+            ),)*)?
         ];
 
         /// The manifest's bytes.

@@ -4,7 +4,7 @@
 //! A plugin never touches the GPU. A [`Renderer`] receives a [`Frame`] (camera, lights, facts of
 //! the cloud, its own parameters) and describes the frame as a [`Graph`]; the host checks it,
 //! compiles it, leaves out what nobody reads, times every pass and runs it. A [`Tracer`] writes
-//! pixels on the CPU, a [`Tool`] edits columns of a cloud.
+//! pixels on the CPU, a [`Tool`] edits columns of a cloud, a [`Format`] reads and writes files.
 //!
 //! Invariants: this crate knows no graphics API, window or file; a plugin author writes no
 //! `unsafe`; everything that crosses the boundary is either a C structure declared in [`abi`] or
@@ -51,6 +51,7 @@ pub mod abi;
 pub mod columns;
 mod error;
 mod export;
+pub mod format;
 #[doc(hidden)]
 pub mod frame;
 pub mod graph;
@@ -66,6 +67,7 @@ mod unit_info;
 
 pub use columns::{CloudView, ColumnView};
 pub use error::{Error, Result};
+pub use format::Format;
 pub use frame::{Frame, FrameRequest, HostInfo};
 pub use glam;
 pub use graph::Graph;

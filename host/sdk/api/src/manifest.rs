@@ -4,6 +4,7 @@
 //! endian), length of the text (u32, little endian), then lines `key TAB value...`. It holds no
 //! pointers, so it can be read without relocating or running anything.
 
+use crate::format::{FileTypes, HEAD_LEN, Magic, Recognition};
 use crate::unit_info::{UnitInfo, UnitKind};
 use serde::Serialize;
 
@@ -37,7 +38,10 @@ pub const ABI_MAJOR: u16 = 3;
 ///
 /// 7: uniforms may be given by name ([`Graph::parameters`](crate::Graph::parameters),
 /// [`Graph::members`](crate::Graph::members)).
-pub const ABI_MINOR: u16 = 7;
+///
+/// 8: plugins read and write files ([`Format`](crate::Format)); the table of their functions is a symbol of its
+/// own.
+pub const ABI_MINOR: u16 = 8;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.
@@ -67,8 +71,32 @@ const fn text_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usiz
     let mut i = 0;
     while i < units.len() {
         let (kind, info) = units[i];
-        len += line_len(kind.word(), &[info.id, info.title, info.summary]);
+        len += line_len(kind.word(), &[info.id, info.title, info.summary]) + files_len(&info.files);
         i += 1;
+    }
+    len
+}
+
+/// Length of the lines that [`Writer::files`] writes.
+const fn files_len(files: &FileTypes) -> usize {
+    let mut len = 0;
+    let mut i = 0;
+    while i < files.n_endings {
+        len += line_len("ending", &[files.endings[i]]);
+        i += 1;
+    }
+    i = 0;
+    while i < files.n_magics {
+        let (offset, bytes) = files.magics[i];
+        let digits = if offset < 10 { 1 } else { 2 };
+        len += line_len("magic", &[]) + 1 + digits + 1 + 2 * bytes.len();
+        i += 1;
+    }
+    if files.written {
+        len += line_len("written", &[]);
+    }
+    if files.several {
+        len += line_len("several", &[]);
     }
     len
 }
@@ -124,6 +152,40 @@ impl<const N: usize> Writer<N> {
         }
         self.raw(b"\n")
     }
+
+    /// The files of a format, in lines after its own.
+    const fn files(mut self, files: &FileTypes) -> Self {
+        const HEX: [u8; 16] = *b"0123456789abcdef";
+        let mut i = 0;
+        while i < files.n_endings {
+            self = self.line("ending", &[files.endings[i]]);
+            i += 1;
+        }
+        i = 0;
+        while i < files.n_magics {
+            let (offset, bytes) = files.magics[i];
+            self = self.raw(b"magic\t");
+            if offset >= 10 {
+                self = self.raw(&[b'0' + (offset / 10) as u8]);
+            }
+            self = self.raw(&[b'0' + (offset % 10) as u8, b'\t']);
+            let mut j = 0;
+            while j < bytes.len() {
+                let byte = bytes[j] as usize;
+                self = self.raw(&[HEX[byte / 16], HEX[byte % 16]]);
+                j += 1;
+            }
+            self = self.raw(b"\n");
+            i += 1;
+        }
+        if files.written {
+            self = self.line("written", &[]);
+        }
+        if files.several {
+            self = self.line("several", &[]);
+        }
+        self
+    }
 }
 
 /// Encodes a manifest at compile time; `N` is [`encoded_len`].
@@ -148,7 +210,7 @@ pub const fn encode<const N: usize>(
     let mut i = 0;
     while i < units.len() {
         let (kind, info) = units[i];
-        out = out.line(kind.word(), &[info.id, info.title, info.summary]);
+        out = out.line(kind.word(), &[info.id, info.title, info.summary]).files(&info.files);
         i += 1;
     }
     out.bytes
@@ -165,6 +227,13 @@ pub struct UnitEntry {
     pub title: String,
     /// One sentence.
     pub summary: String,
+    /// Files that a format recognises; empty of other units.
+    #[serde(skip_serializing_if = "is_empty")]
+    pub files: Recognition,
+}
+
+fn is_empty(files: &Recognition) -> bool {
+    *files == Recognition::default()
 }
 
 /// A manifest as read from a file.
@@ -264,7 +333,7 @@ pub fn decode(bytes: &[u8]) -> Result<Manifest, Refusal> {
         return malformed("it names no package id".to_owned());
     }
     if manifest.units.is_empty() {
-        return malformed("it exports no renderer, tracer or tool".to_owned());
+        return malformed("it exports no renderer, tracer, tool or format".to_owned());
     }
     Ok(manifest)
 }
@@ -283,9 +352,45 @@ fn read_line(manifest: &mut Manifest, line: &str) {
         "renderer" => UnitKind::Renderer,
         "tracer" => UnitKind::Tracer,
         "tool" => UnitKind::Tool,
+        "format" => UnitKind::Format,
+        "ending" | "magic" | "written" | "several" => {
+            let format = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Format);
+            return format.map_or((), |format| files_line(&mut format.files, key, next));
+        }
         _ => return,
     };
-    manifest.units.push(UnitEntry { kind, id: next(), title: next(), summary: next() });
+    let (id, title, summary) = (next(), next(), next());
+    manifest.units.push(UnitEntry { kind, id, title, summary, files: Recognition::default() });
+}
+
+/// Most endings, and most first bytes, that are read of a format.
+const MOST_FILES: usize = 64;
+
+/// Reads one line of a format's files; what is damaged recognises nothing.
+fn files_line(files: &mut Recognition, key: &str, mut next: impl FnMut() -> String) {
+    match key {
+        "ending" if files.endings.len() < MOST_FILES => {
+            let ending = next().to_ascii_lowercase();
+            let typed = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
+            if !ending.is_empty() && ending.len() <= 16 && ending.bytes().all(typed) {
+                files.endings.push(ending);
+            }
+        }
+        "magic" if files.magics.len() < MOST_FILES => {
+            let (offset, digits) = (next().parse::<u32>(), next());
+            let pairs = digits.as_bytes().chunks_exact(2);
+            let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+            let bytes: Option<Vec<u8>> = pairs.map(byte).collect();
+            if let (Ok(offset), Some(bytes)) = (offset, bytes) {
+                if !bytes.is_empty() && offset as usize + bytes.len() <= HEAD_LEN {
+                    files.magics.push(Magic { offset, bytes });
+                }
+            }
+        }
+        "written" => files.written = true,
+        "several" => files.several = true,
+        _ => {}
+    }
 }
 
 #[cfg(test)]
@@ -309,6 +414,34 @@ mod tests {
         assert_eq!(manifest.id, "org.example.test");
         assert_eq!(manifest.authors, "A:B");
         assert_eq!(manifest.units[0].summary, "The first.");
+    }
+
+    #[test]
+    fn files_of_formats_are_read_back_and_damaged_ones_recognise_nothing() {
+        const FILES: FileTypes =
+            FileTypes::new().ending("las").ending("laz").magic(12, b"LAS\xff").magic(0, b"x").written();
+        const UNITS: &[(UnitKind, UnitInfo)] = &[
+            (UnitKind::Format, UnitInfo::new("las", "LAS", "Reads LAS.").recognising(FILES)),
+            (UnitKind::Tool, UnitInfo::new("other", "Other", "Does.")),
+        ];
+        const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
+        let units = decode(&BYTES).unwrap().units;
+        let files = &units[0].files;
+        assert_eq!(files.endings, ["las", "laz"]);
+        assert_eq!(files.magics[0], Magic { offset: 12, bytes: b"LAS\xff".to_vec() });
+        assert_eq!((files.magics.len(), files.written, files.several), (2, true, false));
+        assert_eq!(units[1].files, Recognition::default());
+        let mut damaged = Recognition::default();
+        for (key, values) in [
+            ("magic", ["99999999999", "41"]),
+            ("magic", ["63", "4142"]),
+            ("magic", ["0", "4x"]),
+            ("ending", ["a b", ""]),
+        ] {
+            let mut values = values.into_iter();
+            files_line(&mut damaged, key, || values.next().unwrap_or_default().to_owned());
+        }
+        assert_eq!(damaged, Recognition::default());
     }
 
     #[test]

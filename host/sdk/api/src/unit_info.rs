@@ -1,5 +1,6 @@
 //! What units are called.
 
+use crate::format::FileTypes;
 use serde::{Deserialize, Serialize};
 
 /// What a unit is.
@@ -12,6 +13,8 @@ pub enum UnitKind {
     Tracer,
     /// Edits columns of a cloud.
     Tool,
+    /// Reads clouds out of files, and may write them. ABI 3.8.
+    Format,
 }
 
 impl UnitKind {
@@ -22,6 +25,7 @@ impl UnitKind {
             Self::Renderer => "renderer",
             Self::Tracer => "tracer",
             Self::Tool => "tool",
+            Self::Format => "format",
         }
     }
 }
@@ -35,6 +39,8 @@ pub struct UnitInfo {
     pub title: &'static str,
     /// One sentence that says what the unit does.
     pub summary: &'static str,
+    /// Files that a format recognises, for the manifest.
+    pub(crate) files: FileTypes,
 }
 
 impl UnitInfo {
@@ -55,6 +61,14 @@ impl UnitInfo {
             );
             i += 1;
         }
-        Self { id, title, summary }
+        Self { id, title, summary, files: FileTypes::new() }
+    }
+
+    /// The same with the files that a format recognises.
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn recognising(mut self, files: FileTypes) -> Self {
+        self.files = files;
+        self
     }
 }

@@ -22,6 +22,8 @@
 mod bytes;
 mod description;
 mod encoded_graph;
+pub mod format_table;
+pub mod plugin_format;
 mod plugin_job;
 pub mod plugin_side;
 pub mod table;

@@ -107,10 +107,10 @@ unsafe extern "C" fn call_body(context: *const c_void, start: usize, end: usize)
 
 /// What the host wrote during one call.
 #[derive(Default)]
-struct Written(RefCell<Vec<(u32, Vec<u8>)>>);
+pub(super) struct Written(RefCell<Vec<(u32, Vec<u8>)>>);
 
 impl Written {
-    fn sink(&self) -> Sink {
+    pub(super) fn sink(&self) -> Sink {
         unsafe extern "C" fn write(context: *mut c_void, channel: u32, written: Bytes) {
             // SAFETY: the context is the `Written` whose sink this is, alive for the call and used
             // by the calling thread alone; the host keeps the bytes alive for the call.
@@ -121,13 +121,13 @@ impl Written {
     }
 
     /// What was written to a channel the last time; empty where nothing was.
-    fn take(&self, channel: u32) -> Vec<u8> {
+    pub(super) fn take(&self, channel: u32) -> Vec<u8> {
         let mut all = self.0.borrow_mut();
         let found = all.iter_mut().rev().find(|(other, _)| *other == channel);
         found.map(|(_, written)| std::mem::take(written)).unwrap_or_default()
     }
 
-    fn error(&self) -> Error {
+    pub(super) fn error(&self) -> Error {
         Error::new(String::from_utf8_lossy(&self.take(channel::ERROR)).into_owned())
     }
 }

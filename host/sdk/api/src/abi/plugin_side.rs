@@ -2,10 +2,12 @@
 //! writes the results to the host's sink.
 
 pub use crate::abi::description::Description;
+use crate::abi::plugin_format::no_format;
 use crate::abi::plugin_job::RemoteJob;
 use crate::abi::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, channel, status};
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
 use crate::error::{Error, Result};
+use crate::format::{CloudSink, CloudSource, FileSink, FileSource, Format};
 use crate::frame::{Frame, FrameRequest, HostInfo, InMotion};
 use crate::graph::Graph;
 use crate::job::Job;
@@ -44,7 +46,7 @@ pub trait Package {
 }
 
 /// An instance of a unit behind its `void` pointer.
-trait Instance {
+pub(super) trait Instance {
     fn frame(&mut self, _request: FrameRequest, _moves: InMotion) -> Result<Graph> {
         Err(Error::new("this unit is not a renderer"))
     }
@@ -61,11 +63,30 @@ trait Instance {
     fn run(&mut self, _values: &Values, _cloud: &CloudView<'_>, _job: &Job<'_>) -> Result<()> {
         Err(Error::new("this unit is not a tool"))
     }
+    fn read(
+        &mut self,
+        _values: &Values,
+        _file: &FileSource,
+        _clouds: &mut CloudSink<'_>,
+        _job: &Job<'_>,
+    ) -> Result<()> {
+        Err(no_format())
+    }
+    fn write(
+        &mut self,
+        _values: &Values,
+        _clouds: &mut CloudSource<'_>,
+        _file: &FileSink,
+        _job: &Job<'_>,
+    ) -> Result<Vec<String>> {
+        Err(no_format())
+    }
 }
 
 struct RendererInstance<R>(R);
 struct TracerInstance<T>(T);
 struct ToolInstance<T>(T);
+struct FormatInstance<F>(F);
 
 impl<R: Renderer> Instance for RendererInstance<R> {
     fn frame(&mut self, request: FrameRequest, moves: InMotion) -> Result<Graph> {
@@ -91,6 +112,28 @@ impl<T: Tracer> Instance for TracerInstance<T> {
 impl<T: Tool> Instance for ToolInstance<T> {
     fn run(&mut self, values: &Values, cloud: &CloudView<'_>, job: &Job<'_>) -> Result<()> {
         self.0.run(cloud, &T::Params::from_values(values), job)
+    }
+}
+
+impl<F: Format> Instance for FormatInstance<F> {
+    fn read(
+        &mut self,
+        values: &Values,
+        file: &FileSource,
+        clouds: &mut CloudSink<'_>,
+        job: &Job<'_>,
+    ) -> Result<()> {
+        self.0.read(file, &F::Params::from_values(values), clouds, job)
+    }
+
+    fn write(
+        &mut self,
+        values: &Values,
+        clouds: &mut CloudSource<'_>,
+        file: &FileSink,
+        job: &Job<'_>,
+    ) -> Result<Vec<String>> {
+        self.0.write(clouds, &F::Params::from_values(values), file, job)
     }
 }
 
@@ -125,6 +168,17 @@ impl Unit {
             info: T::INFO,
             describe: || description(T::Params::declare(), T::LIMITS),
             create: |host| Ok(Box::new(ToolInstance(T::new(host)?))),
+        }
+    }
+
+    /// Registers a format.
+    #[must_use]
+    pub const fn format<F: Format>() -> Self {
+        Self {
+            kind: UnitKind::Format,
+            info: F::INFO,
+            describe: || description(F::Params::declare(), F::LIMITS),
+            create: |host| Ok(Box::new(FormatInstance(F::new(host)?))),
         }
     }
 }
@@ -262,7 +316,7 @@ unsafe extern "C" fn run(
 
 /// # Safety
 /// The cloud's columns are alive and unchanged for `'a`.
-unsafe fn cloud_view<'a>(raw: &RawCloud) -> Result<CloudView<'a>> {
+pub(super) unsafe fn cloud_view<'a>(raw: &RawCloud) -> Result<CloudView<'a>> {
     let mut columns = Vec::with_capacity(raw.n_columns);
     for i in 0..raw.n_columns {
         // SAFETY: the host passes `n_columns` valid columns.
@@ -307,7 +361,7 @@ unsafe fn cloud_view<'a>(raw: &RawCloud) -> Result<CloudView<'a>> {
     Ok(CloudView { origin: raw.origin.into(), len: raw.len, columns, faces, object })
 }
 
-fn write(sink: Sink, channel: u32, contents: &[u8]) {
+pub(super) fn write(sink: Sink, channel: u32, contents: &[u8]) {
     // SAFETY: the host's function takes its own context and copies the bytes.
     unsafe { (sink.write)(sink.context, channel, Bytes::of(contents)) };
 }
@@ -340,7 +394,7 @@ pub(super) fn aside(work: impl FnOnce()) -> Result<(), Panicked> {
 }
 
 /// Runs the author's code; an error or a panic becomes a status and a line on the error channel.
-fn guarded(sink: Sink, work: impl FnOnce() -> Result<()>) -> i32 {
+pub(super) fn guarded(sink: Sink, work: impl FnOnce() -> Result<()>) -> i32 {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         // The message travels to the host instead of being printed by the plugin's own copy of

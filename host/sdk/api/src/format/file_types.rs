@@ -1,0 +1,155 @@
+//! What files a format recognises, in a plugin's manifest, so that no code runs to find out.
+
+use serde::{Deserialize, Serialize};
+
+/// Most endings, and most first bytes, of a format.
+const MOST: usize = 8;
+
+/// What tells the files of a format: their endings, and bytes at a place near their beginning.
+///
+/// The host opens a file with the format whose bytes are there; where none are known, with the one
+/// of its ending. A format whose bytes say nothing (text) names endings alone.
+///
+/// ```
+/// use surfelshop_api::format::FileTypes;
+/// const LAS: FileTypes = FileTypes::new().ending("las").ending("laz").magic(0, b"LASF").written();
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FileTypes {
+    pub(crate) endings: [&'static str; MOST],
+    pub(crate) n_endings: usize,
+    pub(crate) magics: [(u32, &'static [u8]); MOST],
+    pub(crate) n_magics: usize,
+    pub(crate) written: bool,
+    pub(crate) several: bool,
+}
+
+impl FileTypes {
+    /// A format that recognises nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { endings: [""; MOST], n_endings: 0, magics: [(0, b""); MOST], n_magics: 0, written: false, several: false }
+    }
+
+    /// Adds an ending, in lower case and without the dot, such as `laz`. The first one names the files that
+    /// dialogs offer to write.
+    ///
+    /// # Panics
+    /// At compile time, where there are more than eight, or it is not made of `a-z`, `0-9`, `-`, `_` and `.`.
+    #[must_use]
+    pub const fn ending(mut self, ending: &'static str) -> Self {
+        assert!(self.n_endings < MOST, "a format has at most eight endings");
+        let bytes = ending.as_bytes();
+        assert!(!bytes.is_empty(), "an ending is not empty");
+        let mut i = 0;
+        while i < bytes.len() {
+            assert!(
+                matches!(bytes[i], b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_' | b'.'),
+                "an ending has only a-z, 0-9, -, _ and ."
+            );
+            i += 1;
+        }
+        self.endings[self.n_endings] = ending;
+        self.n_endings += 1;
+        self
+    }
+
+    /// Adds bytes that files have at an offset; any of several tells the format.
+    ///
+    /// # Panics
+    /// At compile time, where there are more than eight, or they do not lie in the first
+    /// [`HEAD_LEN`](super::HEAD_LEN) bytes.
+    #[must_use]
+    pub const fn magic(mut self, offset: u32, bytes: &'static [u8]) -> Self {
+        assert!(self.n_magics < MOST, "a format has at most eight kinds of first bytes");
+        assert!(
+            !bytes.is_empty() && offset as usize + bytes.len() <= super::HEAD_LEN,
+            "first bytes lie within the first 64 bytes"
+        );
+        self.magics[self.n_magics] = (offset, bytes);
+        self.n_magics += 1;
+        self
+    }
+
+    /// Says that the format is written, too: it implements [`Format::write`](super::Format::write).
+    #[must_use]
+    pub const fn written(mut self) -> Self {
+        self.written = true;
+        self
+    }
+
+    /// Says that files hold several clouds, each with a pose, when they are written: the host hands over each
+    /// scan by itself, in its own axes. Else all is handed over as one cloud in common coordinates.
+    #[must_use]
+    pub const fn several(mut self) -> Self {
+        self.several = true;
+        self
+    }
+}
+
+impl Default for FileTypes {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Bytes at a place near the beginning of a file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Magic {
+    /// Where they are, bytes from the beginning.
+    pub offset: u32,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// [`FileTypes`] as a manifest has them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Recognition {
+    /// Endings, lower case, without the dot.
+    pub endings: Vec<String>,
+    /// First bytes, any of which tells the format.
+    pub magics: Vec<Magic>,
+    /// Whether such files are written, too.
+    pub written: bool,
+    /// Whether they hold several clouds with poses when they are written.
+    pub several: bool,
+}
+
+impl Recognition {
+    /// Whether a file that begins like this has the bytes of the format.
+    #[must_use]
+    pub fn knows_bytes(&self, head: &[u8]) -> bool {
+        self.magics.iter().any(|magic| {
+            let rest = head.get(magic.offset as usize..).unwrap_or_default();
+            !magic.bytes.is_empty() && rest.starts_with(&magic.bytes)
+        })
+    }
+
+    /// Whether a file's name has an ending of the format; case does not matter.
+    #[must_use]
+    pub fn knows_name(&self, name: &str) -> bool {
+        self.endings.iter().any(|ending| {
+            let start = name.len().checked_sub(ending.len() + 1);
+            let end = start.and_then(|start| name.get(start..));
+            end.and_then(|end| end.strip_prefix('.'))
+                .is_some_and(|end| end.eq_ignore_ascii_case(ending))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_told_by_their_bytes_and_by_their_names() {
+        let las = Recognition {
+            endings: vec!["las".to_owned(), "copc.laz".to_owned()],
+            magics: vec![Magic { offset: 2, bytes: b"SF".to_vec() }],
+            ..Recognition::default()
+        };
+        assert!(las.knows_bytes(b"LASF\x01") && !las.knows_bytes(b"LAS") && !las.knows_bytes(b""));
+        assert!(las.knows_name("A.LAS") && las.knows_name("b.copc.laz"));
+        assert!(!las.knows_name("las") && !las.knows_name("b.laz") && !las.knows_name("ä.la"));
+    }
+}
