@@ -74,7 +74,7 @@ unsafe extern "C" fn write_file(
         let lent = Lent::new(file)?;
         let mut remote = RemoteSource(raw);
         let mut clouds = CloudSource::new(&mut remote);
-        let file = FileSink::new(lent.file());
+        let file = FileSink::new(lent.file(), &lent.name);
         let lines = instance.write(&values, &mut clouds, &file, &Job::new(&RemoteJob(job)))?;
         write(sink, LINES_CHANNEL, &rmp_serde::to_vec_named(&lines)?);
         Ok(())

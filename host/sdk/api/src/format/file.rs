@@ -111,13 +111,20 @@ impl FileSource {
 #[derive(Clone)]
 pub struct FileSink {
     host: Arc<dyn FileHost>,
+    name: Arc<str>,
 }
 
 impl FileSink {
-    /// A file to write.
+    /// A file to write, of this name without its folder.
     #[must_use]
-    pub fn new(host: Arc<dyn FileHost>) -> Self {
-        Self { host }
+    pub fn new(host: Arc<dyn FileHost>, name: &str) -> Self {
+        Self { host, name: name.into() }
+    }
+
+    /// The file's name, without its folder: formats of several endings are told by it.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// Writes bytes at an offset; the file grows where it ends before.
