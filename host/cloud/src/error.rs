@@ -122,8 +122,10 @@ pub enum ReadFault {
     #[error("expected a point cloud, found a Git LFS pointer; fetch the file with `git lfs pull`")]
     LfsPointer,
     /// No supported format begins like this.
-    #[error("expected a PLY, OBJ or OFF file, found {found}; convert it to PLY first")]
+    #[error("expected a file of a known format ({known}), found {found}; `surfelshop plugins list` shows formats")]
     UnknownFormat {
+        /// Formats that are known, by their endings.
+        known: String,
         /// The first bytes.
         found: String,
     },
@@ -203,6 +205,23 @@ pub enum ReadFault {
         /// What is needed and what is there.
         out: OutOfMemory,
     },
+    /// A format read the file and found no cloud in it.
+    #[error("expected a point cloud, found none in the file")]
+    NoClouds,
+    /// There are more points than indices.
+    #[error("expected at most 4294967295 points, found {found}; split the file")]
+    TooMany {
+        /// Points of all clouds of the file.
+        found: u64,
+    },
+    /// A format of a plugin could not read it.
+    #[error("{line}")]
+    Format {
+        /// The format's id.
+        format: String,
+        /// What it says.
+        line: String,
+    },
     /// The caller asked to stop.
     #[error("reading was cancelled")]
     Cancelled,
@@ -246,10 +265,12 @@ impl From<surfelshop_geometry::Cancelled> for ReadFault {
 #[non_exhaustive]
 pub enum WriteError {
     /// No writer has this ending.
-    #[error("{}: expected a name that ends in .ply, found {found}", path.display())]
+    #[error("{}: expected a name that ends in {known}, found {found}", path.display())]
     UnknownFormat {
         /// The file.
         path: PathBuf,
+        /// Endings of formats that are written.
+        known: String,
         /// Its ending.
         found: String,
     },
@@ -270,6 +291,16 @@ pub enum WriteError {
         path: PathBuf,
         /// What the system says.
         error: io::Error,
+    },
+    /// A format of a plugin could not write it.
+    #[error("{}: {line}", path.display())]
+    Format {
+        /// The file.
+        path: PathBuf,
+        /// The format's id.
+        format: String,
+        /// What it says.
+        line: String,
     },
     /// The caller asked to stop.
     #[error("{}: writing was cancelled", path.display())]

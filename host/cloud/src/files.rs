@@ -9,12 +9,15 @@
 //! name that starts with [`PREFIX`] and ends with [`SUFFIX`] and is locked, and such files that nobody holds
 //! are removed by the next one who writes into the folder.
 
+use crate::formats::plugins;
 use crate::memory::{OutOfMemory, with_room};
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
+use surfelshop_api::format::FileHost;
 use tempfile::NamedTempFile;
 
 /// How the name of a file starts that is being written.
@@ -223,6 +226,50 @@ pub fn replace<E>(
     write(&mut out)?;
     let file = out.into_inner().map_err(|error| failed(error.into_error()))?;
     file.finish(&target).map_err(failed)
+}
+
+/// Replaces a file, or makes it, as [`replace`]; it is written at any place of it, and may be read meanwhile.
+///
+/// # Errors
+/// As [`replace`].
+pub fn replace_at<T, E>(
+    path: &Path,
+    write: impl FnOnce(Arc<dyn FileHost>) -> Result<T, E>,
+    failed: impl Fn(io::Error) -> E,
+) -> Result<T, E> {
+    let target = replaceable(path).map_err(&failed)?;
+    let file = beside(&target).map_err(&failed)?;
+    let lent = match &file.file {
+        Some(file) => file.as_file().try_clone().map_err(&failed)?,
+        None => return Err(failed(io::Error::other("the file is gone"))),
+    };
+    let value = write(Arc::new(WrittenFile { file: lent, length: AtomicU64::new(0) }))?;
+    file.finish(&target).map_err(failed)?;
+    Ok(value)
+}
+
+/// A file that is being written, as formats are lent it.
+struct WrittenFile {
+    file: File,
+    length: AtomicU64,
+}
+
+impl FileHost for WrittenFile {
+    fn length(&self) -> u64 {
+        self.length.load(Ordering::Relaxed)
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
+        plugins::read_at(&self.file, offset, buffer)
+    }
+
+    fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        let end = offset.checked_add(bytes.len() as u64);
+        let end = end.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
+        plugins::write_all_at(&self.file, offset, bytes)?;
+        self.length.fetch_max(end, Ordering::Relaxed);
+        Ok(())
+    }
 }
 
 /// Replaces a file by these bytes.

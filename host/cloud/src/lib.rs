@@ -38,11 +38,16 @@ pub use cloud::buffer::Buffer;
 pub use cloud::column::{Column, is_well_known};
 pub use cloud::edit::{EditedCloud, StagedEdits};
 pub use cloud::provenance::{CloudEdit, How, ToolRun};
+pub use cloud::source::{Scan, Source};
 pub use cloud::transform::{Rotation, Transform};
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
+pub use formats::plugins::{
+    FormatCall, Formats, NoFormats, SharedSink, SystemFile, WriteFault,
+};
+pub use formats::table_sink::TableSink;
 pub use options::{ReadOptions, WriteOptions};
 pub use read::read;
 pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::Progress;
-pub use write::write;
+pub use write::{Written, write, writer};

@@ -1,5 +1,7 @@
 //! How clouds are read and written.
 
+use crate::formats::plugins::{Formats, NoFormats};
+use surfelshop_api::params::Values;
 use surfelshop_geometry::{Progress, normals, silent};
 
 /// How a file is read.
@@ -12,11 +14,24 @@ pub struct ReadOptions<'a> {
     pub radius: Option<f32>,
     /// Takes how far the work is, in [0, 1], and may ask it to stop.
     pub progress: Progress<'a>,
+    /// Formats of plugins, beside those that are built in.
+    pub formats: &'a dyn Formats,
+    /// The id of the format to read with, whatever the file looks like.
+    pub format: Option<&'a str>,
+    /// Parameters of the format that were set.
+    pub values: Option<&'a Values>,
 }
 
 impl Default for ReadOptions<'_> {
     fn default() -> Self {
-        Self { n_neighbours: normals::DEFAULT_NEIGHBOURS, radius: None, progress: &silent }
+        Self {
+            n_neighbours: normals::DEFAULT_NEIGHBOURS,
+            radius: None,
+            progress: &silent,
+            formats: &NoFormats,
+            format: None,
+            values: None,
+        }
     }
 }
 
@@ -29,10 +44,20 @@ pub struct WriteOptions<'a> {
     pub comments: Vec<String>,
     /// Takes how far the work is, in [0, 1], and may ask it to stop.
     pub progress: Progress<'a>,
+    /// Formats of plugins, beside PLY.
+    pub formats: &'a dyn Formats,
+    /// Parameters of the format that were set.
+    pub values: Option<&'a Values>,
 }
 
 impl Default for WriteOptions<'_> {
     fn default() -> Self {
-        Self { ascii: false, comments: Vec::new(), progress: &silent }
+        Self {
+            ascii: false,
+            comments: Vec::new(),
+            progress: &silent,
+            formats: &NoFormats,
+            values: None,
+        }
     }
 }

@@ -1,23 +1,26 @@
-//! Reading a cloud: the format is recognised by content.
+//! Reading a cloud: the format is recognised by content, then by name.
 
 use crate::assemble;
+use crate::cloud::source::Source;
 use crate::error::{ReadError, ReadFault, quoted};
 use crate::files;
-use crate::formats::Body;
-use crate::formats::{obj, off, ply};
+use crate::formats::plugins::{FormatCall, LentTable, SystemFile};
+use crate::formats::table_sink::TableSink;
+use crate::formats::{Body, obj, off, ply};
 use crate::options::ReadOptions;
 use crate::summary::Loaded;
 use crate::table::Table;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_geometry::{Progress, part};
 
 /// Bytes shown of a file whose format is unknown.
 const MAGIC: usize = 64;
 
-/// Reads a cloud from a file, recognising the format by content.
+/// Reads a cloud from a file, recognising the format by content, and by name where the content does not tell.
 ///
 /// # Errors
 /// One line that names the file, what was expected and what was found.
@@ -25,11 +28,11 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
     let path = path.as_ref();
     let started = Instant::now();
     let load = || -> Result<Loaded, ReadFault> {
-        let file = open(path)?;
+        let file = open(path, options)?;
         let reading = file.share_of_reading(options);
-        let table = file.read(options, &part(options.progress, 0.0..reading))?;
+        let (table, source) = file.read(options, &part(options.progress, 0.0..reading))?;
         let options = ReadOptions { progress: &part(options.progress, reading..1.0), ..*options };
-        let loaded = assemble::cloud(table, &options)?;
+        let loaded = assemble::cloud(table, source, &options)?;
         if (options.progress)(1.0).is_break() { Err(ReadFault::Cancelled) } else { Ok(loaded) }
     };
     let mut loaded = load().map_err(|fault| ReadError { path: path.to_owned(), fault })?;
@@ -39,10 +42,17 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
 }
 
 /// A file whose format is known.
-enum SourceFile {
+pub(crate) enum SourceFile {
     Ply(Box<ply::File<BufReader<File>>>),
     Obj(Body<BufReader<File>>),
     Off(Body<BufReader<File>>),
+    Plugin {
+        /// The format's id.
+        id: String,
+        file: Arc<SystemFile>,
+        /// The file's name, without its folder.
+        name: String,
+    },
 }
 
 impl SourceFile {
@@ -54,20 +64,39 @@ impl SourceFile {
             Self::Obj(_) | Self::Off(_) => {
                 assemble::share_of_reading(std::iter::empty(), true, options)
             }
+            // Scans have neither normals nor radii, as a rule.
+            Self::Plugin { .. } => 0.2,
         }
     }
 
-    fn read(self, options: &ReadOptions<'_>, progress: Progress<'_>) -> Result<Table, ReadFault> {
-        match self {
+    fn read(
+        self,
+        options: &ReadOptions<'_>,
+        progress: Progress<'_>,
+    ) -> Result<(Table, Source), ReadFault> {
+        let table = match self {
             Self::Ply(file) => file.read(options, progress),
             Self::Obj(body) => obj::read(body, progress),
             Self::Off(body) => off::read(body, progress),
-        }
+            Self::Plugin { id, file, name } => {
+                let sink = LentTable::new(TableSink::default());
+                let call = FormatCall { name: &name, values: options.values, columns: None };
+                let read = options.formats.read(&id, file, call, sink.shared(), progress);
+                let table = sink.take();
+                // What ran out is said in the words of all reads.
+                if let Some(fault) = table.memory_fault() {
+                    return Err(fault);
+                }
+                read?;
+                return table.finish();
+            }
+        };
+        Ok((table?, Source::default()))
     }
 }
 
-/// Opens a file and finds out what points it has.
-fn open(path: &Path) -> Result<SourceFile, ReadFault> {
+/// Opens a file and finds out what format it has.
+pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile, ReadFault> {
     // Counts are checked against the length, which a pipe or a device does not have.
     let (file, metadata) = files::open(path)?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
@@ -79,15 +108,38 @@ fn open(path: &Path) -> Result<SourceFile, ReadFault> {
         return Err(ReadFault::LfsPointer);
     }
     let length = metadata.len();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let of_plugin = |id: String, reader: BufReader<File>| SourceFile::Plugin {
+        id,
+        file: Arc::new(SystemFile::new(reader.into_inner(), length)),
+        name: name.clone(),
+    };
+    if let Some(id) = options.format {
+        return Ok(of_plugin(id.to_owned(), reader));
+    }
     if ply::is_ply(head) {
         return Ok(SourceFile::Ply(Box::new(ply::File::open(reader, length)?)));
     }
     if off::is_off(head) {
         return Ok(SourceFile::Off(Body::new(reader, length)));
     }
-    let ending = path.extension().unwrap_or_default();
-    if obj::is_obj(head, ending.eq_ignore_ascii_case("obj")) {
+    if let Some(id) = options.formats.by_bytes(head) {
+        return Ok(of_plugin(id, reader));
+    }
+    let is_named_obj =
+        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
+    if !is_named_obj && let Some(id) = options.formats.by_name(&name, false) {
+        return Ok(of_plugin(id, reader));
+    }
+    if obj::is_obj(head, is_named_obj) {
         return Ok(SourceFile::Obj(Body::new(reader, length)));
     }
-    Err(ReadFault::UnknownFormat { found: quoted(&head[..head.len().min(MAGIC)]) })
+    let found = quoted(&head[..head.len().min(MAGIC)]);
+    Err(ReadFault::UnknownFormat { known: known(&options.formats.endings(false)), found })
+}
+
+/// Endings of all formats, for messages.
+pub(crate) fn known(endings: &[String]) -> String {
+    let built_in = ["ply", "obj", "off"].into_iter();
+    built_in.chain(endings.iter().map(String::as_str)).collect::<Vec<_>>().join(", ")
 }

@@ -28,6 +28,10 @@ pub struct NormalCounts {
     pub estimated: u64,
     /// Estimated ones whose surroundings do not span a plane.
     pub degenerate: u64,
+    /// Estimated ones that face the device that took the scan.
+    pub towards_scanner: u64,
+    /// Of these, normals that were turned round for it.
+    pub turned: u64,
 }
 
 /// Where the radii of a loaded cloud come from.
@@ -131,6 +135,7 @@ impl fmt::Display for Summary {
             (n.repaired, "repaired"),
             (n.estimated, "estimated"),
             (n.degenerate, "without a plane"),
+            (n.towards_scanner, "towards the scanner"),
         ]);
         let r = &self.radii;
         let radii = counts(&[

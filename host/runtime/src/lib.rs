@@ -8,6 +8,7 @@
 //! a library, and nowhere else of the host.
 
 pub mod boundary;
+pub mod formats;
 pub mod plugins;
 pub mod tools;
 pub mod trace;

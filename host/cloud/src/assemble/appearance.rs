@@ -22,11 +22,28 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
     let (components, mut values) = COLORS
         .iter()
         .find_map(|names| whole(table, names).or_else(|| woven(table, names, summary)))?;
-    if let Buffer::F32(values) = &mut values {
-        sanitise(values, components, summary);
+    match &mut values {
+        Buffer::F32(values) => sanitise(values, components, summary),
+        Buffer::U16(wide) => {
+            if let Some(narrow) = eight_bits(wide) {
+                summary.warnings.push(
+                    "the 16-bit colours hold 8-bit values and were read as such".to_owned(),
+                );
+                values = Buffer::U8(narrow);
+            }
+        }
+        _ => {}
     }
     summary.colors.given = table.n_rows as u64 - summary.colors.replaced;
     Some(Column::new(COLOR, components as u32, values))
+}
+
+/// 16-bit colours as 8-bit ones, where none is larger than those can be: programs that write LAS files often
+/// leave them unscaled. Black stays as it is.
+fn eight_bits(wide: &[u16]) -> Option<Vec<u8>> {
+    let most = wide.iter().copied().max().unwrap_or(0);
+    let narrow = (1..=u16::from(u8::MAX)).contains(&most);
+    narrow.then(|| wide.iter().map(|&value| value as u8).collect())
 }
 
 /// Colours that the file has as the cloud will have them, and how many channels they have.

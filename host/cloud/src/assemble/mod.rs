@@ -7,12 +7,14 @@ pub(crate) mod memory_estimate;
 mod mesh;
 mod position;
 mod shape;
+mod sides;
 mod vectors;
 
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::cloud::provenance::of_comments;
+use crate::cloud::source::Source;
 use crate::error::ReadFault;
 use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
@@ -39,7 +41,11 @@ pub(crate) fn share_of_reading<'a>(
 }
 
 /// A cloud of the table's points.
-pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loaded, ReadFault> {
+pub(crate) fn cloud(
+    mut table: Table,
+    source: Source,
+    options: &ReadOptions<'_>,
+) -> Result<Loaded, ReadFault> {
     let mut summary = Summary {
         format: std::mem::take(&mut table.format),
         n_in_file: table.n_rows as u64,
@@ -51,7 +57,7 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
-    let shape = shape::take(&mut table, &placed, options, &mut summary)?;
+    let shape = shape::take(&mut table, &placed, &source, options, &mut summary)?;
     position::warn_if_coarse(&placed, &shape.radii, &mut summary);
     let mut columns = vec![
         Column::new(POSITION, 3, flat(placed.positions)),
@@ -70,7 +76,7 @@ pub(crate) fn cloud(mut table: Table, options: &ReadOptions<'_>) -> Result<Loade
         expected: "columns that make a cloud".to_owned(),
         found: error.to_string(),
     })?;
-    let cloud = with_provenance(&cloud, &table.comments, &summary);
+    let cloud = with_provenance(&cloud, &table.comments, &summary).with_source(source);
     summary.n_surfels = cloud.len() as u64;
     summary.n_triangles = cloud.faces().len() as u64;
     summary.origin = placed.origin.to_array();

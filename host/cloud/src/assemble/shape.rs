@@ -1,9 +1,10 @@
 //! Normals, radii and tangents.
 
-use super::mesh;
+use super::{mesh, sides};
 use super::position::Positions;
 use super::vectors::{flat, take_vectors};
 use crate::cloud::column::Column;
+use crate::cloud::source::Source;
 use crate::error::ReadFault;
 use crate::options::ReadOptions;
 use crate::summary::Summary;
@@ -30,6 +31,7 @@ const BLOCK: usize = 4096;
 pub(super) fn take(
     table: &mut Table,
     placed: &Positions,
+    source: &Source,
     options: &ReadOptions<'_>,
     summary: &mut Summary,
 ) -> Result<Shape, ReadFault> {
@@ -51,8 +53,12 @@ pub(super) fn take(
     let mut search =
         Search { positions: &placed.positions, progress: &searching, neighbours: None };
     let progress = part(options.progress, orienting);
-    let normals =
+    let are_estimated = given_normals.is_none();
+    let mut normals =
         finish_normals(given_normals, &mut search, options.n_neighbours, &progress, summary)?;
+    if are_estimated {
+        sides::face_scanners(table, placed, source, &mut normals, summary);
+    }
     let progress = part(options.progress, covering);
     let estimates = if needs_radii {
         radii::estimate_with(search.neighbours()?, &normals, &progress)?

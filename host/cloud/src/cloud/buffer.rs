@@ -1,6 +1,6 @@
 //! Owned values of a column, of any element type.
 
-use crate::memory::{OutOfMemory, with_room};
+use crate::memory::{OutOfMemory, grow, with_room};
 use std::ops::Range;
 use surfelshop_api::columns::{Element, Values};
 
@@ -125,6 +125,26 @@ impl Buffer {
             Self::F32(vec) => extend!(vec, f32),
             Self::F64(vec) => extend!(vec, f64),
         }
+    }
+
+    /// Appends values of the same type; of another, none.
+    ///
+    /// # Errors
+    /// Where there is no memory for them.
+    pub(crate) fn append(&mut self, values: &Values<'_>) -> Result<(), OutOfMemory> {
+        macro_rules! append {
+            ($($variant:ident),*) => {
+                match (self, values) {
+                    $((Self::$variant(vec), Values::$variant(more)) => {
+                        grow(vec, more.len())?;
+                        vec.extend_from_slice(more);
+                    })*
+                    _ => {}
+                }
+            };
+        }
+        append!(I8, U8, I16, U16, I32, U32, F32, F64);
+        Ok(())
     }
 
     /// The values, borrowed.

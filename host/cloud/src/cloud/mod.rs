@@ -6,6 +6,7 @@ pub(crate) mod column;
 pub(crate) mod edit;
 mod facts;
 pub(crate) mod provenance;
+pub(crate) mod source;
 pub(crate) mod transform;
 
 use crate::error::CloudError;
@@ -14,6 +15,7 @@ use buffer::Buffer;
 use column::Column;
 use glam::{DVec3, Vec3};
 use provenance::CloudEdit;
+use source::Source;
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
@@ -35,14 +37,17 @@ pub struct Cloud {
     history: Vec<CloudEdit>,
     /// The cloud's own box, where it was moved or edited; else the box around it.
     object: Option<ObjectFrame>,
+    /// What its file said besides the points.
+    source: Arc<Source>,
 }
 
 impl Default for Cloud {
     /// An empty cloud: a `position` column without surfels.
     fn default() -> Self {
         let position = Column::new(POSITION, 3, Buffer::F32(Vec::new()));
-        let (faces, facts, history, object) = Default::default();
-        Self { origin: DVec3::ZERO, len: 0, columns: vec![position], faces, facts, history, object }
+        let (faces, facts, history, object, source) = Default::default();
+        let columns = vec![position];
+        Self { origin: DVec3::ZERO, len: 0, columns, faces, facts, history, object, source }
     }
 }
 
@@ -66,8 +71,8 @@ impl Cloud {
                 return Err(CloudError::Twice { column: column.name().to_owned() });
             }
         }
-        let (faces, facts, history, object) = Default::default();
-        Ok(Self { origin, len, columns, faces, facts, history, object })
+        let (faces, facts, history, object, source) = Default::default();
+        Ok(Self { origin, len, columns, faces, facts, history, object, source })
     }
 
     /// The cloud with these triangles between its surfels, counterclockwise seen from outside,
@@ -131,7 +136,20 @@ impl Cloud {
     pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
         let (faces, history) = (Arc::clone(&self.faces), self.history.clone());
         let (len, object, facts) = (self.len, self.object, OnceLock::new());
-        Self { origin, len, columns, faces, facts, history, object }
+        let source = Arc::clone(&self.source);
+        Self { origin, len, columns, faces, facts, history, object, source }
+    }
+
+    /// What the cloud's file said besides its points. Scenes that move the cloud leave it as it was.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// The same cloud as one of which a file said this.
+    #[must_use]
+    pub fn with_source(&self, source: Source) -> Self {
+        Self { source: Arc::new(source), ..self.clone() }
     }
 
     /// What tools did to the cloud as a whole, oldest first; what they did to a column is in

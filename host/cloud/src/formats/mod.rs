@@ -1,9 +1,13 @@
-//! File formats: each is read into a [`Table`](crate::table::Table), PLY is written too.
+//! File formats: those that are built in are read into a [`Table`](crate::table::Table); those of plugins hand
+//! over batches, which become one. PLY is written here, all others by plugins.
 
+pub(crate) mod batches;
 mod body;
 pub(crate) mod lines;
 pub(crate) mod obj;
 pub(crate) mod off;
+pub(crate) mod plugins;
 pub(crate) mod ply;
+pub(crate) mod table_sink;
 
 pub(crate) use body::Body;

@@ -158,7 +158,7 @@ impl Registry {
             .filter(|(distance, known)| *distance <= 1.max(known.len().min(id.len()) / 3))
             .min()
             .map(|(_, known)| known.clone());
-        let other_kinds = [UnitKind::Renderer, UnitKind::Tracer, UnitKind::Tool]
+        let other_kinds = [UnitKind::Renderer, UnitKind::Tracer, UnitKind::Tool, UnitKind::Format]
             .into_iter()
             .filter(|&other| other != kind && self.matching(other, name).next().is_some())
             .collect();

@@ -154,7 +154,10 @@ fn first_line<R: BufRead>(mut reader: R) -> Result<Lines<R>, ReadFault> {
     let length = text.len() as u64;
     let word = text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(&text).trim_ascii();
     if word != b"ply" {
-        return Err(ReadFault::UnknownFormat { found: quoted(&text) });
+        return Err(ReadFault::UnknownFormat {
+            known: crate::read::known(&[]),
+            found: quoted(&text),
+        });
     }
     Ok(Lines { reader, end, line: 1, length, text })
 }

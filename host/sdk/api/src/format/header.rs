@@ -51,6 +51,20 @@ impl Default for Pose {
     }
 }
 
+impl Pose {
+    /// A place in the cloud's own axes, in the file's common coordinates.
+    #[must_use]
+    pub fn place(&self, point: DVec3) -> DVec3 {
+        self.rotation * point + self.translation
+    }
+
+    /// A place in the file's common coordinates, in the cloud's own axes.
+    #[must_use]
+    pub fn back(&self, point: DVec3) -> DVec3 {
+        self.rotation.inverse() * (point - self.translation)
+    }
+}
+
 /// A column of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FileColumn {

@@ -1,0 +1,45 @@
+//! What a file said of its clouds besides their points.
+
+use glam::DVec3;
+use serde::Serialize;
+use surfelshop_api::format::{Pose, UpAxis};
+
+/// One scan of a file.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Scan {
+    /// What the file calls it; may be empty.
+    pub name: String,
+    /// Where it stands in the common coordinates.
+    pub pose: Pose,
+    /// Where the device stood, in the common coordinates, where the file says so.
+    pub scanner: Option<DVec3>,
+}
+
+/// What a file said of its clouds besides their points; all of it may be unknown.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Source {
+    /// The axis that points up.
+    pub up: UpAxis,
+    /// Metres of a unit of coordinates; 0 where unknown.
+    pub metres_per_unit: f64,
+    /// Coordinate reference system as the file has it; may be empty.
+    pub coordinate_system: String,
+    /// When it was taken, for people; may be empty.
+    pub time: String,
+    /// Smallest step of coordinates, where the file has one.
+    pub step: Option<DVec3>,
+    /// The scans, in the order of the file. Where there are several, the column `scan` says which one a
+    /// point belongs to.
+    pub scans: Vec<Scan>,
+    /// Columns and rows of the grid of an organised cloud, as long as no point was taken out.
+    pub grid: Option<[u32; 2]>,
+}
+
+impl Source {
+    /// Places of devices in the common coordinates; `None` where no scan has one.
+    #[must_use]
+    pub fn scanners(&self) -> Option<Vec<Option<DVec3>>> {
+        let places: Vec<_> = self.scans.iter().map(|scan| scan.scanner).collect();
+        places.iter().any(Option::is_some).then_some(places)
+    }
+}

@@ -1,0 +1,406 @@
+//! Takes the batches of a format and makes a table of them.
+
+use crate::cloud::buffer::Buffer;
+use crate::cloud::source::{Scan, Source};
+use crate::error::ReadFault;
+use crate::faces;
+use crate::memory::{self, OutOfMemory};
+use crate::table::{COLORS, Field, NORMALS, Table};
+use glam::{DQuat, DVec3};
+use std::collections::HashSet;
+use surfelshop_api::columns::{
+    AO, COLOR, Element, MATERIAL, NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V, Values,
+};
+use surfelshop_api::format::{
+    CloudHeader, CloudSinkHost, FileColumn, Pose, SCAN, UpAxis, check_batch,
+};
+use surfelshop_api::{Error, Result};
+
+/// Most components of a column.
+const MAX_COMPONENTS: u32 = 1024;
+
+/// Most clouds of a file: their numbers fit into 16 bits.
+const MAX_CLOUDS: usize = 1 << 16;
+
+/// One cloud of a file as far as it was read.
+struct Part {
+    header: CloudHeader,
+    columns: Vec<Buffer>,
+    n_rows: usize,
+    faces: Vec<[u32; 3]>,
+}
+
+/// Takes clouds and keeps them; also the memory that ran out, if it did.
+#[derive(Default)]
+pub struct TableSink {
+    parts: Vec<Part>,
+    warnings: Vec<String>,
+    /// Why no more is taken.
+    out_of_memory: Option<(usize, OutOfMemory)>,
+    /// Nothing is taken any more.
+    closed: bool,
+    /// Only headers are wanted.
+    heads_only: bool,
+}
+
+/// Most warnings that are kept of a file.
+const MAX_WARNINGS: usize = 100;
+
+/// The number of components that a column with a meaning must have.
+fn components_of(name: &str) -> Option<&'static [u32]> {
+    Some(match name {
+        POSITION | NORMAL | TANGENT_U | TANGENT_V => &[3],
+        COLOR => &[3, 4],
+        RADIUS | AO | MATERIAL => &[1],
+        _ => return None,
+    })
+}
+
+/// Whether a header can be right; says what is wrong in a line.
+pub(crate) fn check_header(header: &CloudHeader) -> Result<()> {
+    let mut names = HashSet::new();
+    for FileColumn { name, components, .. } in &header.columns {
+        let printable = !name.is_empty() && !name.chars().any(char::is_control);
+        if !printable || name.len() > 256 {
+            let name = name.escape_debug();
+            return Err(Error::new(format!("column `{name}`: expected a name of 1 to 256 letters")));
+        }
+        if !names.insert(name.to_lowercase()) {
+            return Err(Error::new(format!("column `{name}` is given twice")));
+        }
+        let allowed = components_of(name);
+        if !(1..=MAX_COMPONENTS).contains(components)
+            || allowed.is_some_and(|allowed| !allowed.contains(components))
+        {
+            return Err(Error::new(format!(
+                "column `{name}`: {components} components are not what it can have"
+            )));
+        }
+    }
+    let position = header.column(POSITION);
+    if !position.is_some_and(|(_, column)| matches!(column.element, Element::F32 | Element::F64)) {
+        return Err(Error::new("expected a column `position` of f32 or f64, found none"));
+    }
+    let (Pose { rotation, translation }, rows) = (header.pose, header.rows);
+    let is_rotation = (rotation.length_squared() - 1.0).abs() < 1e-3;
+    if !is_rotation || !translation.is_finite() {
+        return Err(Error::new(format!(
+            "expected a pose of a rotation and a place, found {rotation} and {translation}"
+        )));
+    }
+    if rows.is_some_and(|rows| rows > u64::from(u32::MAX)) {
+        let rows = rows.unwrap_or_default();
+        return Err(Error::new(format!("{rows} points are more than the 2^32 that are taken")));
+    }
+    Ok(())
+}
+
+impl TableSink {
+    /// One that takes headers and no points.
+    #[must_use]
+    pub fn of_heads() -> Self {
+        Self { heads_only: true, ..Self::default() }
+    }
+
+    /// Takes nothing any more: what comes later is refused.
+    pub fn close(&mut self) {
+        self.closed = true;
+    }
+
+    /// The headers, with the points that were counted where points were wanted.
+    pub fn headers(&self) -> impl Iterator<Item = &CloudHeader> {
+        self.parts.iter().map(|part| &part.header)
+    }
+
+    /// What was said of the file.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+
+    /// The fault of memory that ran out, in the words of reads.
+    #[must_use]
+    pub fn memory_fault(&self) -> Option<ReadFault> {
+        let (n_points, out) = self.out_of_memory?;
+        Some(ReadFault::Memory { n_points: n_points as u64, out })
+    }
+
+    fn refuse(&mut self, n_points: usize, out: OutOfMemory) -> Error {
+        self.out_of_memory = Some((n_points, out));
+        Error::new(out.to_string())
+    }
+
+    /// All clouds in one table, and what the file said of them.
+    pub(crate) fn finish(mut self) -> std::result::Result<(Table, Source), ReadFault> {
+        let source = source(&self.parts);
+        let mut warnings = std::mem::take(&mut self.warnings);
+        for part in &self.parts {
+            if let Some(rows) = part.header.rows
+                && (part.n_rows as u64) < rows
+            {
+                let found = part.n_rows;
+                warnings.push(format!("{rows} points are announced, {found} were read"));
+            }
+        }
+        let comments = self.parts.iter().flat_map(|part| part.header.comments.iter().cloned());
+        let mut comments: Vec<String> = comments.collect();
+        comments.dedup();
+        let format = match self.parts.as_slice() {
+            [] => return Err(ReadFault::NoClouds),
+            [only] => only.header.format.clone(),
+            [first, ..] => format!("{}, {} clouds", first.header.format, self.parts.len()),
+        };
+        let merged = match self.parts.len() {
+            1 => self.parts.remove(0),
+            _ => merged(self.parts, &mut warnings)?,
+        };
+        let (n_rows, mut table) = (merged.n_rows, Table { format, ..Table::default() });
+        let n_components = |column: &FileColumn| column.components;
+        let Part { header, mut columns, faces, .. } = merged;
+        if !is_identity(&header.pose) {
+            move_columns(&header, &mut columns);
+        }
+        for (column, values) in header.columns.iter().zip(columns) {
+            if n_components(column) > 1 && components_of(&column.name).is_none() {
+                comments.push(format!("surfelshop column {} {}", column.name, column.components));
+            }
+            table.fields.push(Field { names: names_of(column), values });
+        }
+        table.element = "point".to_owned();
+        (table.n_rows, table.comments, table.warnings) = (n_rows, comments, warnings);
+        let mut checked = faces::Faces::new(n_rows);
+        for triangle in &faces {
+            checked.polygon(&triangle.map(i64::from)).map_err(ReadFault::memory(n_rows))?;
+        }
+        let (triangles, warning) = checked.finish();
+        table.faces = triangles;
+        table.warnings.extend(warning);
+        Ok((table, source))
+    }
+}
+
+/// The names that a table has for a column.
+fn names_of(column: &FileColumn) -> Vec<String> {
+    let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
+    let name = &column.name;
+    match (name.as_str(), column.components) {
+        (POSITION, _) => owned(&["x", "y", "z"]),
+        (NORMAL, _) => owned(&NORMALS[0]),
+        (COLOR, 4) => owned(&COLORS[0]),
+        (COLOR, _) => owned(&COLORS[0][..3]),
+        (TANGENT_U | TANGENT_V, _) => ["x", "y", "z"].map(|axis| format!("{name}_{axis}")).to_vec(),
+        (_, 1) => vec![name.clone()],
+        (_, n) => (0..n).map(|component| format!("{name}_{component}")).collect(),
+    }
+}
+
+fn is_identity(pose: &Pose) -> bool {
+    *pose == Pose::default()
+}
+
+/// What the headers say of all clouds together.
+fn source(parts: &[Part]) -> Source {
+    let headers = || parts.iter().map(|part| &part.header);
+    let first = |text: fn(&CloudHeader) -> &String| {
+        headers().map(text).find(|text| !text.is_empty()).cloned().unwrap_or_default()
+    };
+    let up = headers().map(|header| header.up).find(|&up| up != UpAxis::Unknown);
+    let scan = |header: &CloudHeader| Scan {
+        name: header.name.clone(),
+        pose: header.pose,
+        scanner: header.scanner.map(|place| header.pose.place(place)),
+    };
+    let metres = headers().map(|header| header.metres_per_unit);
+    Source {
+        up: up.unwrap_or_default(),
+        metres_per_unit: metres
+            .filter(|metres| metres.is_finite() && *metres > 0.0)
+            .next()
+            .unwrap_or(0.0),
+        coordinate_system: first(|header| &header.coordinate_system),
+        time: first(|header| &header.time),
+        step: headers().find_map(|header| header.step).filter(|step| step.is_finite()),
+        scans: headers().map(scan).collect(),
+        grid: match parts {
+            [only] => only.header.grid.filter(|[w, h]| {
+                u64::from(*w) * u64::from(*h) == only.n_rows as u64
+            }),
+            _ => None,
+        },
+    }
+}
+
+/// Moves positions and directions by the pose.
+fn move_columns(header: &CloudHeader, columns: &mut [Buffer]) {
+    for (column, values) in header.columns.iter().zip(columns) {
+        match column.name.as_str() {
+            POSITION => {
+                let wide: Vec<f64> = values.iter_f64().collect();
+                let (points, _) = wide.as_chunks::<3>();
+                let moved = points.iter().map(|p| header.pose.place(DVec3::from_array(*p)));
+                *values = Buffer::F64(moved.flat_map(|point| point.to_array()).collect());
+            }
+            NORMAL | TANGENT_U | TANGENT_V => turn(values, header.pose.rotation),
+            _ => {}
+        }
+    }
+}
+
+fn turn(values: &mut Buffer, rotation: DQuat) {
+    if rotation == DQuat::IDENTITY {
+        return;
+    }
+    let mut turned = Buffer::F32(values.to_f32());
+    if let Buffer::F32(values) = &mut turned {
+        for direction in values.as_chunks_mut::<3>().0 {
+            let turned = rotation * DVec3::from_array(direction.map(f64::from));
+            *direction = turned.as_vec3().to_array();
+        }
+    }
+    *values = turned;
+}
+
+/// All clouds as one in common coordinates, with a column of their numbers.
+fn merged(
+    parts: Vec<Part>,
+    warnings: &mut Vec<String>,
+) -> std::result::Result<Part, ReadFault> {
+    let n_rows: usize = parts.iter().map(|part| part.n_rows).sum();
+    if n_rows > u32::MAX as usize {
+        return Err(ReadFault::TooMany { found: n_rows as u64 });
+    }
+    let mut columns: Vec<FileColumn> = Vec::new();
+    for part in &parts {
+        for column in &part.header.columns {
+            match columns.iter_mut().find(|known| known.name == column.name) {
+                None => columns.push(column.clone()),
+                Some(known) => *known = common(known, column),
+            }
+        }
+    }
+    // Positions have f64 once they are moved.
+    for column in columns.iter_mut().filter(|column| column.name == POSITION) {
+        column.element = Element::F64;
+    }
+    let bytes: usize = columns.iter().map(FileColumn::point_bytes).sum();
+    memory::ask((n_rows as u64).saturating_mul(bytes as u64)).map_err(ReadFault::memory(n_rows))?;
+    let out = ReadFault::memory;
+    let mut values = Vec::with_capacity(columns.len());
+    for column in &columns {
+        let n = n_rows.saturating_mul(column.components as usize);
+        values.push(Buffer::with_room(column.element, n).map_err(out(n_rows))?);
+    }
+    let mut scan: Vec<u16> = memory::with_room(n_rows).map_err(out(n_rows))?;
+    let (mut faces, mut before, mut filled) = (Vec::new(), 0u32, HashSet::new());
+    let format = parts.first().map(|part| part.header.format.clone()).unwrap_or_default();
+    for (number, mut part) in parts.into_iter().enumerate() {
+        move_columns(&part.header, &mut part.columns);
+        for (column, values) in columns.iter().zip(&mut values) {
+            let found = part.header.column(&column.name).map(|(place, _)| &part.columns[place]);
+            let n = part.n_rows * column.components as usize;
+            let fits = found.is_some_and(|found| {
+                found.len() == n && found.iter_f64().fold(true, |all, v| values.push(v) && all)
+            });
+            if !fits {
+                (values.len()..values.len() + n * usize::from(found.is_none()))
+                    .for_each(|_| drop(values.push(absent(column))));
+                filled.insert(column.name.clone());
+            }
+        }
+        scan.extend(std::iter::repeat_n(number as u16, part.n_rows));
+        faces.extend(part.faces.iter().map(|face| face.map(|i| i.saturating_add(before))));
+        before = before.saturating_add(part.n_rows as u32);
+    }
+    let mut filled: Vec<String> = filled.into_iter().collect();
+    filled.sort();
+    if !filled.is_empty() {
+        warnings.push(format!("not every cloud of the file has {}", filled.join(", ")));
+    }
+    columns.retain(|column| column.name != SCAN);
+    values.truncate(columns.len());
+    columns.push(FileColumn::new(SCAN, 1, Element::U16));
+    values.push(Buffer::U16(scan));
+    let header = CloudHeader { format, columns, ..CloudHeader::default() };
+    Ok(Part { header, columns: values, n_rows, faces })
+}
+
+/// A column that holds the values of both.
+fn common(a: &FileColumn, b: &FileColumn) -> FileColumn {
+    let element = if a.element == b.element { a.element } else { Element::F64 };
+    FileColumn { element, components: a.components.max(b.components), ..a.clone() }
+}
+
+/// What stands where a cloud does not have a column: no number, or zero of whole ones; white of colours.
+fn absent(column: &FileColumn) -> f64 {
+    match (column.name.as_str(), column.element) {
+        (COLOR, Element::U8) => 188.0,
+        (COLOR, Element::U16) => 48_316.0,
+        (COLOR, _) => 0.5,
+        (_, Element::F32 | Element::F64) => f64::NAN,
+        _ => 0.0,
+    }
+}
+
+impl CloudSinkHost for TableSink {
+    fn begin(&mut self, header: &CloudHeader) -> Result<bool> {
+        if self.closed {
+            return Err(Error::new("nothing is taken any more"));
+        }
+        check_header(header)?;
+        if self.parts.len() >= MAX_CLOUDS {
+            return Err(Error::new(format!("at most {MAX_CLOUDS} clouds of a file are taken")));
+        }
+        let columns = header.columns.iter().map(|column| Buffer::with_capacity(column.element, 0));
+        let columns = columns.collect();
+        self.parts.push(Part { header: header.clone(), columns, n_rows: 0, faces: Vec::new() });
+        Ok(!self.heads_only)
+    }
+
+    fn batch(&mut self, values: &[Values<'_>]) -> Result<()> {
+        if self.closed || self.heads_only {
+            return Err(Error::new("nothing is taken any more"));
+        }
+        let n_before: usize = self.parts.iter().map(|part| part.n_rows).sum();
+        let Some(part) = self.parts.last_mut() else {
+            return Err(Error::new("a batch came before the header of its cloud"));
+        };
+        let rows = check_batch(&part.header, values)?;
+        let most = part.header.rows.unwrap_or(u64::from(u32::MAX));
+        if (part.n_rows + rows) as u64 > most {
+            return Err(Error::new(format!("{most} points are announced, more came")));
+        }
+        let mut out = None;
+        for (column, values) in part.columns.iter_mut().zip(values) {
+            if let Err(refused) = column.append(values) {
+                out = Some(refused);
+                break;
+            }
+        }
+        part.n_rows += rows;
+        match out {
+            None => Ok(()),
+            Some(out) => Err(self.refuse(n_before + rows, out)),
+        }
+    }
+
+    fn faces(&mut self, triangles: &[[u32; 3]]) -> Result<()> {
+        if self.closed || self.heads_only {
+            return Err(Error::new("nothing is taken any more"));
+        }
+        let Some(part) = self.parts.last_mut() else {
+            return Err(Error::new("triangles came before the header of their cloud"));
+        };
+        if let Err(out) = memory::grow(&mut part.faces, triangles.len()) {
+            let n_rows = part.n_rows;
+            return Err(self.refuse(n_rows, out));
+        }
+        part.faces.extend(triangles);
+        Ok(())
+    }
+
+    fn warn(&mut self, line: &str) {
+        if self.warnings.len() < MAX_WARNINGS {
+            self.warnings.push(line.to_owned());
+        }
+    }
+}
