@@ -1,0 +1,161 @@
+//! Reading: headers through the crate `e57`, points packet by packet.
+
+use crate::batch::{Batch, Tally};
+use crate::header::FileFacts;
+use crate::layout::Layout;
+use crate::packets::Packets;
+use crate::refused;
+use crate::streams::Streams;
+use e57::{E57Reader, Header, PointCloud};
+use surfelshop_api::format::{BATCH, CloudSink, FileSource};
+use surfelshop_api::job::RANGE;
+use surfelshop_api::{Error, Job, Result};
+
+/// Batches that are decoded at once, by as many threads.
+const AT_ONCE: usize = 8;
+/// Most bytes of a batch.
+const BATCH_BYTES: usize = 1 << 24;
+
+/// Reads the scans of a file.
+///
+/// # Errors
+/// Where the file is damaged, or has no scans.
+pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>) -> Result<()> {
+    check_length(file)?;
+    // The crate reads whole pages: a buffer before it would be emptied by every seek.
+    let document = E57Reader::new(file.stream()).map_err(|error| refused(&error))?;
+    let scans = document.pointclouds();
+    if scans.is_empty() {
+        let n_images = document.images().len();
+        return Err(Error::new(format!("expected scans, found none, and {n_images} images")));
+    }
+    let facts = FileFacts::new(&document, &scans);
+    let n_points = scans.iter().map(|scan| scan.records as f64).sum();
+    let mut reading = Reading { file, job, n_points, n_done: 0.0, tally: Tally::default() };
+    let mut n_read = 0;
+    for (number, scan) in (1..).zip(&scans) {
+        match Layout::new(scan, |column| clouds.wants(column)) {
+            Ok(layout) => {
+                let (header, doubt) = facts.header(scan, &layout);
+                n_read += 1;
+                if clouds.begin(&header)? {
+                    layout.doubts.iter().chain(&doubt).for_each(|line| clouds.warn(line));
+                    let name = |error: Error| Error::new(format!("scan {number}: {error}"));
+                    reading.points(number, scan, &layout, clouds).map_err(name)?;
+                }
+            }
+            Err(line) => clouds.warn(&format!("scan {number} is left out: {line}")),
+        }
+        reading.n_done += scan.records as f64;
+    }
+    reading.tally.lines().iter().for_each(|line| clouds.warn(line));
+    if n_read == 0 {
+        return Err(Error::new("expected scans with coordinates, found none"));
+    }
+    Ok(())
+}
+
+/// Whether a file is as long as its first bytes say, before memory is taken for its description.
+fn check_length(file: &FileSource) -> Result<()> {
+    let header = Header::read(&mut file.stream()).map_err(|error| refused(&error))?;
+    let end = header.phys_xml_offset.checked_add(header.xml_length);
+    let (expected, found) = (header.phys_length.max(end.unwrap_or(u64::MAX)), file.length());
+    if expected > found {
+        return Err(Error::new(format!(
+            "expected {expected} bytes as the file's header says, found {found}: the file is damaged or cut short"
+        )));
+    }
+    Ok(())
+}
+
+/// Reading the points of a file's scans.
+struct Reading<'a> {
+    file: &'a FileSource,
+    job: &'a Job<'a>,
+    /// Points of all scans, and of those that are done, as the file announces them.
+    n_points: f64,
+    n_done: f64,
+    tally: Tally,
+}
+
+impl Reading<'_> {
+    /// Hands over the points of a scan.
+    fn points(
+        &mut self,
+        number: usize,
+        scan: &PointCloud,
+        layout: &Layout,
+        clouds: &mut CloudSink<'_>,
+    ) -> Result<()> {
+        if scan.records == 0 {
+            return Ok(());
+        }
+        let mut packets = Packets::open(self.file, scan.file_offset)?;
+        let mut streams = Streams::new(&layout.fields, |field| layout.needs(field));
+        let rows = (BATCH_BYTES / layout.point_bytes().max(1)).clamp(1, BATCH);
+        let at_once = (rows * AT_ONCE) as u64;
+        let mut left = scan.records;
+        while left > 0 {
+            while streams.n_points().is_some_and(|n| n < at_once) && packets.next(&mut streams)? {}
+            let there = match streams.n_points() {
+                Some(n) => n,
+                None => constant_points(scan)?,
+            };
+            let n = there.min(left).min(at_once);
+            if n == 0 {
+                break;
+            }
+            let done = self.n_done + (scan.records - left) as f64;
+            // No more than `at_once`.
+            let share = done / self.n_points..(done + n as f64) / self.n_points;
+            for batch in decode(layout, &streams, n as usize, rows, share, self.job)? {
+                self.tally.add(batch.tally);
+                if !batch.is_empty() {
+                    clouds.batch(&batch.values())?;
+                }
+            }
+            streams.forget(n);
+            left -= n;
+            self.job.check()?;
+        }
+        if left > 0 {
+            let (announced, found) = (scan.records, scan.records - left);
+            clouds.warn(&format!(
+                "scan {number}: expected {announced} points, found {found}: the file is damaged"
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// Points of a scan whose values are all constant, so that nothing of the file stands for them.
+fn constant_points(scan: &PointCloud) -> Result<u64> {
+    if scan.records <= BATCH as u64 {
+        return Ok(scan.records);
+    }
+    Err(Error::new(format!(
+        "expected points, found {} times the same without a byte in the file: the file is damaged",
+        scan.records
+    )))
+}
+
+/// Points in batches of `rows`, decoded on several threads.
+fn decode(
+    layout: &Layout,
+    streams: &Streams,
+    n: usize,
+    rows: usize,
+    share: std::ops::Range<f64>,
+    job: &Job<'_>,
+) -> Result<Vec<Batch>> {
+    let batch = |i: usize| Batch::decode(layout, streams, i * rows, rows.min(n - i * rows));
+    let n_batches = n.div_ceil(rows);
+    if n_batches == 1 {
+        job.progress(share.end.min(1.0), "");
+        return Ok(vec![batch(0)]);
+    }
+    // A thread takes `RANGE` items at once; a batch is as much work as many of them, and each is one of its own.
+    let of_item = |i: usize| i.is_multiple_of(RANGE).then(|| batch(i / RANGE));
+    let batches = job.map(n_batches * RANGE, share.start..share.end.min(1.0), of_item)?;
+    Ok(batches.into_iter().flatten().collect())
+}

@@ -1,0 +1,184 @@
+//! Writing: a scan for each cloud, through the crate `e57`.
+
+use crate::header::{DESCRIPTION, MODEL, OF_THE_FILE, SERIAL, VENDOR};
+use crate::held::{Held, Points};
+use crate::layout::{NORMALS, ROW_INDEX};
+use crate::outgoing::{COLUMNS, Outgoing};
+use crate::refused;
+use crate::tail::Tail;
+use crate::time::gps_seconds;
+use crate::xml_text::{guid, text};
+use e57::{DateTime, E57Writer, Extension, PointCloudWriter, Quaternion, Transform, Translation};
+use std::io::{Read, Seek, Write};
+use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Pose, UpAxis};
+use surfelshop_api::{Job, Result};
+
+/// Extensions and what names them for good.
+const EXTENSIONS: [(&str, &str); 2] = [
+    (NORMALS, "http://www.libe57.org/E57_NOR_surface_normals.txt"),
+    (COLUMNS, "urn:surfelshop:e57:columns"),
+];
+
+/// Writes clouds as the scans of a file; returns what it cannot hold.
+///
+/// # Errors
+/// Where the clouds cannot be had or written.
+pub(crate) fn write(
+    clouds: &mut CloudSource<'_>,
+    file: &FileSink,
+    job: &Job<'_>,
+) -> Result<Vec<String>> {
+    let writer = E57Writer::new(Tail::new(file.stream()), &guid());
+    let writer = writer.map_err(|error| refused(&error))?;
+    let mut writing = Writing { writer, lines: Vec::new(), extensions: Vec::new(), job, most: 0.0 };
+    let mut coordinate_system = None;
+    while let Some(header) = clouds.next_cloud()? {
+        let first = coordinate_system.get_or_insert_with(|| header.coordinate_system.clone());
+        if *first != header.coordinate_system {
+            writing.lines.push(
+                "the scans have several coordinate systems: the first one is written".to_owned(),
+            );
+        }
+        writing.cloud(&header, clouds)?;
+    }
+    let Writing { mut writer, mut lines, .. } = writing;
+    writer.set_coordinate_metadata(coordinate_system.and_then(|system| text(&system)));
+    writer.finalize().map_err(|error| refused(&error))?;
+    let mut said = std::collections::HashSet::new();
+    lines.retain(|line| said.insert(line.clone()));
+    Ok(lines)
+}
+
+/// Writing a file.
+struct Writing<'a, T: Read + Write + Seek> {
+    writer: E57Writer<T>,
+    lines: Vec<String>,
+    extensions: Vec<&'static str>,
+    job: &'a Job<'a>,
+    /// The progress that was told: nobody knows how many clouds follow.
+    most: f64,
+}
+
+impl<T: Read + Write + Seek> Writing<'_, T> {
+    fn cloud(&mut self, header: &CloudHeader, clouds: &mut CloudSource<'_>) -> Result<()> {
+        let components: Vec<u32> = header.columns.iter().map(|column| column.components).collect();
+        let mut held = Held::new(header.step);
+        let (mut complete, mut has_faces) = (false, false);
+        loop {
+            self.job.check()?;
+            let Some(batch) = clouds.next_batch()? else {
+                complete = true;
+                break;
+            };
+            has_faces |= !batch.faces.is_empty();
+            if !held.add(&Points::new(&batch, &components)?) {
+                break;
+            }
+        }
+        let mut outgoing = Outgoing::new(header, held.storage(complete), &mut self.lines);
+        self.register(&outgoing)?;
+        let scan = self.writer.add_pointcloud(&guid(), outgoing.prototype());
+        let mut scan = scan.map_err(|error| refused(&error))?;
+        describe(&mut scan, header, &mut self.lines);
+        let mut n_points = 0;
+        for points in held.points() {
+            outgoing.add(&mut scan, &points)?;
+            n_points += points.len;
+            self.job.check()?;
+        }
+        drop(held);
+        while let Some(batch) = if complete { None } else { clouds.next_batch()? } {
+            has_faces |= !batch.faces.is_empty();
+            outgoing.add(&mut scan, &Points::new(&batch, &components)?)?;
+            n_points += batch.len;
+            if let Some(rows) = header.rows.filter(|&rows| rows > 0) {
+                self.most = self.most.max((n_points as f64 / rows as f64).min(1.0));
+                self.job.progress(self.most, "");
+            }
+            self.job.check()?;
+        }
+        if let Some(limits) = outgoing.intensity_limits() {
+            scan.set_intensity_limits(Some(limits));
+        }
+        scan.finalize().map_err(|error| refused(&error))?;
+        if has_faces {
+            self.lines.push("triangles are not written".to_owned());
+        }
+        self.lines.extend(outgoing.lines());
+        Ok(())
+    }
+
+    /// Names the extensions that fields are of.
+    fn register(&mut self, outgoing: &Outgoing) -> Result<()> {
+        for (name, url) in EXTENSIONS {
+            if outgoing.uses(name) && !self.extensions.contains(&name) {
+                let registered = self.writer.register_extension(Extension::new(name, url));
+                registered.map_err(|error| refused(&error))?;
+                self.extensions.push(name);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes what a header says of a cloud.
+fn describe<T: Read + Write + Seek>(
+    scan: &mut PointCloudWriter<'_, T>,
+    header: &CloudHeader,
+    lines: &mut Vec<String>,
+) {
+    scan.set_name(text(&header.name));
+    // A pose that moves nothing says that the points were seen from zero.
+    let seen = header.scanner.filter(|place| place.is_finite());
+    if header.pose != Pose::default() || seen.is_some() {
+        scan.set_transform(Some(transform(&header.pose)));
+    }
+    if seen.is_some_and(|place| place.length() > 1e-9) {
+        lines.push(
+            "the scanner's place is not written: in E57 files it is the zero of a scan's axes"
+                .to_owned(),
+        );
+    }
+    if header.grid.is_some() && header.column(ROW_INDEX).is_none() {
+        lines.push("the grid of points is not written".to_owned());
+    }
+    if matches!(header.up, UpAxis::X | UpAxis::Y) {
+        lines
+            .push("the axis that points up is not written: readers of E57 files take z".to_owned());
+    }
+    if header.metres_per_unit > 0.0 && (header.metres_per_unit - 1.0).abs() > 1e-9 {
+        let metres = header.metres_per_unit;
+        lines
+            .push(format!("units of {metres} m are not written: readers of E57 files take metres"));
+    }
+    match gps_seconds(&header.time) {
+        Some(gps_time) => {
+            scan.set_acquisition_start(Some(DateTime { gps_time, atomic_reference: false }));
+        }
+        None if header.time.is_empty() => {}
+        None => lines.push(format!("the time `{}` is not written: it is no date", header.time)),
+    }
+    let mut description = Vec::new();
+    for comment in &header.comments {
+        let (name, value) = comment.split_once(": ").unwrap_or(("", comment));
+        match name {
+            VENDOR => scan.set_sensor_vendor(text(value)),
+            MODEL => scan.set_sensor_model(text(value)),
+            SERIAL => scan.set_sensor_serial(text(value)),
+            DESCRIPTION => description.push(value),
+            _ if OF_THE_FILE.contains(&name) => {}
+            _ => description.push(comment),
+        }
+    }
+    scan.set_description(text(&description.join("\n")));
+}
+
+fn transform(pose: &Pose) -> Transform {
+    // The standard wants no negative real part; both quaternions are the same rotation.
+    let turn = if pose.rotation.w < 0.0 { -pose.rotation } else { pose.rotation };
+    let by = pose.translation;
+    Transform {
+        rotation: Quaternion { w: turn.w, x: turn.x, y: turn.y, z: turn.z },
+        translation: Translation { x: by.x, y: by.y, z: by.z },
+    }
+}
