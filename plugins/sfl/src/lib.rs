@@ -1,4 +1,4 @@
-//! # SFL: the surfel files of Pointshop3D
+//! # SFL: the surfel files of `Pointshop3D`
 //!
 //! Reads every surfel set of a file as a cloud, in its full resolution, and writes clouds as surfel sets.
 //!
@@ -19,7 +19,7 @@
 //!
 //! | parameter | type | default | meaning |
 //! |---|---|---|---|
-//! | `normals` | choice | `cub32` | written normals: codes of 32 bits, as Pointshop3D has them, or `float` |
+//! | `normals` | choice | `cub32` | written normals: codes of 32 bits, as `Pointshop3D` has them, or `float` |
 //!
 //! Written files are of surfel format 1: big-endian, colours as RGBA. Positions are 32-bit floats; where that would round them
 //! because they lie far from zero, they are stored around an origin, which goes into the set's transform.
@@ -44,7 +44,7 @@ use settings::Settings;
 use surfelshop_api::format::{CloudSink, CloudSource, FileSink, FileSource, FileTypes};
 use surfelshop_api::{Format, HostInfo, Job, Result, UnitInfo, export_plugin};
 
-/// Pointshop3D's surfel files.
+/// `Pointshop3D`'s surfel files.
 pub struct Sfl;
 
 impl Format for Sfl {

@@ -15,7 +15,7 @@ choices! {
 params! {
     /// Settings of `sfl`.
     pub struct Settings {
-        /// How normals are written: codes of 32 bits, up to 0.004 degrees wrong, or three floats.
+        /// How normals are written: codes of 32 bits, up to 0.005 degrees wrong, or three floats.
         normals: NormalChoice { default: NormalChoice::Cub32 },
     }
 }

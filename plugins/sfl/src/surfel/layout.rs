@@ -169,7 +169,7 @@ impl Layout {
             self.places[property::NORMAL] = None;
             self.places[property::RADIUS] = None;
         }
-        // Pointshop3D wrote the last properties of cameras over the first ones of surfels.
+        // `Pointshop3D` wrote the last properties of cameras over the first ones of surfels.
         if let Some(place) = self.places[property::CAMERA_ANGLES] {
             let size = |number| self.size(number).unwrap_or(0);
             let overlaps = |number: usize| {
@@ -186,7 +186,7 @@ impl Layout {
         }
     }
 
-    /// A record with these properties, in the order in which Pointshop3D has them: those of whole words first.
+    /// A record with these properties, in the order in which `Pointshop3D` has them: those of whole words first.
     pub(crate) fn arranged(
         properties: &[usize],
         normals: Normals,

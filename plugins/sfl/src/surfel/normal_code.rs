@@ -11,9 +11,9 @@ const NO_FACE: u32 = 3;
 /// A kind of code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cube {
-    /// 16 bits: directions are up to 0.9 degrees wrong.
+    /// 16 bits: directions are up to 1.3 degrees wrong.
     Cub16,
-    /// 32 bits: directions are up to 0.004 degrees wrong.
+    /// 32 bits: directions are up to 0.005 degrees wrong.
     Cub32,
 }
 

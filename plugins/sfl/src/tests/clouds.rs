@@ -165,7 +165,7 @@ pub(super) fn write(clouds: &[TestCloud]) -> (Vec<u8>, Vec<String>) {
 pub(super) struct Numbers(pub(super) u64);
 
 impl Numbers {
-    /// The next number. Source: Steele et al. 2014, SplitMix64.
+    /// The next number. Source: Steele et al. 2014, `SplitMix64`.
     pub(super) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -185,7 +185,7 @@ impl Numbers {
     }
 }
 
-/// A cloud of discs as Pointshop3D usually has them, on a sphere.
+/// A cloud of discs as `Pointshop3D` usually has them, on a sphere.
 pub(super) fn discs(len: usize) -> TestCloud {
     let mut numbers = Numbers(len as u64);
     let mut of = |n: usize| (0..n * len).map(|_| numbers.single()).collect::<Vec<_>>();

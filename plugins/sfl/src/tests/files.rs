@@ -5,7 +5,7 @@
 pub(super) struct Made {
     entries: Vec<(u16, u16, u32, Vec<u8>)>,
     data: Option<(u32, Vec<u8>)>,
-    children: Vec<Made>,
+    children: Vec<Self>,
 }
 
 impl Made {

@@ -51,7 +51,7 @@ fn siblings(bytes: &[u8], mut place: usize, found: &mut Found) -> (usize, usize,
                     assert!(tag >= 0x0100, "{tag:#06x}");
                     if size * count > 4 {
                         assert!(
-                            value % 4 == 0 && value + size * count <= bytes.len(),
+                            value.is_multiple_of(4) && value + size * count <= bytes.len(),
                             "{tag:#06x}"
                         );
                     }

@@ -66,20 +66,19 @@ fn the_scene_is_told_in_comments() {
     assert!(header.format.starts_with("SFL, surfel format 1"), "{}", header.format);
 }
 
-/// A streamed resolution: no count, and a length that wrapped.
-fn streamed(xs: &[f32]) -> (Made, Vec<u8>) {
-    let bytes = file_of(vec![positions().child(at(xs))]);
-    let mut broken = bytes.clone();
-    let count = broken.windows(4).position(|w| w == [0x01, 0x70, 0, 4]).unwrap();
-    broken[count + 8..count + 12].fill(0xff);
-    broken[count + 16..count + 20].copy_from_slice(&0xffff_fff4_u32.to_be_bytes());
-    broken[count + 32..count + 36].copy_from_slice(&0x1234_u32.to_be_bytes());
-    (positions().child(at(xs)), broken)
+/// A file whose only resolution has no count, and a length and a link that wrapped.
+fn streamed(xs: &[f32]) -> Vec<u8> {
+    let mut bytes = file_of(vec![positions().child(at(xs))]);
+    let count = bytes.windows(4).position(|w| w == [0x01, 0x70, 0, 4]).unwrap();
+    bytes[count + 8..count + 12].fill(0xff);
+    bytes[count + 16..count + 20].copy_from_slice(&0xffff_fff4_u32.to_be_bytes());
+    bytes[count + 32..count + 36].copy_from_slice(&0x1234_u32.to_be_bytes());
+    bytes
 }
 
 #[test]
 fn counts_that_were_not_known_are_found() {
-    let (_, bytes) = streamed(&[1.0, 2.0, 3.0]);
+    let bytes = streamed(&[1.0, 2.0, 3.0]);
     assert_eq!(xs(&bytes), [[1.0, 2.0, 3.0]]);
     assert!(read(&bytes).unwrap().warnings[0].contains("without a count"));
     // The set does not know its next one: what closes the file tells the end.
@@ -114,7 +113,7 @@ fn a_stray_byte_behind_the_header_is_skipped() {
         assert!(read(&bytes).unwrap().warnings[0].contains("stray byte"));
     }
     // Without a count, too.
-    let (_, mut bytes) = streamed(&[1.0, 2.0, 3.0]);
+    let mut bytes = streamed(&[1.0, 2.0, 3.0]);
     bytes.insert(20, 0);
     assert_eq!(xs(&bytes), [[1.0, 2.0, 3.0]]);
 }

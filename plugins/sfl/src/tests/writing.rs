@@ -55,8 +55,6 @@ fn discs_come_back() {
     assert_eq!(lines.len(), 1, "{lines:?}");
     assert!(lines[0].contains("normals are rounded") && lines[0].contains("normals=float"));
     // What was read from codes is written without loss, and said to be.
-    let Buffer::F32(normals) = floats(0, 1) else { panic!("floats") };
-    drop(normals);
     let mut again = discs(n);
     again.columns[1].1 = Buffer::F32(found_normals.iter().map(|&v| v as f32).collect());
     let (found, lines) = round_trip(&[again]);
@@ -282,4 +280,39 @@ fn there_is_a_cloud_and_not_too_many() {
     assert!(line.contains("at most 1023 clouds"), "{line}");
     let line = write_with(&[TestCloud::new(&[[1e300; 3]])], &Settings::default());
     assert!(line.unwrap_err().to_string().contains("within the range of 32-bit floats"));
+}
+
+#[test]
+fn origins_of_sets_that_are_turned_are_turned_with_them() {
+    let places = [[4_321_000.123, 987_654.321, 512.01], [4_321_010.456, 987_660.5, 513.02]];
+    let mut cloud = TestCloud::new(&places);
+    let pose =
+        Pose { rotation: DQuat::from_rotation_z(0.7), translation: DVec3::new(5.5, -6.25, 0.1) };
+    cloud.header.pose = pose;
+    let (bytes, lines) = write(&[cloud]);
+    assert!(lines[0].contains("stored relative to"), "{lines:?}");
+    let found = &read(&bytes).unwrap().clouds[0];
+    let own = column(found, "position");
+    for (own, place) in own.chunks_exact(3).zip(places) {
+        let expected = pose.place(DVec3::from(place));
+        let placed = found.header.pose.place(DVec3::from_slice(own));
+        assert!(placed.distance(expected) < 1e-6, "{placed} {expected}");
+    }
+}
+
+#[test]
+fn the_box_of_the_scene_holds_all_sets_where_they_stand() {
+    let mut clouds = [TestCloud::new(&[[0.0; 3], [1.0, 2.0, 3.0]]), TestCloud::new(&[[4.0; 3]])];
+    clouds[0].header.pose.rotation = DQuat::from_rotation_z(std::f64::consts::PI);
+    clouds[0].header.pose.translation = DVec3::new(0.0, 0.0, 10.0);
+    let (bytes, _) = write(&clouds);
+    // The first entry of the tag is the root's.
+    let entry = bytes.windows(8).position(|w| w == [0x01, 0x18, 0, 6, 0, 0, 0, 6]).unwrap();
+    let place = u32::from_be_bytes(bytes[entry + 8..entry + 12].try_into().unwrap()) as usize;
+    let floats = bytes[place..place + 24].chunks_exact(4);
+    let found: Vec<f32> = floats.map(|f| f32::from_be_bytes(f.try_into().unwrap())).collect();
+    // (1, 2, 3) stands at (-1, -2, 13).
+    for (found, expected) in found.iter().zip([-1.0, -2.0, 4.0, 4.0, 4.0, 13.0]) {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
 }
