@@ -71,19 +71,28 @@ pub(crate) struct Batch {
 }
 
 impl Batch {
-    /// The points from `first` on, `n` of them, all of which are there.
-    pub(crate) fn decode(layout: &Layout, streams: &Streams, first: usize, n: usize) -> Self {
+    /// No points.
+    pub(crate) fn new(layout: &Layout) -> Self {
+        let columns = layout.file_columns();
+        let columns = columns.iter().map(|column| Buffer::zeros(column.element, 0)).collect();
+        Self { columns, tally: Tally::default() }
+    }
+
+    /// Becomes the points from `first` on, `n` of them, all of which are there. Memory is used again.
+    pub(crate) fn decode(&mut self, layout: &Layout, streams: &Streams, first: usize, n: usize) {
         let span = Span { layout, streams, first, n };
-        let mut tally = Tally::default();
-        let (position, keep) = span.positions(&mut tally);
-        let mut columns = vec![position];
-        columns.extend(layout.columns.iter().map(|column| span.column(column, &keep, &mut tally)));
-        if tally.n_invalid > 0 {
-            for (buffer, column) in columns.iter_mut().zip(layout.file_columns()) {
-                buffer.retain(column.components as usize, &keep);
+        self.tally = Tally::default();
+        let Some((position, others)) = self.columns.split_first_mut() else { return };
+        let keep = span.positions(position, &mut self.tally);
+        for (buffer, column) in others.iter_mut().zip(&layout.columns) {
+            span.column(column, buffer, &keep, &mut self.tally);
+        }
+        if self.tally.n_invalid > 0 {
+            position.retain(3, &keep);
+            for (buffer, column) in others.iter_mut().zip(&layout.columns) {
+                buffer.retain(column.fields.len(), &keep);
             }
         }
-        Self { columns, tally }
     }
 
     /// The values as the host takes them.
@@ -128,16 +137,16 @@ impl Span<'_> {
     }
 
     /// Positions of all points, and which of them are valid; none are named where all are.
-    fn positions(&self, tally: &mut Tally) -> (Buffer, Vec<bool>) {
+    fn positions(&self, xyz: &mut Buffer, tally: &mut Tally) -> Vec<bool> {
         let places = &self.layout.places;
         // 0 where there is a position, 1 where there is a direction.
         let mut states = Vec::new();
-        let mut xyz = Buffer::zeros(places.element, 3 * self.n);
+        xyz.resize(3 * self.n);
         if let Some(cartesian) = places.cartesian {
-            with_values!(&mut xyz, values => self.components(&cartesian, values));
+            with_values!(&mut *xyz, values => self.components(&cartesian, values));
             states = self.states(places.cartesian_state);
         }
-        if let (Some(spherical), Buffer::F64(xyz)) = (places.spherical, &mut xyz) {
+        if let (Some(spherical), Buffer::F64(xyz)) = (places.spherical, &mut *xyz) {
             let replaced = places.cartesian.map(|_| states.as_slice());
             // Most batches of scans that have both are valid in the first.
             if replaced.is_none_or(|states| !states.is_empty()) {
@@ -149,7 +158,7 @@ impl Span<'_> {
         let keep: Vec<bool> = states.iter().map(|&state| state == 0).collect();
         tally.n_invalid += keep.iter().filter(|keep| !**keep).count() as u64;
         tally.n_directions += states.iter().filter(|&&state| state == 1).count() as u64;
-        (xyz, keep)
+        keep
     }
 
     /// The state of each point; empty where all are valid.
@@ -186,25 +195,23 @@ impl Span<'_> {
         }
     }
 
-    fn column(&self, column: &Column, keep: &[bool], tally: &mut Tally) -> Buffer {
-        let element = column.file.element;
-        let mut buffer = Buffer::zeros(element, column.fields.len() * self.n);
-        with_values!(&mut buffer, values => self.fill(column, values, tally));
+    fn column(&self, column: &Column, buffer: &mut Buffer, keep: &[bool], tally: &mut Tally) {
+        buffer.resize(column.fields.len() * self.n);
+        with_values!(&mut *buffer, values => self.fill(column, values, tally));
         let is_kept = |i: usize| keep.is_empty() || keep[i];
         let width = column.fields.len();
         if let Conversion::Color(scale) = column.conversion {
             let grey = scale.neutral();
-            with_values!(&mut buffer, values => self.marked(column.invalid, |i, _| {
+            with_values!(&mut *buffer, values => self.marked(column.invalid, |i, _| {
                 tally.n_colors += u64::from(is_kept(i));
                 values[width * i..width * (i + 1)].fill(Number::of_whole(grey).0);
             }));
         } else {
-            with_values!(&mut buffer, values => self.marked(column.invalid, |i, _| {
+            with_values!(&mut *buffer, values => self.marked(column.invalid, |i, _| {
                 tally.n_values += u64::from(is_kept(i));
                 values[width * i..width * (i + 1)].fill(Number::of_whole(0).0);
             }));
         }
-        buffer
     }
 
     fn fill<T: Number>(&self, column: &Column, values: &mut [T], tally: &mut Tally) {

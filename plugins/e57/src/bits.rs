@@ -12,10 +12,10 @@ pub(crate) fn unpack(
 ) {
     match bits {
         0 => (0..n).for_each(|i| put(i, 0)),
-        8 if first % 8 == 0 => whole_bytes::<1>(bytes, first / 8, n, put),
-        16 if first % 8 == 0 => whole_bytes::<2>(bytes, first / 8, n, put),
-        32 if first % 8 == 0 => whole_bytes::<4>(bytes, first / 8, n, put),
-        64 if first % 8 == 0 => whole_bytes::<8>(bytes, first / 8, n, put),
+        8 if first.is_multiple_of(8) => whole_bytes::<1>(bytes, first / 8, n, put),
+        16 if first.is_multiple_of(8) => whole_bytes::<2>(bytes, first / 8, n, put),
+        32 if first.is_multiple_of(8) => whole_bytes::<4>(bytes, first / 8, n, put),
+        64 if first.is_multiple_of(8) => whole_bytes::<8>(bytes, first / 8, n, put),
         1..=56 => short(bytes, first, bits, n, put),
         _ => long(bytes, first, bits, n, put),
     }

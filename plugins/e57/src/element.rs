@@ -117,13 +117,22 @@ impl Buffer {
         }
     }
 
+    /// Makes room for so many values; what they are is not told.
+    pub(crate) fn resize(&mut self, len: usize) {
+        with_values!(self, values => values.resize(len, Default::default()));
+    }
+
     /// Leaves out the points of which `keep` is false.
     pub(crate) fn retain(&mut self, components: usize, keep: &[bool]) {
         with_values!(self, values => {
-            let mut n_kept = 0;
-            for (i, _) in keep.iter().enumerate().filter(|(_, keep)| **keep) {
-                values.copy_within(i * components..(i + 1) * components, n_kept);
-                n_kept += components;
+            let (mut first, mut n_kept) = (0, 0);
+            for run in keep.chunk_by(|a, b| a == b) {
+                let len = components * run.len();
+                if run[0] {
+                    values.copy_within(first..first + len, n_kept);
+                    n_kept += len;
+                }
+                first += len;
             }
             values.truncate(n_kept);
         });

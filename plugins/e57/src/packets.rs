@@ -1,6 +1,6 @@
 //! Packets of a scan's section, which bring some bytes of every field.
 
-use crate::pages::{Pages, in_file, without_checksums};
+use crate::pages::{Pages, in_file, place};
 use crate::streams::Streams;
 use surfelshop_api::format::FileSource;
 use surfelshop_api::{Error, Result};
@@ -101,13 +101,4 @@ impl<'a> Packets<'a> {
         }
         Ok(())
     }
-}
-
-/// The place without checksums of a byte of the file.
-fn place(offset: u64) -> Result<u64> {
-    without_checksums(offset).ok_or_else(|| {
-        Error::new(format!(
-            "expected values at byte {offset}, found a checksum: the file is damaged"
-        ))
-    })
 }

@@ -10,9 +10,17 @@ pub(crate) const PAYLOAD: u64 = 1020;
 /// Pages that are read at once, where so many are left.
 const AT_ONCE: u64 = 1024;
 
-/// The place of a byte without checksums, from its place in the file; `None` inside a checksum.
-pub(crate) fn without_checksums(place: u64) -> Option<u64> {
-    (place % PAGE < PAYLOAD).then_some(place / PAGE * PAYLOAD + place % PAGE)
+/// The place of a byte without checksums, from its place in the file.
+///
+/// # Errors
+/// Inside a checksum.
+pub(crate) fn place(offset: u64) -> Result<u64> {
+    if offset % PAGE < PAYLOAD {
+        return Ok(offset / PAGE * PAYLOAD + offset % PAGE);
+    }
+    Err(Error::new(format!(
+        "expected a part of the file at byte {offset}, found a checksum: the file is damaged"
+    )))
 }
 
 /// The place in the file of a byte, from its place without checksums.
@@ -165,7 +173,7 @@ mod tests {
         pages.skip(1500).unwrap();
         assert_eq!(pages.take(490).unwrap()[489], expected(1999));
         assert!(pages.take(1).is_err() && pages.skip(1).is_err());
-        assert_eq!((without_checksums(1023), without_checksums(1024)), (None, Some(1020)));
+        assert!(place(1023).is_err() && place(1024).unwrap() == 1020);
         assert_eq!(in_file(1020), 1024);
     }
 

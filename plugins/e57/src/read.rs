@@ -4,9 +4,12 @@ use crate::batch::{Batch, Tally};
 use crate::header::FileFacts;
 use crate::layout::Layout;
 use crate::packets::Packets;
+use crate::pages::{Pages, place};
 use crate::refused;
 use crate::streams::Streams;
 use e57::{E57Reader, Header, PointCloud};
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 use surfelshop_api::format::{BATCH, CloudSink, FileSource};
 use surfelshop_api::job::RANGE;
 use surfelshop_api::{Error, Job, Result};
@@ -16,12 +19,15 @@ const AT_ONCE: usize = 8;
 /// Most bytes of a batch.
 const BATCH_BYTES: usize = 1 << 24;
 
+/// Most bytes of a file's description that the crate `e57` takes.
+const LONGEST_DESCRIPTION: u64 = 50 << 20;
+
 /// Reads the scans of a file.
 ///
 /// # Errors
 /// Where the file is damaged, or has no scans.
 pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>) -> Result<()> {
-    check_length(file)?;
+    check_description(file)?;
     // The crate reads whole pages: a buffer before it would be emptied by every seek.
     let document = E57Reader::new(file.stream()).map_err(|error| refused(&error))?;
     let scans = document.pointclouds();
@@ -55,15 +61,21 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
     Ok(())
 }
 
-/// Whether a file is as long as its first bytes say, before memory is taken for its description.
-fn check_length(file: &FileSource) -> Result<()> {
+/// Whether the description of a file is there and undamaged, before memory is taken for what it is said to be.
+fn check_description(file: &FileSource) -> Result<()> {
     let header = Header::read(&mut file.stream()).map_err(|error| refused(&error))?;
-    let end = header.phys_xml_offset.checked_add(header.xml_length);
-    let (expected, found) = (header.phys_length.max(end.unwrap_or(u64::MAX)), file.length());
+    let (offset, len) = (header.phys_xml_offset, header.xml_length);
+    let end = offset.saturating_add(len);
+    let (expected, found) = (header.phys_length.max(end), file.length());
     if expected > found {
         return Err(Error::new(format!(
             "expected {expected} bytes as the file's header says, found {found}: the file is damaged or cut short"
         )));
+    }
+    // The crate refuses longer ones, and names no page.
+    if len <= LONGEST_DESCRIPTION {
+        let mut pages = Pages::new(file, place(offset)?, u64::MAX);
+        pages.take(usize::try_from(len)?).map(|_checked| ())?;
     }
     Ok(())
 }
@@ -91,12 +103,12 @@ impl Reading<'_> {
             return Ok(());
         }
         let mut packets = Packets::open(self.file, scan.file_offset)?;
-        let mut streams = Streams::new(&layout.fields, |field| layout.needs(field));
-        let rows = (BATCH_BYTES / layout.point_bytes().max(1)).clamp(1, BATCH);
-        let at_once = (rows * AT_ONCE) as u64;
+        let mut decoder = Decoder::new(layout);
+        let at_once = (decoder.rows * AT_ONCE) as u64;
         let mut left = scan.records;
         while left > 0 {
-            while streams.n_points().is_some_and(|n| n < at_once) && packets.next(&mut streams)? {}
+            let streams = &mut decoder.streams;
+            while streams.n_points().is_some_and(|n| n < at_once) && packets.next(streams)? {}
             let there = match streams.n_points() {
                 Some(n) => n,
                 None => constant_points(scan)?,
@@ -106,15 +118,16 @@ impl Reading<'_> {
                 break;
             }
             let done = self.n_done + (scan.records - left) as f64;
+            let share = done / self.n_points..((done + n as f64) / self.n_points).min(1.0);
             // No more than `at_once`.
-            let share = done / self.n_points..(done + n as f64) / self.n_points;
-            for batch in decode(layout, &streams, n as usize, rows, share, self.job)? {
+            for batch in decoder.batches(n as usize, share, self.job)? {
                 self.tally.add(batch.tally);
                 if !batch.is_empty() {
                     clouds.batch(&batch.values())?;
                 }
+                decoder.give_back(batch);
             }
-            streams.forget(n);
+            decoder.streams.forget(n);
             left -= n;
             self.job.check()?;
         }
@@ -139,23 +152,46 @@ fn constant_points(scan: &PointCloud) -> Result<u64> {
     )))
 }
 
-/// Points in batches of `rows`, decoded on several threads.
-fn decode(
-    layout: &Layout,
-    streams: &Streams,
-    n: usize,
+/// Decodes the points of a scan in batches, on several threads.
+struct Decoder<'a> {
+    layout: &'a Layout,
+    streams: Streams,
+    /// Points of a batch.
     rows: usize,
-    share: std::ops::Range<f64>,
-    job: &Job<'_>,
-) -> Result<Vec<Batch>> {
-    let batch = |i: usize| Batch::decode(layout, streams, i * rows, rows.min(n - i * rows));
-    let n_batches = n.div_ceil(rows);
-    if n_batches == 1 {
-        job.progress(share.end.min(1.0), "");
-        return Ok(vec![batch(0)]);
+    /// Batches that were handed over: their memory is used again.
+    spare: Mutex<Vec<Batch>>,
+}
+
+impl<'a> Decoder<'a> {
+    fn new(layout: &'a Layout) -> Self {
+        let streams = Streams::new(&layout.fields, |field| layout.needs(field));
+        let rows = (BATCH_BYTES / layout.point_bytes().max(1)).clamp(1, BATCH);
+        Self { layout, streams, rows, spare: Mutex::default() }
     }
-    // A thread takes `RANGE` items at once; a batch is as much work as many of them, and each is one of its own.
-    let of_item = |i: usize| i.is_multiple_of(RANGE).then(|| batch(i / RANGE));
-    let batches = job.map(n_batches * RANGE, share.start..share.end.min(1.0), of_item)?;
-    Ok(batches.into_iter().flatten().collect())
+
+    /// The first points, which are there. Progress goes through `share`.
+    fn batches(&self, n: usize, share: Range<f64>, job: &Job<'_>) -> Result<Vec<Batch>> {
+        let n_batches = n.div_ceil(self.rows);
+        if n_batches == 1 {
+            job.progress(share.end, "");
+            return Ok(vec![self.batch(0, n)]);
+        }
+        // A thread takes `RANGE` items at once; a batch is as much work as many of them, and each is one of its own.
+        let of_item = |i: usize| i.is_multiple_of(RANGE).then(|| self.batch(i / RANGE, n));
+        let batches = job.map(n_batches * RANGE, share, of_item)?;
+        Ok(batches.into_iter().flatten().collect())
+    }
+
+    /// One of the batches of the first `n` points.
+    fn batch(&self, number: usize, n: usize) -> Batch {
+        let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut batch = spare.unwrap_or_else(|| Batch::new(self.layout));
+        let first = number * self.rows;
+        batch.decode(self.layout, &self.streams, first, self.rows.min(n - first));
+        batch
+    }
+
+    fn give_back(&self, batch: Batch) {
+        self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(batch);
+    }
 }

@@ -50,7 +50,9 @@ pub(crate) fn bounds(scan: &PointCloud) -> Option<[DVec3; 2]> {
     let CartesianBounds { x_min, x_max, y_min, y_max, z_min, z_max } =
         scan.cartesian_bounds.clone()?;
     let [low, high] = [DVec3::new(x_min?, y_min?, z_min?), DVec3::new(x_max?, y_max?, z_max?)];
-    (low.is_finite() && high.is_finite() && low.cmple(high).all()).then_some([low, high])
+    // Scans without points have the largest numbers there are in some files.
+    let sane = |end: DVec3| end.abs().max_element() < 1e100;
+    (sane(low) && sane(high) && low.cmple(high).all()).then_some([low, high])
 }
 
 /// How far a box is from zero, in its diagonals.

@@ -29,7 +29,7 @@ const LEAPS: [(u64, u64); 18] = [
 
 /// A time as `2024-05-17 09:30:00 UTC`; `None` where it is not a time after 1980-01-06, or after the year 9999.
 pub(crate) fn date(gps_seconds: f64) -> Option<String> {
-    let in_range = gps_seconds.is_finite() && gps_seconds >= 1.0 && gps_seconds < 2.5e11;
+    let in_range = (1.0..2.5e11).contains(&gps_seconds);
     let gps = in_range.then_some(gps_seconds as u64)?;
     let behind = (1..).zip(LEAPS).filter(|&(n, (year, month))| gps >= seconds(year, month, 1) + n);
     let utc = gps - behind.count() as u64;

@@ -176,7 +176,7 @@ fn positions_are_stored_as_they_are() {
 fn what_the_file_cannot_hold_is_said() {
     let mut cloud = TestCloud::default()
         .with("position", 3, Buffer::F64(vec![0.0, 0.1, 0.2, f64::NAN, 0.0, 0.0, 1.0, 1.1, 1.2]))
-        .with("color", 4, Buffer::F32(vec![0.5, 1.0, 0.0, 1.0].repeat(3)))
+        .with("color", 4, Buffer::F32([0.5, 1.0, 0.0, 1.0].repeat(3)))
         .with("gps_time", 1, Buffer::F64(vec![1.0, 2.0, 3.0]))
         .with("f dc", 2, Buffer::F32(vec![1.0, 2.0, 3.0, 4.0, 5.0, 6.0]))
         .with("f_dc", 2, Buffer::U8(vec![0; 6]))
