@@ -3,6 +3,7 @@
 use crate::plugins::arguments::PluginsArguments;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use glam::DVec3;
 use std::path::PathBuf;
 use surfelshop_evaluate::bench::BenchArguments;
 use surfelshop_evaluate::check::CheckArguments;
@@ -119,25 +120,48 @@ pub(crate) struct BakeArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  surfelshop info scan.ply\n  surfelshop info room.scene.toml")]
 pub(crate) struct InfoArguments {
-    /// The clouds and scenes.
+    /// The clouds, scenes and light probes.
     #[arg(required = true, value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
+    /// Load clouds whole, and say what was repaired and estimated.
+    #[arg(long)]
+    pub(crate) full: bool,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
     #[command(flatten)]
     pub(crate) report: PrintArguments,
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  surfelshop convert scan.ply with-normals.ply")]
+#[command(after_help = "Examples:\n  surfelshop convert room.e57 room.laz\n  surfelshop convert tile.laz small.ply --crop 0,0,0:50,50,20 --every 4\n  surfelshop convert scan.ply with-normals.ply --estimate")]
 pub(crate) struct ConvertArguments {
-    /// The cloud to read.
-    #[arg(value_name = "IN")]
-    pub(crate) input: PathBuf,
-    /// The file to write, .ply.
-    #[arg(value_name = "OUT")]
+    /// The files to read; several become one, with a column `scan`.
+    #[arg(value_name = "IN", required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The file to write; its ending names the format.
+    #[arg(value_name = "OUT", value_parser = values::cloud_file)]
     pub(crate) output: PathBuf,
-    /// Write text instead of binary numbers.
+    /// Write text instead of binary numbers, where the format has both.
     #[arg(long)]
     pub(crate) ascii: bool,
+    /// Keep only points in a box, as smallest and largest coordinates: X,Y,Z:X,Y,Z.
+    #[arg(long, value_name = "BOX", value_parser = values::crop_box, allow_hyphen_values = true)]
+    pub(crate) crop: Option<[DVec3; 2]>,
+    /// Keep every so many-th point.
+    #[arg(long, value_name = "NUMBER", default_value_t = 1, hide_default_value = true,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    pub(crate) every: u64,
+    /// Keep only these columns, besides positions: names with commas between.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub(crate) columns: Vec<String>,
+    /// Make one cloud of several scans, even where the format could keep them apart.
+    #[arg(long)]
+    pub(crate) merge: bool,
+    /// Estimate the normals and radii that a file lacks, and write them, too.
+    #[arg(long)]
+    pub(crate) estimate: bool,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
     #[command(flatten)]
     pub(crate) report: PrintArguments,
 }

@@ -11,11 +11,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
 use surfelshop_cloud::{
-    Buffer, Cloud, Column, How, Loaded, ReadError, ReadOptions, Transform, WriteOptions, scene,
+    Buffer, Cloud, Column, How, Loaded, ReadError, Transform, WriteOptions, scene,
 };
 use surfelshop_runtime::plugins::UnitRef;
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::output::json::plain;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -156,10 +157,13 @@ fn bake(
     stop: &AtomicBool,
 ) -> anyhow::Result<(Loaded, Cloud, Vec<Baked>)> {
     let asked = |flow| if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { flow };
+    let formats = SessionFormats::new(&arguments.plugins);
+    // A wrong ending is refused before hours of work.
+    surfelshop_cloud::writer(&arguments.out, &formats.writing(&surfelshop_cloud::silent))?;
     let read = |file: &Path| -> Result<Loaded, ReadError> {
         let progress = Progress::new(format!("reading {}", file.display()));
         let tell = |fraction| asked(progress.tell(fraction));
-        surfelshop_cloud::read(file, &ReadOptions { progress: &tell, ..ReadOptions::default() })
+        surfelshop_cloud::read(file, &formats.reading(&tell))
     };
     let transform = source.transform;
     let loaded = Clouds::read_with(&[source], read)?.loaded.pop();
@@ -189,8 +193,9 @@ fn bake(
     let progress = Progress::new(format!("writing {}", arguments.out.display()));
     let tell = |fraction| asked(progress.tell(fraction));
     let comments = loaded.summary.comments.clone();
-    let options = WriteOptions { comments, progress: &tell, ..WriteOptions::default() };
-    surfelshop_cloud::write(&arguments.out, &cloud, &options)?;
+    let options = WriteOptions { comments, ..formats.writing(&tell) };
+    let written = surfelshop_cloud::write(&arguments.out, &cloud, &options)?;
+    written.lost.iter().for_each(terminal::warn);
     Ok((loaded, cloud, baked))
 }
 

@@ -2,16 +2,19 @@
 //! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::scene_info;
+use crate::{contents_info, scene_info};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::{clouds, environment_map, probe_info};
+use surfelshop_session::output::terminal::Progress;
 use surfelshop_session::output::{provenance, terminal};
 
 /// Runs the command.
 pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
     let (mut objects, mut scenes, mut probes) = (Vec::new(), Vec::new(), Vec::new());
+    let formats = SessionFormats::new(&arguments.plugins);
     for file in &arguments.files {
         if surfelshop_cloud::scene::is_scene(file) {
             let opened = surfelshop_cloud::scene::read(file)?;
@@ -31,7 +34,19 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             }
             continue;
         }
-        let loaded = clouds::read(file)?;
+        if !arguments.full {
+            let progress = Progress::new(format!("reading {}", file.display()));
+            let tell = |fraction| progress.tell(fraction);
+            let contents = surfelshop_cloud::inspect(file, &formats.reading(&tell))?;
+            drop(progress);
+            if arguments.report.json {
+                objects.push(contents_info::object(&contents));
+            } else {
+                terminal::line(contents_info::text(&contents)?)?;
+            }
+            continue;
+        }
+        let loaded = clouds::read(file, &formats)?;
         if arguments.report.json {
             objects.push(object(&loaded));
         } else {
@@ -46,6 +61,7 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             "clouds": objects,
             "scenes": scenes,
             "probes": probes,
+            "formats_loaded": formats.n_loaded(),
         }))?;
     }
     Ok(())
@@ -86,6 +102,7 @@ fn object(Loaded { cloud, summary }: &Loaded) -> Value {
         "summary": summary,
         "facts": cloud.facts(),
         "radius_range": radii(cloud),
+        "source": cloud.source(),
         "columns": columns,
         "history": cloud.history().iter().map(provenance::cloud_object).collect::<Vec<_>>(),
         "bytes": total_bytes(cloud),
@@ -126,6 +143,7 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
             .map(|v| v.to_array().map(|number| shortened(number, longest)).join(" "));
         row("bounds", format!("{low} to {high}, size {size}"))?;
     }
+    contents_info::source_rows(cloud.source(), &mut row)?;
     row("origin", summary.origin.map(|number| number.to_string()).join(" "))?;
     let columns: Vec<String> = cloud
         .columns()
@@ -166,7 +184,7 @@ pub(crate) fn repairs(summary: &Summary) -> Vec<String> {
     lines
 }
 
-fn normal_counts(summary: &Summary) -> [(u64, &'static str); 6] {
+fn normal_counts(summary: &Summary) -> [(u64, &'static str); 8] {
     let n = &summary.normals;
     [
         (n.given, "given"),
@@ -175,6 +193,8 @@ fn normal_counts(summary: &Summary) -> [(u64, &'static str); 6] {
         (n.repaired, "repaired"),
         (n.estimated, "estimated"),
         (n.degenerate, "without a plane around them"),
+        (n.towards_scanner, "towards the scanner"),
+        (n.turned, "turned round for it"),
     ]
 }
 
@@ -187,7 +207,7 @@ fn counted(counts: &[(u64, &str)]) -> String {
 
 /// A coordinate with as many decimals as matter for something of this size: seven digits, about
 /// what f32 offsets hold.
-fn shortened(number: f64, size: f64) -> String {
+pub(crate) fn shortened(number: f64, size: f64) -> String {
     let decimals = 7.0 - size.log10().ceil();
     let decimals = if decimals.is_finite() { decimals.clamp(0.0, 15.0) as usize } else { 6 };
     let text = format!("{number:.decimals$}");

@@ -6,6 +6,7 @@
 
 mod arguments;
 mod bake;
+mod contents_info;
 mod convert;
 mod info;
 mod plugins;

@@ -122,7 +122,9 @@ pub enum ReadFault {
     #[error("expected a point cloud, found a Git LFS pointer; fetch the file with `git lfs pull`")]
     LfsPointer,
     /// No supported format begins like this.
-    #[error("expected a file of a known format ({known}), found {found}; `surfelshop plugins list` shows formats")]
+    #[error(
+        "expected a file of a known format ({known}), found {found}; `surfelshop plugins list` shows formats"
+    )]
     UnknownFormat {
         /// Formats that are known, by their endings.
         known: String,

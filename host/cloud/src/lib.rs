@@ -17,10 +17,12 @@
 
 mod assemble;
 mod cloud;
+pub mod convert;
 mod error;
 mod faces;
 pub mod files;
 mod formats;
+mod inspect;
 pub mod memory;
 mod options;
 pub mod probe;
@@ -41,13 +43,12 @@ pub use cloud::provenance::{CloudEdit, How, ToolRun};
 pub use cloud::source::{Scan, Source};
 pub use cloud::transform::{Rotation, Transform};
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
-pub use formats::plugins::{
-    FormatCall, Formats, NoFormats, SharedSink, SystemFile, WriteFault,
-};
+pub use formats::plugins::{FormatCall, Formats, NoFormats, SharedSink, SystemFile, WriteFault};
 pub use formats::table_sink::TableSink;
+pub use inspect::{CloudContents, Contents, inspect, stream};
 pub use options::{ReadOptions, WriteOptions};
 pub use read::read;
 pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
-pub use surfelshop_geometry::Progress;
+pub use surfelshop_geometry::{Progress, silent};
 pub use write::{Written, write, writer};

@@ -126,8 +126,7 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
     if let Some(id) = options.formats.by_bytes(head) {
         return Ok(of_plugin(id, reader));
     }
-    let is_named_obj =
-        path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
+    let is_named_obj = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("obj"));
     if !is_named_obj && let Some(id) = options.formats.by_name(&name, false) {
         return Ok(of_plugin(id, reader));
     }

@@ -10,6 +10,7 @@ use surfelshop_cloud::scene::{ProbeSource, SceneEnvironment};
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_render::RenderRequest;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::environment_map::{LoadedEnvironment, Probes};
 use surfelshop_session::input::sample::find_sample;
 use surfelshop_session::input::scenes::Source;
@@ -57,7 +58,7 @@ pub fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
         bail!("no renderer is installed; `surfelshop plugins` says where it looked");
     }
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
-    let clouds = Clouds::read(&[Source::file(&sample)])?;
+    let clouds = Clouds::read(&[Source::file(&sample)], &SessionFormats::new(&arguments.plugins))?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
     let surroundings =

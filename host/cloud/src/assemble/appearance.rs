@@ -26,9 +26,9 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
         Buffer::F32(values) => sanitise(values, components, summary),
         Buffer::U16(wide) => {
             if let Some(narrow) = eight_bits(wide) {
-                summary.warnings.push(
-                    "the 16-bit colours hold 8-bit values and were read as such".to_owned(),
-                );
+                summary
+                    .warnings
+                    .push("the 16-bit colours hold 8-bit values and were read as such".to_owned());
                 values = Buffer::U8(narrow);
             }
         }

@@ -1,8 +1,8 @@
 //! Normals, radii and tangents.
 
-use super::{mesh, sides};
 use super::position::Positions;
 use super::vectors::{flat, take_vectors};
+use super::{mesh, sides};
 use crate::cloud::column::Column;
 use crate::cloud::source::Source;
 use crate::error::ReadFault;

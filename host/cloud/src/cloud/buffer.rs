@@ -127,6 +127,11 @@ impl Buffer {
         }
     }
 
+    /// Removes all elements; the memory stays.
+    pub(crate) fn clear(&mut self) {
+        with_vec!(self, vec => vec.clear());
+    }
+
     /// Appends values of the same type; of another, none.
     ///
     /// # Errors
@@ -188,6 +193,11 @@ impl Buffer {
             };
         }
         with_vec!(self, vec => widen!(vec))
+    }
+
+    /// One element as f64; `None` where there is no such.
+    pub(crate) fn get_f64(&self, index: usize) -> Option<f64> {
+        with_vec!(self, vec => vec.get(index).map(|&value| f64::from(value)))
     }
 
     /// The elements as f32, rounded to the nearest; beyond its range they become infinite.

@@ -33,6 +33,8 @@ pub struct Source {
     pub scans: Vec<Scan>,
     /// Columns and rows of the grid of an organised cloud, as long as no point was taken out.
     pub grid: Option<[u32; 2]>,
+    /// Comments of the file.
+    pub comments: Vec<String>,
 }
 
 impl Source {

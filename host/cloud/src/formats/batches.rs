@@ -3,8 +3,10 @@
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
-use std::ops::Range;
-use surfelshop_api::columns::{ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V, Values};
+use crate::formats::stream::slice;
+use surfelshop_api::columns::{
+    ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V, Values,
+};
 use surfelshop_api::format::{BATCH, CloudHeader, CloudSourceHost, FileColumn, Pose, SCAN};
 use surfelshop_api::glam::{DQuat, DVec3};
 use surfelshop_api::{CloudView, Result};
@@ -60,7 +62,8 @@ fn scans(cloud: &Cloud) -> Option<Vec<Vec<u32>>> {
     let mut scans = vec![Vec::new(); known.len()];
     for (surfel, number) in column.values().iter_f64().enumerate() {
         // A number beyond the scans that are known is of nobody: the first takes it.
-        let number = if number >= 0.0 && (number as usize) < known.len() { number as usize } else { 0 };
+        let number =
+            if number >= 0.0 && (number as usize) < known.len() { number as usize } else { 0 };
         scans[number].push(u32::try_from(surfel).ok()?);
     }
     Some(scans)
@@ -105,19 +108,10 @@ fn part(cloud: &Cloud, scan: Option<(usize, Vec<u32>)>) -> Part {
         time: source.time.clone(),
         grid: source.grid.filter(|[w, h]| u64::from(*w) * u64::from(*h) == rows),
         has_faces: number.is_none() && !cloud.faces().is_empty(),
+        comments: source.comments.clone(),
         ..CloudHeader::default()
     };
     Part { header, indices }
-}
-
-/// Values of a range, borrowed.
-fn slice(values: &Buffer, range: Range<usize>) -> Values<'_> {
-    macro_rules! sliced {
-        ($($variant:ident),*) => {
-            match values { $(Buffer::$variant(vec) => Values::$variant(&vec[range]),)* }
-        };
-    }
-    sliced!(I8, U8, I16, U16, I32, U32, F32, F64)
 }
 
 /// Values of some surfels.

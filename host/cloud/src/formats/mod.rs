@@ -8,6 +8,7 @@ pub(crate) mod obj;
 pub(crate) mod off;
 pub(crate) mod plugins;
 pub(crate) mod ply;
+pub(crate) mod stream;
 pub(crate) mod table_sink;
 
 pub(crate) use body::Body;

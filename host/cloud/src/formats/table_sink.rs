@@ -63,7 +63,9 @@ pub(crate) fn check_header(header: &CloudHeader) -> Result<()> {
         let printable = !name.is_empty() && !name.chars().any(char::is_control);
         if !printable || name.len() > 256 {
             let name = name.escape_debug();
-            return Err(Error::new(format!("column `{name}`: expected a name of 1 to 256 letters")));
+            return Err(Error::new(format!(
+                "column `{name}`: expected a name of 1 to 256 letters"
+            )));
         }
         if !names.insert(name.to_lowercase()) {
             return Err(Error::new(format!("column `{name}` is given twice")));
@@ -132,7 +134,7 @@ impl TableSink {
 
     /// All clouds in one table, and what the file said of them.
     pub(crate) fn finish(mut self) -> std::result::Result<(Table, Source), ReadFault> {
-        let source = source(&self.parts);
+        let mut source = source(&self.parts);
         let mut warnings = std::mem::take(&mut self.warnings);
         for part in &self.parts {
             if let Some(rows) = part.header.rows
@@ -145,6 +147,7 @@ impl TableSink {
         let comments = self.parts.iter().flat_map(|part| part.header.comments.iter().cloned());
         let mut comments: Vec<String> = comments.collect();
         comments.dedup();
+        source.comments.clone_from(&comments);
         let format = match self.parts.as_slice() {
             [] => return Err(ReadFault::NoClouds),
             [only] => only.header.format.clone(),
@@ -222,11 +225,13 @@ fn source(parts: &[Part]) -> Source {
         step: headers().find_map(|header| header.step).filter(|step| step.is_finite()),
         scans: headers().map(scan).collect(),
         grid: match parts {
-            [only] => only.header.grid.filter(|[w, h]| {
-                u64::from(*w) * u64::from(*h) == only.n_rows as u64
-            }),
+            [only] => only
+                .header
+                .grid
+                .filter(|[w, h]| u64::from(*w) * u64::from(*h) == only.n_rows as u64),
             _ => None,
         },
+        comments: Vec::new(),
     }
 }
 
@@ -246,7 +251,7 @@ fn move_columns(header: &CloudHeader, columns: &mut [Buffer]) {
     }
 }
 
-fn turn(values: &mut Buffer, rotation: DQuat) {
+pub(crate) fn turn(values: &mut Buffer, rotation: DQuat) {
     if rotation == DQuat::IDENTITY {
         return;
     }
@@ -261,10 +266,7 @@ fn turn(values: &mut Buffer, rotation: DQuat) {
 }
 
 /// All clouds as one in common coordinates, with a column of their numbers.
-fn merged(
-    parts: Vec<Part>,
-    warnings: &mut Vec<String>,
-) -> std::result::Result<Part, ReadFault> {
+fn merged(parts: Vec<Part>, warnings: &mut Vec<String>) -> std::result::Result<Part, ReadFault> {
     let n_rows: usize = parts.iter().map(|part| part.n_rows).sum();
     if n_rows > u32::MAX as usize {
         return Err(ReadFault::TooMany { found: n_rows as u64 });
@@ -302,8 +304,10 @@ fn merged(
                 found.len() == n && found.iter_f64().fold(true, |all, v| values.push(v) && all)
             });
             if !fits {
-                (values.len()..values.len() + n * usize::from(found.is_none()))
-                    .for_each(|_| drop(values.push(absent(column))));
+                let missing = n * usize::from(found.is_none());
+                (0..missing).for_each(|_| {
+                    values.push(absent(column));
+                });
                 filled.insert(column.name.clone());
             }
         }
@@ -331,7 +335,7 @@ fn common(a: &FileColumn, b: &FileColumn) -> FileColumn {
 }
 
 /// What stands where a cloud does not have a column: no number, or zero of whole ones; white of colours.
-fn absent(column: &FileColumn) -> f64 {
+pub(crate) fn absent(column: &FileColumn) -> f64 {
     match (column.name.as_str(), column.element) {
         (COLOR, Element::U8) => 188.0,
         (COLOR, Element::U16) => 48_316.0,

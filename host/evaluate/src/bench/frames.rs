@@ -15,6 +15,7 @@ use std::time::Duration;
 use surfelshop_api::View;
 use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -84,7 +85,7 @@ impl Session<'_> {
         let patience = arguments.plugins.patience();
         let all = requests::with_settings(named, &arguments.set, opened, &patience)?;
         let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-        let clouds = Clouds::read(&inputs.sources)?;
+        let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
         let mut contestants = open(arguments, self.variants, &mut self.left_out)?;
         let extent = clouds.extent(staging.scene.surface.radius_scale);
         let n = arguments.frames.unwrap_or(FRAMES);

@@ -25,6 +25,7 @@ use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -65,7 +66,7 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         false => None,
     };
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let clouds = Clouds::read(&inputs.sources)?;
+    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
     let frames = camera_path::frames(arguments, &staging, opened, &clouds)?;
     let Some(first) = frames.first() else { bail!("there is no camera") };
     let stage = Stage {

@@ -13,6 +13,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -35,7 +36,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
     let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let clouds = Clouds::read(&inputs.sources)?;
+    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
     let views = clouds.views();
     let values = chosen.values.clone();
     let outputs = match arguments.output.as_slice() {

@@ -19,6 +19,7 @@ use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_image::exr;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -56,7 +57,7 @@ pub(super) fn report(
     };
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let surroundings = surroundings.as_ref();
-    let clouds = Clouds::read(&inputs.sources)?;
+    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
     let view = render::view(&arguments.picture, &staging, &clouds);
     let plugins = &arguments.plugins;
     let (staging, clouds) = (&staging, &clouds);

@@ -18,6 +18,7 @@ use surfelshop_image::metrics::compare_values;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::options::values::Setting;
 use surfelshop_session::timing::Run;
 use surfelshop_session::tool_run::{self, Step};
@@ -67,7 +68,7 @@ pub(super) fn report(
             note = random_note([(&tool, &values), (judge, &of_judge)]);
         }
     }
-    let cloud = read(source)?;
+    let cloud = read(source, arguments)?;
     let kept = ResultsFile::open(&arguments.out, &key(arguments, &units, &files)?)?;
     let mut bench = Tools { arguments, tool: &tool, cloud: &cloud, column: None, truth: None };
     let truth = bench.make_truth(&judge, &kept)?;
@@ -154,8 +155,11 @@ fn judge(
         .map(|tool| ColumnError::Tool(Box::new(tool)))
 }
 
-fn read(source: surfelshop_session::input::scenes::Source) -> anyhow::Result<Cloud> {
-    let loaded = Clouds::read(&[source])?.loaded;
+fn read(
+    source: surfelshop_session::input::scenes::Source,
+    arguments: &ReportArguments,
+) -> anyhow::Result<Cloud> {
+    let loaded = Clouds::read(&[source], &SessionFormats::new(&arguments.plugins))?.loaded;
     let loaded = loaded.first().ok_or_else(|| anyhow!("no cloud was read"))?;
     Ok(loaded.cloud.clone())
 }

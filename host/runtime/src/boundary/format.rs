@@ -98,7 +98,9 @@ impl LentSink<'_> {
     fn begin(&mut self, header: &[u8]) -> Result<bool, String> {
         if header.len() > MAX_HEADER_BYTES {
             let found = header.len();
-            return Err(format!("a header has {found} bytes, at most {MAX_HEADER_BYTES} are taken"));
+            return Err(format!(
+                "a header has {found} bytes, at most {MAX_HEADER_BYTES} are taken"
+            ));
         }
         let header: CloudHeader = rmp_serde::from_slice(header)
             .map_err(|error| format!("the header of a cloud is unreadable: {error}"))?;
@@ -122,8 +124,7 @@ impl LentSink<'_> {
         self.aligned.clear();
         self.aligned.resize_with(columns.len(), Vec::new);
         let mut values = Vec::with_capacity(columns.len());
-        for ((column, bytes), aligned) in
-            header.columns.iter().zip(columns).zip(&mut self.aligned)
+        for ((column, bytes), aligned) in header.columns.iter().zip(columns).zip(&mut self.aligned)
         {
             let size = column.element.size();
             if bytes.len % size != 0 {

@@ -94,6 +94,10 @@ impl JobHost for FormatJob {
         _graph: &surfelshop_api::abi::EncodedGraph,
         _buffers: &[u32],
     ) -> Result<Vec<Vec<u8>>> {
-        Err(if self.watch.is_cancelled() { cancelled() } else { Error::new("a format has no device") })
+        Err(if self.watch.is_cancelled() {
+            cancelled()
+        } else {
+            Error::new("a format has no device")
+        })
     }
 }

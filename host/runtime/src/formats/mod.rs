@@ -65,9 +65,9 @@ impl PluginFormats {
 
     /// All formats, each as people type it, with the files it recognises; later ones take precedence.
     fn known(&self) -> impl Iterator<Item = (String, &Recognition)> {
-        self.registry.units(UnitKind::Format).map(|(_, manifest, unit)| {
-            (format!("{}/{}", manifest.id, unit.id), &unit.files)
-        })
+        self.registry
+            .units(UnitKind::Format)
+            .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
     }
 
     /// The names of all formats that can be loaded, as they are typed.
@@ -115,7 +115,9 @@ impl PluginFormats {
         unit: &LoadedUnit,
         watch: &Arc<Watch>,
         progress: Progress<'_>,
-        call: impl FnOnce(&mut crate::boundary::Instance, &FormatJob) -> Result<T, Fault> + Send + 'static,
+        call: impl FnOnce(&mut crate::boundary::Instance, &FormatJob) -> Result<T, Fault>
+        + Send
+        + 'static,
     ) -> Result<T, Ended> {
         let (plugin, index) = (unit.plugin, unit.unit_index);
         let (answer, answers) = mpsc::channel();
@@ -240,7 +242,8 @@ impl Formats for PluginFormats {
         let watched = WatchedFile::new(file, Arc::clone(&watch));
         let at_work = Arc::clone(&watch);
         let written = self.run(&unit, &watch, progress, move |instance, job| {
-            let mut source = WatchedSource { source: &mut *clouds, watch: at_work, rows: 0, done: 0 };
+            let mut source =
+                WatchedSource { source: &mut *clouds, watch: at_work, rows: 0, done: 0 };
             instance.write(&values, &mut source, (&name, &watched), job)
         });
         written.map_err(|ended| match ended {

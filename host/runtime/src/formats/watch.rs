@@ -98,7 +98,8 @@ impl Watch {
 
     /// Why a format is given up that reads without end.
     pub(super) fn in_circles(&self) -> Option<String> {
-        let (length, read) = (self.length.load(Ordering::Relaxed), self.read.load(Ordering::Relaxed));
+        let (length, read) =
+            (self.length.load(Ordering::Relaxed), self.read.load(Ordering::Relaxed));
         let most = length.saturating_mul(PASSES).saturating_add(BESIDES);
         (length > 0 && read > most)
             .then(|| format!("it read {read} bytes of a file of {length}: it reads in circles"))

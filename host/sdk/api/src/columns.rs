@@ -208,7 +208,12 @@ impl Values<'_> {
 
     /// The elements as `f64`, which holds all of them exactly.
     pub fn iter_f64(&self) -> Box<dyn Iterator<Item = f64> + '_> {
-        for_each_variant!(self, slice => Box::new(slice.iter().map(|&value| f64::from(value))))
+        macro_rules! widen {
+            ($slice:ident) => {
+                Box::new($slice.iter().map(|&value| f64::from(value)))
+            };
+        }
+        for_each_variant!(self, slice => widen!(slice))
     }
 
     /// The address of the first element, for the C boundary.

@@ -418,8 +418,12 @@ mod tests {
 
     #[test]
     fn files_of_formats_are_read_back_and_damaged_ones_recognise_nothing() {
-        const FILES: FileTypes =
-            FileTypes::new().ending("las").ending("laz").magic(12, b"LAS\xff").magic(0, b"x").written();
+        const FILES: FileTypes = FileTypes::new()
+            .ending("las")
+            .ending("laz")
+            .magic(12, b"LAS\xff")
+            .magic(0, b"x")
+            .written();
         const UNITS: &[(UnitKind, UnitInfo)] = &[
             (UnitKind::Format, UnitInfo::new("las", "LAS", "Reads LAS.").recognising(FILES)),
             (UnitKind::Tool, UnitInfo::new("other", "Other", "Does.")),

@@ -1,5 +1,6 @@
 //! The clouds that are shown, read from files.
 
+use crate::input::formats::SessionFormats;
 use crate::input::scenes::Source;
 use crate::options::camera::Extent;
 use crate::output::terminal::Progress;
@@ -9,7 +10,7 @@ use std::collections::HashMap;
 use std::path::Path;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
-use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadOptions};
+use surfelshop_cloud::{Cloud, Loaded, ReadError};
 
 /// Clouds that are shown together.
 pub struct Clouds {
@@ -21,8 +22,8 @@ pub struct Clouds {
 
 impl Clouds {
     /// Reads the files, with a progress bar where it takes long, and puts each cloud in its place.
-    pub fn read(sources: &[Source]) -> anyhow::Result<Self> {
-        Self::read_with(sources, read)
+    pub fn read(sources: &[Source], formats: &SessionFormats) -> anyhow::Result<Self> {
+        Self::read_with(sources, |file| read(file, formats))
     }
 
     /// The same with another way to read a file. A file that comes several times is read once, and
@@ -93,10 +94,10 @@ fn reach(cloud: &Cloud, from: DVec3, radius_scale: f64) -> f64 {
 }
 
 /// Reads one file, with a progress bar where it takes long.
-pub fn read(file: &Path) -> Result<Loaded, ReadError> {
+pub fn read(file: &Path, formats: &SessionFormats) -> Result<Loaded, ReadError> {
     let progress = Progress::new(format!("reading {}", file.display()));
     let tell = |fraction| progress.tell(fraction);
-    surfelshop_cloud::read(file, &ReadOptions { progress: &tell, ..ReadOptions::default() })
+    surfelshop_cloud::read(file, &formats.reading(&tell))
 }
 
 /// Facts of several clouds as of one.

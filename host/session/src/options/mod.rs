@@ -6,7 +6,7 @@ pub mod lights;
 mod plugin_files;
 pub mod values;
 
-pub use plugin_files::PluginFiles;
+pub use plugin_files::{FormatArguments, PluginFiles};
 
 use crate::options::camera::CameraSpec;
 use crate::options::lights::LightSpec;

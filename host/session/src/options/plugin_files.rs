@@ -1,11 +1,14 @@
 //! Which plugins to use, how far to trust them, and how long to wait for them.
 
+use crate::input::formats::typed_values;
 use crate::options::values;
+use crate::options::values::Setting;
 use crate::output::terminal;
 use crate::trust_file::TrustFile;
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
+use surfelshop_api::params::Values;
 use surfelshop_runtime::plugins::{Contents, SearchPath, Timeouts, Trust};
 
 /// Plugins beside the installed ones.
@@ -31,6 +34,34 @@ pub struct PluginFiles {
     /// Builds that were said yes to in the window, until it is closed.
     #[arg(skip)]
     pub trusted_once: Vec<Contents>,
+    /// How files of plugins' formats are read.
+    #[command(flatten)]
+    pub format: FormatArguments,
+}
+
+/// How files of plugins' formats are read.
+#[derive(Clone, Debug, Default, Args)]
+pub struct FormatArguments {
+    /// Read files with this format, whatever they look like; `surfelshop plugins` lists formats.
+    #[arg(long, value_name = "FORMAT")]
+    pub format: Option<String>,
+    /// What the columns of a text file hold, such as x,y,z,intensity,-; `-` leaves one out.
+    ///
+    /// Without it they are guessed, and `surfelshop info` shows what was.
+    #[arg(long, value_name = "NAMES")]
+    pub text_columns: Option<String>,
+    /// A parameter of the format, as id=value; may be repeated.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub format_set: Vec<Setting>,
+}
+
+impl FormatArguments {
+    /// The values as they were typed.
+    pub(crate) fn values(&self) -> Option<Values> {
+        let columns = self.text_columns.as_deref().map(|names| ("columns", names));
+        let typed = self.format_set.iter().map(|set| (set.id.as_str(), set.value.as_str()));
+        typed_values(columns.into_iter().chain(typed))
+    }
 }
 
 impl PluginFiles {

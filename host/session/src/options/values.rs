@@ -73,11 +73,25 @@ impl OutputFile {
 /// Takes the path of a cloud to write.
 pub fn cloud_file(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
-    match path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).as_deref() {
-        Some("ply") => Ok(path),
-        Some(other) => Err(format!("expected a name ending in .ply, found .{other}")),
-        None => Err("expected a name ending in .ply, found no ending".to_owned()),
+    match path.extension() {
+        Some(_) => Ok(path),
+        None => Err("expected a name that ends in .ply or that of another format, found no ending"
+            .to_owned()),
     }
+}
+
+/// Reads a box: smallest and largest coordinates, `X,Y,Z:X,Y,Z`.
+pub fn crop_box(text: &str) -> Result<[DVec3; 2], String> {
+    let expected = || format!("expected X,Y,Z:X,Y,Z, smallest and largest coordinates, found {text}");
+    let corner = |text: &str| {
+        let numbers: Option<Vec<f64>> =
+            text.split(',').map(|number| number.trim().parse().ok()).collect();
+        let numbers: [f64; 3] = numbers?.try_into().ok()?;
+        Some(DVec3::from_array(numbers)).filter(|corner| corner.is_finite())
+    };
+    let (low, high) = text.split_once(':').ok_or_else(expected)?;
+    let (low, high) = corner(low).zip(corner(high)).ok_or_else(expected)?;
+    if low.cmple(high).all() { Ok([low, high]) } else { Err(expected()) }
 }
 
 /// Reads a number of threads.

@@ -9,6 +9,7 @@ use crate::captured_graph;
 use crate::input::clouds::Clouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::probe_info;
+use crate::input::formats::SessionFormats;
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
@@ -86,7 +87,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     // Now that all is known that is read.
     files::check_outputs(&outputs)?;
-    let clouds = Clouds::read(&inputs.sources)?;
+    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
     timings.load_ms = since(started);
 
     let view = view(&arguments.picture, &staging, &clouds);

@@ -2,6 +2,7 @@
 
 use crate::input::clouds::Clouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
+use crate::input::formats::SessionFormats;
 use crate::input::scenes::Inputs;
 use crate::output::json::{self, Written};
 use crate::output::terminal;
@@ -42,7 +43,7 @@ pub fn render(
     let (values, unknown) = parameters::resolved(reference, declared, seen, &arguments.set)?;
     unknown.iter().for_each(terminal::warn);
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let clouds = Clouds::read(&inputs.sources)?;
+    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
     let view = render::view(&arguments.picture, staging, &clouds);
     let order = order(&unit, &values, &clouds, &staging.scene, surroundings.as_ref(), view);
     let progress = terminal::Progress::new(format!("tracing with {}", reference.id));

@@ -1,10 +1,11 @@
 //! The title, filter and suggested name of a file dialog.
 
-use super::file_dialog::{Purpose, Request};
+use super::file_dialog::{Completion, Purpose, Request};
 use super::state::DialogPurpose;
 use crate::document::file_names::{cloud_file_name, scene_file_name};
 use crate::window::Window;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use surfelshop_cloud::Formats as _;
 
 /// Describes a dialog.
 pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
@@ -15,25 +16,29 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
         endings: endings(of),
         purpose,
     };
-    let save = |name: &str, completed: fn(&Path) -> PathBuf| Purpose::Save {
-        name: name.to_owned(),
-        completed,
-    };
+    let save = |name: &str, completed: Completion| Purpose::Save { name: name.to_owned(), completed };
     match purpose {
         DialogPurpose::Open => {
-            let known = ["ply", "obj", "off", "toml", "hdr", "exr"];
+            let formats = window.plugins.formats().endings(false);
+            let known = ["ply", "obj", "off"].into_iter().chain(formats.iter().map(String::as_str));
+            let known: Vec<&str> = known.chain(["toml", "hdr", "exr"]).collect();
             request("Open clouds or a scene", "clouds and scenes", &known, Purpose::OpenSeveral)
         }
         DialogPurpose::SaveScene => {
-            let purpose = save("surfelshop.scene.toml", scene_file_name);
+            let purpose = save("surfelshop.scene.toml", Completion::new(scene_file_name));
             request("Save the scene", "scenes", &["toml"], purpose)
         }
         DialogPurpose::SaveCloud(index) => {
             let name = suggested_name(window, *index);
-            request("Save the cloud", "clouds", &["ply"], save(&name, cloud_file_name))
+            let written = window.plugins.formats().endings(true);
+            let known: Vec<&str> =
+                std::iter::once("ply").chain(written.iter().map(String::as_str)).collect();
+            let endings = written.clone();
+            let completed = Completion::new(move |path| cloud_file_name(path, &endings));
+            request("Save the cloud", "clouds", &known, save(&name, completed))
         }
         DialogPurpose::Pictures => {
-            let purpose = save("surfelshop.png", Path::to_owned);
+            let purpose = save("surfelshop.png", Completion::new(Path::to_owned));
             request("Save pictures", "pictures", &["png", "exr"], purpose)
         }
         DialogPurpose::Probe => {

@@ -3,7 +3,9 @@
 use super::open_clouds::OpenCloud;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use surfelshop_cloud::{Cloud, WriteError, WriteOptions};
+use std::sync::Arc;
+use surfelshop_cloud::{Cloud, WriteError, WriteOptions, Written, silent};
+use surfelshop_session::input::formats::SessionFormats;
 
 /// A cloud being written.
 pub(crate) struct CloudWriter {
@@ -13,7 +15,7 @@ pub(crate) struct CloudWriter {
     pub(super) n_opened: u64,
     pub(super) path: PathBuf,
     pub(super) cloud: Cloud,
-    written: Receiver<Result<(), WriteError>>,
+    written: Receiver<Result<Written, WriteError>>,
 }
 
 impl CloudWriter {
@@ -22,6 +24,7 @@ impl CloudWriter {
         open_cloud: &OpenCloud,
         (index, n_opened): (usize, u64),
         path: PathBuf,
+        formats: Arc<SessionFormats>,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
         let (send, written) = channel();
@@ -29,7 +32,7 @@ impl CloudWriter {
         let (target, source) = (path.clone(), cloud.clone());
         let comments = open_cloud.loaded.summary.comments.clone();
         std::thread::Builder::new().name("saving".to_owned()).spawn(move || {
-            let options = WriteOptions { comments, ..WriteOptions::default() };
+            let options = WriteOptions { comments, ..formats.writing(&silent) };
             // The window may be closed already.
             drop(send.send(surfelshop_cloud::write(&target, &source, &options)));
             wake();
@@ -37,12 +40,14 @@ impl CloudWriter {
         Ok(Self { index, n_opened, path, cloud, written })
     }
 
-    /// The result, once the thread has ended.
-    pub(super) fn finished(&self) -> Option<Result<(), String>> {
+    /// What the format could not hold, once the thread has ended.
+    pub(super) fn finished(&self) -> Option<Result<Vec<String>, String>> {
         match self.written.try_recv() {
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => Some(Err("writing ended without a word".to_owned())),
-            Ok(result) => Some(result.map_err(|error| error.to_string())),
+            Ok(result) => {
+                Some(result.map(|written| written.lost).map_err(|error| error.to_string()))
+            }
         }
     }
 }

@@ -6,8 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, mpsc::TryRecvError};
 use surfelshop_cloud::scene::OpenedScene;
-use surfelshop_cloud::{ReadError, ReadOptions};
+use surfelshop_cloud::ReadError;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::input::scenes::Source;
 
@@ -39,13 +40,14 @@ impl FileLoader {
     /// Starts the thread, which calls `wake` with its progress and at its end.
     pub(crate) fn start(
         files: Vec<PathBuf>,
+        formats: SessionFormats,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
         let state = Arc::new(Progress::default());
         let (send, result) = channel();
         let (paths, progress) = (files.clone(), state.clone());
         std::thread::Builder::new().name("loading".to_owned()).spawn(move || {
-            let read = read_all(&paths, &progress, &wake);
+            let read = read_all(&paths, &formats, &progress, &wake);
             // The window may be closed already.
             drop(send.send(read));
             wake();
@@ -79,7 +81,12 @@ impl Drop for FileLoader {
     }
 }
 
-fn read_all(files: &[PathBuf], state: &Progress, wake: &dyn Fn()) -> Result<LoadedFiles, String> {
+fn read_all(
+    files: &[PathBuf],
+    formats: &SessionFormats,
+    state: &Progress,
+    wake: &dyn Fn(),
+) -> Result<LoadedFiles, String> {
     let inputs = Inputs::open(files).map_err(|error| format!("{error:#}"))?;
     let n_sources = inputs.sources.len().max(1);
     let mut n_read = 0u32;
@@ -95,8 +102,7 @@ fn read_all(files: &[PathBuf], state: &Progress, wake: &dyn Fn()) -> Result<Load
             }
             ControlFlow::Continue(())
         };
-        let options = ReadOptions { progress: &progress, ..ReadOptions::default() };
-        let loaded = surfelshop_cloud::read(file, &options);
+        let loaded = surfelshop_cloud::read(file, &formats.reading(&progress));
         n_read += 1;
         loaded
     };
@@ -130,9 +136,13 @@ mod tests {
         }
     }
 
+    fn formats() -> SessionFormats {
+        SessionFormats::new(&Default::default())
+    }
+
     #[test]
     fn a_missing_file_is_named() {
-        let loader = FileLoader::start(vec!["no/such/cloud.ply".into()], || ()).unwrap();
+        let loader = FileLoader::start(vec!["no/such/cloud.ply".into()], formats(), || ()).unwrap();
         let error = result(&loader).err().unwrap();
         assert!(error.contains("no/such/cloud.ply"), "{error}");
     }
@@ -150,8 +160,8 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let state = Progress::default();
         state.cancelled.store(true, Ordering::Relaxed);
-        assert!(read_all(std::slice::from_ref(&path), &state, &|| ()).is_err());
-        let whole = read_all(&[path], &Progress::default(), &|| ()).unwrap();
+        assert!(read_all(std::slice::from_ref(&path), &formats(), &state, &|| ()).is_err());
+        let whole = read_all(&[path], &formats(), &Progress::default(), &|| ()).unwrap();
         assert_eq!(whole.clouds.facts.n_surfels, 20_000);
     }
 }

@@ -10,8 +10,12 @@ pub(crate) fn scene_file_name(path: &Path) -> PathBuf {
     }
 }
 
-/// The path of a cloud, with its ending added where it has none.
-pub(crate) fn cloud_file_name(path: &Path) -> PathBuf {
-    let is_ply = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ply"));
-    if is_ply { path.to_owned() } else { path.with_added_extension("ply") }
+/// The path of a cloud, with the ending of PLY added where it has none of PLY or of the formats that are
+/// written.
+pub(crate) fn cloud_file_name(path: &Path, written: &[String]) -> PathBuf {
+    let is_known = path.extension().is_some_and(|ending| {
+        let is = |known: &str| ending.eq_ignore_ascii_case(known);
+        is("ply") || written.iter().any(|known| is(known))
+    });
+    if is_known { path.to_owned() } else { path.with_added_extension("ply") }
 }

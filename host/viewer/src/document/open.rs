@@ -34,7 +34,7 @@ impl Window {
             return;
         }
         let wake = ctx.clone();
-        match FileLoader::start(files, move || wake.request_repaint()) {
+        match FileLoader::start(files, self.plugins.formats(), move || wake.request_repaint()) {
             Ok(loader) => {
                 self.document.loader = Some(loader);
                 self.document.replace_confirmed = false;

@@ -7,7 +7,9 @@ use super::scene_file;
 use crate::window::Window;
 use eframe::egui::Context;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
+use surfelshop_cloud::Formats as _;
 use surfelshop_cloud::scene::SceneFile;
 
 /// Time between two saves of the session.
@@ -25,10 +27,11 @@ impl Window {
             self.messages.warn(format!("{path} was not written: {first} is still being written"));
             return;
         }
-        let path = cloud_file_name(path);
+        let formats = Arc::new(self.plugins.formats());
+        let path = cloud_file_name(path, &formats.endings(true));
         let path = std::path::absolute(&path).unwrap_or(path);
         let (numbers, wake) = ((index, self.document.n_opened), ctx.clone());
-        match CloudWriter::start(open_cloud, numbers, path, move || wake.request_repaint()) {
+        match CloudWriter::start(open_cloud, numbers, path, formats, move || wake.request_repaint()) {
             Ok(writer) => self.document.cloud_writer = Some(writer),
             Err(error) => self.messages.warn(format!("nothing can be written: {error}")),
         }
@@ -44,8 +47,9 @@ impl Window {
         let CloudWriter { index, n_opened, path, cloud, .. } = writer;
         match result {
             Err(reason) => self.messages.warn(reason),
-            Ok(()) => {
+            Ok(lost) => {
                 self.messages.report(format!("wrote {}", path.display()));
+                lost.into_iter().for_each(|line| self.messages.warn(line));
                 let n_opened_now = self.document.n_opened;
                 let shown = self.document.clouds.as_mut();
                 if let Some(shown) = shown.filter(|_| n_opened == n_opened_now) {

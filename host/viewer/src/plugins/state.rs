@@ -4,8 +4,10 @@ use super::tools::Tools;
 use crate::render_thread::UnitHealth;
 use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
+use std::sync::Arc;
 use surfelshop_api::params::ParamDecl;
 use surfelshop_runtime::plugins::{Contents, Crash, CrashGuard, CrashMark, Registry};
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::options::{DeviceArguments, PluginFiles};
 
 /// The installed plugins, their trust and their failures.
@@ -24,6 +26,8 @@ pub(crate) struct Plugins {
     pub(crate) undecided: BTreeSet<Contents>,
     /// A trust list in place of the user's own.
     pub(crate) trust_file: Option<PathBuf>,
+    /// The options that plugins were searched with.
+    files: PluginFiles,
 }
 
 impl Plugins {
@@ -38,6 +42,12 @@ impl Plugins {
             crash,
             undecided: BTreeSet::new(),
             trust_file: files.trust_file.clone(),
+            files: files.clone(),
         }
+    }
+
+    /// The formats of the plugins that are known now.
+    pub(crate) fn formats(&self) -> SessionFormats {
+        SessionFormats::of_registry(&self.files, Arc::new(self.registry.clone()))
     }
 }

@@ -1,6 +1,6 @@
 //! Binary records: elements of scalars are decoded in bulk, elements with lists one by one.
 
-use super::element::{at_end, empty_fields, has_lists, least_size, shrunk};
+use super::element::{at_end, empty_fields, fields_of, has_lists, least_size, shrunk};
 use super::faces::{self, Corners};
 use super::header::ElementDef;
 use super::lists;
@@ -61,6 +61,39 @@ pub(super) fn pass<R: Read>(
             return Err(shrunk(element));
         }
         left -= some;
+    }
+    Ok(())
+}
+
+/// Reads the scalar properties of an element without lists, and hands each block of records over: so many
+/// of them.
+pub(super) fn blocks<R: Read>(
+    body: &mut Body<R>,
+    element: &ElementDef,
+    big: bool,
+    progress: Progress<'_>,
+    mut take: impl FnMut(&[Field], usize) -> Result<(), ReadFault>,
+) -> Result<(), ReadFault> {
+    check_count(body, element)?;
+    let mut fields = fields_of(element, true);
+    let stride = usize::try_from(least_size(element)).ok().ok_or_else(|| shrunk(element))?;
+    let block = (MAX_BLOCK / stride.max(1)).max(1);
+    let mut bytes = vec![0; block * stride];
+    let mut left = usize::try_from(element.count).ok().ok_or_else(|| shrunk(element))?;
+    while left > 0 {
+        body.report(progress)?;
+        let records = left.min(block);
+        let bytes = &mut bytes[..records * stride];
+        body.read_exact(bytes).map_err(|error| at_end(error, element))?;
+        let mut offset = 0;
+        for field in &mut fields {
+            let end = offset + field.names.len() * field.values.element().size();
+            field.values.clear();
+            field.values.extend_records(bytes, stride, offset..end, big);
+            offset = end;
+        }
+        take(&fields, records)?;
+        left -= records;
     }
     Ok(())
 }

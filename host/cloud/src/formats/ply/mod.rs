@@ -8,12 +8,14 @@ mod faces;
 mod header;
 mod lists;
 mod write;
+mod write_batches;
 
 use crate::assemble::memory_estimate;
 use crate::error::{ReadFault, listed};
 use crate::faces::Faces;
 use crate::formats::body::Body;
 use crate::formats::lines::Lines;
+use crate::formats::stream::{Layout, emit_table, refused};
 use crate::options::ReadOptions;
 use crate::table::Table;
 use element::fields_of;
@@ -21,9 +23,11 @@ use faces::Corners;
 use header::{ElementDef, Encoding, Header, Kind};
 use std::collections::HashSet;
 use std::io::BufRead;
-use surfelshop_geometry::Progress;
+use surfelshop_api::format::{BATCH, CloudHeader, CloudSinkHost};
+use surfelshop_geometry::{Progress, part};
 
 pub(crate) use write::write;
+pub(crate) use write_batches::write_batches;
 
 /// Whether a file begins like a PLY file, a byte order mark aside.
 pub(crate) fn is_ply(head: &[u8]) -> bool {
@@ -76,6 +80,65 @@ impl<R: BufRead> File<R> {
         let n_points = usize::try_from(element.count).unwrap_or(usize::MAX);
         memory_estimate::ask(&fields, element.count, 0, options, columns)
             .map_err(ReadFault::memory(n_points))
+    }
+
+    /// What the header says.
+    pub(crate) fn facts(&self, columns: Option<&[String]>) -> CloudHeader {
+        let element = &self.header.elements[self.vertices];
+        let woven = self.header.encoding != Encoding::Ascii && !element::has_lists(element);
+        CloudHeader {
+            format: format!("PLY, {}", self.header.encoding.name()),
+            rows: Some(element.count),
+            columns: Layout::of(&fields_of(element, woven)).wanted(columns).columns(),
+            has_faces: self.has_faces(),
+            comments: self.header.comments.clone(),
+            ..CloudHeader::default()
+        }
+    }
+
+    /// Hands the points over, batch by batch, and the faces between them. Text, and records with lists, are read
+    /// whole before.
+    pub(crate) fn stream(
+        self,
+        options: &ReadOptions<'_>,
+        columns: Option<&[String]>,
+        sink: &mut dyn CloudSinkHost,
+        progress: Progress<'_>,
+    ) -> Result<(), ReadFault> {
+        let element = &self.header.elements[self.vertices];
+        let Encoding::Binary { big } = self.header.encoding else {
+            let table = self.read(options, &part(progress, 0.0..0.8))?;
+            return emit_table(&table, columns, sink, &part(progress, 0.8..1.0));
+        };
+        if element::has_lists(element) {
+            let table = self.read(options, &part(progress, 0.0..0.8))?;
+            return emit_table(&table, columns, sink, &part(progress, 0.8..1.0));
+        }
+        let header = self.facts(columns);
+        if !sink.begin(&header).map_err(refused)? {
+            return Ok(());
+        }
+        let Self { header, vertices, mut body } = self;
+        let element = &header.elements[vertices];
+        let n_rows = usize::try_from(element.count).unwrap_or(usize::MAX);
+        let mut faces = Faces::new(n_rows);
+        for other in &header.elements[..vertices] {
+            binary::pass(&mut body, other, big, &mut faces, progress)?;
+        }
+        let layout = Layout::of(&fields_of(element, true)).wanted(columns);
+        binary::blocks(&mut body, element, big, progress, |fields, rows| {
+            layout.emit(fields, 0..rows, sink).map_err(refused)
+        })?;
+        let mut warnings = Vec::new();
+        for other in after(&header.elements[vertices + 1..]) {
+            let passed = binary::pass(&mut body, other, big, &mut faces, progress);
+            if !goes_on(passed, &mut warnings)? {
+                break;
+            }
+        }
+        let (triangles, warning) = faces.finish();
+        warnings.into_iter().chain(warning).for_each(|line| sink.warn(&line));
+        triangles.chunks(BATCH).try_for_each(|faces| sink.faces(faces)).map_err(refused)
     }
 
     /// Reads the points and the faces between them; other elements are skipped. What follows the

@@ -104,7 +104,7 @@ fn fields(cloud: &Cloud) -> Vec<Field<'_>> {
 }
 
 /// What a component of a column is called in a PLY file.
-fn property_name(column: &str, components: usize, component: usize) -> String {
+pub(super) fn property_name(column: &str, components: usize, component: usize) -> String {
     let axis = ["x", "y", "z"].get(component).copied().unwrap_or_default();
     match column {
         POSITION => axis.to_owned(),

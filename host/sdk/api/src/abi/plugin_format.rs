@@ -175,8 +175,7 @@ impl CloudSinkHost for RemoteSink {
         let header = rmp_serde::to_vec_named(header)?;
         let written = Written::default();
         // SAFETY: the host's function takes its own context and borrows the header and the sink.
-        let status =
-            unsafe { (self.0.begin)(self.0.context, Bytes::of(&header), written.sink()) };
+        let status = unsafe { (self.0.begin)(self.0.context, Bytes::of(&header), written.sink()) };
         ended(status, &written)
     }
 
@@ -232,9 +231,8 @@ impl CloudSourceHost for RemoteSource {
         let mut batch = MaybeUninit::<RawCloud>::uninit();
         // SAFETY: the host's function takes its own context, stores a whole batch where it returns OK, and
         // borrows the sink.
-        let status = unsafe {
-            (self.0.next_batch)(self.0.context, batch.as_mut_ptr(), written.sink())
-        };
+        let status =
+            unsafe { (self.0.next_batch)(self.0.context, batch.as_mut_ptr(), written.sink()) };
         match ended(status, &written)? {
             // SAFETY: the host has stored a batch, which it keeps until the next call; `self` is borrowed
             // until then.

@@ -117,7 +117,8 @@ impl<'a> CloudSource<'a> {
     }
 
     /// The next points of the cloud, with the columns of its header in the same order; `None` after the last.
-    /// Positions are `f64`, relative to zero. Triangles come with the last batch and count from the cloud's first point.
+    /// Positions are `f64`, relative to zero. Triangles come with the last batch, which may have no points, and count from the
+    /// cloud's first point.
     ///
     /// # Errors
     /// As [`next_cloud`](Self::next_cloud).
@@ -199,7 +200,8 @@ pub fn check_batch(header: &CloudHeader, values: &[Values<'_>]) -> Result<usize>
         let components = column.components as usize;
         let n = values.len() / components.max(1);
         if n * components != values.len() || rows.is_some_and(|rows| rows != n) {
-            let expected = rows.map_or_else(|| "whole points".to_owned(), |n| format!("{n} points"));
+            let expected =
+                rows.map_or_else(|| "whole points".to_owned(), |n| format!("{n} points"));
             return Err(Error::new(format!(
                 "column `{name}` of a batch: expected {expected} of {components}, found {} values",
                 values.len()

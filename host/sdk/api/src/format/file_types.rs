@@ -28,7 +28,14 @@ impl FileTypes {
     /// A format that recognises nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { endings: [""; MOST], n_endings: 0, magics: [(0, b""); MOST], n_magics: 0, written: false, several: false }
+        Self {
+            endings: [""; MOST],
+            n_endings: 0,
+            magics: [(0, b""); MOST],
+            n_magics: 0,
+            written: false,
+            several: false,
+        }
     }
 
     /// Adds an ending, in lower case and without the dot, such as `laz`. The first one names the files that

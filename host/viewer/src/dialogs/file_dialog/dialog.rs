@@ -5,6 +5,7 @@ use super::listing::{Entry, Listing, list, typed};
 use eframe::egui::{self, Align, Context, Id, Key, Label, Layout, Modal, Modifiers, RichText, Ui};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// How wide the dialog is, and how high its list, in points.
 const WIDTH: f32 = 560.0;
@@ -21,6 +22,22 @@ pub(crate) struct Request {
     pub(crate) purpose: Purpose,
 }
 
+/// Adds a missing ending to the name of a file.
+#[derive(Clone)]
+pub(crate) struct Completion(Arc<dyn Fn(&Path) -> PathBuf + Send + Sync>);
+
+impl Completion {
+    pub(crate) fn new(complete: impl Fn(&Path) -> PathBuf + Send + Sync + 'static) -> Self {
+        Self(Arc::new(complete))
+    }
+}
+
+impl std::fmt::Debug for Completion {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Completion")
+    }
+}
+
 /// The use of the files.
 #[derive(Clone, Debug)]
 pub(crate) enum Purpose {
@@ -29,7 +46,7 @@ pub(crate) enum Purpose {
     /// One or more files are read.
     OpenSeveral,
     /// One file is written: the suggested name, and a function that adds a missing ending.
-    Save { name: String, completed: fn(&Path) -> PathBuf },
+    Save { name: String, completed: Completion },
 }
 
 /// The result of a dialog.
@@ -152,7 +169,7 @@ impl FileDialog {
             self.error = Some(format!("{}: there is no such file", path.display()));
             return None;
         };
-        let path = completed(&path);
+        let path = completed.0(&path);
         if let Err(error) = surfelshop_session::output::files::check_folder(&path) {
             self.error = Some(format!("{error:#}"));
             return None;

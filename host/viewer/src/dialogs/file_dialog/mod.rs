@@ -3,4 +3,4 @@
 mod dialog;
 mod listing;
 
-pub(super) use dialog::{FileDialog, Outcome, Purpose, Request};
+pub(super) use dialog::{Completion, FileDialog, Outcome, Purpose, Request};

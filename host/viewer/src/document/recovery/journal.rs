@@ -275,7 +275,7 @@ impl Writer {
         match surfelshop_cloud::write(&path, &edited.cloud, &options) {
             Err(WriteError::Cancelled { .. }) => return Ok(None),
             Err(error) => return Err(error.to_string()),
-            Ok(()) => {}
+            Ok(_nothing_lost) => {}
         }
         // For the case that the machine stops, and not only the program.
         File::open(&path).and_then(|file| file.sync_all()).map_err(|error| error.to_string())?;

@@ -4,6 +4,7 @@ use super::rays::{Ray, STRAIGHT};
 use super::sets::SignedSets;
 use super::surfels::Surfel;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
+use glam::Vec3;
 
 /// Evidence on two nodes: above 0 where both normals face what the other's does, or neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -22,14 +23,14 @@ const NEIGHBOUR: f64 = 2.0 * STRAIGHT as f64;
 /// Agreement of neighbours above which they join a patch: 30 degrees.
 const SURE: f64 = 0.87;
 
-/// The cosine between one normal and the other's mirror image in the plane between two surfels: 1 for
-/// those of a circle that face outwards.
+/// The cosine between one normal and the other's mirror image in the plane between two points, each
+/// with its unit normal: 1 for those of a circle that face outwards.
 ///
 /// Source: König and Gumhold, Consistent propagation of normal orientations in point clouds, 2009.
-pub(super) fn agreement(a: &Surfel, b: &Surfel) -> f64 {
-    let along = (b.position - a.position).as_dvec3().normalize_or_zero();
-    let normal = a.normal.as_dvec3();
-    (normal - 2.0 * along * along.dot(normal)).dot(b.normal.as_dvec3())
+pub(super) fn agreement_of(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> f64 {
+    let along = (b.0 - a.0).as_dvec3().normalize_or_zero();
+    let normal = a.1.as_dvec3();
+    (normal - 2.0 * along * along.dot(normal)).dot(b.1.as_dvec3())
 }
 
 /// Pairs of neighbours, each once, with their agreement.
@@ -37,6 +38,7 @@ pub(super) fn neighbours(
     surfels: &[Surfel],
     progress: Progress<'_>,
 ) -> Result<Vec<(u32, u32, f32)>, Cancelled> {
+    let oriented = |i: u32| (surfels[i as usize].position, surfels[i as usize].normal);
     flat_map(surfels.len(), progress, |a| {
         surfels[a].linked().filter_map(move |b| {
             let is_mutual = surfels[b as usize].linked().any(|back| back as usize == a);
@@ -44,7 +46,7 @@ pub(super) fn neighbours(
                 return None;
             }
             let (low, high) = ((a as u32).min(b), (a as u32).max(b));
-            let agreement = agreement(&surfels[low as usize], &surfels[high as usize]);
+            let agreement = agreement_of(oriented(low), oriented(high));
             Some((low, high, agreement as f32))
         })
     })
@@ -95,6 +97,22 @@ pub(super) fn of_surfels<'a>(
         Coupling { a: ray.from, b: ray.to, net, total }
     });
     near.chain(far)
+}
+
+/// For each node what the others say of its sign, and all evidence there is.
+pub(super) fn fields(
+    couplings: impl Iterator<Item = Coupling>,
+    signs: &[bool],
+) -> Vec<(i64, i64)> {
+    let mut fields = vec![(0, 0); signs.len()];
+    for Coupling { a, b, net, total } in couplings {
+        for (node, other) in [(a, b), (b, a)] {
+            let field: &mut (i64, i64) = &mut fields[node as usize];
+            field.0 += if signs[other as usize] { net } else { -net };
+            field.1 += total;
+        }
+    }
+    fields
 }
 
 /// Couplings of groups from those of their members: one for each pair of groups, sorted.

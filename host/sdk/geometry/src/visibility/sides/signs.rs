@@ -97,7 +97,7 @@ fn refine(count: usize, couplings: &[Coupling], signs: &mut [bool]) {
     }
 }
 
-/// Signs of nodes, true for equal ones; and for each the connected part it belongs to, by number.
+/// Signs of nodes, true for equal ones; all of them may as well be the other way round.
 ///
 /// Groups of nodes join into larger ones by the surest evidence between them until no evidence is
 /// left, and on the way back those turn that most evidence is against: the largest groups first.
@@ -105,28 +105,28 @@ pub(super) fn solve(
     count: usize,
     couplings: Vec<Coupling>,
     progress: Progress<'_>,
-) -> Result<(Vec<bool>, Vec<u32>), Cancelled> {
+) -> Result<Vec<bool>, Cancelled> {
     let mut levels: Vec<(usize, Vec<Coupling>, Vec<(u32, bool)>)> = Vec::new();
     let (mut nodes, mut current) = (count, couplings);
     for round in 0..ROUNDS {
-        report(progress, round as f64 / ROUNDS as f64)?;
+        // Later rounds are shorter.
+        let share = |round: usize| 1.0 - 0.7f64.powi(round as i32);
+        let step = part(progress, share(round)..share(round + 1));
+        report(&step, 0.0)?;
         let (member, fewer) = joined(nodes, &current);
         if fewer == nodes {
             break;
         }
-        let silent = part(&|_| std::ops::ControlFlow::Continue(()), 0.0..1.0);
-        let next = gathered(current.iter().copied(), &member, &silent)?;
+        let next = gathered(current.iter().copied(), &member, &step)?;
         levels.push((nodes, current, member));
         (nodes, current) = (fewer, next);
     }
     let mut signs = vec![true; nodes];
     refine(nodes, &current, &mut signs);
-    let mut parts: Vec<u32> = (0..nodes as u32).collect();
     for (nodes, couplings, member) in levels.iter().rev() {
         signs = member.iter().map(|&(group, opposite)| signs[group as usize] != opposite).collect();
-        parts = member.iter().map(|&(group, _)| parts[group as usize]).collect();
         refine(*nodes, couplings, &mut signs);
     }
     report(progress, 1.0)?;
-    Ok((signs, parts))
+    Ok(signs)
 }

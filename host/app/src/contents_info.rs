@@ -1,0 +1,149 @@
+//! What is in a cloud's file, as its head says it, for `surfelshop info`.
+
+use crate::info::shortened;
+use glam::DVec3;
+use serde_json::{Value, json};
+use std::fmt::{Error, Write as _};
+use surfelshop_api::format::{CloudHeader, UpAxis};
+use surfelshop_cloud::{CloudContents, Contents, Source};
+
+/// Scans that are listed by name.
+const LISTED: usize = 12;
+
+/// Letters of a coordinate system that are shown: WKT takes thousands.
+const SHOWN: usize = 100;
+
+/// All that is known, for programs.
+pub(crate) fn object(contents: &Contents) -> Value {
+    json!(contents)
+}
+
+/// A row for each thing to know.
+pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
+    let mut text = contents.file.clone();
+    let mut row = |name: &str, value: String| write!(text, "\n  {name:<9} {value}");
+    let clouds = &contents.clouds;
+    let Some(first) = clouds.first() else {
+        row("points", "none".to_owned())?;
+        return Ok(text);
+    };
+    row("format", first.header.format.clone())?;
+    let n_points: u64 = clouds.iter().map(|cloud| cloud.n_points).sum();
+    let n_not_finite: u64 = clouds.iter().map(|cloud| cloud.n_not_finite).sum();
+    let not_finite = match n_not_finite {
+        0 => String::new(),
+        n => format!("; {n} without finite coordinates"),
+    };
+    let in_scans = if clouds.len() > 1 { format!(" in {} scans", clouds.len()) } else { String::new() };
+    row("points", format!("{n_points}{in_scans}{not_finite}"))?;
+    if clouds.len() > 1 {
+        for (number, cloud) in clouds.iter().enumerate().take(LISTED) {
+            row(&format!("scan {number}"), scan(cloud))?;
+        }
+        if clouds.len() > LISTED {
+            row("", format!("and {} more", clouds.len() - LISTED))?;
+        }
+    }
+    if clouds.iter().any(|cloud| cloud.header.has_faces) {
+        row("faces", "there are some".to_owned())?;
+    }
+    let boxes = clouds.iter().filter_map(|cloud| cloud.bounds);
+    let whole = boxes.reduce(|[a, b], [low, high]| [a.min(low), b.max(high)]);
+    if let Some([low, high]) = whole {
+        row("bounds", bounds(low, high))?;
+    }
+    if let Some([width, height]) = first.header.grid.filter(|_| clouds.len() == 1) {
+        row("grid", format!("{width} x {height}"))?;
+    }
+    row("columns", columns(&first.header))?;
+    source_rows(&source(clouds), &mut row)?;
+    for comment in first.header.comments.iter().filter(|line| !line.starts_with("surfelshop ")) {
+        row("comment", cut(comment))?;
+    }
+    let how = if contents.points_read { "" } else { ", heads only" };
+    row("read in", format!("{:.2} s{how}", contents.seconds))?;
+    for warning in &contents.warnings {
+        row("warning", warning.clone())?;
+    }
+    Ok(text)
+}
+
+fn scan(cloud: &CloudContents) -> String {
+    let name = &cloud.header.name;
+    let name = if name.is_empty() { String::new() } else { format!("{}, ", cut(name)) };
+    let place = match cloud.header.scanner.map(|place| cloud.header.pose.place(place)) {
+        Some(place) => format!(", scanner at {}", numbers(place, place.abs().max_element())),
+        None => String::new(),
+    };
+    format!("{name}{} points{place}", cloud.n_points)
+}
+
+fn columns(header: &CloudHeader) -> String {
+    let column = |column: &surfelshop_api::format::FileColumn| {
+        format!("{} {} x {}", column.name, column.components, column.element.name())
+    };
+    header.columns.iter().map(column).collect::<Vec<_>>().join(", ")
+}
+
+fn numbers(point: DVec3, size: f64) -> String {
+    point.to_array().map(|number| shortened(number, size)).join(" ")
+}
+
+fn bounds(low: DVec3, high: DVec3) -> String {
+    let size = high - low;
+    let [low, high, size] = [low, high, size].map(|point| numbers(point, size.max_element()));
+    format!("{low} to {high}, size {size}")
+}
+
+fn cut(text: &str) -> String {
+    let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    match line.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None => line,
+    }
+}
+
+/// The facts of all clouds of a file, as a load would have them.
+fn source(clouds: &[CloudContents]) -> Source {
+    let headers = || clouds.iter().map(|cloud| &cloud.header);
+    let text = |text: fn(&CloudHeader) -> &String| {
+        headers().map(text).find(|text| !text.is_empty()).cloned().unwrap_or_default()
+    };
+    Source {
+        up: headers().map(|header| header.up).find(|&up| up != UpAxis::Unknown).unwrap_or_default(),
+        metres_per_unit: headers().map(|header| header.metres_per_unit).fold(0.0, f64::max),
+        coordinate_system: text(|header| &header.coordinate_system),
+        time: text(|header| &header.time),
+        step: headers().find_map(|header| header.step),
+        ..Source::default()
+    }
+}
+
+/// Rows of what a file says besides its points.
+pub(crate) fn source_rows(
+    source: &Source,
+    row: &mut impl FnMut(&str, String) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let up = match source.up {
+        UpAxis::Unknown => None,
+        UpAxis::X => Some("x"),
+        UpAxis::Y => Some("y"),
+        UpAxis::Z => Some("z"),
+    };
+    if let Some(up) = up {
+        row("up", up.to_owned())?;
+    }
+    if source.metres_per_unit > 0.0 {
+        row("unit", format!("{} m", source.metres_per_unit))?;
+    }
+    if !source.coordinate_system.is_empty() {
+        row("system", cut(&source.coordinate_system))?;
+    }
+    if !source.time.is_empty() {
+        row("taken", source.time.clone())?;
+    }
+    if let Some(step) = source.step {
+        row("step", format!("{} {} {}", step.x, step.y, step.z))?;
+    }
+    Ok(())
+}

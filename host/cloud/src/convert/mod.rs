@@ -1,0 +1,207 @@
+//! Files from format to format, batch by batch: memory does not grow with the file where neither format needs
+//! the whole. Nothing is estimated, and values keep their types.
+//!
+//! The reader works on the caller's thread and hands batches over a short queue; the writer takes them on a
+//! thread of its own. Points whose coordinates are not finite are left out.
+
+mod select;
+mod target;
+mod transfer;
+mod union;
+
+use crate::error::{ReadError, ReadFault, WriteError};
+use crate::files::replace_at;
+use crate::formats::plugins::{FormatCall, LentTable, SharedSink, WriteFault};
+use crate::formats::ply;
+use crate::formats::table_sink::TableSink;
+use crate::inspect::stream;
+use crate::options::{ReadOptions, WriteOptions};
+use crate::write::writer;
+use glam::DVec3;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex};
+use surfelshop_api::format::CloudHeader;
+use surfelshop_geometry::{part, silent};
+use transfer::{Counts, TransferSink, transfer};
+
+pub use select::Selection;
+
+/// Why files were not converted.
+#[derive(Debug, thiserror::Error)]
+pub enum ConvertError {
+    /// A file could not be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The file could not be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+}
+
+/// What came of a conversion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Converted {
+    /// Points of all files.
+    pub n_read: u64,
+    /// Points written.
+    pub n_written: u64,
+    /// Points left out because a coordinate is not finite.
+    pub n_not_finite: u64,
+    /// Columns of the clouds that were written.
+    pub columns: Vec<String>,
+    /// What was said of the files that were read.
+    pub warnings: Vec<String>,
+    /// What the format could not hold.
+    pub lost: Vec<String>,
+}
+
+/// Reads files and writes their clouds to one, in the format that its ending names.
+///
+/// Clouds of a file stay apart where the format holds several with their poses, and `merge` does not ask for
+/// one; else they become one in common coordinates, with a column `scan`.
+///
+/// # Errors
+/// One line that names the file; what stood there before still does.
+pub fn convert(
+    inputs: &[PathBuf],
+    output: &Path,
+    selection: &Selection,
+    merge: bool,
+    read: &ReadOptions<'_>,
+    write: &WriteOptions<'_>,
+) -> Result<Converted, ConvertError> {
+    // A wrong ending is refused before anything is read.
+    let id = writer(output, write)?;
+    let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
+    let mut headers = Vec::new();
+    for input in inputs {
+        headers.extend(heads(input, read, selection)?);
+    }
+    let merged = (!several).then(|| union::header(&headers, selection));
+    let columns = match &merged {
+        Some(header) => header.columns.clone(),
+        None => union::header(&headers, selection).columns,
+    };
+    let (sender, source) = transfer(merged.clone(), selection.clone(), id.is_some());
+    let counts = Arc::clone(&source.counts);
+    let ended = std::thread::scope(|scope| {
+        let writing = scope.spawn(|| write_clouds(output, id.as_deref(), source, write));
+        let read = send(inputs, sender, read);
+        let written = writing.join().unwrap_or_else(|_panicked| {
+            let error = io::Error::other("the writer ended before it was done");
+            Err(WriteError::Io { path: output.to_owned(), error })
+        });
+        (read, written)
+    });
+    let (n_read, n_written) =
+        (counts.read.load(Ordering::Relaxed), counts.written.load(Ordering::Relaxed));
+    let (warnings, lost) = match ended {
+        (Err(fault), Err(_)) if !matches!(fault, Sending::WriterGone) => match fault {
+            Sending::Read(error) => return Err(error.into()),
+            Sending::WriterGone => return Err(refused(output).into()),
+        },
+        (_, Err(error)) => return Err(error.into()),
+        (Err(Sending::Read(error)), Ok(_)) => return Err(error.into()),
+        (Err(Sending::WriterGone), Ok(lost)) => (Vec::new(), lost),
+        (Ok(warnings), Ok(lost)) => (warnings, lost),
+    };
+    Ok(Converted {
+        n_read,
+        n_written,
+        n_not_finite: counts.not_finite.load(Ordering::Relaxed),
+        columns: columns.into_iter().map(|column| column.name).collect(),
+        warnings,
+        lost,
+    })
+}
+
+fn refused(output: &Path) -> WriteError {
+    let error = io::Error::other("the writer took no more");
+    WriteError::Io { path: output.to_owned(), error }
+}
+
+/// The headers of a file's clouds.
+fn heads(
+    input: &Path,
+    options: &ReadOptions<'_>,
+    selection: &Selection,
+) -> Result<Vec<CloudHeader>, ReadError> {
+    let heads = LentTable::new(TableSink::of_heads());
+    let options = ReadOptions { progress: &silent, ..*options };
+    stream(input, &options, selection.columns(), &heads.shared())?;
+    let headers: Vec<CloudHeader> = heads.take().headers().cloned().collect();
+    match headers.is_empty() {
+        true => Err(ReadError { path: input.to_owned(), fault: ReadFault::NoClouds }),
+        false => Ok(headers),
+    }
+}
+
+/// Why a file was not sent to its end.
+enum Sending {
+    Read(ReadError),
+    /// The writer has ended, and says why.
+    WriterGone,
+}
+
+/// Sends the clouds of all files.
+fn send(
+    inputs: &[PathBuf],
+    sender: TransferSink,
+    options: &ReadOptions<'_>,
+) -> Result<Vec<String>, Sending> {
+    let state = sender.state();
+    let columns = sender.columns();
+    let sink: SharedSink = Arc::new(Mutex::new(sender));
+    let ended = inputs.iter().enumerate().try_for_each(|(i, input)| {
+        let share = |i: usize| i as f64 / inputs.len() as f64;
+        let progress = part(options.progress, share(i)..share(i + 1));
+        let options = ReadOptions { progress: &progress, ..*options };
+        stream(input, &options, columns.as_deref(), &sink)
+    });
+    match ended {
+        Ok(()) => {
+            state.finish();
+            Ok(state.warnings())
+        }
+        Err(_) if state.writer_is_gone() => Err(Sending::WriterGone),
+        Err(error) => {
+            state.fail(&error);
+            Err(Sending::Read(error))
+        }
+    }
+}
+
+/// Writes what comes out of a queue.
+fn write_clouds(
+    output: &Path,
+    id: Option<&str>,
+    source: transfer::TransferSource,
+    options: &WriteOptions<'_>,
+) -> Result<Vec<String>, WriteError> {
+    let failed = |error: io::Error| WriteError::Io { path: output.to_owned(), error };
+    let Some(id) = id else {
+        return replace_at(
+            output,
+            |file| ply::write_batches(&*file, output, source, options.ascii),
+            failed,
+        );
+    };
+    let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let call = FormatCall { name: &name, values: options.values, columns: None };
+    let write = |file| {
+        options.formats.write(id, Box::new(source), file, call, &silent).map_err(|fault| match fault {
+            WriteFault::Line(line) => {
+                WriteError::Format { path: output.to_owned(), format: id.to_owned(), line }
+            }
+            WriteFault::Cancelled => WriteError::Cancelled { path: output.to_owned() },
+        })
+    };
+    replace_at(output, write, failed)
+}
+
+/// A box as it is cropped to: smallest and largest coordinates, both included.
+pub type CropBox = [DVec3; 2];
+
+/// The counts of a conversion, for messages.
+pub(crate) type SharedCounts = Arc<Counts>;

@@ -1,0 +1,33 @@
+//! Which points and columns are kept.
+
+use super::CropBox;
+use surfelshop_api::columns::POSITION;
+
+/// What is kept of clouds on their way from file to file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Selection {
+    /// Only points in this box of common coordinates.
+    pub crop: Option<CropBox>,
+    /// Only every so many-th point, counted from the first; 0 and 1 keep all.
+    pub every: u64,
+    /// Only these columns, and positions.
+    pub columns: Option<Vec<String>>,
+}
+
+impl Selection {
+    /// The columns that are read; all where there is no list.
+    pub(super) fn columns(&self) -> Option<&[String]> {
+        self.columns.as_deref()
+    }
+
+    /// Whether a column is kept.
+    pub(super) fn keeps(&self, name: &str) -> bool {
+        let named = |columns: &Vec<String>| columns.iter().any(|column| column == name);
+        name == POSITION || self.columns.as_ref().is_none_or(named)
+    }
+
+    /// Whether points may be left out.
+    pub(super) fn thins(&self) -> bool {
+        self.crop.is_some() || self.every > 1
+    }
+}

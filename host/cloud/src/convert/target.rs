@@ -1,0 +1,243 @@
+//! Batches as they are written: selected, moved, and with the columns of their target.
+
+use super::{Selection, SharedCounts};
+use crate::cloud::buffer::Buffer;
+use crate::formats::table_sink::{absent, turn};
+use glam::DVec3;
+use std::sync::atomic::Ordering;
+use surfelshop_api::columns::{
+    ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V,
+};
+use surfelshop_api::format::{CloudHeader, FileColumn, Pose, SCAN};
+use surfelshop_api::CloudView;
+
+/// A batch as it is written.
+#[derive(Default)]
+pub(super) struct TargetBatch {
+    pub(super) rows: usize,
+    columns: Vec<Buffer>,
+    pub(super) faces: Vec<[u32; 3]>,
+}
+
+/// Makes the batches of a cloud that is written out of those of one or several that are read.
+pub(super) struct Target {
+    merged: Option<CloudHeader>,
+    selection: Selection,
+    wide: bool,
+    counts: SharedCounts,
+    /// The cloud that is read.
+    current: CloudHeader,
+    /// The cloud that is written.
+    out: CloudHeader,
+    /// Number of the cloud that is read, where several become one.
+    scan: u16,
+    /// Points read of all clouds, for one of so many.
+    n_seen: u64,
+    /// Points written of the cloud, and as many before the cloud that is read.
+    n_out: u64,
+    n_before: u64,
+    /// Whether points of the cloud were left out, so that triangles no longer fit.
+    has_gaps: bool,
+}
+
+impl Target {
+    pub(super) fn new(
+        merged: Option<CloudHeader>,
+        selection: Selection,
+        wide: bool,
+        counts: SharedCounts,
+    ) -> Self {
+        let (current, out, scan, n_seen, n_out, n_before, has_gaps) = Default::default();
+        Self { merged, selection, wide, counts, current, out, scan, n_seen, n_out, n_before, has_gaps }
+    }
+
+    /// Whether several clouds become one.
+    pub(super) fn merges(&self) -> bool {
+        self.merged.is_some()
+    }
+
+    /// Whether triangles between the points are kept.
+    pub(super) fn keeps_faces(&self) -> bool {
+        self.out.has_faces && !self.has_gaps
+    }
+
+    /// Counts triangles from the first point that is written.
+    pub(super) fn number(&self, faces: &mut [[u32; 3]]) {
+        let before = u32::try_from(self.n_before).unwrap_or(u32::MAX);
+        for corner in faces.as_flattened_mut() {
+            *corner = corner.saturating_add(before);
+        }
+    }
+
+    /// Begins a cloud that is written; its header.
+    pub(super) fn begin(&mut self, header: CloudHeader) -> CloudHeader {
+        self.out = match &self.merged {
+            Some(merged) => merged.clone(),
+            None => self.apart(&header),
+        };
+        if self.wide {
+            for column in self.out.columns.iter_mut().filter(|column| column.name == POSITION) {
+                column.element = Element::F64;
+            }
+        }
+        (self.scan, self.n_out, self.n_before, self.has_gaps) = (0, 0, 0, false);
+        self.current = header;
+        self.out.clone()
+    }
+
+    /// A cloud that stays by itself, in its own axes.
+    fn apart(&self, header: &CloudHeader) -> CloudHeader {
+        let kept = header.columns.iter().filter(|column| self.selection.keeps(&column.name));
+        CloudHeader {
+            columns: kept.cloned().collect(),
+            rows: None,
+            bounds: header.bounds.filter(|_| self.selection.crop.is_none()),
+            grid: header.grid.filter(|_| !self.selection.thins()),
+            has_faces: header.has_faces && !self.selection.thins(),
+            ..header.clone()
+        }
+    }
+
+    /// Goes on with another cloud that is read.
+    pub(super) fn go_on(&mut self, header: CloudHeader) {
+        self.current = header;
+        self.scan = self.scan.saturating_add(1);
+        self.n_before = self.n_out;
+    }
+
+    /// How points get where they are written.
+    fn pose(&self) -> Pose {
+        if self.merges() { self.current.pose } else { Pose::default() }
+    }
+
+    /// A batch of no points.
+    pub(super) fn empty(&self) -> TargetBatch {
+        let columns = self.out.columns.iter().map(|column| Buffer::with_capacity(column.element, 0));
+        TargetBatch { rows: 0, columns: columns.collect(), faces: Vec::new() }
+    }
+
+    /// A batch out of one that was read.
+    pub(super) fn batch(&mut self, mut columns: Vec<Buffer>) -> TargetBatch {
+        let Some((place, _)) = self.current.column(POSITION) else { return self.empty() };
+        let points = points(&columns[place]);
+        let mask = self.mask(&points);
+        let rows = mask.iter().filter(|&&keep| keep).count();
+        self.has_gaps |= rows < points.len();
+        self.counts.written.fetch_add(rows as u64, Ordering::Relaxed);
+        self.n_out += rows as u64;
+        let all = rows == points.len();
+        let pose = self.pose();
+        let mut made = Vec::with_capacity(self.out.columns.len());
+        for column in &self.out.columns {
+            let found = self.current.column(&column.name).map(|(place, found)| (place, found.clone()));
+            let values = match (column.name.as_str(), found) {
+                (SCAN, None) => Buffer::U16(vec![self.scan; rows]),
+                (_, None) => filled(column, rows),
+                (POSITION, Some(_)) if pose != Pose::default() => {
+                    let moved = points.iter().zip(&mask).filter(|(_, keep)| **keep);
+                    Buffer::F64(moved.flat_map(|(p, _)| pose.place(*p).to_array()).collect())
+                }
+                (name, Some((place, found))) => {
+                    let values = std::mem::replace(&mut columns[place], Buffer::U8(Vec::new()));
+                    let components = found.components as usize;
+                    let mut values = if all { values } else { values.select(components, &mask) };
+                    if matches!(name, NORMAL | TANGENT_U | TANGENT_V) {
+                        turn(&mut values, pose.rotation);
+                    }
+                    converted(values, &found, column, rows)
+                }
+            };
+            made.push(values);
+        }
+        TargetBatch { rows, columns: made, faces: Vec::new() }
+    }
+
+    /// The points that stay.
+    fn mask(&mut self, points: &[DVec3]) -> Vec<bool> {
+        let every = self.selection.every.max(1);
+        let (crop, pose) = (self.selection.crop, self.current.pose);
+        // An organised cloud that nobody thins keeps its grid, with the points that are none.
+        let keeps_grid = self.out.grid.is_some();
+        let mut not_finite = 0;
+        let mask = points
+            .iter()
+            .map(|point| {
+                let number = self.n_seen;
+                self.n_seen += 1;
+                if !point.is_finite() {
+                    not_finite += u64::from(!keeps_grid);
+                    return keeps_grid;
+                }
+                let inside = crop.is_none_or(|[low, high]| {
+                    let place = pose.place(*point);
+                    place.cmpge(low).all() && place.cmple(high).all()
+                });
+                number.is_multiple_of(every) && inside
+            })
+            .collect();
+        self.counts.read.fetch_add(points.len() as u64, Ordering::Relaxed);
+        self.counts.not_finite.fetch_add(not_finite, Ordering::Relaxed);
+        mask
+    }
+
+    /// A batch as writers see it.
+    pub(super) fn view<'a>(
+        &'a self,
+        batch: &'a TargetBatch,
+        faces: &'a [[u32; 3]],
+    ) -> CloudView<'a> {
+        let column = |(column, values): (&'a FileColumn, &'a Buffer)| ColumnView {
+            name: &column.name,
+            components: column.components,
+            generation: 0,
+            values: values.as_values(),
+        };
+        let columns = self.out.columns.iter().zip(&batch.columns).map(column).collect();
+        CloudView { len: batch.rows, columns, faces, ..CloudView::default() }
+    }
+}
+
+/// Coordinates in double precision.
+fn points(values: &Buffer) -> Vec<DVec3> {
+    match values {
+        Buffer::F64(values) => {
+            values.as_chunks::<3>().0.iter().map(|point| DVec3::from_array(*point)).collect()
+        }
+        other => {
+            let wide: Vec<f64> = other.iter_f64().collect();
+            wide.as_chunks::<3>().0.iter().map(|point| DVec3::from_array(*point)).collect()
+        }
+    }
+}
+
+/// What stands where a cloud does not have a column.
+fn filled(column: &FileColumn, rows: usize) -> Buffer {
+    let n = rows * column.components as usize;
+    let mut values = Buffer::with_capacity(column.element, n);
+    for _ in 0..n {
+        values.push(absent(column));
+    }
+    values
+}
+
+/// Values in the type and number of components of their target.
+fn converted(values: Buffer, found: &FileColumn, target: &FileColumn, rows: usize) -> Buffer {
+    if found.element == target.element && found.components == target.components {
+        return values;
+    }
+    let (n_found, n_target) = (found.components as usize, target.components as usize);
+    let mut made = Buffer::with_capacity(target.element, rows * n_target);
+    for row in 0..rows {
+        for component in 0..n_target {
+            let value = match component < n_found {
+                true => values.get_f64(row * n_found + component),
+                // Colours without opacity are opaque.
+                false if target.element == Element::U8 => Some(255.0),
+                false if target.element == Element::U16 => Some(65_535.0),
+                false => Some(1.0),
+            };
+            made.push(value.unwrap_or(f64::NAN));
+        }
+    }
+    made
+}

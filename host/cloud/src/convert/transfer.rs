@@ -1,0 +1,234 @@
+//! A short queue of batches between a format that reads and one that writes.
+
+use super::target::{Target, TargetBatch};
+use super::{Selection, SharedCounts};
+use crate::cloud::buffer::Buffer;
+use crate::error::ReadError;
+use crate::formats::table_sink::check_header;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use surfelshop_api::columns::Values;
+use surfelshop_api::format::{CloudHeader, CloudSinkHost, CloudSourceHost, check_batch};
+use surfelshop_api::{CloudView, Error, Result};
+
+/// Batches that wait for the writer.
+const WAITING: usize = 4;
+
+/// Points on their way, counted.
+#[derive(Debug, Default)]
+pub(crate) struct Counts {
+    pub(super) read: AtomicU64,
+    pub(super) written: AtomicU64,
+    pub(super) not_finite: AtomicU64,
+}
+
+/// What goes through the queue.
+enum Message {
+    Cloud(Box<CloudHeader>),
+    Batch(Vec<Buffer>),
+    Faces(Vec<[u32; 3]>),
+    Failed(String),
+    End,
+}
+
+/// What both ends and the caller share.
+pub(super) struct Shared {
+    sender: SyncSender<Message>,
+    warnings: Mutex<Vec<String>>,
+    writer_gone: AtomicBool,
+}
+
+impl Shared {
+    fn warnings_mut(&self) -> MutexGuard<'_, Vec<String>> {
+        self.warnings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn send(&self, message: Message) -> Result<()> {
+        self.sender.send(message).map_err(|_gone| {
+            self.writer_gone.store(true, Ordering::Relaxed);
+            Error::new("the writer takes no more")
+        })
+    }
+
+    pub(super) fn warnings(&self) -> Vec<String> {
+        std::mem::take(&mut self.warnings_mut())
+    }
+
+    pub(super) fn writer_is_gone(&self) -> bool {
+        self.writer_gone.load(Ordering::Relaxed)
+    }
+
+    /// Says that there is no more.
+    pub(super) fn finish(&self) {
+        // A writer that is gone has said why.
+        drop(self.send(Message::End));
+    }
+
+    /// Says that there is no more, since a file could not be read.
+    pub(super) fn fail(&self, error: &ReadError) {
+        drop(self.send(Message::Failed(error.to_string())));
+    }
+}
+
+/// The reader's end.
+pub(super) struct TransferSink {
+    shared: Arc<Shared>,
+    header: Option<CloudHeader>,
+    columns: Option<Vec<String>>,
+}
+
+/// The writer's end.
+pub(super) struct TransferSource {
+    receiver: Receiver<Message>,
+    target: Target,
+    /// A cloud whose header came while batches of the one before were asked for.
+    next: Option<CloudHeader>,
+    ended: bool,
+    faces: Vec<[u32; 3]>,
+    batch: TargetBatch,
+    pub(super) counts: SharedCounts,
+}
+
+/// Both ends. Where there is a header of all clouds, they become one; positions are `f64` where `wide`.
+pub(super) fn transfer(
+    merged: Option<CloudHeader>,
+    selection: Selection,
+    wide: bool,
+) -> (TransferSink, TransferSource) {
+    let (sender, receiver) = sync_channel(WAITING);
+    let (warnings, writer_gone) = Default::default();
+    let shared = Arc::new(Shared { sender, warnings, writer_gone });
+    let columns = selection.columns.clone();
+    let counts: SharedCounts = Arc::default();
+    let target = Target::new(merged, selection, wide, Arc::clone(&counts));
+    let (next, ended, faces, batch) = Default::default();
+    let source = TransferSource { receiver, target, next, ended, faces, batch, counts };
+    (TransferSink { shared, header: None, columns }, source)
+}
+
+impl TransferSink {
+    pub(super) fn state(&self) -> Arc<Shared> {
+        Arc::clone(&self.shared)
+    }
+
+    pub(super) fn columns(&self) -> Option<Vec<String>> {
+        self.columns.clone()
+    }
+}
+
+/// A copy of values.
+fn owned(values: &Values<'_>) -> Result<Buffer> {
+    let mut buffer = Buffer::with_capacity(values.element(), 0);
+    buffer.append(values).map_err(|out| Error::new(out.to_string()))?;
+    Ok(buffer)
+}
+
+impl CloudSinkHost for TransferSink {
+    fn begin(&mut self, header: &CloudHeader) -> Result<bool> {
+        check_header(header)?;
+        self.header = Some(header.clone());
+        self.shared.send(Message::Cloud(Box::new(header.clone())))?;
+        Ok(true)
+    }
+
+    fn batch(&mut self, values: &[Values<'_>]) -> Result<()> {
+        let Some(header) = &self.header else {
+            return Err(Error::new("a batch came before the header of its cloud"));
+        };
+        if check_batch(header, values)? == 0 {
+            return Ok(());
+        }
+        let copies = values.iter().map(owned).collect::<Result<Vec<_>>>()?;
+        self.shared.send(Message::Batch(copies))
+    }
+
+    fn faces(&mut self, triangles: &[[u32; 3]]) -> Result<()> {
+        self.shared.send(Message::Faces(triangles.to_vec()))
+    }
+
+    fn warn(&mut self, line: &str) {
+        const MOST: usize = 100;
+        let mut warnings = self.shared.warnings_mut();
+        if warnings.len() < MOST {
+            warnings.push(line.to_owned());
+        }
+    }
+}
+
+impl TransferSource {
+    /// The next message; an error where the reader failed or is gone.
+    fn receive(&mut self) -> Result<Message> {
+        if self.ended {
+            return Ok(Message::End);
+        }
+        match self.receiver.recv() {
+            Ok(Message::Failed(line)) => Err(Error::new(line)),
+            Ok(Message::End) => {
+                self.ended = true;
+                Ok(Message::End)
+            }
+            Ok(message) => Ok(message),
+            Err(_gone) => Err(Error::new("the reader ended before it was done")),
+        }
+    }
+}
+
+impl CloudSourceHost for TransferSource {
+    fn next_cloud(&mut self) -> Result<Option<CloudHeader>> {
+        loop {
+            let header = match self.next.take() {
+                Some(header) => header,
+                None => match self.receive()? {
+                    Message::Cloud(header) => *header,
+                    Message::End => return Ok(None),
+                    // The writer asked for no more of the cloud before.
+                    _ => continue,
+                },
+            };
+            return Ok(Some(self.target.begin(header)));
+        }
+    }
+
+    fn next_batch(&mut self) -> Result<Option<CloudView<'_>>> {
+        if self.next.is_some() || self.ended {
+            return Ok(self.last());
+        }
+        loop {
+            match self.receive()? {
+                Message::Batch(columns) => {
+                    self.batch = self.target.batch(columns);
+                    if self.batch.rows > 0 {
+                        break;
+                    }
+                }
+                Message::Faces(mut faces) if self.target.keeps_faces() => {
+                    self.target.number(&mut faces);
+                    self.faces.append(&mut faces);
+                }
+                Message::Faces(_) => {}
+                Message::Cloud(header) if self.target.merges() => self.target.go_on(*header),
+                Message::Cloud(header) => {
+                    self.next = Some(*header);
+                    return Ok(self.last());
+                }
+                Message::End => return Ok(self.last()),
+                Message::Failed(line) => return Err(Error::new(line)),
+            }
+        }
+        Ok(Some(self.target.view(&self.batch, &[])))
+    }
+}
+
+impl TransferSource {
+    /// After the points of a cloud: its triangles, with no points.
+    fn last(&mut self) -> Option<CloudView<'_>> {
+        if self.faces.is_empty() {
+            return None;
+        }
+        self.batch = self.target.empty();
+        let faces = std::mem::take(&mut self.faces);
+        self.batch.faces = faces;
+        Some(self.target.view(&self.batch, &self.batch.faces))
+    }
+}

@@ -1,0 +1,122 @@
+//! The formats of plugins, found when a file needs one.
+
+use crate::options::PluginFiles;
+use crate::output::terminal;
+use std::sync::{Arc, OnceLock};
+use surfelshop_api::format::{CloudSourceHost, FileHost};
+use surfelshop_api::params::{Value, Values};
+use surfelshop_cloud::{
+    FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
+};
+use surfelshop_geometry::Progress;
+use surfelshop_runtime::formats::PluginFormats;
+use surfelshop_runtime::plugins::Registry;
+
+/// The formats that plugin options name. Plugins are searched when the first file is not of a built-in format.
+pub struct SessionFormats {
+    plugins: PluginFiles,
+    values: Option<Values>,
+    found: OnceLock<PluginFormats>,
+}
+
+impl SessionFormats {
+    /// The formats of these plugins; nothing is searched yet.
+    #[must_use]
+    pub fn new(plugins: &PluginFiles) -> Self {
+        let values = plugins.format.values();
+        Self { plugins: plugins.clone(), values, found: OnceLock::new() }
+    }
+
+    /// Those of plugins that were found already.
+    #[must_use]
+    pub fn of_registry(plugins: &PluginFiles, registry: Arc<Registry>) -> Self {
+        let formats = Self::new(plugins);
+        // It is new, so there is none.
+        drop(formats.found.set(PluginFormats::new(registry, plugins.patience())));
+        formats
+    }
+
+    fn found(&self) -> &PluginFormats {
+        self.found.get_or_init(|| {
+            let registry = match crate::session::registry(&self.plugins) {
+                Ok(registry) => registry,
+                Err(error) => {
+                    terminal::warn_once(format!("{error:#}"));
+                    Registry::default()
+                }
+            };
+            PluginFormats::new(Arc::new(registry), self.plugins.patience())
+        })
+    }
+
+    /// Formats that were loaded so far: none where every file was of a built-in format.
+    #[must_use]
+    pub fn n_loaded(&self) -> usize {
+        self.found.get().map_or(0, PluginFormats::n_loaded)
+    }
+
+    /// How files are read with these formats, and with what was typed for them.
+    #[must_use]
+    pub fn reading<'a>(&'a self, progress: Progress<'a>) -> ReadOptions<'a> {
+        ReadOptions {
+            progress,
+            formats: self,
+            format: self.plugins.format.format.as_deref(),
+            values: self.values.as_ref(),
+            ..ReadOptions::default()
+        }
+    }
+
+    /// How files are written with these formats.
+    #[must_use]
+    pub fn writing<'a>(&'a self, progress: Progress<'a>) -> WriteOptions<'a> {
+        WriteOptions { progress, formats: self, ..WriteOptions::default() }
+    }
+}
+
+impl Formats for SessionFormats {
+    fn by_bytes(&self, head: &[u8]) -> Option<String> {
+        self.found().by_bytes(head)
+    }
+
+    fn by_name(&self, name: &str, written: bool) -> Option<String> {
+        self.found().by_name(name, written)
+    }
+
+    fn takes_several(&self, id: &str) -> bool {
+        self.found().takes_several(id)
+    }
+
+    fn endings(&self, written: bool) -> Vec<String> {
+        self.found().endings(written)
+    }
+
+    fn read(
+        &self,
+        id: &str,
+        file: Arc<dyn FileHost>,
+        call: FormatCall<'_>,
+        sink: SharedSink,
+        progress: Progress<'_>,
+    ) -> Result<(), ReadFault> {
+        self.found().read(id, file, call, sink, progress)
+    }
+
+    fn write(
+        &self,
+        id: &str,
+        clouds: Box<dyn CloudSourceHost + Send>,
+        file: Arc<dyn FileHost>,
+        call: FormatCall<'_>,
+        progress: Progress<'_>,
+    ) -> Result<Vec<String>, WriteFault> {
+        self.found().write(id, clouds, file, call, progress)
+    }
+}
+
+/// Values of a format's parameters as they were typed, to be read when the format is loaded.
+pub(crate) fn typed_values<'a>(typed: impl Iterator<Item = (&'a str, &'a str)>) -> Option<Values> {
+    let values: Values =
+        typed.map(|(id, text)| (id.to_owned(), Value::Text(text.to_owned()))).collect();
+    (!values.is_empty()).then_some(values)
+}
