@@ -17,13 +17,13 @@
 
 mod assemble;
 mod cloud;
+pub mod environment_map;
 mod error;
 mod faces;
 pub mod files;
 mod formats;
 pub mod memory;
 mod options;
-pub mod probe;
 mod read;
 pub mod scene;
 mod summary;
