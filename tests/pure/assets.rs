@@ -107,10 +107,10 @@ fn rays_do_not_pass_the_sample() {
 
 #[test]
 fn committed_probe_is_the_built_in_sky() {
-    use surfelshop_cloud::probe::{self, Mapping, Probe};
+    use surfelshop_cloud::environment_map::{self, Mapping, Probe};
     let path = sample_path().with_file_name("sky.hdr");
     assert!(bytes_of(&path).len() < 1_000_000, "it travels with every clone");
-    let read = probe::read(&path, None).expect("the sample probe loads");
+    let read = environment_map::read(&path, None).expect("the sample probe loads");
     let made = Probe::sky();
     assert_eq!(read.mapping, Mapping::LatLong);
     assert!(read.facts.sun.is_some());

@@ -7,7 +7,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Light, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_render::{
     Engine, EngineOptions, GpuOptions, RenderRequest, Rendered, RendererView, Restored,
     SurfelDrawing,

@@ -5,7 +5,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Environment, Light, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_render::{RenderRequest, RendererView};
 use surfelshop_tests::natural_light::{around, view_of};
 use surfelshop_tests::{clouds, stage};

@@ -10,7 +10,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::prelude::*;
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_image::Image;
 use surfelshop_render::{EngineOptions, GpuOptions, SurfelDrawing};
 

@@ -24,7 +24,7 @@ use anyhow::Context;
 use glam::DVec3;
 use rayon::prelude::*;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, WriteOptions};
 
 use crate::figure::Figure;
@@ -47,7 +47,7 @@ pub fn write_sample(path: &Path) -> anyhow::Result<()> {
 /// # Errors
 /// Where the file cannot be written.
 pub fn write_sky(path: &Path) -> anyhow::Result<()> {
-    surfelshop_cloud::probe::write_hdr(path, &Probe::sky().picture)?;
+    surfelshop_cloud::environment_map::write_hdr(path, &Probe::sky().picture)?;
     Ok(())
 }
 

@@ -18,6 +18,7 @@
 mod assemble;
 mod cloud;
 pub mod convert;
+pub mod environment_map;
 mod error;
 mod faces;
 pub mod files;
@@ -25,7 +26,6 @@ mod formats;
 mod inspect;
 pub mod memory;
 mod options;
-pub mod probe;
 mod read;
 pub mod scene;
 mod summary;

@@ -21,5 +21,5 @@ pub mod conformance;
 mod csv;
 pub mod demo;
 pub mod explain;
-pub mod page;
+pub mod html_page;
 pub mod report;

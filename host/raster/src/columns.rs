@@ -2,9 +2,9 @@
 
 use crate::fields::Splats;
 use crate::lanes::{F, V, WIDTH};
-use crate::levels;
-use crate::levels::block::Block;
-use crate::levels::merge::Sample;
+use crate::level_of_detail;
+use crate::level_of_detail::block::Block;
+use crate::level_of_detail::merge::Sample;
 use fearless_simd::prelude::*;
 use half::f16;
 
@@ -80,7 +80,7 @@ pub enum Albedo {
 /// A cloud's columns, as they are drawn.
 ///
 /// A surfel's place is its number in drawing order; behind those of the cloud stand merged ones, which
-/// stand for several where these are small (`levels`).
+/// stand for several where these are small (`level_of_detail`).
 pub struct Columns {
     len: usize,
     /// Places, those of merged surfels and of groups that are not full among them.
@@ -185,7 +185,7 @@ impl Columns {
 
     /// Makes the tree of blocks and the merged surfels.
     fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], report: &(dyn Fn(f32) + Sync)) {
-        let tree = levels::tree(self, merged, linear_of_srgb, &|done| report(0.8 * done));
+        let tree = level_of_detail::tree(self, merged, linear_of_srgb, &|done| report(0.8 * done));
         let n_merged: usize = tree.merged.iter().map(|samples| padded(samples.len())).sum();
         self.stands_for.reserve(n_merged);
         self.pad_albedo(self.n_places);

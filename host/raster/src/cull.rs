@@ -4,7 +4,7 @@
 
 use crate::cloud::CloudInView;
 use crate::lanes::WIDTH;
-use crate::levels::block::{Block, half_angle};
+use crate::level_of_detail::block::{Block, half_angle};
 use crate::view::Eye;
 use rayon::prelude::*;
 use std::ops::Range;

@@ -15,7 +15,7 @@ mod cull;
 mod disc;
 mod fields;
 mod lanes;
-mod levels;
+mod level_of_detail;
 mod local;
 mod pack;
 mod picture;

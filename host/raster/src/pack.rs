@@ -1,4 +1,4 @@
-//! How pixels of the surface are packed: twin of `shaders/packing.wgsl`, for several at once.
+//! How pixels of the surface are packed: twin of `shaders/surface/packing.wgsl`, for several at once.
 
 use crate::lanes::{F, I, U, V, larger, smaller};
 use fearless_simd::prelude::*;

@@ -74,8 +74,8 @@ impl HostUniform {
     #[cfg(test)]
     #[track_caller]
     pub(crate) fn assert_is_laid_out_as(self, source: &str, entry: &str, variable: &str) {
-        use crate::shader::{BindingKind, Library, reflect};
-        let composed = crate::shader::on_large_stack(|| {
+        use crate::shader_compiler::{BindingKind, Library, reflect};
+        let composed = crate::shader_compiler::on_large_stack(|| {
             Library::new(true).unwrap().compose(source, &[], &[]).unwrap()
         })
         .unwrap();

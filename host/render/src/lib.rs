@@ -17,7 +17,7 @@ mod graph;
 mod host_uniform;
 
 mod resource_use;
-mod shader;
+mod shader_compiler;
 mod surfels;
 
 pub use disk_cache::DiskCache;

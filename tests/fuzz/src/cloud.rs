@@ -2,7 +2,7 @@
 
 use crate::assert_one_line;
 use std::path::Path;
-use surfelshop_cloud::{ReadOptions, WriteOptions, probe, read, write};
+use surfelshop_cloud::{ReadOptions, WriteOptions, environment_map, read, write};
 
 /// Has `read` read a file of these bytes.
 fn with_file(bytes: &[u8], ending: &str, read: impl FnOnce(&Path)) {
@@ -39,7 +39,7 @@ pub fn cloud(bytes: &[u8]) {
 /// # Panics
 /// Where it finds what must not be: that is a finding.
 pub fn probe(bytes: &[u8]) {
-    with_file(bytes, "hdr", |path| match probe::read(path, None) {
+    with_file(bytes, "hdr", |path| match environment_map::read(path, None) {
         Ok(probe) => assert!(probe.texels.iter().flatten().all(|value| value.is_finite())),
         Err(error) => assert_one_line(&error.to_string()),
     });

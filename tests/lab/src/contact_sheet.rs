@@ -12,7 +12,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Camera, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::{self, Probe};
+use surfelshop_cloud::environment_map::{self, Probe};
 use surfelshop_cloud::scene::{Axis, ProbeSource, SceneEnvironment};
 use surfelshop_image::display::{Background, DisplayTransform, ToneMap, develop_to_8_bit};
 use surfelshop_render::{Engine, RenderRequest};
@@ -133,7 +133,10 @@ pub(crate) fn run() -> anyhow::Result<()> {
         Some(folder) => {
             let probes = folder.join("probes");
             let uffizi = probes.join("derived/uffizi_angular_from_latlong.hdr");
-            (probe::read(probes.join("rnl_probe.hdr"), None)?, probe::read(uffizi, None)?)
+            (
+                environment_map::read(probes.join("rnl_probe.hdr"), None)?,
+                environment_map::read(uffizi, None)?,
+            )
         }
         None => (Probe::studio(), Probe::sky()),
     };

@@ -8,7 +8,7 @@ use surfelshop_api::columns::{AO, COLOR, MATERIAL, RADIUS};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Light, Scene, View};
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_render::{
     Engine, EngineOptions, GpuOptions, PassState, RenderRequest, Rendered, RendererView, Restored,

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 use surfelshop_api::params::{Value, Values};
-use surfelshop_cloud::probe::{self, Probe};
+use surfelshop_cloud::environment_map::{self, Probe};
 use surfelshop_render::{PassState, Rendered};
 use surfelshop_tests::natural_light::{Errors, Lab, NaturalLight, Pixel, around, lone_sun};
 
@@ -46,7 +46,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     ];
     let files: Vec<String> = std::env::args().skip(2).collect();
     for file in &files {
-        probes.push(probe::read(file, None)?);
+        probes.push(environment_map::read(file, None)?);
     }
     let (mut small, mut large) = (Lab::new(40_000, 48), Lab::new(40_000, 512));
     println!("{}\n", small.engine.gpu().describe());
@@ -115,7 +115,7 @@ fn reading(files: &[String]) -> anyhow::Result<()> {
     println!("|---|---|---|---|---|");
     for file in files {
         let started = Instant::now();
-        let probe = probe::read(file, None)?;
+        let probe = environment_map::read(file, None)?;
         let read = started.elapsed();
         let mut lab = Lab::new(40_000, 48);
         let filtered = |frame: &Rendered| -> f64 {

@@ -7,7 +7,7 @@ use surfelshop_api::Scene;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::{self, Probe};
+use surfelshop_cloud::environment_map::{self, Probe};
 use surfelshop_render::{Engine, RenderRequest, RendererView};
 use surfelshop_tests::natural_light::{around, view_of};
 use surfelshop_tests::procedural::patterns::ALL;
@@ -73,7 +73,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     let mut arguments: Vec<String> = std::env::args().skip(2).collect();
     let probe = match arguments.iter().position(|argument| argument == "--probe") {
         Some(at) if at + 1 < arguments.len() => {
-            let probe = probe::read(arguments.remove(at + 1), None)?;
+            let probe = environment_map::read(arguments.remove(at + 1), None)?;
             arguments.remove(at);
             probe
         }

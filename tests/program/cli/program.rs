@@ -128,11 +128,11 @@ impl TestFolder {
         }
     }
 
-    /// The same as from a terminal, which ignores no hangups: a test may have been started by what does.
+    /// The same as from a terminal, which ignores no signals: a test may have been started by what does, such as `nohup` or a shell that runs it in the background.
     pub(crate) fn command_of_a_terminal(&self) -> Command {
         let program = self.command();
         let mut command = Command::new("env");
-        command.arg("--default-signal=HUP").arg(program.get_program());
+        command.arg("--default-signal=HUP,INT,TERM").arg(program.get_program());
         command.current_dir(self.folder.path());
         for (name, value) in program.get_envs() {
             match value {

@@ -9,7 +9,7 @@ use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{
     Camera, Environment, FrameRequest, Light, Projection, Scene, SurfaceSettings, UnitKind, View,
 };
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_image::TracedPicture;
 use surfelshop_runtime::plugins::{LoadedUnit, Timeouts};
 use surfelshop_runtime::trace::{TraceOrder, samples_of, trace};

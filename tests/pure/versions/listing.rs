@@ -22,7 +22,7 @@ pub(crate) fn listing() -> BTreeSet<String> {
     lines.retain(|line| !line.starts_with("mod guide"));
 
     let shaders = root.join("shaders");
-    for file in files(&shaders, "wgsl").iter().filter(|file| file.parent() == Some(&shaders)) {
+    for file in files(&shaders, "wgsl") {
         wgsl(&fs::read_to_string(file).unwrap(), &mut lines);
     }
     lines

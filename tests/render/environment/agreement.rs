@@ -3,7 +3,7 @@
 use crate::environment::light::{TO_EYE, all_reflected, matte, probes, sun, text, values};
 use glam::DVec3;
 use surfelshop_api::params::Value;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_tests::natural_light::{Errors, Lab, NaturalLight, Pixel, ggx_times_cosine};
 
 /// Invariant: a white surface in even light is as bright as the light

@@ -5,7 +5,7 @@ use glam::DVec3;
 use surfelshop_api::Light;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_render::{PassState, Rendered};
 use surfelshop_tests::natural_light::{Lab, around, pixels};
 use surfelshop_tests::{clouds, stage};

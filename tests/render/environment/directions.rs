@@ -4,7 +4,7 @@ use crate::environment::light::{TO_EYE, all_reflected, text, values};
 use glam::DVec3;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{Camera, Projection};
-use surfelshop_cloud::probe::{Mapping, Picture, Probe};
+use surfelshop_cloud::environment_map::{Mapping, Picture, Probe};
 use surfelshop_tests::natural_light::{Lab, around, pixels};
 
 /// Six colours, one around each axis: x red, -x cyan, y green, -y magenta, z blue, -z yellow.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use surfelshop_api::params::{Value, Values};
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_tests::natural_light::lone_sun;
 
 /// Where a [`Lab`](surfelshop_tests::natural_light::Lab) is looked at from.

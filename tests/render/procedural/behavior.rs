@@ -6,7 +6,7 @@ use std::path::Path;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Camera, CloudFacts, ObjectFrame, Projection, Scene, View};
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_cloud::{Cloud, Rotation, Transform};
 use surfelshop_render::{
     Backend, Engine, EngineOptions, GpuOptions, PassState, RenderError, RenderRequest, Rendered,

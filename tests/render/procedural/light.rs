@@ -6,7 +6,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Camera, Light, ObjectFrame, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_render::{GpuOptions, RenderRequest, Rendered, RendererView};
 use surfelshop_tests::evaluated_light::arriving;
 use surfelshop_tests::natural_light::{around, view_of};

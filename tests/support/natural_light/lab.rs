@@ -7,7 +7,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Environment, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_render::{RenderRequest, Rendered, RendererView};
 
 /// The renderer `environment` over a sphere of albedo 1, seen along -z without perspective.

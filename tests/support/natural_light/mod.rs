@@ -7,7 +7,7 @@ pub use lab::{Errors, Lab, Pixel, pixels};
 
 use glam::DVec3;
 use surfelshop_api::{Environment, EnvironmentView};
-use surfelshop_cloud::probe::{Picture, Probe, solid_angles};
+use surfelshop_cloud::environment_map::{Picture, Probe, solid_angles};
 
 /// Rows of parts of texels: half a degree each, where a lobe of roughness 0.3 is five wide.
 const FEWEST_ROWS: u32 = 360;

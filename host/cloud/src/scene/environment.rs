@@ -3,7 +3,7 @@
 use super::keyed::Keyed;
 use super::parts::stops;
 use super::source::{Entry, Fault, Section};
-use crate::probe::Mapping;
+use crate::environment_map::Mapping;
 use glam::{DMat3, DQuat, DVec3};
 use std::path::PathBuf;
 

@@ -5,7 +5,7 @@ use super::candidate::{Candidate, Drawn, Stage};
 use super::measured::{CandidateImage, Measured, Truth, errors};
 use crate::compare::CompareArguments;
 use crate::csv;
-use crate::page::{Column, Page, Picture, Table};
+use crate::html_page::{Column, Page, Picture, Table};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;

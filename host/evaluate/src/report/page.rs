@@ -4,7 +4,7 @@ use super::cells::Cell;
 use super::{plot, without_reference};
 use crate::compare::put;
 use crate::csv;
-use crate::page::{Column, Page, Plot, Table};
+use crate::html_page::{Column, Page, Plot, Table};
 use crate::report::ReportArguments;
 use serde_json::{Value, json};
 use surfelshop_runtime::plugins::UnitRef;

@@ -226,7 +226,7 @@ fn surface_key(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::{BindingKind, Library, on_large_stack, reflect};
+    use crate::shader_compiler::{BindingKind, Library, on_large_stack, reflect};
     use surfelshop_api::params::Values;
     use surfelshop_api::{Camera, CloudFacts, Light};
 

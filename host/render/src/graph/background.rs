@@ -2,7 +2,7 @@
 
 use crate::graph::pipeline_desc::{Pipeline, Recipe};
 use crate::graph::variants::Settings;
-use crate::shader::STACK_BYTES;
+use crate::shader_compiler::STACK_BYTES;
 use std::thread::JoinHandle;
 
 /// Most pipelines made at a time; others wait for their next frame.

@@ -6,7 +6,7 @@ use crate::graph::pipeline_desc::Shader;
 use crate::graph::plan::{Node, Plan, Planned, targets_of, wgpu_format};
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS, list};
 use crate::graph::uniform_layout::UniformLayout;
-use crate::shader::{Binding, BindingKind};
+use crate::shader_compiler::{Binding, BindingKind};
 use naga::{Scalar, TypeInner};
 use surfelshop_api::graph::{Format, Groups, Module, Pass, Resource, SurfaceMode, TextureId, Work};
 

@@ -1,7 +1,7 @@
 //! Which passes run: those that requested outputs depend on.
 
 use crate::graph::plan::{Node, PassCamera, Plan};
-use crate::shader::SurfaceMembers;
+use crate::shader_compiler::SurfaceMembers;
 use std::collections::{BTreeMap, HashSet};
 use surfelshop_api::graph::SurfaceMode;
 

@@ -1,7 +1,7 @@
 //! What a pipeline is made of, and making it.
 
 use crate::graph::variants::Settings;
-use crate::shader::{Binding, BindingKind, Composed, reflect};
+use crate::shader_compiler::{Binding, BindingKind, Composed, reflect};
 use std::sync::Arc;
 
 /// A shader text, checked, with the module on the device.

@@ -4,7 +4,7 @@ use crate::graph::RenderError;
 use crate::graph::background::Beside;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Recipe, Shader, Work, checked};
 use crate::graph::variants::{Settings, Variants};
-use crate::shader::{Library, on_large_stack};
+use crate::shader_compiler::{Library, on_large_stack};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;

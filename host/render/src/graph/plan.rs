@@ -7,7 +7,7 @@ use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
 use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::graph::variants::Settings;
-use crate::shader::{SurfaceMembers, members_read, reflect};
+use crate::shader_compiler::{SurfaceMembers, members_read, reflect};
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -4,7 +4,7 @@ use crate::disk_cache::DiskCache;
 use crate::gpu::Gpu;
 use crate::graph::plan::{Node, Plan, wgpu_format};
 use crate::graph::texture_cache;
-use crate::shader::fingerprint;
+use crate::shader_compiler::fingerprint;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use surfelshop_api::graph::Lifetime;

@@ -1,7 +1,7 @@
 //! Uniforms given by name, laid out as a shader's structure declares them.
 
 use crate::graph::shading::list;
-use crate::shader::UniformMember;
+use crate::shader_compiler::UniformMember;
 use surfelshop_api::graph::{Member, MemberType, Span};
 
 /// A uniform's bytes as one structure has them.

@@ -13,12 +13,12 @@ use surfelshop_api::columns::{self, CloudView};
 /// Frames a buffer survives without being read.
 const KEPT_FRAMES: u64 = 64;
 
-/// Bytes of a record: `Record` of `shaders/surfels.wgsl`.
+/// Bytes of a record: `Record` of `shaders/surface/surfels.wgsl`.
 const RECORD_BYTES: usize = 32;
 /// The same, as sizes of buffers are counted.
 pub(crate) const SURFEL_BYTES: u64 = RECORD_BYTES as u64;
 
-/// The largest albedo that is stored, as in `shaders/packing.wgsl`.
+/// The largest albedo that is stored, as in `shaders/surface/packing.wgsl`.
 const MAX_ALBEDO: f32 = 65504.0;
 
 /// What a buffer is made of.
@@ -181,7 +181,7 @@ impl<'a> Recorded<'a> {
     }
 }
 
-/// Twin of `pack_direction` of `shaders/packing.wgsl`.
+/// Twin of `pack_direction` of `shaders/surface/packing.wgsl`.
 fn pack_direction(n: Vec3) -> u32 {
     let p = n.truncate() / n.abs().element_sum();
     let sign = |x: f32| if x >= 0.0 { 1.0 } else { -1.0 };

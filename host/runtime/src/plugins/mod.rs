@@ -18,28 +18,22 @@
 
 mod binary;
 mod copy;
-mod crash_guard;
 mod discover;
 mod find;
-mod health;
-mod hosted;
 mod inspect;
 mod load;
 mod open;
 mod registry;
 mod reload;
-mod timeouts;
 mod trust;
 mod watch;
+mod watchdog;
 
-pub use crash_guard::{Crash, CrashGuard, CrashMark};
 pub use discover::{
     Origin, Place, SearchPath, cache_folder, has_library_extension, state_folder,
     user_plugins_folder,
 };
 pub use find::{FindError, UnitRef};
-pub use health::{Disabled, PluginHealth, Record, STRIKES, UnitState};
-pub use hosted::Hosted;
 pub use inspect::{
     Contents, MAX_FILE_LEN, Refused, inspect, inspect_bytes, is_deceptive, is_package_id,
 };
@@ -47,7 +41,10 @@ pub use load::{LoadError, LoadTimes, LoadedUnit};
 pub use open::{ExitGuard, guard_exit, leave, loader_is_busy};
 pub use registry::{Entry, Registry, State};
 pub use reload::{CarriedValues, ReloadTimes, Reloaded, keep_values};
-pub use timeouts::Timeouts;
-pub(crate) use timeouts::on_own_thread;
 pub use trust::{Trust, TrustState};
 pub use watch::{Changed, QUIET, Watcher};
+pub(crate) use watchdog::on_own_thread;
+pub use watchdog::{
+    Crash, CrashGuard, CrashMark, Disabled, Hosted, PluginHealth, Record, STRIKES, Timeouts,
+    UnitState,
+};

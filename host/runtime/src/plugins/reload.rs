@@ -7,9 +7,9 @@
 //! old instance runs on: its library stays loaded and its file was never mapped.
 
 use super::find::UnitRef;
-use super::hosted::Hosted;
 use super::load::{LoadError, LoadTimes, LoadedUnit};
-use super::timeouts::Timeouts;
+use super::watchdog::Hosted;
+use super::watchdog::Timeouts;
 use crate::boundary::{Fault, decode};
 use std::time::{Duration, Instant};
 use surfelshop_api::graph::Structure;

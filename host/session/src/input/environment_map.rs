@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::SystemTime;
 use surfelshop_api::{Environment, EnvironmentView};
-use surfelshop_cloud::probe::{self, Mapping, Probe};
+use surfelshop_cloud::environment_map::{self, Mapping, Probe};
 use surfelshop_cloud::scene::{Axis, ProbeSource, SceneEnvironment, SceneFile};
 use surfelshop_render::DiskCache;
 use surfelshop_runtime::plugins::cache_folder;
@@ -134,7 +134,7 @@ fn read_file(path: &Path, mapping: Option<Mapping>) -> anyhow::Result<Probe> {
     {
         return Ok(probe);
     }
-    let probe = probe::read(path, mapping)?;
+    let probe = environment_map::read(path, mapping)?;
     if let (Some(store), Some(name)) = (&store, &name) {
         store.save(name, &probe.to_bytes());
     }
@@ -161,7 +161,7 @@ fn stored_name(path: &Path, mapping: Option<Mapping>) -> Option<String> {
     }
     let mapping = mapping.map_or("detected", Mapping::name);
     let file = path.file_name().unwrap_or_default().to_string_lossy();
-    let (version, sum) = (probe::VERSION, hasher.finish128().as_u128());
+    let (version, sum) = (environment_map::VERSION, hasher.finish128().as_u128());
     Some(format!("probe {STORED_VERSION} {version} {mapping} {file} {length} {sum:032x}"))
 }
 

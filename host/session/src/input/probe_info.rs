@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use std::fmt::Write as _;
-use surfelshop_cloud::probe::{Probe, Repairs};
+use surfelshop_cloud::environment_map::{Probe, Repairs};
 
 /// Everything as one object.
 pub fn object(probe: &Probe) -> Value {

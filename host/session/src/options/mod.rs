@@ -12,7 +12,7 @@ use crate::options::camera::CameraSpec;
 use crate::options::lights::LightSpec;
 use crate::options::values::{Backdrop, Size};
 use clap::{ArgAction, Args, ValueEnum};
-use surfelshop_cloud::probe::Mapping;
+use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_image::png;
 

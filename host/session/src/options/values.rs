@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
-use surfelshop_cloud::probe::Mapping;
+use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
     DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LOW_PASS, NumberRange, RADIUS_SCALE, STOPS,

@@ -4,7 +4,7 @@ use crate::dialogs::{DialogPurpose, files};
 use crate::document::set_environment_map;
 use crate::window::Window;
 use eframe::egui::{self, Ui};
-use surfelshop_cloud::probe::Mapping;
+use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::{Axis, ProbeSource};
 use surfelshop_session::input::environment_map::name;
 

@@ -14,7 +14,7 @@ const LONG: Duration = Duration::from_secs(60);
 
 /// A bake that is about to run.
 fn bake(desk: &TestFolder, arguments: &str) -> Command {
-    let mut command = desk.command();
+    let mut command = desk.command_of_a_terminal();
     command.args(["bake", "in.ply", "-o", "out.ply", "--trust", "--plugin", &faulty()]);
     command.args(arguments.split_whitespace());
     let log = "off,surfelshop::bake=debug,surfelshop_session::tool_run=debug";
@@ -52,8 +52,17 @@ fn signal_when(child: &mut Child, says: &str, signal: &str) {
 
 /// How a bake ended and what it said last.
 fn end(mut child: Child) -> (ExitStatus, String) {
+    let id = child.id();
+    let (ended, ends) = std::sync::mpsc::channel::<()>();
+    let clock = std::thread::spawn(move || {
+        // What does not end on its signal does not keep the tests.
+        let is_late = ends.recv_timeout(LONG) == Err(RecvTimeoutError::Timeout);
+        is_late.then(|| send("-KILL", id));
+    });
     let mut said = String::new();
     child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    drop(ended);
+    clock.join().unwrap();
     (child.wait().unwrap(), said.lines().last().unwrap_or_default().to_owned())
 }
 

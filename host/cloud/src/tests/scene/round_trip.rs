@@ -1,5 +1,5 @@
 use super::written;
-use crate::probe::Mapping;
+use crate::environment_map::Mapping;
 use crate::scene::{
     Axis, Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, Table,
     ToneMap, read,

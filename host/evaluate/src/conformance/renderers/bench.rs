@@ -9,7 +9,7 @@ use surfelshop_api::{
     Camera, CloudFacts, CloudView, Environment, EnvironmentView, Projection, Scene, View,
 };
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 use surfelshop_image::Image;
 use surfelshop_image::display::{DisplayTransform, develop, to_8_bit};
 use surfelshop_render::{

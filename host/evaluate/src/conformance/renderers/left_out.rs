@@ -8,7 +8,7 @@ use glam::DMat3;
 use std::collections::BTreeSet;
 use surfelshop_api::Environment;
 use surfelshop_api::graph::Output;
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 
 const SIZE: u32 = 64;
 const N: usize = 1500;

@@ -5,7 +5,7 @@ use crate::conformance::clouds;
 use crate::conformance::verdict::{Judged, Said};
 use glam::{DMat3, DVec3, Vec3};
 use surfelshop_api::{Environment, Light};
-use surfelshop_cloud::probe::Probe;
+use surfelshop_cloud::environment_map::Probe;
 
 const SIZE: u32 = 48;
 

@@ -51,7 +51,7 @@ pub struct Probe {
     /// The octahedral map that shaders read, `facts.side` squared texels row by row.
     ///
     /// Texel (i, j) is centred on the octahedral coordinates `2 (i, j) / (side - 1) - 1` of
-    /// `shaders/packing.wgsl` in probe space, so that the outermost centres lie on the border.
+    /// `shaders/surface/packing.wgsl` in probe space, so that the outermost centres lie on the border.
     /// Those that show one direction are equal bit by bit.
     pub texels: Vec<[f32; 3]>,
 }

@@ -7,9 +7,9 @@
 //! Invariants: neither a call nor dropping ever waits longer than stated; after one missed
 //! deadline the plugin is not asked again, so a late answer can never be taken for another one's.
 
-use super::load::LoadedUnit;
 use super::timeouts::{Timeouts, missing, on_own_thread};
 use crate::boundary::{Fault, Plugin};
+use crate::plugins::load::LoadedUnit;
 use std::fmt;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;

@@ -3,8 +3,8 @@
 //!
 //! Invariants: every function is looked at once, whatever calls it; sizes saturate and never wrap.
 
-use crate::shader::compose::{ShaderError, undecorated};
-use crate::shader::weights::Weights;
+use crate::shader_compiler::compose::{ShaderError, undecorated};
+use crate::shader_compiler::weights::Weights;
 use naga::valid::{FunctionInfo, ModuleInfo};
 use naga::{AddressSpace, Block, Function, Module, Statement};
 
@@ -86,7 +86,7 @@ fn block_size(block: &Block, called: &[u64], weight: &impl Fn(&Statement) -> u64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::on_large_stack;
+    use crate::shader_compiler::on_large_stack;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
 
     fn checked(source: &str) -> Result<u64, String> {

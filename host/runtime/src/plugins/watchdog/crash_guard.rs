@@ -9,8 +9,8 @@
 //! programs that run beside this one are not; a mark appears under its name locked and whole; what
 //! is no mark is never taken for one.
 
-use super::discover::state_folder;
-use super::find::UnitRef;
+use crate::plugins::discover::state_folder;
+use crate::plugins::find::UnitRef;
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! Which members of the host's surface an entry point looks at.
 
-use crate::shader::compose::{Composed, undecorated};
+use crate::shader_compiler::compose::{Composed, undecorated};
 use naga::proc::TypeResolution;
 use naga::valid::FunctionInfo;
 use naga::{Block, Expression, Function, Handle, Literal, Module, Statement, Type, TypeInner};
@@ -190,7 +190,7 @@ fn reads_packed(module: &Module, function: &Function) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::compose::Library;
+    use crate::shader_compiler::compose::Library;
 
     fn read(body: &str, flags: &[(&str, bool)]) -> (bool, bool) {
         let source = format!(

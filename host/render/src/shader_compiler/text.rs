@@ -3,8 +3,8 @@
 //! Its time grows with the square of an expression's length, and it writes a constant out wherever it is used,
 //! so that twenty arrays of two of the one before are a million numbers.
 
-use crate::shader::compose::ShaderError;
-use crate::shader::tokens::{Token, tokens};
+use crate::shader_compiler::compose::ShaderError;
+use crate::shader_compiler::tokens::{Token, tokens};
 use std::collections::HashMap;
 use surfelshop_api::graph::Module;
 
@@ -166,7 +166,7 @@ impl<'a> Constants<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::on_large_stack;
+    use crate::shader_compiler::on_large_stack;
 
     fn refused(text: &str) -> String {
         on_large_stack(|| check(text, &[])).unwrap().err().map(|e| e.message).unwrap_or_default()

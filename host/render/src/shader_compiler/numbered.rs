@@ -1,7 +1,7 @@
 //! Gives the resources of a module binding numbers, which the composer wants there and which are
 //! given anew in the whole.
 
-use crate::shader::tokens::comment;
+use crate::shader_compiler::tokens::comment;
 
 /// Numbers of host modules are below this, and each module of a text has so many of its own.
 const NUMBERS: usize = 64;

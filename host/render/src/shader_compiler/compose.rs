@@ -4,8 +4,8 @@
 //! here, after composing, in the order of the variables. Names of imported variables, which the
 //! composer decorates, are turned back into `module::name` everywhere a person can see them.
 
-use crate::shader::numbered::{member_with_digit, numbered};
-use crate::shader::{bound_loops, expanded, loops, text};
+use crate::shader_compiler::numbered::{member_with_digit, numbered};
+use crate::shader_compiler::{bound_loops, expanded, loops, text};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
 };
@@ -52,17 +52,17 @@ pub(crate) struct Composed {
 ///
 /// They belong to the API version: functions and members are added, never changed or removed.
 const MODULES: &[(&str, &str)] = &[
-    ("view.wgsl", include_str!("../../../../shaders/view.wgsl")),
-    ("packing.wgsl", include_str!("../../../../shaders/packing.wgsl")),
-    ("surfels.wgsl", include_str!("../../../../shaders/surfels.wgsl")),
-    ("surface.wgsl", include_str!("../../../../shaders/surface.wgsl")),
-    ("environment.wgsl", include_str!("../../../../shaders/environment.wgsl")),
-    ("light.wgsl", include_str!("../../../../shaders/light.wgsl")),
-    ("sh.wgsl", include_str!("../../../../shaders/sh.wgsl")),
-    ("filtered.wgsl", include_str!("../../../../shaders/filtered.wgsl")),
-    ("noise.wgsl", include_str!("../../../../shaders/noise.wgsl")),
-    ("occlusion.wgsl", include_str!("../../../../shaders/occlusion.wgsl")),
-    ("phong.wgsl", include_str!("../../../../shaders/phong.wgsl")),
+    ("view.wgsl", include_str!("../../../../shaders/surface/view.wgsl")),
+    ("packing.wgsl", include_str!("../../../../shaders/surface/packing.wgsl")),
+    ("surfels.wgsl", include_str!("../../../../shaders/surface/surfels.wgsl")),
+    ("surface.wgsl", include_str!("../../../../shaders/surface/surface.wgsl")),
+    ("environment.wgsl", include_str!("../../../../shaders/lighting/environment.wgsl")),
+    ("light.wgsl", include_str!("../../../../shaders/lighting/light.wgsl")),
+    ("sh.wgsl", include_str!("../../../../shaders/lighting/sh.wgsl")),
+    ("filtered.wgsl", include_str!("../../../../shaders/noise/filtered.wgsl")),
+    ("noise.wgsl", include_str!("../../../../shaders/noise/noise.wgsl")),
+    ("occlusion.wgsl", include_str!("../../../../shaders/lighting/occlusion.wgsl")),
+    ("phong.wgsl", include_str!("../../../../shaders/lighting/phong.wgsl")),
 ];
 
 /// A sum over the text of all modules: what was made with other ones may be other.

@@ -1,6 +1,6 @@
 //! What an entry point needs bound, by variable name.
 
-use crate::shader::compose::{Composed, ShaderError};
+use crate::shader_compiler::compose::{Composed, ShaderError};
 use naga::{AddressSpace, ImageClass, ImageDimension, StorageAccess, TypeInner};
 
 /// One entry point and the resources it uses.

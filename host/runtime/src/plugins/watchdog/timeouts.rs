@@ -42,7 +42,7 @@ impl Timeouts {
 }
 
 /// Runs plugin code on a thread of its own and waits at most this long for what it returns.
-pub(super) fn within<T: Send + 'static>(
+pub(crate) fn within<T: Send + 'static>(
     limit: Duration,
     work: impl FnOnce() -> T + Send + 'static,
 ) -> Result<T, Fault> {

@@ -208,7 +208,7 @@ fn near_unit(direction: DVec3) -> DVec3 {
 /// Octahedral coordinates in [-1, 1] of a direction other than 0; its length does not matter.
 ///
 /// Source: Meyer et al. 2010, "On Floating-Point Normal Vectors"; the same as
-/// `octahedral_encode` of `shaders/packing.wgsl`.
+/// `octahedral_encode` of `shaders/surface/packing.wgsl`.
 pub(super) fn octahedral_encode(n: DVec3) -> [f64; 2] {
     let sum = n.x.abs() + n.y.abs() + n.z.abs();
     let (x, y) = (n.x / sum, n.y / sum);

@@ -4,7 +4,7 @@
 //! doubles with each loop that follows: Mesa 22.3 with LLVM 15 takes 1.4 s for 12, 5 s for 14 and more than
 //! 15 s for 16. Loops with loops in them end that chain, and loops of few rounds are unrolled before.
 
-use crate::shader::compose::{ShaderError, undecorated};
+use crate::shader_compiler::compose::{ShaderError, undecorated};
 use naga::{BinaryOperator, Block, Expression, Function, Handle, Literal, Module, Statement};
 
 /// Most loops one after another where the CPU draws.
@@ -134,7 +134,7 @@ fn n_exits(body: &Block) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::bound_loops;
+    use crate::shader_compiler::bound_loops;
 
     fn loops(source: &str) -> Result<u64, String> {
         let mut module = naga::front::wgsl::parse_str(source).unwrap();

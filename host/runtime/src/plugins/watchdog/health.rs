@@ -4,9 +4,9 @@
 //! each missed deadline costs a thread and the user's time. It stays off until its file has other
 //! contents or the user switches it on again.
 
-use super::find::UnitRef;
-use super::inspect::Contents;
 use crate::boundary::Fault;
+use crate::plugins::find::UnitRef;
+use crate::plugins::inspect::Contents;
 use std::fmt;
 
 /// Failures in a row that switch a unit off.
