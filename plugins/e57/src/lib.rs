@@ -17,26 +17,12 @@
 //! columns: the crate hands over a point at a time, each in memory of its own, which takes four times as long.
 //! Files are written by the crate.
 
-mod batch;
-mod bits;
-mod color;
 mod element;
-mod fields;
-mod header;
-mod held;
-mod layout;
-mod outgoing;
-mod packets;
-mod pages;
 mod read;
-mod scanner;
-mod streams;
-mod tail;
 #[cfg(test)]
 mod tests;
 mod time;
 mod write;
-mod xml_text;
 
 use surfelshop_api::format::{CloudSink, CloudSource, FileSink, FileSource, FileTypes};
 use surfelshop_api::{Error, Format, HostInfo, Job, Result, UnitInfo, export_plugin};

@@ -2,7 +2,7 @@
 
 use super::round_trip::two_scans;
 use super::*;
-use crate::pages::{PAGE, PAYLOAD};
+use crate::read::pages::{PAGE, PAYLOAD};
 
 /// Gives every page its checksum, so that what was changed is read.
 fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
@@ -67,7 +67,7 @@ fn bytes_flipped_under_right_checksums_never_panic() {
     let bytes = small();
     let mut random = Random(12);
     let (mut n_refused, mut n_read) = (0, 0);
-    for round in 0..3000 {
+    for round in 0..1000 {
         let mut damaged = bytes.clone();
         // Half of the rounds in the description, at the file's end.
         let first = if round % 2 == 0 { 0 } else { bytes.len() - 8 * PAGE as usize };
@@ -84,7 +84,7 @@ fn bytes_flipped_under_right_checksums_never_panic() {
             Ok(_) => n_read += 1,
         }
     }
-    assert!(n_refused > 100 && n_read > 100, "{n_refused} {n_read}");
+    assert!(n_refused > 50 && n_read > 50, "{n_refused} {n_read}");
 }
 
 /// The file with a part of its description, which is at the end, replaced.

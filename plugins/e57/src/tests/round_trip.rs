@@ -1,6 +1,7 @@
 //! What was written is what is read.
 
 use super::*;
+use surfelshop_api::columns::Element;
 use surfelshop_api::format::{Pose, UpAxis};
 use surfelshop_api::glam::{DQuat, DVec3};
 
@@ -59,16 +60,22 @@ fn widened(values: &Buffer) -> Vec<f64> {
 
 #[test]
 fn two_scans_come_back_with_all_their_columns() {
-    let clouds = two_scans();
+    let mut clouds = two_scans();
     let (bytes, lines) = written(&clouds);
     assert_eq!(lines, Vec::<String>::new());
     let found = read(bytes).unwrap();
+    // One scan has colours of 16 bits, so that both do.
+    let Buffer::U8(bytes) = &clouds[0].columns[1] else { panic!() };
+    clouds[0].columns[1] = Buffer::U16(bytes.iter().map(|&byte| u16::from(byte) * 257).collect());
+    clouds[0].header.columns[1].element = Element::U16;
     assert_eq!((found.clouds.len(), &found.warnings), (2, &vec![]));
     for (i, cloud) in clouds.iter().enumerate() {
         let header = &found.clouds[i].header;
         assert_eq!(header.columns, cloud.header.columns);
-        for (values, found) in cloud.columns.iter().zip(&found.clouds[i].columns) {
-            assert_eq!(&widened(values), found);
+        for ((column, values), found) in
+            cloud.header.columns.iter().zip(&cloud.columns).zip(&found.clouds[i].columns)
+        {
+            assert_eq!(&widened(values), found, "{}", column.name);
         }
         let expected = &cloud.header;
         assert_eq!((&header.name, header.rows), (&expected.name, Some(cloud.len() as u64)));

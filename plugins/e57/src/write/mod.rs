@@ -1,13 +1,18 @@
 //! Writing: a scan for each cloud, through the crate `e57`.
 
-use crate::header::{DESCRIPTION, MODEL, OF_THE_FILE, SERIAL, VENDOR};
-use crate::held::{Held, Points};
-use crate::layout::{NORMALS, ROW_INDEX};
-use crate::outgoing::{COLUMNS, Outgoing};
+mod held;
+mod outgoing;
+mod tail;
+mod xml_text;
+
+use crate::read::header::{DESCRIPTION, MODEL, OF_THE_FILE, SERIAL, VENDOR};
+use crate::read::layout::{NORMALS, ROW_INDEX};
 use crate::refused;
-use crate::tail::Tail;
 use crate::time::gps_seconds;
-use crate::xml_text::{guid, text};
+use crate::write::held::{Held, Points};
+use crate::write::outgoing::{COLUMNS, Outgoing};
+use crate::write::tail::Tail;
+use crate::write::xml_text::{guid, text};
 use e57::{DateTime, E57Writer, Extension, PointCloudWriter, Quaternion, Transform, Translation};
 use std::io::{Read, Seek, Write};
 use surfelshop_api::format::{CloudHeader, CloudSource, FileSink, Pose, UpAxis};
@@ -158,15 +163,27 @@ fn describe<T: Read + Write + Seek>(
         None if header.time.is_empty() => {}
         None => lines.push(format!("the time `{}` is not written: it is no date", header.time)),
     }
+    let comments: Vec<(&str, &str)> = header
+        .comments
+        .iter()
+        .map(|comment| comment.split_once(": ").unwrap_or(("", comment)))
+        .collect();
+    // A cloud of several scans may have the sensors of all of them.
+    let only = |name: &str| {
+        let mut values =
+            comments.iter().filter(|(found, _)| *found == name).map(|(_, value)| value);
+        let first = values.next()?;
+        values.all(|value| value == first).then(|| text(first))?
+    };
+    scan.set_sensor_vendor(only(VENDOR));
+    scan.set_sensor_model(only(MODEL));
+    scan.set_sensor_serial(only(SERIAL));
     let mut description = Vec::new();
-    for comment in &header.comments {
-        let (name, value) = comment.split_once(": ").unwrap_or(("", comment));
-        match name {
-            VENDOR => scan.set_sensor_vendor(text(value)),
-            MODEL => scan.set_sensor_model(text(value)),
-            SERIAL => scan.set_sensor_serial(text(value)),
-            DESCRIPTION => description.push(value),
-            _ if OF_THE_FILE.contains(&name) => {}
+    for (comment, (name, value)) in header.comments.iter().zip(&comments) {
+        match *name {
+            VENDOR | MODEL | SERIAL => {}
+            DESCRIPTION => description.push(*value),
+            name if OF_THE_FILE.contains(&name) => {}
             _ => description.push(comment),
         }
     }

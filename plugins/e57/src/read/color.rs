@@ -1,6 +1,6 @@
 //! Colours of files as columns: 8 or 16 bits a channel.
 
-use crate::fields::Field;
+use crate::read::fields::Field;
 use e57::{ColorLimits, RecordValue};
 use surfelshop_api::columns::{Element, NEUTRAL_ALBEDO};
 use surfelshop_api::params::linear_to_srgb;
@@ -39,6 +39,12 @@ impl ColorScale {
         let element = if narrow { Element::U8 } else { Element::U16 };
         let scale = Self { element, min, factor: most(element) / (max - min) };
         (scale, doubt)
+    }
+
+    /// The same colours with 16 bits.
+    pub(crate) fn widened(self) -> Self {
+        let factor = self.factor * 65535.0 / most(self.element);
+        Self { element: Element::U16, factor, ..self }
     }
 
     /// Whether values of the file are those of the column.
@@ -159,5 +165,10 @@ mod tests {
         }
         let (scale, _) = ColorScale::new([&field(RecordDataType::U8); 3], None);
         assert_eq!((scale.neutral(), scale.is_identity()), (188, true));
+        let wide = scale.widened();
+        assert_eq!(
+            (wide.element, wide.factor, wide.widened() == wide),
+            (Element::U16, 257.0, true)
+        );
     }
 }

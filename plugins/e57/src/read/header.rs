@@ -1,8 +1,8 @@
 //! What a file says of its scans, as headers of clouds.
 
-use crate::fields::Kind;
-use crate::layout::Layout;
-use crate::scanner;
+use crate::read::fields::Kind;
+use crate::read::layout::Layout;
+use crate::read::scanner;
 use crate::time::date;
 use e57::{E57Reader, PointCloud};
 use std::io::{Read, Seek};

@@ -1,6 +1,6 @@
 //! Fields of a scan's points, as its prototype declares them, and their values.
 
-use crate::bits::unpack;
+use crate::read::bits::unpack;
 use e57::{Record, RecordDataType, RecordName};
 
 /// How values of a field are stored.

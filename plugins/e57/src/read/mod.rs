@@ -1,12 +1,24 @@
 //! Reading: headers through the crate `e57`, points packet by packet.
 
-use crate::batch::{Batch, Tally};
-use crate::header::FileFacts;
-use crate::layout::Layout;
-use crate::packets::Packets;
-use crate::pages::{Pages, place};
+mod batch;
+mod bits;
+mod color;
+mod extensions;
+mod fields;
+pub(crate) mod header;
+pub(crate) mod layout;
+mod packets;
+pub(crate) mod pages;
+mod scanner;
+mod streams;
+
+use crate::read::batch::{Batch, Tally};
+use crate::read::header::FileFacts;
+use crate::read::layout::Layout;
+use crate::read::packets::Packets;
+use crate::read::pages::{Pages, place};
+use crate::read::streams::Streams;
 use crate::refused;
-use crate::streams::Streams;
 use e57::{E57Reader, Header, PointCloud};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -36,11 +48,16 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
         return Err(Error::new(format!("expected scans, found none, and {n_images} images")));
     }
     let facts = FileFacts::new(&document, &scans);
+    let mut layouts: Vec<_> =
+        scans.iter().map(|scan| Layout::new(scan, |column| clouds.wants(column))).collect();
+    if layouts.iter().flatten().any(Layout::has_wide_colors) {
+        layouts.iter_mut().flatten().for_each(Layout::widen_colors);
+    }
     let n_points = scans.iter().map(|scan| scan.records as f64).sum();
     let mut reading = Reading { file, job, n_points, n_done: 0.0, tally: Tally::default() };
     let mut n_read = 0;
-    for (number, scan) in (1..).zip(&scans) {
-        match Layout::new(scan, |column| clouds.wants(column)) {
+    for ((number, scan), layout) in (1..).zip(&scans).zip(layouts) {
+        match layout {
             Ok(layout) => {
                 let (header, doubt) = facts.header(scan, &layout);
                 n_read += 1;

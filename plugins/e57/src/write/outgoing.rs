@@ -1,9 +1,9 @@
 //! Columns of a cloud that is written, as fields of a scan.
 
-use crate::held::{Points, Storage};
-use crate::layout::{COLUMN_INDEX, NORMALS, ROW_INDEX, TIME_STAMP};
+use crate::read::layout::{COLUMN_INDEX, NORMALS, ROW_INDEX, TIME_STAMP};
 use crate::refused;
-use crate::xml_text::field_name;
+use crate::write::held::{Points, Storage};
+use crate::write::xml_text::field_name;
 use e57::{IntensityLimits, PointCloudWriter, Record, RecordDataType, RecordName, RecordValue};
 use std::collections::HashSet;
 use std::io::{Read, Seek, Write};

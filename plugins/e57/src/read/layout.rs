@@ -1,10 +1,9 @@
 //! Which columns the fields of a scan become.
 
-use crate::color::ColorScale;
-use crate::fields::{Field, Kind};
+use crate::read::color::ColorScale;
+use crate::read::fields::{Field, Kind};
 use e57::{PointCloud, RecordName};
-use std::collections::HashSet;
-use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION};
+use surfelshop_api::columns::{COLOR, Element, POSITION};
 use surfelshop_api::format::{FileColumn, INTENSITY, N_RETURNS, RETURN_NUMBER};
 
 /// Row of a point in the grid of its scan, counted from 0.
@@ -15,10 +14,6 @@ pub(crate) const COLUMN_INDEX: &str = "column_index";
 pub(crate) const TIME_STAMP: &str = "time_stamp";
 /// Prefix of the extension for normals.
 pub(crate) const NORMALS: &str = "nor";
-
-/// Columns whose values are several numbers: no single field of an extension takes their names.
-const VECTORS: [&str; 7] =
-    [POSITION, NORMAL, COLOR, "tangent_u", "tangent_v", "normal_field", "clip"];
 
 /// Most fields of a packet.
 const MOST_FIELDS: usize = u16::MAX as usize;
@@ -64,6 +59,21 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
+    /// Whether colours have 16 bits.
+    pub(crate) fn has_wide_colors(&self) -> bool {
+        self.columns.iter().any(|c| c.file.name == COLOR && c.file.element == Element::U16)
+    }
+
+    /// Gives colours 16 bits, as other scans of the file have them.
+    pub(crate) fn widen_colors(&mut self) {
+        for column in &mut self.columns {
+            if let Conversion::Color(scale) = column.conversion {
+                column.conversion = Conversion::Color(scale.widened());
+                column.file.element = Element::U16;
+            }
+        }
+    }
+
     /// The layout of a scan with the columns that are wanted.
     ///
     /// # Errors
@@ -87,10 +97,7 @@ impl Layout {
         columns.extend(taker.others(&columns));
         let left = taker.left();
         if !left.is_empty() {
-            doubts.push(format!(
-                "left out, without the fields that belong to them: {}",
-                left.join(", ")
-            ));
+            doubts.push(format!("fields that no column is made of: {}", left.join(", ")));
         }
         columns.retain(|column| wants(&column.file.name));
         Ok(Self { fields, places, columns, doubts })
@@ -131,7 +138,7 @@ fn field_name(name: &RecordName) -> String {
 }
 
 /// The type that holds the values of a field exactly, where one does.
-fn own_element(field: &Field) -> Element {
+pub(super) fn own_element(field: &Field) -> Element {
     match field.kind {
         Kind::F32 => Element::F32,
         Kind::F64 => Element::F64,
@@ -154,9 +161,9 @@ fn own_element(field: &Field) -> Element {
 }
 
 /// Takes fields for columns, each once.
-struct Taker<'a> {
-    fields: &'a [Field],
-    taken: Vec<bool>,
+pub(super) struct Taker<'a> {
+    pub(super) fields: &'a [Field],
+    pub(super) taken: Vec<bool>,
 }
 
 impl Taker<'_> {
@@ -169,7 +176,7 @@ impl Taker<'_> {
     }
 
     /// Three fields, where all of them are there.
-    fn three(&mut self, names: &[RecordName; 3]) -> Option<[usize; 3]> {
+    pub(super) fn three(&mut self, names: &[RecordName; 3]) -> Option<[usize; 3]> {
         let there = |name: &RecordName| self.fields.iter().any(|field| field.name == *name);
         if !names.iter().all(there) {
             return None;
@@ -248,60 +255,6 @@ impl Taker<'_> {
         }
     }
 
-    fn normals(&mut self) -> Option<Column> {
-        let field = |name: &str| RecordName::Unknown {
-            namespace: NORMALS.to_owned(),
-            name: name.to_owned(),
-        };
-        let fields = self.three(&[field("normalX"), field("normalY"), field("normalZ")])?;
-        let all_f32 = fields.iter().all(|&i| own_element(&self.fields[i]) == Element::F32);
-        let element = if all_f32 { Element::F32 } else { Element::F64 };
-        Some(vector(NORMAL, element, fields.to_vec()))
-    }
-
-    /// The columns of fields of extensions: those called `NAME-0`, `NAME-1` and so on together.
-    fn others(&mut self, columns: &[Column]) -> Vec<Column> {
-        let mut names: HashSet<String> = columns.iter().map(|c| c.file.name.clone()).collect();
-        names.insert(POSITION.to_owned());
-        let mut others = Vec::new();
-        let mut next = 0;
-        while let Some(field) = self.fields.get(next) {
-            let first = next;
-            next += 1;
-            let RecordName::Unknown { namespace, name } = &field.name else { continue };
-            if self.taken[first] {
-                continue;
-            }
-            let base = name.strip_suffix("-0").filter(|base| !base.is_empty());
-            let same = base.map_or(1, |base| self.components(first, namespace, base));
-            next = first + same;
-            self.taken[first..next].fill(true);
-            let name = base.filter(|_| same > 1).unwrap_or(name);
-            let reserved = same == 1 && VECTORS.contains(&name);
-            let mut unique = if reserved { format!("{namespace}_{name}") } else { name.to_owned() };
-            while !names.insert(unique.clone()) {
-                unique.insert_str(0, &format!("{namespace}_"));
-            }
-            let element = own_element(field);
-            let all_same = self.fields[first..next].iter().all(|f| own_element(f) == element);
-            let element = if all_same { element } else { Element::F64 };
-            others.push(vector(&unique, element, (first..next).collect()));
-        }
-        others
-    }
-
-    /// How many fields from here on are the components of one column.
-    fn components(&self, first: usize, namespace: &str, base: &str) -> usize {
-        let rest = self.fields[first..].iter().zip(&self.taken[first..]);
-        let is_next = |(i, (field, taken)): &(usize, (&Field, &bool))| match &field.name {
-            RecordName::Unknown { namespace: found, name } => {
-                !**taken && found == namespace && *name == format!("{base}-{i}")
-            }
-            _ => false,
-        };
-        rest.enumerate().take_while(is_next).count().max(1)
-    }
-
     /// The fields that nothing was made of.
     fn left(&self) -> Vec<String> {
         let left = self.fields.iter().zip(&self.taken).filter(|(_, taken)| !**taken);
@@ -313,7 +266,7 @@ fn scalar(name: &str, element: Element, field: usize) -> Column {
     vector(name, element, vec![field])
 }
 
-fn vector(name: &str, element: Element, fields: Vec<usize>) -> Column {
+pub(super) fn vector(name: &str, element: Element, fields: Vec<usize>) -> Column {
     // There are at most as many fields as a u16 counts.
     let file = FileColumn::new(name, fields.len() as u32, element);
     Column { file, fields, invalid: None, conversion: Conversion::Same }

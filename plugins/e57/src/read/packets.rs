@@ -1,7 +1,7 @@
 //! Packets of a scan's section, which bring some bytes of every field.
 
-use crate::pages::{Pages, in_file, place};
-use crate::streams::Streams;
+use crate::read::pages::{Pages, in_file, place};
+use crate::read::streams::Streams;
 use surfelshop_api::format::FileSource;
 use surfelshop_api::{Error, Result};
 

@@ -1,6 +1,6 @@
 //! What was read of a scan's fields and not decoded yet.
 
-use crate::fields::Field;
+use crate::read::fields::Field;
 use surfelshop_api::{Error, Result};
 
 /// Most bytes of fields that wait for others to catch up. Files have some ten thousand.

@@ -1,8 +1,8 @@
 //! Points decoded into columns.
 
 use crate::element::{Buffer, Number, with_values};
-use crate::layout::{Column, Conversion, Layout};
-use crate::streams::Streams;
+use crate::read::layout::{Column, Conversion, Layout};
+use crate::read::streams::Streams;
 use surfelshop_api::columns::Values;
 
 /// What was left out or replaced.
