@@ -86,7 +86,13 @@ pub fn convert(
     let (sender, source) = transfer(merged.clone(), selection.clone(), id.is_some());
     let counts = Arc::clone(&source.counts);
     let ended = std::thread::scope(|scope| {
-        let writing = scope.spawn(|| write_clouds(output, id.as_deref(), source, write));
+        // Progress is told by the reader, on this thread.
+        let (formats, ascii, values) = (write.formats, write.ascii, write.values);
+        let id = id.as_deref();
+        let writing = scope.spawn(move || {
+            let options = WriteOptions { formats, ascii, values, ..WriteOptions::default() };
+            write_clouds(output, id, source, &options)
+        });
         let read = send(inputs, sender, read);
         let written = writing.join().unwrap_or_else(|_panicked| {
             let error = io::Error::other("the writer ended before it was done");

@@ -14,7 +14,8 @@ use surfelshop_render::{Engine, EngineOptions, Gpu, SurfelDrawing};
 use surfelshop_runtime::plugins::{self, Entry, Registry, UnitRef};
 use surfelshop_session::session::{self, surfel_drawing};
 
-const KINDS: [UnitKind; 3] = [UnitKind::Renderer, UnitKind::Tracer, UnitKind::Tool];
+const KINDS: [UnitKind; 4] =
+    [UnitKind::Renderer, UnitKind::Tracer, UnitKind::Tool, UnitKind::Format];
 
 /// A unit and what came of its cases; or why it could not be checked.
 struct Checked {

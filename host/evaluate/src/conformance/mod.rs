@@ -10,6 +10,7 @@
 
 pub mod cast;
 pub mod clouds;
+mod formats;
 mod hard;
 mod renderers;
 mod tools;
@@ -39,6 +40,7 @@ pub fn cases(kind: UnitKind) -> Vec<Case> {
         UnitKind::Renderer => renderers::cases(),
         UnitKind::Tracer => tracers::cases(),
         UnitKind::Tool => tools::cases(),
+        UnitKind::Format => formats::cases(),
     }
 }
 
@@ -56,5 +58,6 @@ pub fn check(
         UnitKind::Renderer => renderers::check(unit, setup, wanted, tell),
         UnitKind::Tracer => Ok(tracers::check(unit, setup, wanted, tell)),
         UnitKind::Tool => Ok(tools::check(unit, setup, wanted, tell)),
+        UnitKind::Format => Ok(formats::check(unit, setup, wanted, tell)),
     }
 }

@@ -255,7 +255,7 @@ impl Tools<'_> {
                     let (done, _) = self.run(self.tool, &self.arguments.set)?;
                     self.values_of_run(self.tool, &done)?;
                 }
-                let cloud = read(tool_run::source(Path::new(path))?)?;
+                let cloud = read(tool_run::source(Path::new(path))?, self.arguments)?;
                 let values = self.values(path, &cloud, &[])?;
                 return Ok(Truth { name: path.clone(), values, noise_mse: 0.0 });
             }

@@ -17,7 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use surfelshop_api::format::{CloudHeader, CloudSinkHost, CloudSourceHost, FileHost, Recognition};
 use surfelshop_api::job::CANCELLED;
-use surfelshop_api::params::Values;
+use surfelshop_api::params::{ParamDecl, Value, Values};
 use surfelshop_api::{CloudView, HostInfo, UnitKind};
 use surfelshop_cloud::files::return_to_folder;
 use surfelshop_cloud::{FormatCall, Formats, ReadFault, SharedSink, WriteFault};
@@ -30,83 +30,57 @@ pub const SILENCE: Duration = Duration::from_secs(20);
 /// How often a caller is asked whether to go on.
 const TICK: Duration = Duration::from_millis(50);
 
-/// The formats of a registry's plugins.
-pub struct PluginFormats {
-    registry: Arc<Registry>,
-    timeouts: Timeouts,
-    silence: Duration,
-    loaded: Mutex<HashMap<String, LoadedUnit>>,
+/// How formats are run.
+#[derive(Clone, Copy, Debug)]
+pub struct FormatRunner {
+    /// How long to wait for an instance, and for a call to stop that was asked to.
+    pub timeouts: Timeouts,
+    /// How long a format may give no sign of life.
+    pub silence: Duration,
 }
 
-impl std::fmt::Debug for PluginFormats {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("PluginFormats").field("n_loaded", &self.n_loaded()).finish_non_exhaustive()
-    }
-}
-
-impl PluginFormats {
-    /// The formats of these plugins; none is loaded yet.
-    #[must_use]
-    pub fn new(registry: Arc<Registry>, timeouts: Timeouts) -> Self {
-        Self { registry, timeouts, silence: SILENCE, loaded: Mutex::default() }
-    }
-
-    /// The same, giving up on formats that are silent for so long.
-    #[must_use]
-    pub fn with_silence(self, silence: Duration) -> Self {
-        Self { silence, ..self }
-    }
-
-    /// Formats that were loaded so far.
-    #[must_use]
-    pub fn n_loaded(&self) -> usize {
-        self.loaded.lock().unwrap_or_else(PoisonError::into_inner).len()
-    }
-
-    /// All formats, each as people type it, with the files it recognises; later ones take precedence.
-    fn known(&self) -> impl Iterator<Item = (String, &Recognition)> {
-        self.registry
-            .units(UnitKind::Format)
-            .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
-    }
-
-    /// The names of all formats that can be loaded, as they are typed.
-    #[must_use]
-    pub fn names(&self) -> Vec<String> {
-        self.registry.names(UnitKind::Format)
-    }
-
-    /// A format in memory.
+impl FormatRunner {
+    /// Reads a file into a sink: only these columns, where they are named.
     ///
     /// # Errors
-    /// A line that names the plugin, where it is not to be found, not trusted, or cannot be loaded.
-    pub fn load(&self, id: &str) -> Result<LoadedUnit, String> {
-        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(unit) = loaded.get(id) {
-            return Ok(unit.clone());
-        }
-        let unit = self.registry.find(UnitKind::Format, id).map_err(|error| error.to_string())?;
-        let unit = unit.load(&self.timeouts).map_err(|error| error.to_string())?;
-        loaded.insert(id.to_owned(), unit.clone());
-        Ok(unit)
+    /// Where the format fails or hangs, or `progress` asked to stop.
+    pub fn read(
+        &self,
+        unit: &LoadedUnit,
+        values: Values,
+        (name, file): (&str, Arc<dyn FileHost>),
+        columns: Option<&[String]>,
+        sink: SharedSink,
+        progress: Progress<'_>,
+    ) -> Result<(), Ended> {
+        let columns = columns.map(<[String]>::to_vec);
+        let (name, watch) = (name.to_owned(), Arc::new(Watch::new()));
+        let watched = WatchedFile::new(file, Arc::clone(&watch));
+        let mut sink = WatchedSink { sink, watch: Arc::clone(&watch) };
+        self.run(unit, &watch, progress, move |instance, job| {
+            instance.read(&values, columns.as_deref(), (&name, &watched), &mut sink, job)
+        })
     }
 
-    /// The values of a format's parameters.
+    /// Writes clouds to a file; what the format cannot hold, in lines.
     ///
     /// # Errors
-    /// Where one is set that the format does not have.
-    fn values(unit: &LoadedUnit, given: Option<&Values>) -> Result<Values, String> {
-        let declared = &unit.description.params;
-        let given = given.cloned().unwrap_or_default();
-        if let Some(unknown) = given.keys().find(|id| !declared.iter().any(|p| p.id == **id)) {
-            let known: Vec<&str> = declared.iter().map(|p| p.id.as_str()).collect();
-            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
-            return Err(format!(
-                "format `{}` has no parameter `{unknown}`; it has {known}",
-                unit.unit.id
-            ));
-        }
-        Ok(declared.iter().map(|p| (p.id.clone(), p.sanitise(given.get(&p.id)))).collect())
+    /// As [`read`](Self::read).
+    pub fn write(
+        &self,
+        unit: &LoadedUnit,
+        values: Values,
+        mut clouds: Box<dyn CloudSourceHost + Send>,
+        (name, file): (&str, Arc<dyn FileHost>),
+        progress: Progress<'_>,
+    ) -> Result<Vec<String>, Ended> {
+        let (name, watch) = (name.to_owned(), Arc::new(Watch::new()));
+        let watched = WatchedFile::new(file, Arc::clone(&watch));
+        let at_work = Arc::clone(&watch);
+        self.run(unit, &watch, progress, move |instance, job| {
+            let mut source = WatchedSource { source: &mut *clouds, watch: at_work, rows: 0, done: 0 };
+            instance.write(&values, &mut source, (&name, &watched), job)
+        })
     }
 
     /// Runs a call on a format's thread until it has ended, was asked to stop, or is given up.
@@ -167,9 +141,97 @@ impl PluginFormats {
     }
 }
 
+/// The formats of a registry's plugins.
+pub struct PluginFormats {
+    registry: Arc<Registry>,
+    runner: FormatRunner,
+    loaded: Mutex<HashMap<String, LoadedUnit>>,
+}
+
+impl std::fmt::Debug for PluginFormats {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PluginFormats").field("n_loaded", &self.n_loaded()).finish_non_exhaustive()
+    }
+}
+
+impl PluginFormats {
+    /// The formats of these plugins; none is loaded yet.
+    #[must_use]
+    pub fn new(registry: Arc<Registry>, timeouts: Timeouts) -> Self {
+        let runner = FormatRunner { timeouts, silence: SILENCE };
+        Self { registry, runner, loaded: Mutex::default() }
+    }
+
+    /// The same, giving up on formats that are silent for so long.
+    #[must_use]
+    pub fn with_silence(self, silence: Duration) -> Self {
+        Self { runner: FormatRunner { silence, ..self.runner }, ..self }
+    }
+
+    /// Formats that were loaded so far.
+    #[must_use]
+    pub fn n_loaded(&self) -> usize {
+        self.loaded.lock().unwrap_or_else(PoisonError::into_inner).len()
+    }
+
+    /// All formats, each as people type it, with the files it recognises; later ones take precedence.
+    fn known(&self) -> impl Iterator<Item = (String, &Recognition)> {
+        self.registry
+            .units(UnitKind::Format)
+            .map(|(_, manifest, unit)| (format!("{}/{}", manifest.id, unit.id), &unit.files))
+    }
+
+    /// The names of all formats that can be loaded, as they are typed.
+    #[must_use]
+    pub fn names(&self) -> Vec<String> {
+        self.registry.names(UnitKind::Format)
+    }
+
+    /// A format in memory.
+    ///
+    /// # Errors
+    /// A line that names the plugin, where it is not to be found, not trusted, or cannot be loaded.
+    pub fn load(&self, id: &str) -> Result<LoadedUnit, String> {
+        let mut loaded = self.loaded.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(unit) = loaded.get(id) {
+            return Ok(unit.clone());
+        }
+        let unit = self.registry.find(UnitKind::Format, id).map_err(|error| error.to_string())?;
+        let unit = unit.load(&self.runner.timeouts).map_err(|error| error.to_string())?;
+        loaded.insert(id.to_owned(), unit.clone());
+        Ok(unit)
+    }
+
+    /// The values of a format's parameters.
+    ///
+    /// # Errors
+    /// Where one is set that the format does not have.
+    fn values(unit: &LoadedUnit, given: Option<&Values>) -> Result<Values, String> {
+        let declared = &unit.description.params;
+        let given = given.cloned().unwrap_or_default();
+        if let Some(unknown) = given.keys().find(|id| !declared.iter().any(|p| p.id == **id)) {
+            let known: Vec<&str> = declared.iter().map(|p| p.id.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            return Err(format!(
+                "format `{}` has no parameter `{unknown}`; it has {known}",
+                unit.unit.id
+            ));
+        }
+        let value = |p: &ParamDecl| match given.get(&p.id) {
+            // As it was typed.
+            Some(Value::Text(text)) => p.parse(text).map(|value| (p.id.clone(), value)),
+            other => Ok((p.id.clone(), p.sanitise(other))),
+        };
+        declared.iter().map(value).collect()
+    }
+}
+
 /// How a call ended that did not end well.
-enum Ended {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It was asked to stop.
     Cancelled,
+    /// It failed.
     Failed(Fault),
 }
 
@@ -215,13 +277,7 @@ impl Formats for PluginFormats {
         let fault = |line: String| ReadFault::Format { format: id.to_owned(), line };
         let unit = self.load(id).map_err(fault)?;
         let values = Self::values(&unit, call.values).map_err(fault)?;
-        let columns = call.columns.map(<[String]>::to_vec);
-        let (name, watch) = (call.name.to_owned(), Arc::new(Watch::new()));
-        let watched = WatchedFile::new(file, Arc::clone(&watch));
-        let mut sink = WatchedSink { sink, watch: Arc::clone(&watch) };
-        let read = self.run(&unit, &watch, progress, move |instance, job| {
-            instance.read(&values, columns.as_deref(), (&name, &watched), &mut sink, job)
-        });
+        let read = self.runner.read(&unit, values, (call.name, file), call.columns, sink, progress);
         read.map_err(|ended| match ended {
             Ended::Cancelled => ReadFault::Cancelled,
             Ended::Failed(failed) => fault(line(&unit, &failed)),
@@ -231,21 +287,14 @@ impl Formats for PluginFormats {
     fn write(
         &self,
         id: &str,
-        mut clouds: Box<dyn CloudSourceHost + Send>,
+        clouds: Box<dyn CloudSourceHost + Send>,
         file: Arc<dyn FileHost>,
         call: FormatCall<'_>,
         progress: Progress<'_>,
     ) -> Result<Vec<String>, WriteFault> {
         let unit = self.load(id).map_err(WriteFault::Line)?;
         let values = Self::values(&unit, call.values).map_err(WriteFault::Line)?;
-        let (name, watch) = (call.name.to_owned(), Arc::new(Watch::new()));
-        let watched = WatchedFile::new(file, Arc::clone(&watch));
-        let at_work = Arc::clone(&watch);
-        let written = self.run(&unit, &watch, progress, move |instance, job| {
-            let mut source =
-                WatchedSource { source: &mut *clouds, watch: at_work, rows: 0, done: 0 };
-            instance.write(&values, &mut source, (&name, &watched), job)
-        });
+        let written = self.runner.write(&unit, values, clouds, (call.name, file), progress);
         written.map_err(|ended| match ended {
             Ended::Cancelled => WriteFault::Cancelled,
             Ended::Failed(failed) => WriteFault::Line(line(&unit, &failed)),

@@ -8,7 +8,7 @@ use surfelshop_api::params::{Value, Values};
 use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
-use surfelshop_geometry::Progress;
+use surfelshop_cloud::Progress;
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::Registry;
 

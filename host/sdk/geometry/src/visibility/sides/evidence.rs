@@ -17,8 +17,18 @@ pub(super) struct Evidence {
     pub(super) openness: f64,
     /// Mean length of the other rays on that side, in units of the box.
     pub(super) free_path: f64,
-    /// Share of the surfels whose front sees fronts and whose back sees backs, of which both see any.
+    /// Share of the surfels whose front sees fronts and whose back sees backs, of those that see any
+    /// on both sides.
     pub(super) consistency: f64,
+    /// Share of the surfels whose backs lie in small regions, less that whose fronts do: things have
+    /// an inside that nobody sees.
+    pub(super) enclosed: f64,
+    /// How much more the best place sees of the fronts than the best place for backs sees of backs.
+    pub(super) viewed: f64,
+    /// How much the place of a device sees of the fronts, less of the backs; 0 where none is known.
+    pub(super) device: f64,
+    /// The component of the mean normal with the largest absolute value.
+    pub(super) positive: f64,
 }
 
 /// Weights of what a side of a surfel sees.
@@ -91,6 +101,7 @@ pub(super) fn judge(
         openness: share(closed),
         free_path: ratio(closed.length, closed.met),
         consistency,
+        ..Evidence::default()
     }
 }
 

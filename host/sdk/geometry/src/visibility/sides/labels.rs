@@ -4,12 +4,14 @@ use super::Hints;
 use super::couplings::{self, fields, gathered, of_surfels};
 use super::evidence::{self, Evidence};
 use super::rays::{self, Ray, Sky};
-use super::surfels::{Choice, Surfels};
+use super::surfels::Surfels;
 use super::verdict::{Verdict, decide};
-use super::viewpoints::{self, Search};
+use super::viewpoints::{self, Search, Viewpoint};
 use super::{regions, signs};
 use crate::discs::Discs;
 use crate::progress::{Cancelled, Progress, part};
+use glam::{DVec3, Vec3};
+use std::ops::Range;
 
 /// Surfels of a patch, at most: many patches find the sides of small things, few are quick.
 const PATCH: usize = 64;
@@ -69,24 +71,20 @@ impl Network {
         last
     }
 
-    /// Looks from other places than before, whose sign is that of the front where it is known.
+    /// Looks from these places instead of others; what they see is in front, if that is known.
     fn look_from(
         &mut self,
         surfels: &Surfels,
         signs: &mut Vec<bool>,
-        known: bool,
+        (places, weight): (&[Vec3], f32),
         progress: Progress<'_>,
     ) -> Result<(), Cancelled> {
-        let labels = known.then_some(&signs[..self.n_surfels]);
-        let found = Search::new(&surfels.all, &self.discs, labels).find(&part(progress, 0.0..0.5))?;
-        let places = viewpoints::covering(&found);
         let first = self.n_surfels + Sky::PARTS;
         self.rays.retain(|ray| (ray.to as usize) < first);
         signs.truncate(first);
         signs.resize(first + places.len(), true);
-        let weight = VIEWED[usize::from(known)];
-        let looking = part(progress, 0.5..1.0);
-        let rays = viewpoints::rays(&surfels.all, &self.discs, (&places, first), weight, &looking)?;
+        let places = (places, first);
+        let rays = viewpoints::rays(&surfels.all, &self.discs, places, weight, progress)?;
         self.rays.extend(rays);
         Ok(())
     }
@@ -105,18 +103,22 @@ pub(super) fn find(
     let pairs = couplings::neighbours(&surfels.all, &part(progress, 0.5..0.52))?;
     let mut network = Network { discs, pairs, rays, n_surfels: n };
     let mut signs = vec![true; n + Sky::PARTS];
-    network.look_from(&surfels, &mut signs, false, &part(progress, 0.52..0.62))?;
+    let found = Search::new(&surfels.all, &network.discs, None).find(&part(progress, 0.52..0.57))?;
+    let places = viewpoints::covering(&found);
+    let viewed = (&places[..], VIEWED[0]);
+    network.look_from(&surfels, &mut signs, viewed, &part(progress, 0.57..0.62))?;
     let (member, n_groups) = solve(&network, &mut signs, &part(progress, 0.62..0.75))?;
     network.sweep(&mut signs);
-    let judging = part(progress, 0.75..0.8);
+    let judging = part(progress, 0.75..0.9);
     let groups = (&member[..n + Sky::PARTS], n_groups);
-    let (evidence, verdict) = judge(&network, &surfels, groups, &signs, hints, &judging)?;
+    let (evidence, verdict, places) = judge(&network, &surfels, groups, &signs, hints, &judging)?;
     if verdict.turn {
         for sign in &mut signs {
             *sign = !*sign;
         }
     }
-    network.look_from(&surfels, &mut signs, true, &part(progress, 0.8..0.95))?;
+    let viewed = (&places[..], VIEWED[1]);
+    network.look_from(&surfels, &mut signs, viewed, &part(progress, 0.9..0.97))?;
     let fields = network.sweep(&mut signs);
     signs.truncate(n);
     let confidence = signs.iter().zip(fields).map(|(&sign, (net, total))| {
@@ -149,7 +151,7 @@ fn solve(
     Ok((member, n_patches))
 }
 
-/// Whether the front is in front.
+/// Whether the front is in front, and good places to see it from.
 fn judge(
     network: &Network,
     surfels: &Surfels,
@@ -157,25 +159,30 @@ fn judge(
     signs: &[bool],
     hints: &Hints,
     progress: Progress<'_>,
-) -> Result<(Evidence, Verdict), Cancelled> {
+) -> Result<(Evidence, Verdict, Vec<Vec3>), Cancelled> {
     let n = network.n_surfels;
     let at = |index: u32| surfels.all[index as usize].position;
     let length = |ray: &Ray| f64::from(at(ray.from).distance(at(ray.to)));
-    let evidence = evidence::judge(n, &network.rays, signs, length);
-    let share = |front: bool, range: std::ops::Range<f64>| {
-        regions::largest(groups, &network.rays, signs, front, &part(progress, range))
+    let mut evidence = evidence::judge(n, &network.rays, signs, length);
+    let small = |front: bool, range: Range<f64>| {
+        regions::small(groups, &network.rays, signs, front, &part(progress, range))
     };
-    let connected = share(true, 0.0..0.5)? - share(false, 0.5..1.0)?;
-    let search = Search::new(&surfels.all, &network.discs, Some(&signs[..n]));
-    let worths = search.find(&part(&crate::progress::silent, 0.0..1.0))?;
-    let best = worths.first().map_or(0.0, |place| f64::from(place.worth));
+    evidence.enclosed = small(false, 0.0..0.2)? - small(true, 0.2..0.4)?;
     let turned: Vec<bool> = signs[..n].iter().map(|sign| !sign).collect();
-    let search = Search::new(&surfels.all, &network.discs, Some(&turned));
-    let worths = search.find(&part(&crate::progress::silent, 0.0..1.0))?;
-    let viewed = best - worths.first().map_or(0.0, |place| f64::from(place.worth));
-    let device = hints.device.map_or(0.0, |device| {
-        -f64::from(search.look(surfels.frame.inside(device)).worth)
-    });
-    let free_path = hints.metres.map(|m| evidence.free_path * surfels.frame.scale * f64::from(m));
-    Ok((evidence, decide(&evidence, connected, viewed, device, free_path, hints)))
+    let [front, back] = [&signs[..n], &turned[..]]
+        .map(|signs| Search::new(&surfels.all, &network.discs, Some(signs)));
+    let fronts = front.find(&part(progress, 0.4..0.7))?;
+    let backs = back.find(&part(progress, 0.7..1.0))?;
+    let best = |found: &[Viewpoint]| found.first().map_or(0.0, |place| f64::from(place.worth));
+    evidence.viewed = best(&fronts) - best(&backs);
+    let look = |device| f64::from(front.look(surfels.frame.inside(device)).worth);
+    evidence.device = hints.device.filter(|device| device.is_finite()).map_or(0.0, look);
+    let mean: DVec3 = surfels.all.iter().zip(signs).map(|(surfel, &sign)| {
+        if sign { surfel.normal.as_dvec3() } else { -surfel.normal.as_dvec3() }
+    }).sum();
+    let largest = |most: f64, x: f64| if x.abs() > most.abs() { x } else { most };
+    evidence.positive = mean.to_array().into_iter().fold(0.0, largest) / n.max(1) as f64;
+    let verdict = decide(&evidence, hints, surfels.frame.scale);
+    let places = viewpoints::covering(if verdict.turn { &backs } else { &fronts });
+    Ok((evidence, verdict, places))
 }

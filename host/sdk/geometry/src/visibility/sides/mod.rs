@@ -15,7 +15,6 @@ mod viewpoints;
 
 use crate::progress::{Cancelled, Progress, part, report};
 use glam::Vec3;
-use labels::Labels;
 use surfels::{Choice, Surfels};
 
 /// What is known.
@@ -63,10 +62,10 @@ pub fn by_visibility(
         labels::find(surfels, hints, &part(progress, 0.3..1.0))
     };
     let mut labels = level(count, false, &part(progress, 0.0..0.6))?;
-    let mut log = format!("{} {:.3?}", labels.surfels.all.len(), labels.verdict.log);
+    let mut log = format!("{} {:.3} {:.3?}", labels.surfels.all.len(), labels.verdict.score, labels.evidence);
     if labels.evidence.consistency < 0.4 && labels.surfels.all.len() > 2_000 {
         let coarse = level(labels.surfels.all.len() / 5, true, &part(progress, 0.6..0.9))?;
-        log += &format!(" coarse {} {:.3?}", coarse.surfels.all.len(), coarse.verdict.log);
+        log += &format!(" coarse {} {:.3} {:.3?}", coarse.surfels.all.len(), coarse.verdict.score, coarse.evidence);
         if coarse.evidence.consistency > labels.evidence.consistency + 0.2 {
             labels = coarse;
             log += " taken";

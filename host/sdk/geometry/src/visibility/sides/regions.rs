@@ -13,11 +13,14 @@ const ROUNDS: usize = 12;
 /// gaps between discs let through, less than a door does.
 const CONNECTED: f64 = 0.03;
 
-/// Share of the surfels whose side, the front or the back, is in the largest region of sides that see
-/// each other. `member` has the group of each surfel, and after them of each part of the sky.
+/// Share of the largest region's surfels below which a region is small.
+const SMALL: f64 = 0.2;
+
+/// Share of the surfels whose side, the front or the back, is in a small region of sides that see each
+/// other: one within a thing, if the front is in front. `member` has the group of each surfel, and after them of each part of the sky.
 ///
 /// Regions grow by label propagation: Raghavan et al. 2007.
-pub(super) fn largest(
+pub(super) fn small(
     (member, n_groups): (&[(u32, bool)], usize),
     rays: &[Ray],
     signs: &[bool],
@@ -53,7 +56,10 @@ pub(super) fn largest(
         *sizes.entry(region[group as usize]).or_default() += 1;
         count += 1;
     }
-    Ok(sizes.values().max().map_or(0.0, |&most| most as f64 / f64::from(count.max(1))))
+    let largest = sizes.values().copied().max().unwrap_or(0) as f64;
+    let is_small = |size: &usize| (*size as f64) < SMALL * largest;
+    let small: usize = sizes.into_values().filter(is_small).sum();
+    Ok(small as f64 / f64::from(count.max(1)))
 }
 
 /// For each group the group whose label it took.

@@ -58,10 +58,10 @@ fn vote(labels: &Labels, grid: &Grid, reach: f64, place: Vec3, normal: Vec3) -> 
     grid.near(place.as_dvec3(), reach, |index, squared| {
         let surfel = &labels.surfels.all[index as usize];
         let agreement = agreement_of((place, normal), (surfel.position, surfel.normal));
-        // Those at half an edge count half of those that coincide.
-        let weight = 1.0 / (1.0 + 12.0 * squared / (reach * reach));
+        // Those that coincide count for a few others.
+        let weight = 1.0 / (0.02 + squared / (reach * reach));
         let sign = if labels.signs[index as usize] { 1.0 } else { -1.0 };
-        sum += weight * sign * agreement * agreement.abs();
+        sum += weight * sign * agreement * agreement.abs().powi(3);
         sure += weight * f64::from(labels.confidence[index as usize]);
         total += weight;
     });

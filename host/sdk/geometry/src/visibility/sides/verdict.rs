@@ -2,53 +2,54 @@
 
 use super::Hints;
 use super::evidence::Evidence;
+use std::ops::Range;
 
 /// What was decided for a whole scan.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Verdict {
     /// Whether all signs are to be turned.
     pub(super) turn: bool,
     /// How sure that is, in [0, 1].
     pub(super) certainty: f32,
-    /// Whether the scan is seen from within.
+    /// Whether the surface is closed, or nearly, and faces what it encloses.
     pub(super) interior: bool,
-    pub(super) log: [f64; 9],
+    pub(super) score: f64,
 }
 
 /// Openness up to which a surface is closed, and from which on it is open.
-const CLOSED: [f64; 2] = [0.1, 0.3];
+const CLOSED: Range<f64> = 0.1..0.3;
 
 /// Score that is sure.
 const SURE: f64 = 0.5;
 
 /// Mean lengths of free lines of sight within rooms and tunnels, metres.
-const ROOM: std::ops::Range<f64> = 1.0..40.0;
+const ROOM: Range<f64> = 1.0..40.0;
 
 /// Openness up to which a room's floor and ceiling are there; a statue or a house from outside has no
 /// bottom.
 const COMPLETE: f64 = 0.08;
 
-/// Decides by the evidence for the signs as they are.
-pub(super) fn decide(
-    evidence: &Evidence,
-    connected: f64,
-    viewed: f64,
-    device: f64,
-    free_path: Option<f64>,
-    hints: &Hints,
-) -> Verdict {
-    let open = ((evidence.openness - CLOSED[0]) / (CLOSED[1] - CLOSED[0])).clamp(0.0, 1.0);
+/// Decides by the evidence for the signs as they are, which counts in this order: what the caller
+/// says, where a device was, which way is up, then what the surface tells. A closed one faces
+/// outwards, unless it encloses things or clutter, or is as large as a room. An open one faces the
+/// side from where more of it is seen and from where it is convex, and what is flat faces along the
+/// axes. The weights are chosen such that the scans and shapes that were tried come out right.
+pub(super) fn decide(evidence: &Evidence, hints: &Hints, scale: f64) -> Verdict {
+    let open = (evidence.openness - CLOSED.start) / (CLOSED.end - CLOSED.start);
+    let open = open.clamp(0.0, 1.0);
     let limited = |value: f64| value.clamp(-1.0, 1.0);
-    let mut score = 0.3 * evidence.outward;
+    // Noise looks like clutter.
+    let clutter = evidence.clutter * evidence.consistency * evidence.consistency;
+    let mut score = (1.0 - open) * (0.3 * evidence.outward + limited(30.0 * clutter))
+        + (1.0 - open) * limited(10.0 * evidence.enclosed)
+        + open * (0.4 * evidence.outward + 0.4 * evidence.viewed + evidence.clutter)
+        + 0.02 * evidence.positive
+        + 2.0 * evidence.device;
     if hints.up.is_some() {
         score += 6.0 * evidence.upward;
     }
-    // Within what is closed, regions and clutter tell rooms from bodies.
-    score += (1.0 - open) * (limited(10.0 * connected) + limited(5.0 * evidence.clutter));
-    score += open * viewed;
-    score += 2.0 * device;
-    let is_room = free_path.is_some_and(|path| ROOM.contains(&path));
-    if is_room && evidence.openness < COMPLETE {
+    let metres = hints.metres.map(|metres| f64::from(metres) * scale * evidence.free_path);
+    if metres.is_some_and(|path| ROOM.contains(&path)) && evidence.openness < COMPLETE {
         score -= 0.6 * evidence.outward.signum();
     }
     match hints.interior {
@@ -59,8 +60,5 @@ pub(super) fn decide(
     let turn = score < 0.0;
     let outward = if turn { -evidence.outward } else { evidence.outward };
     let certainty = (score.abs() / SURE).min(1.0) as f32;
-    // The front looks into the sky much less than the back.
-    let interior = outward < -0.3 && open < 1.0;
-    let log = [score, evidence.outward, evidence.upward, evidence.clutter, connected, viewed, evidence.openness, evidence.free_path, evidence.consistency];
-    Verdict { turn, certainty, interior, log }
+    Verdict { turn, certainty, interior: outward < -0.3 && open < 1.0, score }
 }
