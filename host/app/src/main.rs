@@ -39,7 +39,9 @@ fn main() -> ExitCode {
     if cli.command.is_some() {
         interrupt::watch();
     }
-    let done = match cli.command {
+    // Plugins of formats are asked which axis points up, where files need one and nobody said it.
+    let command = cli.command.map(upright);
+    let done = match command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
         Some(Command::Report(arguments)) => report::run(&arguments, &given),
@@ -58,6 +60,20 @@ fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => terminal::failed(&error),
     }
+}
+
+/// The command with the axis that its files have upwards, where none was typed.
+fn upright(mut command: Command) -> Command {
+    let (lens, files, plugins) = match &mut command {
+        Command::Render(given) => (&mut given.picture.lens, &given.files, &given.plugins),
+        Command::Compare(given) => (&mut given.picture.lens, &given.files, &given.plugins),
+        Command::Report(given) => (&mut given.picture.lens, &given.files, &given.plugins),
+        Command::Explain(given) => (&mut given.picture.lens, &given.files, &given.plugins),
+        Command::Bench(given) => (&mut given.lens, &given.files, &given.plugins),
+        _ => return command,
+    };
+    surfelshop_session::input::formats::stand_upright(lens, files, plugins);
+    command
 }
 
 /// Prints a page of the manual, or its contents.

@@ -82,6 +82,33 @@ pub fn inspect(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Cont
     Ok(contents)
 }
 
+/// What the heads of a file's clouds say: counts and boxes only where they are there. For text and meshes the file is
+/// read.
+///
+/// # Errors
+/// One line that names the file, what was expected and what was found.
+pub fn heads(
+    path: impl AsRef<Path>,
+    options: &ReadOptions<'_>,
+) -> Result<Vec<CloudHeader>, ReadError> {
+    heads_of(path.as_ref(), options, None)
+}
+
+/// The same of these columns, where they are named.
+pub(crate) fn heads_of(
+    path: &Path,
+    options: &ReadOptions<'_>,
+    columns: Option<&[String]>,
+) -> Result<Vec<CloudHeader>, ReadError> {
+    let heads = LentTable::new(TableSink::of_heads());
+    stream(path, options, columns, &heads.shared())?;
+    let headers: Vec<CloudHeader> = heads.take().headers().cloned().collect();
+    match headers.is_empty() {
+        true => Err(ReadError { path: path.to_owned(), fault: ReadFault::NoClouds }),
+        false => Ok(headers),
+    }
+}
+
 /// Reads a file's clouds into a sink batch by batch, only these columns where they are named.
 ///
 /// # Errors

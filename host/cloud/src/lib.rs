@@ -45,7 +45,7 @@ pub use cloud::transform::{Rotation, Transform};
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
 pub use formats::plugins::{FormatCall, Formats, NoFormats, SharedSink, SystemFile, WriteFault};
 pub use formats::table_sink::TableSink;
-pub use inspect::{CloudContents, Contents, inspect, stream};
+pub use inspect::{CloudContents, Contents, heads, inspect, stream};
 pub use options::{ReadOptions, WriteOptions};
 pub use read::read;
 pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};

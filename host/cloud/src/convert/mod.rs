@@ -9,12 +9,11 @@ mod target;
 mod transfer;
 mod union;
 
-use crate::error::{ReadError, ReadFault, WriteError};
+use crate::error::{ReadError, WriteError};
 use crate::files::replace_at;
-use crate::formats::plugins::{FormatCall, LentTable, SharedSink, WriteFault};
+use crate::formats::plugins::{FormatCall, SharedSink, WriteFault};
 use crate::formats::ply;
-use crate::formats::table_sink::TableSink;
-use crate::inspect::stream;
+use crate::inspect::{heads_of, stream};
 use crate::options::{ReadOptions, WriteOptions};
 use crate::write::writer;
 use glam::DVec3;
@@ -22,7 +21,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
-use surfelshop_api::format::CloudHeader;
 use surfelshop_geometry::{part, silent};
 use transfer::{Counts, TransferSink, transfer};
 
@@ -76,7 +74,8 @@ pub fn convert(
     let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
     let mut headers = Vec::new();
     for input in inputs {
-        headers.extend(heads(input, read, selection)?);
+        let read = ReadOptions { progress: &silent, ..*read };
+        headers.extend(heads_of(input, &read, selection.columns())?);
     }
     let merged = (!several).then(|| union::header(&headers, selection));
     let columns = match &merged {
@@ -125,22 +124,6 @@ pub fn convert(
 fn refused(output: &Path) -> WriteError {
     let error = io::Error::other("the writer took no more");
     WriteError::Io { path: output.to_owned(), error }
-}
-
-/// The headers of a file's clouds.
-fn heads(
-    input: &Path,
-    options: &ReadOptions<'_>,
-    selection: &Selection,
-) -> Result<Vec<CloudHeader>, ReadError> {
-    let heads = LentTable::new(TableSink::of_heads());
-    let options = ReadOptions { progress: &silent, ..*options };
-    stream(input, &options, selection.columns(), &heads.shared())?;
-    let headers: Vec<CloudHeader> = heads.take().headers().cloned().collect();
-    match headers.is_empty() {
-        true => Err(ReadError { path: input.to_owned(), fault: ReadFault::NoClouds }),
-        false => Ok(headers),
-    }
 }
 
 /// Why a file was not sent to its end.

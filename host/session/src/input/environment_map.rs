@@ -212,7 +212,7 @@ pub fn of_scene(file: &SceneFile) -> Option<SceneEnvironment> {
 pub fn standing(source: ProbeSource, up: UpAxis) -> SceneEnvironment {
     let environment = SceneEnvironment::new(source);
     match up {
-        UpAxis::Y => environment,
+        UpAxis::Auto | UpAxis::Y => environment,
         UpAxis::Z => SceneEnvironment { forward: Axis::PlusY, up: Axis::PlusZ, ..environment },
     }
 }

@@ -1,14 +1,16 @@
 //! The formats of plugins, found when a file needs one.
 
-use crate::options::PluginFiles;
+use crate::input::scenes::Inputs;
+use crate::options::{LensArguments, PluginFiles, UpAxis};
 use crate::output::terminal;
+use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
-use surfelshop_api::format::{CloudSourceHost, FileHost};
+use surfelshop_api::format::{CloudSourceHost, FileHost, UpAxis as FileUpAxis};
 use surfelshop_api::params::{Value, Values};
 use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
-use surfelshop_cloud::Progress;
+use surfelshop_cloud::{Progress, silent};
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::Registry;
 
@@ -112,6 +114,21 @@ impl Formats for SessionFormats {
     ) -> Result<Vec<String>, WriteFault> {
         self.found().write(id, clouds, file, call, progress)
     }
+}
+
+/// The axis that points upwards in files, where it was not typed: their heads are looked at. Files that cannot be
+/// read say nothing here; whoever reads them says why.
+pub fn stand_upright(lens: &mut LensArguments, files: &[PathBuf], plugins: &PluginFiles) {
+    if lens.up != UpAxis::Auto {
+        return;
+    }
+    let formats = SessionFormats::new(plugins);
+    let sources = Inputs::open(files).map(|inputs| inputs.sources).unwrap_or_default();
+    let says_z = sources.iter().filter(|source| source.transform.is_none()).any(|source| {
+        let heads = surfelshop_cloud::heads(&source.path, &formats.reading(&silent));
+        heads.is_ok_and(|heads| heads.iter().any(|header| header.up == FileUpAxis::Z))
+    });
+    lens.up = if says_z { UpAxis::Z } else { UpAxis::Y };
 }
 
 /// Values of a format's parameters as they were typed, to be read when the format is loaded.

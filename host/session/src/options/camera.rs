@@ -202,7 +202,7 @@ pub fn framed_view(camera: Camera, extent: &Extent, size_px: [u32; 2]) -> View {
 /// the x axis.
 fn turned(up: UpAxis, direction: DVec3) -> DVec3 {
     match up {
-        UpAxis::Y => direction,
+        UpAxis::Auto | UpAxis::Y => direction,
         UpAxis::Z => DVec3::new(direction.x, -direction.z, direction.y),
     }
 }

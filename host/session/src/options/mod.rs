@@ -12,6 +12,7 @@ use crate::options::camera::CameraSpec;
 use crate::options::lights::LightSpec;
 use crate::options::values::{Backdrop, Size};
 use clap::{ArgAction, Args, ValueEnum};
+use surfelshop_cloud::Source;
 use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_image::png;
@@ -115,8 +116,8 @@ pub struct LensArguments {
     #[arg(long, value_name = "CAMERA", default_value = "three-quarter",
           value_parser = CameraSpec::parse, allow_hyphen_values = true)]
     pub camera: CameraSpec,
-    /// The axis that points upwards in the presets, and where --camera leaves up out; scans often
-    /// have z.
+    /// The axis that points upwards in the presets, and where --camera leaves up out: that of the files, where
+    /// they say it, as scans do.
     #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
     pub up: UpAxis,
     /// Vertical field of view in degrees [default: 35].
@@ -173,11 +174,26 @@ pub struct PrintArguments {
 /// The axis that points upwards.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum UpAxis {
-    /// As in modelling programs and in this one.
+    /// As the files say, and y where they do not.
     #[default]
+    Auto,
+    /// As in modelling programs and in this one.
     Y,
     /// As in surveying.
     Z,
+}
+
+impl UpAxis {
+    /// The axis, where files that say something may decide.
+    #[must_use]
+    pub fn or_of<'a>(self, sources: impl IntoIterator<Item = &'a Source>) -> Self {
+        let says_z = |source: &Source| source.up == surfelshop_api::format::UpAxis::Z;
+        match self {
+            Self::Auto if sources.into_iter().any(says_z) => Self::Z,
+            Self::Auto => Self::Y,
+            typed => typed,
+        }
+    }
 }
 
 /// Graphics interfaces by name.

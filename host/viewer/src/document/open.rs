@@ -130,6 +130,9 @@ impl Window {
         self.release_hidden();
         self.views.pointer_position = None;
         self.views.own_cameras.clear();
+        let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
+        let sources = shown.map(|loaded| loaded.cloud.source());
+        self.document.up = self.document.typed_up.or_of(sources);
         self.views.camera = initial_camera(&extent, self.document.up);
         self.document.scene_file = None;
         self.document.scene_path = None;

@@ -44,6 +44,8 @@ pub(crate) struct Document {
     pub(crate) replace_confirmed: bool,
     /// The axis that points upwards in the clouds.
     pub(crate) up: UpAxis,
+    /// The same as it was typed, if it was.
+    pub(crate) typed_up: UpAxis,
 }
 
 impl Document {
@@ -70,7 +72,8 @@ impl Document {
             unsaved_prompt: None,
             close_confirmed: false,
             replace_confirmed: false,
-            up,
+            up: up.or_of([]),
+            typed_up: up,
         }
     }
 }
