@@ -122,9 +122,7 @@ pub enum ReadFault {
     #[error("expected a point cloud, found a Git LFS pointer; fetch the file with `git lfs pull`")]
     LfsPointer,
     /// No supported format begins like this.
-    #[error(
-        "expected a file of a known format ({known}), found {found}; `surfelshop plugins list` shows formats"
-    )]
+    #[error("expected a {known} file, found {found}; convert it to one of these first")]
     UnknownFormat {
         /// Formats that are known, by their endings.
         known: String,

@@ -137,8 +137,11 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
     Err(ReadFault::UnknownFormat { known: known(&options.formats.endings(false)), found })
 }
 
-/// Endings of all formats, for messages.
+/// All formats by their endings, for messages: `PLY, OBJ or OFF`.
 pub(crate) fn known(endings: &[String]) -> String {
     let built_in = ["ply", "obj", "off"].into_iter();
-    built_in.chain(endings.iter().map(String::as_str)).collect::<Vec<_>>().join(", ")
+    let mut names: Vec<String> =
+        built_in.chain(endings.iter().map(String::as_str)).map(str::to_uppercase).collect();
+    let last = names.pop().unwrap_or_default();
+    format!("{} or {last}", names.join(", "))
 }

@@ -3,11 +3,13 @@
  *
  * A plugin is a shared library that exports two objects: SURFELSHOP_MANIFEST, bytes that say what
  * the library is, which the host reads before it loads any code, and SURFELSHOP_PLUGIN, a table of
- * functions. rim.c beside this file is a whole one. It is built with
+ * functions; one that reads or writes files exports SURFELSHOP_FORMATS, too. rim.c beside this file is
+ * a whole renderer and xyzb.c a whole file format. They are built with
  *
  *     cc -shared -fPIC -O2 -o librim_c.so rim.c
+ *     cc -shared -fPIC -O2 -o libxyzb_c.so xyzb.c -lm
  *
- * and rendered with like any other plugin. This header is plain C99 and compiles as C++, too; it
+ * and used like any other plugin. This header is plain C99 and compiles as C++, too; it
  * needs nothing but the C library.
  *
  * What crosses the boundary is either a structure declared here or a message in MessagePack, which
@@ -56,7 +58,7 @@
  * larger minor version than their own.
  */
 #define SURFELSHOP_ABI_MAJOR 3
-#define SURFELSHOP_ABI_MINOR 7
+#define SURFELSHOP_ABI_MINOR 8
 
 #ifdef __cplusplus
 extern "C" {
@@ -69,7 +71,12 @@ enum {
     /** Not as asked; the error channel says why. */
     SURFELSHOP_ERROR = 1,
     /** The plugin's code went wrong in a way it did not foresee (in Rust: panicked). */
-    SURFELSHOP_PANIC = 2
+    SURFELSHOP_PANIC = 2,
+    /**
+     * Of the host's functions for clouds of files: there is no more, or no more is wanted. Nothing
+     * failed. The exported functions do not return it. ABI 3.8.
+     */
+    SURFELSHOP_END = 3
 };
 
 /** What bytes written to a sink are. */
@@ -86,6 +93,10 @@ enum {
      * WGSL structure is, little-endian.
      */
     SURFELSHOP_CHANNEL_DATA = 4,
+    /** The header of a cloud that is written, from the host, see `next_cloud`. ABI 3.8. */
+    SURFELSHOP_CHANNEL_HEADER = 5,
+    /** What a file that was written cannot hold: an array of lines for people. ABI 3.8. */
+    SURFELSHOP_CHANNEL_LINES = 6,
     /** The first buffer of a computation, see `compute`; those of the others follow. */
     SURFELSHOP_CHANNEL_BUFFERS = 16
 };
@@ -230,7 +241,8 @@ typedef struct surfelshop_job {
  * the plugin allocates it frees itself. Units are numbered from 0 as the manifest lists them.
  *
  * All units need the first three functions, renderers `frame`, tracers `tile`, and tools `run`; the
- * others are surfelshop_no_frame, surfelshop_no_tile and surfelshop_no_run.
+ * others are surfelshop_no_frame, surfelshop_no_tile and surfelshop_no_run. Formats need a table of
+ * their own besides, surfelshop_format_table.
  *
  * Calls come from any thread. Those on one instance come one after the other, but for `tile`, which
  * runs on several threads at once; different instances work at the same time. The host waits some
@@ -248,7 +260,7 @@ typedef struct surfelshop_plugin_table {
      */
     int32_t (*describe)(uint32_t unit, surfelshop_sink sink);
     /**
-     * Makes an instance of a unit, one for each view or run: reads HostInfo of
+     * Makes an instance of a unit, one for each view, run or file: reads HostInfo of
      * host/sdk/api/src/frame.rs and puts a pointer that is not NULL into `out`. The host does nothing
      * with the pointer but to pass it back.
      */
@@ -284,15 +296,139 @@ typedef struct surfelshop_plugin_table {
                    const surfelshop_job *job, surfelshop_sink sink);
 } surfelshop_plugin_table;
 
+/**
+ * A file that the host lends to a format. The functions take `context` and are never NULL. Until the
+ * call returns that the file was lent to they may be called from any thread, from several at once.
+ *
+ * `sink` may be the plugin's own, or that of the call which the file was lent to, on whose thread
+ * alone it may be used: then what went wrong is the host's own line, and returning the status hands
+ * it on. ABI 3.8.
+ */
+typedef struct surfelshop_file {
+    void *context;
+    /** The file's name without its folder. */
+    surfelshop_bytes name;
+    /** Length in bytes; of a file that is written, as far as it was. */
+    uint64_t (*length)(void *context);
+    /**
+     * Reads up to `len` bytes from an offset into `buffer` and stores how many there were in
+     * `n_read`: fewer only at the file's end. Returns a status.
+     */
+    int32_t (*read_at)(void *context, uint64_t offset, uint8_t *buffer, size_t len, size_t *n_read,
+                       surfelshop_sink sink);
+    /**
+     * Writes bytes at an offset; the file grows where it ends before, and what is in between is 0.
+     * Returns a status; fails for a file that is read.
+     */
+    int32_t (*write_at)(void *context, uint64_t offset, surfelshop_bytes bytes,
+                        surfelshop_sink sink);
+} surfelshop_file;
+
+/**
+ * Where a format puts the clouds that it reads, one after the other: for each the header, then its
+ * points in batches. The functions take `context`, are never NULL, and are called by one thread at a
+ * time. `sink` is as of a file. ABI 3.8.
+ */
+typedef struct surfelshop_cloud_sink {
+    void *context;
+    /**
+     * Takes the header of the next cloud: CloudHeader of host/sdk/api/src/format/header.rs. All but
+     * `columns` may be left out:
+     *
+     *     {"format": "XYZB", "rows": 2, "columns": [
+     *         {"name": "position", "components": 3, "element": "f64"}, ...]}
+     *
+     * Returns SURFELSHOP_OK where the points are wanted, SURFELSHOP_END where the header was all
+     * that is wanted, and else an error.
+     */
+    int32_t (*begin)(void *context, surfelshop_bytes header, surfelshop_sink sink);
+    /**
+     * Takes the next points: for each column of the header its values as they lie in memory, all
+     * components of a point together. The host copies them; 65536 points are a good number.
+     * Returns a status.
+     */
+    int32_t (*batch)(void *context, const surfelshop_bytes *values, size_t n_values,
+                     surfelshop_sink sink);
+    /**
+     * Takes triangles: positions of three points each, counted from the cloud's first. Returns a
+     * status.
+     */
+    int32_t (*faces)(void *context, const uint32_t (*triangles)[3], size_t n_triangles,
+                     surfelshop_sink sink);
+    /** Takes a line for people, of what is doubtful in the file. */
+    void (*warn)(void *context, surfelshop_bytes line);
+} surfelshop_cloud_sink;
+
+/**
+ * Where a format takes the clouds that it writes, one after the other. The functions take `context`,
+ * are never NULL, and are called by one thread at a time. ABI 3.8.
+ */
+typedef struct surfelshop_cloud_source {
+    void *context;
+    /**
+     * Writes the header of the next cloud to SURFELSHOP_CHANNEL_HEADER of `sink`, which is the
+     * plugin's own. `rows` may be nil: there are as many points as the batches have. Returns
+     * SURFELSHOP_END after the last cloud.
+     */
+    int32_t (*next_cloud)(void *context, surfelshop_sink sink);
+    /**
+     * Puts the next points of the cloud into `batch`, whose columns are those of the header in the
+     * same order. They stay until the next call of this structure. Positions are SURFELSHOP_F64 and
+     * relative to zero. Triangles come with the last batch, which may have no points. Returns
+     * SURFELSHOP_END after the last.
+     */
+    int32_t (*next_batch)(void *context, surfelshop_cloud *batch, surfelshop_sink sink);
+} surfelshop_cloud_source;
+
+/**
+ * The functions of formats, exported as SURFELSHOP_FORMATS beside the table of all units, which makes
+ * and ends their instances: one for each file. Neither may be NULL; a format that is only read has
+ * surfelshop_no_write. What is said of the functions of that table holds for these.
+ *
+ * A format opens no file. While it works it reads, hands over or tells progress at least every 20
+ * seconds, or it is given up. ABI 3.8.
+ */
+typedef struct surfelshop_format_table {
+    /** Head of the table: SURFELSHOP_FORMATS_HEAD fills these four. */
+    uint8_t magic[8];
+    uint32_t size;
+    uint16_t abi_major;
+    uint16_t abi_minor;
+    /**
+     * Reads the clouds of a file. `request` is {"values": {...}, "columns": nil or [...]}: the
+     * parameters, a map as in a frame's request, and the names of the columns that somebody reads,
+     * all where it is nil: others may be left out of the header.
+     */
+    int32_t (*read)(void *instance, surfelshop_bytes request, const surfelshop_file *file,
+                    const surfelshop_cloud_sink *clouds, const surfelshop_job *job,
+                    surfelshop_sink sink);
+    /**
+     * Writes clouds to a file, which is empty at first. `values` are the parameters. What the format
+     * cannot hold goes to SURFELSHOP_CHANNEL_LINES. Where this fails, no file is left behind.
+     */
+    int32_t (*write)(void *instance, surfelshop_bytes values,
+                     const surfelshop_cloud_source *clouds, const surfelshop_file *file,
+                     const surfelshop_job *job, surfelshop_sink sink);
+} surfelshop_format_table;
+
 /* A compiler that lays these out in another way would make a plugin the host cannot read. */
 SURFELSHOP_ASSERT(tile_layout, sizeof(surfelshop_tile) == 20);
 SURFELSHOP_ASSERT(table_layout, sizeof(surfelshop_plugin_table) == 16 + 6 * sizeof(void *));
 SURFELSHOP_ASSERT(column_layout, sizeof(void *) != 8 || sizeof(surfelshop_column) == 48);
 SURFELSHOP_ASSERT(cloud_layout, sizeof(void *) != 8 || sizeof(surfelshop_cloud) == 128);
+SURFELSHOP_ASSERT(file_layout, sizeof(surfelshop_file) == 6 * sizeof(void *));
+SURFELSHOP_ASSERT(cloud_sink_layout, sizeof(surfelshop_cloud_sink) == 5 * sizeof(void *));
+SURFELSHOP_ASSERT(cloud_source_layout, sizeof(surfelshop_cloud_source) == 3 * sizeof(void *));
+SURFELSHOP_ASSERT(format_table_layout, sizeof(surfelshop_format_table) == 16 + 2 * sizeof(void *));
 
 /** The first four members of a surfelshop_plugin_table. */
 #define SURFELSHOP_TABLE_HEAD \
     {'S', 'U', 'R', 'F', 'E', 'L', 'P', 0}, (uint32_t)sizeof(surfelshop_plugin_table), \
+        SURFELSHOP_ABI_MAJOR, SURFELSHOP_ABI_MINOR
+
+/** The first four members of a surfelshop_format_table. */
+#define SURFELSHOP_FORMATS_HEAD \
+    {'S', 'U', 'R', 'F', 'E', 'L', 'F', 0}, (uint32_t)sizeof(surfelshop_format_table), \
         SURFELSHOP_ABI_MAJOR, SURFELSHOP_ABI_MINOR
 
 /**
@@ -303,8 +439,17 @@ SURFELSHOP_ASSERT(cloud_layout, sizeof(void *) != 8 || sizeof(surfelshop_cloud) 
  *     version   version of the package
  *     authors   separated by colons; may be empty or left out
  *     license   licence expression; may be empty or left out
- *     renderer  id, title and a sentence; likewise `tracer` and `tool`, one line for each unit,
- *               in the order of their numbers. Ids have a-z, 0-9 and -.
+ *     renderer  id, title and a sentence; likewise `tracer`, `tool` and `format`, one line for each
+ *               unit, in the order of their numbers. Ids have a-z, 0-9 and -.
+ *
+ * Behind the line of a format, and of it alone:
+ *
+ *     ending    an ending of its files, 1 to 16 of a-z, 0-9, -, _ and ., without the dot before it;
+ *               a line for each
+ *     magic     bytes that its files have: their offset, and two hexadecimal digits for each, within
+ *               the first 64 bytes; a line for each, any of which tells the format
+ *     written   no value: it writes files, too
+ *     several   no value: it writes several clouds with their poses; else all come as one
  *
  * Goes once into a library, at file scope, with a semicolon. The host reads the object out of the
  * file, so it holds nothing but bytes; the zero that ends the literal is behind the stated length.
@@ -371,6 +516,16 @@ static inline int32_t surfelshop_no_run(void *instance, surfelshop_bytes values,
 {
     (void)instance, (void)values, (void)cloud, (void)job;
     return surfelshop_fail(sink, "this unit is not a tool");
+}
+
+/** Takes the place of `write` in plugins whose formats are only read. */
+static inline int32_t surfelshop_no_write(void *instance, surfelshop_bytes values,
+                                          const surfelshop_cloud_source *clouds,
+                                          const surfelshop_file *file, const surfelshop_job *job,
+                                          surfelshop_sink sink)
+{
+    (void)instance, (void)values, (void)clouds, (void)file, (void)job;
+    return surfelshop_fail(sink, "this format is only read");
 }
 
 #ifdef __cplusplus

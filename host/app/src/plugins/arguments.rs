@@ -73,6 +73,8 @@ pub(crate) enum NewKind {
     Tool,
     /// A renderer that computes pixels itself, on all cores.
     Tracer,
+    /// A file format that clouds are read from and written to.
+    Format,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -100,7 +102,14 @@ mod tests {
     #[test]
     fn words_behind_plugins_are_known_or_refused() {
         let parsed = |line: &str| Cli::try_parse_from(line.split(' '));
-        for line in ["", " --json", " list --json", " new a/b --kind tool", " trust a.so --place"] {
+        for line in [
+            "",
+            " --json",
+            " list --json",
+            " new a/b --kind tool",
+            " new a --kind format",
+            " trust a.so --place",
+        ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
         }
         for line in [" eat", " new", " trust", " add", " new a --kind window"] {

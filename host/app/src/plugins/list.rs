@@ -3,6 +3,8 @@
 use super::named;
 use crate::plugins::arguments::PluginsArguments;
 use serde_json::{Value, json};
+use surfelshop_api::UnitKind;
+use surfelshop_api::format::Recognition;
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, Origin, Place, Registry, SearchPath, State};
 use surfelshop_session::output::terminal;
@@ -114,6 +116,35 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
     row("licence", licence(manifest));
     for unit in &manifest.units {
         row(unit.kind.word(), &format!("{} ({}): {}", unit.id, unit.title, unit.summary));
+        if unit.kind == UnitKind::Format {
+            row("files", &files(&unit.files));
+        }
     }
     text
+}
+
+/// The endings of a format's files, and whether it writes them: `.las, .laz; read and written`.
+fn files(files: &Recognition) -> String {
+    let endings = files.endings.iter().map(|ending| format!(".{ending}")).collect::<Vec<_>>();
+    let endings = if endings.is_empty() { "of any name".to_owned() } else { endings.join(", ") };
+    let written = if files.written { "read and written" } else { "read" };
+    let several = if files.several { ", scans apart" } else { "" };
+    format!("{endings}; {written}{several}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_of_formats_are_said_in_a_row() {
+        let mut las = Recognition {
+            endings: vec!["las".to_owned(), "laz".to_owned()],
+            ..Recognition::default()
+        };
+        assert_eq!(files(&las), ".las, .laz; read");
+        (las.written, las.several) = (true, true);
+        assert_eq!(files(&las), ".las, .laz; read and written, scans apart");
+        assert_eq!(files(&Recognition::default()), "of any name; read");
+    }
 }

@@ -5,6 +5,7 @@ use anyhow::{Context as _, ensure};
 use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
+use surfelshop_api::format::MAX_ENDING_LEN;
 use surfelshop_runtime::plugins::is_package_id;
 use surfelshop_session::output::{command_line, terminal};
 
@@ -106,13 +107,14 @@ impl NewKind {
             ],
             Self::Tool => &[("src/lib.rs", include_str!("template/tool/src/lib.rs"))],
             Self::Tracer => &[("src/lib.rs", include_str!("template/tracer/src/lib.rs"))],
+            Self::Format => &[("src/lib.rs", include_str!("template/format/src/lib.rs"))],
         }
     }
 
     /// The crates of this project that it links.
     fn crates(self) -> &'static [&'static str] {
         match self {
-            Self::Shading | Self::Graph | Self::Tool => &["api"],
+            Self::Shading | Self::Graph | Self::Tool | Self::Format => &["api"],
             Self::Tracer => &["api", "geometry"],
         }
     }
@@ -123,6 +125,7 @@ impl NewKind {
             Self::Shading | Self::Graph => "Renderer",
             Self::Tool => "Tool",
             Self::Tracer => "Tracer",
+            Self::Format => "Format",
         }
     }
 
@@ -132,10 +135,19 @@ impl NewKind {
             Self::Graph => "A renderer with a graph of its own",
             Self::Tool => "A tool",
             Self::Tracer => "A tracer, a renderer that computes pixels itself,",
+            Self::Format => "A file format",
         }
     }
 
-    /// The command that shows what it does.
+    /// What else its author should know: how builds are taken over, and what `check` does.
+    fn remarks(self) -> &'static str {
+        match self {
+            Self::Format => include_str!("template/format/remarks.txt").trim_end(),
+            _ => include_str!("template/remarks.txt").trim_end(),
+        }
+    }
+
+    /// The commands that show what it does.
     fn look(self, name: &str, library: &str) -> String {
         match self {
             Self::Shading | Self::Graph => format!("surfelshop --plugin {library}"),
@@ -144,6 +156,13 @@ impl NewKind {
             }
             Self::Tracer => {
                 format!("surfelshop render scan.ply -r {name} --plugin {library} -o {name}.png")
+            }
+            Self::Format => {
+                let file = format!("scan.{}", ending(name));
+                format!(
+                    "surfelshop convert scan.ply {file} --plugin {library}\n\
+                     surfelshop info {file} --plugin {library}"
+                )
             }
         }
     }
@@ -169,8 +188,9 @@ pub(super) fn run(arguments: &NewArguments, json: bool) -> anyhow::Result<()> {
     terminal::line(format!("  {enter}\n  cargo build --release"))?;
     let program = command_line::program_anywhere();
     terminal::line(format!("  {program} plugins trust --place {library}"))?;
-    let look = project.kind.look(&project.name, &library);
-    terminal::line(format!("  {}", look.replacen("surfelshop", &program, 1)))?;
+    for look in project.kind.look(&project.name, &library).lines() {
+        terminal::line(format!("  {}", look.replacen("surfelshop", &program, 1)))?;
+    }
     terminal::line(format!("  {program} check {library}\n\n{folder}/README.md says more."))
 }
 
@@ -233,10 +253,12 @@ impl Project {
         text.replace("{{id}}", &self.name)
             .replace("{{Name}}", &type_name)
             .replace("{{title}}", &title)
+            .replace("{{ending}}", &ending(&self.name))
             .replace("{{package}}", &self.package)
             .replace("{{dependencies}}", &self.dependencies)
             .replace("{{what}}", what)
             .replace("{{shader}}", &shaders)
+            .replace("{{remarks}}", self.kind.remarks())
             .replace("{{look}}", &self.kind.look(&self.name, &library))
             .replace("{{library}}", &library)
     }
@@ -264,6 +286,11 @@ impl Project {
         }
         std::fs::rename(&root, path).with_context(cannot)
     }
+}
+
+/// The ending of a format's files: its name without hyphens, as far as endings go.
+fn ending(name: &str) -> String {
+    name.chars().filter(|c| *c != '-').take(MAX_ENDING_LEN).collect()
 }
 
 /// Refuses names that Cargo, Rust or a command line would not take.
@@ -339,6 +366,7 @@ fn checkout() -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use clap::ValueEnum as _;
 
     #[test]
     fn names_that_cargo_or_rust_refuse_are_refused_in_a_line() {
@@ -353,8 +381,14 @@ mod tests {
     }
 
     #[test]
+    fn endings_of_files_are_short_and_of_letters_and_digits() {
+        assert_eq!(ending("rim-light"), "rimlight");
+        assert_eq!(ending("a-name-that-is-longer-than-endings"), "anamethatislonge");
+    }
+
+    #[test]
     fn nothing_of_a_template_is_left_unfilled() {
-        for kind in [NewKind::Shading, NewKind::Graph, NewKind::Tool, NewKind::Tracer] {
+        for kind in NewKind::value_variants().iter().copied() {
             let (name, package) = ("rim-light".to_owned(), "org.example.rim-light".to_owned());
             let project = Project { kind, name, package, dependencies: "a = 1".to_owned() };
             for (file, text) in project.files() {

@@ -33,6 +33,8 @@ pub struct Source {
     pub scans: Vec<Scan>,
     /// Columns and rows of the grid of an organised cloud, as long as no point was taken out.
     pub grid: Option<[u32; 2]>,
+    /// Of an organised cloud: the direction that lies up in its grid, as from the device, unit length.
+    pub grid_up: Option<DVec3>,
     /// Comments of the file.
     pub comments: Vec<String>,
 }

@@ -163,6 +163,9 @@ impl TableSink {
         if !is_identity(&header.pose) {
             move_columns(&header, &mut columns);
         }
+        if let (Some(grid), Some((place, _))) = (source.grid, header.column(POSITION)) {
+            source.grid_up = grid_up(grid, &columns[place]);
+        }
         for (column, values) in header.columns.iter().zip(columns) {
             if n_components(column) > 1 && components_of(&column.name).is_none() {
                 comments.push(format!("surfelshop column {} {}", column.name, column.components));
@@ -231,8 +234,30 @@ fn source(parts: &[Part]) -> Source {
                 .filter(|[w, h]| u64::from(*w) * u64::from(*h) == only.n_rows as u64),
             _ => None,
         },
+        grid_up: None,
         comments: Vec::new(),
     }
+}
+
+/// The direction from rows to those above them, in the mean over the grid.
+fn grid_up([width, height]: [u32; 2], positions: &Buffer) -> Option<DVec3> {
+    // Rows that are compared, far enough apart that noise does not count.
+    let step = (height / 16).max(1) as usize;
+    let (width, height) = (width as usize, height as usize);
+    let point = |row: usize, column: usize| {
+        let start = 3 * (row * width + column);
+        let number = |axis: usize| positions.get_f64(start + axis).unwrap_or(f64::NAN);
+        DVec3::new(number(0), number(1), number(2))
+    };
+    let mut sum = DVec3::ZERO;
+    for row in (step..height).step_by(step) {
+        for column in (0..width).step_by((width / 64).max(1)) {
+            let up = (point(row - step, column) - point(row, column)).normalize_or_zero();
+            // What has no number, and what lies in one place, does not count.
+            sum += if up.is_finite() { up } else { DVec3::ZERO };
+        }
+    }
+    sum.try_normalize()
 }
 
 /// Moves positions and directions by the pose.

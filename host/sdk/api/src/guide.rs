@@ -19,6 +19,10 @@ pub mod tracer {
     #![doc = include_str!("../../../manual/plugins/tracer.md")]
 }
 
+pub mod format {
+    #![doc = include_str!("../../../manual/plugins/format.md")]
+}
+
 pub mod wire {
     #![doc = include_str!("../../../manual/plugins/wire.md")]
 }

@@ -4,7 +4,7 @@
 //! endian), length of the text (u32, little endian), then lines `key TAB value...`. It holds no
 //! pointers, so it can be read without relocating or running anything.
 
-use crate::format::{FileTypes, HEAD_LEN, Magic, Recognition};
+use crate::format::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
 use crate::unit_info::{UnitInfo, UnitKind};
 use serde::Serialize;
 
@@ -372,7 +372,7 @@ fn files_line(files: &mut Recognition, key: &str, mut next: impl FnMut() -> Stri
         "ending" if files.endings.len() < MOST_FILES => {
             let ending = next().to_ascii_lowercase();
             let typed = |byte: u8| byte.is_ascii_alphanumeric() || b"-_.".contains(&byte);
-            if !ending.is_empty() && ending.len() <= 16 && ending.bytes().all(typed) {
+            if !ending.is_empty() && ending.len() <= MAX_ENDING_LEN && ending.bytes().all(typed) {
                 files.endings.push(ending);
             }
         }

@@ -3,6 +3,7 @@
 pub mod clouds;
 pub mod environment_map;
 pub mod formats;
+pub mod inside;
 pub mod probe_info;
 pub mod sample;
 pub mod scenes;

@@ -28,6 +28,9 @@ pub enum CameraSpec {
         /// What appears upwards.
         up: DVec3,
     },
+    /// Stands where a scan was taken, or in its largest free space, and looks about at eye height; see
+    /// [`input::inside`](crate::input::inside).
+    Inside,
     /// Stands where the user says.
     Placed {
         /// Position, world space.
@@ -48,7 +51,7 @@ impl CameraSpec {
             return Ok(preset);
         }
         if !text.contains(';') {
-            let expected = "expected front, back, left, right, top, bottom, three-quarter, or \
+            let expected = "expected front, back, left, right, top, bottom, three-quarter, inside, or \
                             \"px,py,pz; tx,ty,tz[; ux,uy,uz[; DEGREES]]\"";
             return Err(expected.to_owned());
         }
@@ -90,6 +93,7 @@ impl CameraSpec {
 
 fn preset(name: &str) -> Option<CameraSpec> {
     let (towards_camera, up) = match name {
+        "inside" => return Some(CameraSpec::Inside),
         "three-quarter" => return Some(CameraSpec::three_quarter()),
         "front" => return Some(CameraSpec::front()),
         "back" => (DVec3::NEG_Z, DVec3::Y),
@@ -126,13 +130,19 @@ impl Extent {
 pub fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> View {
     let typed_fov = match lens.camera {
         CameraSpec::Placed { fov_deg, .. } => lens.fov.or(fov_deg),
-        CameraSpec::Preset { .. } => lens.fov,
+        CameraSpec::Preset { .. } | CameraSpec::Inside => lens.fov,
     };
     let half_tangent = (0.5 * typed_fov.unwrap_or(DEFAULT_FOV_DEG).to_radians()).tan();
     let aspect = f64::from(size_px[0]) / f64::from(size_px[1].max(1));
     let smaller_side = aspect.min(1.0);
     let framed = extent.radius * MARGIN;
-    let (eye, target, up, half_height) = match lens.camera {
+    // Without clouds there is no inside.
+    let camera = match lens.camera {
+        CameraSpec::Inside => CameraSpec::three_quarter(),
+        camera => camera,
+    };
+    let (eye, target, up, half_height) = match camera {
+        CameraSpec::Inside => (DVec3::Z, DVec3::ZERO, DVec3::Y, 1.0),
         CameraSpec::Preset { towards_camera, up } => {
             // The sphere touches the cone of the smaller side at the sine of its half angle.
             let distance = framed / (half_tangent * smaller_side).atan().sin();

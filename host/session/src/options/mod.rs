@@ -111,7 +111,7 @@ pub struct LensArguments {
     /// Where the camera stands: a preset, or position, target, up and field of view.
     ///
     /// Presets frame the whole cloud: front (from +z, or from -y with --up z), back, left (from
-    /// -x), right, top, bottom, three-quarter. Numbers are "px,py,pz; tx,ty,tz[; ux,uy,uz[;
+    /// -x), right, top, bottom, three-quarter; inside stands where a scan was taken. Numbers are "px,py,pz; tx,ty,tz[; ux,uy,uz[;
     /// DEGREES]]" in world space: position, target, up direction and vertical field of view.
     #[arg(long, value_name = "CAMERA", default_value = "three-quarter",
           value_parser = CameraSpec::parse, allow_hyphen_values = true)]

@@ -10,6 +10,7 @@ use crate::input::clouds::Clouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::probe_info;
 use crate::input::formats::SessionFormats;
+use crate::input::inside;
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
@@ -178,7 +179,7 @@ fn encoded(background: Background) -> Option<[f32; 3]> {
 /// The view through the scene's camera, or through the one that was typed.
 pub fn view(arguments: &PictureArguments, staging: &RenderSetup, clouds: &Clouds) -> View {
     let extent = clouds.extent(staging.scene.surface.radius_scale);
-    let (lens, size) = (&arguments.lens, arguments.size.0);
+    let (lens, size) = (&inside::lens(&arguments.lens, clouds), arguments.size.0);
     match &staging.camera {
         Some(camera) => camera::through(camera, lens, staging.parallel, &extent, size),
         None => camera::view(lens, &extent, size),

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 /// Most endings, and most first bytes, of a format.
 const MOST: usize = 8;
 
+/// Letters of the longest ending that hosts know.
+pub const MAX_ENDING_LEN: usize = 16;
+
 /// What tells the files of a format: their endings, and bytes at a place near their beginning.
 ///
 /// The host opens a file with the format whose bytes are there; where none are known, with the one
@@ -42,12 +45,16 @@ impl FileTypes {
     /// dialogs offer to write.
     ///
     /// # Panics
-    /// At compile time, where there are more than eight, or it is not made of `a-z`, `0-9`, `-`, `_` and `.`.
+    /// At compile time, where there are more than eight, or it is not made of 1 to 16 of `a-z`, `0-9`, `-`, `_`
+    /// and `.`.
     #[must_use]
     pub const fn ending(mut self, ending: &'static str) -> Self {
         assert!(self.n_endings < MOST, "a format has at most eight endings");
         let bytes = ending.as_bytes();
-        assert!(!bytes.is_empty(), "an ending is not empty");
+        assert!(
+            !bytes.is_empty() && bytes.len() <= MAX_ENDING_LEN,
+            "an ending has 1 to 16 letters"
+        );
         let mut i = 0;
         while i < bytes.len() {
             assert!(

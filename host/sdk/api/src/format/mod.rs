@@ -14,7 +14,7 @@ pub use clouds::{
     check_batch,
 };
 pub use file::{FileHost, FileSink, FileSource, FileStream};
-pub use file_types::{FileTypes, Magic, Recognition};
+pub use file_types::{FileTypes, MAX_ENDING_LEN, Magic, Recognition};
 pub use header::{
     CLASSIFICATION, CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, POINT_SOURCE, Pose,
     RETURN_NUMBER, SCAN, SCAN_ANGLE, UpAxis,

@@ -1,6 +1,8 @@
 //! Surfaces with known normals that the tests of this folder share, sampled at random: a Poisson
 //! process, the worst case for holes. Lengths are in metres, up is +z.
 
+use crate::discs::{Disc, Discs};
+use crate::progress::silent;
 use crate::samples::Random;
 use glam::{DVec3, Vec3};
 use std::f64::consts::TAU;
@@ -101,6 +103,28 @@ impl Scene {
             }
         }
         kept
+    }
+
+    /// What devices at these places see.
+    pub(crate) fn seen_from(&self, devices: &[Vec3]) -> Self {
+        let disc = |(&centre, &normal)| Disc { centre, normal, radius: 0.1 };
+        let discs: Vec<Disc> = self.positions.iter().zip(&self.normals).map(disc).collect();
+        let discs = Discs::build(&discs, &silent).unwrap();
+        let mut visible = Self::default();
+        for (&position, &normal) in self.positions.iter().zip(&self.normals) {
+            let is_seen = |device: &Vec3| {
+                let towards = *device - position;
+                let length = towards.length();
+                let reach = 0.15..length;
+                towards.dot(normal) > 0.0
+                    && !discs.is_hit(position, towards / length, reach, |meeting| meeting.front)
+            };
+            if devices.iter().any(is_seen) {
+                visible.positions.push(position);
+                visible.normals.push(normal);
+            }
+        }
+        visible
     }
 
     /// The normals with random signs.

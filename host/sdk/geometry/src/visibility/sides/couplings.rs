@@ -2,7 +2,7 @@
 
 use super::rays::{Ray, STRAIGHT};
 use super::sets::SignedSets;
-use super::surfels::Surfel;
+use super::super::surfels::Surfel;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
 use glam::Vec3;
 
@@ -23,15 +23,24 @@ const NEIGHBOUR: f64 = 2.0 * STRAIGHT as f64;
 /// Agreement of neighbours above which they join a patch: 30 degrees.
 const SURE: f64 = 0.87;
 
-/// The cosine between one normal and the other's mirror image in the plane between two points, each
-/// with its unit normal: 1 for those of a circle that face outwards.
+/// How well the unit normals of two points agree, in [-1, 1]: the cosine between one and the other's
+/// mirror image in the plane between the points, which is 1 for those of a circle that face outwards
+/// and -1 for those of the two sides of a sheet. Points nearer than about `noise` are compared as
+/// they are, since the direction between them means nothing.
 ///
-/// Source: König and Gumhold, Consistent propagation of normal orientations in point clouds, 2009.
-pub(super) fn agreement_of(a: (Vec3, Vec3), b: (Vec3, Vec3)) -> f64 {
-    let along = (b.0 - a.0).as_dvec3().normalize_or_zero();
+/// Source: König and Gumhold, Consistent propagation of normal orientations in point clouds, 2009;
+/// the bound on noise is ours.
+pub(super) fn agreement(a: (Vec3, Vec3), b: (Vec3, Vec3), noise: f32) -> f64 {
+    let along = (b.0 - a.0).as_dvec3();
+    let noise = f64::from(noise);
+    let squared = along.length_squared() + noise * noise;
     let normal = a.1.as_dvec3();
-    (normal - 2.0 * along * along.dot(normal)).dot(b.1.as_dvec3())
+    let moved = if squared > 0.0 { 2.0 * along.dot(normal) / squared } else { 0.0 };
+    (normal - moved * along).dot(b.1.as_dvec3())
 }
+
+/// Distances below this share of a disc's radius are noise.
+pub(super) const NOISE: f32 = 0.5;
 
 /// Pairs of neighbours, each once, with their agreement.
 pub(super) fn neighbours(
@@ -46,7 +55,8 @@ pub(super) fn neighbours(
                 return None;
             }
             let (low, high) = ((a as u32).min(b), (a as u32).max(b));
-            let agreement = agreement_of(oriented(low), oriented(high));
+            let noise = NOISE * surfels[low as usize].radius.min(surfels[high as usize].radius);
+            let agreement = agreement(oriented(low), oriented(high), noise);
             Some((low, high, agreement as f32))
         })
     })

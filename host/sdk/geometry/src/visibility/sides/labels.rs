@@ -4,7 +4,7 @@ use super::Hints;
 use super::couplings::{self, fields, gathered, of_surfels};
 use super::evidence::{self, Evidence};
 use super::rays::{self, Ray, Sky};
-use super::surfels::Surfels;
+use super::super::surfels::Surfels;
 use super::verdict::{Verdict, decide};
 use super::viewpoints::{self, Search, Viewpoint};
 use super::{regions, signs};

@@ -1,6 +1,6 @@
 //! Rays between surfels: both ends of one look into the same free space.
 
-use super::surfels::Surfel;
+use super::super::surfels::Surfel;
 use crate::discs::Discs;
 use crate::hashing;
 use crate::progress::{Cancelled, Progress, flat_map};
@@ -11,7 +11,7 @@ use std::f32::consts::TAU;
 const RAYS: usize = 1_200_000;
 
 /// Most rays to each side of a surfel.
-const MOST: usize = 24;
+const MOST: usize = 16;
 
 /// Distance of a ray's start from the surface, in radii.
 const START: f32 = 0.33;

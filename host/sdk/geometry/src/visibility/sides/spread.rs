@@ -1,6 +1,6 @@
 //! Signs of all points from those of the surfels.
 
-use super::couplings::agreement_of;
+use super::couplings::{NOISE, agreement};
 use super::labels::Labels;
 use crate::grid::Grid;
 use crate::normals;
@@ -57,11 +57,12 @@ fn vote(labels: &Labels, grid: &Grid, reach: f64, place: Vec3, normal: Vec3) -> 
     let (mut sum, mut total, mut sure) = (0.0, 0.0, 0.0);
     grid.near(place.as_dvec3(), reach, |index, squared| {
         let surfel = &labels.surfels.all[index as usize];
-        let agreement = agreement_of((place, normal), (surfel.position, surfel.normal));
+        let (here, there) = ((place, normal), (surfel.position, surfel.normal));
+        let agreement = agreement(here, there, NOISE * surfel.radius);
         // Those that coincide count for a few others.
-        let weight = 1.0 / (0.02 + squared / (reach * reach));
+        let weight = 1.0 / (0.1 + squared / (reach * reach));
         let sign = if labels.signs[index as usize] { 1.0 } else { -1.0 };
-        sum += weight * sign * agreement * agreement.abs().powi(3);
+        sum += weight * sign * agreement * agreement.abs();
         sure += weight * f64::from(labels.confidence[index as usize]);
         total += weight;
     });

@@ -13,7 +13,6 @@ pub(super) struct Verdict {
     pub(super) certainty: f32,
     /// Whether the surface is closed, or nearly, and faces what it encloses.
     pub(super) interior: bool,
-    pub(super) score: f64,
 }
 
 /// Openness up to which a surface is closed, and from which on it is open.
@@ -60,5 +59,5 @@ pub(super) fn decide(evidence: &Evidence, hints: &Hints, scale: f64) -> Verdict 
     let turn = score < 0.0;
     let outward = if turn { -evidence.outward } else { evidence.outward };
     let certainty = (score.abs() / SURE).min(1.0) as f32;
-    Verdict { turn, certainty, interior: outward < -0.3 && open < 1.0, score }
+    Verdict { turn, certainty, interior: outward < -0.3 && open < 1.0 }
 }

@@ -1,7 +1,7 @@
 //! Places that see much of a scan: where its scanner may have been.
 
 use super::rays::{Ray, STRAIGHT};
-use super::surfels::Surfel;
+use super::super::surfels::Surfel;
 use crate::Bounds;
 use crate::discs::Discs;
 use crate::hashing;
@@ -12,7 +12,7 @@ use glam::Vec3;
 const GRID: usize = 7;
 
 /// Surfels that say how much a place sees.
-const SAMPLES: usize = 400;
+const SAMPLES: usize = 300;
 
 /// Places from which a climb starts.
 const STARTS: usize = 8;
@@ -22,9 +22,6 @@ const MOST: usize = 6;
 
 /// Share of the samples that a further place must add.
 const GAIN: f32 = 0.02;
-
-/// Occluders nearer than so many radii belong to the surfel's own surface.
-const OWN: f32 = 4.0;
 
 /// Cosine between a surface and a line of sight below which noise decides on its side.
 const GRAZING: f32 = 0.1;
@@ -38,14 +35,6 @@ pub(super) struct Viewpoint {
     pub(super) worth: f32,
     /// What of the samples counts for it.
     views: Vec<bool>,
-}
-
-/// Whether nothing lies between a surfel and a place.
-fn is_visible(surfel: &Surfel, place: Vec3, discs: &Discs) -> bool {
-    let towards = place - surfel.position;
-    let distance = towards.length();
-    let start = OWN * surfel.radius;
-    distance <= start || !discs.is_hit(surfel.position, towards / distance, start..distance, |_| true)
 }
 
 /// What a search looks at.
@@ -69,7 +58,7 @@ impl<'a> Search<'a> {
         let (mut worth, mut views) = (0.0, Vec::with_capacity(self.samples.len()));
         for &sample in &self.samples {
             let surfel = &self.surfels[sample as usize];
-            let visible = is_visible(surfel, position, self.discs);
+            let visible = surfel.is_visible(position, self.discs);
             let Some(signs) = self.signs else {
                 worth += f32::from(u8::from(visible));
                 views.push(visible);
@@ -87,7 +76,7 @@ impl<'a> Search<'a> {
 
     /// The best place near a start, in steps that grow smaller.
     fn climb(&self, start: &Viewpoint, step: f32) -> Viewpoint {
-        const LEAST: f32 = 0.01;
+        const LEAST: f32 = 0.02;
         let (mut best, mut step) = (start.clone(), step);
         while step > LEAST {
             let ways = [Vec3::X, Vec3::Y, Vec3::Z].into_iter().flat_map(|axis| [axis, -axis]);
@@ -168,7 +157,7 @@ pub(super) fn rays(
         places.iter().enumerate().filter_map(move |(k, &place)| {
             let surfel = &surfels[from];
             let cosine = (place - surfel.position).normalize_or_zero().dot(surfel.normal);
-            if cosine.abs() < GRAZING || !is_visible(surfel, place, discs) {
+            if cosine.abs() < GRAZING || !surfel.is_visible(place, discs) {
                 return None;
             }
             // The cast saturates.

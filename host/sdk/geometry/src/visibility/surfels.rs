@@ -17,6 +17,9 @@ pub(super) const LINKS: usize = 10;
 /// exp(-4) of the surface open; larger ones cover more of what lies behind edges.
 const COVERING: usize = 4;
 
+/// Occluders nearer than so many radii belong to a surfel's own surface.
+const OWN: f32 = 4.0;
+
 /// No neighbour.
 const NOBODY: u32 = u32::MAX;
 
@@ -35,6 +38,16 @@ impl Surfel {
     /// Neighbours that exist.
     pub(super) fn linked(&self) -> impl Iterator<Item = u32> + '_ {
         self.links.iter().copied().filter(|&other| other != NOBODY)
+    }
+
+    /// Whether nothing lies between it and a place.
+    pub(super) fn is_visible(&self, place: Vec3, discs: &Discs) -> bool {
+        let towards = place - self.position;
+        let distance = towards.length();
+        let start = OWN * self.radius;
+        // The direction is not needed where there is none.
+        distance <= start
+            || !discs.is_hit(self.position, towards / distance, start..distance, |_| true)
     }
 }
 
