@@ -8,9 +8,10 @@ use crate::plugins::Plugins;
 use crate::render_thread::RenderThread;
 use crate::views::messages::Messages;
 use crate::views::pane::Side;
-use crate::views::{Render, Views, initial_camera, navigation};
+use crate::views::{Render, Views, camera_in, initial_camera, navigation};
 use eframe::egui::Context;
 use surfelshop_api::{Camera, Projection, UnitKind};
+use surfelshop_session::input::inside;
 use surfelshop_session::{parameters, session};
 
 /// The whole state of the window.
@@ -86,9 +87,28 @@ impl Window {
         }
     }
 
+    /// A camera inside the clouds, where their device stood; `None` where nobody knows.
+    pub(crate) fn inside(&self) -> Option<Camera> {
+        let shown = self.document.clouds.as_ref()?;
+        let camera = inside::stand(&shown.clouds, self.document.up)?;
+        Some(camera_in(&shown.extent, self.document.up, camera))
+    }
+
+    /// Moves the camera of the focused pane inside the clouds.
+    pub(crate) fn stand_inside(&mut self) {
+        match self.inside() {
+            Some(camera) => {
+                self.views.walking = true;
+                self.set_camera(self.views.focused, camera);
+            }
+            None => self.messages.warn("the files do not say where a scanner stood"),
+        }
+    }
+
     /// Moves the camera of the focused pane to where it sees everything.
     pub(crate) fn frame_all(&mut self) {
         if let Some(shown) = &self.document.clouds {
+            self.views.walking = false;
             let mut camera = initial_camera(&shown.extent, self.document.up);
             camera.projection = match self.camera_of(self.views.focused).projection {
                 perspective @ Projection::Perspective { .. } => perspective,

@@ -133,7 +133,11 @@ impl Window {
         let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
         let sources = shown.map(|loaded| loaded.cloud.source());
         self.document.up = self.document.typed_up.or_of(sources);
-        self.views.camera = initial_camera(&extent, self.document.up);
+        // A scan is looked at from where it was taken, everything else from outside.
+        let outside = || initial_camera(&extent, self.document.up);
+        let inside = self.inside();
+        self.views.walking = inside.is_some();
+        self.views.camera = inside.unwrap_or_else(outside);
         self.document.scene_file = None;
         self.document.scene_path = None;
         self.document.hidden_views.clear();

@@ -32,6 +32,15 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         if ui.button("see everything").clicked() {
             window.frame_all();
         }
+        let can_stand = window.inside().is_some();
+        let inside = egui::Button::new("inside");
+        let inside = ui.add_enabled(can_stand, inside);
+        let inside = inside
+            .on_hover_text("Stand where the scan was taken; W, A, S and D walk.")
+            .on_disabled_hover_text("The file does not say where its scanner stood.");
+        if inside.clicked() {
+            window.stand_inside();
+        }
         if ui.button("other projection").clicked() {
             navigation::toggle_projection(&mut camera, 35f64.to_radians());
         }

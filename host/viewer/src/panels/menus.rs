@@ -2,7 +2,7 @@
 
 use super::actions::{next_renderer, toggle_measure, toggle_projection};
 use super::shortcuts::{
-    FRAME, MEASURE, NEXT_RENDERER, OPEN, PICTURE, PROJECTION, QUIT, REDO, SAVE, SAVE_AS, SPLIT,
+    FRAME, INSIDE, MEASURE, NEXT_RENDERER, OPEN, PICTURE, PROJECTION, QUIT, REDO, SAVE, SAVE_AS, SPLIT,
     UNDO,
 };
 use crate::dialogs::{DialogPurpose, files};
@@ -70,6 +70,12 @@ fn view(window: &mut Window, ui: &mut Ui) {
     if item(ui, "See everything", &FRAME) {
         window.frame_all();
     }
+    let can_stand = window.inside().is_some();
+    ui.add_enabled_ui(can_stand, |ui| {
+        if item(ui, "Stand inside the scan", &INSIDE) {
+            window.stand_inside();
+        }
+    });
     if item(ui, "Perspective or parallel", &PROJECTION) {
         toggle_projection(window);
     }

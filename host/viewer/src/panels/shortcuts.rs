@@ -18,6 +18,7 @@ pub(super) const REDO: KeyboardShortcut =
     KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::Z);
 pub(super) const PICTURE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::COMMAND, Key::P);
 pub(super) const FRAME: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::F);
+pub(super) const INSIDE: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::I);
 pub(super) const PROJECTION: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::O);
 pub(super) const FLICKER: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::Space);
 pub(super) const NEXT_RENDERER: KeyboardShortcut = KeyboardShortcut::new(Modifiers::NONE, Key::R);
@@ -57,6 +58,9 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
     }
     if pressed(&FRAME) {
         window.frame_all();
+    }
+    if pressed(&INSIDE) {
+        window.stand_inside();
     }
     if pressed(&PROJECTION) {
         toggle_projection(window);

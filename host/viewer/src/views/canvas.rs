@@ -201,7 +201,9 @@ impl Panes<'_> {
             || (response.dragged_by(PointerButton::Primary) && modifiers.shift);
         if pans {
             navigation::pan(&mut camera, drag);
-        } else if response.dragged_by(PointerButton::Primary) && modifiers.ctrl {
+        } else if response.dragged_by(PointerButton::Primary)
+            && modifiers.ctrl != self.window.views.walking
+        {
             navigation::look(&mut camera, drag * 1.5);
         } else if response.dragged_by(PointerButton::Primary) {
             // A drag over the whole height is half a turn.

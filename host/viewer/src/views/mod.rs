@@ -22,4 +22,4 @@ mod surfel;
 mod timings;
 
 pub(crate) use render_state::Render;
-pub(crate) use state::{Views, initial_camera};
+pub(crate) use state::{Views, camera_in, initial_camera};

@@ -23,6 +23,8 @@ pub(crate) struct Views {
     pub(crate) focused: u32,
     /// Whether pictures in motion are drawn at a coarser level of detail.
     pub(crate) adaptive: bool,
+    /// Whether the camera stands inside the clouds: a drag looks around then.
+    pub(crate) walking: bool,
     /// The pane and depth that the wheel zooms to while pictures have no depth.
     pub(crate) anchor_depth: Option<(u32, f64)>,
     /// The surface point under the pointer.
@@ -40,6 +42,7 @@ impl Views {
             tree: arrangement::default_tree(&[0]),
             focused: 0,
             adaptive: true,
+            walking: false,
             anchor_depth: None,
             pointer_position: None,
             pointer_text: String::new(),
@@ -49,7 +52,11 @@ impl Views {
 
 /// The camera that shows all of a cloud, from the front, the side and above.
 pub(crate) fn initial_camera(extent: &Extent, up: UpAxis) -> Camera {
-    let camera = CameraSpec::three_quarter();
+    camera_in(extent, up, CameraSpec::three_quarter())
+}
+
+/// The camera of a preset, or of a place.
+pub(crate) fn camera_in(extent: &Extent, up: UpAxis, camera: CameraSpec) -> Camera {
     let lens = LensArguments { camera, up, fov: None, orthographic: false, zoom: 1.0 };
     camera::view(&lens, extent, [4, 3]).camera
 }
