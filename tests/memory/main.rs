@@ -5,8 +5,10 @@
 
 use peak_alloc::PeakAlloc;
 
+mod convert;
 mod corpus;
 mod mutations;
+mod resident;
 mod size;
 
 /// Counts what this process takes.

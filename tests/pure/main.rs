@@ -6,6 +6,7 @@
 mod ambient_occlusion;
 mod assets;
 mod dependencies;
+mod formats;
 mod imports;
 mod invariants;
 mod names;

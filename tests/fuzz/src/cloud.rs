@@ -5,7 +5,7 @@ use std::path::Path;
 use surfelshop_cloud::{ReadOptions, WriteOptions, environment_map, read, write};
 
 /// Has `read` read a file of these bytes.
-fn with_file(bytes: &[u8], ending: &str, read: impl FnOnce(&Path)) {
+pub(crate) fn with_file(bytes: &[u8], ending: &str, read: impl FnOnce(&Path)) {
     let name = format!("fuzz.{ending}");
     let folder = tempfile::tempdir().unwrap_or_else(|error| panic!("no folder: {error}"));
     let path = folder.path().join(name);
@@ -22,7 +22,7 @@ pub fn cloud(bytes: &[u8]) {
         Ok(loaded) => {
             let copy = path.with_extension("ply");
             match write(&copy, &loaded.cloud, &WriteOptions::default()) {
-                Ok(()) => {
+                Ok(_) => {
                     let again = read(&copy, &ReadOptions::default());
                     let again = again.unwrap_or_else(|error| panic!("what was written: {error}"));
                     assert_eq!(again.cloud.len(), loaded.cloud.len());

@@ -9,6 +9,7 @@
 
 mod cloud;
 mod device;
+mod format;
 mod graph;
 mod manifest;
 mod mutate;
@@ -17,6 +18,7 @@ mod scene;
 mod shader;
 
 pub use cloud::{cloud, probe};
+pub use format::{e57, gltf, las, pcd, pts, ptx, sfl, stl, xyz};
 pub use graph::graph;
 pub use manifest::manifest;
 pub use mutate::{Chance, mutated};
@@ -32,15 +34,27 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 7] = [
+pub const TARGETS: [(&str, Target); 16] = [
     ("cloud", cloud),
+    ("e57", e57),
+    ("gltf", gltf),
     ("graph", graph),
+    ("las", las),
     ("manifest", manifest),
     ("parameters", parameters),
+    ("pcd", pcd),
     ("probe", probe),
+    ("pts", pts),
+    ("ptx", ptx),
     ("scene", scene),
+    ("sfl", sfl),
     ("shader", shader),
+    ("stl", stl),
+    ("xyz", xyz),
 ];
+
+/// The targets whose work is done by plugins, with an allocator of their own.
+pub const FORMATS: [&str; 9] = ["e57", "gltf", "las", "pcd", "pts", "ptx", "sfl", "stl", "xyz"];
 
 /// Lets panics of shader compilers pass: they happen in code of others, on a thread that is there to
 /// contain them, and become a line. All others go to the hook that was there.

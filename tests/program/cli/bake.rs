@@ -68,7 +68,7 @@ fn tools_run_one_after_the_other_and_all_is_told() {
     assert!(number("mean") < number("max") && number("max") < 1.0, "{noise}");
     assert_eq!((&half["whole_cloud"], &half["surfels_out"]), (&json!("kept"), &json!(5)));
     assert!(half["wall_seconds"].as_f64().unwrap() >= 0.0);
-    let info = desk.run("info out.ply --json").json();
+    let info = desk.run("info out.ply --full --json").json();
     let columns = info["clouds"][0]["columns"].as_array().unwrap();
     let class = columns.iter().find(|column| column["name"] == "class").unwrap();
     assert_eq!((&class["type"], &class["made"]), (&json!("u16"), &json!(null)));
@@ -77,7 +77,7 @@ fn tools_run_one_after_the_other_and_all_is_told() {
     assert_eq!((&noise["made"]["seed"], &noise["type"]), (&json!(7), &json!("f32")));
     let kept = &info["clouds"][0]["history"][0];
     assert_eq!((&kept["surfels"], &kept["surfels_before"]), (&json!(5), &json!(10)));
-    let text = desk.run("info out.ply").done().stdout;
+    let text = desk.run("info out.ply --full").done().stdout;
     assert!(text.contains("noise by org.surfelshop.test.faulty/scatters"), "{text}");
     assert!(
         text.contains("5 of 10 surfels kept by org.surfelshop.test.faulty/keeps-half"),
@@ -117,7 +117,7 @@ fn a_scene_with_one_cloud_is_baked_where_it_stands() {
     };
     bake("b.scene.toml").failed(&["b.scene.toml", "shows one cloud, found 2"]);
     bake("a.scene.toml").done();
-    let info = desk.run("info new.ply --json").json();
+    let info = desk.run("info new.ply --full --json").json();
     assert_eq!(info["clouds"][0]["radius_range"], json!([1.0, 1.0]));
 }
 
@@ -164,7 +164,7 @@ fn the_input_may_be_the_output() {
     desk.run_with(&line).done();
     desk.run_with(&line).done();
     assert_eq!(desk.files(), ["one.ply"]);
-    let text = desk.run("info one.ply").done().stdout;
+    let text = desk.run("info one.ply --full").done().stdout;
     assert_eq!(text.matches("ao by org.surfelshop.test.faulty/stages-ao").count(), 1, "{text}");
 }
 

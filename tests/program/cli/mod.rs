@@ -2,6 +2,7 @@
 
 mod bake;
 mod environments;
+mod formats;
 mod graphs;
 mod hostile;
 mod lights;

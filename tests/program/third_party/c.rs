@@ -1,5 +1,5 @@
-//! The boundary from C: the header says what the Rust structures are, and the example is a renderer like
-//! any other.
+//! The boundary from C: the header says what the Rust structures are, and the first example is a renderer
+//! like any other.
 
 use crate::third_party::project::{build, folder, graph, project, renderer, root, surfelshop};
 use std::mem::{offset_of, size_of};
@@ -7,14 +7,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::LazyLock;
 use surfelshop_api::Tile;
-use surfelshop_api::abi::table::{Bytes, PluginTable, RawCloud, RawColumn, RawJob, Sink};
+use surfelshop_api::abi::format_table::{self, FormatTable, RawCloudSink, RawCloudSource, RawFile};
+use surfelshop_api::abi::table::{
+    Bytes, PluginTable, RawCloud, RawColumn, RawJob, Sink, channel, status,
+};
+use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 use surfelshop_api::params::{Value, Values};
 
 /// Calls the compiler that Rust links with, and takes no warning for an answer.
 pub(crate) fn cc(source: &Path, target: &Path, options: &[&str]) {
     let mut command = Command::new("cc");
     command.args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2"]).args(options);
-    command.arg("-I").arg(root().join("host/sdk/c")).arg("-o").arg(target).arg(source);
+    command.arg("-I").arg(root().join("host/sdk/c")).arg("-o").arg(target).arg(source).arg("-lm");
     let compiled = command.output().unwrap_or_else(|error| panic!("cc: {error}"));
     assert!(compiled.status.success(), "{}", String::from_utf8_lossy(&compiled.stderr));
 }
@@ -73,7 +77,7 @@ fn the_renderer_in_c_passes_every_case() {
     assert!(checked.status.success() && told.contains(", 0 failed, 0 limited"), "{told}");
 }
 
-/// Invariant: the C header declares what the Rust structures are
+/// Invariant: the C header declares what the Rust structures and their constants are
 #[test]
 fn the_header_declares_the_structures_of_the_boundary() {
     let mut expected = Vec::new();
@@ -104,10 +108,41 @@ fn the_header_declares_the_structures_of_the_boundary() {
         PluginTable, "surfelshop_plugin_table":
         magic, size, abi_major, abi_minor, describe, create, destroy, frame, tile, run
     );
+    same!(RawFile, "surfelshop_file": context, name, length, read_at, write_at);
+    same!(RawCloudSink, "surfelshop_cloud_sink": context, begin, batch, faces, warn);
+    same!(RawCloudSource, "surfelshop_cloud_source": context, next_cloud, next_batch);
+    same!(
+        FormatTable, "surfelshop_format_table":
+        magic, size, abi_major, abi_minor, read, write
+    );
+    macro_rules! equal {
+        ($($rust:expr, $c:literal;)*) => {
+            $(
+                fields += concat!("VALUE(", $c, ")\n");
+                expected.push(usize::try_from($rust).unwrap());
+            )*
+        };
+    }
+    equal! {
+        ABI_MAJOR, "SURFELSHOP_ABI_MAJOR";
+        ABI_MINOR, "SURFELSHOP_ABI_MINOR";
+        status::OK, "SURFELSHOP_OK";
+        status::ERROR, "SURFELSHOP_ERROR";
+        status::PANIC, "SURFELSHOP_PANIC";
+        format_table::END, "SURFELSHOP_END";
+        channel::ERROR, "SURFELSHOP_CHANNEL_ERROR";
+        channel::DESCRIPTION, "SURFELSHOP_CHANNEL_DESCRIPTION";
+        channel::STRUCTURE, "SURFELSHOP_CHANNEL_STRUCTURE";
+        channel::DATA, "SURFELSHOP_CHANNEL_DATA";
+        format_table::HEADER_CHANNEL, "SURFELSHOP_CHANNEL_HEADER";
+        format_table::LINES_CHANNEL, "SURFELSHOP_CHANNEL_LINES";
+        channel::BUFFERS, "SURFELSHOP_CHANNEL_BUFFERS";
+    }
     let source = format!(
         "#include \"surfelshop.h\"\n#include <stdio.h>\n#include <stddef.h>\n\
          #define SIZE(type) printf(\"%zu\\n\", sizeof(type));\n\
          #define OFFSET(type, field) printf(\"%zu\\n\", offsetof(type, field));\n\
+         #define VALUE(name) printf(\"%zu\\n\", (size_t)(name));\n\
          int main(void) {{\n{fields}return 0;\n}}\n"
     );
     let (file, program) = (folder("layout.c"), folder("layout"));

@@ -40,7 +40,7 @@ fn frame_fails(fault: &str, words: &str) {
 #[test]
 fn no_units_or_two_of_a_name_are_refused_unloaded() {
     let line = refusal("NO_UNITS");
-    assert!(line.contains("it exports no renderer, tracer or tool"), "{line}");
+    assert!(line.contains("it exports no renderer, tracer, tool or format"), "{line}");
     let line = refusal("TWO_OF_A_NAME");
     assert!(line.contains("it exports two renderers `hostile`"), "{line}");
 }

@@ -1,20 +1,23 @@
 //! `surfelshop plugins new`, of every kind.
 
-use crate::third_party::project::{build, project, surfelshop};
+use crate::third_party::project::{build, cargo, project, surfelshop};
+use std::path::PathBuf;
 use std::process::Command;
 
-/// Builds a project of a kind, without a warning, and runs it through every case.
-fn passes(kind: &str) {
-    let library = build(&project(&format!("my-{kind}"), kind), &["--release"], "release");
+/// Builds a project of a kind, without a warning, and runs it through every case; its folder.
+fn passes(kind: &str) -> PathBuf {
+    let project = project(&format!("my-{kind}"), kind);
+    let library = build(&project, &["--release"], "release");
     let checked = surfelshop(&["check", library.to_str().unwrap(), "--trust"]);
     let told = String::from_utf8_lossy(&checked.stdout);
     let line = told.lines().last().unwrap_or_default();
     assert!(checked.status.success() && line.starts_with("1 unit: "), "{told}");
     // No case is let off by a limit. That of stopping is left out where a tool is done before it is asked.
     assert!(line.contains(", 0 failed, 0 limited, "), "{line}");
+    project
 }
 
-/// Invariant: projects of all four kinds build, load and pass every case of `check`, without a
+/// Invariant: projects of all five kinds build, load and pass every case of `check`, without a
 /// warning
 #[test]
 fn a_shading_project_builds_loads_and_passes_every_case() {
@@ -37,8 +40,17 @@ fn a_tracer_project_builds_loads_and_passes_every_case() {
 }
 
 #[test]
+fn a_format_project_builds_loads_passes_every_case_and_its_own_tests() {
+    let project = passes("format");
+    let tested = cargo(&project, &["test", "--release"], &[]);
+    let told = String::from_utf8_lossy(&tested.stdout);
+    assert!(tested.status.success(), "{told}{}", String::from_utf8_lossy(&tested.stderr));
+    assert!(told.contains("test result: ok. 4 passed"), "{told}");
+}
+
+#[test]
 fn projects_are_formatted() {
-    for kind in ["shading", "graph", "tool", "tracer"] {
+    for kind in ["shading", "graph", "tool", "tracer", "format"] {
         let project = project(&format!("tidy-{kind}"), kind);
         // As its author has it, who has no settings, and not as this checkout has it.
         std::fs::write(project.join("rustfmt.toml"), "").unwrap();

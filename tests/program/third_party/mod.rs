@@ -9,4 +9,6 @@ mod settings;
 #[cfg(unix)]
 mod c;
 #[cfg(unix)]
+mod format_in_c;
+#[cfg(unix)]
 mod hostile;

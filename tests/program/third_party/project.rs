@@ -80,15 +80,20 @@ pub(crate) fn registry(library: &Path) -> Registry {
     Registry::scan(&SearchPath { files, trust: Trust::everything(), ..SearchPath::default() })
 }
 
-/// The renderer of a library that has one.
-pub(crate) fn renderer(library: &Path) -> LoadedUnit {
+/// The first unit of a kind of a library that has one.
+pub(crate) fn unit(library: &Path, kind: UnitKind) -> LoadedUnit {
     let registry = registry(library);
-    let (_, manifest, unit) = registry.units(UnitKind::Renderer).next().unwrap_or_else(|| {
+    let (_, manifest, unit) = registry.units(kind).next().unwrap_or_else(|| {
         panic!("{:?}", registry.entries());
     });
     let name = format!("{}/{}", manifest.id, unit.id);
-    let unit = registry.find(UnitKind::Renderer, &name).unwrap();
+    let unit = registry.find(kind, &name).unwrap();
     registry.load(&unit).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// The renderer of a library that has one.
+pub(crate) fn renderer(library: &Path) -> LoadedUnit {
+    unit(library, UnitKind::Renderer)
 }
 
 /// The graph that a renderer describes with these parameters.

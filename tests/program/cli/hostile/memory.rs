@@ -49,9 +49,9 @@ fn loads_that_run_out_of_memory_are_one_line() {
     put_points(&desk, "bare.ply", 60_000, false);
     put_points(&desk, "whole.ply", 2_000_000, true);
     for (command, least, most) in [
-        ("info bare.ply", 60, 500),
-        ("info whole.ply", 60, 500),
-        ("convert whole.ply out.ply", 60, 500),
+        ("info bare.ply --full", 60, 500),
+        ("info whole.ply --full", 60, 500),
+        ("convert whole.ply out.ply --estimate", 60, 500),
     ] {
         let mut outcomes = Vec::new();
         for mib in (least..=most).step_by(55) {
@@ -89,8 +89,10 @@ fn what_a_file_announces_is_asked_for_before_it_is_taken() {
         &format!("format = 1\n{}", "[[clouds]]\npath = 'a'\n".repeat(5000)),
     );
     for (command, words) in [
-        ("info points.ply", ["8000000000 points are too many", "of memory are needed"]),
-        ("convert points.ply out.ply", ["8000000000 points are too many", "are needed"]),
+        ("info points.ply --full", ["8000000000 points are too many", "of memory are needed"]),
+        ("convert points.ply out.ply --estimate", ["8000000000 points are too many", "are needed"]),
+        ("info points.ply", ["8000000000 points are more than", "2^32"]),
+        ("convert points.ply out.ply", ["8000000000 points are more than", "2^32"]),
         ("info line.obj", ["expected at most 16777216 bytes in a line", "line 2"]),
         ("info probe.hdr", ["expected at most 134217728 pixels", "16384 x 16384"]),
         ("render many.scene.toml -o y.png", ["expected at most 4096 clouds", "found 5000"]),

@@ -1,0 +1,52 @@
+//! Extensions that a file says nobody can do without.
+
+use gltf::json::Root;
+use surfelshop_api::prelude::{Error, Result};
+
+/// Those that change how meshes are stored or shown, and are not read.
+const REFUSED: [(&str, &str); 4] = [
+    ("KHR_draco_mesh_compression", "save the file without compression"),
+    ("EXT_meshopt_compression", "save the file without compression"),
+    ("KHR_meshopt_compression", "save the file without compression"),
+    ("EXT_mesh_gpu_instancing", "save the file without instances"),
+];
+
+/// Those that change nothing of points and triangles, by how they begin.
+const HARMLESS: [&str; 11] = [
+    "KHR_materials_",
+    "KHR_texture_",
+    "KHR_lights_",
+    "KHR_mesh_quantization",
+    "KHR_animation_",
+    "KHR_xmp",
+    "KHR_audio",
+    "EXT_texture_",
+    "EXT_lights_",
+    "EXT_materials_",
+    "MSFT_texture_",
+];
+
+/// Looks through what a file requires; returns what is doubtful.
+///
+/// # Errors
+/// Where meshes cannot be read without an extension.
+pub(crate) fn check(root: &Root) -> Result<Option<String>> {
+    for (name, advice) in REFUSED {
+        if root.extensions_required.iter().any(|required| required == name) {
+            return Err(Error::new(format!(
+                "the extension {name} is required and not read; {advice}"
+            )));
+        }
+    }
+    let is_known = |name: &&String| HARMLESS.iter().any(|known| name.starts_with(known));
+    let mut unknown = root.extensions_required.iter().filter(|name| !is_known(name));
+    Ok(unknown.next().map(|name| {
+        let name: String = name.chars().take(60).collect();
+        let others = unknown.count();
+        let more = if others > 0 { format!(" and {others} others are") } else { " is".to_owned() };
+        format!(
+            "the extension {}{more} required and not known: what it changes is missing",
+            name.escape_debug()
+        )
+    }))
+}

@@ -1,0 +1,247 @@
+//! Files that are written, and read again.
+
+use super::handmade::Handmade;
+use super::{Cloud, Owned, column, has, read, write};
+use crate::{Settings, Version};
+use surfelshop_api::format::{Collected, UpAxis};
+use surfelshop_api::glam::DVec3;
+
+fn settings(version: Version) -> Settings {
+    Settings { version, ..Settings::default() }
+}
+
+/// A cloud as it was read, to be written.
+fn cloud_of(found: &Collected) -> Cloud {
+    use surfelshop_api::columns::Element;
+    let read = &found.clouds[0];
+    let columns = read.columns.iter().zip(&read.header.columns);
+    let columns = columns.map(|(values, column)| match column.element {
+        Element::U8 => Owned::U8(values.iter().map(|&value| value as u8).collect()),
+        Element::U16 => Owned::U16(values.iter().map(|&value| value as u16).collect()),
+        Element::F32 => Owned::F32(values.iter().map(|&value| value as f32).collect()),
+        _ => Owned::F64(values.clone()),
+    });
+    let (mut header, columns) = (read.header.clone(), columns.collect());
+    // Those of a file that is made here are too wide.
+    header.bounds = None;
+    Cloud { header, columns, batch: 130, n_clouds: 1, n_done: 0 }
+}
+
+#[test]
+fn every_point_format_comes_back() {
+    for format in 0..=10u8 {
+        let minor = if format < 6 { 2 } else { 4 };
+        let mut made = Handmade::new(minor, format).with_walk(700, 3);
+        made.scale = [0.25, 0.5, 0.125];
+        made.offset = [0.0; 3];
+        let before = read(made.las()).unwrap();
+        for name in ["a.las", "a.laz"] {
+            for version in [Version::Auto, Version::Newer] {
+                let (bytes, lines) = write(cloud_of(&before), &settings(version), name).unwrap();
+                let after = read(bytes).unwrap();
+                let (one, other) = (&before.clouds[0], &after.clouds[0]);
+                let what = format!("format {format} as {} ({lines:?})", other.header.format);
+                assert!(after.warnings.is_empty(), "{what}: {:?}", after.warnings);
+                assert_eq!(other.header.rows, Some(700), "{what}");
+                let [low, high] = other.header.bounds.unwrap();
+                for (values, column) in one.columns.iter().zip(&one.header.columns) {
+                    let found = super::column(&after, &column.name);
+                    let most = if column.name == "scan_angle" { 0.0031 } else { 0.0 };
+                    let off = values.iter().zip(found).map(|(a, b)| (a - b).abs());
+                    assert!(off.fold(0.0, f64::max) <= most, "{} of {what}", column.name);
+                    if column.name == "position" {
+                        let least = values.chunks(3).map(|p| p[0]).fold(f64::MAX, f64::min);
+                        let most = values.chunks(3).map(|p| p[2]).fold(f64::MIN, f64::max);
+                        assert_eq!((low.x, high.z), (least, most));
+                    }
+                }
+                let is_older = format < 6 && version == Version::Auto;
+                let expected = format!(
+                    "LA{} 1.{}, point format {}",
+                    if name.ends_with('z') { 'Z' } else { 'S' },
+                    if is_older { 2 } else { 4 },
+                    match format {
+                        0..=5 if is_older => [0, 1, 2, 3, 1, 3][usize::from(format)],
+                        0 | 1 | 4 | 6 | 9 => 6,
+                        8 | 10 => 8,
+                        _ => 7,
+                    }
+                );
+                assert_eq!(other.header.format, expected);
+                assert_eq!(other.header.time, "2020-02-29");
+            }
+        }
+    }
+}
+
+fn line(n: usize) -> Vec<f64> {
+    (0..n).flat_map(|i| [i as f64 * 0.5, 10.0, -1.0]).collect()
+}
+
+#[test]
+fn columns_without_a_field_become_extra_bytes_and_come_back() {
+    let n = 20;
+    let floats = |k: usize| (0..n * k).map(|i| i as f32 * 0.1).collect::<Vec<_>>();
+    let cloud = || {
+        Cloud::at(line(n))
+            .with("normal", 3, Owned::F32(floats(3)))
+            .with("radius", 1, Owned::F32(floats(1)))
+            .with("tangent_u", 3, Owned::F32(floats(3)))
+            .with("intensity", 1, Owned::F32(floats(1)))
+            .with("classification", 1, Owned::I16((0..n as i16).map(|i| i - 5).collect()))
+            .with("a name of more than thirty-two bytes", 1, Owned::I32(vec![-7; n]))
+            .with("a name of more than thirty-two bytes, too", 2, Owned::U32(vec![9; 2 * n]))
+    };
+    for (version, name) in [(Version::Older, "b.las"), (Version::Newer, "b.laz")] {
+        let (bytes, lines) = write(cloud(), &settings(version), name).unwrap();
+        let found = read(bytes).unwrap();
+        assert!(found.warnings.is_empty());
+        for (name, components) in [("normal", 3), ("radius", 1), ("tangent_u", 3), ("intensity", 1)]
+        {
+            let (_, column) = found.clouds[0].header.column(name).unwrap();
+            assert_eq!((column.components as usize, column.element.name()), (components, "f32"));
+            let expected: Vec<f64> = floats(components).into_iter().map(f64::from).collect();
+            assert_eq!(super::column(&found, name), expected, "{name}");
+        }
+        assert_eq!(column(&found, "classification")[..2], [-5.0, -4.0]);
+        assert_eq!(column(&found, "a name of more than thirty-two b")[0], -7.0);
+        assert_eq!(column(&found, "a name of more than thirty-two")[..2], [9.0, 9.0]);
+        let said = |text: &str| lines.iter().filter(|line| line.contains(text)).count();
+        assert_eq!((said("kept as extra bytes"), said("too long")), (2, 2), "{lines:?}");
+        assert_eq!(column(&found, "return_number"), [1.0; 20]);
+        assert_eq!(column(&found, "n_returns"), [1.0; 20]);
+    }
+}
+
+#[test]
+fn whole_numbers_of_any_type_go_into_their_field_and_later_ones_are_clamped() {
+    let mut classes: Vec<f32> = (0..20).map(|i| (i % 8) as f32).collect();
+    let angles = (0..20).map(|i| i as f32 - 10.0).collect();
+    (classes[15], classes[16], classes[17]) = (99.0, 2.5, f32::NAN);
+    let cloud = Cloud::at(line(20))
+        .with("classification", 1, Owned::F32(classes))
+        .with("intensity", 1, Owned::U32((0..20).collect()))
+        .with("scan_angle", 1, Owned::F32(angles))
+        .with("gps_time", 1, Owned::F32(vec![2.5; 20]));
+    let (bytes, lines) = write(cloud, &settings(Version::Older), "c.laz").unwrap();
+    let found = read(bytes).unwrap();
+    assert_eq!(found.clouds[0].header.format, "LAZ 1.2, point format 1");
+    assert_eq!(column(&found, "classification")[14..18], [6.0, 31.0, 3.0, 0.0]);
+    assert_eq!(column(&found, "intensity")[19], 19.0);
+    assert_eq!(column(&found, "scan_angle")[0], -10.0);
+    assert_eq!(column(&found, "gps_time"), [2.5; 20]);
+    assert_eq!(lines.len(), 1, "{lines:?}");
+    assert!(lines[0].contains("`classification`: 3 values are no whole numbers from 0 to 31"));
+}
+
+#[test]
+fn colours_of_all_types_become_sixteen_bits() {
+    let cloud =
+        |values: Owned, components: u32| Cloud::at(line(1)).with("color", components, values);
+    let colors = |cloud: Cloud| {
+        let (bytes, lines) = write(cloud, &Settings::default(), "d.las").unwrap();
+        (read(bytes).unwrap(), lines)
+    };
+    let (found, lines) = colors(cloud(Owned::U8(vec![0, 128, 255]), 3));
+    assert_eq!(column(&found, "color"), [0.0, 32_896.0, 65_535.0]);
+    assert!(lines.is_empty() && !has(&found, "alpha"));
+    let (found, lines) = colors(cloud(Owned::U16(vec![7, 8, 9, 10]), 4));
+    assert_eq!(
+        (column(&found, "color"), column(&found, "alpha")),
+        (&[7.0, 8.0, 9.0][..], &[10.0][..])
+    );
+    assert!(lines.is_empty());
+    let (found, lines) = colors(cloud(Owned::F32(vec![-1.0, 0.214_041, 2.0]), 3));
+    let color = column(&found, "color");
+    assert!((color[1] - 32_767.5).abs() < 2.0, "{color:?}");
+    assert_eq!((color[0], color[2]), (0.0, 65_535.0));
+    assert!(lines[0].contains("2 values are not from 0 to 1"), "{lines:?}");
+}
+
+#[test]
+fn coordinate_systems_and_comments_come_back() {
+    let wkt = r#"PROJCS["x",UNIT["metre",1]]"#;
+    for (system, unit, expected) in
+        [(wkt, 1.0, wkt), ("EPSG:2225", 1200.0 / 3937.0, "EPSG:2225"), ("somewhere", 1.0, "")]
+    {
+        let mut cloud = Cloud::at(line(2));
+        cloud.header.coordinate_system = system.to_owned();
+        cloud.header.metres_per_unit = unit;
+        cloud.header.comments = vec!["software: other".to_owned(), "a meadow".to_owned()];
+        cloud.header.up = UpAxis::Y;
+        cloud.header.has_faces = true;
+        let (bytes, lines) = write(cloud, &Settings::default(), "e.laz").unwrap();
+        let header = read(bytes).unwrap().clouds.remove(0).header;
+        assert_eq!(header.coordinate_system, expected);
+        assert_eq!(header.metres_per_unit, if expected.is_empty() { 0.0 } else { unit });
+        assert!(header.comments.contains(&"a meadow".to_owned()));
+        assert!(header.comments.iter().filter(|text| text.contains("software: ")).count() == 1);
+        assert_eq!(lines.len(), if expected.is_empty() { 3 } else { 2 }, "{lines:?}");
+    }
+}
+
+#[test]
+fn positions_keep_their_steps_and_points_without_a_place_are_left_out() {
+    let mut places: Vec<f64> =
+        (0..30).flat_map(|i| [5e5 + f64::from(i) * 0.001, 5e6 + 0.0005, 1.0]).collect();
+    places[31] = f64::NAN;
+    let intensity = (0..30).collect();
+    let mut cloud = Cloud::at(places.clone()).with("intensity", 1, Owned::U16(intensity));
+    cloud.header.step = Some(DVec3::splat(0.001));
+    cloud.header.bounds = Some([DVec3::new(5e5, 5e6, 1.0), DVec3::new(5e5 + 0.03, 5e6 + 1.0, 1.0)]);
+    let (bytes, lines) = write(cloud, &Settings::default(), "f.las").unwrap();
+    let found = read(bytes).unwrap();
+    assert_eq!(found.clouds[0].header.rows, Some(29));
+    assert_eq!(column(&found, "intensity")[9..11], [9.0, 11.0]);
+    let positions = column(&found, "position");
+    for (i, place) in (0..30).filter(|i| *i != 10).zip(positions.chunks(3)) {
+        assert!(
+            (place[0] - places[3 * i]).abs() < 1e-8 && (place[1] - places[3 * i + 1]).abs() < 1e-8
+        );
+    }
+    assert_eq!(lines, ["1 points without finite coordinates are left out"]);
+
+    let coarse = Settings { scale: 0.1, ..Settings::default() };
+    let mut cloud = Cloud::at(places.clone());
+    cloud.header.step = Some(DVec3::splat(0.001));
+    let (bytes, lines) = write(cloud, &coarse, "f.las").unwrap();
+    assert_eq!(read(bytes).unwrap().clouds[0].header.step, Some(DVec3::splat(0.1)));
+    assert!(lines.iter().any(|line| line.contains("x is rounded to steps of 0.1")), "{lines:?}");
+    // A cloud that does not say how far it reaches.
+    let far = Cloud::at((0..10).flat_map(|i| [f64::from(i * i * i) * 1e4; 3]).collect());
+    let fine = Settings { scale: 1e-6, ..Settings::default() };
+    let line = write(far, &fine, "g.laz").unwrap_err().to_string();
+    assert!(line.contains("scale"), "{line}");
+}
+
+#[test]
+fn clouds_that_cannot_be_written_are_refused() {
+    let mut several = Cloud::at(line(3));
+    several.n_clouds = 2;
+    assert!(write(several, &Settings::default(), "h.las").is_err());
+    let mut none = Cloud::at(line(3));
+    none.n_clouds = 0;
+    assert!(write(none, &Settings::default(), "h.las").is_err());
+    let mut unplaced = Cloud::at(line(3));
+    unplaced.header.columns[0].name = "place".to_owned();
+    assert!(write(unplaced, &Settings::default(), "h.las").is_err());
+    for name in ["i.las", "i.laz", "i.copc.laz"] {
+        let (bytes, lines) = write(Cloud::at(Vec::new()), &Settings::default(), name).unwrap();
+        assert_eq!(read(bytes).unwrap().clouds[0].header.rows, Some(0));
+        assert_eq!(lines.len(), usize::from(name.contains("copc")));
+    }
+}
+
+#[test]
+fn columns_beyond_what_a_record_holds_are_left_out_and_named() {
+    let mut cloud = Cloud::at(line(2));
+    for i in 0..400 {
+        cloud = cloud.with(&format!("c{i}"), 1, Owned::U8(vec![i as u8; 2]));
+    }
+    let (bytes, lines) = write(cloud, &Settings::default(), "j.las").unwrap();
+    let found = read(bytes).unwrap();
+    assert!(has(&found, "c340") && !has(&found, "c341"));
+    assert_eq!(column(&found, "c255"), [255.0; 2]);
+    assert_eq!(lines.len(), 59);
+    assert!(lines[0].contains("`c341` is left out"), "{}", lines[0]);
+}

@@ -1,0 +1,223 @@
+//! The header of a file that is written, and its records.
+
+use super::encode::Counts;
+use super::plan::Plan;
+use super::scale::Steps;
+use crate::extra::shortened;
+use crate::header::{LONG, SHORT, months};
+use crate::layout::STANDARD_TIME;
+use crate::projection::{is_wkt, keys_of};
+use laz::LazVlr;
+use std::time::{SystemTime, UNIX_EPOCH};
+use surfelshop_api::Result;
+use surfelshop_api::format::{CloudHeader, GPS_TIME, UpAxis};
+use surfelshop_api::glam::DVec3;
+
+/// What wrote the file.
+const SOFTWARE: &str = concat!("Surfelshop ", env!("CARGO_PKG_VERSION"));
+/// The comment that a reader makes of it.
+const BY_SOFTWARE: &str = "software: ";
+/// Longest payload of a record.
+const LONGEST: usize = u16::MAX as usize;
+
+/// Header and records, whose numbers of points are filled in when they are known.
+pub(super) struct Head {
+    minor: u8,
+    header: Vec<u8>,
+    records: Vec<u8>,
+    n_records: u32,
+}
+
+impl Head {
+    /// The head of a file; adds to `lines` what it cannot hold.
+    ///
+    /// # Errors
+    /// Where the description of the compression cannot be written.
+    pub(super) fn new(
+        cloud: &CloudHeader,
+        plan: &Plan,
+        steps: Steps,
+        vlr: Option<&LazVlr>,
+        lines: &mut Vec<String>,
+    ) -> Result<Self> {
+        let len = if plan.minor >= 4 { LONG } else { SHORT };
+        let mut head =
+            Self { minor: plan.minor, header: vec![0; len], records: Vec::new(), n_records: 0 };
+        if let Some(vlr) = vlr {
+            let mut body = Vec::new();
+            vlr.write_to(&mut body)?;
+            head.add(LazVlr::USER_ID, LazVlr::RECORD_ID, &body);
+        }
+        if !plan.descriptions.is_empty() {
+            head.add("LASF_Spec", 4, &plan.descriptions);
+        }
+        let is_keyed = head.add_projection(cloud, lines);
+        head.add_comments(cloud, lines);
+        let mut encoding = u16::from(plan.minor >= 4 && !is_keyed) << 4;
+        let time = cloud.column(GPS_TIME);
+        if time.is_some_and(|(_, column)| column.description == STANDARD_TIME) {
+            encoding |= 1;
+        }
+        head.put(0, b"LASF");
+        head.put(6, &encoding.to_le_bytes());
+        head.put(24, &[1, plan.minor]);
+        head.put(26, b"OTHER");
+        head.put(58, shortened(SOFTWARE, 31).as_bytes());
+        let (day, year) = day_of(&cloud.time).unwrap_or_else(today);
+        head.put(90, &day.to_le_bytes());
+        head.put(92, &year.to_le_bytes());
+        head.put(94, &(len as u16).to_le_bytes());
+        head.put(96, &u32::try_from(head.points_at())?.to_le_bytes());
+        head.put(100, &head.n_records.to_le_bytes());
+        head.put(104, &[plan.format.id | if vlr.is_some() { 0x80 } else { 0 }]);
+        head.put(105, &u16::try_from(plan.record_len)?.to_le_bytes());
+        for axis in 0..3 {
+            head.put(131 + 8 * axis, &steps.scale[axis].to_le_bytes());
+            head.put(155 + 8 * axis, &steps.offset[axis].to_le_bytes());
+        }
+        lost(cloud, lines);
+        Ok(head)
+    }
+
+    /// Where the points begin.
+    pub(super) fn points_at(&self) -> u64 {
+        (self.header.len() + self.records.len()) as u64
+    }
+
+    /// The bytes of a file with these points.
+    pub(super) fn bytes(mut self, counts: &Counts, steps: Steps) -> Vec<u8> {
+        if self.minor >= 4 {
+            self.put(247, &counts.n_points.to_le_bytes());
+            for (i, n) in counts.n_returns.iter().enumerate() {
+                self.put(255 + 8 * i, &n.to_le_bytes());
+            }
+        } else {
+            let fitting = |n: u64| u32::try_from(n).unwrap_or(u32::MAX).to_le_bytes();
+            self.put(107, &fitting(counts.n_points));
+            for (i, &n) in counts.n_returns.iter().take(5).enumerate() {
+                self.put(111 + 4 * i, &fitting(n));
+            }
+        }
+        if let Some(bounds) = counts.bounds {
+            let [low, high] = bounds.map(|steps_to| {
+                DVec3::from_array(steps_to.map(f64::from)) * steps.scale + steps.offset
+            });
+            for axis in 0..3 {
+                self.put(179 + 16 * axis, &high[axis].to_le_bytes());
+                self.put(187 + 16 * axis, &low[axis].to_le_bytes());
+            }
+        }
+        self.header.extend(self.records);
+        self.header
+    }
+
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        self.header[at..at + bytes.len()].copy_from_slice(bytes);
+    }
+
+    /// Adds a record, whose payload is short enough.
+    fn add(&mut self, user: &str, id: u16, body: &[u8]) {
+        let mut head = [0; 54];
+        head[2..2 + user.len()].copy_from_slice(user.as_bytes());
+        head[18..20].copy_from_slice(&id.to_le_bytes());
+        head[20..22].copy_from_slice(&(body.len() as u16).to_le_bytes());
+        self.records.extend(head);
+        self.records.extend(body);
+        self.n_records += 1;
+    }
+
+    /// Adds the coordinate system; says whether it is one of GeoTIFF keys.
+    fn add_projection(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) -> bool {
+        let system = cloud.coordinate_system.trim();
+        let code = system.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
+        if let Some(code) = code {
+            self.add("LASF_Projection", 34735, &keys_of(code, cloud.metres_per_unit));
+        } else if is_wkt(system) && system.len() < LONGEST {
+            self.add("LASF_Projection", 2112, &[system.as_bytes(), b"\0"].concat());
+        } else if !system.is_empty() {
+            lines.push(format!(
+                "the coordinate system `{}` is left out: expected WKT of at most {LONGEST} bytes or an EPSG code",
+                shortened(system, 60)
+            ));
+        }
+        code.is_some()
+    }
+
+    fn add_comments(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) {
+        let comments = cloud.comments.iter().filter(|comment| !comment.starts_with(BY_SOFTWARE));
+        for comment in comments {
+            let body = shortened(comment, LONGEST - 1);
+            if body.len() < comment.len() {
+                lines.push("a comment of more than 65534 bytes is cut short".to_owned());
+            }
+            self.add("LASF_Spec", 3, &[body.as_bytes(), b"\0"].concat());
+        }
+    }
+}
+
+/// Says what of a cloud's header LAS has no place for.
+fn lost(cloud: &CloudHeader, lines: &mut Vec<String>) {
+    let axis = match cloud.up {
+        UpAxis::X => Some("x"),
+        UpAxis::Y => Some("y"),
+        UpAxis::Z | UpAxis::Unknown => None,
+    };
+    if let Some(axis) = axis {
+        lines.push(format!(
+            "LAS files have z upwards; the coordinates are those of the cloud, whose {axis} points up"
+        ));
+    }
+    if cloud.has_faces {
+        lines.push("the triangles are left out".to_owned());
+    }
+    if cloud.grid.is_some() {
+        lines.push("the rows and columns of the grid are left out".to_owned());
+    }
+    if cloud.scanner.is_some() {
+        lines.push("the place of the scanner is left out".to_owned());
+    }
+}
+
+/// Day of the year, from 1, and year of a time that begins with a date: `2018-03-05`.
+fn day_of(time: &str) -> Option<(u16, u16)> {
+    let mut parts = time.get(..10)?.split('-').map(str::parse::<u16>);
+    let (year, month, day) = (parts.next()?.ok()?, parts.next()?.ok()?, parts.next()?.ok()?);
+    let months = months(u32::from(year));
+    let before = months.get(..usize::from(month.checked_sub(1)?))?;
+    let is_day = (1..=*months.get(before.len())?).contains(&u32::from(day));
+    let days = before.iter().sum::<u32>() + u32::from(day);
+    (is_day && parts.next().is_none()).then_some((u16::try_from(days).ok()?, year))
+}
+
+/// The day of the year and the year of the clock.
+fn today() -> (u16, u16) {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_secs());
+    let (mut days, mut year) = (seconds / 86_400, 1970u16);
+    loop {
+        let of_year = u64::from(months(u32::from(year)).iter().sum::<u32>());
+        if days < of_year || year == u16::MAX {
+            return (u16::try_from(days + 1).unwrap_or(1), year);
+        }
+        days -= of_year;
+        year += 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn days_are_counted_within_their_year() {
+        assert_eq!(day_of("2018-01-01"), Some((1, 2018)));
+        assert_eq!(day_of("2020-12-31T10:00"), Some((366, 2020)));
+        assert_eq!(day_of("1900-03-01"), Some((60, 1900)));
+        for time in
+            ["", "2018", "2018-13-01", "2018-02-29", "2018-00-10", "2018-01-00", "18-1-1-11"]
+        {
+            assert_eq!(day_of(time), None, "{time}");
+        }
+        let (day, year) = today();
+        assert!((1..=366).contains(&day) && year >= 2024);
+    }
+}

@@ -1,0 +1,172 @@
+//! Files of plugins' formats, read and written as the program does it, with the plugins of this build.
+
+use crate::assert_one_line;
+use crate::cloud::with_file;
+use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, LazyLock};
+use surfelshop_cloud::{Cloud, ReadError, ReadOptions, WriteOptions, inspect, read, write};
+use surfelshop_runtime::formats::PluginFormats;
+use surfelshop_runtime::plugins::{Origin, Place, Registry, SearchPath, Timeouts, Trust};
+
+/// Names the folder of the libraries; without it they lie beside the folder of the program that runs.
+const FOLDER: &str = "SURFELSHOP_FUZZ_PLUGINS";
+
+/// The libraries that have formats.
+const LIBRARIES: [&str; 7] = ["e57", "gltf", "las", "pcd", "sfl", "stl", "text"];
+
+static FORMATS: LazyLock<PluginFormats> = LazyLock::new(|| {
+    let places = LIBRARIES.iter().map(|name| {
+        let file = format!("{DLL_PREFIX}surfelshop_{name}{DLL_SUFFIX}");
+        let path = folder().join(file);
+        assert!(path.is_file(), "{} is missing: `cargo verify` builds it", path.display());
+        Place::new(path, Origin::CommandLine)
+    });
+    let (files, trust) = (places.collect(), Trust::everything());
+    let registry = Registry::scan(&SearchPath { files, trust, ..SearchPath::default() });
+    PluginFormats::new(Arc::new(registry), Timeouts::default())
+});
+
+fn folder() -> PathBuf {
+    if let Some(folder) = std::env::var_os(FOLDER) {
+        return folder.into();
+    }
+    let program = std::env::current_exe().unwrap_or_default();
+    // Test programs lie in `deps`.
+    program.parent().and_then(Path::parent).unwrap_or(Path::new("")).to_owned()
+}
+
+/// A format: what it is called, the ending of its files, and whether it writes them.
+struct Target {
+    id: &'static str,
+    ending: &'static str,
+    written: bool,
+}
+
+const fn target(id: &'static str, ending: &'static str, written: bool) -> Target {
+    Target { id, ending, written }
+}
+
+const E57: Target = target("org.surfelshop.e57/e57", "e57", true);
+const GLTF: Target = target("org.surfelshop.gltf/gltf", "glb", false);
+const LAS: Target = target("org.surfelshop.las/las", "laz", true);
+const PCD: Target = target("org.surfelshop.pcd/pcd", "pcd", true);
+const PTS: Target = target("org.surfelshop.text/pts", "pts", true);
+const PTX: Target = target("org.surfelshop.text/ptx", "ptx", true);
+const SFL: Target = target("org.surfelshop.sfl/sfl", "sfl", true);
+const STL: Target = target("org.surfelshop.stl/stl", "stl", false);
+const XYZ: Target = target("org.surfelshop.text/xyz", "xyz", true);
+
+/// A line about the file, and nothing that the format did wrong: the host says that in words of its own.
+fn assert_of_file(line: &str) {
+    assert_one_line(line);
+    for fault in ["the format `", "broke the plugin interface", "did not answer", "panicked"] {
+        assert!(!line.contains(fault), "{line}");
+    }
+}
+
+impl Target {
+    fn options(&self) -> ReadOptions<'static> {
+        ReadOptions { formats: &*FORMATS, format: Some(self.id), ..ReadOptions::default() }
+    }
+
+    /// Looks at a file and reads it. What is read can be written and read again, by the format itself where it
+    /// writes.
+    fn run(&self, bytes: &[u8]) {
+        let refused = |error: ReadError| assert_of_file(&error.fault.to_string());
+        with_file(bytes, self.ending, |path| {
+            let looked = inspect(path, &self.options()).map_err(refused);
+            let Ok(loaded) = read(path, &self.options()).map_err(refused) else { return };
+            loaded.summary.warnings.iter().for_each(|line| assert!(!line.contains('\n'), "{line}"));
+            assert!(looked.is_ok(), "it is read, and cannot be looked at");
+            if self.written && !loaded.cloud.is_empty() {
+                self.write_again(path, &loaded.cloud);
+            }
+        });
+    }
+
+    fn write_again(&self, path: &Path, cloud: &Cloud) {
+        let copy = path.with_file_name(format!("copy.{}", self.ending));
+        let options = WriteOptions { formats: &*FORMATS, ..WriteOptions::default() };
+        if let Err(error) = write(&copy, cloud, &options) {
+            return assert_of_file(&error.to_string());
+        }
+        let again = read(&copy, &self.options());
+        let again = again.unwrap_or_else(|error| panic!("what was written: {error}"));
+        assert_eq!(again.cloud.len(), cloud.len(), "what was written");
+    }
+}
+
+macro_rules! functions {
+    ($($name:ident: $target:ident, $what:literal;)*) => {
+        $(
+            #[doc = concat!("Takes the bytes as a file of ", $what, ".")]
+            ///
+            /// # Panics
+            /// Where it finds what must not be: that is a finding.
+            pub fn $name(bytes: &[u8]) {
+                $target.run(bytes);
+            }
+        )*
+    };
+}
+
+/// Takes the bytes as a file of terrestrial scans, E57; and once more with the checksums that its pages should
+/// have, since any change would else be found by them alone.
+///
+/// # Panics
+/// Where it finds what must not be: that is a finding.
+pub fn e57(bytes: &[u8]) {
+    E57.run(bytes);
+    let repaired = with_checksums(bytes);
+    if repaired != bytes {
+        E57.run(&repaired);
+    }
+}
+
+/// Bytes of a page and, behind it, of its checksum.
+const PAYLOAD: usize = 1020;
+const CHECKSUM: usize = 4;
+
+/// The same with a right checksum behind every page.
+fn with_checksums(bytes: &[u8]) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    for page in bytes.chunks_exact_mut(PAYLOAD + CHECKSUM) {
+        let (payload, checksum) = page.split_at_mut(PAYLOAD);
+        checksum.copy_from_slice(&crc32c(payload).to_be_bytes());
+    }
+    bytes
+}
+
+/// CRC-32C, bit by bit: inputs are small.
+fn crc32c(bytes: &[u8]) -> u32 {
+    let of_byte = |crc: u32, byte: &u8| {
+        let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0x82f6_3b78 } else { crc >> 1 };
+        (0..8).fold(crc ^ u32::from(*byte), step)
+    };
+    !bytes.iter().fold(u32::MAX, of_byte)
+}
+
+functions! {
+    gltf: GLTF, "a scene, glTF";
+    las: LAS, "airborne scans, LAS or LAZ";
+    pcd: PCD, "the Point Cloud Library";
+    pts: PTS, "lines of text behind their number";
+    ptx: PTX, "scans as lines of text";
+    sfl: SFL, "surfels of `Pointshop3D`";
+    stl: STL, "triangles of solids, STL";
+    xyz: XYZ, "lines of numbers";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_are_those_of_the_polynomial_of_castagnoli() {
+        assert_eq!(crc32c(b"123456789"), 0xe306_9283);
+        let good = with_checksums(&[7; 2100]);
+        assert_eq!(good[1020..1024], crc32c(&[7; 1020]).to_be_bytes());
+        assert_eq!((&good[2048..], with_checksums(&good)), (&[7u8; 52][..], good.clone()));
+    }
+}

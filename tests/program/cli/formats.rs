@@ -1,0 +1,131 @@
+//! File formats through the program: which plugins are loaded, what is kept, and what is said of it. Costs 5 s.
+
+use crate::cli::program::{TestFolder, facing_front, read_png};
+use serde_json::Value;
+
+/// A cloud of 400 surfels in a plane.
+fn desk() -> TestFolder {
+    let desk = TestFolder::new();
+    let surfels: Vec<_> =
+        (0..400).map(|i| facing_front((i % 20) as f32, (i / 20) as f32, 0.75)).collect();
+    desk.put_cloud("in.ply", &surfels);
+    desk
+}
+
+/// Endings of files that are written.
+const WRITTEN: [&str; 10] =
+    ["las", "laz", "e57", "pcd", "xyz", "csv", "pts", "ptx", "sfl", "ply"];
+
+fn formats_loaded(told: &Value) -> u64 {
+    told["formats_loaded"].as_u64().unwrap_or_else(|| panic!("{told}"))
+}
+
+/// Invariant: a command whose files need no plugin's format loads none, and else those that it needs
+#[test]
+fn only_formats_that_files_need_are_loaded() {
+    let desk = desk();
+    desk.put("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    desk.put("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
+    for output in ["x.las", "y.laz", "z.e57"] {
+        desk.run(&format!("convert in.ply {output}")).done();
+    }
+    for (files, n_loaded) in [
+        ("in.ply", 0),
+        ("in.ply a.obj a.off", 0),
+        ("x.las", 1),
+        ("x.las y.laz in.ply", 1),
+        ("x.las z.e57", 2),
+    ] {
+        for how in ["", " --full"] {
+            let told = desk.run(&format!("info {files}{how} --json")).json();
+            assert_eq!(formats_loaded(&told), n_loaded, "{files}{how}");
+        }
+    }
+}
+
+#[test]
+fn every_format_that_is_written_is_read_and_drawn() {
+    let desk = desk();
+    for ending in WRITTEN {
+        let line = desk.run(&format!("convert in.ply out.{ending}")).done().stdout;
+        assert!(line.starts_with(&format!("out.{ending}: 400 points with position")), "{line}");
+        let cloud = desk.run(&format!("info out.{ending} --json")).json()["clouds"][0].clone();
+        assert_eq!(cloud["n_points"], 400, "{ending}");
+        let ends: Vec<f64> =
+            cloud["bounds"].as_array().unwrap().iter().map(|end| end[0].as_f64().unwrap()).collect();
+        assert!(ends[0].abs() < 1e-3 && (ends[1] - 19.0).abs() < 1e-3, "{ending}: {ends:?}");
+    }
+    for ending in ["las", "e57", "ptx"] {
+        let picture = format!("{ending}.png");
+        desk.run(&format!("render out.{ending} -r flat --camera front --size 16 -o {picture}")).done();
+        assert_eq!(read_png(&desk.at(&picture)).get_pixel(8, 8)[3], 255, "{ending}");
+    }
+}
+
+#[test]
+fn losses_are_said_in_lines_and_in_json() {
+    let desk = desk();
+    let ended = desk.run("convert in.ply out.pts").done();
+    for column in ["normal", "radius"] {
+        let says = |line: &str| line.starts_with("surfelshop: warning: ") && line.contains(column);
+        assert!(ended.stderr.lines().any(says), "{column}: {}", ended.stderr);
+    }
+    let told = desk.run("convert in.ply out.pts --json").json();
+    assert_eq!(told["lost"].as_array().unwrap().len(), ended.stderr.lines().count(), "{told}");
+    // What holds everything loses nothing.
+    assert_eq!(desk.run("convert in.ply out.pcd").done().stderr, "");
+}
+
+#[test]
+fn points_and_columns_are_chosen_on_the_command_line() {
+    let desk = desk();
+    let written = |options: &str| {
+        let told = desk.run(&format!("convert in.ply out.las {options} --json")).json();
+        (told["written"].as_u64().unwrap(), told["columns"].as_array().unwrap().len())
+    };
+    assert_eq!(written(""), (400, 3));
+    assert_eq!(written("--every 3"), (134, 3));
+    assert_eq!(written("--crop -1,-1,-1:4,4,1"), (25, 3));
+    assert_eq!(written("--crop -1,-1,-1:4,4,1 --every 2 --columns radius"), (15, 2));
+    desk.run("convert in.ply out.las --crop 1,1:2,2").misused(&["X,Y,Z:X,Y,Z"]);
+    desk.run("convert in.ply out.las --every 0").misused(&["--every"]);
+    desk.run("convert in.ply in.ply two.ply --json").json();
+    let told = desk.run("info two.ply --json").json();
+    assert_eq!(told["clouds"][0]["n_points"], 800);
+    let columns = told["clouds"][0]["header"]["columns"].as_array().unwrap().clone();
+    assert!(columns.iter().any(|column| column["name"] == "scan"), "{columns:?}");
+}
+
+#[test]
+fn columns_of_text_files_are_named_on_the_command_line() {
+    let desk = TestFolder::new();
+    let lines: Vec<String> =
+        (0..50).map(|i| format!("{} {} {} {} {}", i, i % 7, i % 3, i * 3, 1000 - i)).collect();
+    desk.put("scan.dat", &lines.join("\n"));
+    desk.put("scan.xyz", &lines.join("\n"));
+    desk.run("info scan.dat").failed(&["scan.dat", "expected a file of a known format"]);
+    let names = |line: &str| {
+        let told = desk.run(line).json()["clouds"][0]["header"]["columns"].clone();
+        let columns = told.as_array().unwrap().clone();
+        columns.iter().map(|column| column["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let line = "info scan.dat --format xyz --text-columns x,y,z,intensity,- --json";
+    assert_eq!(names(line), ["position", "intensity"]);
+    let line = "info scan.xyz --text-columns x,y,z,-,depth --json";
+    assert_eq!(names(line), ["position", "depth"]);
+    let line = "info scan.xyz --format-set columns=x,y,z,-,depth --json";
+    assert_eq!(names(line), ["position", "depth"]);
+    desk.run("info scan.xyz --format-set nonsense=1").failed(&["no parameter `nonsense`", "columns"]);
+    desk.run("info scan.xyz --format nonsense").failed(&["`nonsense`"]);
+    desk.run("info scan.xyz --text-columns x,y").failed(&["scan.xyz"]);
+}
+
+#[test]
+fn a_file_of_another_format_than_its_name_is_read_by_its_content() {
+    let desk = desk();
+    desk.run("convert in.ply out.las").done();
+    std::fs::rename(desk.at("out.las"), desk.at("out.xyz")).unwrap();
+    let cloud = desk.run("info out.xyz --json").json()["clouds"][0].clone();
+    assert!(cloud["header"]["format"].as_str().unwrap().contains("LAS"), "{cloud}");
+    desk.run("info out.xyz --format e57").failed(&["out.xyz"]);
+}
