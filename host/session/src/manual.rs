@@ -31,6 +31,7 @@ macro_rules! pages {
 pub const PAGES: &[Page] = pages! {
     "Use", "viewer", "The window", "use/viewer";
     "Use", "render", "Render pictures", "use/render";
+    "Use", "colours", "Colours and filters", "use/colours";
     "Use", "lights", "Lights", "use/lights";
     "Use", "environments", "Environment maps", "use/environments";
     "Use", "patterns", "Solid textures", "use/patterns";

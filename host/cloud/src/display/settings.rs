@@ -82,6 +82,28 @@ impl ColorSource {
     }
 }
 
+impl std::fmt::Display for ColorSource {
+    /// For people: `height, turbo, log, from 5% to 12.0`, without what is as usual.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match &self.by {
+            ColorBy::File => f.write_str("file")?,
+            ColorBy::Normal => f.write_str("normal")?,
+            ColorBy::Uniform([red, green, blue]) => write!(f, "#{red:02x}{green:02x}{blue:02x}")?,
+            ColorBy::Attribute(attribute) => f.write_str(&attribute.title())?,
+        }
+        if self.map != MapChoice::Automatic {
+            write!(f, ", {}", self.map.name())?;
+        }
+        if self.scale != Scale::Linear {
+            write!(f, ", {}", self.scale.name())?;
+        }
+        if self.range != Self::USUAL_RANGE {
+            write!(f, ", from {} to {}", self.range[0], self.range[1])?;
+        }
+        Ok(())
+    }
+}
+
 impl Default for ColorSource {
     fn default() -> Self {
         Self::new(ColorBy::File)

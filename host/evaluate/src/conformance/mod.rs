@@ -39,6 +39,7 @@ pub fn cases(kind: UnitKind) -> Vec<Case> {
         UnitKind::Renderer => renderers::cases(),
         UnitKind::Tracer => tracers::cases(),
         UnitKind::Tool => tools::cases(),
+        UnitKind::Format => Vec::new(),
     }
 }
 
@@ -56,5 +57,6 @@ pub fn check(
         UnitKind::Renderer => renderers::check(unit, setup, wanted, tell),
         UnitKind::Tracer => Ok(tracers::check(unit, setup, wanted, tell)),
         UnitKind::Tool => Ok(tools::check(unit, setup, wanted, tell)),
+        UnitKind::Format => Ok(Vec::new()),
     }
 }

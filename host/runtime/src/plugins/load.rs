@@ -185,7 +185,7 @@ impl LoadedUnit {
         }
         let title = format!("Captured graph {name}");
         let (id, kind, summary) = (name.to_owned(), UnitKind::Renderer, String::new());
-        let unit = UnitEntry { kind, id, title, summary };
+        let unit = UnitEntry { kind, id, title, summary, files: Default::default() };
         let manifest = Manifest { id: "graph".to_owned(), ..Manifest::default() };
         let plugin = Plugin::of::<Nothing>();
         let (unit_index, description, contents, took) = Default::default();

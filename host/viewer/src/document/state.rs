@@ -1,6 +1,7 @@
 //! The state of the document: clouds, scene, history, and files being read or written.
 
 use super::cloud_writer::CloudWriter;
+use super::display::DisplayJob;
 use super::file_loader::FileLoader;
 use super::history::History;
 use super::recovery::Recovery;
@@ -11,11 +12,14 @@ use std::path::PathBuf;
 use std::time::Instant;
 use surfelshop_cloud::scene::{Keyed, SceneFile, SceneView};
 use surfelshop_session::options::UpAxis;
+use surfelshop_session::options::colors::ColorArguments;
 
 /// Everything that is open, apart from the settings.
 pub(crate) struct Document {
     pub(crate) history: History,
     pub(crate) clouds: Option<VisibleClouds>,
+    /// Large clouds that are being coloured and filtered.
+    pub(crate) display_job: Option<DisplayJob>,
     /// Files being read.
     pub(crate) loader: Option<FileLoader>,
     /// A cloud being written.
@@ -44,11 +48,13 @@ pub(crate) struct Document {
     pub(crate) replace_confirmed: bool,
     /// The axis that points upwards in the clouds.
     pub(crate) up: UpAxis,
+    /// What was typed about colours and filters, for the first files.
+    pub(crate) typed_colors: Option<ColorArguments>,
 }
 
 impl Document {
     /// An empty document; begins a session in the state folder.
-    pub(crate) fn new(up: UpAxis) -> Self {
+    pub(crate) fn new(up: UpAxis, colors: &ColorArguments) -> Self {
         let state_folder = StateFolder::of_user();
         if let Some(state_folder) = &state_folder {
             state_folder.begin_session();
@@ -56,6 +62,7 @@ impl Document {
         Self {
             history: History::default(),
             clouds: None,
+            display_job: None,
             loader: None,
             cloud_writer: None,
             n_opened: 0,
@@ -71,6 +78,7 @@ impl Document {
             close_confirmed: false,
             replace_confirmed: false,
             up,
+            typed_colors: Some(colors.clone()).filter(|colors| !colors.is_empty()),
         }
     }
 }

@@ -1,34 +1,3 @@
-//! The surfel under the pointer.
-
-use glam::DVec3;
-use rayon::prelude::*;
-use surfelshop_cloud::Cloud;
-use surfelshop_session::input::clouds::Clouds;
-
-/// Describes the surfel whose disc holds a point, in one line; empty without surfels.
-pub(crate) fn describe(clouds: &Clouds, point: DVec3) -> String {
-    let nearest = clouds
-        .loaded
-        .iter()
-        .enumerate()
-        .filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, point)?)))
-        .min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
-    let Some((file, (index, _))) = nearest else { return String::new() };
-    let cloud = &clouds.loaded[file].cloud;
-    let [x, y, z] = point.to_array();
-    let normal = cloud.normals().get(index).copied().unwrap_or_default();
-    let color = color(cloud, index);
-    let name = if clouds.loaded.len() > 1 {
-        format!(" of {}", clouds.loaded[file].summary.file)
-    } else {
-        String::new()
-    };
-    format!(
-        "({x:.6}, {y:.6}, {z:.6})   surfel {index}{name}   normal ({:.3}, {:.3}, {:.3}){color}",
-        normal.x, normal.y, normal.z
-    )
-}
-
 /// The surfel whose disc is nearest to a point, with the distance in its radii.
 fn nearest(cloud: &Cloud, point: DVec3) -> Option<(usize, f32)> {
     let at = (point - cloud.origin()).as_vec3();
