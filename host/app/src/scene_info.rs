@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use std::fmt::{self, Write as _};
 use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
+use surfelshop_cloud::display::ColorSource;
 use surfelshop_cloud::scene::{
     Backdrop, FORMAT, OpenedScene, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
@@ -60,6 +61,9 @@ pub(crate) fn object(opened: &OpenedScene) -> Value {
             "rotation": environment.rotation,
             "exposure": environment.stops,
         })),
+        "up": scene.up.map(|up| up.name()),
+        "color": scene.color.known.to_string(),
+        "filters": scene.filters.iter().map(|filter| filter.known.to_string()).collect::<Vec<_>>(),
         "tone_map": tone_map(scene),
         "background": match scene.background {
             Backdrop::Transparent => None,
@@ -101,6 +105,12 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
         row("around", environment_line(&environment))?;
     }
     row("surface", surface_line(&scene.surface))?;
+    if scene.color.known != ColorSource::default() {
+        row("colours", scene.color.known.to_string())?;
+    }
+    for (i, filter) in scene.filters.iter().enumerate() {
+        row(if i == 0 { "filters" } else { "" }, filter.known.to_string())?;
+    }
     for warning in &opened.warnings {
         row("warning", warning.clone())?;
     }

@@ -6,7 +6,8 @@
 //! mesh), drops what cannot be drawn, and counts all of it in a [`Summary`]. [`write()`] saves one so that a failure
 //! leaves the old file as it was.
 //!
-//! A [`scene`] says which clouds stand where and how they are seen.
+//! A [`scene`] says which clouds stand where and how they are seen; [`display`] makes of a cloud what is
+//! shown of it, coloured and filtered by its columns.
 //!
 //! Files are not trusted: damaged ones give one line that says what was expected and what was
 //! found, and memory stays within a small multiple of the file's size.
@@ -19,6 +20,7 @@ mod assemble;
 mod cloud;
 pub mod convert;
 pub mod environment_map;
+pub mod display;
 mod error;
 mod faces;
 pub mod files;

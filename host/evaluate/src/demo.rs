@@ -158,7 +158,7 @@ impl Stage<'_> {
             let path = |ending: &str| self.arguments.out.join(format!("{stem}-{name}.{ending}"));
             let rendered = &settled.rendered;
             let mut files =
-                vec![write_png(&path("png"), &Output::Color, rendered, &how, Bits::Eight)?];
+                vec![write_png(&path("png"), &Output::Color, rendered, &how, Bits::Eight, None)?];
             if with_layers {
                 files.push(write_exr(&path("exr"), None, rendered)?);
             }

@@ -11,6 +11,7 @@ pub mod metrics;
 pub mod outputs;
 pub mod png;
 mod sample_sums;
+pub mod text;
 
 pub use error::FileError;
 pub use image::Image;

@@ -31,6 +31,7 @@ macro_rules! pages {
 pub const PAGES: &[Page] = pages! {
     "Use", "viewer", "The window", "use/viewer";
     "Use", "render", "Render pictures", "use/render";
+    "Use", "colours", "Colours and filters", "use/colours";
     "Use", "lights", "Lights", "use/lights";
     "Use", "environments", "Environment maps", "use/environments";
     "Use", "patterns", "Solid textures", "use/patterns";
@@ -39,6 +40,7 @@ pub const PAGES: &[Page] = pages! {
     "Use", "reference", "The path tracer", "use/reference";
     "Clouds", "info", "What is in a file", "clouds/info";
     "Clouds", "convert", "Convert", "clouds/convert";
+    "Clouds", "formats", "File formats", "clouds/formats";
     "Clouds", "prepare", "Prepare a cloud", "clouds/prepare";
     "Clouds", "bake", "Bake", "clouds/bake";
     "Clouds", "ambient-occlusion", "Ambient occlusion", "clouds/ambient-occlusion";

@@ -2,7 +2,7 @@
 
 use crate::input::environment_map;
 use crate::options::explicit::ExplicitOptions;
-use crate::options::{PictureArguments, ToneMapChoice};
+use crate::options::{LensArguments, PictureArguments, ToneMapChoice, UpAxis};
 use crate::parameters;
 use crate::render::RenderArguments;
 use anyhow::Context as _;
@@ -10,6 +10,7 @@ use std::path::PathBuf;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::{Camera, Scene, UnitKind};
+use surfelshop_cloud::display::DisplaySettings;
 use surfelshop_cloud::scene::{
     Backdrop, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
@@ -85,6 +86,8 @@ pub struct RenderSetup {
     pub scene: Scene,
     /// The light around the scene.
     pub environment: Option<SceneEnvironment>,
+    /// What colours surfels, and which are shown.
+    pub display: DisplaySettings,
     /// How the picture is developed.
     pub how: DisplayTransform,
     /// What the picture shows, where the scene says it.
@@ -107,9 +110,10 @@ impl RenderSetup {
     ) -> anyhow::Result<Self> {
         let file = opened.map(|opened| &opened.scene);
         let view = chosen.map(|chosen| chosen.view);
+        let up = up(arguments, given, file);
         let environment = environment_map::wanted(
             &arguments.environment,
-            arguments.lens.up,
+            up,
             file.and_then(environment_map::of_scene),
         )?;
         let scene = scene(arguments, given, file)?;
@@ -118,7 +122,9 @@ impl RenderSetup {
             Some(view) => file.camera_of(view),
             None => file.camera.as_ref().map(|camera| camera.known),
         });
+        let display = file.map(SceneFile::display).unwrap_or_default();
         Ok(Self {
+            display: arguments.colors.over(DisplaySettings { up: up.into(), ..display })?,
             how: development(arguments, given, file, scene.exposure_stops),
             scene,
             environment,
@@ -131,10 +137,21 @@ impl RenderSetup {
 }
 
 impl RenderSetup {
+    /// A lens with the scene's upward axis.
+    pub fn lens(&self, typed: &LensArguments) -> LensArguments {
+        LensArguments { up: self.display.up.into(), ..typed.clone() }
+    }
+
     /// The same with an output that was typed, where one was.
     pub fn showing(self, typed: Option<Output>) -> Self {
         Self { output: typed.or(self.output), ..self }
     }
+}
+
+/// The axis that points upwards: as typed, else as the scene says, else as usual.
+fn up(arguments: &PictureArguments, given: &ExplicitOptions, file: Option<&SceneFile>) -> UpAxis {
+    let of_scene = file.and_then(|file| file.up).filter(|_| !given.has("up"));
+    of_scene.map_or(arguments.lens.up, UpAxis::from)
 }
 
 fn scene(
@@ -211,6 +228,7 @@ mod tests {
     use crate::options::explicit::parse;
     use glam::DVec3;
     use surfelshop_api::Projection;
+    use surfelshop_cloud::display::{ColorBy, ColorSource, UpDirection};
 
     /// A scene in which nothing is as usual.
     fn file() -> SceneFile {
@@ -225,6 +243,8 @@ mod tests {
         file.surface.radius_scale = 2.0;
         file.surface.depth_tolerance = 0.5;
         file.surface.low_pass = 0.25;
+        file.up = Some(UpDirection::Z);
+        file.color.known = ColorSource::new(ColorBy::Normal);
         file
     }
 
@@ -251,6 +271,7 @@ mod tests {
         assert_eq!(staged.scene, file().scene());
         assert_eq!(staged.camera, file().camera.map(|camera| camera.known));
         assert_eq!((staged.output, staged.parallel), (None, None));
+        assert_eq!(staged.display, file().display());
         let expected = DisplayTransform {
             exposure_stops: -2.0,
             tone_map: display::ToneMap::Neutral,
@@ -263,7 +284,8 @@ mod tests {
     fn what_is_typed_counts_even_where_it_is_the_usual() {
         let options = "--exposure 0 --tone-map clamp --background transparent --one-sided=false \
                        --radius-scale 1 --depth-tolerance 1 --low-pass 1 --light camera \
-                       --camera three-quarter --orthographic=false --output color";
+                       --camera three-quarter --orthographic=false --output color --up y --color-by \
+                       file";
         let staged = staged(options, None);
         let mut usual = Scene::default();
         // Brightness 1 of the light beside the camera, as typed.
@@ -271,6 +293,7 @@ mod tests {
         usual.lights.clone_from(&staged.scene.lights);
         assert_eq!(staged.scene, usual);
         assert_eq!(staged.how, DisplayTransform::default());
+        assert_eq!(staged.display, DisplaySettings::default());
         assert_eq!((staged.camera, staged.parallel), (None, Some(false)));
         assert_eq!(staged.output, Some(Output::Color));
     }
@@ -286,6 +309,7 @@ mod tests {
             "background",
             "one_sided",
             "orthographic",
+            "up",
         ] {
             assert!(render.get_arguments().any(|argument| argument.get_id() == name), "{name}");
         }

@@ -64,6 +64,7 @@ impl Window {
         let pictures = egui::CentralPanel::no_frame().show(ui, |ui| canvas::show(self, ui));
         self.messages.show(&ctx, pictures.response.rect);
         windows::show(self, &ctx);
+        self.update_display(&ctx);
         self.copy_shared_camera();
         recovery::update(self, &ctx);
         self.send_requests(&ctx);

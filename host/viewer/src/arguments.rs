@@ -2,6 +2,7 @@
 
 use clap::Args;
 use std::path::PathBuf;
+use surfelshop_session::options::colors::ColorArguments;
 use surfelshop_session::options::{DeviceArguments, PluginFiles, UpAxis};
 
 /// Without a command: the window.
@@ -13,6 +14,9 @@ pub struct ViewerArguments {
     /// The axis that points upwards; scans often have z.
     #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
     pub up: UpAxis,
+    /// What colours surfels, and which are shown.
+    #[command(flatten)]
+    pub colors: ColorArguments,
     /// Plugins beside the installed ones.
     #[command(flatten)]
     pub plugins: PluginFiles,

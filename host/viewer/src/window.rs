@@ -1,7 +1,7 @@
 //! The state of the window, in parts by job.
 
 use crate::arguments::ViewerArguments;
-use crate::document::{Document, OpenClouds, Settings, Snapshot, VisibleClouds};
+use crate::document::{Document, OpenClouds, Settings, Snapshot};
 use crate::measure::Measure;
 use crate::panels::Panels;
 use crate::plugins::Plugins;
@@ -11,6 +11,7 @@ use crate::views::pane::Side;
 use crate::views::{Render, Views, camera_in, initial_camera, navigation};
 use eframe::egui::Context;
 use surfelshop_api::{Camera, Projection, UnitKind};
+use surfelshop_cloud::display::Legend;
 use surfelshop_session::input::inside;
 use surfelshop_session::{parameters, session};
 
@@ -37,7 +38,7 @@ impl Window {
             })?;
         let mut window = Self {
             render: Render::new(thread),
-            document: Document::new(arguments.up),
+            document: Document::new(arguments.up, &arguments.colors),
             plugins: Plugins::new(registry, &arguments.device, &arguments.plugins),
             measure: Measure::new(&arguments.plugins),
             settings: Settings::default(),
@@ -138,13 +139,18 @@ impl Window {
 
     /// Replaces the open clouds, or which of them are visible; the camera stays.
     pub(crate) fn show_clouds(&mut self, open_clouds: OpenClouds) {
-        let Some(shown) = &self.document.clouds else { return };
+        let Some(shown) = &mut self.document.clouds else { return };
         if shown.open_clouds == open_clouds {
             return;
         }
-        let (radius_scale, revision) = (shown.radius_scale, shown.revision + 1);
-        self.document.clouds = Some(VisibleClouds::new(open_clouds, radius_scale, revision));
+        // What was displayed of the former stays until that of the new ones is there.
+        shown.open_clouds = open_clouds;
         self.views.pointer_position = None;
+    }
+
+    /// What the colours of the clouds mean; `None` where they are no numbers.
+    pub(crate) fn legend(&self) -> Option<Legend> {
+        self.document.clouds.as_ref().and_then(|shown| shown.displayed.legend())
     }
 
     /// Computes the extent of the clouds again where the factor on radii changed.

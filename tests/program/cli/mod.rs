@@ -1,6 +1,7 @@
 //! The program as a user runs it: what it prints, what it writes and how it ends.
 
 mod bake;
+mod colors;
 mod environments;
 mod formats;
 mod graphs;

@@ -38,7 +38,7 @@ fn a_format_that_fails_leaves_the_old_file() {
 #[test]
 fn what_writes_without_end_stops_when_it_is_asked_to() {
     let (files, formats) = (Files::new(), fixture());
-    let path = files.put("old.writes-without-end", OLD);
+    let path = files.put("old.writes-no-end", OLD);
     let started = Instant::now();
     let is_enough = |_| match started.elapsed() > Duration::from_millis(100) {
         true => ControlFlow::Break(()),
@@ -48,5 +48,5 @@ fn what_writes_without_end_stops_when_it_is_asked_to() {
     let error = write(&path, &clouds::sphere(100, 1.0).cloud(), &options).unwrap_err();
     assert!(matches!(error, WriteError::Cancelled { .. }), "{error}");
     assert_eq!(std::fs::read(&path).unwrap(), OLD);
-    assert_eq!(files.names(), ["old.writes-without-end"]);
+    assert_eq!(files.names(), ["old.writes-no-end"]);
 }

@@ -1,6 +1,7 @@
 //! Owned values of a column, of any element type.
 
-use crate::memory::{OutOfMemory, grow, with_room};
+use crate::memory::{OutOfMemory, ask, grow, with_room};
+use rayon::prelude::*;
 use std::ops::Range;
 use surfelshop_api::columns::{Element, Values};
 
@@ -227,6 +228,13 @@ impl Buffer {
             .collect())
     }
 
+    /// The surfels of these indices, each of which must be there, where there is memory for them.
+    pub(crate) fn gather(&self, components: usize, rows: &[u32]) -> Result<Self, OutOfMemory> {
+        let bytes = self.element().size().saturating_mul(components) as u64;
+        ask(bytes.saturating_mul(rows.len() as u64))?;
+        Ok(map_vec!(self, vec => gathered(vec, components, rows)))
+    }
+
     /// Appends a number read as text or as f64; whether it fits the type.
     pub(crate) fn push(&mut self, value: f64) -> bool {
         macro_rules! push_int {
@@ -295,6 +303,23 @@ fn extend_rows<T: Copy + Default, const SIZE: usize, const N: usize>(
         let (found, _) = record[offset..offset + N * SIZE].as_chunks::<SIZE>();
         *row = std::array::from_fn(|i| decode(found[i]));
     }
+}
+
+/// The elements of some surfels.
+fn gathered<T: Copy + Default + Send + Sync>(
+    values: &[T],
+    components: usize,
+    rows: &[u32],
+) -> Vec<T> {
+    /// Surfels that are worth a thread.
+    const LEAST: usize = 1 << 14;
+    let mut gathered = vec![T::default(); rows.len() * components];
+    let places = gathered.par_chunks_exact_mut(components).zip(rows).with_min_len(LEAST);
+    places.for_each(|(place, &row)| {
+        let first = row as usize * components;
+        place.copy_from_slice(&values[first..first + components]);
+    });
+    gathered
 }
 
 /// The columns that a buffer of `components` values per row consists of.

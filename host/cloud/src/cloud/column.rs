@@ -3,8 +3,9 @@
 use crate::cloud::buffer::Buffer;
 use crate::cloud::provenance::ToolRun;
 use crate::error::CloudError;
-use std::sync::Arc;
+use crate::memory::OutOfMemory;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Weak};
 use surfelshop_api::ColumnView;
 use surfelshop_api::columns::{self, Element};
 
@@ -83,6 +84,19 @@ impl Column {
         Self::new(Arc::clone(&self.name), self.components, values).made_by(self.made.clone())
     }
 
+    /// The column with the surfels of these indices, each of which must be there.
+    pub(crate) fn gather(&self, rows: &[u32]) -> Result<Self, OutOfMemory> {
+        let values = self.values.gather(self.components as usize, rows)?;
+        Ok(Self::new(Arc::clone(&self.name), self.components, values).made_by(self.made.clone()))
+    }
+
+    /// The column for as long as somebody else holds it.
+    pub(crate) fn downgrade(&self) -> WeakColumn {
+        // The values of the other are none.
+        let column = Self { values: Arc::new(Buffer::U8(Vec::new())), ..self.clone() };
+        WeakColumn { column, values: Arc::downgrade(&self.values) }
+    }
+
     /// Checks the column against the cloud's length and the rules of well-known names.
     pub(crate) fn check(&self, len: usize) -> Result<(), CloudError> {
         let column = || self.name.to_string();
@@ -111,6 +125,26 @@ impl Column {
             return Err(CloudError::NotFinite { column: column(), surfel });
         }
         Ok(())
+    }
+}
+
+/// A column that lives for as long as somebody else holds it.
+#[derive(Clone, Debug)]
+pub(crate) struct WeakColumn {
+    /// All but the values.
+    column: Column,
+    values: Weak<Buffer>,
+}
+
+impl WeakColumn {
+    /// The column; `None` where nobody holds it any more.
+    pub(crate) fn upgrade(&self) -> Option<Column> {
+        Some(Column { values: self.values.upgrade()?, ..self.column.clone() })
+    }
+
+    /// Whether somebody holds it.
+    pub(crate) fn lives(&self) -> bool {
+        self.values.strong_count() > 0
     }
 }
 

@@ -33,6 +33,17 @@ pub(crate) fn of(cloud: &Cloud) -> CloudFacts {
     }
 }
 
+/// Facts of a cloud whose colours changed, and nothing else.
+pub(super) fn recolored(facts: &CloudFacts, cloud: &Cloud) -> CloudFacts {
+    let mut facts = facts.clone();
+    if let Err(place) = facts.columns.binary_search_by(|column| column.as_str().cmp(COLOR)) {
+        facts.columns.insert(place, COLOR.to_owned());
+    }
+    facts.equal_color = equal_color(cloud);
+    facts.colored = vec![true];
+    facts
+}
+
 /// The radius all surfels share, compared bit by bit.
 fn equal_radius(radii: &[f32]) -> Option<f32> {
     let first = *radii.first()?;

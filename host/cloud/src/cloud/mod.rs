@@ -132,6 +132,24 @@ impl Cloud {
         Ok(Self { len, faces, ..kept })
     }
 
+    /// The cloud with other colours, a column that fits it. What is known of it stays known but for its colours.
+    pub(crate) fn recolored(&self, color: Column) -> Self {
+        let mut columns = self.columns.clone();
+        match columns.iter_mut().find(|column| column.name() == color.name()) {
+            Some(old) => *old = color,
+            None => columns.push(color),
+        }
+        let recolored = self.with_origin(self.origin, columns).with_object(self.object());
+        let facts = facts::recolored(self.facts(), &recolored);
+        Self { facts: OnceLock::from(facts), ..recolored }
+    }
+
+    /// The cloud of `len` of its surfels, with columns that hold theirs and the triangles between them.
+    pub(crate) fn with_rows(&self, columns: Vec<Column>, len: usize, faces: Vec<[u32; 3]>) -> Self {
+        let kept = self.with_origin(self.origin, columns).with_object(self.object());
+        Self { len, faces: faces.into(), ..kept }
+    }
+
     /// The cloud around another origin; the columns must be of its length.
     pub(crate) fn with_origin(&self, origin: DVec3, columns: Vec<Column>) -> Self {
         let (faces, history) = (Arc::clone(&self.faces), self.history.clone());

@@ -1,10 +1,12 @@
 //! Takes the batches of a format and makes a table of them.
 
+use crate::assemble::memory_estimate;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::source::{Scan, Source};
 use crate::error::ReadFault;
 use crate::faces;
 use crate::memory::{self, OutOfMemory};
+use crate::options::ReadOptions;
 use crate::table::{COLORS, Field, NORMALS, Table};
 use glam::{DQuat, DVec3};
 use std::collections::HashSet;
@@ -35,6 +37,11 @@ struct Part {
 pub struct TableSink {
     parts: Vec<Part>,
     warnings: Vec<String>,
+    /// Bytes of values that were handed over, and how many there are when memory is asked for again.
+    n_bytes: u64,
+    ask_at: u64,
+    /// Bytes of text in the headers.
+    n_text_bytes: usize,
     /// Why no more is taken.
     out_of_memory: Option<(usize, OutOfMemory)>,
     /// Nothing is taken any more.
@@ -42,6 +49,12 @@ pub struct TableSink {
     /// Only headers are wanted.
     heads_only: bool,
 }
+
+/// Most bytes of text in all headers of a file.
+const MAX_TEXT_BYTES: usize = 64 << 20;
+
+/// Fewer bytes of values than this are no reason to ask again.
+const ASK_EVERY: u64 = 16 << 20;
 
 /// Most warnings that are kept of a file.
 const MAX_WARNINGS: usize = 100;
@@ -125,6 +138,23 @@ impl TableSink {
     pub fn memory_fault(&self) -> Option<ReadFault> {
         let (n_points, out) = self.out_of_memory?;
         Some(ReadFault::Memory { n_points: n_points as u64, out })
+    }
+
+    /// Asks for the memory that a cloud of so many points takes besides their values, whenever they have become
+    /// a quarter more: points without end are refused long before they have taken all there is.
+    fn ask_for_cloud(&mut self, n_rows: usize) -> std::result::Result<(), OutOfMemory> {
+        let Some(part) = self.parts.last().filter(|_| self.n_bytes >= self.ask_at) else {
+            return Ok(());
+        };
+        self.ask_at = self.n_bytes + self.n_bytes / 4 + ASK_EVERY;
+        let field = |column: &FileColumn| {
+            let values = Buffer::with_capacity(column.element, 0);
+            Field { names: names_of(column), values }
+        };
+        let fields: Vec<Field> = part.header.columns.iter().map(field).collect();
+        // Radii may be given for the whole file, and then need no estimates; normals do where they are missing.
+        let options = ReadOptions { radius: Some(1.0), ..ReadOptions::default() };
+        memory_estimate::ask(&fields, n_rows as u64, 0, &options, 0)
     }
 
     fn refuse(&mut self, n_points: usize, out: OutOfMemory) -> Error {
@@ -379,6 +409,13 @@ impl CloudSinkHost for TableSink {
         if self.parts.len() >= MAX_CLOUDS {
             return Err(Error::new(format!("at most {MAX_CLOUDS} clouds of a file are taken")));
         }
+        let texts = header.columns.iter().flat_map(|column| [&column.unit, &column.description]);
+        let texts = texts.chain(&header.comments).chain([&header.coordinate_system]);
+        self.n_text_bytes += texts.map(String::len).sum::<usize>();
+        if self.n_text_bytes > MAX_TEXT_BYTES {
+            let most = MAX_TEXT_BYTES;
+            return Err(Error::new(format!("at most {most} bytes of text in headers are taken")));
+        }
         let columns = header.columns.iter().map(|column| Buffer::with_capacity(column.element, 0));
         let columns = columns.collect();
         self.parts.push(Part { header: header.clone(), columns, n_rows: 0, faces: Vec::new() });
@@ -398,6 +435,12 @@ impl CloudSinkHost for TableSink {
         if (part.n_rows + rows) as u64 > most {
             return Err(Error::new(format!("{most} points are announced, more came")));
         }
+        let point_bytes: usize = part.header.columns.iter().map(FileColumn::point_bytes).sum();
+        self.n_bytes = self.n_bytes.saturating_add(rows as u64 * point_bytes as u64);
+        if let Err(out) = self.ask_for_cloud(n_before + rows) {
+            return Err(self.refuse(n_before + rows, out));
+        }
+        let Some(part) = self.parts.last_mut() else { return Ok(()) };
         let mut out = None;
         for (column, values) in part.columns.iter_mut().zip(values) {
             if let Err(refused) = column.append(values) {

@@ -5,6 +5,7 @@ use super::environment::{ProbeSource, SceneEnvironment};
 use super::keyed::Keyed;
 use super::paths;
 use crate::cloud::transform::Transform;
+use crate::display::{ColorSource, DisplaySettings, Filter, UpDirection};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -34,6 +35,12 @@ pub struct SceneFile {
     pub background: Backdrop,
     /// How surfels become a surface.
     pub surface: Keyed<SurfaceSettings>,
+    /// The axis that points upwards; `None` where the scene does not say, and it is y.
+    pub up: Option<UpDirection>,
+    /// What colours surfels.
+    pub color: Keyed<ColorSource>,
+    /// Surfels are shown that all of these let through, at most [`MOST_FILTERS`](super::MOST_FILTERS).
+    pub filters: Vec<Keyed<Filter>>,
     /// What is shown side by side.
     pub views: Vec<Keyed<SceneView>>,
     /// How the views are laid out: a window's own business, kept as it is.
@@ -100,6 +107,9 @@ impl Default for SceneFile {
             tone_map: ToneMap::default(),
             background: Backdrop::default(),
             surface: surface.into(),
+            up: None,
+            color: Keyed::default(),
+            filters: Vec::new(),
             views: Vec::new(),
             layout: Table::new(),
             unknown: Table::new(),
@@ -115,6 +125,16 @@ impl SceneFile {
             lights: self.lights.iter().map(|light| light.known).collect(),
             exposure_stops: self.exposure_stops,
             surface: self.surface.known,
+        }
+    }
+
+    /// What colours surfels of its clouds, and which are shown.
+    #[must_use]
+    pub fn display(&self) -> DisplaySettings {
+        DisplaySettings {
+            color: self.color.known.clone(),
+            filters: self.filters.iter().map(|filter| filter.known.clone()).collect(),
+            up: self.up.unwrap_or_default(),
         }
     }
 

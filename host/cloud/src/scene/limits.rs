@@ -13,6 +13,12 @@ pub const MOST_CLOUDS: usize = 4096;
 /// The most views of a scene; the window shows fewer.
 pub const MOST_VIEWS: usize = 64;
 
+/// The most filters of a scene.
+pub const MOST_FILTERS: usize = 64;
+
+/// The most values of a filter: as many as there may be categories.
+pub const MOST_FILTER_VALUES: usize = crate::display::MOST_CATEGORIES;
+
 /// The most parameters of a view.
 pub const MOST_VALUES: usize = 1000;
 

@@ -9,6 +9,7 @@
 //! (`scenes_are_read_back_as_they_were_and_written_alike`).
 
 mod angle;
+mod color;
 mod display;
 mod environment;
 mod error;

@@ -67,10 +67,15 @@ pub(super) fn backdrop(entry: &Entry<'_>) -> Result<Backdrop, Fault> {
 
 /// The linear colour of `#rrggbb`, which is sRGB-encoded.
 fn hexadecimal(text: &str) -> Option<[f32; 3]> {
+    hexadecimal_codes(text).map(|codes| codes.map(channel))
+}
+
+/// The sRGB-encoded channels of `#rrggbb`.
+pub(super) fn hexadecimal_codes(text: &str) -> Option<[u8; 3]> {
     let digits = text.strip_prefix('#')?;
     let is_hexadecimal = digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit());
     let bits = u32::from_str_radix(digits, 16).ok().filter(|_| is_hexadecimal)?;
-    Some([16, 8, 0].map(|shift| channel((bits >> shift) as u8)))
+    Some([16, 8, 0].map(|shift| (bits >> shift) as u8))
 }
 
 /// The linear value of an sRGB-encoded channel of 8 bits.

@@ -3,9 +3,9 @@
 use super::error::{SceneError, SceneFault};
 use super::file::{SceneCloud, SceneFile, SceneView};
 use super::keyed::Keyed;
-use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_VALUES, MOST_VIEWS};
+use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_FILTERS, MOST_VALUES, MOST_VIEWS};
 use super::source::{Entry, Fault, Section, Source};
-use super::{environment, light, parts};
+use super::{color, environment, light, parts};
 use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
 use surfelshop_api::Scene;
@@ -106,6 +106,15 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     }
     if let Some(entry) = whole.find("surface") {
         scene.surface = parts::surface(entry.section()?)?;
+    }
+    if let Some(entry) = whole.find("up") {
+        scene.up = Some(color::up(&entry)?);
+    }
+    if let Some(entry) = whole.find("color") {
+        scene.color = color::color(entry.section()?)?;
+    }
+    for section in sections(whole.find("filter"), "filters", MOST_FILTERS)? {
+        scene.filters.push(color::filter(section)?);
     }
     let (mut cloud_lines, mut view_lines) = (Vec::new(), Vec::new());
     for section in sections(whole.find("clouds"), "clouds", MOST_CLOUDS)? {

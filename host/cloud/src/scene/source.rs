@@ -223,6 +223,17 @@ impl<'a> Entry<'a> {
         found.ok_or_else(|| self.wrong(expected))
     }
 
+    /// The values of an array; `None` where it is none.
+    pub(super) fn items(&self) -> Option<Vec<Self>> {
+        let array = self.value.get_ref().as_array()?;
+        let item = |value: &'a Spanned<DeValue<'a>>| Self {
+            source: self.source,
+            name: self.name.clone(),
+            value,
+        };
+        Some(array.iter().map(item).collect())
+    }
+
     pub(super) fn flag(&self) -> Result<bool, Fault> {
         self.value.get_ref().as_bool().ok_or_else(|| self.wrong("true or false"))
     }

@@ -1,6 +1,7 @@
 //! Saving a scene: always the same text for the same scene.
 
 use super::angle::degrees;
+use super::color::{color_entries, filter_entries};
 use super::display::{Backdrop, ToneMap};
 use super::environment::{ProbeSource, SceneEnvironment};
 use super::error::{SceneFault, SceneWriteError};
@@ -76,6 +77,9 @@ impl SceneFile {
             entry("tone_map", tone_map),
             entry("background", backdrop(self.background)),
         ];
+        if let Some(up) = self.up {
+            entries.push(entry("up", up.name()));
+        }
         let lights: Vec<Entries> = self.lights.iter().map(light_entries).collect();
         // Without the key a scene has the usual light.
         entries.push(match lights.is_empty() {
@@ -88,6 +92,11 @@ impl SceneFile {
             entries.push(("environment".to_owned(), Node::Table(entries_of)));
         }
         entries.push(("surface".to_owned(), Node::Table(surface_entries(&self.surface))));
+        if let Some(color) = color_entries(&self.color) {
+            entries.push(("color".to_owned(), Node::Table(color)));
+        }
+        let filters = self.filters.iter().map(filter_entries).collect();
+        entries.push(("filter".to_owned(), Node::Tables(filters)));
         if let Some(camera) = &self.camera {
             entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
         }

@@ -3,6 +3,7 @@
 use anyhow::Context as _;
 use clap::{Args, FromArgMatches as _};
 use std::path::PathBuf;
+use surfelshop_session::options::colors::ColorArguments;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::options::values::{self, Setting, Size};
 use surfelshop_session::options::{
@@ -76,6 +77,9 @@ pub struct BenchArguments {
     /// The environment map.
     #[command(flatten)]
     pub environment: EnvironmentArguments,
+    /// What colours surfels, and which are shown.
+    #[command(flatten)]
+    pub colors: ColorArguments,
     /// Plugins beside the installed ones.
     #[command(flatten)]
     pub plugins: PluginFiles,
@@ -109,7 +113,8 @@ impl BenchArguments {
         let usual = usual.and_then(|usual| PictureArguments::from_arg_matches(&usual));
         let usual = usual.context("the usual picture is none")?;
         let (lens, environment) = (self.lens.clone(), self.environment.clone());
-        Ok(PictureArguments { size, lens, environment, ..usual })
+        let colors = self.colors.clone();
+        Ok(PictureArguments { size, lens, environment, colors, ..usual })
     }
 }
 

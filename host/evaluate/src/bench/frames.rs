@@ -16,6 +16,7 @@ use surfelshop_api::View;
 use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -85,7 +86,8 @@ impl Session<'_> {
         let patience = arguments.plugins.patience();
         let all = requests::with_settings(named, &arguments.set, opened, &patience)?;
         let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-        let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
+        let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+        let clouds = &displayed.clouds;
         let mut contestants = open(arguments, self.variants, &mut self.left_out)?;
         let extent = clouds.extent(staging.scene.surface.radius_scale);
         let n = arguments.frames.unwrap_or(FRAMES);
@@ -94,11 +96,11 @@ impl Session<'_> {
         let whats = || all.iter().map(What::Frame).chain([What::Surfels]);
         let n_steps = (arguments.sizes.len() * whats().count()) as f64;
         for (i, &size) in arguments.sizes.iter().enumerate() {
-            let view = render::view(&picture(size)?, &staging, &clouds);
+            let view = render::view(&picture(size)?, &staging, clouds);
             let views: Vec<View> = orbit(&view, &extent, n).collect();
             for (j, what) in whats().enumerate() {
                 let plugins = &arguments.plugins;
-                let (staging, clouds) = (&staging, &clouds);
+                let staging = &staging;
                 let surroundings = surroundings.as_ref();
                 let stage = Stage { plugins, staging, clouds, surroundings, view };
                 let all = timed(
@@ -116,7 +118,7 @@ impl Session<'_> {
                 let _goes_on = progress.tell(done);
             }
         }
-        self.measured.memory.extend(memory(name, &clouds, &contestants));
+        self.measured.memory.extend(memory(name, clouds, &contestants));
         let adapter = contestants.first().map(|one| json::adapter(&one.studio));
         self.object = report::object("frames", adapter, &base(self.variants), &self.left_out);
         Ok(())

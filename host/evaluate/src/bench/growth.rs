@@ -11,6 +11,7 @@ use super::{STILL, renderers, report};
 use crate::bench::BenchArguments;
 use crate::compare::candidate::CandidateRequest;
 use crate::compare::{Stage, requests};
+use anyhow::ensure;
 use std::time::Duration;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
@@ -42,6 +43,10 @@ struct Drawn {
 
 /// Measures growth.
 pub(super) fn run(arguments: &BenchArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
+    ensure!(
+        arguments.colors.is_empty(),
+        "--growth makes clouds of its own, without colours and columns; leave --color-by, --hide and --only out"
+    );
     let registry = session::registry(&arguments.plugins)?;
     let variants = Variant::all(&arguments.strategies(given), &arguments.details());
     let picture = arguments.picture(Size([USUAL_SIDE; 2]))?;

@@ -24,8 +24,8 @@ use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -66,13 +66,14 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         false => None,
     };
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
-    let frames = camera_path::frames(arguments, &staging, opened, &clouds)?;
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let clouds = &displayed.clouds;
+    let frames = camera_path::frames(arguments, &staging, opened, clouds)?;
     let Some(first) = frames.first() else { bail!("there is no camera") };
     let stage = Stage {
         plugins: &arguments.plugins,
         staging: &staging,
-        clouds: &clouds,
+        clouds,
         surroundings: surroundings.as_ref(),
         view: first.view,
     };
@@ -94,7 +95,7 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         let _goes_on = progress.tell((i + 1) as f64 / frames.len() as f64);
     }
     drop(progress);
-    told.write(&stage, studio.as_ref(), &candidates)?;
+    told.write(&stage, &displayed, studio.as_ref(), &candidates)?;
     verdict(arguments, &candidates, &told)
 }
 

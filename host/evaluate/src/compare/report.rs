@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_image::metrics::{Comparison, Errors, in_color};
 use surfelshop_image::{Image, exr, outputs, png};
+use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::output::{command_line, files, json, terminal};
 use surfelshop_session::session::RenderSession;
 use surfelshop_session::timing::{Run, all_of, median, spread};
@@ -204,13 +205,14 @@ impl<'a> ComparisonOutput<'a> {
     pub(super) fn write(
         &mut self,
         stage: &Stage<'_>,
+        displayed: &DisplayedClouds,
         studio: Option<&RenderSession>,
         candidates: &[Candidate],
     ) -> anyhow::Result<()> {
         let folder = &self.arguments.out;
         let mut page = Page {
             title: "Comparison of renderers".to_owned(),
-            notes: self.notes(stage, studio),
+            notes: self.notes(stage, displayed, studio),
             command: command_line::typed(),
             ..Page::default()
         };
@@ -236,7 +238,7 @@ impl<'a> ComparisonOutput<'a> {
             page.tables.push(Table { caption: "Frame by frame".to_owned(), columns, rows });
         }
         put(folder, "index.html", page.html()?.as_bytes())?;
-        let object = self.object(stage, studio, candidates);
+        let object = self.object(stage, displayed, studio, candidates);
         put(folder, "metrics.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
         if self.arguments.report.json {
             return terminal::json(&object);
@@ -247,13 +249,19 @@ impl<'a> ComparisonOutput<'a> {
         terminal::line(folder.join("index.html").display())
     }
 
-    fn notes(&self, stage: &Stage<'_>, studio: Option<&RenderSession>) -> Vec<String> {
+    fn notes(
+        &self,
+        stage: &Stage<'_>,
+        displayed: &DisplayedClouds,
+        studio: Option<&RenderSession>,
+    ) -> Vec<String> {
         let [width, height] = stage.view.size_px;
         let clouds = self.arguments.files.iter().map(|file| file.display().to_string());
         let clouds = clouds.collect::<Vec<_>>().join(", ");
         let device = studio.map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
         let mut notes =
             vec![format!("{clouds}, {width} x {height} pixels, against {}; {device}.", self.truth)];
+        notes.extend(displayed.line());
         if self.has_noise {
             let line =
                 "The reference's own variance is taken off squared errors; `noise` is what was.";
@@ -325,6 +333,7 @@ impl<'a> ComparisonOutput<'a> {
     fn object(
         &self,
         stage: &Stage<'_>,
+        displayed: &DisplayedClouds,
         studio: Option<&RenderSession>,
         candidates: &[Candidate],
     ) -> Value {
@@ -368,6 +377,7 @@ impl<'a> ComparisonOutput<'a> {
             "size": stage.view.size_px,
             "scene": stage.staging.scene,
             "facts": stage.clouds.facts,
+            "display": displayed.object(),
             "adapter": studio.map(json::adapter),
             "frames": frames.collect::<Vec<_>>(),
             "renderers": each.collect::<Vec<_>>(),

@@ -12,8 +12,8 @@ use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
 use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -36,7 +36,8 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
     let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let clouds = &displayed.clouds;
     let views = clouds.views();
     let values = chosen.values.clone();
     let outputs = match arguments.output.as_slice() {
@@ -47,7 +48,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
         clouds: &views,
         facts: &clouds.facts,
         scene: &staging.scene,
-        view: render::view(&arguments.picture, &staging, &clouds),
+        view: render::view(&arguments.picture, &staging, clouds),
         environment: surroundings.as_ref().map(LoadedEnvironment::view),
         values: &values,
         outputs: &outputs,
@@ -78,6 +79,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             "version": env!("CARGO_PKG_VERSION"),
             "renderer": reference,
             "adapter": adapter,
+            "display": displayed.object(),
             "explained": explained,
             "savings": savings,
             "plugins_not_loaded": others,

@@ -18,8 +18,8 @@ use surfelshop_api::params::Values;
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_image::exr;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
@@ -57,10 +57,11 @@ pub(super) fn report(
     };
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let surroundings = surroundings.as_ref();
-    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
-    let view = render::view(&arguments.picture, &staging, &clouds);
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let clouds = &displayed.clouds;
+    let view = render::view(&arguments.picture, &staging, clouds);
     let plugins = &arguments.plugins;
-    let (staging, clouds) = (&staging, &clouds);
+    let staging = &staging;
     let stage = Stage { plugins, staging, clouds, surroundings, view };
     let mut files = stamps_of(&arguments.files, &inputs.sources)?;
     let own = told_values(&subject, opened, &arguments.set)?;
@@ -201,8 +202,9 @@ fn key(
     Ok(serde_json::to_string(&(
         (units, picture, settings, n_set),
         (files, &stage.clouds.facts, &stage.staging.scene, stage.view),
-        // How pictures are developed decides what is displayed.
+        // How pictures are developed decides what is displayed, and so does what colours and filters clouds.
         format!("{:?}", (stage.staging.how, stage.staging.detail_px, arguments.device.surfels)),
+        format!("{:?}", stage.staging.display),
         (
             stage.surroundings.map(|light: &LoadedEnvironment| light.view().environment.clone()),
             device,

@@ -13,6 +13,7 @@ use surfelshop_api::{CloudFacts, CloudView};
 use surfelshop_cloud::{Cloud, Loaded, ReadError};
 
 /// Clouds that are shown together.
+#[derive(Clone)]
 pub struct Clouds {
     /// Each cloud and how its load went.
     pub loaded: Vec<Loaded>,

@@ -1,6 +1,7 @@
 //! What is opened: clouds, scenes, environment maps, the sample.
 
 pub mod clouds;
+pub mod displayed;
 pub mod environment_map;
 pub mod formats;
 pub mod inside;

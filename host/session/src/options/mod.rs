@@ -1,6 +1,7 @@
 //! Options that several commands share, and the values they take as they are typed.
 
 pub mod camera;
+pub mod colors;
 pub mod explicit;
 pub mod lights;
 mod plugin_files;
@@ -9,6 +10,7 @@ pub mod values;
 pub use plugin_files::{FormatArguments, PluginFiles};
 
 use crate::options::camera::CameraSpec;
+use crate::options::colors::ColorArguments;
 use crate::options::lights::LightSpec;
 use crate::options::values::{Backdrop, Size};
 use clap::{ArgAction, Args, ValueEnum};
@@ -40,6 +42,9 @@ pub struct PictureArguments {
     /// The environment map.
     #[command(flatten)]
     pub environment: EnvironmentArguments,
+    /// What colours surfels, and which are shown.
+    #[command(flatten)]
+    pub colors: ColorArguments,
     /// Factor on brightness in stops: 1 doubles, -1 halves.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, value_parser = values::stops,
           allow_hyphen_values = true)]
@@ -116,9 +121,9 @@ pub struct LensArguments {
     #[arg(long, value_name = "CAMERA", default_value = "three-quarter",
           value_parser = CameraSpec::parse, allow_hyphen_values = true)]
     pub camera: CameraSpec,
-    /// The axis that points upwards in the presets, and where --camera leaves up out: that of the files, where
-    /// they say it, as scans do.
-    #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
+    /// The axis that points upwards in the presets, where --camera leaves up out, and for heights [default: that
+    /// of the scene, else that of the files, where they say it, as scans do, else y].
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
     pub up: UpAxis,
     /// Vertical field of view in degrees [default: 35].
     #[arg(long, value_name = "DEGREES", value_parser = values::field_of_view)]

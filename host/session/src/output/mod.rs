@@ -3,5 +3,6 @@
 pub mod command_line;
 pub mod files;
 pub mod json;
+pub mod legend;
 pub mod provenance;
 pub mod terminal;

@@ -16,6 +16,8 @@ use surfelshop_api::graph::Output;
   surfelshop render bunny.ply -o bunny.png --camera \"0,0.1,0.6; 0,0.1,0; 0,1,0; 30\"
   surfelshop render bunny.ply -r environment --env studio -o bunny.png
   surfelshop render bunny.ply -o depth.png --output depth
+  surfelshop render scan.ply -o classes.png --up z --color-by classification --hide \
+      classification=7,18 --legend
   surfelshop render room.scene.toml -o room.png --exposure 1")]
 pub struct RenderArguments {
     /// The clouds, and at most one scene (.scene.toml); all are shown together.
@@ -51,6 +53,9 @@ pub struct RenderArguments {
     /// What is seen, and in which light.
     #[command(flatten)]
     pub picture: PictureArguments,
+    /// Draw what colours mean into a corner of each PNG, where numbers or categories colour surfels.
+    #[arg(long)]
+    pub legend: bool,
     /// Bits per channel of a PNG.
     #[arg(long, value_enum, value_name = "BITS", default_value_t)]
     pub bits: Bits,

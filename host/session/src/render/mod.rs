@@ -7,6 +7,7 @@ pub use arguments::RenderArguments;
 
 use crate::captured_graph;
 use crate::input::clouds::Clouds;
+use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::probe_info;
 use crate::input::formats::SessionFormats;
@@ -16,7 +17,7 @@ use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
 use crate::options::{Bits, PictureArguments, camera};
 use crate::output::json::{self, Written};
-use crate::output::{files, terminal};
+use crate::output::{files, legend, terminal};
 use crate::session::{self, ConvergedFrame, LoadedRenderer, RenderSession};
 use crate::setup::{self, RenderSetup};
 use anyhow::{Context as _, anyhow, ensure};
@@ -26,6 +27,7 @@ use std::path::Path;
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{UnitKind, View};
+use surfelshop_cloud::display::Legend;
 use surfelshop_image::display::{Background, DisplayTransform};
 use surfelshop_image::{exr, outputs, png};
 use surfelshop_render::{RenderRequest, Rendered};
@@ -88,10 +90,11 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     // Now that all is known that is read.
     files::check_outputs(&outputs)?;
-    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let clouds = &displayed.clouds;
     timings.load_ms = since(started);
 
-    let view = view(&arguments.picture, &staging, &clouds);
+    let view = view(&arguments.picture, &staging, clouds);
     let values = chosen.values.clone();
     let request = RenderRequest {
         clouds: &clouds.views(),
@@ -113,7 +116,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
-    let written = write_all(arguments, &staging, &settled.rendered)?;
+    let legend = legend_of(arguments, &displayed);
+    let written = write_all(arguments, &staging, legend.as_ref(), &settled.rendered)?;
     if let Some(path) = &arguments.save_graph {
         captured_graph::save(path, chosen.view.graph())?;
     }
@@ -129,6 +133,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         "scene_file": opened.map(|opened| opened.path.display().to_string()),
         "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
         "facts": clouds.facts,
+        "display": displayed.object(),
         "scene": staging.scene,
         "environment": surroundings.as_ref().map(|light| probe_info::object(&light.probe)),
         "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
@@ -179,24 +184,38 @@ fn encoded(background: Background) -> Option<[f32; 3]> {
 /// The view through the scene's camera, or through the one that was typed.
 pub fn view(arguments: &PictureArguments, staging: &RenderSetup, clouds: &Clouds) -> View {
     let extent = clouds.extent(staging.scene.surface.radius_scale);
-    let (lens, size) = (&inside::lens(&arguments.lens, clouds), arguments.size.0);
+    let lens = staging.lens(&arguments.lens);
+    let (lens, size) = (&inside::lens(&lens, clouds), arguments.size.0);
     match &staging.camera {
         Some(camera) => camera::through(camera, lens, staging.parallel, &extent, size),
         None => camera::view(lens, &extent, size),
     }
 }
 
-/// Writes every file asked for.
+/// The legend that was asked for; says where there is nothing to explain.
+pub fn legend_of(arguments: &RenderArguments, displayed: &DisplayedClouds) -> Option<Legend> {
+    if !arguments.legend {
+        return None;
+    }
+    let legend = displayed.legend();
+    if legend.is_none() {
+        terminal::note("--legend draws nothing: name what colours surfels with --color-by");
+    }
+    legend
+}
+
+/// Writes every file asked for; a legend is drawn into those that a screen shows.
 pub fn write_all(
     arguments: &RenderArguments,
     staging: &RenderSetup,
+    legend: Option<&Legend>,
     rendered: &Rendered,
 ) -> anyhow::Result<Vec<Written>> {
     let shown = staging.output.as_ref();
     let write = |file: &OutputFile| match file.format {
         Format::Png => {
             let shown = shown.unwrap_or(&Output::Color);
-            write_png(file.path(), shown, rendered, &staging.how, arguments.bits)
+            write_png(file.path(), shown, rendered, &staging.how, arguments.bits, legend)
         }
         Format::Exr => write_exr(file.path(), shown, rendered),
     };
@@ -237,11 +256,16 @@ pub fn write_png(
     rendered: &Rendered,
     how: &DisplayTransform,
     bits: Bits,
+    legend: Option<&Legend>,
 ) -> anyhow::Result<Written> {
     let image = rendered
         .image(output)
         .ok_or_else(|| anyhow::anyhow!("the renderer gave no output `{}`", output.name()))?;
-    let bytes = png::encode(&outputs::visible(output, image, how), bits.into())
+    let mut visible = outputs::visible(output, image, how);
+    if let Some(legend) = legend {
+        legend::draw(&mut visible, legend);
+    }
+    let bytes = png::encode(&visible, bits.into())
         .with_context(|| format!("{}: cannot be encoded", path.display()))?;
     files::write_whole(path, &bytes)?;
     let size = [image.width, image.height];

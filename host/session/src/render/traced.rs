@@ -1,6 +1,7 @@
 //! `surfelshop render` with a tracer: no graphics device, on all cores.
 
 use crate::input::clouds::Clouds;
+use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::formats::SessionFormats;
 use crate::input::scenes::Inputs;
@@ -43,9 +44,10 @@ pub fn render(
     let (values, unknown) = parameters::resolved(reference, declared, seen, &arguments.set)?;
     unknown.iter().for_each(terminal::warn);
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let clouds = Clouds::read(&inputs.sources, &SessionFormats::new(&arguments.plugins))?;
-    let view = render::view(&arguments.picture, staging, &clouds);
-    let order = order(&unit, &values, &clouds, &staging.scene, surroundings.as_ref(), view);
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let clouds = &displayed.clouds;
+    let view = render::view(&arguments.picture, staging, clouds);
+    let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
     let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
     let goes_on = |done| progress.tell(done).is_continue();
     let picture = trace(&unit, order, &arguments.plugins.patience(), goes_on)
@@ -59,7 +61,8 @@ pub fn render(
     let rendered =
         Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
     let n_not_finite = render::check_finite(&rendered);
-    let written = render::write_all(arguments, staging, &rendered)?;
+    let legend = render::legend_of(arguments, &displayed);
+    let written = render::write_all(arguments, staging, legend.as_ref(), &rendered)?;
     if !arguments.report.json {
         return written.iter().try_for_each(|file| terminal::line(line(file, reference, &picture)));
     }
@@ -69,6 +72,7 @@ pub fn render(
         "files": written,
         "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
         "facts": clouds.facts,
+        "display": displayed.object(),
         "scene": staging.scene,
         "renderer": json::unit(reference, &unit, &values),
         "frame": frame(&picture, &view),

@@ -4,6 +4,7 @@
 //! `recovery` keeps unsaved edits on disk for the case of a crash.
 
 mod cloud_writer;
+mod display;
 mod environment_map;
 pub(crate) mod file_loader;
 pub(crate) mod file_names;

@@ -12,6 +12,8 @@ use crate::window::Window;
 use eframe::egui::Context;
 use std::path::PathBuf;
 use surfelshop_api::graph::Output;
+use surfelshop_cloud::Cloud;
+use surfelshop_cloud::display::{ColorSource, Display};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::sample::find_sample;
@@ -114,15 +116,37 @@ impl Window {
             let own = state_folder.is_some_and(|folder| folder.owns(&opened.path));
             self.show_scene(file, Some(opened.path).filter(|_| !own));
         }
+        self.apply_typed_colors();
         self.document.history.clear();
+    }
+
+    /// Puts what was typed about colours and filters over what a scene says, for the first files.
+    fn apply_typed_colors(&mut self) {
+        let Some(typed) = self.document.typed_colors.take() else { return };
+        match typed.over(self.display_settings()) {
+            Ok(settings) => {
+                (self.settings.color, self.settings.filters) = (settings.color, settings.filters);
+            }
+            Err(error) => self.messages.warn(format!("{error:#}")),
+        }
     }
 
     /// Shows other clouds with a camera that sees all of them.
     fn show_new_clouds(&mut self, open_clouds: OpenClouds, scene: Option<&SceneFile>) {
         let surface = scene.map_or(self.settings.scene.surface, |scene| scene.surface.known);
         let revision = self.document.clouds.as_ref().map_or(0, |shown| shown.revision) + 1;
-        let shown = VisibleClouds::new(open_clouds, surface.radius_scale, revision);
+        let mut shown = VisibleClouds::new(open_clouds, surface.radius_scale, revision);
+        shown.frames = scene.is_none_or(|scene| scene.camera.is_none());
         let extent = shown.extent;
+        // Filters are of the former clouds, and so are colours by a column that these do not have.
+        self.settings.filters.clear();
+        let clouds: Vec<&Cloud> = shown.clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
+        if Display::new(&self.display_settings(), &clouds).is_err() {
+            self.settings.color = ColorSource::default();
+        }
+        if let Some(up) = scene.and_then(|scene| scene.up) {
+            self.document.up = up.into();
+        }
         self.document.clouds = Some(shown);
         self.document.n_opened += 1;
         self.plugins.tools.cancel();

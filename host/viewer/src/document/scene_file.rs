@@ -11,6 +11,7 @@ use crate::window::Window;
 use std::path::Path;
 use surfelshop_api::Light;
 use surfelshop_api::params::{Values, srgb_to_linear};
+use surfelshop_cloud::display::{Filter, UpDirection};
 use surfelshop_cloud::scene::{
     Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
@@ -23,6 +24,9 @@ use toml::{Table, Value as Toml};
 /// The key of the layout that hides the light handles.
 const LIGHT_HANDLES_KEY: &str = "lamps";
 
+/// The key of the layout that hides the legend.
+const LEGEND_KEY: &str = "legend";
+
 /// Applies a scene to the window.
 pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     let settings = &mut window.settings;
@@ -30,6 +34,9 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.environment = environment_map::of_scene(file);
     settings.tone_map = tone_map_of(file);
     settings.background = background_of(file);
+    let display = file.display();
+    (settings.color, settings.filters) = (display.color, display.filters);
+    settings.shows_legend = file.layout.get(LEGEND_KEY).and_then(Toml::as_bool).unwrap_or(true);
     settings.shows_light_handles =
         file.layout.get(LIGHT_HANDLES_KEY).and_then(Toml::as_bool).unwrap_or(true);
     window.views.own_cameras.clear();
@@ -125,6 +132,7 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
         Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
     };
     file.surface.known = settings.scene.surface;
+    put_display(window, &mut file);
     let views = settings.panes.iter().map(|pane| {
         let own = window.views.own_cameras.get(&pane.id).filter(|_| !pane.linked);
         let known = SceneView {
@@ -155,11 +163,31 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
         true => file.layout.remove(LIGHT_HANDLES_KEY),
         false => file.layout.insert(LIGHT_HANDLES_KEY.to_owned(), Toml::Boolean(false)),
     };
+    match settings.shows_legend {
+        true => file.layout.remove(LEGEND_KEY),
+        false => file.layout.insert(LEGEND_KEY.to_owned(), Toml::Boolean(false)),
+    };
     match arrangement::describe(&window.views.tree, &settings.pane_ids()) {
         Some(described) => file.layout.insert("arrangement".to_owned(), described),
         None => file.layout.remove("arrangement"),
     };
     file
+}
+
+/// Updates what colours and filters the clouds; unknown keys stay with what is as it was.
+fn put_display(window: &Window, file: &mut SceneFile) {
+    let display = window.display_settings();
+    // The usual axis is left out where it was not said before.
+    if file.up.is_some() || display.up != UpDirection::default() {
+        file.up = Some(display.up);
+    }
+    file.color.known = display.color;
+    let before = std::mem::take(&mut file.filters);
+    let keyed = |known: Filter| {
+        let old = before.iter().find(|old| old.known == known);
+        Keyed { known, unknown: old.map(|old| old.unknown.clone()).unwrap_or_default() }
+    };
+    file.filters = display.filters.into_iter().map(keyed).collect();
 }
 
 /// Lights with the unknown keys of the opened scene: those of the same light at any index, or for a

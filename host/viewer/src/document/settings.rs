@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Light, Scene};
+use surfelshop_cloud::display::{ColorSource, Filter};
 use surfelshop_cloud::scene::{SceneEnvironment, Table};
 use surfelshop_image::display::{Background, DisplayTransform, ToneMap};
 
@@ -94,6 +95,12 @@ pub(crate) struct Settings {
     pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) tone_map: ToneMap,
     pub(crate) background: Background,
+    /// What colours surfels.
+    pub(crate) color: ColorSource,
+    /// Which of them are shown.
+    pub(crate) filters: Vec<Filter>,
+    /// Whether what colours mean is shown over the pictures.
+    pub(crate) shows_legend: bool,
     /// Whether light handles are shown.
     pub(crate) shows_light_handles: bool,
     pub(crate) panes: Vec<PaneSettings>,
@@ -108,6 +115,9 @@ impl Default for Settings {
             environment: None,
             tone_map: ToneMap::default(),
             background,
+            color: ColorSource::default(),
+            filters: Vec::new(),
+            shows_legend: true,
             shows_light_handles: true,
             panes: vec![PaneSettings::new(0, "ewa-phong")],
         }

@@ -1,6 +1,7 @@
 //! The state of the document: clouds, scene, history, and files being read or written.
 
 use super::cloud_writer::CloudWriter;
+use super::display::DisplayJob;
 use super::file_loader::FileLoader;
 use super::history::History;
 use super::recovery::Recovery;
@@ -11,11 +12,14 @@ use std::path::PathBuf;
 use std::time::Instant;
 use surfelshop_cloud::scene::{Keyed, SceneFile, SceneView};
 use surfelshop_session::options::UpAxis;
+use surfelshop_session::options::colors::ColorArguments;
 
 /// Everything that is open, apart from the settings.
 pub(crate) struct Document {
     pub(crate) history: History,
     pub(crate) clouds: Option<VisibleClouds>,
+    /// Large clouds that are being coloured and filtered.
+    pub(crate) display_job: Option<DisplayJob>,
     /// Files being read.
     pub(crate) loader: Option<FileLoader>,
     /// A cloud being written.
@@ -46,11 +50,13 @@ pub(crate) struct Document {
     pub(crate) up: UpAxis,
     /// The same as it was typed, if it was.
     pub(crate) typed_up: UpAxis,
+    /// What was typed about colours and filters, for the first files.
+    pub(crate) typed_colors: Option<ColorArguments>,
 }
 
 impl Document {
     /// An empty document; begins a session in the state folder.
-    pub(crate) fn new(up: UpAxis) -> Self {
+    pub(crate) fn new(up: UpAxis, colors: &ColorArguments) -> Self {
         let state_folder = StateFolder::of_user();
         if let Some(state_folder) = &state_folder {
             state_folder.begin_session();
@@ -58,6 +64,7 @@ impl Document {
         Self {
             history: History::default(),
             clouds: None,
+            display_job: None,
             loader: None,
             cloud_writer: None,
             n_opened: 0,
@@ -74,6 +81,7 @@ impl Document {
             replace_confirmed: false,
             up: up.or_of([]),
             typed_up: up,
+            typed_colors: Some(colors.clone()).filter(|colors| !colors.is_empty()),
         }
     }
 }

@@ -37,6 +37,8 @@ pub(crate) struct ExportForm {
     pub(crate) path: String,
     pub(super) size: [u32; 2],
     pub(super) n_frames: usize,
+    /// Whether what colours mean is drawn into the pictures.
+    pub(crate) legend: bool,
     /// The cameras of a path, in order.
     pub(super) keys: Vec<Camera>,
     /// Pictures that would overwrite files, with the number of these files, until the user has decided.
@@ -52,6 +54,7 @@ impl Default for ExportForm {
             path: "surfelshop.png".to_owned(),
             size: [1920, 1080],
             n_frames: 120,
+            legend: true,
             keys: Vec::new(),
             overwrite: None,
         }

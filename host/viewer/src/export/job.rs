@@ -6,9 +6,10 @@ use eframe::egui::Context;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use surfelshop_api::graph::Output;
+use surfelshop_cloud::display::Legend;
 use surfelshop_image::{exr, png};
 use surfelshop_session::options::values::Format;
-use surfelshop_session::output::files;
+use surfelshop_session::output::{files, legend};
 
 /// A picture and its file.
 #[derive(Clone)]
@@ -16,6 +17,8 @@ pub(super) struct ExportPicture {
     pub(super) request: ViewRequest,
     pub(super) path: PathBuf,
     pub(super) format: Format,
+    /// What is drawn into its corner.
+    pub(super) legend: Option<Legend>,
 }
 
 /// A running export.
@@ -56,7 +59,13 @@ impl ExportJob {
 fn write(picture: &ExportPicture, rendered: RenderedView) -> anyhow::Result<()> {
     let path = &picture.path;
     let bytes = match picture.format {
-        Format::Png => png::encode(&rendered.visible(), png::Bits::Eight),
+        Format::Png => {
+            let mut visible = rendered.visible();
+            if let Some(legend) = &picture.legend {
+                legend::draw(&mut visible, legend);
+            }
+            png::encode(&visible, png::Bits::Eight)
+        }
         Format::Exr => {
             let depth = rendered.depth.map(|depth| (Output::Depth, depth));
             let color = (Output::Color, rendered.color);

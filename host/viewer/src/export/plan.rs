@@ -44,6 +44,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         for_measurement: false,
         serial: 0,
     };
+    let legend = window.legend().filter(|_| form.legend);
     let mut pictures = Vec::new();
     // One renderer after the other, so that each is prepared once.
     for &side in sides {
@@ -56,7 +57,8 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
                 1 => own.clone(),
                 _ => with_suffix(&own, &format!("{:04}", i + 1)),
             };
-            pictures.push(ExportPicture { request: request(side, camera), path, format });
+            let (request, legend) = (request(side, camera), legend.clone());
+            pictures.push(ExportPicture { request, path, format, legend });
         }
     }
     Ok(pictures)

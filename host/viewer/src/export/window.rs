@@ -52,6 +52,7 @@ fn ask(window: &mut Window, ui: &mut Ui) {
 fn form(window: &mut Window, ui: &mut Ui) {
     let camera = window.camera_of(window.views.focused);
     let settings = window.settings.pane(window.views.focused).cloned();
+    let has_legend = window.legend().is_some();
     let form = &mut window.panels.export_form;
     ui.horizontal(|ui| {
         ui.selectable_value(&mut form.kind, ExportKind::View, "this view");
@@ -60,6 +61,9 @@ fn form(window: &mut Window, ui: &mut Ui) {
     });
     if fields(ui, form, settings, camera) {
         files::open(window, ui.ctx(), DialogPurpose::Pictures);
+    }
+    if has_legend {
+        ui.checkbox(&mut window.panels.export_form.legend, "draw the legend into PNG files");
     }
     if ui.button("save").clicked() {
         match plan(window, camera) {

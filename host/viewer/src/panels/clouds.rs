@@ -36,7 +36,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         }
         facts_of(ui, open_cloud);
     }
-    let facts = &shown.clouds.facts;
+    let facts = &shown.open_clouds.clouds.facts;
     let size = facts.bounds_max - facts.bounds_min;
     if size.max_element() < 1e6 && size.max_element() > 1e-3 {
         ui.label(format!("size {:.4} x {:.4} x {:.4}", size.x, size.y, size.z));
@@ -100,7 +100,7 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud) {
 }
 
 /// A number with spaces between groups of three digits.
-fn grouped(number: u64) -> String {
+pub(super) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut grouped = String::new();
     for (i, digit) in digits.chars().enumerate() {

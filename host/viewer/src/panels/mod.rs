@@ -6,6 +6,7 @@ mod actions;
 mod breakdown;
 mod camera;
 mod clouds;
+mod colors;
 mod environment_map;
 mod lights;
 mod manual;

@@ -1,6 +1,6 @@
 //! The panels at the left.
 
-use super::{breakdown, camera, clouds, environment_map, passes, picture, renderer};
+use super::{breakdown, camera, clouds, colors, environment_map, passes, picture, renderer};
 use crate::window::Window;
 use eframe::egui::{self, ScrollArea, Ui};
 
@@ -8,6 +8,7 @@ use eframe::egui::{self, ScrollArea, Ui};
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
         section(ui, "Clouds", |ui| clouds::show(window, ui));
+        section(ui, "Colours", |ui| colors::show(window, ui));
         section(ui, "Renderer", |ui| renderer::show(window, ui));
         section(ui, "Camera", |ui| camera::show(window, ui));
         section(ui, "Light and picture", |ui| picture::show(window, ui));

@@ -1,5 +1,6 @@
 //! Tests of the whole window without a screen.
 
+mod colors;
 mod edits;
 mod files;
 mod light_handles;
@@ -53,6 +54,7 @@ struct Screen {
 impl Screen {
     fn open(files: &[&str]) -> Self {
         Self::with(&ViewerArguments {
+            colors: Default::default(),
             files: files.iter().map(PathBuf::from).collect(),
             up: UpAxis::Y,
             plugins: built_plugins(),

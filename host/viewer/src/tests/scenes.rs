@@ -79,6 +79,9 @@ pub(super) fn n_pixels_unlike_rendered(
 #[test]
 fn a_scene_comes_back_as_it_was_saved() {
     use surfelshop_api::params::Value;
+    use surfelshop_cloud::display::{
+        ColorBy, ColorSource, Filter, FilterAction, FilterTest, Scale,
+    };
     use surfelshop_image::display::Background;
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("b.scene.toml");
@@ -93,6 +96,12 @@ fn a_scene_comes_back_as_it_was_saved() {
     own.eye *= 1.5;
     window.views.own_cameras.insert(1, own);
     window.settings.scene.surface.low_pass = 2.0;
+    window.settings.shows_legend = false;
+    let radius = surfelshop_cloud::display::Attribute::column("radius");
+    window.settings.color = ColorSource::new(ColorBy::Attribute(radius.clone()));
+    window.settings.color.scale = Scale::Logarithmic;
+    let test = FilterTest::Range([0.0, 1.0]);
+    window.settings.filters = vec![Filter { attribute: radius, action: FilterAction::Keep, test }];
     window.save_scene(&path);
     let (settings, camera) = (window.settings.clone(), window.views.camera);
     // Unknown keys stay.

@@ -25,6 +25,7 @@ fn with_untrusted_plugin(folder: &Path) -> Screen {
     std::fs::copy(faulty(), &path).unwrap();
     plugin.push(path);
     let arguments = ViewerArguments {
+        colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
         plugins: PluginFiles { plugin, trust_file: Some(list), ..PluginFiles::default() },
@@ -98,6 +99,7 @@ fn with_a_link(folder: &Path) -> Screen {
     std::os::unix::fs::symlink(&trusted, folder.join("link.so")).unwrap();
     let plugin = vec![built[1].clone(), folder.join("link.so")];
     Screen::with(&ViewerArguments {
+        colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
         plugins: PluginFiles { plugin, trust_file: Some(list), ..PluginFiles::default() },

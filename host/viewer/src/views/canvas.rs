@@ -1,6 +1,7 @@
 //! The panes: their tool rows, the mouse over their pictures, and the line of a wipe.
 
 use super::layout;
+use super::legend;
 use super::light_handles;
 use super::navigation;
 use super::paint;
@@ -128,6 +129,13 @@ impl Panes<'_> {
         let rects: Vec<Rect> =
             parts.iter().map(|part| Rect::from_min_size(part.min, size)).collect();
         paint::show(ui, &painter, pane, &settings, &rects);
+        if self.window.settings.shows_legend
+            && settings.mode != Mode::Difference
+            && let Some(legend) = self.window.legend()
+            && let Some(last) = rects.last()
+        {
+            legend::show(&painter, *last, &legend);
+        }
         let handles = light_handles::show(self.window, ui, id, &rects, response.contains_pointer());
         if response.clicked() || response.dragged() || handles.dragged {
             self.window.views.focused = id;
@@ -259,7 +267,10 @@ impl Panes<'_> {
         if self.window.views.pointer_position != found {
             self.window.views.pointer_position = found;
             self.window.views.pointer_text = match (found, &self.window.document.clouds) {
-                (Some(point), Some(shown)) => surfel::describe(&shown.clouds, point),
+                (Some(point), Some(shown)) => match &shown.displayed_of {
+                    Some(of) => surfel::describe(&shown.displayed, &of.open_clouds.clouds, point),
+                    None => String::new(),
+                },
                 _ => String::new(),
             };
         }

@@ -9,6 +9,7 @@ pub(crate) mod canvas;
 mod compare;
 mod events;
 pub(crate) mod layout;
+mod legend;
 mod light_handles;
 pub(crate) mod messages;
 pub(crate) mod navigation;
@@ -23,3 +24,5 @@ mod timings;
 
 pub(crate) use render_state::Render;
 pub(crate) use state::{Views, camera_in, initial_camera};
+#[cfg(test)]
+pub(crate) use surfel::describe as describe_surfel;

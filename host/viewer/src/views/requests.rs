@@ -10,6 +10,10 @@ impl Window {
     /// Requests missing pictures, and releases those of hidden sides.
     pub(crate) fn send_requests(&mut self, ctx: &Context) {
         let Some(shown) = &self.document.clouds else { return };
+        // Clouds that are about to be coloured and filtered are not drawn as they are before.
+        if shown.displayed_of.is_none() {
+            return;
+        }
         // After a crash no plugin runs until the user has decided.
         if self.render.no_device || self.plugins.crash.is_some() {
             return;

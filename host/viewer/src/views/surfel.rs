@@ -4,28 +4,39 @@ use glam::DVec3;
 use rayon::prelude::*;
 use surfelshop_cloud::Cloud;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::displayed::DisplayedClouds;
 
-/// Describes the surfel whose disc holds a point, in one line; empty without surfels.
-pub(crate) fn describe(clouds: &Clouds, point: DVec3) -> String {
-    let nearest = clouds
+/// Describes the surfel whose disc holds a point, in one line; empty without surfels. It is one of those that
+/// are displayed, with its number, colour and shown value in the whole cloud.
+pub(crate) fn describe(displayed: &DisplayedClouds, whole: &Clouds, point: DVec3) -> String {
+    let nearest = displayed
+        .clouds
         .loaded
         .iter()
         .enumerate()
         .filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, point)?)))
         .min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
     let Some((file, (index, _))) = nearest else { return String::new() };
-    let cloud = &clouds.loaded[file].cloud;
+    let Some(loaded) = whole.loaded.get(file) else { return String::new() };
+    let (cloud, index) = (&loaded.cloud, displayed.source_index(file, index));
     let [x, y, z] = point.to_array();
     let normal = cloud.normals().get(index).copied().unwrap_or_default();
     let color = color(cloud, index);
-    let name = if clouds.loaded.len() > 1 {
-        format!(" of {}", clouds.loaded[file].summary.file)
-    } else {
-        String::new()
+    let name = match whole.loaded.len() {
+        0 | 1 => String::new(),
+        _ => format!(" of {}", loaded.summary.file),
     };
+    let attribute = displayed.display().colors().attribute();
+    let number = attribute.and_then(|attribute| {
+        let number = displayed.display().number(cloud, attribute, index)?;
+        Some(format!("   {} {number}", attribute.name()))
+    });
     format!(
-        "({x:.6}, {y:.6}, {z:.6})   surfel {index}{name}   normal ({:.3}, {:.3}, {:.3}){color}",
-        normal.x, normal.y, normal.z
+        "({x:.6}, {y:.6}, {z:.6})   surfel {index}{name}   normal ({:.3}, {:.3}, {:.3}){color}{}",
+        normal.x,
+        normal.y,
+        normal.z,
+        number.unwrap_or_default()
     )
 }
 

@@ -64,7 +64,7 @@ fn a_format_that_nobody_said_yes_to_reads_nothing() {
 #[test]
 fn what_formats_say_does_not_steer_the_terminal() {
     let desk = desk();
-    for ending in ["says-a-lot", "steers-the-terminal", "panics-in-read", "fails-late"] {
+    for ending in ["says-a-lot", "steers-terminal", "panics-in-read", "fails-late"] {
         let name = format!("bad.{ending}");
         desk.put(&name, "x");
         for command in [format!("info {name} --full"), format!("convert {name} out.ply")] {
@@ -92,12 +92,12 @@ fn points_without_end_are_one_line() {
 #[test]
 fn a_file_without_end_is_one_line_and_leaves_the_old_one() {
     let desk = desk();
-    desk.put("old.writes-without-end", "what stood there before");
+    desk.put("old.writes-no-end", "what stood there before");
     // In blocks of 512 bytes, more than the copy of a library.
-    let line = "convert one.ply old.writes-without-end";
+    let line = "convert one.ply old.writes-no-end";
     let ended = run_within(&desk, "trap '' XFSZ; ulimit -f 65536", line);
-    ended.failed(&["old.writes-without-end"]);
-    let old = std::fs::read_to_string(desk.at("old.writes-without-end")).unwrap();
+    ended.failed(&["old.writes-no-end"]);
+    let old = std::fs::read_to_string(desk.at("old.writes-no-end")).unwrap();
     assert_eq!(old, "what stood there before");
-    assert_eq!(desk.files(), ["old.writes-without-end", "one.ply"]);
+    assert_eq!(desk.files(), ["old.writes-no-end", "one.ply"]);
 }

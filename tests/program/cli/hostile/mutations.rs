@@ -1,5 +1,5 @@
 //! Changed files through the program itself, with a limit on memory, and kills at random moments; both by a
-//! fixed seed. Costs 15 s; with `SURFELSHOP_LONG` four minutes, for thousands of runs and hundreds of kills.
+//! fixed seed. Costs 18 s; with `SURFELSHOP_LONG` four minutes, for thousands of runs and hundreds of kills.
 
 #![cfg(unix)]
 
@@ -72,7 +72,19 @@ fn kinds(desk: &TestFolder) -> Vec<Kind> {
          file = \"/b.so\"\n"
     );
     let kind = |name, seeds, commands| Kind { name, seeds, commands };
+    let format = |name, commands| {
+        let (_, ending) = name.split_once('.').unwrap();
+        let folder = if ending == "glb" { "gltf" } else { ending };
+        kind(name, files_of(&format!("tests/fuzz/corpus/{folder}/seeds"), ""), commands)
+    };
     vec![
+        format("x.las", &["info x.las", "convert x.las out.ply", "info x.las --full"]),
+        format("x.e57", &["info x.e57", "convert x.e57 out.ply", "info x.e57 --full"]),
+        format("x.pcd", &["info x.pcd", "convert x.pcd out.ply", "info x.pcd --full"]),
+        format("x.xyz", &["info x.xyz", "convert x.xyz out.ply", "info x.xyz --full"]),
+        format("x.sfl", &["info x.sfl", "convert x.sfl out.ply", "info x.sfl --full"]),
+        format("x.stl", &["info x.stl", "convert x.stl out.ply", "render x.stl --size 8 -o y.png"]),
+        format("x.glb", &["info x.glb", "convert x.glb out.ply", "render x.glb --size 8 -o y.png"]),
         kind(
             "x.ply",
             files_of("tests/fuzz/corpus/cloud/seeds", ""),
@@ -164,7 +176,7 @@ fn changed_files_end_in_success_or_one_line() {
     desk.put_cloud("one.ply", &[facing_front(0.0, 0.0, 0.5)]);
     let kinds = kinds(&desk);
     let mut chance = Chance::new(2028);
-    let n_runs = if is_long() { 4_500 } else { 126 };
+    let n_runs = if is_long() { 4_500 } else { 176 };
     let mut n_good = 0;
     for number in 0..n_runs {
         let kind = &kinds[number % kinds.len()];

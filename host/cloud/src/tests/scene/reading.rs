@@ -1,4 +1,8 @@
 use super::{file, open, written};
+use crate::display::{
+    Attribute, ColorBy, ColorMap, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale,
+    UpDirection,
+};
 use crate::scene::{Backdrop, SceneCloud, SceneFile, SceneView, ToneMap, is_scene, read};
 use crate::{Rotation, Transform};
 use glam::{DQuat, DVec3, Vec3};
@@ -13,6 +17,7 @@ format = 1
 background = "#dfe3e4"
 tone_map = 'neutral'
 exposure = -1
+up = 'z'
 layout = { panes = [ { size = 0.5 }, { size = 0.25 } ], "odd key" = 1979-05-27 }
 
 camera = { eye = [0.9, 1.95, 1.9], target = [-0.02, 1.55, 0], fov = 24 }
@@ -58,6 +63,23 @@ scale = 0.01
 [[clouds]]
 path = "/data/a.ply"
 transform.quaternion = [0, 0, 0, 2]
+
+[color]
+by = "column:height"
+component = 2
+range = ["5%", 12]
+scale = "log"
+map = "turbo"
+
+[[filter]]
+column = "classification"
+action = "hide"
+values = [7, 18]
+
+[[filter]]
+column = "height"
+action = "keep"
+range = [-1, inf]
 "##;
 
 /// The same as it is written.
@@ -66,6 +88,7 @@ format = 1
 exposure = -1.0
 tone_map = "neutral"
 background = "#dfe3e4"
+up = "z"
 
 [[lights]]
 towards = [-0.6, 1.0, 0.7]
@@ -82,6 +105,23 @@ depth_tolerance = 0.5
 two_sided = false
 radius_scale = 1.25
 low_pass = 0.0
+
+[color]
+by = "column:height"
+component = 2
+map = "turbo"
+scale = "log"
+range = ["5%", 12.0]
+
+[[filter]]
+column = "classification"
+action = "hide"
+values = [7, 18]
+
+[[filter]]
+column = "height"
+action = "keep"
+range = [-1.0, inf]
 
 [camera]
 eye = [0.9, 1.95, 1.9]
@@ -188,8 +228,16 @@ fn everything_in_a_scene_is_read() {
     assert_eq!(clouds[1].transform.as_ref().unwrap().known, transform);
     let turned = clouds[2].transform.as_ref().unwrap().rotation;
     assert_eq!(turned, Rotation::Quaternion(DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0)));
-    assert_eq!(opened.cloud_lines, [37, 40, 49]);
-    assert_eq!(opened.view_lines, [11, 15]);
+    let display = scene.display();
+    assert_eq!(display.up, UpDirection::Z);
+    let by = ColorBy::Attribute(Attribute::column("height").with_component(2));
+    let range = [RangeEnd::Percent(5.0), RangeEnd::Value(12.0)];
+    let (map, scale) = (MapChoice::Map(ColorMap::Turbo), Scale::Logarithmic);
+    assert_eq!(display.color, ColorSource { by, map, scale, range });
+    let filters = display.filters.iter().map(ToString::to_string).collect::<Vec<_>>();
+    assert_eq!(filters, ["hide classification=7,18", "keep height=-1.."]);
+    assert_eq!(opened.cloud_lines, [38, 41, 50]);
+    assert_eq!(opened.view_lines, [12, 16]);
 }
 
 #[test]
@@ -202,6 +250,10 @@ fn a_scene_is_written_for_people() {
 fn the_shortest_scene_has_the_usual_light_and_nothing_else() {
     let scene = open("format = 1").scene;
     assert_eq!(scene.scene(), Scene::default());
+    assert_eq!(scene.display(), DisplaySettings::default());
+    assert!(scene.display().is_plain());
+    let uniform = open("format = 1\ncolor = { by = 'uniform', color = '#ff8000' }").scene;
+    assert_eq!(uniform.color.by, ColorBy::Uniform([255, 128, 0]));
     assert!(scene.clouds.is_empty() && scene.views.is_empty() && scene.camera.is_none());
     assert!(open("format = 1\nlights = []").scene.lights.is_empty());
     let opened = open(
@@ -250,6 +302,14 @@ skew = -1
 renderer = "flat"
 quality.best = true
 camera = { eye = [0.0, 0.0, 1.0], target = [0.0, 0.0, 0.0], fow = 3.0 }
+[color]
+by = "file"
+rnge = [0.0, 1.0]
+[[filter]]
+column = "a"
+action = "hide"
+values = [1]
+soft = true
 "#;
     let opened = open(text);
     let warnings: Vec<&str> =
@@ -265,6 +325,8 @@ camera = { eye = [0.0, 0.0, 1.0], target = [0.0, 0.0, 0.0], fow = 3.0 }
         "17:1: unknown key `clouds[1].transform.skew` is kept and has no effect",
         "20:1: unknown key `views[1].quality` is kept and has no effect",
         "21:61: unknown key `views[1].camera.fow`, did you mean `fov`?",
+        "24:1: unknown key `color.rnge`, did you mean `range`?",
+        "29:1: unknown key `filter[1].soft` is kept and has no effect",
     ];
     assert_eq!(warnings, expected);
     let (_folder, path, text) = written(&opened.scene);
@@ -280,6 +342,8 @@ camera = { eye = [0.0, 0.0, 1.0], target = [0.0, 0.0, 0.0], fow = 3.0 }
         "skew = -1\n",
         "[views.quality]\nbest = true\n",
         "fow = 3.0\n",
+        "rnge = [0.0, 1.0]\n",
+        "soft = true\n",
     ] {
         assert!(text.contains(kept), "`{kept}` is missing in:\n{text}");
     }

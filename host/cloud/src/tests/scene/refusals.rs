@@ -66,6 +66,92 @@ fn deep_nesting_is_refused_before_it_harms() {
 }
 
 #[test]
+fn every_value_of_colours_and_filters_is_checked() {
+    for (line, expected) in [
+        ("up = 'x'", "2:6: `up`: expected \"y\" or \"z\", found `'x'`"),
+        (
+            "color = {}",
+            "2:9: `color.by`: expected \"file\", \"uniform\", \"normal\", \"height\" or the name of a \
+             column, found no such key; add it",
+        ),
+        (
+            "color = { by = 'uniform' }",
+            "2:9: `color.color`: expected a colour as \"#rrggbb\", found no such key; add it",
+        ),
+        (
+            "color = { by = 'a', color = '#000000' }",
+            "2:29: `color.color`: expected `by = \"uniform\"` beside it, found `'#000000'`",
+        ),
+        (
+            "color = { by = 'a', map = 'jet' }",
+            "2:27: `color.map`: expected one of viridis, turbo, grey, diverging, categories, found \
+             `'jet'`",
+        ),
+        (
+            "color = { by = 'a', scale = 'cubic' }",
+            "2:29: `color.scale`: expected \"linear\" or \"log\", found `'cubic'`",
+        ),
+        (
+            "color = { by = 'a', range = ['5%', '101%'] }",
+            "2:29: `color.range`: expected two numbers or percentages such as \"5%\", the lower \
+             first, found `['5%', '101%']`",
+        ),
+        (
+            "color = { by = 'a', range = [3, 2] }",
+            "2:29: `color.range`: expected two numbers or percentages such as \"5%\", the lower \
+             first, found `[3, 2]`",
+        ),
+        (
+            "color = { by = 'height', component = 1 }",
+            "2:38: `color.component`: expected the name of a column beside it: heights have no \
+             components, found `1`",
+        ),
+        (
+            "color = { by = 'a', component = -1 }",
+            "2:33: `color.component`: expected a component, counted from 0, found `-1`",
+        ),
+        (
+            "filter = [{ column = 'a', action = 'keep' }]",
+            "2:11: `filter[1].range`: expected two numbers, or `values` with whole numbers, found no \
+             such key; add it",
+        ),
+        (
+            "filter = [{ column = 'a', action = 'show', values = [1] }]",
+            "2:36: `filter[1].action`: expected \"keep\" or \"hide\", found `'show'`",
+        ),
+        (
+            "filter = [{ column = 'a', action = 'keep', values = [1.5] }]",
+            "2:53: `filter[1].values`: expected whole numbers, at least one, found `[1.5]`",
+        ),
+        (
+            "filter = [{ column = 'a', action = 'hide', range = [2, nan] }]",
+            "2:52: `filter[1].range`: expected two numbers, the lower first, which may be inf, found \
+             `[2, nan]`",
+        ),
+        (
+            "filter = [{ column = 'a', action = 'hide', range = [2, 3], values = [1] }]",
+            "2:69: `filter[1].values`: expected either `range` or `values`, not both, found `[1]`",
+        ),
+    ] {
+        refused(line, expected);
+    }
+}
+
+#[test]
+fn more_filters_and_values_than_anyone_needs_are_refused() {
+    let table = "{ column = 'a', action = 'keep', values = [1] },";
+    let many = refusal(format!("format = 1\nfilter = [{}]\n", table.repeat(65)));
+    assert!(many.contains("`filter`: expected at most 64 filters, found 65"), "{many}");
+    let values = format!("[{}]", "1,".repeat(1025));
+    let line = format!("filter = [{{ column = 'a', action = 'keep', values = {values} }}]");
+    let many = refusal(format!("format = 1\n{line}\n"));
+    assert!(
+        many.contains("`filter[1].values`: expected at most 1024 values, found 1025"),
+        "{many}"
+    );
+}
+
+#[test]
 fn every_value_is_checked() {
     for (line, expected) in [
         (

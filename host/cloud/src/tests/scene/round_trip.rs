@@ -1,4 +1,8 @@
 use super::written;
+use crate::display::{
+    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, MapChoice, RangeEnd, Scale,
+    UpDirection,
+};
 use crate::environment_map::Mapping;
 use crate::scene::{
     Axis, Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, Table,
@@ -168,6 +172,57 @@ fn environment() -> impl Strategy<Value = SceneEnvironment> {
     )
 }
 
+fn attribute() -> impl Strategy<Value = Attribute> {
+    let name = prop_oneof!["[a-zé .\"\\[]{0,8}a", Just("height".into()), Just("column:x".into())];
+    let column = (name, 0..9u32)
+        .prop_map(|(name, component)| Attribute::column(name).with_component(component));
+    prop_oneof![Just(Attribute::Height), column]
+}
+
+fn color_source() -> impl Strategy<Value = ColorSource> {
+    let by = prop_oneof![
+        Just(ColorBy::File),
+        Just(ColorBy::Normal),
+        any::<[u8; 3]>().prop_map(ColorBy::Uniform),
+        attribute().prop_map(ColorBy::Attribute),
+    ];
+    let map = proptest::sample::select([&[MapChoice::Automatic], &MapChoice::ALL[..]].concat());
+    let scale = proptest::sample::select(Scale::ALL.to_vec());
+    let end = prop_oneof![
+        (0.0..=100f64).prop_map(RangeEnd::Percent),
+        proptest::num::f64::NORMAL.prop_map(RangeEnd::Value),
+    ];
+    (by, map, scale, [end.clone(), end]).prop_map(|(by, map, scale, [a, b])| {
+        let range = if a.is_below(b) { [a, b] } else { [b, a] };
+        ColorSource { by, map, scale, range }
+    })
+}
+
+fn filter() -> impl Strategy<Value = Filter> {
+    let end =
+        || prop_oneof![proptest::num::f64::NORMAL, Just(f64::INFINITY), Just(f64::NEG_INFINITY)];
+    let test = prop_oneof![
+        [end(), end()].prop_map(|[a, b]| FilterTest::Range([a.min(b), a.max(b)])),
+        vec(any::<i64>(), 1..5).prop_map(FilterTest::Values),
+    ];
+    let action = prop_oneof![Just(FilterAction::Keep), Just(FilterAction::Hide)];
+    (attribute(), action, test).prop_map(|(attribute, action, test)| Filter {
+        attribute,
+        action,
+        test,
+    })
+}
+
+prop_compose! {
+    fn display()(
+        up in option::of(prop_oneof![Just(UpDirection::Y), Just(UpDirection::Z)]),
+        color in keyed(color_source()),
+        filters in vec(keyed(filter()), 0..3),
+    ) -> (Option<UpDirection>, Keyed<ColorSource>, Vec<Keyed<Filter>>) {
+        (up, color, filters)
+    }
+}
+
 prop_compose! {
     fn scene()(
         clouds in vec(keyed(cloud()), 0..3),
@@ -178,6 +233,7 @@ prop_compose! {
         background in option::of(color(1.0)),
         surface in keyed(surface()),
         environment in option::of(keyed(environment())),
+        (up, color, filters) in display(),
         views in vec(keyed(view()), 0..3),
         layout in unknown(),
         unknown in unknown(),
@@ -191,6 +247,9 @@ prop_compose! {
             background: background.map_or(Backdrop::Transparent, Backdrop::Color),
             surface,
             environment,
+            up,
+            color,
+            filters,
             views,
             layout,
             unknown,

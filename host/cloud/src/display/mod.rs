@@ -1,0 +1,145 @@
+//! Attributes as colours, and filters by attributes: clouds as they are displayed.
+//!
+//! [`DisplaySettings`] say what colours surfels and which of them are shown. [`Display::new`] finds what that
+//! means for the clouds that are displayed together: the same number has the same colour in all of them.
+//! [`Display::of`] makes the cloud that renderers and tracers get: another column `color`, fewer surfels, and
+//! all else shared. What is plain is displayed as it is, down to the generations of its columns.
+//!
+//! Invariants: equal columns and settings give columns of equal generations for as long as somebody displays
+//! them (`what_is_displayed_is_found_again`); the cloud itself never changes.
+
+mod cache;
+mod colors;
+mod error;
+mod filter;
+mod histogram;
+mod keys;
+mod legend;
+mod maps;
+mod palette;
+mod rows;
+mod scalar;
+mod settings;
+mod statistics;
+mod tables;
+#[cfg(test)]
+mod tests;
+mod ticks;
+
+pub use colors::{Categories, Colors, Ramp};
+pub use error::DisplayError;
+pub use filter::{Filter, FilterAction, FilterTest};
+pub use histogram::{HISTOGRAM_BINS, Histogram, histogram};
+pub use legend::{Legend, LegendBody, LegendEntry};
+pub use maps::{ColorMap, MAP_SIZE};
+pub use palette::Palette;
+pub use settings::{
+    Attribute, ColorBy, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale, UpDirection,
+};
+pub use statistics::{MOST_CATEGORIES, Statistics};
+pub use ticks::{Tick, ticks};
+
+use crate::cloud::Cloud;
+use colors::unknown;
+use scalar::Scalar;
+use std::sync::Arc;
+
+/// What settings mean for the clouds that are displayed together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Display {
+    colors: Colors,
+    filters: Vec<Filter>,
+    up: UpDirection,
+}
+
+/// A cloud as it is displayed.
+#[derive(Clone, Debug)]
+pub struct Displayed {
+    /// The cloud.
+    pub cloud: Cloud,
+    /// Indices of its surfels in the cloud that it was made of, ascending; `None` where it has all.
+    pub kept: Option<Arc<[u32]>>,
+}
+
+impl Displayed {
+    /// The index of a surfel in the cloud that it was made of.
+    #[must_use]
+    pub fn source_index(&self, index: usize) -> usize {
+        match &self.kept {
+            Some(kept) => kept.get(index).map_or(index, |source| *source as usize),
+            None => index,
+        }
+    }
+}
+
+impl Default for Display {
+    /// Everything as it is.
+    fn default() -> Self {
+        Self { colors: Colors::File, filters: Vec::new(), up: UpDirection::default() }
+    }
+}
+
+impl Display {
+    /// What settings mean for these clouds.
+    ///
+    /// # Errors
+    /// Where a column is in none of them, has fewer components, or its numbers cannot be displayed as asked.
+    pub fn new(settings: &DisplaySettings, clouds: &[&Cloud]) -> Result<Self, DisplayError> {
+        let DisplaySettings { color, filters, up } = settings;
+        for Filter { attribute, .. } in filters {
+            let mut has_any = clouds.is_empty();
+            for cloud in clouds {
+                has_any |= Scalar::of(cloud, attribute, *up)?.is_some();
+            }
+            if !has_any {
+                return Err(unknown(clouds, attribute));
+            }
+        }
+        let colors = Colors::of(color, clouds, *up)?;
+        Ok(Self { colors, filters: filters.clone(), up: *up })
+    }
+
+    /// A cloud as it is displayed. Clouds without the attribute of a filter are shown whole, and those without
+    /// the attribute that colours others are neutral.
+    ///
+    /// # Errors
+    /// Where there is no memory for it.
+    pub fn of(&self, cloud: &Cloud) -> Result<Displayed, DisplayError> {
+        let recolors = self.colors != Colors::File;
+        let rows = rows::filtered(cloud, &self.filters, self.up)?;
+        let shown = match &rows {
+            Some(rows) => rows.of(cloud, recolors)?,
+            None => cloud.clone(),
+        };
+        let cloud = match self.colors.column(&shown, self.up)? {
+            Some(column) => shown.recolored(column),
+            None => shown,
+        };
+        Ok(Displayed { cloud, kept: rows.map(|rows| rows.indices) })
+    }
+
+    /// What colours the clouds.
+    #[must_use]
+    pub fn colors(&self) -> &Colors {
+        &self.colors
+    }
+
+    /// The filters.
+    #[must_use]
+    pub fn filters(&self) -> &[Filter] {
+        &self.filters
+    }
+
+    /// What the colours mean; `None` where they say nothing of numbers.
+    #[must_use]
+    pub fn legend(&self) -> Option<Legend> {
+        Legend::of(&self.colors, &self.filters)
+    }
+
+    /// The number of a surfel in an attribute; `None` where the cloud lacks it or the surfel.
+    #[must_use]
+    pub fn number(&self, cloud: &Cloud, attribute: &Attribute, index: usize) -> Option<f64> {
+        let scalar = Scalar::of(cloud, attribute, self.up).ok()??;
+        (index < scalar.len()).then(|| scalar.value(index))
+    }
+}

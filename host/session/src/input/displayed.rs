@@ -1,0 +1,149 @@
+//! The clouds as they are displayed: coloured and filtered by their attributes.
+
+use crate::input::clouds::Clouds;
+use crate::input::formats::SessionFormats;
+use crate::input::scenes::Source;
+use crate::output::terminal;
+use serde_json::{Value, json};
+use std::sync::Arc;
+use surfelshop_cloud::display::{Colors, Display, DisplayError, DisplaySettings, Legend};
+use surfelshop_cloud::{Cloud, Loaded};
+
+/// Clouds as they are displayed.
+pub struct DisplayedClouds {
+    /// The clouds that renderers and tracers get.
+    pub clouds: Arc<Clouds>,
+    /// For each the indices of its surfels in the cloud that it was made of; `None` where it has all.
+    kept: Vec<Option<Arc<[u32]>>>,
+    display: Display,
+    /// Surfels of all clouds, hidden ones too.
+    n_surfels: u64,
+}
+
+impl DisplayedClouds {
+    /// Reads clouds, and displays them as settings say.
+    pub fn read(
+        sources: &[Source],
+        settings: &DisplaySettings,
+        formats: &SessionFormats,
+    ) -> anyhow::Result<Self> {
+        let displayed = Self::new(&Arc::new(Clouds::read(sources, formats)?), settings)?;
+        let n = displayed.n_surfels;
+        if displayed.clouds.facts.n_surfels == 0 && n > 0 {
+            terminal::note(format!("nothing is shown: the filters hide all {n} surfels"));
+        }
+        Ok(displayed)
+    }
+
+    /// Clouds as they are.
+    pub fn plain(whole: &Arc<Clouds>) -> Self {
+        let (clouds, n_surfels) = (whole.clone(), whole.facts.n_surfels);
+        Self {
+            clouds,
+            kept: vec![None; whole.loaded.len()],
+            display: Display::default(),
+            n_surfels,
+        }
+    }
+
+    /// Clouds as settings say. What is plain is displayed as it is.
+    ///
+    /// # Errors
+    /// Where a column is in none of them, or its numbers cannot be displayed as asked.
+    pub fn new(whole: &Arc<Clouds>, settings: &DisplaySettings) -> Result<Self, DisplayError> {
+        let n_surfels = whole.facts.n_surfels;
+        if settings.is_plain() {
+            return Ok(Self::plain(whole));
+        }
+        let clouds: Vec<&Cloud> = whole.loaded.iter().map(|loaded| &loaded.cloud).collect();
+        let display = Display::new(settings, &clouds)?;
+        let (mut loaded, mut kept) =
+            (Vec::with_capacity(clouds.len()), Vec::with_capacity(clouds.len()));
+        for Loaded { cloud, summary } in &whole.loaded {
+            let displayed = display.of(cloud)?;
+            loaded.push(Loaded { cloud: displayed.cloud, summary: summary.clone() });
+            kept.push(displayed.kept);
+        }
+        Ok(Self { clouds: Arc::new(Clouds::of(loaded)), kept, display, n_surfels })
+    }
+
+    /// What colours and filters them.
+    pub fn display(&self) -> &Display {
+        &self.display
+    }
+
+    /// The index of a cloud's surfel in the cloud that it was made of.
+    pub fn source_index(&self, cloud: usize, index: usize) -> usize {
+        let kept = self.kept.get(cloud).and_then(Option::as_ref);
+        kept.and_then(|kept| kept.get(index)).map_or(index, |source| *source as usize)
+    }
+
+    /// What the colours mean; `None` where they are no numbers.
+    pub fn legend(&self) -> Option<Legend> {
+        self.display.legend()
+    }
+
+    /// Surfels that filters hide.
+    pub fn n_hidden(&self) -> u64 {
+        self.n_surfels - self.clouds.facts.n_surfels
+    }
+
+    /// What colours and filters them, in one line; `None` where nothing does.
+    pub fn line(&self) -> Option<String> {
+        let colored = match self.display.colors() {
+            Colors::File => None,
+            Colors::Uniform([red, green, blue]) => Some(format!("#{red:02x}{green:02x}{blue:02x}")),
+            Colors::Normal(_) => Some("normal".to_owned()),
+            Colors::Ramp(ramp) => {
+                let [low, high] = ramp.range;
+                let (title, map) = (ramp.attribute.title(), ramp.map.name());
+                Some(format!("{title} from {low} to {high}, {map}, {}", ramp.scale.name()))
+            }
+            Colors::Categories(categories) => {
+                Some(format!("{}, categories", categories.attribute.title()))
+            }
+        };
+        let colored = colored.map(|by| format!("Coloured by {by}."));
+        let filters = self.display.filters();
+        let filtered = (!filters.is_empty()).then(|| {
+            let filters: Vec<String> = filters.iter().map(ToString::to_string).collect();
+            format!("Filters, which hide {} surfels: {}.", self.n_hidden(), filters.join(", "))
+        });
+        let lines: Vec<String> = colored.into_iter().chain(filtered).collect();
+        (!lines.is_empty()).then(|| lines.join(" "))
+    }
+
+    /// What colours and filters them, in JSON.
+    pub fn object(&self) -> Value {
+        let filters: Vec<String> = self.display.filters().iter().map(ToString::to_string).collect();
+        json!({
+            "color": color_object(self.display.colors()),
+            "filters": filters,
+            "surfels_hidden": self.n_hidden(),
+        })
+    }
+}
+
+/// What colours surfels, in JSON.
+fn color_object(colors: &Colors) -> Value {
+    match colors {
+        Colors::File => json!({ "by": "file" }),
+        Colors::Uniform(color) => json!({ "by": "uniform", "color": color }),
+        Colors::Normal(up) => json!({ "by": "normal", "up": up.name() }),
+        Colors::Ramp(ramp) => json!({
+            "by": ramp.attribute.name(),
+            "component": ramp.attribute.component(),
+            "map": ramp.map.name(),
+            "scale": ramp.scale.name(),
+            "range": ramp.range,
+        }),
+        Colors::Categories(categories) => json!({
+            "by": categories.attribute.name(),
+            "component": categories.attribute.component(),
+            "map": "categories",
+            "surfels": categories.counts.iter()
+                .map(|(value, n)| (value.to_string(), json!(n)))
+                .collect::<serde_json::Map<_, _>>(),
+        }),
+    }
+}

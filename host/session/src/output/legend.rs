@@ -1,0 +1,242 @@
+//! The legend of colours, drawn into a corner of a picture as a screen shows it.
+
+use surfelshop_cloud::display::{Legend, LegendBody, LegendEntry, Tick};
+use surfelshop_image::Image;
+use surfelshop_image::text::{Line, fill};
+
+/// Pixels of a picture's shorter side for each of a line of text.
+const LINES: f32 = 46.0;
+
+/// The smallest size of text that can be read, in pixels.
+const SMALLEST: f32 = 11.0;
+
+/// The panel behind it, and how much of the picture it hides.
+const PANEL: ([f32; 3], f32) = ([0.07, 0.075, 0.085], 0.78);
+const INK: [f32; 3] = [0.96; 3];
+
+/// The size of the ramp, in lines of text: how wide, and how high at most.
+const RAMP: [f32; 2] = [1.1, 11.0];
+
+/// Draws a legend into the lower right corner. What does not fit into the picture is cut off at its edges.
+pub fn draw(image: &mut Image, legend: &Legend) {
+    let shorter = image.width.min(image.height) as f32;
+    let text = Text { size: (shorter / LINES).max(SMALLEST).round() };
+    let title = Line::new(&heading(legend), text.size);
+    match &legend.body {
+        LegendBody::Ramp { colors, ticks } => ramp(image, &text, &title, colors, ticks),
+        LegendBody::List(entries) => list(image, &text, &title, entries),
+    }
+}
+
+/// The title, with the unit where there is one.
+pub fn heading(legend: &Legend) -> String {
+    match legend.unit {
+        Some(unit) => format!("{} [{unit}]", legend.title),
+        None => legend.title.clone(),
+    }
+}
+
+/// The entries that are listed where there is room for so many, in their order: those that most surfels
+/// have; and how many others there are.
+pub fn listed(entries: &[LegendEntry], most: usize) -> (Vec<&LegendEntry>, usize) {
+    if entries.len() <= most {
+        return (entries.iter().collect(), 0);
+    }
+    // The last line says how many are left out.
+    let most = most.saturating_sub(1).max(1);
+    let mut by_number: Vec<usize> = (0..entries.len()).collect();
+    by_number.sort_by_key(|&i| std::cmp::Reverse(entries[i].n));
+    by_number.truncate(most);
+    by_number.sort_unstable();
+    (by_number.into_iter().map(|i| &entries[i]).collect(), entries.len() - most)
+}
+
+/// Ticks that are not nearer to each other than a share.
+pub fn apart(ticks: &[Tick], least: f64) -> Vec<&Tick> {
+    let mut chosen: Vec<&Tick> = Vec::with_capacity(ticks.len());
+    for tick in ticks {
+        if chosen.last().is_none_or(|last| tick.share - last.share >= least) {
+            chosen.push(tick);
+        }
+    }
+    chosen
+}
+
+/// Lengths in terms of the size of text.
+struct Text {
+    size: f32,
+}
+
+impl Text {
+    fn margin(&self) -> f32 {
+        (0.7 * self.size).round()
+    }
+
+    fn line(&self) -> f32 {
+        (1.35 * self.size).round()
+    }
+
+    /// The base line of a line of text whose middle is here.
+    fn base(&self, middle: f32) -> f32 {
+        middle + 0.33 * self.size
+    }
+
+    /// Draws the panel of a size in the corner, with the title; the corner of what is in it.
+    fn panel(&self, image: &mut Image, title: &Line, [width, height]: [f32; 2]) -> [f32; 2] {
+        let margin = self.margin();
+        let size =
+            [width.max(title.width).ceil() + 2.0 * margin, height + self.line() + 2.0 * margin];
+        let high = [image.width as f32 - margin, image.height as f32 - margin];
+        let low = [high[0] - size[0], high[1] - size[1]];
+        let (color, alpha) = PANEL;
+        fill(image, [low, high], color, alpha);
+        let [x, y] = [low[0] + margin, low[1] + margin];
+        title.draw(image, [x, self.base(y + 0.45 * self.line())], INK);
+        [x, y + self.line()]
+    }
+
+    /// The height that there is for what is in a panel.
+    fn room(&self, image: &Image) -> f32 {
+        image.height as f32 - 4.0 * self.margin() - self.line()
+    }
+}
+
+fn ramp(image: &mut Image, text: &Text, title: &Line, colors: &[[u8; 3]], ticks: &[Tick]) {
+    let size = text.size;
+    let height = (RAMP[1] * size).min(text.room(image) - size).max(2.0 * size).round();
+    let least = f64::from(1.2 * size / height);
+    let labels: Vec<(f32, Line)> = apart(ticks, least)
+        .into_iter()
+        .map(|tick| (tick.share as f32, Line::new(&tick.label, size)))
+        .collect();
+    let widest = labels.iter().map(|(_, label)| label.width).fold(0.0, f32::max);
+    let (bar, mark) = ((RAMP[0] * size).round(), (0.35 * size).round());
+    // Half a label stands out at either end.
+    let half = (0.5 * size).round();
+    let corner = [bar + mark + 0.4 * size + widest, height + 2.0 * half];
+    let [x, y] = text.panel(image, title, corner);
+    let y = y + half;
+    // A row of pixels for each step of it; the upper end is high.
+    for row in 0..height as usize {
+        let share = 1.0 - (row as f32 + 0.5) / height;
+        let place = (share * colors.len() as f32) as usize;
+        let Some(color) = colors.get(place.min(colors.len().saturating_sub(1))) else { return };
+        let top = y + row as f32;
+        fill(image, [[x, top], [x + bar, top + 1.0]], unit(*color), 1.0);
+    }
+    for (share, label) in &labels {
+        let at = y + (1.0 - share) * (height - 1.0);
+        let thick = (size / 14.0).max(1.0);
+        let top = at + 0.5 - 0.5 * thick;
+        fill(image, [[x + bar, top], [x + bar + mark, top + thick]], INK, 1.0);
+        label.draw(image, [x + bar + mark + 0.4 * size, text.base(at)], INK);
+    }
+}
+
+fn list(image: &mut Image, text: &Text, title: &Line, entries: &[LegendEntry]) {
+    let (size, line) = (text.size, text.line());
+    let most = (text.room(image) / line).max(1.0) as usize;
+    let (shown, n_others) = listed(entries, most);
+    let mut labels: Vec<(Option<[u8; 3]>, Line)> =
+        shown.iter().map(|entry| (Some(entry.color), Line::new(&entry.label, size))).collect();
+    if n_others > 0 {
+        labels.push((None, Line::new(&format!("{n_others} more"), size)));
+    }
+    let widest = labels.iter().map(|(_, label)| label.width).fold(0.0, f32::max);
+    let (swatch, gap) = (size.round(), (0.6 * size).round());
+    let corner = [swatch + gap + widest, labels.len() as f32 * line];
+    let [x, mut y] = text.panel(image, title, corner);
+    for (color, label) in &labels {
+        let middle = y + 0.5 * line;
+        if let Some(color) = color {
+            let top = (middle - 0.5 * swatch).round();
+            fill(image, [[x, top], [x + swatch, top + swatch]], unit(*color), 1.0);
+        }
+        label.draw(image, [x + swatch + gap, text.base(middle)], INK);
+        y += line;
+    }
+}
+
+/// An sRGB-encoded colour as pictures hold it.
+fn unit(color: [u8; 3]) -> [f32; 3] {
+    color.map(|code| f32::from(code) / 255.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surfelshop_cloud::display::{ColorMap, Scale, ticks};
+
+    fn picture(width: u32, height: u32) -> Image {
+        let data = [0.5, 0.5, 0.5, 1.0].repeat((width * height) as usize);
+        Image { width, height, components: 4, data }
+    }
+
+    fn ramp_legend() -> Legend {
+        let colors = ColorMap::Viridis.colors().to_vec();
+        let ticks = ticks([0.0, 12.5], Scale::Linear);
+        Legend { title: "height".into(), unit: None, body: LegendBody::Ramp { colors, ticks } }
+    }
+
+    fn entry(i: u8, n: u64) -> LegendEntry {
+        LegendEntry { color: [i, 200, 100], label: format!("{i} class"), n: Some(n) }
+    }
+
+    fn has(image: &Image, color: [u8; 3]) -> bool {
+        let expected = unit(color);
+        image
+            .data
+            .chunks(4)
+            .any(|pixel| pixel[..3].iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6))
+    }
+
+    #[test]
+    fn a_legend_is_drawn_in_its_corner_with_the_colours_of_the_map() {
+        let mut image = picture(400, 300);
+        draw(&mut image, &ramp_legend());
+        for end in [0, 255] {
+            assert!(has(&image, ColorMap::Viridis.colors()[end]), "{end}");
+        }
+        assert!(image.data.chunks(4).any(|pixel| pixel[0] > 0.9), "there is text");
+        let is_left = |(i, _): &(usize, &[f32])| i % 400 < 200 || i / 400 < 20;
+        let outside = image.data.chunks(4).enumerate().filter(is_left);
+        assert!(outside.into_iter().all(|(_, pixel)| pixel == [0.5, 0.5, 0.5, 1.0]));
+    }
+
+    #[test]
+    fn lists_have_a_swatch_for_each_entry_and_say_how_many_are_left_out() {
+        let entries: Vec<_> = (0..5).map(|i| entry(i, 1)).collect();
+        let legend =
+            Legend { title: "label".into(), unit: None, body: LegendBody::List(entries.clone()) };
+        let mut image = picture(300, 300);
+        draw(&mut image, &legend);
+        assert!(entries.iter().all(|entry| has(&image, entry.color)));
+        let numbers: Vec<_> = (0..9).map(|i| entry(i, u64::from(i) * 100 % 7)).collect();
+        let (shown, n_others) = listed(&numbers, 4);
+        let names: Vec<_> = shown.iter().map(|entry| entry.color[0]).collect();
+        // 0, 2, 4, 6, 1, 3, 5, 0, 2 surfels.
+        assert_eq!((names, n_others), (vec![2, 3, 6], 6));
+        assert_eq!(listed(&numbers, 9).1, 0);
+    }
+
+    #[test]
+    fn small_and_empty_pictures_are_no_failure() {
+        for size in [[0, 0], [1, 1], [8, 300], [300, 8], [40, 40]] {
+            let mut image = picture(size[0], size[1]);
+            draw(&mut image, &ramp_legend());
+            let entries = (0..200).map(|i| entry(i, 1)).collect();
+            let body = LegendBody::List(entries);
+            draw(&mut image, &Legend { title: "a".into(), unit: Some("s"), body });
+            assert!(image.data.iter().all(|value| (0.0..=1.0).contains(value)));
+        }
+        assert_eq!(heading(&Legend { unit: Some("s"), ..ramp_legend() }), "height [s]");
+    }
+
+    #[test]
+    fn labels_keep_their_distance() {
+        let ticks = ticks([0.0, 1.0], Scale::Linear);
+        assert_eq!(apart(&ticks, 0.0).len(), ticks.len());
+        let few: Vec<_> = apart(&ticks, 0.35).iter().map(|tick| tick.label.as_str()).collect();
+        assert_eq!(few, ["0", "0.4", "0.8"]);
+    }
+}

@@ -1,0 +1,160 @@
+//! Colours and filters follow the settings: small clouds at once, large ones on a thread of their own.
+
+use super::open_clouds::OpenClouds;
+use super::visible_clouds::VisibleClouds;
+use crate::views::initial_camera;
+use crate::window::Window;
+use eframe::egui::Context;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use surfelshop_cloud::display::{ColorSource, DisplayError, DisplaySettings};
+use surfelshop_session::input::displayed::DisplayedClouds;
+use surfelshop_session::options::camera::Extent;
+
+/// Surfels that are coloured and filtered between two frames of the window: some take ten milliseconds.
+const AT_ONCE: u64 = 300_000;
+
+/// What clouds are displayed of, and how.
+#[derive(Clone)]
+pub(crate) struct DisplayInputs {
+    pub(crate) open_clouds: OpenClouds,
+    settings: DisplaySettings,
+    radius_scale: f32,
+}
+
+/// Clouds as they are displayed.
+struct DisplayOutcome {
+    displayed: DisplayedClouds,
+    extent: Extent,
+    /// Why they are not displayed as the settings say.
+    error: Option<DisplayError>,
+}
+
+impl DisplayInputs {
+    /// Whether what is displayed of these is the same.
+    fn is_alike(&self, other: &Self) -> bool {
+        // The factor on radii changes the extent alone, which follows it.
+        self.settings == other.settings && self.open_clouds == other.open_clouds
+    }
+
+    /// Whether that takes no time.
+    fn is_quick(&self) -> bool {
+        self.settings.is_plain() || self.open_clouds.clouds.facts.n_surfels <= AT_ONCE
+    }
+
+    /// Colours and filters the clouds. Where that fails they are shown without colours, without filters or
+    /// as they are.
+    fn run(&self) -> DisplayOutcome {
+        let whole = &self.open_clouds.clouds;
+        let plain = ColorSource::default();
+        let uncolored = DisplaySettings { color: plain, ..self.settings.clone() };
+        let unfiltered = DisplaySettings { filters: Vec::new(), ..self.settings.clone() };
+        let mut error = None;
+        for settings in [&self.settings, &uncolored, &unfiltered] {
+            match DisplayedClouds::new(whole, settings) {
+                Ok(displayed) => {
+                    let extent = displayed.clouds.extent(self.radius_scale);
+                    return DisplayOutcome { displayed, extent, error };
+                }
+                Err(failed) => error = error.or(Some(failed)),
+            }
+        }
+        let extent = whole.extent(self.radius_scale);
+        DisplayOutcome { displayed: DisplayedClouds::plain(whole), extent, error }
+    }
+}
+
+/// Clouds that are being coloured and filtered.
+pub(crate) struct DisplayJob {
+    inputs: DisplayInputs,
+    outcome: Receiver<DisplayOutcome>,
+}
+
+impl DisplayJob {
+    fn start(inputs: DisplayInputs, ctx: &Context) -> std::io::Result<Self> {
+        let (send, outcome) = channel();
+        let (work, ctx) = (inputs.clone(), ctx.clone());
+        std::thread::Builder::new().name("colours".to_owned()).spawn(move || {
+            // The window may be closed already.
+            drop(send.send(work.run()));
+            ctx.request_repaint();
+        })?;
+        Ok(Self { inputs, outcome })
+    }
+}
+
+impl Window {
+    /// What colours and filters the clouds.
+    pub(crate) fn display_settings(&self) -> DisplaySettings {
+        let (color, filters) = (self.settings.color.clone(), self.settings.filters.clone());
+        DisplaySettings { color, filters, up: self.document.up.into() }
+    }
+
+    /// Displays the clouds as the settings say, where they or the settings changed.
+    pub(crate) fn update_display(&mut self, ctx: &Context) {
+        if let Some(job) = &self.document.display_job {
+            match job.outcome.try_recv() {
+                Ok(outcome) => {
+                    let inputs = job.inputs.clone();
+                    self.document.display_job = None;
+                    self.show_displayed(inputs, outcome);
+                }
+                Err(TryRecvError::Disconnected) => self.document.display_job = None,
+                Err(TryRecvError::Empty) => {}
+            }
+        }
+        let settings = self.display_settings();
+        let Some(shown) = &mut self.document.clouds else { return };
+        let radius_scale = shown.radius_scale;
+        let inputs =
+            DisplayInputs { open_clouds: shown.open_clouds.clone(), settings, radius_scale };
+        if shown.displayed_of.as_ref().is_some_and(|of| of.is_alike(&inputs)) {
+            // A cloud that was saved is the same one.
+            shown.displayed_of = Some(inputs);
+            return;
+        }
+        if inputs.is_quick() {
+            self.document.display_job = None;
+            let outcome = inputs.run();
+            self.show_displayed(inputs, outcome);
+        } else if self.document.display_job.is_none() {
+            match DisplayJob::start(inputs.clone(), ctx) {
+                Ok(job) => self.document.display_job = Some(job),
+                Err(_none) => {
+                    let outcome = inputs.run();
+                    self.show_displayed(inputs, outcome);
+                }
+            }
+        }
+    }
+
+    /// Shows clouds that were coloured and filtered, unless others are open by now.
+    fn show_displayed(&mut self, inputs: DisplayInputs, outcome: DisplayOutcome) {
+        let DisplayOutcome { displayed, extent, error } = outcome;
+        let Some(shown) = &mut self.document.clouds else { return };
+        if shown.open_clouds != inputs.open_clouds {
+            return;
+        }
+        let is_first = shown.displayed_of.is_none();
+        shown.show(displayed, inputs, extent);
+        if is_first && shown.frames {
+            self.views.camera = initial_camera(&extent, self.document.up);
+        }
+        self.views.pointer_position = None;
+        if let Some(error) = error {
+            self.messages.warn(error.to_string());
+        }
+    }
+}
+
+impl VisibleClouds {
+    /// Shows them in another way; pictures of them are drawn anew where that differs.
+    fn show(&mut self, displayed: DisplayedClouds, of: DisplayInputs, extent: Extent) {
+        let is_new = !Arc::ptr_eq(&self.clouds, &displayed.clouds);
+        self.clouds = displayed.clouds.clone();
+        let is_as_large = of.radius_scale.to_bits() == self.radius_scale.to_bits();
+        self.extent = if is_as_large { extent } else { self.clouds.extent(self.radius_scale) };
+        (self.displayed, self.displayed_of) = (displayed, Some(of));
+        self.revision += u64::from(is_new);
+    }
+}
