@@ -133,7 +133,9 @@ pub(crate) struct InfoArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  surfelshop convert room.e57 room.laz\n  surfelshop convert tile.laz small.ply --crop 0,0,0:50,50,20 --every 4\n  surfelshop convert scan.ply with-normals.ply --estimate")]
+#[command(
+    after_help = "Examples:\n  surfelshop convert room.e57 room.laz\n  surfelshop convert tile.laz small.ply --crop 0,0,0:50,50,20 --every 4\n  surfelshop convert scan.ply with-normals.ply --estimate"
+)]
 pub(crate) struct ConvertArguments {
     /// The files to read; several become one, with a column `scan`.
     #[arg(value_name = "IN", required = true)]

@@ -34,7 +34,8 @@ pub(crate) fn text(contents: &Contents) -> Result<String, Error> {
         0 => String::new(),
         n => format!("; {n} without finite coordinates"),
     };
-    let in_scans = if clouds.len() > 1 { format!(" in {} scans", clouds.len()) } else { String::new() };
+    let in_scans =
+        if clouds.len() > 1 { format!(" in {} scans", clouds.len()) } else { String::new() };
     row("points", format!("{n_points}{in_scans}{not_finite}"))?;
     if clouds.len() > 1 {
         for (number, cloud) in clouds.iter().enumerate().take(LISTED) {

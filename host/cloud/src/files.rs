@@ -431,12 +431,12 @@ mod tests {
     fn whoever_locks_every_new_file_holds_nobody_up() {
         let folder = tempfile::tempdir().unwrap();
         let at = folder.path().to_owned();
-        let done = std::sync::Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let done = Arc::new(std::sync::atomic::AtomicBool::new(false));
         let is_done = done.clone();
         // Holds whatever appears.
         let other = std::thread::spawn(move || {
             let mut held = Vec::new();
-            while !is_done.load(std::sync::atomic::Ordering::Relaxed) {
+            while !is_done.load(Ordering::Relaxed) {
                 for found in at.read_dir().unwrap().flatten() {
                     if let Ok(file) = File::open(found.path())
                         && file.try_lock().is_ok()
@@ -449,7 +449,7 @@ mod tests {
         for _ in 0..200 {
             write_whole(&folder.path().join("a"), b"whole").unwrap();
         }
-        done.store(true, std::sync::atomic::Ordering::Relaxed);
+        done.store(true, Ordering::Relaxed);
         other.join().unwrap();
         assert_eq!(read(&folder.path().join("a"), 5).unwrap(), b"whole");
     }

@@ -19,8 +19,8 @@
 mod assemble;
 mod cloud;
 pub mod convert;
-pub mod environment_map;
 pub mod display;
+pub mod environment_map;
 mod error;
 mod faces;
 pub mod files;

@@ -26,7 +26,7 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
             header.n_points
         ));
     }
-    let body = Body::find(file, &header, &records, &mut warnings)?;
+    let body = Body::find(file, &header, &records, &mut warnings, job)?;
     let extra =
         extra::fields(&records.extra_bytes, header.format.len, header.record_len, &mut warnings);
     let layout = Layout::new(&header, extra, |column| clouds.wants(column), &mut warnings);
@@ -68,12 +68,13 @@ impl Body {
         header: &Header,
         records: &Records,
         warnings: &mut Vec<String>,
+        job: &Job<'_>,
     ) -> Result<Self> {
         if !header.is_compressed {
             return Ok(Self::Plain(plain::count(file, header, warnings)?));
         }
         let compression = Compression::new(records.laszip.as_deref(), header)?;
-        let chunks = Chunks::find(file, header, &compression, warnings)?;
+        let chunks = Chunks::find(file, header, &compression, warnings, job)?;
         Ok(Self::Compressed(compression, chunks))
     }
 

@@ -13,8 +13,7 @@ fn desk() -> TestFolder {
 }
 
 /// Endings of files that are written.
-const WRITTEN: [&str; 10] =
-    ["las", "laz", "e57", "pcd", "xyz", "csv", "pts", "ptx", "sfl", "ply"];
+const WRITTEN: [&str; 10] = ["las", "laz", "e57", "pcd", "xyz", "csv", "pts", "ptx", "sfl", "ply"];
 
 fn formats_loaded(told: &Value) -> u64 {
     told["formats_loaded"].as_u64().unwrap_or_else(|| panic!("{told}"))
@@ -51,13 +50,18 @@ fn every_format_that_is_written_is_read_and_drawn() {
         assert!(line.starts_with(&format!("out.{ending}: 400 points with position")), "{line}");
         let cloud = desk.run(&format!("info out.{ending} --json")).json()["clouds"][0].clone();
         assert_eq!(cloud["n_points"], 400, "{ending}");
-        let ends: Vec<f64> =
-            cloud["bounds"].as_array().unwrap().iter().map(|end| end[0].as_f64().unwrap()).collect();
+        let ends: Vec<f64> = cloud["bounds"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|end| end[0].as_f64().unwrap())
+            .collect();
         assert!(ends[0].abs() < 1e-3 && (ends[1] - 19.0).abs() < 1e-3, "{ending}: {ends:?}");
     }
     for ending in ["las", "e57", "ptx"] {
         let picture = format!("{ending}.png");
-        desk.run(&format!("render out.{ending} -r flat --camera front --size 16 -o {picture}")).done();
+        desk.run(&format!("render out.{ending} -r flat --camera front --size 16 -o {picture}"))
+            .done();
         assert_eq!(read_png(&desk.at(&picture)).get_pixel(8, 8)[3], 255, "{ending}");
     }
 }
@@ -115,7 +119,8 @@ fn columns_of_text_files_are_named_on_the_command_line() {
     assert_eq!(names(line), ["position", "depth"]);
     let line = "info scan.xyz --format-set columns=x,y,z,-,depth --json";
     assert_eq!(names(line), ["position", "depth"]);
-    desk.run("info scan.xyz --format-set nonsense=1").failed(&["no parameter `nonsense`", "columns"]);
+    desk.run("info scan.xyz --format-set nonsense=1")
+        .failed(&["no parameter `nonsense`", "columns"]);
     desk.run("info scan.xyz --format nonsense").failed(&["`nonsense`"]);
     desk.run("info scan.xyz --text-columns x,y").failed(&["scan.xyz"]);
 }

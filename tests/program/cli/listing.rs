@@ -110,8 +110,9 @@ fn convert_keeps_the_cloud() {
     assert_eq!(line, "binary.ply: 2 points with position, normal, radius\n");
     desk.run("convert binary.ply text.ply --ascii --json").json();
     assert!(std::fs::read_to_string(desk.at("text.ply")).unwrap().contains("format ascii"));
-    let facts =
-        |file: &str| desk.run(&format!("info {file} --full --json")).json()["clouds"][0]["facts"].clone();
+    let facts = |file: &str| {
+        desk.run(&format!("info {file} --full --json")).json()["clouds"][0]["facts"].clone()
+    };
     assert_eq!(facts("two.ply"), facts("binary.ply"));
     assert_eq!(facts("two.ply"), facts("text.ply"));
     assert_eq!(desk.files(), ["binary.ply", "text.ply", "two.ply"]);
@@ -131,6 +132,7 @@ fn convert_estimates_where_it_is_asked_to() {
     let line = desk.run("convert bare.ply as-it-is.ply").done().stdout;
     let expected = "3 of 4 points with position; 1 without finite coordinates were left out\n";
     assert_eq!(line, format!("as-it-is.ply: {expected}"));
-    desk.run("convert bare.ply bare.ply b.ply --estimate").failed(&["--estimate works on one file"]);
+    desk.run("convert bare.ply bare.ply b.ply --estimate")
+        .failed(&["--estimate works on one file"]);
     desk.run("convert bare.ply b.ply --estimate --every 2").failed(&["--estimate takes a whole"]);
 }

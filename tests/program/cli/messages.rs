@@ -87,7 +87,14 @@ fn files_that_are_no_clouds_are_named() {
         };
         for (file, words) in [
             ("missing.ply", &["missing.ply", "cannot be read"] as &[&str]),
-            ("garbage.ply", &["garbage.ply", "expected a file of a known format (ply, obj, off,", "nothing to see"]),
+            (
+                "garbage.ply",
+                &[
+                    "garbage.ply",
+                    "expected a file of a known format (ply, obj, off,",
+                    "nothing to see",
+                ],
+            ),
             ("cut.ply", &["cut.ply", "expected"]),
             ("empty.ply", &["empty.ply", "empty file"]),
             (".", &["a folder"]),
@@ -142,7 +149,8 @@ fn missing_folders_are_named_before_any_work_and_nothing_is_left() {
 fn unknown_endings_of_clouds_are_refused() {
     let desk = desk();
     for (output, ending) in [("one.obj", "`.obj`"), ("one.nonsense", "`.nonsense`")] {
-        let words = [output, "expected a name that ends in .ply, ", ".las", &format!("found {ending}")];
+        let words =
+            [output, "expected a name that ends in .ply, ", ".las", &format!("found {ending}")];
         desk.run(&format!("convert one.ply {output}")).failed(&words);
         desk.run(&format!("convert one.ply {output} --estimate")).failed(&words);
     }

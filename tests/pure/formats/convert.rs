@@ -122,7 +122,8 @@ fn two_scans(files: &Files) {
         GivenCloud::at(&places).with(INTENSITY, 1, Buffer::U16(numbers.collect()))
     };
     let clouds = [(0, turned(0.5)), (50, turned(-1.0))];
-    let clouds = clouds.map(|(first, pose)| scan(first, pose).standing(&format!("scan {first}"), pose));
+    let clouds =
+        clouds.map(|(first, pose)| scan(first, pose).standing(&format!("scan {first}"), pose));
     write(files, "org.surfelshop.e57/e57", "two.e57", clouds.to_vec());
 }
 
@@ -136,7 +137,8 @@ fn a_box_is_cropped_in_common_coordinates() {
     let files = Files::new();
     two_scans(&files);
     let low = DVec3::new(40.0, -100.0, -100.0);
-    let selection = Selection { crop: Some([low, DVec3::new(60.0, 100.0, 100.0)]), ..Selection::default() };
+    let selection =
+        Selection { crop: Some([low, DVec3::new(60.0, 100.0, 100.0)]), ..Selection::default() };
     let expected: Vec<f64> = (40..=60).map(f64::from).collect();
     for output in ["out.e57", "out.ply", "out.pcd", "out.ptx"] {
         let converted = done(&files, &["two.e57"], output, &selection);
@@ -175,7 +177,10 @@ fn only_columns_that_are_named_are_kept() {
         assert_eq!(converted.columns, [POSITION, INTENSITY], "{output}");
         let cloud = files.read(output).cloud;
         assert!(cloud.column("gps_time").is_none() && cloud.column("color").is_none(), "{output}");
-        assert_eq!(cloud.column(INTENSITY).unwrap().values(), ball().column(INTENSITY).unwrap().values());
+        assert_eq!(
+            cloud.column(INTENSITY).unwrap().values(),
+            ball().column(INTENSITY).unwrap().values()
+        );
     }
 }
 
@@ -185,7 +190,8 @@ fn scans_stay_apart_or_become_one() {
     two_scans(&files);
     converted(&files, &["two.e57"], "apart.e57", &Selection::default(), false).unwrap();
     converted(&files, &["two.e57"], "merged.e57", &Selection::default(), true).unwrap();
-    let [two, apart, merged] = ["two.e57", "apart.e57", "merged.e57"].map(|name| files.read(name).cloud);
+    let [two, apart, merged] =
+        ["two.e57", "apart.e57", "merged.e57"].map(|name| files.read(name).cloud);
     assert_eq!(apart.source().scans.len(), 2);
     for (a, b) in two.source().scans.iter().zip(&apart.source().scans) {
         assert_eq!(a.name, b.name);

@@ -105,7 +105,10 @@ fn assert_comes_back(name: &str, cloud: &Cloud) -> Vec<String> {
     let pairs = places(cloud).into_iter().zip(places(again));
     let off = pairs.map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
     // Coordinates are multiples of a 64th.
-    assert!(off == 0.0 || off < 1e-3 && says(&lost, POSITION), "{name}: places off by {off}: {lost:?}");
+    assert!(
+        off == 0.0 || off < 1e-3 && says(&lost, POSITION),
+        "{name}: places off by {off}: {lost:?}"
+    );
     let mut changed = Vec::new();
     for column in cloud.columns().iter().filter(|column| column.name() != POSITION) {
         let Some(what) = difference(column, again) else { continue };

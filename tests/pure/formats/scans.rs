@@ -122,7 +122,8 @@ fn plane(height: f64) -> Vec<DVec3> {
 fn estimated_normals_face_the_scanner_of_their_scan() {
     let files = Files::new();
     // In common coordinates both planes lie below the middle of the two scanners.
-    let tilted = Pose { rotation: DQuat::from_rotation_x(0.3), translation: DVec3::new(50.0, 0.0, 0.0) };
+    let tilted =
+        Pose { rotation: DQuat::from_rotation_x(0.3), translation: DVec3::new(50.0, 0.0, 0.0) };
     let clouds = vec![
         GivenCloud::at(&plane(-2.0)).standing("floor", Pose::default()),
         GivenCloud::at(&plane(3.0)).standing("ceiling", tilted),
@@ -134,7 +135,8 @@ fn estimated_normals_face_the_scanner_of_their_scan() {
     assert!(counts.turned > 0, "every normal faced its scanner by chance");
     let scans = &loaded.cloud.source().scans;
     let numbers = values(&loaded.cloud, SCAN);
-    for (i, (place, normal)) in places(&loaded.cloud).iter().zip(loaded.cloud.normals()).enumerate() {
+    for (i, (place, normal)) in places(&loaded.cloud).iter().zip(loaded.cloud.normals()).enumerate()
+    {
         let scanner = scans[numbers[i] as usize].scanner.unwrap();
         let normal = normal.as_dvec3();
         assert!(normal.dot(scanner - *place) > 0.0, "point {i} at {place} has {normal}");

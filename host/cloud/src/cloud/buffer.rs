@@ -198,7 +198,12 @@ impl Buffer {
 
     /// One element as f64; `None` where there is no such.
     pub(crate) fn get_f64(&self, index: usize) -> Option<f64> {
-        with_vec!(self, vec => vec.get(index).map(|&value| f64::from(value)))
+        macro_rules! widen {
+            ($vec:ident) => {
+                $vec.get(index).map(|&value| f64::from(value))
+            };
+        }
+        with_vec!(self, vec => widen!(vec))
     }
 
     /// The elements as f32, rounded to the nearest; beyond its range they become infinite.

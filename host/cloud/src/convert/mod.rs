@@ -179,12 +179,14 @@ fn write_clouds(
     let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let call = FormatCall { name: &name, values: options.values, columns: None };
     let write = |file| {
-        options.formats.write(id, Box::new(source), file, call, &silent).map_err(|fault| match fault {
-            WriteFault::Line(line) => {
-                WriteError::Format { path: output.to_owned(), format: id.to_owned(), line }
-            }
-            WriteFault::Cancelled => WriteError::Cancelled { path: output.to_owned() },
-        })
+        options.formats.write(id, Box::new(source), file, call, &silent).map_err(
+            |fault| match fault {
+                WriteFault::Line(line) => {
+                    WriteError::Format { path: output.to_owned(), format: id.to_owned(), line }
+                }
+                WriteFault::Cancelled => WriteError::Cancelled { path: output.to_owned() },
+            },
+        )
     };
     replace_at(output, write, failed)
 }

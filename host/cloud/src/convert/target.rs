@@ -5,11 +5,9 @@ use crate::cloud::buffer::Buffer;
 use crate::formats::table_sink::{absent, turn};
 use glam::DVec3;
 use std::sync::atomic::Ordering;
-use surfelshop_api::columns::{
-    ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V,
-};
-use surfelshop_api::format::{CloudHeader, FileColumn, Pose, SCAN};
 use surfelshop_api::CloudView;
+use surfelshop_api::columns::{ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V};
+use surfelshop_api::format::{CloudHeader, FileColumn, Pose, SCAN};
 
 /// A batch as it is written.
 #[derive(Default)]
@@ -48,7 +46,19 @@ impl Target {
         counts: SharedCounts,
     ) -> Self {
         let (current, out, scan, n_seen, n_out, n_before, has_gaps) = Default::default();
-        Self { merged, selection, wide, counts, current, out, scan, n_seen, n_out, n_before, has_gaps }
+        Self {
+            merged,
+            selection,
+            wide,
+            counts,
+            current,
+            out,
+            scan,
+            n_seen,
+            n_out,
+            n_before,
+            has_gaps,
+        }
     }
 
     /// Whether several clouds become one.
@@ -112,7 +122,8 @@ impl Target {
 
     /// A batch of no points.
     pub(super) fn empty(&self) -> TargetBatch {
-        let columns = self.out.columns.iter().map(|column| Buffer::with_capacity(column.element, 0));
+        let columns =
+            self.out.columns.iter().map(|column| Buffer::with_capacity(column.element, 0));
         TargetBatch { rows: 0, columns: columns.collect(), faces: Vec::new() }
     }
 
@@ -129,7 +140,8 @@ impl Target {
         let pose = self.pose();
         let mut made = Vec::with_capacity(self.out.columns.len());
         for column in &self.out.columns {
-            let found = self.current.column(&column.name).map(|(place, found)| (place, found.clone()));
+            let found =
+                self.current.column(&column.name).map(|(place, found)| (place, found.clone()));
             let values = match (column.name.as_str(), found) {
                 (SCAN, None) => Buffer::U16(vec![self.scan; rows]),
                 (_, None) => filled(column, rows),

@@ -37,7 +37,11 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
     };
     let same = |value: fn(&CloudHeader) -> f64| {
         let first = value(&first);
-        if headers.iter().all(|header| value(header).to_bits() == first.to_bits()) { first } else { 0.0 }
+        if headers.iter().all(|header| value(header).to_bits() == first.to_bits()) {
+            first
+        } else {
+            0.0
+        }
     };
     let scanner = match headers {
         [only] => only.scanner.map(|place| only.pose.place(place)),
@@ -54,7 +58,11 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
         bounds: bounds(headers, selection),
         step: headers.iter().filter_map(|header| header.step).reduce(DVec3::min),
         scanner,
-        up: headers.iter().map(|header| header.up).find(|&up| up != UpAxis::Unknown).unwrap_or_default(),
+        up: headers
+            .iter()
+            .map(|header| header.up)
+            .find(|&up| up != UpAxis::Unknown)
+            .unwrap_or_default(),
         metres_per_unit: same(|header| header.metres_per_unit),
         coordinate_system: text(|header| &header.coordinate_system),
         time: text(|header| &header.time),

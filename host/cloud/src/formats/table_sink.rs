@@ -246,13 +246,10 @@ fn source(parts: &[Part]) -> Source {
         pose: header.pose,
         scanner: header.scanner.map(|place| header.pose.place(place)),
     };
-    let metres = headers().map(|header| header.metres_per_unit);
+    let mut metres = headers().map(|header| header.metres_per_unit);
     Source {
         up: up.unwrap_or_default(),
-        metres_per_unit: metres
-            .filter(|metres| metres.is_finite() && *metres > 0.0)
-            .next()
-            .unwrap_or(0.0),
+        metres_per_unit: metres.find(|metres| metres.is_finite() && *metres > 0.0).unwrap_or(0.0),
         coordinate_system: first(|header| &header.coordinate_system),
         time: first(|header| &header.time),
         step: headers().find_map(|header| header.step).filter(|step| step.is_finite()),
@@ -355,9 +352,7 @@ fn merged(parts: Vec<Part>, warnings: &mut Vec<String>) -> std::result::Result<P
         for (column, values) in columns.iter().zip(&mut values) {
             let found = part.header.column(&column.name).map(|(place, _)| &part.columns[place]);
             let n = part.n_rows * column.components as usize;
-            let fits = found.is_some_and(|found| {
-                found.len() == n && found.iter_f64().fold(true, |all, v| values.push(v) && all)
-            });
+            let fits = found.is_some_and(|found| found.len() == n && push_all(values, found));
             if !fits {
                 let missing = n * usize::from(found.is_none());
                 (0..missing).for_each(|_| {
@@ -381,6 +376,15 @@ fn merged(parts: Vec<Part>, warnings: &mut Vec<String>) -> std::result::Result<P
     values.push(Buffer::U16(scan));
     let header = CloudHeader { format, columns, ..CloudHeader::default() };
     Ok(Part { header, columns: values, n_rows, faces })
+}
+
+/// Appends all values; whether each fits.
+fn push_all(values: &mut Buffer, found: &Buffer) -> bool {
+    let mut fits = true;
+    for value in found.iter_f64() {
+        fits &= values.push(value);
+    }
+    fits
 }
 
 /// A column that holds the values of both.

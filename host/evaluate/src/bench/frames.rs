@@ -15,9 +15,9 @@ use std::time::Duration;
 use surfelshop_api::View;
 use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::options::values::Size;
@@ -86,7 +86,11 @@ impl Session<'_> {
         let patience = arguments.plugins.patience();
         let all = requests::with_settings(named, &arguments.set, opened, &patience)?;
         let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-        let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+        let displayed = DisplayedClouds::read(
+            &inputs.sources,
+            &staging.display,
+            &SessionFormats::new(&arguments.plugins),
+        )?;
         let clouds = &displayed.clouds;
         let mut contestants = open(arguments, self.variants, &mut self.left_out)?;
         let extent = clouds.extent(staging.scene.surface.radius_scale);

@@ -24,9 +24,9 @@ use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -66,7 +66,11 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         false => None,
     };
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let displayed = DisplayedClouds::read(
+        &inputs.sources,
+        &staging.display,
+        &SessionFormats::new(&arguments.plugins),
+    )?;
     let clouds = &displayed.clouds;
     let frames = camera_path::frames(arguments, &staging, opened, clouds)?;
     let Some(first) = frames.first() else { bail!("there is no camera") };

@@ -114,7 +114,8 @@ impl CloudSourceHost for Ball {
         if start == end {
             return Ok(None);
         }
-        let column = |name, components, values| ColumnView { name, components, generation: 0, values };
+        let column =
+            |name, components, values| ColumnView { name, components, generation: 0, values };
         let columns = vec![
             column(POSITION, 3, Numbers::F64(&self.positions[3 * start..3 * end])),
             column(NORMAL, 3, Numbers::F32(&self.normals[3 * start..3 * end])),
@@ -262,7 +263,9 @@ fn comes_back(bench: &Bench<'_>, place: DVec3, most: f64) -> Judged {
     let off = expected.iter().zip(&found).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
     match off <= most {
         true => Ok(Said::Measured(format!("{n_bytes} bytes; places off by at most {off:.1e}"))),
-        false => Err(Failure::new(format!("places are off by {off:.3e}, at most {most:.0e} is right"))),
+        false => {
+            Err(Failure::new(format!("places are off by {off:.3e}, at most {most:.0e} is right")))
+        }
     }
 }
 

@@ -12,9 +12,9 @@ use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
 use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::{json, terminal};
@@ -36,7 +36,11 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
     let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let displayed = DisplayedClouds::read(
+        &inputs.sources,
+        &staging.display,
+        &SessionFormats::new(&arguments.plugins),
+    )?;
     let clouds = &displayed.clouds;
     let views = clouds.views();
     let values = chosen.values.clone();

@@ -18,9 +18,9 @@ use surfelshop_api::params::Values;
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_image::exr;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
+use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::options::values::{self, Setting};
@@ -51,13 +51,16 @@ pub(super) fn report(
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
-    let studio = match is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer) {
-        true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),
-        false => None,
-    };
+    let draws = is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer);
+    let open = || RenderSession::open(&arguments.device, &arguments.plugins);
+    let studio = draws.then(open).transpose()?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let surroundings = surroundings.as_ref();
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let displayed = DisplayedClouds::read(
+        &inputs.sources,
+        &staging.display,
+        &SessionFormats::new(&arguments.plugins),
+    )?;
     let clouds = &displayed.clouds;
     let view = render::view(&arguments.picture, &staging, clouds);
     let plugins = &arguments.plugins;

@@ -78,7 +78,8 @@ impl FormatRunner {
         let watched = WatchedFile::new(file, Arc::clone(&watch));
         let at_work = Arc::clone(&watch);
         self.run(unit, &watch, progress, move |instance, job| {
-            let mut source = WatchedSource { source: &mut *clouds, watch: at_work, rows: 0, done: 0 };
+            let mut source =
+                WatchedSource { source: &mut *clouds, watch: at_work, rows: 0, done: 0 };
             instance.write(&values, &mut source, (&name, &watched), job)
         })
     }

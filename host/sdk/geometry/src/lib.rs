@@ -31,5 +31,5 @@ mod visibility;
 
 pub use bounds::Bounds;
 pub use neighbours::{Neighbour, Neighbours};
-pub use visibility::{free_space, sides};
 pub use progress::{Cancelled, Progress, part, silent};
+pub use visibility::{free_space, sides};

@@ -7,7 +7,7 @@ use crate::output::terminal;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use surfelshop_cloud::display::{Colors, Display, DisplayError, DisplaySettings, Legend};
-use surfelshop_cloud::{Cloud, Loaded};
+use surfelshop_cloud::{Cloud, Loaded, Summary};
 
 /// Clouds as they are displayed.
 pub struct DisplayedClouds {
@@ -65,6 +65,11 @@ impl DisplayedClouds {
             kept.push(displayed.kept);
         }
         Ok(Self { clouds: Arc::new(Clouds::of(loaded)), kept, display, n_surfels })
+    }
+
+    /// How the load of each cloud went.
+    pub fn summaries(&self) -> Vec<&Summary> {
+        self.clouds.loaded.iter().map(|loaded| &loaded.summary).collect()
     }
 
     /// What colours and filters them.

@@ -67,10 +67,11 @@ fn direction(clouds: &[&Cloud], eye: DVec3, up: DVec3) -> Option<DVec3> {
     let mut distances: Vec<f64> = seen.iter().map(|point| point.length()).collect();
     let middle = distances.len() / 2;
     let (_, &mut typical, _) = distances.select_nth_unstable_by(middle, f64::total_cmp);
-    let mean = seen.iter().map(|point| point.normalize()).sum::<DVec3>() / seen.len() as f64;
+    let mean =
+        seen.iter().map(|point| point.normalize_or_zero()).sum::<DVec3>() / seen.len() as f64;
     // A device that looks one way has most of its points there; one that turns has them all around.
     if mean.length() > 0.5 {
-        return Some(typical * mean.normalize());
+        return Some(typical * mean.normalize_or_zero());
     }
     let (right, forward) = up.any_orthonormal_pair();
     // The longest way out of the eye over a floor: the farthest of a sector's typical distances.
@@ -84,7 +85,11 @@ fn direction(clouds: &[&Cloud], eye: DVec3, up: DVec3) -> Option<DVec3> {
     let enough = seen.len() / (4 * SECTORS);
     let typical_of = |sector: &mut Vec<f64>| {
         let middle = sector.len() / 2;
-        if sector.len() <= enough { 0.0 } else { *sector.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        if sector.len() <= enough {
+            0.0
+        } else {
+            *sector.select_nth_unstable_by(middle, f64::total_cmp).1
+        }
     };
     let lengths: Vec<f64> = sectors.iter_mut().map(typical_of).collect();
     let best = (0..SECTORS).max_by(|&a, &b| lengths[a].total_cmp(&lengths[b]))?;
@@ -112,7 +117,7 @@ mod tests {
             panic!("nobody stands inside")
         };
         assert_eq!(eye, DVec3::X);
-        assert!((target - eye).normalize().dot(DVec3::NEG_Z) > 0.99, "{target}");
+        assert!((target - eye).normalize_or_zero().dot(DVec3::NEG_Z) > 0.99, "{target}");
         assert_eq!(stand(&seen_from(None, &[[1.0; 3]]), UpAxis::Auto), None);
         assert_eq!(stand(&seen_from(Some(DVec3::X), &[]), UpAxis::Auto), None);
     }

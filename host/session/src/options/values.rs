@@ -82,7 +82,8 @@ pub fn cloud_file(text: &str) -> Result<PathBuf, String> {
 
 /// Reads a box: smallest and largest coordinates, `X,Y,Z:X,Y,Z`.
 pub fn crop_box(text: &str) -> Result<[DVec3; 2], String> {
-    let expected = || format!("expected X,Y,Z:X,Y,Z, smallest and largest coordinates, found {text}");
+    let expected =
+        || format!("expected X,Y,Z:X,Y,Z, smallest and largest coordinates, found {text}");
     let corner = |text: &str| {
         let numbers: Option<Vec<f64>> =
             text.split(',').map(|number| number.trim().parse().ok()).collect();

@@ -9,9 +9,9 @@ use crate::captured_graph;
 use crate::input::clouds::Clouds;
 use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
-use crate::input::probe_info;
 use crate::input::formats::SessionFormats;
 use crate::input::inside;
+use crate::input::probe_info;
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
@@ -55,6 +55,15 @@ struct Timings {
     write_ms: f64,
 }
 
+impl Timings {
+    /// Takes the times of a picture's frames.
+    fn frames(&mut self, settled: &ConvergedFrame) {
+        self.render_ms = settled.milliseconds;
+        self.frame_ms = settled.first_ms;
+        self.columns_ms = settled.columns_ms;
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
     let mut timings = Timings::default();
@@ -66,10 +75,9 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
     let graph = arguments.graph.as_deref().map(captured_graph::renderer).transpose()?;
-    let (reference, seen) = match &graph {
-        Some(graph) => (graph.reference.clone(), None),
-        None => setup::renderer(arguments, given, opened, &registry)?,
-    };
+    let of_setup = || setup::renderer(arguments, given, opened, &registry);
+    let (reference, seen) =
+        graph.as_ref().map_or_else(of_setup, |graph| Ok((graph.reference.clone(), None)))?;
     let seen = seen.as_ref();
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen)?;
     let staging = staging.showing(arguments.output.clone());
@@ -90,7 +98,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     // Now that all is known that is read.
     files::check_outputs(&outputs)?;
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
 
@@ -109,9 +118,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         detail_px: staging.detail_px,
     };
     let settled = studio.settle(&mut chosen, &request)?;
-    timings.render_ms = settled.milliseconds;
-    timings.frame_ms = settled.first_ms;
-    timings.columns_ms = settled.columns_ms;
+    timings.frames(&settled);
     note_detail(&staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
 
@@ -122,8 +129,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         captured_graph::save(path, chosen.view.graph())?;
     }
     timings.write_ms = since(started);
+    let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
     if !arguments.report.json {
-        let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
         return written.iter().try_for_each(line);
     }
     terminal::json(&json!({
@@ -131,7 +138,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         "version": env!("CARGO_PKG_VERSION"),
         "files": written,
         "scene_file": opened.map(|opened| opened.path.display().to_string()),
-        "clouds": clouds.loaded.iter().map(|loaded| &loaded.summary).collect::<Vec<_>>(),
+        "clouds": displayed.summaries(),
         "facts": clouds.facts,
         "display": displayed.object(),
         "scene": staging.scene,

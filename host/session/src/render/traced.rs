@@ -44,7 +44,11 @@ pub fn render(
     let (values, unknown) = parameters::resolved(reference, declared, seen, &arguments.set)?;
     unknown.iter().for_each(terminal::warn);
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &SessionFormats::new(&arguments.plugins))?;
+    let displayed = DisplayedClouds::read(
+        &inputs.sources,
+        &staging.display,
+        &SessionFormats::new(&arguments.plugins),
+    )?;
     let clouds = &displayed.clouds;
     let view = render::view(&arguments.picture, staging, clouds);
     let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);

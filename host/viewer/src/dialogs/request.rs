@@ -16,7 +16,8 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
         endings: endings(of),
         purpose,
     };
-    let save = |name: &str, completed: Completion| Purpose::Save { name: name.to_owned(), completed };
+    let save =
+        |name: &str, completed: Completion| Purpose::Save { name: name.to_owned(), completed };
     match purpose {
         DialogPurpose::Open => {
             let formats = window.plugins.formats().endings(false);

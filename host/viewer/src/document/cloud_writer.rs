@@ -2,8 +2,8 @@
 
 use super::open_clouds::OpenCloud;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use surfelshop_cloud::{Cloud, WriteError, WriteOptions, Written, silent};
 use surfelshop_session::input::formats::SessionFormats;
 

@@ -29,4 +29,3 @@ pub(crate) use open_clouds::{OpenCloud, OpenClouds, generations};
 pub(crate) use settings::{Mode, PaneSettings, Settings, has_direction};
 pub(crate) use state::Document;
 pub(crate) use state_folder::StateFolder;
-pub(crate) use visible_clouds::VisibleClouds;

@@ -31,7 +31,8 @@ impl Window {
         let path = cloud_file_name(path, &formats.endings(true));
         let path = std::path::absolute(&path).unwrap_or(path);
         let (numbers, wake) = ((index, self.document.n_opened), ctx.clone());
-        match CloudWriter::start(open_cloud, numbers, path, formats, move || wake.request_repaint()) {
+        match CloudWriter::start(open_cloud, numbers, path, formats, move || wake.request_repaint())
+        {
             Ok(writer) => self.document.cloud_writer = Some(writer),
             Err(error) => self.messages.warn(format!("nothing can be written: {error}")),
         }

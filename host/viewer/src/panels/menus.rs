@@ -2,8 +2,8 @@
 
 use super::actions::{next_renderer, toggle_measure, toggle_projection};
 use super::shortcuts::{
-    FRAME, INSIDE, MEASURE, NEXT_RENDERER, OPEN, PICTURE, PROJECTION, QUIT, REDO, SAVE, SAVE_AS, SPLIT,
-    UNDO,
+    FRAME, INSIDE, MEASURE, NEXT_RENDERER, OPEN, PICTURE, PROJECTION, QUIT, REDO, SAVE, SAVE_AS,
+    SPLIT, UNDO,
 };
 use crate::dialogs::{DialogPurpose, files};
 use crate::document::undo;

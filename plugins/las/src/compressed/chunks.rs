@@ -5,7 +5,7 @@ use super::{Compression, Order, table};
 use crate::header::Header;
 use crate::numbers::u32_at;
 use surfelshop_api::format::FileSource;
-use surfelshop_api::{Error, Result};
+use surfelshop_api::{Error, Job, Result};
 
 /// Points that a compressed byte can hold at most: of 50,000 points that are all alike a byte holds 150, and of more
 /// up to 600.
@@ -34,12 +34,13 @@ impl Chunks {
     /// Finds the chunks of a file; adds to `warnings` what is doubtful.
     ///
     /// # Errors
-    /// Where they cannot be found, or the system refuses.
+    /// Where they cannot be found, the system refuses, or the user asked to stop.
     pub(crate) fn find(
         file: &FileSource,
         header: &Header,
         compression: &Compression,
         warnings: &mut Vec<String>,
+        job: &Job<'_>,
     ) -> Result<Self> {
         let (start, length) = (header.points_at, file.length());
         let announced = header.n_points;
@@ -71,7 +72,7 @@ impl Chunks {
                 .to_owned(),
         );
         if compression.order == Order::Layers {
-            return walked(file, start + 8, compression, announced);
+            return walked(file, start + 8, compression, announced, job);
         }
         Ok(streamed(start + 8, announced, bounded(announced, most, warnings)))
     }
@@ -138,6 +139,7 @@ fn walked(
     start: u64,
     compression: &Compression,
     announced: u64,
+    job: &Job<'_>,
 ) -> Result<Chunks> {
     let (mut chunks, mut at, mut total) = (Vec::new(), start, 0u64);
     let head = compression.record_len as u64;
@@ -146,6 +148,9 @@ fn walked(
     while at.checked_add(body).is_some_and(|end| end <= length) {
         if announced > 0 && total >= announced {
             break;
+        }
+        if chunks.len() % 4096 == 0 {
+            job.check()?;
         }
         let sizes = file.bytes_at(at + head, body - head)?;
         let points = u64::from(u32_at(&sizes, 0));

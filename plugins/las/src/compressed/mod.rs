@@ -19,6 +19,9 @@ use crate::numbers::{u16_at, u32_at};
 use laz::{LazItemType, LazVlr};
 use surfelshop_api::{Error, Result};
 
+/// Most extra bytes of a compressed point: each takes two kilobytes of models, in each thread.
+const MOST_EXTRA: usize = 4096;
+
 /// How a LAZ file orders its points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Order {
@@ -104,6 +107,11 @@ fn check_items(vlr: &LazVlr, order: Order, header: &Header) -> Result<()> {
     let mut expected = expected_items(header);
     let found: Vec<LazItemType> = vlr.items().iter().map(laz::LazItem::item_type).collect();
     let extra = header.record_len - header.format.len;
+    if extra > MOST_EXTRA {
+        return Err(Error::new(format!(
+            "expected at most {MOST_EXTRA} extra bytes of compressed points, found {extra}"
+        )));
+    }
     if extra > 0 {
         let extra = u16::try_from(extra)?;
         let is_extended = header.format.is_extended();

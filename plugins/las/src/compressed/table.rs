@@ -58,6 +58,8 @@ pub(super) fn read(
     let len = (file.length() - at).min(64 + ENTRY * n);
     let bytes = file.bytes_at(at, len)?;
     let has_points = compression.chunk_points.is_none();
+    // The decoder takes memory for all entries at once, and ends the program where there is none.
+    Vec::<[u64; 2]>::new().try_reserve_exact(usize::try_from(n)?)?;
     // Damaged bytes make the decoder read outside its tables, which panics.
     let table = catch_unwind(|| ChunkTable::read(&mut Cursor::new(&bytes), has_points));
     let Ok(Ok(table)) = table else { return Ok(None) };

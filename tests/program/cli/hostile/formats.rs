@@ -13,7 +13,8 @@ const LONG: Duration = Duration::from_secs(60);
 
 /// The library of the fixture's formats.
 fn library() -> String {
-    let library = format!("{}formats{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let library =
+        format!("{}formats{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
     let path = build_folder().join("examples").join(library);
     assert!(path.is_file(), "{} is not built; `cargo verify` builds it", path.display());
     path.to_string_lossy().into_owned()

@@ -72,7 +72,7 @@ fn kinds(desk: &TestFolder) -> Vec<Kind> {
          file = \"/b.so\"\n"
     );
     let kind = |name, seeds, commands| Kind { name, seeds, commands };
-    let format = |name, commands| {
+    let format = |name: &'static str, commands| {
         let (_, ending) = name.split_once('.').unwrap();
         let folder = if ending == "glb" { "gltf" } else { ending };
         kind(name, files_of(&format!("tests/fuzz/corpus/{folder}/seeds"), ""), commands)

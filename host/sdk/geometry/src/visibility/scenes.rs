@@ -76,7 +76,13 @@ impl Scene {
         }
     }
 
-    pub(crate) fn sphere(&mut self, centre: DVec3, radii: DVec3, count: usize, random: &mut Random) {
+    pub(crate) fn sphere(
+        &mut self,
+        centre: DVec3,
+        radii: DVec3,
+        count: usize,
+        random: &mut Random,
+    ) {
         for _ in 0..count {
             let d = random.on_sphere();
             self.push(centre + d * radii, d / radii);

@@ -190,7 +190,7 @@ mod tests {
 
     #[test]
     fn dragged_numbers_have_few_digits() {
-        assert_eq!(rounded(3.141_592_653, [0.0, 10.0]), 3.14);
+        assert_eq!(rounded(3.456_789_012, [0.0, 10.0]), 3.46);
         assert_eq!(rounded(31_415.926, [0.0, 65_535.0]), 31_400.0);
         assert_eq!(rounded(4_500_000.123_456, [4_500_000.0, 4_500_001.0]), 4_500_000.123);
         assert_eq!(rounded(2e-7, [0.0, 1e-6]), 2e-7);

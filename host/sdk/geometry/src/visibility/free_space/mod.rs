@@ -135,9 +135,11 @@ fn one_per_block(cells: &Cells, clearances: &[f32], eyes: Option<f32>) -> Vec<Ca
 /// Of cubes with about the most room the one in their middle.
 fn roomiest(inside: &[Candidate]) -> Option<Candidate> {
     let most = inside.iter().map(|candidate| candidate.1).fold(0.0, f32::max);
-    let best: Vec<&Candidate> = inside.iter().filter(|candidate| candidate.1 >= 0.95 * most).collect();
+    let best: Vec<&Candidate> =
+        inside.iter().filter(|candidate| candidate.1 >= 0.95 * most).collect();
     let place = |candidate: &Candidate| Vec3::from_array(candidate.0.map(|along| along as f32));
-    let mean = best.iter().map(|candidate| place(candidate)).sum::<Vec3>() / best.len().max(1) as f32;
+    let mean =
+        best.iter().map(|candidate| place(candidate)).sum::<Vec3>() / best.len().max(1) as f32;
     let distance = |candidate: &Candidate| place(candidate).distance_squared(mean);
     best.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).copied()
 }
@@ -217,15 +219,13 @@ impl Scan {
     /// What is seen from a place.
     fn look(&self, position: Vec3, clearance: f32) -> Place {
         let here = self.surfels.frame.inside(position);
-        let hits = (0..DIRECTIONS).filter(|&i| {
-            self.discs.is_hit(here, evenly(i, DIRECTIONS), 0.0..f32::MAX, |_| true)
-        });
+        let hits = (0..DIRECTIONS)
+            .filter(|&i| self.discs.is_hit(here, evenly(i, DIRECTIONS), 0.0..f32::MAX, |_| true));
         let enclosure = hits.count() as f32 / DIRECTIONS as f32;
         let is_seen = |i: &usize| {
             let surfel = &self.surfels.all[self.samples[*i] as usize];
-            let faces = self.faces.as_ref().is_none_or(|faces| {
-                faces[*i].dot(here - surfel.position) > 0.0
-            });
+            let faces =
+                self.faces.as_ref().is_none_or(|faces| faces[*i].dot(here - surfel.position) > 0.0);
             faces && surfel.is_visible(here, &self.discs)
         };
         let seen = (0..self.samples.len()).filter(is_seen).count();

@@ -1,8 +1,8 @@
 //! What says that two surfels face the same free space, or opposite ones.
 
+use super::super::surfels::Surfel;
 use super::rays::{Ray, STRAIGHT};
 use super::sets::SignedSets;
-use super::super::surfels::Surfel;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
 use glam::Vec3;
 
@@ -110,10 +110,7 @@ pub(super) fn of_surfels<'a>(
 }
 
 /// For each node what the others say of its sign, and all evidence there is.
-pub(super) fn fields(
-    couplings: impl Iterator<Item = Coupling>,
-    signs: &[bool],
-) -> Vec<(i64, i64)> {
+pub(super) fn fields(couplings: impl Iterator<Item = Coupling>, signs: &[bool]) -> Vec<(i64, i64)> {
     let mut fields = vec![(0, 0); signs.len()];
     for Coupling { a, b, net, total } in couplings {
         for (node, other) in [(a, b), (b, a)] {

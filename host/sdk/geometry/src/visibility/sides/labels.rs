@@ -1,10 +1,10 @@
 //! Signs of surfels: found up to turning all, judged, and refined.
 
+use super::super::surfels::Surfels;
 use super::Hints;
 use super::couplings::{self, fields, gathered, of_surfels};
 use super::evidence::{self, Evidence};
 use super::rays::{self, Ray, Sky};
-use super::super::surfels::Surfels;
 use super::verdict::{Verdict, decide};
 use super::viewpoints::{self, Search, Viewpoint};
 use super::{regions, signs};
@@ -103,7 +103,8 @@ pub(super) fn find(
     let pairs = couplings::neighbours(&surfels.all, &part(progress, 0.5..0.52))?;
     let mut network = Network { discs, pairs, rays, n_surfels: n };
     let mut signs = vec![true; n + Sky::PARTS];
-    let found = Search::new(&surfels.all, &network.discs, None).find(&part(progress, 0.52..0.57))?;
+    let found =
+        Search::new(&surfels.all, &network.discs, None).find(&part(progress, 0.52..0.57))?;
     let places = viewpoints::covering(&found);
     let viewed = (&places[..], VIEWED[0]);
     network.look_from(&surfels, &mut signs, viewed, &part(progress, 0.57..0.62))?;
@@ -177,9 +178,16 @@ fn judge(
     evidence.viewed = best(&fronts) - best(&backs);
     let look = |device| f64::from(front.look(surfels.frame.inside(device)).worth);
     evidence.device = hints.device.filter(|device| device.is_finite()).map_or(0.0, look);
-    let mean: DVec3 = surfels.all.iter().zip(signs).map(|(surfel, &sign)| {
-        if sign { surfel.normal.as_dvec3() } else { -surfel.normal.as_dvec3() }
-    }).sum();
+    let mean: DVec3 = surfels
+        .all
+        .iter()
+        .zip(signs)
+        .map(
+            |(surfel, &sign)| {
+                if sign { surfel.normal.as_dvec3() } else { -surfel.normal.as_dvec3() }
+            },
+        )
+        .sum();
     let largest = |most: f64, x: f64| if x.abs() > most.abs() { x } else { most };
     evidence.positive = mean.to_array().into_iter().fold(0.0, largest) / n.max(1) as f64;
     let verdict = decide(&evidence, hints, surfels.frame.scale);

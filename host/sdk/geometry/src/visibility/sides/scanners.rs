@@ -138,7 +138,8 @@ impl Occluders {
         let (from, to) = (frame.inside(place), frame.inside(position));
         let length = from.distance(to);
         let Some(direction) = (to - from).try_normalize() else { return true };
-        let counts = |meeting: crate::discs::Meeting| meeting.distance < length - OWN * meeting.radius;
+        let counts =
+            |meeting: crate::discs::Meeting| meeting.distance < length - OWN * meeting.radius;
         !self.discs.is_hit(from, direction, 0.0..length, counts)
     }
 }

@@ -191,12 +191,7 @@ fn odd_points_are_left_alone() {
     assert_eq!((sides.turned, sides.decided + sides.uncertain), (0, 2997));
     assert_eq!((normals[5], normals[6], normals[7]), (scene.normals[5], scene.normals[6], zero));
     assert_eq!(sides.confidence[5..8], [0.0; 3]);
-    let wild = Hints {
-        up: Some(zero),
-        metres: Some(f32::NAN),
-        device: Some(nan),
-        interior: None,
-    };
+    let wild = Hints { up: Some(zero), metres: Some(f32::NAN), device: Some(nan), interior: None };
     for count in [0, 1, 2, 3, 12] {
         for positions in [vec![Vec3::ONE; count], scene.positions[20..20 + count].to_vec()] {
             let mut normals = vec![Vec3::X; count];

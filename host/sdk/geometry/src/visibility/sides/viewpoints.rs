@@ -1,7 +1,7 @@
 //! Places that see much of a scan: where its scanner may have been.
 
-use super::rays::{Ray, STRAIGHT};
 use super::super::surfels::Surfel;
+use super::rays::{Ray, STRAIGHT};
 use crate::Bounds;
 use crate::discs::Discs;
 use crate::hashing;
@@ -49,7 +49,8 @@ pub(super) struct Search<'a> {
 impl<'a> Search<'a> {
     pub(super) fn new(surfels: &'a [Surfel], discs: &'a Discs, signs: Option<&'a [bool]>) -> Self {
         let n = surfels.len();
-        let sample = |i: usize| ((hashing::unit(5, i as u64) * n as f64) as usize).min(n - 1) as u32;
+        let sample =
+            |i: usize| ((hashing::unit(5, i as u64) * n as f64) as usize).min(n - 1) as u32;
         Self { surfels, discs, signs, samples: (0..SAMPLES.min(n)).map(sample).collect() }
     }
 
@@ -110,9 +111,8 @@ impl<'a> Search<'a> {
         let step = 2.0 * size.max_element() / GRID as f32;
         let mut starts: Vec<&Viewpoint> = Vec::new();
         for place in order {
-            let is_apart = |start: &&Viewpoint| {
-                start.position.distance(place.position) > 1.8 * step
-            };
+            let is_apart =
+                |start: &&Viewpoint| start.position.distance(place.position) > 1.8 * step;
             if starts.len() < STARTS && starts.iter().all(is_apart) {
                 starts.push(place);
             }
