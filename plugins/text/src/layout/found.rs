@@ -123,6 +123,12 @@ pub(crate) fn in_table(sample: &Sample, settings: &Settings) -> Result<Found> {
     let body: Vec<&Numbered<'_>> =
         lines[n_skipped..].iter().filter(|line| has_words(line.text)).collect();
     let texts: Vec<&[u8]> = body.iter().map(|line| line.text).collect();
+    if let Some(grid) = texts.first().filter(|line| is_grid(line)) {
+        let found = quoted(grid);
+        return Err(Error::new(format!(
+            "expected a line for each point, found the header of a grid of heights, {found}"
+        )));
+    }
     let one = settings.delimiter.map(|delimiter| [delimiter]);
     let delimiters = one.as_ref().map_or(&Delimiter::ALL[..], |one| &one[..]);
     let Some(mut cut) = best_cut(&texts, delimiters) else {
@@ -160,6 +166,12 @@ pub(crate) fn in_table(sample: &Sample, settings: &Settings) -> Result<Found> {
     };
     found.note = note(&found, source, n_header);
     Ok(found)
+}
+
+/// Whether a line begins a grid of heights, as ESRI writes them into files `.asc`.
+fn is_grid(line: &[u8]) -> bool {
+    let word = line.split(u8::is_ascii_whitespace).find(|word| !word.is_empty());
+    word.is_some_and(|word| word.eq_ignore_ascii_case(b"ncols"))
 }
 
 /// Names of columns as they are set or as the header has them, and where they come from.

@@ -232,11 +232,18 @@ fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
         FixedFormat::Pts => "PTS",
         FixedFormat::Ptx => "PTX",
     };
-    if !others.is_empty() {
-        let others = others.join(", ");
-        lines.push(format!(
-            "left out, for {name} has only position, intensity and colour: {others}"
-        ));
+    let others: Vec<String> = others.iter().map(|name| format!("`{name}`")).collect();
+    match others.as_slice() {
+        [] => {}
+        [one] => {
+            lines.push(format!("column {one} is left out: {name} has intensity and colour only"));
+        }
+        several => {
+            let several = several.join(", ");
+            lines.push(format!(
+                "columns {several} are left out: {name} has intensity and colour only"
+            ));
+        }
     }
     let element = |name: &str| header.column(name).map(|(_, column)| column.element);
     if element(COLOR).is_some_and(|element| element != Element::U8) {

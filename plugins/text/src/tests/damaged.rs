@@ -42,6 +42,8 @@ fn what_is_no_table_is_refused_in_a_line() {
     assert!(refusal(read("hello\nworld\n")).contains("`hello`"));
     assert!(refusal(read("1 2\n3 4\n")).contains("three numbers"));
     assert!(refusal(read("1 2 3\0")).contains("binary"));
+    let grid = "ncols 4\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3 4\n5 6 7 8\n";
+    assert!(refusal(read(grid)).contains("grid of heights, `ncols 4`"));
     let wide = [0xFF, 0xFE, b'1', 0, b' ', 0];
     let line = refusal(read_with::<Xyz>(&wide, "a.txt", &Settings::default()));
     assert!(line.contains("UTF-16"), "{line}");

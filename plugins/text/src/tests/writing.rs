@@ -108,7 +108,7 @@ fn pts_files_are_read_as_they_were() {
         .with(INTENSITY, 1, Stored::F32(intensities.clone()))
         .with(RADIUS, 1, Stored::F32(vec![1.0; 30]));
     let (text, lines) = write_with::<Pts>(&[cloud.clone(), cloud], "a.pts", &());
-    assert_eq!(lines, ["left out, for PTS has only position, intensity and colour: radius"]);
+    assert_eq!(lines, ["column `radius` is left out: PTS has intensity and colour only"]);
     assert!(text.starts_with("30 "), "{}", &text[..30]);
     let found = read_with::<Pts>(text.as_bytes(), "a.pts", &()).unwrap();
     assert_eq!((found.clouds.len(), found.warnings.len()), (2, 0));

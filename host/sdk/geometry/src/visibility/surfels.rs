@@ -2,7 +2,7 @@
 
 use super::frame::Frame;
 use crate::Bounds;
-use crate::discs::{Disc, Discs};
+use crate::discs::{Disc, Discs, Hit};
 use crate::eigen;
 use crate::neighbours::Neighbours;
 use crate::normals;
@@ -17,8 +17,14 @@ pub(super) const LINKS: usize = 10;
 /// exp(-4) of the surface open; larger ones cover more of what lies behind edges.
 const COVERING: usize = 4;
 
-/// Occluders nearer than so many radii belong to a surfel's own surface.
-const OWN: f32 = 4.0;
+/// Distance up to which discs are those around a surfel, in radii.
+const OWN: f32 = 1.0;
+
+/// Distance up to which they may be part of its own surface, in radii.
+pub(super) const NEAR: f32 = 4.0;
+
+/// Cosine between normals of the same surface, in any direction.
+const ALIKE: f32 = 0.7;
 
 /// No neighbour.
 const NOBODY: u32 = u32::MAX;
@@ -40,14 +46,10 @@ impl Surfel {
         self.links.iter().copied().filter(|&other| other != NOBODY)
     }
 
-    /// Whether nothing lies between it and a place.
-    pub(super) fn is_visible(&self, place: Vec3, discs: &Discs) -> bool {
-        let towards = place - self.position;
-        let distance = towards.length();
-        let start = OWN * self.radius;
-        // The direction is not needed where there is none.
-        distance <= start
-            || !discs.is_hit(self.position, towards / distance, start..distance, |_| true)
+    /// Whether a disc near a point with a unit normal is part of the same surface.
+    pub(super) fn continues(&self, position: Vec3, normal: Vec3) -> bool {
+        let height = normal.dot(self.position - position).abs();
+        self.normal.dot(normal).abs() > ALIKE && height < self.radius
     }
 }
 
@@ -100,6 +102,20 @@ impl Surfels {
         let members = kept.iter().enumerate().filter_map(member).collect();
         let frame = Frame { centre: neighbours.bounds().centre(), scale: neighbours.scale() };
         Ok(Self { all, members, edge: edge / frame.scale, frame })
+    }
+
+    /// Whether nothing lies between a surfel and a place.
+    pub(super) fn is_visible(&self, surfel: &Surfel, place: Vec3, discs: &Discs) -> bool {
+        let towards = place - surfel.position;
+        let distance = towards.length();
+        let near = NEAR * surfel.radius;
+        let Some(direction) = towards.try_normalize() else { return true };
+        let blocks = |hit: Hit| {
+            let disc = &self.all[hit.index as usize];
+            hit.distance > near || !disc.continues(surfel.position, surfel.normal)
+        };
+        let reach = OWN * surfel.radius..distance;
+        reach.is_empty() || discs.nearest(surfel.position, direction, reach, blocks).is_none()
     }
 
     /// The discs of the surfels, to trace rays at.

@@ -226,7 +226,7 @@ impl Scan {
             let surfel = &self.surfels.all[self.samples[*i] as usize];
             let faces =
                 self.faces.as_ref().is_none_or(|faces| faces[*i].dot(here - surfel.position) > 0.0);
-            faces && surfel.is_visible(here, &self.discs)
+            faces && self.surfels.is_visible(surfel, here, &self.discs)
         };
         let seen = (0..self.samples.len()).filter(is_seen).count();
         let sees = seen as f32 / self.samples.len().max(1) as f32;

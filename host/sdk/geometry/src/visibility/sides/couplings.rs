@@ -1,9 +1,9 @@
 //! What says that two surfels face the same free space, or opposite ones.
 
-use super::super::surfels::Surfel;
 use super::rays::{Ray, STRAIGHT};
 use super::sets::SignedSets;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
+use crate::visibility::surfels::Surfel;
 use glam::Vec3;
 
 /// Evidence on two nodes: above 0 where both normals face what the other's does, or neither.

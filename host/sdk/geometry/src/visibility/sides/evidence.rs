@@ -15,6 +15,8 @@ pub(super) struct Evidence {
     pub(super) outward: f64,
     /// Share of the rays into the sky on that side where there are fewer.
     pub(super) openness: f64,
+    /// How steeply these lead up: -1 for straight down, 0 for level or all directions.
+    pub(super) rise: f64,
     /// Mean length of the other rays on that side, in units of the box.
     pub(super) free_path: f64,
     /// Share of the surfels whose front sees fronts and whose back sees backs, of those that see any
@@ -99,6 +101,7 @@ pub(super) fn judge(
         upward: ratio(front.upward - back.upward, front.steepness + back.steepness),
         outward: ratio(front.escaped - back.escaped, front.escaped + back.escaped),
         openness: share(closed),
+        rise: ratio(closed.upward, closed.steepness),
         free_path: ratio(closed.length, closed.met),
         consistency,
         ..Evidence::default()

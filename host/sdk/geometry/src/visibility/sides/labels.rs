@@ -1,15 +1,15 @@
 //! Signs of surfels: found up to turning all, judged, and refined.
 
-use super::super::surfels::Surfels;
-use super::Hints;
 use super::couplings::{self, fields, gathered, of_surfels};
 use super::evidence::{self, Evidence};
+use super::hints::Hints;
 use super::rays::{self, Ray, Sky};
 use super::verdict::{Verdict, decide};
 use super::viewpoints::{self, Search, Viewpoint};
 use super::{regions, signs};
 use crate::discs::Discs;
 use crate::progress::{Cancelled, Progress, part};
+use crate::visibility::surfels::Surfels;
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
@@ -84,7 +84,7 @@ impl Network {
         signs.truncate(first);
         signs.resize(first + places.len(), true);
         let places = (places, first);
-        let rays = viewpoints::rays(&surfels.all, &self.discs, places, weight, progress)?;
+        let rays = viewpoints::rays(surfels, &self.discs, places, weight, progress)?;
         self.rays.extend(rays);
         Ok(())
     }
@@ -103,8 +103,7 @@ pub(super) fn find(
     let pairs = couplings::neighbours(&surfels.all, &part(progress, 0.5..0.52))?;
     let mut network = Network { discs, pairs, rays, n_surfels: n };
     let mut signs = vec![true; n + Sky::PARTS];
-    let found =
-        Search::new(&surfels.all, &network.discs, None).find(&part(progress, 0.52..0.57))?;
+    let found = Search::new(&surfels, &network.discs, None).find(&part(progress, 0.52..0.57))?;
     let places = viewpoints::covering(&found);
     let viewed = (&places[..], VIEWED[0]);
     network.look_from(&surfels, &mut signs, viewed, &part(progress, 0.57..0.62))?;
@@ -170,8 +169,8 @@ fn judge(
     };
     evidence.enclosed = small(false, 0.0..0.2)? - small(true, 0.2..0.4)?;
     let turned: Vec<bool> = signs[..n].iter().map(|sign| !sign).collect();
-    let [front, back] = [&signs[..n], &turned[..]]
-        .map(|signs| Search::new(&surfels.all, &network.discs, Some(signs)));
+    let [front, back] =
+        [&signs[..n], &turned[..]].map(|signs| Search::new(surfels, &network.discs, Some(signs)));
     let fronts = front.find(&part(progress, 0.4..0.7))?;
     let backs = back.find(&part(progress, 0.7..1.0))?;
     let best = |found: &[Viewpoint]| found.first().map_or(0.0, |place| f64::from(place.worth));

@@ -1,9 +1,9 @@
 //! Rays between surfels: both ends of one look into the same free space.
 
-use super::super::surfels::Surfel;
 use crate::discs::Discs;
 use crate::hashing;
 use crate::progress::{Cancelled, Progress, flat_map};
+use crate::visibility::surfels::Surfel;
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 

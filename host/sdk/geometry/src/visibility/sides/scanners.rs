@@ -1,9 +1,9 @@
 //! Sides by the places of the devices that saw the points.
 
-use super::super::surfels::{Choice, Surfels};
-use crate::discs::Discs;
+use crate::discs::{Discs, Hit};
 use crate::normals;
 use crate::progress::{Cancelled, Progress, map, part, report};
+use crate::visibility::surfels::{Choice, NEAR, Surfels};
 use glam::Vec3;
 
 /// What [`towards_scanners`] did.
@@ -32,9 +32,6 @@ const GRAZING: f64 = 0.087_155_742_747_658;
 
 /// Devices that are tried for a point, the nearest first.
 const TRIED: usize = 8;
-
-/// Occluders nearer to a point than so many of their radii belong to its own surface.
-const OWN: f32 = 4.0;
 
 /// Turns normals towards the devices that saw the points, whatever their signs were; lengths stay.
 ///
@@ -105,6 +102,7 @@ fn chosen(
     scanners: &[Vec3],
     occluders: Option<&Occluders>,
 ) -> Option<Vec3> {
+    let normal = normals::normalised(normal);
     let distance = |place: &Vec3| (place.as_dvec3() - position.as_dvec3()).length_squared();
     let mut order: Vec<Vec3> = scanners.to_vec();
     order.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
@@ -112,8 +110,9 @@ fn chosen(
     let is_plausible = |place: &&Vec3| {
         cosine(position, normal, **place).is_some_and(|cosine| cosine.abs() >= GRAZING)
     };
-    let is_free =
-        |place: &&Vec3| occluders.is_none_or(|occluders| occluders.is_free(position, **place));
+    let is_free = |place: &&Vec3| {
+        occluders.is_none_or(|occluders| occluders.is_free((position, normal), **place))
+    };
     let plausible = || order.iter().filter(is_plausible);
     plausible().find(is_free).or_else(|| plausible().next()).or(order.first()).copied()
 }
@@ -133,7 +132,7 @@ impl Occluders {
     }
 
     /// Whether nothing but the point's own surface lies between it and a place.
-    fn is_free(&self, position: Vec3, place: Vec3) -> bool {
+    fn is_free(&self, (position, normal): (Vec3, Vec3), place: Vec3) -> bool {
         let frame = self.surfels.frame;
         let (from, to) = (frame.inside(place), frame.inside(position));
         let length = from.distance(to);

@@ -1,7 +1,7 @@
 //! The decision which of the two ways round the signs of a scan are.
 
-use super::Hints;
 use super::evidence::Evidence;
+use super::hints::Hints;
 use std::ops::Range;
 
 /// What was decided for a whole scan.
@@ -24,9 +24,12 @@ const SURE: f64 = 0.5;
 /// Mean lengths of free lines of sight within rooms and tunnels, metres.
 const ROOM: Range<f64> = 1.0..40.0;
 
-/// Openness up to which a room's floor and ceiling are there; a statue or a house from outside has no
-/// bottom.
+/// Openness up to which a room's floor and ceiling are there whichever way is up.
 const COMPLETE: f64 = 0.08;
+
+/// How steeply the open directions lead down from within a statue or a house, which have no bottom.
+/// Gaps of a room are in its walls, too.
+const BOTTOMLESS: f64 = -0.6;
 
 /// Decides by the evidence for the signs as they are, which counts in this order: what the caller
 /// says, where a device was, which way is up, then what the surface tells. A closed one faces
@@ -48,7 +51,9 @@ pub(super) fn decide(evidence: &Evidence, hints: &Hints, scale: f64) -> Verdict 
         score += 6.0 * evidence.upward;
     }
     let metres = hints.metres.map(|metres| f64::from(metres) * scale * evidence.free_path);
-    if metres.is_some_and(|path| ROOM.contains(&path)) && evidence.openness < COMPLETE {
+    let has_gaps = hints.up.is_some() && open < 1.0 && evidence.rise > BOTTOMLESS;
+    let is_complete = evidence.openness < COMPLETE || has_gaps;
+    if metres.is_some_and(|path| ROOM.contains(&path)) && is_complete {
         score -= 0.6 * evidence.outward.signum();
     }
     match hints.interior {

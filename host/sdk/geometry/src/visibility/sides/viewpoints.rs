@@ -1,11 +1,11 @@
 //! Places that see much of a scan: where its scanner may have been.
 
-use super::super::surfels::Surfel;
 use super::rays::{Ray, STRAIGHT};
 use crate::Bounds;
 use crate::discs::Discs;
 use crate::hashing;
 use crate::progress::{Cancelled, Progress, flat_map, map, part};
+use crate::visibility::surfels::Surfels;
 use glam::Vec3;
 
 /// Places along each edge of the grid that is searched first: a box twice as large as the scan's.
@@ -39,7 +39,7 @@ pub(super) struct Viewpoint {
 
 /// What a search looks at.
 pub(super) struct Search<'a> {
-    surfels: &'a [Surfel],
+    surfels: &'a Surfels,
     discs: &'a Discs,
     /// Signs of surfels; `None` before they are known.
     signs: Option<&'a [bool]>,
@@ -47,8 +47,8 @@ pub(super) struct Search<'a> {
 }
 
 impl<'a> Search<'a> {
-    pub(super) fn new(surfels: &'a [Surfel], discs: &'a Discs, signs: Option<&'a [bool]>) -> Self {
-        let n = surfels.len();
+    pub(super) fn new(surfels: &'a Surfels, discs: &'a Discs, signs: Option<&'a [bool]>) -> Self {
+        let n = surfels.all.len();
         let sample =
             |i: usize| ((hashing::unit(5, i as u64) * n as f64) as usize).min(n - 1) as u32;
         Self { surfels, discs, signs, samples: (0..SAMPLES.min(n)).map(sample).collect() }
@@ -58,8 +58,8 @@ impl<'a> Search<'a> {
     pub(super) fn look(&self, position: Vec3) -> Viewpoint {
         let (mut worth, mut views) = (0.0, Vec::with_capacity(self.samples.len()));
         for &sample in &self.samples {
-            let surfel = &self.surfels[sample as usize];
-            let visible = surfel.is_visible(position, self.discs);
+            let surfel = &self.surfels.all[sample as usize];
+            let visible = self.surfels.is_visible(surfel, position, self.discs);
             let Some(signs) = self.signs else {
                 worth += f32::from(u8::from(visible));
                 views.push(visible);
@@ -94,7 +94,8 @@ impl<'a> Search<'a> {
 
     /// Places from good to bad, each the best of its surroundings.
     pub(super) fn find(&self, progress: Progress<'_>) -> Result<Vec<Viewpoint>, Cancelled> {
-        let Some(bounds) = Bounds::of(self.surfels.iter().map(|s| s.position.as_dvec3())) else {
+        let Some(bounds) = Bounds::of(self.surfels.all.iter().map(|s| s.position.as_dvec3()))
+        else {
             return Ok(Vec::new());
         };
         let extent = bounds.extent() as f32;
@@ -147,17 +148,17 @@ pub(super) fn covering(found: &[Viewpoint]) -> Vec<Vec3> {
 /// Rays from surfels to the places that see them, so many times as heavy as between surfels; the
 /// places are numbered from `first`.
 pub(super) fn rays(
-    surfels: &[Surfel],
+    surfels: &Surfels,
     discs: &Discs,
     (places, first): (&[Vec3], usize),
     weight: f32,
     progress: Progress<'_>,
 ) -> Result<Vec<Ray>, Cancelled> {
-    flat_map(surfels.len(), progress, |from| {
+    flat_map(surfels.all.len(), progress, |from| {
         places.iter().enumerate().filter_map(move |(k, &place)| {
-            let surfel = &surfels[from];
+            let surfel = &surfels.all[from];
             let cosine = (place - surfel.position).normalize_or_zero().dot(surfel.normal);
-            if cosine.abs() < GRAZING || !surfel.is_visible(place, discs) {
+            if cosine.abs() < GRAZING || !surfels.is_visible(surfel, place, discs) {
                 return None;
             }
             // The cast saturates.
