@@ -13,9 +13,21 @@ const LISTED: usize = 12;
 /// Letters of a coordinate system that are shown: WKT takes thousands.
 const SHOWN: usize = 100;
 
-/// All that is known, for programs.
-pub(crate) fn object(contents: &Contents) -> Value {
-    json!(contents)
+/// All that is known, for programs: an object for each cloud of the file.
+pub(crate) fn objects(contents: &Contents) -> Vec<Value> {
+    let object = |cloud: &CloudContents| {
+        json!({
+            "file": contents.file,
+            "header": cloud.header,
+            "n_points": cloud.n_points,
+            "n_not_finite": cloud.n_not_finite,
+            "bounds": cloud.bounds,
+            "points_read": contents.points_read,
+            "warnings": contents.warnings,
+            "seconds": contents.seconds,
+        })
+    };
+    contents.clouds.iter().map(object).collect()
 }
 
 /// A row for each thing to know.

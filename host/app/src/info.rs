@@ -40,7 +40,7 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             let contents = surfelshop_cloud::inspect(file, &formats.reading(&tell))?;
             drop(progress);
             if arguments.report.json {
-                objects.push(contents_info::object(&contents));
+                objects.extend(contents_info::objects(&contents));
             } else {
                 terminal::line(contents_info::text(&contents)?)?;
             }

@@ -134,7 +134,8 @@ fn mistakes_are_found_before_anything_runs() {
     assert_untouched(&desk);
     let line = ["bake", "in.ply", "-t", "stages-ao", "--trust", "--plugin", &faulty(), "-o"];
     let to = |out: &str| desk.run_with(&[&line[..], &[out]].concat());
-    to("out.xyz").misused(&["ending in .ply, found .xyz"]);
+    to("out.foo").failed(&["a name that ends in .ply", ".laz", "found `.foo`"]);
+    to("out").misused(&["found no ending"]);
     to("no/out.ply").failed(&["no such folder"]);
     assert_untouched(&desk);
 }

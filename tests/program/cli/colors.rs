@@ -1,6 +1,6 @@
 //! Colours by attributes, filters and legends: what `render` and others make of them.
 
-use crate::cli::program::{TestFolder, facing_front, read_png};
+use crate::cli::program::{TestFolder, read_png};
 use surfelshop_cloud::display::{ColorMap, Palette};
 
 /// Columns of the cloud besides what a surfel needs: a number, and a class.
@@ -142,7 +142,7 @@ fn what_is_off_changes_no_pixel() {
 #[test]
 fn tracers_show_colours_and_filters() {
     let folder = row();
-    let line = "render row.ply -r reference --set samples=1 --camera front -o a.png --size 64x32";
+    let line = "render row.ply -r reference --set samples=1 -o a.png --size 64x32";
     let covered = |options: &str| {
         folder.run(&format!("{line} {options}")).done();
         let picture = read_png(&folder.at("a.png"));
@@ -151,8 +151,12 @@ fn tracers_show_colours_and_filters() {
         assert!(colors.len() > 20, "{}", colors.len());
         colors
     };
-    assert!(covered("").iter().all(|color| color[0] == color[1]), "neutral");
-    assert!(covered("--color-by #00ff00").iter().all(|color| color[0] == 0 && color[1] > 0));
+    assert!(covered("--camera front").iter().all(|color| color[0] == color[1]), "neutral");
+    assert!(
+        covered("--camera front --color-by #00ff00")
+            .iter()
+            .all(|color| color[0] == 0 && color[1] > 0)
+    );
     let half = covered("--only height=..1 --camera 4,2,12;4,2,0").len();
     let all = covered("--camera 4,2,12;4,2,0").len();
     assert!((0.3..0.5).contains(&(half as f64 / all as f64)), "{half} of {all}");

@@ -107,7 +107,7 @@ fn columns_of_text_files_are_named_on_the_command_line() {
         (0..50).map(|i| format!("{} {} {} {} {}", i, i % 7, i % 3, i * 3, 1000 - i)).collect();
     desk.put("scan.dat", &lines.join("\n"));
     desk.put("scan.xyz", &lines.join("\n"));
-    desk.run("info scan.dat").failed(&["scan.dat", "expected a file of a known format"]);
+    desk.run("info scan.dat").failed(&["scan.dat", "expected a PLY, OBJ, OFF, "]);
     let names = |line: &str| {
         let told = desk.run(line).json()["clouds"][0]["header"]["columns"].clone();
         let columns = told.as_array().unwrap().clone();

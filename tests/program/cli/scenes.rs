@@ -241,7 +241,7 @@ fn mistakes_name_the_scene_and_the_line() {
     desk.put("bad.ply", "nonsense");
     refused(
         "format = 1\n[[clouds]]\npath = 'bad.ply'\n",
-        &["b.scene.toml:3: bad.ply: expected a PLY, OBJ or OFF file"],
+        &["b.scene.toml:3: bad.ply: expected a PLY, OBJ, OFF, "],
     );
     refused(
         "format = 1\n[[clouds]]\npath = 'left.ply'\ntransform.scale = 1e-60\n",

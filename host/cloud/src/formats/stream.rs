@@ -117,6 +117,11 @@ fn source(fields: &[Field], name: String, parts: Vec<(usize, usize)>) -> Source 
     let whole = parts.iter().enumerate().all(|(i, part)| *part == (field, i))
         && fields[field].names.len() == parts.len()
         && element == first;
+    // What would disturb a terminal is written out.
+    let name = match name.chars().any(char::is_control) {
+        true => name.escape_debug().to_string(),
+        false => name,
+    };
     let column = FileColumn::new(name, parts.len() as u32, element);
     Source { parts, column, whole: whole.then_some(field) }
 }

@@ -1,16 +1,15 @@
 //! The formats of plugins, found when a file needs one.
 
-use crate::input::scenes::Inputs;
 use crate::options::{LensArguments, PluginFiles, UpAxis};
 use crate::output::terminal;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::format::{CloudSourceHost, FileHost, UpAxis as FileUpAxis};
 use surfelshop_api::params::{Value, Values};
 use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
-use surfelshop_cloud::{Progress, silent};
+use surfelshop_cloud::{Progress, scene, silent};
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::Registry;
 
@@ -123,12 +122,30 @@ pub fn stand_upright(lens: &mut LensArguments, files: &[PathBuf], plugins: &Plug
         return;
     }
     let formats = SessionFormats::new(plugins);
-    let sources = Inputs::open(files).map(|inputs| inputs.sources).unwrap_or_default();
-    let says_z = sources.iter().filter(|source| source.transform.is_none()).any(|source| {
-        let heads = surfelshop_cloud::heads(&source.path, &formats.reading(&silent));
+    let clouds = files.iter().flat_map(|file| clouds_of(file));
+    // Built-in formats never say it, and to read their heads may be to read them.
+    let says_z = clouds.filter(|file| !is_built_in(file)).any(|file| {
+        let heads = surfelshop_cloud::heads(&file, &formats.reading(&silent));
         heads.is_ok_and(|heads| heads.iter().any(|header| header.up == FileUpAxis::Z))
     });
     lens.up = if says_z { UpAxis::Z } else { UpAxis::Y };
+}
+
+/// The clouds that a scene shows as they are, or the file itself.
+fn clouds_of(file: &Path) -> Vec<PathBuf> {
+    if !scene::is_scene(file) {
+        return vec![file.to_owned()];
+    }
+    let Ok(opened) = scene::read(file) else { return Vec::new() };
+    let scene = &opened.scene;
+    let shown = scene.clouds.iter().filter(|cloud| cloud.visible && cloud.transform.is_none());
+    shown.map(|cloud| scene.path_of(cloud)).collect()
+}
+
+/// Whether a file's name is that of a format which is built in.
+fn is_built_in(file: &Path) -> bool {
+    let ending = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    matches!(ending.as_str(), "ply" | "obj" | "off")
 }
 
 /// Values of a format's parameters as they were typed, to be read when the format is loaded.

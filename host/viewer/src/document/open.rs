@@ -17,6 +17,7 @@ use surfelshop_cloud::display::{ColorSource, Display};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::sample::find_sample;
+use surfelshop_session::options::UpAxis;
 
 impl Window {
     /// Starts to read files, which replace the open ones; the sample where there are none. The first
@@ -144,9 +145,6 @@ impl Window {
         if Display::new(&self.display_settings(), &clouds).is_err() {
             self.settings.color = ColorSource::default();
         }
-        if let Some(up) = scene.and_then(|scene| scene.up) {
-            self.document.up = up.into();
-        }
         self.document.clouds = Some(shown);
         self.document.n_opened += 1;
         self.plugins.tools.cancel();
@@ -156,7 +154,9 @@ impl Window {
         self.views.own_cameras.clear();
         let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
         let sources = shown.map(|loaded| loaded.cloud.source());
-        self.document.up = self.document.typed_up.or_of(sources);
+        let of_files = self.document.typed_up.or_of(sources);
+        let of_scene = scene.and_then(|scene| scene.up).map(UpAxis::from);
+        self.document.up = of_scene.unwrap_or(of_files);
         // A scan is looked at from where it was taken, everything else from outside.
         let outside = || initial_camera(&extent, self.document.up);
         let inside = self.inside();
