@@ -9,8 +9,8 @@
 //! name that starts with [`PREFIX`] and ends with [`SUFFIX`] and is locked, and such files that nobody holds
 //! are removed by the next one who writes into the folder.
 
-use crate::formats::plugins;
 use crate::memory::{OutOfMemory, with_room};
+use crate::positioned;
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};
@@ -260,13 +260,13 @@ impl FileHost for WrittenFile {
     }
 
     fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
-        plugins::read_at(&self.file, offset, buffer)
+        positioned::read_at(&self.file, offset, buffer)
     }
 
     fn write_at(&self, offset: u64, bytes: &[u8]) -> io::Result<()> {
         let end = offset.checked_add(bytes.len() as u64);
         let end = end.ok_or_else(|| io::Error::from(io::ErrorKind::InvalidInput))?;
-        plugins::write_all_at(&self.file, offset, bytes)?;
+        positioned::write_all_at(&self.file, offset, bytes)?;
         self.length.fetch_max(end, Ordering::Relaxed);
         Ok(())
     }

@@ -1,7 +1,8 @@
 //! What is in a file, told without keeping its points: heads where they say it, else one pass over the positions.
 
 use crate::error::{ReadError, ReadFault};
-use crate::formats::plugins::{FormatCall, LentTable, SharedSink};
+use crate::formats::lent_table::LentTable;
+use crate::formats::plugins::{FormatCall, SharedSink};
 use crate::formats::stream::emit_table;
 use crate::formats::table_sink::{TableSink, check_header};
 use crate::formats::{obj, off};

@@ -100,25 +100,6 @@ fn what_reads_in_circles_is_given_up() {
     stage.says(ended, "reads-in-circles", &words);
 }
 
-/// Who asks gets away from what never ends, whatever signs of life it gives.
-#[test]
-fn what_never_ends_stops_when_it_is_asked_to() {
-    let stage = Stage::new();
-    for ending in ["circles-a-byte", "ignores-refusals", "hangs-in-read"] {
-        let path = stage.files.put(&format!("bad.{ending}"), &[0]);
-        let started = Instant::now();
-        let is_enough = |_| match started.elapsed() > Duration::from_millis(200) {
-            true => ControlFlow::Break(()),
-            false => ControlFlow::Continue(()),
-        };
-        let options = ReadOptions { progress: &is_enough, ..reading(&stage.formats) };
-        let fault = read(path, &options).unwrap_err().fault;
-        assert!(matches!(fault, ReadFault::Cancelled), "{ending}: {fault}");
-        assert!(started.elapsed() < LONG, "{ending}");
-        stage.assert_nothing_else_happened();
-    }
-}
-
 #[test]
 fn more_points_than_announced_are_refused_and_fewer_are_said() {
     let stage = Stage::new();

@@ -1,10 +1,10 @@
 //! File formats of plugins: hostile ones are contained, and clouds come through as they are.
 
 mod convert;
-mod given;
 mod heads;
 mod hostile_reads;
 mod hostile_writes;
+mod in_memory;
 mod round_trips;
 mod scans;
 mod stage;

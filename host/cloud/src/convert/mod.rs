@@ -4,6 +4,7 @@
 //! The reader works on the caller's thread and hands batches over a short queue; the writer takes them on a
 //! thread of its own. Points whose coordinates are not finite are left out.
 
+mod counts;
 mod select;
 mod target;
 mod transfer;
@@ -16,15 +17,14 @@ use crate::formats::ply;
 use crate::inspect::{heads_of, stream};
 use crate::options::{ReadOptions, WriteOptions};
 use crate::write::writer;
-use glam::DVec3;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex};
 use surfelshop_geometry::{part, silent};
-use transfer::{Counts, TransferSink, transfer};
+use transfer::{TransferSink, transfer};
 
-pub use select::Selection;
+pub use select::{CropBox, Selection};
 
 /// Why files were not converted.
 #[derive(Debug, thiserror::Error)]
@@ -190,9 +190,3 @@ fn write_clouds(
     };
     replace_at(output, write, failed)
 }
-
-/// A box as it is cropped to: smallest and largest coordinates, both included.
-pub type CropBox = [DVec3; 2];
-
-/// The counts of a conversion, for messages.
-pub(crate) type SharedCounts = Arc<Counts>;

@@ -1,7 +1,10 @@
 //! Which points and columns are kept.
 
-use super::CropBox;
+use glam::DVec3;
 use surfelshop_api::columns::POSITION;
+
+/// A box as it is cropped to: smallest and largest coordinates, both included.
+pub type CropBox = [DVec3; 2];
 
 /// What is kept of clouds on their way from file to file.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -1,6 +1,7 @@
 //! Batches as they are written: selected, moved, and with the columns of their target.
 
-use super::{Selection, SharedCounts};
+use super::counts::SharedCounts;
+use super::select::Selection;
 use crate::cloud::buffer::Buffer;
 use crate::formats::table_sink::{absent, turn};
 use glam::DVec3;

@@ -1,11 +1,12 @@
 //! A short queue of batches between a format that reads and one that writes.
 
+use super::counts::SharedCounts;
+use super::select::Selection;
 use super::target::{Target, TargetBatch};
-use super::{Selection, SharedCounts};
 use crate::cloud::buffer::Buffer;
 use crate::error::ReadError;
 use crate::formats::table_sink::check_header;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use surfelshop_api::columns::Values;
@@ -14,14 +15,6 @@ use surfelshop_api::{CloudView, Error, Result};
 
 /// Batches that wait for the writer.
 const WAITING: usize = 4;
-
-/// Points on their way, counted.
-#[derive(Debug, Default)]
-pub(crate) struct Counts {
-    pub(super) read: AtomicU64,
-    pub(super) written: AtomicU64,
-    pub(super) not_finite: AtomicU64,
-}
 
 /// What goes through the queue.
 enum Message {

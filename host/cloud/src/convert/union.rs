@@ -1,6 +1,6 @@
 //! One header for several clouds.
 
-use super::Selection;
+use super::select::Selection;
 use glam::DVec3;
 use surfelshop_api::columns::{Element, POSITION};
 use surfelshop_api::format::{CloudHeader, FileColumn, SCAN, UpAxis};

@@ -1,12 +1,8 @@
 //! What reading and writing need of formats that are plugins: who finds and runs them is above this crate.
 
 use crate::error::ReadFault;
-use crate::formats::table_sink::TableSink;
-use std::fs::File;
-use std::io;
-use std::sync::{Arc, Mutex, PoisonError};
-use surfelshop_api::columns::Values;
-use surfelshop_api::format::{CloudHeader, CloudSinkHost, CloudSourceHost, FileHost};
+use std::sync::{Arc, Mutex};
+use surfelshop_api::format::{CloudSinkHost, CloudSourceHost, FileHost};
 use surfelshop_api::params::Values as Parameters;
 use surfelshop_geometry::Progress;
 
@@ -117,124 +113,5 @@ impl Formats for NoFormats {
         _progress: Progress<'_>,
     ) -> Result<Vec<String>, WriteFault> {
         Err(WriteFault::Line(format!("there is no format `{id}`")))
-    }
-}
-
-/// A file of the system as formats are lent it.
-pub struct SystemFile {
-    file: File,
-    length: u64,
-}
-
-impl SystemFile {
-    /// A file to read, of the length it has now.
-    #[must_use]
-    pub fn new(file: File, length: u64) -> Self {
-        Self { file, length }
-    }
-}
-
-#[cfg(unix)]
-fn read_once(file: &File, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
-    std::os::unix::fs::FileExt::read_at(file, buffer, offset)
-}
-
-#[cfg(windows)]
-fn read_once(file: &File, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
-    std::os::windows::fs::FileExt::seek_read(file, buffer, offset)
-}
-
-#[cfg(unix)]
-pub(crate) fn write_all_at(file: &File, offset: u64, bytes: &[u8]) -> io::Result<()> {
-    std::os::unix::fs::FileExt::write_all_at(file, bytes, offset)
-}
-
-#[cfg(windows)]
-pub(crate) fn write_all_at(file: &File, mut offset: u64, mut bytes: &[u8]) -> io::Result<()> {
-    while !bytes.is_empty() {
-        let written = std::os::windows::fs::FileExt::seek_write(file, bytes, offset)?;
-        if written == 0 {
-            return Err(io::ErrorKind::WriteZero.into());
-        }
-        offset += written as u64;
-        bytes = &bytes[written..];
-    }
-    Ok(())
-}
-
-/// Fills a buffer from an offset as far as the file goes.
-pub(crate) fn read_at(file: &File, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
-    let mut found = 0;
-    while found < buffer.len() {
-        let Some(place) = offset.checked_add(found as u64) else { break };
-        match read_once(file, place, &mut buffer[found..]) {
-            Ok(0) => break,
-            Ok(n) => found += n,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(found)
-}
-
-impl FileHost for SystemFile {
-    fn length(&self) -> u64 {
-        self.length
-    }
-
-    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> io::Result<usize> {
-        // Offsets beyond what systems have are beyond every file's end.
-        if offset >= self.length {
-            return Ok(0);
-        }
-        read_at(&self.file, offset, buffer)
-    }
-}
-
-/// A table sink that is lent to a format and taken back.
-pub(crate) struct LentTable(Arc<Mutex<TableSink>>);
-
-impl LentTable {
-    pub(crate) fn new(sink: TableSink) -> Self {
-        Self(Arc::new(Mutex::new(sink)))
-    }
-
-    pub(crate) fn shared(&self) -> SharedSink {
-        Arc::new(Mutex::new(SinkOf(Arc::clone(&self.0))))
-    }
-
-    /// What came into it. A format that goes on for some reason is refused from now on.
-    pub(crate) fn take(self) -> TableSink {
-        let mut sink = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let taken = std::mem::take(&mut *sink);
-        sink.close();
-        taken
-    }
-}
-
-/// Hands everything on to a shared table.
-struct SinkOf(Arc<Mutex<TableSink>>);
-
-impl SinkOf {
-    fn table(&self) -> std::sync::MutexGuard<'_, TableSink> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl CloudSinkHost for SinkOf {
-    fn begin(&mut self, header: &CloudHeader) -> surfelshop_api::Result<bool> {
-        self.table().begin(header)
-    }
-
-    fn batch(&mut self, values: &[Values<'_>]) -> surfelshop_api::Result<()> {
-        self.table().batch(values)
-    }
-
-    fn faces(&mut self, triangles: &[[u32; 3]]) -> surfelshop_api::Result<()> {
-        self.table().faces(triangles)
-    }
-
-    fn warn(&mut self, line: &str) {
-        self.table().warn(line);
     }
 }

@@ -20,8 +20,7 @@ use surfelshop_api::job::CANCELLED;
 use surfelshop_api::params::{ParamDecl, Value, Values};
 use surfelshop_api::{CloudView, HostInfo, UnitKind};
 use surfelshop_cloud::files::return_to_folder;
-use surfelshop_cloud::{FormatCall, Formats, ReadFault, SharedSink, WriteFault};
-use surfelshop_geometry::Progress;
+use surfelshop_cloud::{FormatCall, Formats, Progress, ReadFault, SharedSink, WriteFault};
 use watch::{Watch, WatchedFile};
 
 /// A format that neither reads, writes, hands over nor tells progress for so long is given up.

@@ -10,13 +10,13 @@ use surfelshop_cloud::{Buffer, FormatCall, Formats as _, WriteFault, files, sile
 
 /// A cloud of a file: what is said of it, its columns, and triangles between its points.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct GivenCloud {
+pub(crate) struct InMemoryCloud {
     pub(crate) header: CloudHeader,
     pub(crate) columns: Vec<Buffer>,
     pub(crate) faces: Vec<[u32; 3]>,
 }
 
-impl GivenCloud {
+impl InMemoryCloud {
     /// A cloud of these places.
     pub(crate) fn at(places: &[DVec3]) -> Self {
         let positions = places.iter().flat_map(|place| place.to_array()).collect();
@@ -50,19 +50,19 @@ impl GivenCloud {
 }
 
 /// Hands clouds over, each as one batch.
-pub(crate) struct Given {
-    clouds: std::vec::IntoIter<GivenCloud>,
-    current: GivenCloud,
+pub(crate) struct InMemory {
+    clouds: std::vec::IntoIter<InMemoryCloud>,
+    current: InMemoryCloud,
     is_handed_over: bool,
 }
 
-impl Given {
-    pub(crate) fn new(clouds: Vec<GivenCloud>) -> Self {
-        Self { clouds: clouds.into_iter(), current: GivenCloud::default(), is_handed_over: true }
+impl InMemory {
+    pub(crate) fn new(clouds: Vec<InMemoryCloud>) -> Self {
+        Self { clouds: clouds.into_iter(), current: InMemoryCloud::default(), is_handed_over: true }
     }
 }
 
-impl CloudSourceHost for Given {
+impl CloudSourceHost for InMemory {
     fn next_cloud(&mut self) -> Result<Option<CloudHeader>> {
         let Some(next) = self.clouds.next() else { return Ok(None) };
         (self.current, self.is_handed_over) = (next, false);
@@ -75,7 +75,7 @@ impl CloudSourceHost for Given {
         if std::mem::replace(&mut self.is_handed_over, true) {
             return Ok(None);
         }
-        let GivenCloud { header, columns, faces } = &self.current;
+        let InMemoryCloud { header, columns, faces } = &self.current;
         let columns = header.columns.iter().zip(columns).map(|(column, values)| ColumnView {
             name: &column.name,
             components: column.components,
@@ -94,14 +94,14 @@ pub(crate) fn write(
     files: &Files,
     format: &str,
     name: &str,
-    clouds: Vec<GivenCloud>,
+    clouds: Vec<InMemoryCloud>,
 ) -> (PathBuf, Vec<String>) {
     let path = files.at(name);
     let said = files::replace_at(
         &path,
         |file| {
             let call = FormatCall { name, ..FormatCall::default() };
-            formats().write(format, Box::new(Given::new(clouds)), file, call, &silent)
+            formats().write(format, Box::new(InMemory::new(clouds)), file, call, &silent)
         },
         |error| WriteFault::Line(error.to_string()),
     );
