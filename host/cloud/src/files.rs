@@ -9,8 +9,8 @@
 //! name that starts with [`PREFIX`] and ends with [`SUFFIX`] and is locked, and such files that nobody holds
 //! are removed by the next one who writes into the folder.
 
+use crate::formats::positioned;
 use crate::memory::{OutOfMemory, with_room};
-use crate::positioned;
 use std::fs::{self, File, Metadata, OpenOptions, TryLockError};
 use std::io::{self, BufWriter, Read as _};
 use std::path::{Path, PathBuf};

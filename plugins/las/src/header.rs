@@ -185,7 +185,7 @@ fn bounds(header: &[u8; LONG]) -> Option<[DVec3; 2]> {
 
 /// Days of each month.
 pub(crate) fn months(year: u32) -> [u32; 12] {
-    let is_leap = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     [31, if is_leap { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
 }
 

@@ -25,11 +25,11 @@
 //! damaged, the points of the others are read, and a line says how many are missing. Without a table, chunks are
 //! found one after the other. LAZ has no checksums: damage that decodes to points is not noticed.
 //!
-//! Limits: of a COPC file the hierarchy is not used. GeoTIFF keys say an EPSG code and a unit; systems that they
-//! describe by other keys are unknown. Written files of EPSG codes have GeoTIFF keys in LAS 1.4, too, which asks for
+//! Limits: of a COPC file the hierarchy is not used. `GeoTIFF` keys say an EPSG code and a unit; systems that they
+//! describe by other keys are unknown. Written files of EPSG codes have `GeoTIFF` keys in LAS 1.4, too, which asks for
 //! WKT.
 //!
-//! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; Isenburg, "LASzip: lossless compression of LiDAR data", 2013;
+//! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; Isenburg, "`LASzip`: lossless compression of `LiDAR` data", 2013;
 //! the crate `laz`.
 //!
 //! ```text

@@ -27,7 +27,7 @@ pub(crate) fn count(file: &FileSource, header: &Header, warnings: &mut Vec<Strin
         return Ok(fitting);
     }
     let behind = bytes - announced * header.record_len as u64;
-    if fitting > announced && (announced == 0 || behind % header.record_len as u64 == 0) {
+    if fitting > announced && (announced == 0 || behind.is_multiple_of(header.record_len as u64)) {
         warnings.push(format!(
             "the header announces {announced} points, the file has {fitting}; all of them are read"
         ));

@@ -21,7 +21,7 @@ pub(crate) struct Records {
     pub(crate) extra_bytes: Vec<u8>,
     /// The coordinate system as WKT; may be empty.
     pub(crate) wkt: String,
-    /// The directory of GeoTIFF keys, its floats and its texts.
+    /// The directory of `GeoTIFF` keys, its floats and its texts.
     pub(crate) geo_keys: [Vec<u8>; 3],
     /// Texts for people.
     pub(crate) texts: Vec<String>,

@@ -2,9 +2,8 @@
 //! and clouds that were there before stay. Costs 6 s, most of it waiting for those that hang.
 
 use crate::formats::stage::{Files, SILENCE, fixture, reading};
-use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadFault, ReadOptions, read};
+use surfelshop_cloud::{Cloud, Loaded, ReadError, read};
 use surfelshop_runtime::formats::PluginFormats;
 
 /// Far beyond any pause of a busy machine, far below for ever.

@@ -9,6 +9,7 @@ pub(crate) mod obj;
 pub(crate) mod off;
 pub(crate) mod plugins;
 pub(crate) mod ply;
+pub(crate) mod positioned;
 pub(crate) mod stream;
 pub(crate) mod table_sink;
 

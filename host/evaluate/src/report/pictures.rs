@@ -55,7 +55,6 @@ pub(super) fn report(
     let open = || RenderSession::open(&arguments.device, &arguments.plugins);
     let studio = draws.then(open).transpose()?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    let surroundings = surroundings.as_ref();
     let displayed = DisplayedClouds::read(
         &inputs.sources,
         &staging.display,
@@ -63,8 +62,7 @@ pub(super) fn report(
     )?;
     let clouds = &displayed.clouds;
     let view = render::view(&arguments.picture, &staging, clouds);
-    let plugins = &arguments.plugins;
-    let staging = &staging;
+    let (plugins, staging, surroundings) = (&arguments.plugins, &staging, surroundings.as_ref());
     let stage = Stage { plugins, staging, clouds, surroundings, view };
     let mut files = stamps_of(&arguments.files, &inputs.sources)?;
     let own = told_values(&subject, opened, &arguments.set)?;

@@ -1,7 +1,6 @@
 //! What the host does for a format at work.
 
-use super::cancelled;
-use super::watch::Watch;
+use super::watch::{Watch, cancelled};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::Arc;

@@ -16,7 +16,6 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use surfelshop_api::format::{CloudHeader, CloudSinkHost, CloudSourceHost, FileHost, Recognition};
-use surfelshop_api::job::CANCELLED;
 use surfelshop_api::params::{ParamDecl, Value, Values};
 use surfelshop_api::{CloudView, HostInfo, UnitKind};
 use surfelshop_cloud::files::return_to_folder;
@@ -379,9 +378,4 @@ impl CloudSourceHost for WatchedSource<'_> {
         }
         batch
     }
-}
-
-/// What an error of a call that was asked to stop says.
-fn cancelled() -> surfelshop_api::Error {
-    surfelshop_api::Error::new(CANCELLED)
 }

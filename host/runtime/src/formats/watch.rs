@@ -1,6 +1,5 @@
 //! Signs of life of a format at work, and what it may not do without end.
 
-use super::cancelled;
 use std::io;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -145,6 +144,11 @@ impl FileHost for WatchedFile {
         self.watch.sign();
         Ok(())
     }
+}
+
+/// What an error of a call that was asked to stop says.
+pub(super) fn cancelled() -> surfelshop_api::Error {
+    surfelshop_api::Error::new(surfelshop_api::job::CANCELLED)
 }
 
 #[cfg(test)]

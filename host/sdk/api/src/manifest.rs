@@ -4,7 +4,7 @@
 //! endian), length of the text (u32, little endian), then lines `key TAB value...`. It holds no
 //! pointers, so it can be read without relocating or running anything.
 
-use crate::format::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
+use crate::format::file_types::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
 use crate::unit_info::{UnitInfo, UnitKind};
 use serde::Serialize;
 

@@ -1,6 +1,6 @@
 //! What units are called.
 
-use crate::format::FileTypes;
+use crate::format::file_types::FileTypes;
 use serde::{Deserialize, Serialize};
 
 /// What a unit is.

@@ -70,8 +70,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let started = Instant::now();
     let inputs = Inputs::open(&arguments.files)?;
     // What can fail at once is tried before a large cloud is read.
-    let outputs = outputs(arguments);
-    files::check_outputs(&outputs)?;
+    files::check_outputs(&outputs(arguments))?;
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
     let graph = arguments.graph.as_deref().map(captured_graph::renderer).transpose()?;
@@ -79,8 +78,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let (reference, seen) =
         graph.as_ref().map_or_else(of_setup, |graph| Ok((graph.reference.clone(), None)))?;
     let seen = seen.as_ref();
-    let staging = RenderSetup::new(&arguments.picture, given, opened, seen)?;
-    let staging = staging.showing(arguments.output.clone());
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen)?
+        .showing(arguments.output.clone());
     if reference.kind == UnitKind::Tracer {
         ensure!(arguments.save_graph.is_none(), "{reference} describes no graph to save");
         return traced::render(arguments, &inputs, &reference, seen, &staging);
@@ -96,8 +95,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
 
     let started = Instant::now();
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    // Now that all is known that is read.
-    files::check_outputs(&outputs)?;
+    files::check_outputs(&outputs(arguments))?;
     let formats = SessionFormats::new(&arguments.plugins);
     let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
     let clouds = &displayed.clouds;

@@ -45,7 +45,7 @@ pub(crate) struct Compression {
 }
 
 impl Compression {
-    /// What the record of LASzip says, for the points of this header.
+    /// What the record of `LASzip` says, for the points of this header.
     ///
     /// # Errors
     /// Where there is no such record, or it says what is unknown or does not fit the header.

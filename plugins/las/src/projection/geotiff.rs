@@ -1,4 +1,4 @@
-//! Coordinate systems as GeoTIFF keys.
+//! Coordinate systems as `GeoTIFF` keys.
 
 use crate::numbers::{f64_at, part, text, u16_at};
 

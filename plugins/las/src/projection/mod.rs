@@ -22,7 +22,7 @@ pub(crate) struct Projection {
 }
 
 impl Projection {
-    /// That of a file's records: WKT, or else GeoTIFF keys.
+    /// That of a file's records: WKT, or else `GeoTIFF` keys.
     pub(crate) fn of(records: &Records) -> Self {
         if !records.wkt.is_empty() {
             let units = wkt::units(&records.wkt);

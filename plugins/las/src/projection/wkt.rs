@@ -17,7 +17,7 @@ pub(super) struct Units {
 struct Node {
     keyword: String,
     values: Vec<String>,
-    children: Vec<Node>,
+    children: Vec<Self>,
 }
 
 /// Systems whose coordinates are lengths.

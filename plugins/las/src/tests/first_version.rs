@@ -1,4 +1,4 @@
-//! Points in the first version of the compression, as LASzip wrote them: what `laz` 0.13 writes otherwise is here.
+//! Points in the first version of the compression, as `LASzip` wrote them: what `laz` 0.13 writes otherwise is here.
 
 use laz::compressors::{IntegerCompressor, IntegerCompressorBuilder};
 use laz::encoders::ArithmeticEncoder;

@@ -22,7 +22,7 @@ fn record(format: u8) -> Vec<u8> {
         record.extend(1234u16.to_le_bytes());
     }
     if !matches!(format, 0 | 2) {
-        record.extend(98_765.4321f64.to_le_bytes());
+        record.extend(98_765.432_1_f64.to_le_bytes());
     }
     if matches!(format, 2 | 3 | 5 | 7 | 8 | 10) {
         record.extend([1u16, 300, 65_535].iter().flat_map(|value| value.to_le_bytes()));
@@ -70,7 +70,7 @@ fn every_point_format_is_read() {
                 assert_eq!(column(&found, "scanner_channel"), [2.0; 3]);
             }
             let optional: [(&str, &[u8], &[f64]); 3] = [
-                ("gps_time", &[1, 3, 4, 5, 6, 7, 8, 9, 10], &[98_765.4321]),
+                ("gps_time", &[1, 3, 4, 5, 6, 7, 8, 9, 10], &[98_765.432_1]),
                 ("color", &[2, 3, 5, 7, 8, 10], &[1.0, 300.0, 65_535.0]),
                 ("nir", &[8, 10], &[4321.0]),
             ];

@@ -126,7 +126,7 @@ impl Head {
         self.n_records += 1;
     }
 
-    /// Adds the coordinate system; says whether it is one of GeoTIFF keys.
+    /// Adds the coordinate system; says whether it is one of `GeoTIFF` keys.
     fn add_projection(&mut self, cloud: &CloudHeader, lines: &mut Vec<String>) -> bool {
         let system = cloud.coordinate_system.trim();
         let code = system.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());

@@ -8,7 +8,7 @@ use crate::abi::plugin_job::{RemoteJob, Written};
 use crate::abi::plugin_side::{Instance, cloud_view, guarded, write};
 use crate::abi::table::{Bytes, RawCloud, RawJob, Sink, status};
 use crate::columns::{CloudView, Values};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::format::{
     CloudHeader, CloudSink, CloudSinkHost, CloudSource, CloudSourceHost, FileHost, FileSink,
     FileSource,
@@ -240,9 +240,4 @@ impl CloudSourceHost for RemoteSource {
             false => Ok(None),
         }
     }
-}
-
-/// What a unit that is no format says.
-pub(super) fn no_format() -> Error {
-    Error::new("this unit is not a format")
 }

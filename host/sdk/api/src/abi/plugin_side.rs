@@ -2,7 +2,6 @@
 //! writes the results to the host's sink.
 
 pub use crate::abi::description::Description;
-use crate::abi::plugin_format::no_format;
 use crate::abi::plugin_job::RemoteJob;
 use crate::abi::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, channel, status};
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
@@ -70,7 +69,7 @@ pub(super) trait Instance {
         _clouds: &mut CloudSink<'_>,
         _job: &Job<'_>,
     ) -> Result<()> {
-        Err(no_format())
+        Err(Error::new("this unit is not a format"))
     }
     fn write(
         &mut self,
@@ -79,7 +78,7 @@ pub(super) trait Instance {
         _file: &FileSink,
         _job: &Job<'_>,
     ) -> Result<Vec<String>> {
-        Err(no_format())
+        Err(Error::new("this unit is not a format"))
     }
 }
 

@@ -2,6 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Bytes of a file's beginning that a host looks at to recognise it.
+pub const HEAD_LEN: usize = 64;
+
 /// Most endings, and most first bytes, of a format.
 const MOST: usize = 8;
 
@@ -72,12 +75,12 @@ impl FileTypes {
     ///
     /// # Panics
     /// At compile time, where there are more than eight, or they do not lie in the first
-    /// [`HEAD_LEN`](super::HEAD_LEN) bytes.
+    /// [`HEAD_LEN`] bytes.
     #[must_use]
     pub const fn magic(mut self, offset: u32, bytes: &'static [u8]) -> Self {
         assert!(self.n_magics < MOST, "a format has at most eight kinds of first bytes");
         assert!(
-            !bytes.is_empty() && offset as usize + bytes.len() <= super::HEAD_LEN,
+            !bytes.is_empty() && offset as usize + bytes.len() <= HEAD_LEN,
             "first bytes lie within the first 64 bytes"
         );
         self.magics[self.n_magics] = (offset, bytes);

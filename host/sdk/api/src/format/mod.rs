@@ -6,7 +6,7 @@
 
 mod clouds;
 mod file;
-mod file_types;
+pub(crate) mod file_types;
 mod header;
 
 pub use clouds::{
@@ -14,7 +14,7 @@ pub use clouds::{
     check_batch,
 };
 pub use file::{FileHost, FileSink, FileSource, FileStream};
-pub use file_types::{FileTypes, MAX_ENDING_LEN, Magic, Recognition};
+pub use file_types::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
 pub use header::{
     CLASSIFICATION, CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, POINT_SOURCE, Pose,
     RETURN_NUMBER, SCAN, SCAN_ANGLE, UpAxis,
@@ -26,9 +26,6 @@ use crate::job::Job;
 use crate::params::ParamSet;
 use crate::unit::LimitInfo;
 use crate::unit_info::UnitInfo;
-
-/// Bytes of a file's beginning that a host looks at to recognise it.
-pub const HEAD_LEN: usize = 64;
 
 /// A file format: reads clouds out of files, and may write them.
 ///
