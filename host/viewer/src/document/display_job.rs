@@ -1,0 +1,80 @@
+//! Clouds are coloured and filtered, where that takes time on a thread of its own.
+
+use super::open_clouds::OpenClouds;
+use eframe::egui::Context;
+use std::sync::mpsc::{Receiver, channel};
+use surfelshop_cloud::display::{ColorSource, DisplayError, DisplaySettings};
+use surfelshop_session::input::displayed::DisplayedClouds;
+use surfelshop_session::options::camera::Extent;
+
+/// Surfels that are coloured and filtered between two frames of the window: some take ten milliseconds.
+const AT_ONCE: u64 = 300_000;
+
+/// What clouds are displayed of, and how.
+#[derive(Clone)]
+pub(crate) struct DisplayInputs {
+    pub(crate) open_clouds: OpenClouds,
+    pub(super) settings: DisplaySettings,
+    pub(super) radius_scale: f32,
+}
+
+/// Clouds as they are displayed.
+pub(super) struct DisplayOutcome {
+    pub(super) displayed: DisplayedClouds,
+    pub(super) extent: Extent,
+    /// Why they are not displayed as the settings say.
+    pub(super) error: Option<DisplayError>,
+}
+
+impl DisplayInputs {
+    /// Whether what is displayed of these is the same.
+    pub(super) fn is_alike(&self, other: &Self) -> bool {
+        // The factor on radii changes the extent alone, which follows it.
+        self.settings == other.settings && self.open_clouds == other.open_clouds
+    }
+
+    /// Whether that takes no time.
+    pub(super) fn is_quick(&self) -> bool {
+        self.settings.is_plain() || self.open_clouds.clouds.facts.n_surfels <= AT_ONCE
+    }
+
+    /// Colours and filters the clouds. Where that fails they are shown without colours, without filters or
+    /// as they are.
+    pub(super) fn run(&self) -> DisplayOutcome {
+        let whole = &self.open_clouds.clouds;
+        let plain = ColorSource::default();
+        let uncolored = DisplaySettings { color: plain, ..self.settings.clone() };
+        let unfiltered = DisplaySettings { filters: Vec::new(), ..self.settings.clone() };
+        let mut error = None;
+        for settings in [&self.settings, &uncolored, &unfiltered] {
+            match DisplayedClouds::new(whole, settings) {
+                Ok(displayed) => {
+                    let extent = displayed.clouds.extent(self.radius_scale);
+                    return DisplayOutcome { displayed, extent, error };
+                }
+                Err(failed) => error = error.or(Some(failed)),
+            }
+        }
+        let extent = whole.extent(self.radius_scale);
+        DisplayOutcome { displayed: DisplayedClouds::plain(whole), extent, error }
+    }
+}
+
+/// Clouds that are being coloured and filtered.
+pub(crate) struct DisplayJob {
+    pub(super) inputs: DisplayInputs,
+    pub(super) outcome: Receiver<DisplayOutcome>,
+}
+
+impl DisplayJob {
+    pub(super) fn start(inputs: DisplayInputs, ctx: &Context) -> std::io::Result<Self> {
+        let (send, outcome) = channel();
+        let (work, ctx) = (inputs.clone(), ctx.clone());
+        std::thread::Builder::new().name("colours".to_owned()).spawn(move || {
+            // The window may be closed already.
+            drop(send.send(work.run()));
+            ctx.request_repaint();
+        })?;
+        Ok(Self { inputs, outcome })
+    }
+}
