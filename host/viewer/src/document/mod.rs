@@ -5,7 +5,6 @@
 
 mod cloud_writer;
 mod display;
-mod display_job;
 mod environment_map;
 pub(crate) mod file_loader;
 pub(crate) mod file_names;

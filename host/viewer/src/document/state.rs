@@ -1,7 +1,7 @@
 //! The state of the document: clouds, scene, history, and files being read or written.
 
 use super::cloud_writer::CloudWriter;
-use super::display_job::DisplayJob;
+use super::display::job::DisplayJob;
 use super::file_loader::FileLoader;
 use super::history::History;
 use super::recovery::Recovery;

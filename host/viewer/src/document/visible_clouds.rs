@@ -1,6 +1,6 @@
 //! The open clouds with what the views need of the visible ones.
 
-use super::display_job::DisplayInputs;
+use super::display::job::DisplayInputs;
 use super::open_clouds::OpenClouds;
 use std::sync::Arc;
 use surfelshop_session::input::clouds::Clouds;

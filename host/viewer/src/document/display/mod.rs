@@ -1,10 +1,12 @@
 //! Colours and filters follow the settings: small clouds at once, large ones on a thread of their own.
 
-use super::display_job::{DisplayInputs, DisplayJob, DisplayOutcome};
-use super::visible_clouds::VisibleClouds;
+pub(super) mod job;
+
+use crate::document::visible_clouds::VisibleClouds;
 use crate::views::initial_camera;
 use crate::window::Window;
 use eframe::egui::Context;
+use job::{DisplayInputs, DisplayJob, DisplayOutcome};
 use std::sync::Arc;
 use std::sync::mpsc::TryRecvError;
 use surfelshop_cloud::display::DisplaySettings;

@@ -1,6 +1,6 @@
 //! Clouds are coloured and filtered, where that takes time on a thread of its own.
 
-use super::open_clouds::OpenClouds;
+use crate::document::open_clouds::OpenClouds;
 use eframe::egui::Context;
 use std::sync::mpsc::{Receiver, channel};
 use surfelshop_cloud::display::{ColorSource, DisplayError, DisplaySettings};
