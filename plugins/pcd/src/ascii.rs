@@ -38,13 +38,15 @@ pub(crate) fn read(
     while points.n_done < header.rows {
         job.check()?;
         let n_carried = text.len();
-        text.resize(BLOCK, 0);
+        let room = block_room(file, place, n_carried);
+        text.try_reserve(room)?;
+        text.resize(n_carried + room, 0);
         let n_read = file.read_at(place, &mut text[n_carried..])?;
         text.truncate(n_carried + n_read);
         let share = |at: u64| (at - header.start) as f64 / left.max(1) as f64;
         let shares = share(place)..share(place + n_read as u64).min(1.0);
         place += n_read as u64;
-        let is_last = text.len() < BLOCK;
+        let is_last = n_read < room || place >= file.length();
         let end = if is_last {
             text.len()
         } else {
@@ -72,6 +74,12 @@ pub(crate) fn read(
         clouds.warn("there are more points than the header announces; they were left out");
     }
     Ok(())
+}
+
+/// Bytes that a block has room for behind those carried over, no more than the file has.
+fn block_room(file: &FileSource, place: u64, n_carried: usize) -> usize {
+    let left = usize::try_from(file.length().saturating_sub(place)).unwrap_or(usize::MAX);
+    left.min(BLOCK.saturating_sub(n_carried))
 }
 
 /// Points as far as they were read.

@@ -27,11 +27,12 @@ pub(crate) fn read(
     loop {
         job.check()?;
         let n_carried = text.len();
-        text.try_reserve(BLOCK - n_carried)?;
-        text.resize(BLOCK, 0);
+        let room = block_room(file, place, n_carried);
+        text.try_reserve(room)?;
+        text.resize(n_carried + room, 0);
         let n_read = file.read_at(place, &mut text[n_carried..])?;
         text.truncate(n_carried + n_read);
-        let is_last = text.len() < BLOCK;
+        let is_last = n_read < room || place + n_read as u64 >= file.length();
         let end = if is_last {
             text.len()
         } else {
@@ -49,6 +50,12 @@ pub(crate) fn read(
             return facets.finish();
         }
     }
+}
+
+/// Bytes that a block has room for behind those carried over, no more than the file has.
+fn block_room(file: &FileSource, place: u64, n_carried: usize) -> usize {
+    let left = usize::try_from(file.length().saturating_sub(place)).unwrap_or(usize::MAX);
+    left.min(BLOCK.saturating_sub(n_carried))
 }
 
 /// What the first line calls the solid.
