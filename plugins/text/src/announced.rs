@@ -77,11 +77,18 @@ impl Reading<'_, '_> {
         }
         let plausible = announced.plausible(self.file);
         let rest = self.file.length().saturating_sub(announced.start);
-        let mut sample =
-            Sample::of_head(self.file, announced.start, plausible.unwrap_or(u64::MAX))?;
-        let mean = sample.cut(plausible.unwrap_or(u64::MAX));
-        let likely = plausible.map_or(rest, |lines| rest.min((mean * lines as f64) as u64));
-        sample.spread(self.file, announced.start + likely)?;
+        let most = plausible.unwrap_or(u64::MAX);
+        let has_counts = announced.lines.is_some();
+        let mut sample = Sample::of_head(self.file, announced.start, 0, most, has_counts)?;
+        let (mean, is_whole) = sample.cut(most, has_counts);
+        let likely = if is_whole {
+            sample.head.len() as u64
+        } else {
+            plausible.map_or(rest, |lines| rest.min((mean * lines as f64) as u64))
+        };
+        if !is_whole {
+            sample.spread(self.file, announced.start + likely)?;
+        }
         let found = by_ranges(&sample, announced.line)?;
         let layout = found.layout(|column| self.clouds.wants(column));
         let columns = layout.columns.iter().map(|column| column.file.clone()).collect();
@@ -98,16 +105,16 @@ impl Reading<'_, '_> {
             options,
             start: announced.start,
             line: announced.line,
-            most: plausible.unwrap_or(u64::MAX),
+            most,
             likely,
+            // Some lines may be shorter still.
+            least: plausible.map_or(0, |lines| {
+                rest.min(lines.saturating_mul(sample.short_line() as u64) / 10 * 9)
+            }),
         };
         if !is_wanted {
-            let next = match plausible {
-                // Without counts there is one cloud.
-                _ if !has_marks => None,
-                Some(_) => body.find_next(self.job, is_next)?,
-                None => Body { likely: 0, ..body }.find_next(self.job, is_next)?,
-            };
+            // Without counts there is one cloud.
+            let next = if has_marks { body.find_next(self.job, is_next)? } else { None };
             return Ok(Taken { next, ..Taken::default() });
         }
         let taken = body.hand_over(self.clouds, &mut self.unreadable, self.job, is_next)?;

@@ -99,8 +99,9 @@ impl surfelshop_api::Format for Xyz {
             columns: columns(&params.columns)?,
             header_lines: u64::try_from(params.header_lines).ok(),
         };
-        let most = settings.header_lines.unwrap_or(0).saturating_add(u64::from(u32::MAX));
-        let mut sample = Sample::of_head(file, start_of(file)?, most)?;
+        let passed_over = usize::try_from(settings.header_lines.unwrap_or(0))?;
+        let start = start_of(file)?;
+        let mut sample = Sample::of_head(file, start, passed_over, u64::MAX, false)?;
         sample.spread(file, file.length())?;
         let found = in_table(&sample, &settings)?;
         let layout = found.layout(|column| clouds.wants(column));
@@ -123,6 +124,7 @@ impl surfelshop_api::Format for Xyz {
             line: found.line,
             most: u64::MAX,
             likely: file.length().saturating_sub(found.start),
+            least: 0,
         };
         let mut unreadable = Unreadable::default();
         body.hand_over(clouds, &mut unreadable, job, |_| Ok(false))?;

@@ -118,8 +118,8 @@ impl Numbers {
         n_unit > 0 && n_other * 20 <= n_unit
     }
 
-    /// Whether the three columns from `first` on are colours: whole numbers to 65535, or fractions to 1.
-    pub(crate) fn are_colors(&self, first: usize) -> bool {
+    /// Whether the three columns from `first` on are colours: whole numbers to `most`, or fractions to 1.
+    pub(crate) fn are_colors(&self, first: usize, most: f64) -> bool {
         let Some(three) = self.facts.get(first..first + 3) else { return false };
         let facts = Facts::of_all(three.iter());
         let fractions = facts.n > 0
@@ -127,6 +127,6 @@ impl Numbers {
             && three.iter().all(|facts| facts.pointed)
             && facts.min >= 0.0
             && facts.max <= 1.0;
-        facts.are_whole_to(65_535.0) || fractions
+        facts.are_whole_to(most) || fractions
     }
 }

@@ -1,8 +1,8 @@
 //! What was found out of a body of lines: how they are cut, what their columns hold, where they begin.
 
 use super::facts::Numbers;
-use super::guess::{Cut, best_cut};
-use super::names::{Target, have_position, is_left_out, shown, targets};
+use super::guess::{Cut, MOST_COLUMNS, best_cut};
+use super::names::{have_position, is_left_out, shown, targets};
 use super::sample::{Sample, has_words};
 use super::{Delimiter, Layout, Typed, ranges};
 use crate::text::{is_comment, number, quoted};
@@ -198,16 +198,30 @@ fn named(
         let typed = targets(&names).into_iter().zip(types.chain(std::iter::repeat(None)));
         return Ok((Some(typed.collect()), "as set"));
     }
-    let names = header.iter().rev().find_map(|line| header_names(cut, line.text));
+    let names = names_of(cut, header);
     let Some(names) = &names else { return Ok((None, "guessed")) };
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
     // Lines that the user passes over need not be names.
     if settings.header_lines.is_some() && !have_position(&names) {
         return Ok((None, "guessed"));
     }
-    let numeric = |(target, is_numeric): (Option<Target>, &bool)| target.filter(|_| *is_numeric);
-    let targets = targets(&names).into_iter().zip(&cut.numeric).map(numeric);
-    Ok((Some(targets.map(|target| (target, None)).collect()), "by their names"))
+    // Columns of text are left out before names are put together: what lacks a component is no whole column.
+    let numbers = names.iter().zip(&cut.numeric);
+    let names: Vec<&str> =
+        numbers.map(|(name, &is_numeric)| if is_numeric { *name } else { "-" }).collect();
+    let typed = targets(&names).into_iter().map(|target| (target, None)).collect();
+    Ok((Some(typed), "by their names"))
+}
+
+/// The names in a header: the last that name the coordinates, or else the last.
+fn names_of(cut: &Cut, header: &[&Numbered<'_>]) -> Option<Vec<String>> {
+    let all: Vec<Vec<String>> =
+        header.iter().rev().filter_map(|line| header_names(cut, line.text)).collect();
+    let clear = all.iter().find(|names| {
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        have_position(&names)
+    });
+    clear.or(all.first()).cloned()
 }
 
 /// The names in a line of a header, where there are as many as columns. Comments, and lines that are cut in
@@ -222,7 +236,9 @@ fn header_names(cut: &Cut, line: &[u8]) -> Option<Vec<String>> {
         if words.len() == cut.numeric.len() + 1 && words.last().is_some_and(|w| w.is_empty()) {
             words.pop();
         }
-        let are_names = words.iter().any(|word| number(word, cut.decimal).is_none());
+        // One word that is no number may be damage.
+        let n_names = words.iter().filter(|word| number(word, cut.decimal).is_none()).count();
+        let are_names = n_names * 2 >= words.len();
         let names: Vec<String> =
             words.iter().map(|word| String::from_utf8_lossy(word).into_owned()).collect();
         let all: Vec<&str> = names.iter().map(String::as_str).collect();
@@ -236,7 +252,7 @@ fn check_position(found: &Found, header: &[&Numbered<'_>]) -> Result<()> {
     if position.filter(|target| target.column == POSITION).count() == 3 {
         return Ok(());
     }
-    let names = header.iter().rev().find_map(|line| header_names(&found.cut, line.text));
+    let names = names_of(&found.cut, header);
     let names = names.map_or_else(|| found.names(), |names| names.join(","));
     Err(Error::new(format!(
         "expected columns of numbers named x, y and z, found {}; name them with the parameter `columns`",
@@ -250,6 +266,9 @@ fn without_lines(
     lines: &[Numbered<'_>],
     delimiters: &[Delimiter],
 ) -> Option<Found> {
+    if !sample.is_all {
+        return None;
+    }
     let last = lines.iter().rfind(|line| !line.text.trim_ascii().is_empty())?;
     let text = String::from_utf8_lossy(last.text);
     let text = text.trim_matches(|c: char| c.is_whitespace() || "#%/".contains(c));
@@ -257,7 +276,7 @@ fn without_lines(
         let words = delimiter.split(text.as_bytes());
         let names = words.iter().map(|word| std::str::from_utf8(word).ok());
         let names: Vec<&str> = names.collect::<Option<_>>()?;
-        (have_position(&names) && names.len() <= 1024).then_some((delimiter, names))
+        (have_position(&names) && names.len() <= MOST_COLUMNS).then_some((delimiter, names))
     })?;
     let cut = Cut { delimiter, decimal: b'.', numeric: vec![true; names.len()] };
     let typed: Vec<Typed> = targets(&names).into_iter().map(|target| (target, None)).collect();

@@ -5,7 +5,7 @@ use crate::text::number;
 use std::collections::BTreeMap;
 
 /// Columns of a line that are taken.
-const MOST_COLUMNS: usize = 1024;
+pub(crate) const MOST_COLUMNS: usize = 1024;
 
 /// How lines are cut into words.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,10 +37,10 @@ impl Cut {
     }
 }
 
-/// The cut that fits most lines, of those with one of the delimiters; where several do, the one with most
-/// numbers, then the first. `None` where none gives three numbers.
+/// The cut that gives most numbers in lines that fit it, of those with one of the delimiters; where several do, the
+/// first. `None` where none gives three numbers.
 pub(crate) fn best_cut(lines: &[&[u8]], delimiters: &[Delimiter]) -> Option<Cut> {
-    let mut best: Option<((usize, usize), Cut)> = None;
+    let mut best: Option<(usize, Cut)> = None;
     for &delimiter in delimiters {
         for decimal in [b'.', b','] {
             if delimiter.byte() == decimal {
@@ -48,9 +48,9 @@ pub(crate) fn best_cut(lines: &[&[u8]], delimiters: &[Delimiter]) -> Option<Cut>
             }
             let Some(cut) = cut(lines, delimiter, decimal) else { continue };
             let n_fitting = lines.iter().filter(|line| cut.fits(line)).count();
-            let score = (n_fitting, cut.numeric.iter().filter(|is| **is).count());
-            if n_fitting > 0 && best.as_ref().is_none_or(|(highest, _)| score > *highest) {
-                best = Some((score, cut));
+            let n_numbers = n_fitting * cut.numeric.iter().filter(|is| **is).count();
+            if n_numbers > best.as_ref().map_or(0, |(most, _)| *most) {
+                best = Some((n_numbers, cut));
             }
         }
     }

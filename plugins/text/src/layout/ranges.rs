@@ -22,8 +22,12 @@ pub(crate) fn targets(numbers: &Numbers, numeric: &[bool]) -> Vec<Option<Target>
     };
     let directions = (first..n).find(|&i| is_free(&targets, i) && numbers.are_directions(i));
     name_three(&mut targets, directions, NORMAL);
-    let colors: Vec<usize> =
-        (first..n).filter(|&i| is_free(&targets, i) && numbers.are_colors(i)).collect();
+    // Colours of 16 bits are rare: they are taken for such where there are none of 8.
+    let colors = [255.0, 65_535.0].map(|most| {
+        let could_be = |&i: &usize| is_free(&targets, i) && numbers.are_colors(i, most);
+        (first..n).filter(could_be).collect::<Vec<usize>>()
+    });
+    let colors = colors.into_iter().find(|places| !places.is_empty()).unwrap_or_default();
     name_three(&mut targets, colors_start(&colors, numbers), COLOR);
     name_alpha(&mut targets, numbers);
     let red = targets.iter().position(|target| is(target.as_ref(), COLOR, 0));

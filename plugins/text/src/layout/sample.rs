@@ -18,24 +18,37 @@ pub(crate) struct Sample {
     pub(crate) head: Vec<u8>,
     /// Where the head begins in the file.
     pub(crate) start: u64,
+    /// Whether the file ends with the head.
+    pub(crate) is_all: bool,
     /// Lines from elsewhere, whole.
     pieces: Vec<Vec<u8>>,
 }
 
 impl Sample {
-    /// Reads the first lines, at most `most` of them and some thousand more that are blank or comments.
+    /// Reads so many lines that are neither blank nor comments and are passed over, and as many as are looked at
+    /// behind them, at most `most`. Where lines that are a count begin another cloud, no more are read than up to
+    /// the first of them.
     ///
     /// # Errors
     /// Where a line is too long, or the system refuses.
-    pub(crate) fn of_head(file: &FileSource, start: u64, most: u64) -> Result<Self> {
+    pub(crate) fn of_head(
+        file: &FileSource,
+        start: u64,
+        passed_over: usize,
+        most: u64,
+        has_counts: bool,
+    ) -> Result<Self> {
         let most = usize::try_from(most).map_or(HEAD_LINES, |most| most.min(HEAD_LINES));
-        let mut len = (most * 64).clamp(256, HEAD_BYTES);
+        let most = most.saturating_add(passed_over);
+        let mut len = most.saturating_mul(64).clamp(256, 4 << 10);
         loop {
             let (head, at_end) = bytes(file, start, len)?;
             let head = whole_lines(head, at_end);
             let n_lines = Lines::of(&head).filter(|(_, line)| has_words(line)).count();
-            if at_end || n_lines >= most || (len >= HEAD_BYTES && n_lines > 0) {
-                return Ok(Self { head, start, pieces: Vec::new() });
+            let ends = has_counts
+                && Lines::of(&head).any(|(_, line)| has_words(line) && count(line).is_some());
+            if at_end || ends || n_lines >= most || (len >= HEAD_BYTES && n_lines > passed_over) {
+                return Ok(Self { head, start, is_all: at_end, pieces: Vec::new() });
             }
             if len as u64 >= MAX_LINE {
                 return Err(long_line(start));
@@ -80,6 +93,14 @@ impl Sample {
         Lines::of(&self.head)
     }
 
+    /// Bytes of a line that is shorter than nearly all others, its end with it.
+    pub(crate) fn short_line(&self) -> usize {
+        let head = self.head_lines().map(|(_, line)| line).filter(|line| has_words(line));
+        let mut lengths: Vec<usize> = head.chain(self.spread_lines()).map(<[u8]>::len).collect();
+        lengths.sort_unstable();
+        lengths.get(lengths.len() / 20).map_or(0, |shortest| shortest + 1)
+    }
+
     /// The lines of the pieces that have words.
     pub(crate) fn spread_lines(&self) -> impl Iterator<Item = &[u8]> {
         let lines = self.pieces.iter().flat_map(|piece| Lines::of(piece));
@@ -91,19 +112,19 @@ impl Sample {
         self.start + at as u64
     }
 
-    /// Cuts the head off before a line that is a count, and after `most` lines that have words: what follows
-    /// belongs to the next cloud. The mean length of what stays.
-    pub(crate) fn cut(&mut self, most: u64) -> f64 {
-        let (mut n_lines, mut end) = (0u64, self.head.len());
+    /// Cuts the head off after `most` lines that have words and, where lines that are a count begin another cloud,
+    /// before the first of them. The mean length of the lines that stay, and whether these are the whole cloud.
+    pub(crate) fn cut(&mut self, most: u64, has_counts: bool) -> (f64, bool) {
+        let (mut n_lines, mut end, before) = (0u64, self.head.len(), self.head.len());
         for (place, line) in Lines::of(&self.head).filter(|(_, line)| has_words(line)) {
-            if n_lines == most || count(line).is_some() {
+            if n_lines == most || (has_counts && count(line).is_some()) {
                 end = place;
                 break;
             }
             n_lines += 1;
         }
         self.head.truncate(end);
-        self.head.len() as f64 / n_lines.max(1) as f64
+        (self.head.len() as f64 / n_lines.max(1) as f64, end < before)
     }
 }
 

@@ -22,8 +22,6 @@ pub(crate) struct Options {
 /// A line with a count alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Mark {
-    /// The count.
-    pub(crate) count: u64,
     /// Where the line begins.
     pub(crate) place: u64,
     /// Its number, counted from the first of the block.
@@ -176,14 +174,13 @@ fn parsed(
         match outcome {
             Outcome::Row => block.n_rows += 1,
             Outcome::Nothing => {}
-            Outcome::Count(count) if options.has_marks => block.marks.push(Mark {
-                count,
+            Outcome::Count if options.has_marks => block.marks.push(Mark {
                 place: start + at as u64,
                 line: block.n_lines,
                 rows: block.n_rows,
                 unreadable: block.n_unreadable,
             }),
-            Outcome::Count(_) | Outcome::Unreadable => {
+            Outcome::Count | Outcome::Unreadable => {
                 block.n_unreadable += 1;
                 block.unreadable.get_or_insert((block.n_lines, start + at as u64));
             }

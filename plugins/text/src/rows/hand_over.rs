@@ -10,7 +10,7 @@ use surfelshop_api::job::Job;
 /// Bytes of a block: a few thousand lines.
 const BLOCK: u64 = 256 << 10;
 /// Bytes of the smallest and of the largest window, which is in memory at once.
-const LEAST_WINDOW: u64 = 16 << 10;
+const LEAST_WINDOW: u64 = 4 << 10;
 const MOST_WINDOW: u64 = 64 * BLOCK;
 
 /// The lines of a cloud.
@@ -23,8 +23,9 @@ pub(crate) struct Body<'a> {
     pub(crate) line: u64,
     /// Lines that are taken at most; what comes behind is counted.
     pub(crate) most: u64,
-    /// Bytes that the lines are likely to take.
+    /// Bytes that the lines are likely to take, and those that they take at least.
     pub(crate) likely: u64,
+    pub(crate) least: u64,
 }
 
 /// What came of a cloud's lines.
@@ -79,8 +80,8 @@ impl Body<'_> {
         Ok(taken)
     }
 
-    /// Where the next cloud begins, without reading this one: most of the bytes that its lines are likely to take
-    /// are passed over. The number of its line is what it is where no lines are blank or missing.
+    /// Where the next cloud begins, without reading this one: the bytes that its lines take at least are passed
+    /// over. The number of its line is what it is where no lines are blank or missing.
     ///
     /// # Errors
     /// As [`hand_over`](Self::hand_over).
@@ -89,7 +90,7 @@ impl Body<'_> {
         job: &Job<'_>,
         is_next: impl Fn(&Mark) -> Result<bool>,
     ) -> Result<Option<(u64, u64)>> {
-        let mut windows = Windows::new(self, self.start + self.likely / 10 * 9);
+        let mut windows = Windows::new(self, self.start + self.least);
         while let Some((start, end)) = windows.next() {
             for block in self.window(start, end, job)? {
                 if let Some(mark) = block.marks.get(first_next(&block, &is_next)?) {

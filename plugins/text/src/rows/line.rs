@@ -15,7 +15,7 @@ pub(super) enum Outcome {
     /// It is blank or a comment.
     Nothing,
     /// It is a count alone.
-    Count(u64),
+    Count,
     /// It cannot be read.
     Unreadable,
 }
@@ -111,8 +111,8 @@ impl<'a> LineParser<'a> {
         if self.words(line, values).is_some() {
             return Outcome::Row;
         }
-        if let Some(count) = count(line) {
-            return Outcome::Count(count);
+        if count(line).is_some() {
+            return Outcome::Count;
         }
         // A comment may follow the numbers.
         let comment = line.iter().position(|&byte| byte == b'#');

@@ -21,6 +21,26 @@ fn a_few_lines_that_cannot_be_read_are_counted_in_one_warning() {
 }
 
 #[test]
+fn a_damaged_line_does_not_change_what_columns_are_taken_for() {
+    let row = |i: usize| format!("{i}.25 {i}.5 0.125 {} 2 3 {}\n", i % 255, i * 7);
+    let rows: Vec<String> = (0..60).map(row).collect();
+    for header in ["", "x y z r g b intensity\n"] {
+        for damaged in 0..rows.len() {
+            for word in [0, 6] {
+                let mut lines = rows.clone();
+                let mut words: Vec<&str> = rows[damaged].split(' ').collect();
+                words[word] = "1x3";
+                lines[damaged] = words.join(" ").trim_end().to_owned() + "\n";
+                let found = read(&(header.to_owned() + &lines.concat())).unwrap();
+                let shape = shape(&found.clouds[0]);
+                assert!(shape.starts_with("position 3 f64, color 3 u8, "), "{damaged}: {shape}");
+                assert_eq!(found.clouds[0].columns[0].len(), 59 * 3);
+            }
+        }
+    }
+}
+
+#[test]
 fn numbers_that_a_guessed_type_does_not_hold_are_left_out_and_told() {
     // Behind the sample, so that nobody could know.
     let mut text = "x,y,z,class\n".to_owned() + &"1,2,3,4\n".repeat(100_000);

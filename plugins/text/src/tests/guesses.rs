@@ -15,6 +15,7 @@ fn layouts_without_names_are_guessed_by_number_and_values() {
     let xyz = "position 3 f64";
     looks("1 2 3\n4 5 6\n", xyz, "columns x,y,z guessed; separated by spaces");
     looks("1.5,2,3\n4,5,6\n", xyz, "columns x,y,z guessed; separated by commas");
+    looks("1.5, 2, 3\n4, 5, 6\n", xyz, "columns x,y,z guessed; separated by commas");
     looks("1\t2\t3\n4\t5\t6\n", xyz, "columns x,y,z guessed; separated by tabs");
     looks(
         "1 2 3 0.25\n4 5 6 17\n",
@@ -108,6 +109,12 @@ fn a_name_that_several_columns_claim_goes_to_the_clearest() {
         "position 3 f64, height 1 f32, X 1 f32",
         "columns x,y,height,z,X by their names; separated by commas; one header line",
     );
+    // Columns of text are none of numbers, and what lacks them is no whole column.
+    looks(
+        "x,y,z,nx,ny,nz,red,green,blue\n1,2,3,0,0,1,a,5,6\n4,5,6,0,0,b,c,8,9\n4,5,6,0,0,b,c,8,9\n",
+        "position 3 f64, nx 1 f32, ny 1 f32, green 1 f32, blue 1 f32",
+        "columns x,y,z,nx,ny,-,-,green,blue by their names; separated by commas; one header line",
+    );
     // Components without the others of their column, and a name that needs more of them.
     looks(
         "x,y,z,r,g,normal,Flow,flow,a.0,a.1\n1,2,3,4,5,6,7,8,9,9\n",
@@ -147,6 +154,9 @@ fn settings_override_what_is_guessed() {
     assert_eq!(found.clouds[0].header.comments, [note]);
     let found = read_set("a b c\n1 2 3\n4 5 6\n7 8 9\n", "", Auto, 2).unwrap();
     assert_eq!(found.clouds[0].columns[0], [4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+    let many = "no point\n".repeat(1000) + &"1 2 3\n".repeat(2000);
+    let found = read_set(&many, "", Auto, 1000).unwrap();
+    assert_eq!(found.clouds[0].columns[0].len(), 6000);
     let found = read_set("1 2 3 255\n", "x:f32,y,z,intensity:u16", Auto, -1).unwrap();
     assert_eq!(shape(&found.clouds[0]), "position 3 f32, intensity 1 u16");
     // 1,5 is two numbers where the comma separates, one where it does not.

@@ -56,6 +56,17 @@ fn places_without_a_return_are_left_out_and_counted_once() {
 }
 
 #[test]
+fn headers_of_scans_behind_one_whose_lines_grow_short_are_found() {
+    let long = "-123.456789 234.567891 -345.678912 0.123456\n".repeat(6000);
+    let first = scan(12_000, 1, &(long + &"0 0 0 0.5\n".repeat(6000)));
+    let text = first + &scan(3, 1, "1 2 3 0.5\n4 5 6 0.5\n7 8 9 0.5\n");
+    let heads = heads::<Ptx>(text.as_bytes(), &());
+    let names: Vec<&str> = heads.iter().map(|header| header.name.as_str()).collect();
+    assert_eq!(names, ["scan 1", "scan 2"]);
+    assert_eq!(read_ptx(&text).unwrap().clouds.len(), 2);
+}
+
+#[test]
 fn a_matrix_that_is_no_rotation_moves_the_points() {
     let points = "1 0 0 0.5\n0 1 0 0.5\n0 0 0 0.5\n0 0 2 0.5\n";
     let scaled = "4\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n2 0 0 0\n0 2 0 0\n0 0 2 0\n10 20 30 1\n";

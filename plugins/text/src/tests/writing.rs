@@ -96,6 +96,8 @@ fn an_empty_table_and_linear_colours_are_read_as_they_were() {
     let found = super::cloud(&text);
     assert_eq!(shape(&found), "position 3 f64, color 3 u8");
     assert!(found.columns[0].is_empty());
+    // Names above something else are no empty table.
+    assert!(read(&("x,y,z\n".to_owned() + &"one two\n".repeat(100_000))).is_err());
 }
 
 #[test]
