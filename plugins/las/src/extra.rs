@@ -8,6 +8,8 @@ pub(crate) const DESCRIPTOR: usize = 192;
 pub(crate) const LONGEST_NAME: usize = 32;
 /// What the description of a field says that has the place of a standard one, which cannot hold the values.
 pub(crate) const IN_PLACE_OF: &str = "the column ";
+/// Most fields that are read; files have a few.
+const MOST_FIELDS: usize = 1000;
 /// Most components of bytes that nobody describes.
 const MOST_UNDESCRIBED: usize = 1024;
 
@@ -43,7 +45,7 @@ pub(crate) fn fields(
     warnings: &mut Vec<String>,
 ) -> Vec<Extra> {
     let (mut fields, mut at) = (Vec::new(), start);
-    for (i, one) in descriptions.chunks_exact(DESCRIPTOR).enumerate() {
+    for (i, one) in descriptions.chunks_exact(DESCRIPTOR).take(MOST_FIELDS).enumerate() {
         let Some(field) = field(one, at) else {
             warnings.push(format!(
                 "the extra bytes from number {} on are of an unknown type {}",

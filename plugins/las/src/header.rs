@@ -78,8 +78,14 @@ impl Header {
                 "expected a LAS header of at least {SHORT} bytes, found {len}"
             )));
         }
+        let kept = usize::from(len).min(LONG);
+        if found < kept {
+            return Err(Error::new(format!(
+                "expected a LAS header of {len} bytes, found {found}: the file is cut short"
+            )));
+        }
         // Fields of later versions count as 0 where the header is too short for them.
-        header[usize::from(len).min(found).min(LONG)..].fill(0);
+        header[kept..].fill(0);
         Self::of_bytes(&header, file.length())
     }
 
@@ -185,7 +191,8 @@ fn bounds(header: &[u8; LONG]) -> Option<[DVec3; 2]> {
 
 /// Days of each month.
 pub(crate) fn months(year: u32) -> [u32; 12] {
-    let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
+    let is_century = year.is_multiple_of(100);
+    let is_leap = year.is_multiple_of(if is_century { 400 } else { 4 });
     [31, if is_leap { 29 } else { 28 }, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31]
 }
 

@@ -29,8 +29,8 @@
 //! describe by other keys are unknown. Written files of EPSG codes have `GeoTIFF` keys in LAS 1.4, too, which asks for
 //! WKT.
 //!
-//! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; Isenburg, "`LASzip`: lossless compression of `LiDAR` data", 2013;
-//! the crate `laz`.
+//! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; Isenburg, "`LASzip`: lossless compression of `LiDAR` data",
+//! 2013; the crate `laz`.
 //!
 //! ```text
 //! surfelshop render tile.laz -r ewa-phong -o tile.png

@@ -98,6 +98,15 @@ impl<'a> Points<'a, '_> {
         part.columns.hand_over(self.clouds)?;
         self.n_read += part.columns.n_rows() as u64;
         part.columns.clear();
+        Ok(())
+    }
+
+    /// Hands over a batch of a part that is decoded by itself, and says how far the reading is.
+    ///
+    /// # Errors
+    /// As [`hand_over`](Self::hand_over).
+    pub(crate) fn hand_over_batch(&mut self, part: &mut Part<'_>) -> Result<()> {
+        self.hand_over(part)?;
         self.job.progress(self.share(0).start, "");
         Ok(())
     }

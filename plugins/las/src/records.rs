@@ -9,6 +9,8 @@ use surfelshop_api::format::FileSource;
 const MOST: u32 = 1 << 16;
 /// Longest payload that is read, in bytes. Coordinate systems have some thousands.
 const LONGEST: u64 = 1 << 20;
+/// Most bytes of all texts for people.
+const MOST_TEXT: usize = 1 << 18;
 
 /// What records say.
 #[derive(Clone, Debug, Default)]
@@ -119,7 +121,12 @@ impl Records {
         match kind {
             (_, 22204) => self.laszip = Some(body),
             ("copc", _) => self.is_copc = true,
-            (_, 3) => self.texts.push(text(&body)),
+            (_, 3) => {
+                let n_bytes = self.texts.iter().map(String::len).sum::<usize>() + body.len();
+                if n_bytes <= MOST_TEXT {
+                    self.texts.push(text(&body));
+                }
+            }
             // Some files have a record for each field.
             (_, 4) if self.extra_bytes.len() as u64 + len <= LONGEST => {
                 self.extra_bytes.extend(body)

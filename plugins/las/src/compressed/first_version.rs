@@ -1,7 +1,7 @@
 //! Colours and extra bytes in the first version of the compression.
 //!
-//! The decoders of `laz` 0.13 keep bits of the last colour's upper bytes, and take extra bytes for those of the second
-//! version.
+//! The decoders of `laz` 0.13 keep bits of the last colour's upper bytes, and take extra bytes for those of the
+//! second version.
 
 use super::layers::{integers, symbols};
 use crate::numbers::u16_at;

@@ -17,7 +17,7 @@ use surfelshop_api::format::{
 /// Records that are decoded before they become columns: they stay in the inner caches.
 const PIECE: u64 = 512;
 /// Points of a chunk that is handed over while it is decoded, so that its columns need not fit into memory.
-const LARGE: u64 = 1 << 21;
+const LARGE: u64 = if cfg!(test) { 1 << 16 } else { 1 << 21 };
 
 /// Reads the points of a file.
 ///
@@ -85,7 +85,7 @@ fn large(
     let mut part = points.part();
     load(file, std::slice::from_ref(chunk), &mut part)?;
     let bytes = std::mem::take(&mut part.bytes);
-    let mut full = |part: &mut Part<'_>| points.hand_over(part);
+    let mut full = |part: &mut Part<'_>| points.hand_over_batch(part);
     chunk_points(compression, &bytes, chunk.points, selection, &mut part, &mut full)?;
     points.hand_over(&mut part)
 }
@@ -182,7 +182,7 @@ fn stream(
     while left > 0 {
         let mut decoder = Decoder::of_points(compression, bytes)?;
         let n = left.min(per_chunk);
-        let mut full = |part: &mut Part<'_>| points.hand_over(part);
+        let mut full = |part: &mut Part<'_>| points.hand_over_batch(part);
         let goes_on = decode(&mut decoder, n, compression.record_len, &mut part, &mut full)?;
         left -= n;
         match decoder.into_bytes() {

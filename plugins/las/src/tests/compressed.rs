@@ -144,6 +144,15 @@ fn the_oldest_kind_is_one_run() {
 }
 
 #[test]
+fn chunks_of_many_points_are_handed_over_bit_by_bit() {
+    let made = Handmade::new(4, 6).with_walk(150_000, 0);
+    let wanted = ["intensity".to_owned()];
+    let plain = read_columns(made.las(), Some(&wanted)).unwrap();
+    let packed = read_columns(made.usual_laz(&[140_000]), Some(&wanted)).unwrap();
+    assert_same(&plain, &packed, "a chunk of 140,000 points and one of 10,000");
+}
+
+#[test]
 fn numbers_of_compressed_points_are_those_of_the_chunks() {
     for (format, minor) in [(1u8, 2u8), (6, 4)] {
         let made = Handmade::new(minor, format).with_walk(1100, 0);

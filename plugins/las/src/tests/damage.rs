@@ -6,25 +6,25 @@ use crate::extra::descriptor;
 use laz::LazVlrBuilder;
 use std::time::{Duration, Instant};
 
-/// Files of every kind, of a hundred points.
-fn files() -> Vec<Vec<u8>> {
-    let mut old = Handmade::new(2, 3).with_walk(100, 6);
+/// Files of every kind, of so many points.
+fn files(n: usize) -> Vec<Vec<u8>> {
+    let mut old = Handmade::new(2, 3).with_walk(n, 6);
     old.records.push(("LASF_Spec", 4, [descriptor("a", "", 3), descriptor("b", "", 9)].concat()));
     old.records.push((
         "LASF_Projection",
         34735,
         vec![1, 0, 1, 0, 0, 0, 1, 0, 0, 12, 0, 0, 1, 0, 7, 7],
     ));
-    let mut new = Handmade::new(4, 8).with_walk(100, 3);
+    let mut new = Handmade::new(4, 8).with_walk(n, 3);
     new.records.push(("LASF_Spec", 4, descriptor("c", "", 21).to_vec()));
     new.later.push(("LASF_Projection", 2112, br#"PROJCS["a",UNIT["metre",1]]"#.to_vec()));
     vec![
         old.las(),
         new.las(),
-        old.usual_laz(&[40]),
-        new.usual_laz(&[40]),
-        new.usual_laz(&[10, 60, 30]),
-        Handmade::new(1, 1).with_walk(100, 0).laz_run(
+        old.usual_laz(&[n / 3]),
+        new.usual_laz(&[n / 3]),
+        new.usual_laz(&[n / 10, n / 2, n]),
+        Handmade::new(1, 1).with_walk(n, 0).laz_run(
             LazVlrBuilder::default().with_point_format(1, 0).unwrap().build().items().clone(),
         ),
     ]
@@ -35,7 +35,7 @@ fn survives(file: Vec<u8>, what: &str) -> bool {
     let started = Instant::now();
     let result = read(file);
     let took = started.elapsed();
-    assert!(took < Duration::from_secs(20), "{what} took {took:?}");
+    assert!(took < Duration::from_secs(60), "{what} took {took:?}");
     match result {
         Ok(found) => {
             let cloud = &found.clouds[0];
@@ -53,7 +53,7 @@ fn survives(file: Vec<u8>, what: &str) -> bool {
 
 #[test]
 fn files_may_end_anywhere() {
-    for (i, file) in files().iter().enumerate() {
+    for (i, file) in files(40).iter().enumerate() {
         let mut n_read = 0;
         for len in (0..file.len()).step_by(7) {
             n_read +=
@@ -66,7 +66,7 @@ fn files_may_end_anywhere() {
 #[test]
 fn bytes_may_be_anything() {
     let mut random = Random(5);
-    for (i, file) in files().iter().enumerate() {
+    for (i, file) in files(100).iter().enumerate() {
         for round in 0..150 {
             let mut damaged = file.clone();
             for _ in 0..=random.below(4) {
@@ -82,7 +82,7 @@ fn bytes_may_be_anything() {
 #[test]
 fn stretches_may_be_all_alike() {
     let mut random = Random(6);
-    for (i, file) in files().iter().enumerate() {
+    for (i, file) in files(100).iter().enumerate() {
         for round in 0..30 {
             let mut damaged = file.clone();
             let start = random.below(file.len() as u64) as usize;

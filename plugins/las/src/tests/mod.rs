@@ -17,12 +17,45 @@ use surfelshop_api::format::{
     CloudHeader, CloudSink, CloudSource, CloudSourceHost, Collected, FileColumn, FileHost,
     FileSink, FileSource, Format as _,
 };
-use surfelshop_api::job::JobHost;
+use surfelshop_api::job::{CANCELLED, JobHost};
 use surfelshop_api::tool::EditHeader;
 use surfelshop_api::{CloudView, ColumnView, HostInfo, Job, Result};
 
 /// A job that nobody watches.
 struct Alone;
+
+/// A job that the user stops.
+struct Stopped;
+
+impl JobHost for Stopped {
+    fn progress(&self, _fraction: f64, _message: &str) {}
+
+    fn cancelled(&self) -> bool {
+        true
+    }
+
+    fn stage(&self, _header: &EditHeader, _values: &[&[u8]]) -> Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn work_that_is_stopped_ends_in_a_line() {
+    let made = handmade::Handmade::new(4, 6).with_walk(500, 0);
+    for bytes in [made.las(), made.usual_laz(&[100])] {
+        let file = FileSource::of_bytes(bytes, "a.las");
+        let mut collected = Collected::default();
+        let mut sink = CloudSink::new(&mut collected, None);
+        let mut format = Las::new(&HostInfo::default()).unwrap();
+        let read = format.read(&file, &Settings::default(), &mut sink, &Job::new(&Stopped));
+        assert_eq!(read.unwrap_err().message(), CANCELLED);
+        let file = FileSink::new(Arc::new(Written::default()), "a.laz");
+        let mut cloud = Cloud::at(vec![0.0; 30]);
+        let mut source = CloudSource::new(&mut cloud);
+        let write = format.write(&mut source, &Settings::default(), &file, &Job::new(&Stopped));
+        assert_eq!(write.unwrap_err().message(), CANCELLED);
+    }
+}
 
 impl JobHost for Alone {
     fn progress(&self, fraction: f64, _message: &str) {

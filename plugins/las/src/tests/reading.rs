@@ -22,7 +22,7 @@ fn record(format: u8) -> Vec<u8> {
         record.extend(1234u16.to_le_bytes());
     }
     if !matches!(format, 0 | 2) {
-        record.extend(98_765.432_1_f64.to_le_bytes());
+        record.extend(98_765.432_1f64.to_le_bytes());
     }
     if matches!(format, 2 | 3 | 5 | 7 | 8 | 10) {
         record.extend([1u16, 300, 65_535].iter().flat_map(|value| value.to_le_bytes()));
@@ -180,6 +180,9 @@ fn headers_that_cannot_be_right_are_refused_in_a_line() {
         let line = read(file).unwrap_err().to_string();
         assert!(line.contains(said), "{line}");
     }
-    assert!(read(good[..200].to_vec()).unwrap_err().to_string().contains("found 200"));
+    for len in [200, 300] {
+        let line = read(good[..len].to_vec()).unwrap_err().to_string();
+        assert!(line.contains(&format!("found {len}: the file is cut short")), "{line}");
+    }
     assert!(read(Vec::new()).is_err());
 }

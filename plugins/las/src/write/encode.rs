@@ -241,7 +241,8 @@ fn angles<T: Value>(
         let angle = value.number();
         let steps = (angle / step).round().clamp(-most, most);
         // The tenth of a step is more than single precision takes away.
-        n_misfits += u64::from(angle.is_nan() || (steps * step - angle).abs() > step / 10.0);
+        let is_near = (steps * step - angle).abs() <= step / 10.0;
+        n_misfits += u64::from(!is_near);
         match most > 127.0 {
             true => (steps as i16).put(&mut record[at..]),
             false => (steps as i8).put(&mut record[at..]),
@@ -261,8 +262,8 @@ fn colors(
 ) -> u64 {
     let mut n_misfits = 0;
     let mut encode = |linear: f64| {
-        let fitting = if linear.is_nan() { 0.0 } else { linear.clamp(0.0, 1.0) };
         n_misfits += u64::from(!(0.0..=1.0).contains(&linear));
+        let fitting = linear.clamp(0.0, 1.0);
         (f64::from(linear_to_srgb(fitting as f32)) * f64::from(u16::MAX)).round() as u16
     };
     each_type!(values, slice => {
