@@ -14,7 +14,16 @@ const HANGS: Duration = Duration::from_secs(60);
 const GOOD: [(&str, &[&str]); 3] = [
     ("graph", &["tests/stored/3.0", "tests/stored/3.3", "tests/stored/3.4", "tests/stored/3.5"]),
     ("manifest", &["tests/fixtures/faulty/foreign"]),
-    ("shader", &["host/app/src/plugins/template/graph/src", "plugins/ewa-phong/src", "shaders"]),
+    (
+        "shader",
+        &[
+            "host/app/src/plugins/template/graph/src",
+            "plugins/ewa-phong/src",
+            "shaders/lighting",
+            "shaders/noise",
+            "shaders/surface",
+        ],
+    ),
 ];
 
 fn inputs(target: &str) -> Vec<PathBuf> {

@@ -12,7 +12,7 @@ pub fn scene(bytes: &[u8]) {
     match read_bytes(Path::new("fuzz.scene.toml"), bytes) {
         Ok(opened) => {
             opened.warnings.iter().for_each(|line| assert_one_line(line));
-            drop(opened.scene.scene());
+            drop((opened.scene.scene(), opened.scene.display()));
         }
         Err(error) => assert_one_line(&error.to_string()),
     }

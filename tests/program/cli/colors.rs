@@ -1,6 +1,6 @@
 //! Colours by attributes, filters and legends: what `render` and others make of them.
 
-use crate::cli::program::{TestFolder, read_png};
+use crate::cli::program::{TestFolder, facing_front, read_png};
 use surfelshop_cloud::display::{ColorMap, Palette};
 
 /// Columns of the cloud besides what a surfel needs: a number, and a class.
@@ -142,7 +142,7 @@ fn what_is_off_changes_no_pixel() {
 #[test]
 fn tracers_show_colours_and_filters() {
     let folder = row();
-    let line = "render row.ply -r reference --set samples=1 -o a.png --size 64x32";
+    let line = "render row.ply -r reference --set samples=1 --camera front -o a.png --size 64x32";
     let covered = |options: &str| {
         folder.run(&format!("{line} {options}")).done();
         let picture = read_png(&folder.at("a.png"));
@@ -151,15 +151,79 @@ fn tracers_show_colours_and_filters() {
         assert!(colors.len() > 20, "{}", colors.len());
         colors
     };
-    assert!(covered("--camera front").iter().all(|color| color[0] == color[1]), "neutral");
-    assert!(
-        covered("--camera front --color-by #00ff00")
-            .iter()
-            .all(|color| color[0] == 0 && color[1] > 0)
-    );
+    assert!(covered("").iter().all(|color| color[0] == color[1]), "neutral");
+    assert!(covered("--color-by #00ff00").iter().all(|color| color[0] == 0 && color[1] > 0));
     let half = covered("--only height=..1 --camera 4,2,12;4,2,0").len();
     let all = covered("--camera 4,2,12;4,2,0").len();
     assert!((0.3..0.5).contains(&(half as f64 / all as f64)), "{half} of {all}");
+}
+
+#[test]
+fn legends_stand_in_a_corner_of_png_files() {
+    let folder = row();
+    let pixels = |options: &str| {
+        let line = "render row.scene.toml -o a.png -o a.exr --size 400x300 --background #808080";
+        let ended = folder.run(&format!("{line} {options}")).done();
+        (read_png(&folder.at("a.png")), std::fs::read(folder.at("a.exr")).unwrap(), ended.stderr)
+    };
+    let by = "--color-by heat --color-map turbo";
+    let (without, plain, _) = pixels(by);
+    let (with, linear, said) = pixels(&format!("{by} --legend"));
+    assert_eq!(said, "");
+    assert!(plain == linear, "EXR files have none");
+    let changed: Vec<(u32, u32)> = with
+        .enumerate_pixels()
+        .filter(|(x, y, pixel)| *pixel != without.get_pixel(*x, *y))
+        .map(|(x, y, _)| (x, y))
+        .collect();
+    assert!(changed.len() > 2000, "{}", changed.len());
+    assert!(changed.iter().all(|(x, y)| *x > 250 && *y > 50), "{:?}", changed.first());
+    for end in [0.0, 1.0] {
+        let [red, green, blue] = ColorMap::Turbo.color(end);
+        assert!(with.pixels().any(|pixel| pixel.0 == [red, green, blue, 255]), "{end}");
+    }
+    let (same, _, said) = pixels("--legend");
+    assert!(said.contains("--legend draws nothing: name what colours surfels with --color-by"));
+    assert!(same == pixels("").0);
+}
+
+#[test]
+fn mistakes_are_one_line_that_helps() {
+    let folder = row();
+    let failed = |options: &str, words: &[&str]| {
+        folder.run(&format!("render row.ply -o b.png --size 8 {options}")).failed(words);
+        assert!(!folder.at("b.png").exists());
+    };
+    let columns =
+        "there are `classification`, `heat`, `normal`, `position`, `radius`, and `height`";
+    failed("--color-by intensity", &["no cloud has a column `intensity`", columns]);
+    failed("--hide intensity=1", &["no cloud has a column `intensity`", columns]);
+    failed("--color-by heat[2]", &["column `heat`: expected a component below 1, found 2"]);
+    failed("--color-map turbo", &["--color-map: expected --color-by with `height`"]);
+    failed(
+        "--color-by heat --color-map categories",
+        &["`heat`: expected at most 1024 different whole"],
+    );
+    let misused = |options: &str, words: &[&str]| {
+        folder.run(&format!("render row.ply -o b.png {options}")).misused(words);
+    };
+    misused("--color-by", &["--color-by <WHAT>"]);
+    misused("--color-by heat --color-map jet", &["viridis, turbo, grey, diverging, categories"]);
+    misused("--color-by heat --color-range 5%", &["expected LOW,HIGH"]);
+    misused("--hide heat", &["expected NAME=LOW..HIGH"]);
+    for command in [
+        "compare row.ply -r flat -o c",
+        "report row.ply -r flat --knob ambient=0,1 --reference flat -o c",
+        "explain row.ply",
+    ] {
+        folder.run(&format!("{command} --color-by intensity")).failed(&["`intensity`", columns]);
+    }
+    folder.run("bench row.ply --sizes 8 --color-by intensity").failed(&["`intensity`", columns]);
+    folder.run("bench --growth --color-by height").failed(&["--growth makes clouds of its own"]);
+    // NaN is no category, and all other numbers are whole.
+    folder
+        .run("render row.ply -o b.png --size 8 --color-by normal[2] --color-map categories")
+        .done();
 }
 
 #[test]

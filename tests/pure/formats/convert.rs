@@ -133,6 +133,29 @@ fn numbers(files: &Files, name: &str) -> Vec<f64> {
 }
 
 #[test]
+fn a_box_is_cropped_in_common_coordinates() {
+    let files = Files::new();
+    two_scans(&files);
+    let low = DVec3::new(40.0, -100.0, -100.0);
+    let selection =
+        Selection { crop: Some([low, DVec3::new(60.0, 100.0, 100.0)]), ..Selection::default() };
+    let expected: Vec<f64> = (40..=60).map(f64::from).collect();
+    for output in ["out.e57", "out.ply", "out.pcd", "out.ptx"] {
+        let converted = done(&files, &["two.e57"], output, &selection);
+        assert_eq!((converted.n_read, converted.n_written), (100, 21), "{output}");
+        if output == "out.ptx" {
+            // Intensities are fractions there.
+            assert_eq!(files.read(output).cloud.len(), 21);
+            continue;
+        }
+        assert_eq!(numbers(&files, output), expected, "{output}");
+        for (place, number) in places(&files.read(output).cloud).iter().zip(&expected) {
+            assert!((place.x - number).abs() < 1e-4, "{output}: {number} lies at {place}");
+        }
+    }
+}
+
+#[test]
 fn every_so_many_th_point_of_all_is_kept() {
     let files = Files::new();
     two_scans(&files);
@@ -141,6 +164,46 @@ fn every_so_many_th_point_of_all_is_kept() {
     let expected: Vec<f64> = (0..100).step_by(7).map(f64::from).collect();
     assert_eq!(converted.n_written, expected.len() as u64);
     assert_eq!(numbers(&files, "out.ply"), expected);
+}
+
+#[test]
+fn only_columns_that_are_named_are_kept() {
+    let files = Files::new();
+    files.write("in.ply", &ball());
+    let columns = Some(vec![INTENSITY.to_owned(), "no_such_column".to_owned()]);
+    let selection = Selection { columns, ..Selection::default() };
+    for output in ["out.ply", "out.pcd", "out.las"] {
+        let converted = done(&files, &["in.ply"], output, &selection);
+        assert_eq!(converted.columns, [POSITION, INTENSITY], "{output}");
+        let cloud = files.read(output).cloud;
+        assert!(cloud.column("gps_time").is_none() && cloud.column("color").is_none(), "{output}");
+        assert_eq!(
+            cloud.column(INTENSITY).unwrap().values(),
+            ball().column(INTENSITY).unwrap().values()
+        );
+    }
+}
+
+#[test]
+fn scans_stay_apart_or_become_one() {
+    let files = Files::new();
+    two_scans(&files);
+    converted(&files, &["two.e57"], "apart.e57", &Selection::default(), false).unwrap();
+    converted(&files, &["two.e57"], "merged.e57", &Selection::default(), true).unwrap();
+    let [two, apart, merged] =
+        ["two.e57", "apart.e57", "merged.e57"].map(|name| files.read(name).cloud);
+    assert_eq!(apart.source().scans.len(), 2);
+    for (a, b) in two.source().scans.iter().zip(&apart.source().scans) {
+        assert_eq!(a.name, b.name);
+        assert!(a.pose.translation.distance(b.pose.translation) < 1e-9, "{a:?} {b:?}");
+    }
+    assert_eq!(merged.source().scans.len(), 1);
+    for cloud in [&apart, &merged] {
+        assert_eq!(values(cloud, SCAN), values(&two, SCAN));
+        let pairs = places(&two).into_iter().zip(places(cloud));
+        let off = pairs.map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+        assert!(off < 1e-4, "{off}");
+    }
 }
 
 #[test]

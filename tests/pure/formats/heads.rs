@@ -104,6 +104,40 @@ impl Formats for Counted {
 
 const POINTS: usize = 100_000;
 
+/// Invariant: to look at a file whose head says how many points it has and where reads no points
+#[test]
+fn heads_alone_are_read_where_they_say_enough() {
+    let files = Files::new();
+    let cloud = clouds::wavy_sphere(POINTS);
+    for name in ["a.las", "a.laz", "a.e57", "a.sfl", "a.pcd", "a.xyz", "a.pts", "a.ptx"] {
+        files.write(name, &cloud);
+        let counted = Counted::default();
+        let options = ReadOptions { formats: &counted, ..ReadOptions::default() };
+        let contents = inspect(files.at(name), &options).unwrap();
+        assert_eq!(contents.clouds.len(), 1, "{name}");
+        let found = &contents.clouds[0];
+        assert_eq!(found.n_points, POINTS as u64, "{name}");
+        let [low, high] = found.bounds.unwrap();
+        let (facts, off) = (cloud.facts(), 2e-3);
+        assert!(low.abs_diff_eq(facts.bounds_min, off), "{name}: {low} to {high}");
+        assert!(high.abs_diff_eq(facts.bounds_max, off), "{name}: {low} to {high}");
+        let length = files.at(name).metadata().unwrap().len();
+        let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        let (batches, bytes) = (count(&counted.0.batches), count(&counted.0.bytes));
+        println!("{name}: {batches} batches, {bytes} of {length} bytes");
+        // These say how many points there are and where.
+        let says_all = ["a.las", "a.laz", "a.e57"].contains(&name);
+        assert_eq!(contents.points_read, !says_all, "{name}");
+        if says_all {
+            assert_eq!(batches, 0, "{name}");
+            assert!(bytes < length / 20, "{name}: {bytes} of {length} bytes were read");
+        } else {
+            assert!(batches > 0, "{name}");
+            assert!(bytes <= 3 * length, "{name}: {bytes} of {length} bytes were read");
+        }
+    }
+}
+
 #[test]
 fn looking_keeps_no_points_of_columns_that_nobody_asked_for() {
     let files = Files::new();

@@ -2,8 +2,9 @@
 //! and clouds that were there before stay. Costs 6 s, most of it waiting for those that hang.
 
 use crate::formats::stage::{Files, SILENCE, fixture, reading};
+use std::ops::ControlFlow;
 use std::time::{Duration, Instant};
-use surfelshop_cloud::{Cloud, Loaded, ReadError, read};
+use surfelshop_cloud::{Cloud, Loaded, ReadError, ReadFault, ReadOptions, read};
 use surfelshop_runtime::formats::PluginFormats;
 
 /// Far beyond any pause of a busy machine, far below for ever.
@@ -94,9 +95,28 @@ fn what_gives_no_sign_of_life_is_given_up() {
 #[test]
 fn what_reads_in_circles_is_given_up() {
     let stage = Stage::new();
-    let ended = stage.read_bytes("reads-in-circles", &vec![7; 4 << 20]);
-    let words = ["formats/reads-in-circles`", "of a file of 4194304", "it reads in circles"];
+    let ended = stage.read_bytes("reads-in-circles", &[7; 1 << 16]);
+    let words = ["formats/reads-in-circles`", "of a file of 65536", "it reads in circles"];
     stage.says(ended, "reads-in-circles", &words);
+}
+
+/// Who asks gets away from what never ends, whatever signs of life it gives.
+#[test]
+fn what_never_ends_stops_when_it_is_asked_to() {
+    let stage = Stage::new();
+    for ending in ["circles-a-byte", "ignores-refusals", "hangs-in-read"] {
+        let path = stage.files.put(&format!("bad.{ending}"), &[0]);
+        let started = Instant::now();
+        let is_enough = |_| match started.elapsed() > Duration::from_millis(200) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let options = ReadOptions { progress: &is_enough, ..reading(&stage.formats) };
+        let fault = read(path, &options).unwrap_err().fault;
+        assert!(matches!(fault, ReadFault::Cancelled), "{ending}: {fault}");
+        assert!(started.elapsed() < LONG, "{ending}");
+        stage.assert_nothing_else_happened();
+    }
 }
 
 #[test]

@@ -5,5 +5,6 @@ mod heads;
 mod hostile_reads;
 mod hostile_writes;
 mod in_memory;
+mod round_trips;
 mod scans;
 mod stage;

@@ -88,6 +88,29 @@ fn scans_become_one_cloud_in_common_coordinates() {
     }
 }
 
+/// Invariant: scans that are read and written again stand where they stood, each by itself
+#[test]
+fn scans_that_are_written_again_are_the_same() {
+    let (clouds, expected, _) = two_scans();
+    let files = Files::new();
+    let (path, _) = write(&files, "org.surfelshop.e57/e57", "two.e57", clouds.to_vec());
+    let first = load(&path);
+    for name in ["again.e57", "again.sfl", "again.ptx"] {
+        files.write(name, &first.cloud);
+        let again = files.read(name);
+        assert_eq!(values(&again.cloud, SCAN), values(&first.cloud, SCAN), "{name}");
+        let pairs = expected.iter().zip(places(&again.cloud));
+        let off = pairs.map(|(a, b)| a.distance(b)).fold(0.0, f64::max);
+        assert!(off < 1e-3, "{name}: {off}");
+        let poses = |cloud: &surfelshop_cloud::Cloud| -> Vec<DVec3> {
+            cloud.source().scans.iter().map(|scan| scan.pose.translation).collect()
+        };
+        for (a, b) in poses(&first.cloud).iter().zip(poses(&again.cloud)) {
+            assert!(a.distance(b) < 1e-3, "{name}");
+        }
+    }
+}
+
 /// A floor or ceiling of 20 x 20 points at a height over the scanner.
 fn plane(height: f64) -> Vec<DVec3> {
     let place = |i: usize| DVec3::new((i % 20) as f64 - 9.5, (i / 20) as f64 - 9.5, height);

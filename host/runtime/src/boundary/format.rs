@@ -230,7 +230,7 @@ unsafe extern "C" fn warn(context: *mut c_void, line: Bytes) {
     let (cell, line) = unsafe { (&*context.cast::<SinkCell<'_>>(), line.as_slice()) };
     if let Ok(lent) = cell.try_borrow_mut().as_mut() {
         let text = String::from_utf8_lossy(&line[..line.len().min(super::MAX_ERROR_BYTES)]);
-        lent.host.warn(&text.split_whitespace().collect::<Vec<_>>().join(" "));
+        lent.host.warn(&super::outputs::one_line(&text));
     }
 }
 

@@ -57,9 +57,8 @@ impl Outputs {
 
     pub(super) fn check(&self, status: i32) -> Result<(), Fault> {
         let line = || {
-            let text = String::from_utf8_lossy(self.channel(channel::ERROR));
-            let one_line = text.split_whitespace().collect::<Vec<_>>().join(" ");
-            if one_line.is_empty() { "it gave no reason".to_owned() } else { one_line }
+            let line = one_line(&String::from_utf8_lossy(self.channel(channel::ERROR)));
+            if line.is_empty() { "it gave no reason".to_owned() } else { line }
         };
         match status {
             status::OK => match self.too_much {
@@ -73,4 +72,10 @@ impl Outputs {
             other => Err(Fault::Misbehaved(format!("it returned the unknown status {other}"))),
         }
     }
+}
+
+/// A text of a plugin as one line. Bytes of a file that it quotes may be any: they must not steer a terminal.
+pub(crate) fn one_line(text: &str) -> String {
+    let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    words.chars().map(|c| if c.is_control() { '?' } else { c }).collect()
 }

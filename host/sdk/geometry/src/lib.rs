@@ -27,7 +27,9 @@ pub mod radii;
 mod samples;
 pub mod spread;
 pub mod thinning;
+mod visibility;
 
 pub use bounds::Bounds;
 pub use neighbours::{Neighbour, Neighbours};
 pub use progress::{Cancelled, Progress, part, silent};
+pub use visibility::{free_space, sides};

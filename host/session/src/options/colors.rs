@@ -15,7 +15,7 @@ pub struct ColorArguments {
     /// What colours surfels: file (their own colours), normal, height, the name of a column, or #rrggbb for
     /// all.
     ///
-    /// NAME[I] is another component of a column than the first, and column:NAME a column that is called like
+    /// `NAME[I]` is another component of a column than the first, and column:NAME a column that is called like
     /// one of the others. Columns of few whole numbers, such as classes, are categories.
     #[arg(long, value_name = "WHAT", value_parser = color_by)]
     pub color_by: Option<ColorBy>,

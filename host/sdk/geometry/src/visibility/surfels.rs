@@ -1,0 +1,202 @@
+//! The surfels that decide for a cloud: all of a small one, one per cube of a large one.
+
+use super::frame::Frame;
+use crate::Bounds;
+use crate::discs::{Disc, Discs};
+use crate::eigen;
+use crate::neighbours::Neighbours;
+use crate::normals;
+use crate::progress::{Cancelled, Progress, map, part, sort};
+use crate::thinning::one_per_cube;
+use glam::{DMat3, DVec3, Vec3};
+
+/// Neighbours of a surfel: random samples of a surface hang together with ten.
+pub(super) const LINKS: usize = 10;
+
+/// The neighbour whose distance is the radius of a disc. Of points that lie at random the discs leave
+/// exp(-4) of the surface open; larger ones cover more of what lies behind edges.
+const COVERING: usize = 4;
+
+/// Distance up to which they may be part of its own surface, in radii.
+pub(super) const NEAR: f32 = 4.0;
+
+/// Cosine between normals of the same surface, in any direction.
+const ALIKE: f32 = 0.7;
+
+/// No neighbour.
+const NOBODY: u32 = u32::MAX;
+
+/// What a surfel is for the choice of sides, in a box of unit size.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surfel {
+    pub(super) position: Vec3,
+    pub(super) normal: Vec3,
+    /// About a spacing; 0 for a lone point.
+    pub(super) radius: f32,
+    /// Nearest others, nearest first; `NOBODY` where there are fewer.
+    links: [u32; LINKS],
+}
+
+impl Surfel {
+    /// Neighbours that exist.
+    pub(super) fn linked(&self) -> impl Iterator<Item = u32> + '_ {
+        self.links.iter().copied().filter(|&other| other != NOBODY)
+    }
+
+    /// Whether nothing lies between it and a place. Sheets nearer to it than a few radii do not
+    /// count: noise of its own surface is more frequent.
+    pub(super) fn is_visible(&self, place: Vec3, discs: &Discs) -> bool {
+        let towards = place - self.position;
+        let distance = towards.length();
+        let reach = NEAR * self.radius..distance;
+        reach.is_empty() || !discs.is_hit(self.position, towards / distance, reach, |_| true)
+    }
+
+    /// Whether it is part of the surface through a point with a unit normal nearby.
+    pub(super) fn continues(&self, position: Vec3, normal: Vec3) -> bool {
+        let height = normal.dot(self.position - position).abs();
+        self.normal.dot(normal).abs() > ALIKE && height < self.radius
+    }
+}
+
+/// The surfels of a cloud.
+pub(super) struct Surfels {
+    pub(super) all: Vec<Surfel>,
+    /// Points that are surfels or coincide with one: index into the cloud and into the surfels, the
+    /// first in ascending order.
+    pub(super) members: Vec<(u32, u32)>,
+    /// Edge of the cubes of which each has one, in units of the box; 0 where all points are surfels.
+    pub(super) edge: f64,
+    pub(super) frame: Frame,
+}
+
+/// How many surfels decide, and by which normals.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Choice {
+    /// About how many, where there are more points.
+    pub(super) count: usize,
+    /// Whether normals are fitted to the surfels anew, rather than the cloud's.
+    pub(super) refit: bool,
+}
+
+impl Surfels {
+    /// Chooses and measures surfels among the positions that are finite and have a direction.
+    pub(super) fn choose(
+        positions: &[Vec3],
+        cloud_normals: &[Vec3],
+        choice: Choice,
+        progress: Progress<'_>,
+    ) -> Result<Self, Cancelled> {
+        let thinning = part(progress, 0.0..0.3);
+        let (kept, edge) = chosen(positions, cloud_normals, choice.count, &thinning)?;
+        let points: Vec<Vec3> = kept.iter().map(|&index| positions[index as usize]).collect();
+        let neighbours = Neighbours::build(&points, &part(progress, 0.3..0.5))?;
+        let first = neighbours.first();
+        let mut all = map(first.len(), &part(progress, 0.5..0.9), |place| {
+            let normal = cloud_normals[kept[first[place] as usize] as usize];
+            surfel(&neighbours, place, normals::normalised(normal))
+        })?;
+        if choice.refit {
+            let fitted = map(all.len(), &part(progress, 0.9..1.0), |place| fitted(&all, place))?;
+            for (surfel, normal) in all.iter_mut().zip(fitted) {
+                surfel.normal = normal;
+            }
+        }
+        let member = |(place, &index): (usize, &u32)| {
+            neighbours.place_of(place).map(|surfel| (index, surfel as u32))
+        };
+        let members = kept.iter().enumerate().filter_map(member).collect();
+        let frame = Frame { centre: neighbours.bounds().centre(), scale: neighbours.scale() };
+        Ok(Self { all, members, edge: edge / frame.scale, frame })
+    }
+
+    /// The discs of the surfels, to trace rays at.
+    pub(super) fn discs(&self, progress: Progress<'_>) -> Result<Discs, Cancelled> {
+        let disc = |surfel: &Surfel| Disc {
+            centre: surfel.position,
+            normal: surfel.normal,
+            radius: surfel.radius,
+        };
+        let discs: Vec<Disc> = self.all.iter().map(disc).collect();
+        Discs::build(&discs, progress)
+    }
+}
+
+/// The surfel at a place of the search.
+fn surfel(neighbours: &Neighbours, place: usize, normal: Vec3) -> Surfel {
+    let near = neighbours.around(place, LINKS);
+    let mut links = [NOBODY; LINKS];
+    for (link, &(other, _)) in links.iter_mut().zip(&near) {
+        *link = other;
+    }
+    let covering = near.get(COVERING - 1).or(near.last());
+    let radius = covering.map_or(0.0, |&(_, distance)| distance as f32);
+    Surfel { position: neighbours.distinct()[place].as_vec3(), normal, radius, links }
+}
+
+/// The normal of the plane through a surfel and its neighbours; its own where there is none.
+fn fitted(all: &[Surfel], place: usize) -> Vec3 {
+    let surfel = &all[place];
+    if surfel.radius <= 0.0 {
+        return surfel.normal;
+    }
+    let near = surfel.linked().map(|other| all[other as usize].position);
+    let offsets: Vec<DVec3> = std::iter::once(surfel.position)
+        .chain(near)
+        .map(|point| ((point - surfel.position) / surfel.radius).as_dvec3())
+        .collect();
+    let mean = offsets.iter().sum::<DVec3>() / offsets.len() as f64;
+    let covariance = offsets.iter().fold(DMat3::ZERO, |sum, &offset| {
+        let d = offset - mean;
+        sum + DMat3::from_cols(d * d.x, d * d.y, d * d.z)
+    });
+    eigen::symmetric(covariance).vectors[0].as_vec3()
+}
+
+/// Indices of the positions that decide, in ascending order, and the edge of their cubes, scene units.
+fn chosen(
+    positions: &[Vec3],
+    cloud_normals: &[Vec3],
+    count: usize,
+    progress: Progress<'_>,
+) -> Result<(Vec<u32>, f64), Cancelled> {
+    let n = u32::try_from(positions.len().min(cloud_normals.len())).unwrap_or(u32::MAX);
+    let is_valid = |index: &u32| {
+        let index = *index as usize;
+        positions[index].is_finite() && normals::is_valid(cloud_normals[index])
+    };
+    let valid: Vec<u32> = (0..n).filter(is_valid).collect();
+    if valid.len() <= count + count / 4 {
+        return Ok((valid, 0.0));
+    }
+    let points: Vec<Vec3> = valid.iter().map(|&index| positions[index as usize]).collect();
+    let edge = edge_for(&points, count, &part(progress, 0.0..0.5))?;
+    let kept = one_per_cube(&points, edge, &part(progress, 0.5..1.0))?;
+    let kept = valid.into_iter().zip(kept).filter(|&(_, kept)| kept);
+    Ok((kept.map(|(index, _)| index).collect(), edge))
+}
+
+/// The edge of cubes of which about `count` hold points, a fifth more or less: what
+/// `thinning::edge_for` finds more exactly in several times the time.
+fn edge_for(points: &[Vec3], count: usize, progress: Progress<'_>) -> Result<f64, Cancelled> {
+    const TRIES: usize = 5;
+    let bounds = Bounds::of_positions(points);
+    let bounds = bounds.unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
+    let mut edge = bounds.extent() / (count.max(1) as f64).sqrt();
+    for attempt in 0..TRIES {
+        let share = |step: usize| step as f64 / TRIES as f64;
+        let cube = |point: &Vec3| {
+            // Casts saturate, as those of the cubes that are kept.
+            ((point.as_dvec3() - bounds.min) / edge).to_array().map(|place| place as u32)
+        };
+        let cubes: Vec<[u32; 3]> = points.iter().map(cube).collect();
+        let sorted = sort(cubes, &part(progress, share(attempt)..share(attempt + 1)))?;
+        let found: usize = sorted.iter().map(|piece| piece.chunk_by(|a, b| a == b).count()).sum();
+        let ratio = found as f64 / count.max(1) as f64;
+        if (0.8..1.2).contains(&ratio) || edge <= 0.0 {
+            break;
+        }
+        edge *= ratio.clamp(0.01, 100.0).sqrt();
+    }
+    Ok(edge)
+}
