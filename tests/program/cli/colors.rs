@@ -1,6 +1,6 @@
 //! Colours by attributes, filters and legends: what `render` and others make of them.
 
-use crate::cli::program::{TestFolder, facing_front, read_png};
+use crate::cli::program::{TestFolder, read_png};
 use surfelshop_cloud::display::{ColorMap, Palette};
 
 /// Columns of the cloud besides what a surfel needs: a number, and a class.

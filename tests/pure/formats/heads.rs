@@ -126,11 +126,13 @@ fn heads_alone_are_read_where_they_say_enough() {
         let (batches, bytes) = (count(&counted.0.batches), count(&counted.0.bytes));
         println!("{name}: {batches} batches, {bytes} of {length} bytes");
         // These say how many points there are and where.
-        let says_all = ["a.las", "a.laz", "a.e57"].contains(&name);
+        let says_all = ["a.las", "a.laz", "a.e57", "a.sfl"].contains(&name);
         assert_eq!(contents.points_read, !says_all, "{name}");
         if says_all {
+            // Where the lists of an SFL file lie is known only at their ends.
+            let most = if name == "a.sfl" { length } else { length / 20 };
             assert_eq!(batches, 0, "{name}");
-            assert!(bytes < length / 20, "{name}: {bytes} of {length} bytes were read");
+            assert!(bytes < most, "{name}: {bytes} of {length} bytes were read");
         } else {
             assert!(batches > 0, "{name}");
             assert!(bytes <= 3 * length, "{name}: {bytes} of {length} bytes were read");

@@ -325,7 +325,8 @@ fn merged(parts: Vec<Part>, warnings: &mut Vec<String>) -> std::result::Result<P
     }
     let mut columns: Vec<FileColumn> = Vec::new();
     for part in &parts {
-        for column in &part.header.columns {
+        // Numbers of scans that a file has by itself give way to those of its clouds.
+        for column in part.header.columns.iter().filter(|column| column.name != SCAN) {
             match columns.iter_mut().find(|known| known.name == column.name) {
                 None => columns.push(column.clone()),
                 Some(known) => *known = common(known, column),
@@ -370,8 +371,6 @@ fn merged(parts: Vec<Part>, warnings: &mut Vec<String>) -> std::result::Result<P
     if !filled.is_empty() {
         warnings.push(format!("not every cloud of the file has {}", filled.join(", ")));
     }
-    columns.retain(|column| column.name != SCAN);
-    values.truncate(columns.len());
     columns.push(FileColumn::new(SCAN, 1, Element::U16));
     values.push(Buffer::U16(scan));
     let header = CloudHeader { format, columns, ..CloudHeader::default() };

@@ -130,6 +130,9 @@ impl FormatRunner {
             }
             if watch.silent_for() > self.silence {
                 watch.end();
+                if asked_to_stop.is_some() {
+                    return Err(Ended::Cancelled);
+                }
                 return Err(Ended::Failed(Fault::TimedOut(self.silence)));
             }
             if let Some(line) = watch.in_circles() {

@@ -219,7 +219,10 @@ fn what_the_file_cannot_hold_is_said() {
     assert_eq!(lines.len(), expected.len(), "{lines:?}");
     let found = read(bytes).unwrap();
     let names: Vec<_> = found.clouds[0].header.columns.iter().map(|c| c.name.as_str()).collect();
-    assert_eq!(names, ["position", "color", "return_number", "n_returns", "time_stamp", "f_dc"]);
+    assert_eq!(
+        names,
+        ["position", "color", "return_number", "n_returns", "time_stamp", "f_dc", "scan"]
+    );
     assert_eq!(found.clouds[0].header.name, "a]] >b");
     assert_eq!(column(&found, 0, "f_dc"), [1.0, 2.0, 5.0, 6.0]);
     assert_eq!(column(&found, 0, "color")[..3], [48192.0, 65535.0, 0.0]);

@@ -9,7 +9,7 @@ use std::collections::HashSet;
 use std::io::{Read, Seek, Write};
 use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, Values};
 use surfelshop_api::format::{
-    CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, RETURN_NUMBER, SCAN,
+    CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, RETURN_NUMBER,
 };
 use surfelshop_api::glam::DVec3;
 use surfelshop_api::params::linear_to_srgb;
@@ -251,8 +251,7 @@ impl Places<'_> {
         let (one, whole) = (column.components == 1, is_whole(column));
         let float = matches!(column.element, Element::F32 | Element::F64);
         match column.name.as_str() {
-            // Each scan of the file is one.
-            POSITION | SCAN => {}
+            POSITION => {}
             COLOR if column.components >= 3 && is_color(column.element) => self.color(i, column),
             NORMAL if column.components == 3 && float => {
                 let names = ["normalX", "normalY", "normalZ"].map(|name| extended(NORMALS, name));
