@@ -41,10 +41,12 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
 }
 
 /// 16-bit colours as 8-bit ones, where each is one that was widened: the very same colours in half the memory.
+/// Black stays as it is.
 fn widened_eight_bits(wide: &[u16]) -> Option<Vec<u8>> {
     // 255 becomes 65535.
     let is_widened = |value: &u16| value.is_multiple_of(257);
-    wide.iter().all(is_widened).then(|| wide.iter().map(|&value| (value / 257) as u8).collect())
+    let narrow = wide.iter().any(|&value| value > 0) && wide.iter().all(is_widened);
+    narrow.then(|| wide.iter().map(|&value| (value / 257) as u8).collect())
 }
 
 /// 16-bit colours as 8-bit ones, where none is larger than those can be: programs that write LAS files often
@@ -83,6 +85,10 @@ fn woven(table: &mut Table, names: &[&str; 4], summary: &mut Summary) -> Option<
             && let Some(values) = convert(&values, channels[0].element())
         {
             channels.push(values);
+        } else if let (Buffer::U8(narrow), Buffer::U16(_)) = (&values, &channels[0]) {
+            // LAS files have 16 bits for colours and no field for the opacity of 8 beside them.
+            channels
+                .push(Buffer::U16(narrow.iter().map(|&value| u16::from(value) * 257).collect()));
         } else {
             table.fields.push(field(alpha, values));
         }

@@ -232,6 +232,9 @@ impl Outgoing {
     }
 }
 
+/// The field of the extension that holds the opacity of colours.
+const ALPHA: &str = "alpha";
+
 /// Finds fields for columns.
 struct Places<'a> {
     header: &'a CloudHeader,
@@ -282,7 +285,20 @@ impl Places<'_> {
     fn color(&mut self, i: usize, column: &FileColumn) {
         let names = [RecordName::ColorRed, RecordName::ColorGreen, RecordName::ColorBlue];
         self.several(i, column, &names);
-        if column.components > 3 {
+        if column.components > 3 && column.element != Element::F32 {
+            // The standard has no field for opacity.
+            self.outlets.push(Outlet {
+                record: Record {
+                    name: extended(COLUMNS, ALPHA),
+                    data_type: data_type(column.element),
+                },
+                column: i,
+                component: 3,
+                components: column.components as usize,
+                conversion: Conversion::Same,
+            });
+            self.names.insert(ALPHA.to_owned());
+        } else if column.components > 3 {
             self.lines.push("the opacity of `color` is not written".to_owned());
         }
         if column.element == Element::F32 {
