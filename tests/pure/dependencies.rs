@@ -62,7 +62,14 @@ const LAYERS: [Layer; 15] = [
     },
     Layer {
         folder: "host/session",
-        sees: &["host/sdk/api", "host/cloud", "host/image", "host/runtime", "host/render"],
+        sees: &[
+            "host/sdk/api",
+            "host/sdk/geometry",
+            "host/cloud",
+            "host/image",
+            "host/runtime",
+            "host/render",
+        ],
         because: "commands and window share it, so it knows neither",
     },
     Layer {

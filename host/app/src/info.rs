@@ -184,7 +184,7 @@ pub(crate) fn repairs(summary: &Summary) -> Vec<String> {
     lines
 }
 
-fn normal_counts(summary: &Summary) -> [(u64, &'static str); 8] {
+fn normal_counts(summary: &Summary) -> [(u64, &'static str); 10] {
     let n = &summary.normals;
     [
         (n.given, "given"),
@@ -194,6 +194,8 @@ fn normal_counts(summary: &Summary) -> [(u64, &'static str); 8] {
         (n.estimated, "estimated"),
         (n.degenerate, "without a plane around them"),
         (n.towards_scanner, "towards the scanner"),
+        (n.towards_free_space, "towards free space"),
+        (n.of_unsure_side, "of unsure side"),
         (n.turned, "turned round for it"),
     ]
 }

@@ -30,7 +30,11 @@ pub struct NormalCounts {
     pub degenerate: u64,
     /// Estimated ones that face the device that took the scan.
     pub towards_scanner: u64,
-    /// Of these, normals that were turned round for it.
+    /// Estimated ones that face the side from where they can be seen.
+    pub towards_free_space: u64,
+    /// Estimated ones for whose side there is little evidence, or none.
+    pub of_unsure_side: u64,
+    /// Of all these, normals that were turned round for it.
     pub turned: u64,
 }
 
@@ -136,6 +140,8 @@ impl fmt::Display for Summary {
             (n.estimated, "estimated"),
             (n.degenerate, "without a plane"),
             (n.towards_scanner, "towards the scanner"),
+            (n.towards_free_space, "towards free space"),
+            (n.of_unsure_side, "of unsure side"),
         ]);
         let r = &self.radii;
         let radii = counts(&[

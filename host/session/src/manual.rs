@@ -66,7 +66,7 @@ pub const PAGES: &[Page] = pages! {
     "Plugins", "graphs", "A graph of your own", "plugins/graph";
     "Plugins", "tools", "A tool", "plugins/tool";
     "Plugins", "tracers", "A tracer", "plugins/tracer";
-    "Plugins", "formats", "A file format", "plugins/format";
+    "Plugins", "new-format", "A file format", "plugins/format";
     "Plugins", "shaders", "Reference of the WGSL modules", "plugins/shaders";
     "Plugins", "boundary", "What crosses the boundary", "plugins/wire";
     "Plugins", "versions", "Versions", "plugins/versions";

@@ -1,7 +1,9 @@
 //! What is rendered: what was typed, else what the scene says, else the usual.
 
 use crate::input::environment_map;
+use crate::options::camera::CameraSpec;
 use crate::options::explicit::ExplicitOptions;
+use crate::options::lights;
 use crate::options::{LensArguments, PictureArguments, ToneMapChoice, UpAxis};
 use crate::parameters;
 use crate::render::RenderArguments;
@@ -165,6 +167,9 @@ fn scene(
     }
     if !arguments.light.is_empty() {
         scene.lights = arguments.light.iter().map(|light| light.0).collect();
+    }
+    if arguments.light.is_empty() && arguments.lens.camera == CameraSpec::Inside {
+        lights::suit(&mut scene.lights, true);
     }
     let (n_lights, most) = (scene.lights.len(), Scene::MAX_LIGHTS);
     anyhow::ensure!(n_lights <= most, "expected at most {most} lights, found {n_lights} --light");

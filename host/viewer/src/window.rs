@@ -12,7 +12,9 @@ use crate::views::{Render, Views, camera_in, initial_camera, navigation};
 use eframe::egui::Context;
 use surfelshop_api::{Camera, Projection, UnitKind};
 use surfelshop_cloud::display::Legend;
+use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::inside;
+use surfelshop_session::options::camera::Extent;
 use surfelshop_session::{parameters, session};
 
 /// The whole state of the window.
@@ -102,25 +104,40 @@ impl Window {
                 self.views.walking = true;
                 self.set_camera(self.views.focused, camera);
             }
-            None => self.messages.warn("the files do not say where a scanner stood"),
+            None => self
+                .messages
+                .warn("the files do not say where a scanner stood, and no room was found in them"),
         }
     }
 
     /// Moves the camera of the focused pane to where it sees everything.
     pub(crate) fn frame_all(&mut self) {
         if let Some(shown) = &self.document.clouds {
-            self.views.walking = false;
-            let mut camera = initial_camera(&shown.extent, self.document.up);
-            camera.projection = match self.camera_of(self.views.focused).projection {
-                perspective @ Projection::Perspective { .. } => perspective,
-                Projection::Orthographic { .. } => {
-                    let mut parallel = camera;
-                    navigation::toggle_projection(&mut parallel, 0.6);
-                    parallel.projection
-                }
-            };
-            self.set_camera(self.views.focused, camera);
+            let extent = shown.extent;
+            self.frame_extent(&extent);
         }
+    }
+
+    /// Moves the camera of the focused pane to where it sees one of the open clouds.
+    pub(crate) fn frame_cloud(&mut self, index: usize) {
+        let Some(shown) = &self.document.clouds else { return };
+        let Some(open_cloud) = shown.open_clouds.all().get(index) else { return };
+        let alone = Clouds::of(vec![open_cloud.loaded.clone()]);
+        self.frame_extent(&alone.extent(self.settings.scene.surface.radius_scale));
+    }
+
+    fn frame_extent(&mut self, extent: &Extent) {
+        self.views.walking = false;
+        let mut camera = initial_camera(extent, self.document.up);
+        camera.projection = match self.camera_of(self.views.focused).projection {
+            perspective @ Projection::Perspective { .. } => perspective,
+            Projection::Orthographic { .. } => {
+                let mut parallel = camera;
+                navigation::toggle_projection(&mut parallel, 0.6);
+                parallel.projection
+            }
+        };
+        self.set_camera(self.views.focused, camera);
     }
 
     /// Whether a visible picture is pending or being refined.

@@ -3,13 +3,14 @@
 //! | parameter     | type   | default    | meaning                                                 |
 //! |---------------|--------|------------|---------------------------------------------------------|
 //! | `neighbours`  | int    | 16         | nearest points that a plane is fitted to, 3 to 256       |
-//! | `orientation` | choice | `outwards` | `outwards`, `towards`, `keep` or `flip`                  |
+//! | `orientation` | choice | `outwards` | `outwards`, `towards`, `keep`, `flip` or `visible`       |
 //! | `towards-x`, `-y`, `-z` | float | 0 | the place that normals face, for `towards`; scene units  |
 //!
 //! Method. The normal is the direction of least spread of the nearest points. `outwards` makes
 //! signs agree along a minimum spanning tree of neighbours and turns each connected part outwards;
 //! `towards` turns each normal to a place, such as where a scanner stood; `keep` takes the sign of
-//! the normal that is there; `flip` estimates nothing and turns the normals that are there round.
+//! the normal that is there; `flip` estimates nothing and turns the normals that are there round; `visible` turns each to
+//! the side from where it can be seen: walls face their room, land the sky, things outwards.
 //!
 //! Limits: a flat sheet has no outside, and parts that nearly touch may be taken for one. Tangents
 //! of elliptical surfels stay as they are.
@@ -25,6 +26,7 @@ use surfelshop_api::columns::NORMAL;
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::normals::{estimate, is_valid};
+use surfelshop_geometry::sides::{Hints, by_visibility};
 
 choices! {
     /// Which of its two sides a surface shows.
@@ -37,6 +39,8 @@ choices! {
         Keep = "keep",
         /// The other one than the normals there show.
         Flip = "flip",
+        /// The one that can be seen from free space.
+        Visible = "visible",
     }
 }
 
@@ -46,7 +50,8 @@ params! {
         /// Nearest points that a plane is fitted to: more are smoother, fewer keep detail.
         neighbours: u32 { default: 16, range: 3..=256, quality: true, logarithmic: true },
         /// Which side normals show: outwards part by part, towards a place, as the normals that
-        /// are there (keep), or those turned round without estimating any (flip).
+        /// are there (keep), those turned round without estimating any (flip), or the one that can
+        /// be seen from free space (visible).
         orientation: Orientation { default: Orientation::Outwards },
         /// The place that normals face, for orientation towards.
         towards_x: f64 { default: 0.0, unit: "scene units" },
@@ -87,8 +92,11 @@ impl Tool for Normals {
             return job.edit(&Edit::Columns(vec![floats(NORMAL, 3, &flat(&turned))]));
         }
         let k = params.neighbours.max(3) as usize;
-        let progress = progress_of(job, 0.0..0.98, "fitting normals");
+        let is_turned = params.orientation == Orientation::Visible;
+        let share = if is_turned { 0.5 } else { 0.98 };
+        let progress = progress_of(job, 0.0..share, "fitting normals");
         let mut found = estimate(&positions, k, &progress)?;
+        let mut parts = String::new();
         match params.orientation {
             Orientation::Towards => {
                 for (normal, position) in found.normals.iter_mut().zip(&positions) {
@@ -100,13 +108,23 @@ impl Tool for Normals {
                     face(normal, *given);
                 }
             }
-            Orientation::Outwards | Orientation::Flip => {}
+            Orientation::Outwards => {
+                parts = format!(", {} parts turned outwards", found.n_components);
+            }
+            Orientation::Visible => {
+                let progress = progress_of(job, share..0.98, "looking from free space");
+                let normals = &mut found.normals;
+                let sides = by_visibility(&positions, normals, &Hints::default(), &progress)?;
+                parts = format!(
+                    ", {} turned to free space, {} of unsure side; {:.0} % sure which way round all are",
+                    sides.decided,
+                    sides.uncertain,
+                    100.0 * sides.certainty
+                );
+            }
+            Orientation::Flip => {}
         }
         let (n, n_degenerate) = (found.normals.len(), found.n_degenerate);
-        let parts = match params.orientation {
-            Orientation::Outwards => format!(", {} parts turned outwards", found.n_components),
-            _ => String::new(),
-        };
         let message = format!("{n} normals, {n_degenerate} without a plane around them{parts}");
         job.progress(1.0, &message);
         job.edit(&Edit::Columns(vec![floats(NORMAL, 3, &flat(&found.normals))]))

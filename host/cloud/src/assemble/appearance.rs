@@ -25,9 +25,7 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
     match &mut values {
         Buffer::F32(values) => sanitise(values, components, summary),
         Buffer::U16(wide) => {
-            if let Some(narrow) = widened_eight_bits(wide) {
-                values = Buffer::U8(narrow);
-            } else if let Some(narrow) = eight_bits(wide) {
+            if let Some(narrow) = eight_bits(wide) {
                 summary
                     .warnings
                     .push("the 16-bit colours hold 8-bit values and were read as such".to_owned());
@@ -38,15 +36,6 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
     }
     summary.colors.given = table.n_rows as u64 - summary.colors.replaced;
     Some(Column::new(COLOR, components as u32, values))
-}
-
-/// 16-bit colours as 8-bit ones, where each is one that was widened: the very same colours in half the memory.
-/// Black stays as it is.
-fn widened_eight_bits(wide: &[u16]) -> Option<Vec<u8>> {
-    // 255 becomes 65535.
-    let is_widened = |value: &u16| value.is_multiple_of(257);
-    let narrow = wide.iter().any(|&value| value > 0) && wide.iter().all(is_widened);
-    narrow.then(|| wide.iter().map(|&value| (value / 257) as u8).collect())
 }
 
 /// 16-bit colours as 8-bit ones, where none is larger than those can be: programs that write LAS files often

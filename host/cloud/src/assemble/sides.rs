@@ -1,21 +1,47 @@
-//! Which side normals face that were estimated: the device that took the scan, where the file says where it stood.
+//! Which side normals face that were estimated: that of the device which took the scan, where the file says
+//! where it stood, and else the one that can be seen.
 
 use super::position::Positions;
 use crate::cloud::source::Source;
 use crate::summary::Summary;
 use crate::table::Table;
 use glam::{DVec3, Vec3};
-use surfelshop_api::format::SCAN;
+use surfelshop_api::format::{SCAN, UpAxis};
+use surfelshop_geometry::sides::{self, Hints};
+use surfelshop_geometry::{Cancelled, Progress};
 
-/// Turns normals towards the device that saw their point; points of scans without one stay as they are.
-pub(super) fn face_scanners(
+/// Certainty below which it is a guess which way round a whole scan is.
+const GUESS: f32 = 0.2;
+
+/// Turns normals that were estimated to the right side.
+///
+/// # Errors
+/// Where `progress` asks to stop.
+pub(super) fn choose(
     table: &Table,
     placed: &Positions,
     source: &Source,
     normals: &mut [Vec3],
+    progress: Progress<'_>,
+    summary: &mut Summary,
+) -> Result<(), Cancelled> {
+    let scanners = source.scanners();
+    if scanners.iter().flatten().any(Option::is_none) || scanners.is_none() {
+        face_what_is_seen(placed, source, normals, progress, summary)?;
+    }
+    face_scanners(table, placed, scanners, normals, summary);
+    Ok(())
+}
+
+/// Turns normals towards the device that saw their point; points of scans without one stay as they are.
+fn face_scanners(
+    table: &Table,
+    placed: &Positions,
+    scanners: Option<Vec<Option<DVec3>>>,
+    normals: &mut [Vec3],
     summary: &mut Summary,
 ) {
-    let Some(scanners) = source.scanners() else { return };
+    let Some(scanners) = scanners else { return };
     let offsets: Vec<Option<DVec3>> =
         scanners.iter().map(|place| place.map(|place| place - placed.origin)).collect();
     let mut numbers = table.woven(&[SCAN]).map(|numbers| numbers.iter_f64());
@@ -32,4 +58,58 @@ pub(super) fn face_scanners(
             counts.turned += 1;
         }
     }
+}
+
+/// Turns normals to the side that can be seen. Where nothing tells which way round the whole is, most normals
+/// stay as they were estimated.
+fn face_what_is_seen(
+    placed: &Positions,
+    source: &Source,
+    normals: &mut [Vec3],
+    progress: Progress<'_>,
+    summary: &mut Summary,
+) -> Result<(), Cancelled> {
+    let hints = Hints {
+        up: up(source),
+        metres: metres(source).map(|metres| metres as f32),
+        ..Hints::default()
+    };
+    let found = sides::by_visibility(&placed.positions, normals, &hints, progress)?;
+    let is_guess = found.certainty < GUESS;
+    let n_told = found.decided + found.uncertain;
+    let turns_most = found.turned > n_told / 2;
+    let mut turned = found.turned as u64;
+    if is_guess && turns_most {
+        let is_told = |confidence: f32| confidence > 0.0;
+        let told = normals.iter_mut().zip(&found.confidence);
+        told.filter(|(_, confidence)| is_told(**confidence)).for_each(|(n, _)| *n = -*n);
+        turned = (n_told - found.turned) as u64;
+    }
+    let counts = &mut summary.normals;
+    counts.towards_free_space += found.decided as u64;
+    counts.of_unsure_side += found.uncertain as u64;
+    counts.turned += turned;
+    if is_guess && n_told > 0 {
+        summary.warnings.push(
+            "nothing tells which side of the surface was scanned, so all normals may face the other one; \
+             `bake -t normals --set orientation=flip` turns them"
+                .to_owned(),
+        );
+    }
+    Ok(())
+}
+
+/// The direction that is up, where the file says so.
+fn up(source: &Source) -> Option<Vec3> {
+    match source.up {
+        UpAxis::X => Some(Vec3::X),
+        UpAxis::Y => Some(Vec3::Y),
+        UpAxis::Z => Some(Vec3::Z),
+        UpAxis::Unknown => source.grid_up.map(|up| up.as_vec3()),
+    }
+}
+
+/// Metres of a unit of coordinates, where the file says so.
+fn metres(source: &Source) -> Option<f64> {
+    Some(source.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0)
 }

@@ -27,6 +27,7 @@ use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -72,6 +73,7 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         &SessionFormats::new(&arguments.plugins),
     )?;
     let clouds = &displayed.clouds;
+    plausibility::note(clouds, &staging.scene);
     let frames = camera_path::frames(arguments, &staging, opened, clouds)?;
     let Some(first) = frames.first() else { bail!("there is no camera") };
     let stage = Stage {

@@ -21,6 +21,7 @@ use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::options::values::{self, Setting};
@@ -61,6 +62,7 @@ pub(super) fn report(
         &SessionFormats::new(&arguments.plugins),
     )?;
     let clouds = &displayed.clouds;
+    plausibility::note(clouds, &staging.scene);
     let view = render::view(&arguments.picture, &staging, clouds);
     let (plugins, staging, surroundings) = (&arguments.plugins, &staging, surroundings.as_ref());
     let stage = Stage { plugins, staging, clouds, surroundings, view };

@@ -19,6 +19,17 @@ pub struct Clouds {
     pub loaded: Vec<Loaded>,
     /// Facts of all together.
     pub facts: CloudFacts,
+    /// Where one can stand and see much, where a place was looked for and found.
+    pub standpoint: Option<Standpoint>,
+}
+
+/// A place in free space; see [`inside`](crate::input::inside).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Standpoint {
+    /// Where it is in the world.
+    pub place: DVec3,
+    /// Whether most is seen from within, as rooms are, rather than from outside, as things are.
+    pub is_within: bool,
 }
 
 impl Clouds {
@@ -58,7 +69,7 @@ impl Clouds {
     /// Clouds that are at hand.
     pub fn of(loaded: Vec<Loaded>) -> Self {
         let facts = together(loaded.iter().map(|loaded| loaded.cloud.facts()));
-        Self { loaded, facts }
+        Self { loaded, facts, standpoint: None }
     }
 
     /// The clouds as renderers see them.

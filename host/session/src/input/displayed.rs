@@ -64,7 +64,8 @@ impl DisplayedClouds {
             loaded.push(Loaded { cloud: displayed.cloud, summary: summary.clone() });
             kept.push(displayed.kept);
         }
-        Ok(Self { clouds: Arc::new(Clouds::of(loaded)), kept, display, n_surfels })
+        let clouds = Clouds { standpoint: whole.standpoint, ..Clouds::of(loaded) };
+        Ok(Self { clouds: Arc::new(clouds), kept, display, n_surfels })
     }
 
     /// How the load of each cloud went.

@@ -1,13 +1,24 @@
-//! Where one stands inside a scan: where its device stood, looking where most of it lies.
+//! Where one stands inside a scan: where its device stood, else in its largest free space, looking where most of
+//! it lies.
 
-use crate::input::clouds::Clouds;
+use crate::input::clouds::{Clouds, Standpoint};
 use crate::options::camera::CameraSpec;
 use crate::options::{LensArguments, UpAxis};
-use glam::DVec3;
+use crate::output::terminal;
+use glam::{DVec3, Vec3};
+use surfelshop_api::columns::NORMAL;
 use surfelshop_cloud::Cloud;
+use surfelshop_geometry::free_space::{Standing, is_seen_from_within, viewpoints};
+use surfelshop_geometry::silent;
 
 /// Vertical field of view inside, degrees: about that of a person's attention, wide enough for a room.
 const FOV_DEG: f64 = 65.0;
+
+/// Height of eyes above the floor, metres.
+const EYES: f64 = 1.6;
+
+/// Most points among which a place to stand is looked for.
+const STOOD_AMONG: usize = 1_000_000;
 
 /// Points that are looked at for a direction.
 const LOOKED_AT: usize = 4096;
@@ -19,17 +30,64 @@ const SECTORS: usize = 24;
 #[must_use]
 pub fn lens(lens: &LensArguments, clouds: &Clouds) -> LensArguments {
     let camera = match lens.camera {
-        CameraSpec::Inside => stand(clouds, lens.up).unwrap_or_else(CameraSpec::three_quarter),
+        CameraSpec::Inside => {
+            let clouds = with_standpoint(clouds.clone(), lens.up);
+            stand(&clouds, lens.up).unwrap_or_else(|| {
+                terminal::note(
+                    "--camera inside: no scanner's place is known and no room was found, so the \
+                     picture is taken from outside",
+                );
+                CameraSpec::three_quarter()
+            })
+        }
         camera => camera,
     };
     LensArguments { camera, ..lens.clone() }
 }
 
-/// A place inside the clouds and where to look from it; `None` where nobody stood in them.
+/// The clouds with a place in their largest free space, at eye height where units are known; unchanged where a device's place is known. At most a second for large clouds.
+#[must_use]
+pub fn with_standpoint(clouds: Clouds, up: UpAxis) -> Clouds {
+    let all: Vec<&Cloud> = clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
+    let has_scanner = || all.iter().any(|cloud| cloud.source().scanners().is_some());
+    if clouds.standpoint.is_some() || has_scanner() {
+        return clouds;
+    }
+    // The largest cloud is what others stand in.
+    let size = |cloud: &&&Cloud| {
+        let facts = cloud.facts();
+        (facts.bounds_max - facts.bounds_min).length_squared()
+    };
+    let largest = all.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    let standpoint = largest.and_then(|cloud| free_place(cloud, up));
+    Clouds { standpoint, ..clouds }
+}
+
+/// The best place to stand in a cloud.
+fn free_place(cloud: &Cloud, up: UpAxis) -> Option<Standpoint> {
+    let source = cloud.source();
+    let axis = match up.or_of([source]) {
+        UpAxis::Z => DVec3::Z,
+        _ => source.grid_up.unwrap_or(DVec3::Y),
+    };
+    let metres = Some(source.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0);
+    let eye_height = metres.map(|metres| (EYES / metres) as f32);
+    let standing = Standing { up: axis.as_vec3(), eye_height };
+    let step = cloud.len().div_ceil(STOOD_AMONG).max(1);
+    let every = |all: &[Vec3]| -> Vec<Vec3> { all.iter().copied().step_by(step).collect() };
+    let normals = every(cloud.vectors(NORMAL));
+    let places = viewpoints(&every(cloud.positions()), Some(&normals), standing, 1, &silent);
+    let places = places.unwrap_or_default();
+    let place = cloud.origin() + places.first()?.position.as_dvec3();
+    Some(Standpoint { place, is_within: is_seen_from_within(&places) })
+}
+
+/// A place inside the clouds and where to look from it; `None` where nobody can.
 #[must_use]
 pub fn stand(clouds: &Clouds, up: UpAxis) -> Option<CameraSpec> {
+    let found = clouds.standpoint.map(|found| found.place);
     let clouds: Vec<&Cloud> = clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
-    let eye = scanner(&clouds)?;
+    let eye = scanner(&clouds).or(found)?;
     let sources = clouds.iter().map(|cloud| cloud.source());
     let up = match up.or_of(sources.clone()) {
         UpAxis::Z => DVec3::Z,
@@ -38,6 +96,13 @@ pub fn stand(clouds: &Clouds, up: UpAxis) -> Option<CameraSpec> {
     };
     let target = eye + direction(&clouds, eye, up)?;
     Some(CameraSpec::Placed { eye, target, up: Some(up), fov_deg: Some(FOV_DEG) })
+}
+
+/// Whether a first look at the clouds is one from inside: a device stood there, or they are seen from within.
+#[must_use]
+pub fn is_first_view(clouds: &Clouds) -> bool {
+    let has_scanner = clouds.loaded.iter().any(|loaded| loaded.cloud.source().scanners().is_some());
+    has_scanner || clouds.standpoint.is_some_and(|found| found.is_within)
 }
 
 /// The place of a device: of several the one nearest to the middle of all.
@@ -119,6 +184,13 @@ mod tests {
         assert_eq!(eye, DVec3::X);
         assert!((target - eye).normalize_or_zero().dot(DVec3::NEG_Z) > 0.99, "{target}");
         assert_eq!(stand(&seen_from(None, &[[1.0; 3]]), UpAxis::Auto), None);
+        // Where no device stood, one stands in free space, if a load found some.
+        let mut clouds = seen_from(None, &[[5.0, 0.0, 0.0]]);
+        clouds.standpoint = Some(Standpoint { place: DVec3::X, is_within: true });
+        let Some(CameraSpec::Placed { eye, target, .. }) = stand(&clouds, UpAxis::Auto) else {
+            panic!("nobody stands inside")
+        };
+        assert_eq!((eye, (target - eye).normalize_or_zero()), (DVec3::X, DVec3::X));
         assert_eq!(stand(&seen_from(Some(DVec3::X), &[]), UpAxis::Auto), None);
     }
 }

@@ -5,6 +5,7 @@ pub mod displayed;
 pub mod environment_map;
 pub mod formats;
 pub mod inside;
+pub mod plausibility;
 pub mod probe_info;
 pub mod sample;
 pub mod scenes;

@@ -37,6 +37,32 @@ impl LightSpec {
     }
 }
 
+/// Even light from the camera: every surface that it sees is lit, walls along the line of sight, too.
+///
+/// Four directional lights, 59 degrees off the line of sight. A white wall across it has a radiance of 1.03, one along
+/// it 0.43.
+#[must_use]
+pub fn even() -> Vec<Light> {
+    let sides = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+    let light = |[x, y]: [f64; 2]| Light::Directional {
+        towards: DVec3::new(x, y, 0.6),
+        radiance: Vec3::splat(0.5),
+        follows_camera: true,
+    };
+    sides.map(light).to_vec()
+}
+
+/// Replaces the usual light by even light where one stands inside a scan, and the other way round; lights that
+/// somebody chose stay.
+pub fn suit(lights: &mut Vec<Light>, is_inside: bool) {
+    let usual = Scene::default().lights;
+    match is_inside {
+        true if *lights == usual => *lights = even(),
+        false if *lights == even() => *lights = usual,
+        _ => {}
+    }
+}
+
 fn directional(place: &str, rest: &[&str]) -> Result<Light, String> {
     let radiance = match rest {
         [] => Vec3::ONE,
@@ -125,6 +151,30 @@ mod tests {
     #[track_caller]
     fn light(text: &str) -> Light {
         LightSpec::parse(text).unwrap().0
+    }
+
+    #[test]
+    fn even_light_is_for_inside_and_chosen_lights_stay() {
+        let mut lights = Scene::default().lights;
+        suit(&mut lights, true);
+        assert_eq!(lights, even());
+        // What any surface that faces the eye gets: 0.43 along the line of sight, 1.03 across it.
+        for (x, z) in [(1.0, 0.0), (0.8, 0.6), (0.0, 1.0)] {
+            let normal = DVec3::new(x, 0.0, z);
+            let lit = lights.iter().map(|light| match light {
+                Light::Directional { towards, radiance, .. } => {
+                    towards.normalize_or_zero().dot(normal).max(0.0) * f64::from(radiance.x)
+                }
+                _ => f64::NAN,
+            });
+            let lit: f64 = lit.sum();
+            assert!((0.42..1.1).contains(&lit), "{normal}: {lit}");
+        }
+        suit(&mut lights, false);
+        assert_eq!(lights, Scene::default().lights);
+        let mut none = Vec::new();
+        suit(&mut none, true);
+        assert!(none.is_empty());
     }
 
     #[test]

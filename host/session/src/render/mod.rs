@@ -11,6 +11,7 @@ use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::formats::SessionFormats;
 use crate::input::inside;
+use crate::input::plausibility;
 use crate::input::probe_info;
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
@@ -117,7 +118,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     };
     let settled = studio.settle(&mut chosen, &request)?;
     timings.frames(&settled);
-    note_detail(&staging, &chosen, &settled);
+    note(clouds, &staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
@@ -170,8 +171,9 @@ fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Resu
     })
 }
 
-/// Says where less detail was asked for and is not to be had.
-fn note_detail(staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
+/// Says what of the scene cannot be seen, and where less detail was asked for and is not to be had.
+fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
+    plausibility::note(clouds, &staging.scene);
     if staging.detail_px > 0.0 && !settled.rendered.merged {
         let renderer = &chosen.reference.id;
         terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));

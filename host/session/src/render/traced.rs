@@ -4,6 +4,7 @@ use crate::input::clouds::Clouds;
 use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::formats::SessionFormats;
+use crate::input::plausibility;
 use crate::input::scenes::Inputs;
 use crate::output::json::{self, Written};
 use crate::output::terminal;
@@ -50,6 +51,7 @@ pub fn render(
         &SessionFormats::new(&arguments.plugins),
     )?;
     let clouds = &displayed.clouds;
+    plausibility::note(clouds, &staging.scene);
     let view = render::view(&arguments.picture, staging, clouds);
     let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
     let progress = terminal::Progress::new(format!("tracing with {}", reference.id));

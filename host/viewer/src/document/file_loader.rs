@@ -9,8 +9,10 @@ use surfelshop_cloud::ReadError;
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::inside;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::input::scenes::Source;
+use surfelshop_session::options::UpAxis;
 
 /// The files that were read.
 pub(crate) struct LoadedFiles {
@@ -107,6 +109,8 @@ fn read_all(
         loaded
     };
     let clouds = Clouds::read_with(&inputs.sources, read).map_err(|error| format!("{error:#}"))?;
+    // Where a scan is to be looked at from within is found here, since it takes a while.
+    let clouds = inside::with_standpoint(clouds, UpAxis::Auto);
     let entries = entries(&inputs);
     Ok(LoadedFiles { clouds, scene: inputs.opened, entries })
 }

@@ -16,8 +16,9 @@ use surfelshop_cloud::Cloud;
 use surfelshop_cloud::display::{ColorSource, Display};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 use surfelshop_session::input::environment_map::is_probe;
+use surfelshop_session::input::inside::is_first_view;
 use surfelshop_session::input::sample::find_sample;
-use surfelshop_session::options::UpAxis;
+use surfelshop_session::options::{UpAxis, lights};
 
 impl Window {
     /// Starts to read files, which replace the open ones; the sample where there are none. The first
@@ -159,8 +160,10 @@ impl Window {
         self.document.up = of_scene.unwrap_or(of_files);
         // A scan is looked at from where it was taken, everything else from outside.
         let outside = || initial_camera(&extent, self.document.up);
-        let inside = self.inside();
+        let is_first = self.document.clouds.as_ref().is_some_and(|c| is_first_view(&c.clouds));
+        let inside = self.inside().filter(|_| is_first);
         self.views.walking = inside.is_some();
+        lights::suit(&mut self.settings.scene.lights, inside.is_some());
         self.views.camera = inside.unwrap_or_else(outside);
         self.document.scene_file = None;
         self.document.scene_path = None;

@@ -36,8 +36,12 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         let inside = egui::Button::new("inside");
         let inside = ui.add_enabled(can_stand, inside);
         let inside = inside
-            .on_hover_text("Stand where the scan was taken; W, A, S and D walk.")
-            .on_disabled_hover_text("The file does not say where its scanner stood.");
+            .on_hover_text(
+                "Stand where the scan was taken, or in its largest room; W, A, S and D walk.",
+            )
+            .on_disabled_hover_text(
+                "The file does not say where its scanner stood, and no room was found in it.",
+            );
         if inside.clicked() {
             window.stand_inside();
         }

@@ -4,6 +4,7 @@ use crate::document::OpenCloud;
 use crate::window::Window;
 use eframe::egui::{self, RichText, Ui};
 use surfelshop_cloud::Loaded;
+use surfelshop_session::input::plausibility;
 use surfelshop_session::output::provenance;
 
 /// Shows the panel.
@@ -15,7 +16,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         }
         return;
     };
-    let mut changed = None;
+    let (mut changed, mut framed) = (None, None);
     for (i, open_cloud) in shown.open_clouds.all().iter().enumerate() {
         let Loaded { cloud, summary } = &open_cloud.loaded;
         // The scene may name it.
@@ -34,7 +35,15 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         if visible != open_cloud.visible {
             changed = Some(shown.open_clouds.showing(i, visible));
         }
+        if shown.open_clouds.all().len() > 1 && !cloud.is_empty() {
+            let zoom =
+                ui.small_button("zoom to it").on_hover_text("The camera sees this cloud alone.");
+            framed = zoom.clicked().then_some(i).or(framed);
+        }
         facts_of(ui, open_cloud);
+    }
+    if let Some(line) = plausibility::far_apart(&shown.clouds) {
+        ui.colored_label(ui.visuals().warn_fg_color, format!("{line}. Zoom to one of them."));
     }
     let facts = &shown.open_clouds.clouds.facts;
     let size = facts.bounds_max - facts.bounds_min;
@@ -46,6 +55,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     ui.weak(facts.columns.join(", "));
     if let Some(open_clouds) = changed {
         window.show_clouds(open_clouds);
+    }
+    if let Some(i) = framed {
+        window.frame_cloud(i);
     }
 }
 

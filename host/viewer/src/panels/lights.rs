@@ -5,11 +5,14 @@ use eframe::egui::{self, SliderClamping, Ui};
 use glam::{DVec3, Vec3};
 use surfelshop_api::{Camera, Light, ObjectFrame, Scene};
 use surfelshop_cloud::scene::{DEFAULT_SPOT_DEG, DEFAULT_SPOT_SOFTNESS};
+use surfelshop_session::input::plausibility;
 
 /// What a change of a light's kind depends on.
 pub(super) struct LightContext {
     /// The box around all clouds.
     pub(super) scene: ObjectFrame,
+    /// Its corners.
+    pub(super) bounds: [DVec3; 2],
     pub(super) camera: Camera,
 }
 
@@ -58,6 +61,9 @@ pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, context: &LightContext)
                 change = kind(ui, i, light, context, full).or(change.take());
             });
             other_rows(ui, light, context);
+            if let Some(line) = plausibility::unsuited(light, context.bounds) {
+                ui.colored_label(ui.visuals().warn_fg_color, line);
+            }
         });
         if !has_direction(light) {
             *light = before;
@@ -169,7 +175,7 @@ fn power(ui: &mut Ui, color: &mut Vec3, most: f32, what: &str) {
 /// gets a position as far from the centre as the scene is large. A spot is aimed at the centre, or
 /// downwards where it is at the centre.
 fn convert(light: &Light, kind: Kind, context: &LightContext) -> Light {
-    let LightContext { scene: ObjectFrame { center, size, .. }, camera } = *context;
+    let LightContext { scene: ObjectFrame { center, size, .. }, camera, .. } = *context;
     let (position, intensity) = match *light {
         Light::Directional { towards, radiance, follows_camera } => {
             let world_from_view = camera.view_from_world().transpose();
@@ -213,8 +219,11 @@ mod tests {
         let up = DVec3::Y;
         let camera = Camera { eye: DVec3::X, target: DVec3::ZERO, up, projection };
         let center = DVec3::new(1.0, 2.0, 3.0);
-        let context =
-            LightContext { scene: ObjectFrame { center, size: 4.0, ..Default::default() }, camera };
+        let context = LightContext {
+            scene: ObjectFrame { center, size: 4.0, ..Default::default() },
+            bounds: [-DVec3::ONE, DVec3::ONE],
+            camera,
+        };
         let view = View { camera, size_px: [1; 2], near: 0.1, far: 10.0 };
         let facts =
             CloudFacts { bounds_min: center - 2.0, bounds_max: center + 2.0, ..Default::default() };

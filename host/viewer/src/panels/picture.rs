@@ -40,7 +40,8 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         let facts = &shown.clouds.facts;
         (facts.bounds_min, facts.bounds_max)
     });
-    let around = LightContext { scene: ObjectFrame::around(min, max, 1.0), camera };
+    let scene = ObjectFrame::around(min, max, 1.0);
+    let around = LightContext { scene, bounds: [min, max], camera };
     let settings = &mut window.settings;
     lights::show(ui, &mut settings.scene.lights, &around);
     if settings.scene.lights.iter().any(|light| !matches!(light, Light::Directional { .. })) {

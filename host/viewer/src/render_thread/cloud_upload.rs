@@ -90,7 +90,11 @@ impl CloudUpload {
             *cloud = subset;
         }
         // The facts stay those of the whole clouds.
-        let clouds = Arc::new(Clouds { loaded, facts: request.clouds.facts.clone() });
+        let clouds = Arc::new(Clouds {
+            loaded,
+            facts: request.clouds.facts.clone(),
+            standpoint: request.clouds.standpoint,
+        });
         let mut coarse = ViewRequest { clouds, ..request.clone() };
         coarse.detail.stride = 1;
         Ok(Some((coarse, u32::try_from(stride).unwrap_or(u32::MAX))))

@@ -89,6 +89,11 @@ impl Plan {
                             add(Put::Raw { at, component: 3 });
                         }
                     }
+                    if matches!(put, Put::Color { .. }) && column.element == Element::U8 {
+                        lines.push(
+                            "`color` is written with 16 bits a channel, as LAS has it".to_owned(),
+                        );
+                    }
                     add(put);
                 }
                 None => {

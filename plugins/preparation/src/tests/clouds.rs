@@ -45,6 +45,12 @@ fn normals_face_where_they_are_asked_to() {
     {
         assert!(normal.x >= -1e-4 && position.dot(normal).abs() > 0.99);
     }
+    // What can be seen of a ball is its outside.
+    for (position, normal) in
+        positions.iter().zip(with(Orientation::Visible, 0.0).vectors("normal"))
+    {
+        assert!(position.dot(normal) > 0.99);
+    }
     let kept = with(Orientation::Keep, 0.0).vectors("normal");
     let flipped = with(Orientation::Flip, 0.0).vectors("normal");
     for ((given, kept), flipped) in given.view().vectors(NORMAL).zip(kept).zip(flipped) {
@@ -148,7 +154,9 @@ fn radii_of_a_thinned_cloud_may_scale_or_stay() {
 #[test]
 fn odd_clouds_are_prepared_or_refused() {
     for given in odd_clouds() {
-        for orientation in [Orientation::Outwards, Orientation::Towards, Orientation::Keep] {
+        for orientation in
+            [Orientation::Outwards, Orientation::Towards, Orientation::Keep, Orientation::Visible]
+        {
             let params = normals::Settings { orientation, neighbours: 256, ..Default::default() };
             let ran = run::<Normals>(&given, &params).unwrap();
             assert!(ran.vectors("normal").iter().all(|n| (n.length() - 1.0).abs() < 1e-6));

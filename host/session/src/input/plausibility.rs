@@ -1,0 +1,112 @@
+//! What of a scene cannot be seen as it stands: clouds far apart, and lamps that do not suit its size.
+
+use crate::input::clouds::Clouds;
+use crate::output::terminal;
+use glam::DVec3;
+use surfelshop_api::{CloudFacts, Light, Scene};
+
+/// Share of the scene's diagonal below which the largest cloud is a speck: 15 pixels of 768.
+const SPECK: f64 = 0.02;
+
+/// Radiance of a white surface below which a lamp adds less than two levels of 255 to black, as sRGB.
+const DARKEST: f64 = 5e-4;
+
+/// Radiance of a white surface above which it is white at any exposure that people choose first: 5 stops.
+const BRIGHTEST: f64 = 32.0;
+
+/// Says in lines what cannot be seen.
+pub fn note(clouds: &Clouds, scene: &Scene) {
+    if let Some(line) = far_apart(clouds) {
+        terminal::note(format!("{line}; render one of them alone"));
+    }
+    for (i, light) in scene.lights.iter().enumerate() {
+        if let Some(line) = unsuited(light, [clouds.facts.bounds_min, clouds.facts.bounds_max]) {
+            terminal::note(format!("light {}: {line}", i + 1));
+        }
+    }
+}
+
+/// Whether clouds lie so far apart that all of them are specks, in a line.
+#[must_use]
+pub fn far_apart(clouds: &Clouds) -> Option<String> {
+    let facts = clouds.loaded.iter().map(|loaded| loaded.cloud.facts());
+    let sizes: Vec<f64> = facts.filter(|facts| facts.n_surfels > 0).map(diagonal).collect();
+    let (whole, largest) = (diagonal(&clouds.facts), sizes.iter().copied().fold(0.0, f64::max));
+    let is_far = sizes.len() > 1 && largest < SPECK * whole;
+    is_far.then(|| {
+        format!(
+            "the clouds lie {whole:.4} apart and the largest measures {largest:.4}: all are specks"
+        )
+    })
+}
+
+fn diagonal(facts: &CloudFacts) -> f64 {
+    (facts.bounds_max - facts.bounds_min).length()
+}
+
+/// Why a lamp cannot suit a scene between two corners, in a line; directional lights suit all.
+#[must_use]
+pub fn unsuited(light: &Light, [min, max]: [DVec3; 2]) -> Option<String> {
+    let (Light::Point { position, intensity } | Light::Spot { position, intensity, .. }) = light
+    else {
+        return None;
+    };
+    let (size, most) = ((max - min).length(), f64::from(intensity.max_element()));
+    if !(position.is_finite() && size > 0.0 && most > 0.0 && most.is_finite()) {
+        return None;
+    }
+    // Within the scene it has to light more than what is right beside it.
+    let nearest = position.distance(position.clamp(min, max)).max(0.125 * size);
+    let farthest =
+        position.distance(DVec3::select((*position - min).cmpgt(max - *position), min, max));
+    let middle = position.distance(0.5 * (min + max)).max(0.125 * size);
+    let suits = format!("an intensity of {:.3} would suit", middle * middle);
+    if most / (nearest * nearest) < DARKEST {
+        return Some(format!("it is too weak for its distance to be seen; {suits}"));
+    }
+    if most / (farthest * farthest) > BRIGHTEST {
+        return Some(format!("it is so strong that everything is white; {suits}"));
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use surfelshop_cloud::{Buffer, Cloud, Column, Loaded, Summary};
+
+    fn pair(distance: f32) -> Clouds {
+        let cloud = |at: f32| {
+            let positions = Buffer::F32(vec![at, 0.0, 0.0, at + 1.0, 0.0, 0.0]);
+            let columns = vec![Column::new("position", 3, positions)];
+            Loaded { cloud: Cloud::new(DVec3::ZERO, columns).unwrap(), summary: Summary::default() }
+        };
+        Clouds::of(vec![cloud(0.0), cloud(distance)])
+    }
+
+    #[test]
+    fn clouds_that_are_specks_are_far_apart() {
+        assert_eq!(far_apart(&pair(20.0)), None);
+        let line = far_apart(&pair(1000.0)).unwrap();
+        assert!(line.contains("1001.0000 apart and the largest measures 1.0000"), "{line}");
+        assert_eq!(far_apart(&Clouds::of(Vec::new())), None);
+    }
+
+    #[test]
+    fn lamps_suit_the_size_of_the_scene() {
+        let scene = [DVec3::splat(-1.0), DVec3::splat(1.0)];
+        let lamp = |x: f64, intensity: f32| Light::Point {
+            position: DVec3::new(x, 0.0, 0.0),
+            intensity: Vec3::splat(intensity),
+        };
+        for light in [lamp(0.0, 1.0), lamp(3.0, 4.0), lamp(3.0, 0.0), lamp(f64::NAN, 1.0)] {
+            assert_eq!(unsuited(&light, scene), None, "{light:?}");
+        }
+        let line = unsuited(&lamp(1000.0, 1.0), scene).unwrap();
+        assert!(line.contains("too weak") && line.contains("1000000.000 would suit"), "{line}");
+        assert!(unsuited(&lamp(0.0, 1e-6), scene).unwrap().contains("too weak"));
+        assert!(unsuited(&lamp(3.0, 1e5), scene).unwrap().contains("everything is white"));
+        assert_eq!(unsuited(&Scene::default().lights[0], scene), None);
+    }
+}
