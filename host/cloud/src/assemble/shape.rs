@@ -54,11 +54,12 @@ pub(super) fn take(
         Search { positions: &placed.positions, progress: &searching, neighbours: None };
     let progress = part(options.progress, orienting);
     let are_estimated = given_normals.is_none();
+    let looks_around = are_estimated && sides::looks_around(source, placed.positions.len());
     // About half of the time goes into which side a plane faces.
-    let [fitting, turning] = [part(&progress, 0.0..0.5), part(&progress, 0.5..1.0)];
-    let fitting: Progress<'_> = if are_estimated { &fitting } else { &progress };
+    let fitted = if looks_around { 0.5 } else { 1.0 };
+    let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..1.0)];
     let mut normals =
-        finish_normals(given_normals, &mut search, options.n_neighbours, fitting, summary)?;
+        finish_normals(given_normals, &mut search, options.n_neighbours, &fitting, summary)?;
     if are_estimated {
         sides::choose(table, placed, source, &mut normals, &turning, summary)?;
     }

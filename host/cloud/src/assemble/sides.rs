@@ -13,6 +13,15 @@ use surfelshop_geometry::{Cancelled, Progress};
 /// Certainty below which it is a guess which way round a whole scan is.
 const GUESS: f32 = 0.2;
 
+/// Fewest points of which it is asked what can be seen: fewer make no surface that hides another.
+const FEWEST: usize = 1000;
+
+/// Whether the side of so many normals takes a look around.
+pub(super) fn looks_around(source: &Source, n: usize) -> bool {
+    let knows_all = source.scanners().is_some_and(|all| all.iter().all(Option::is_some));
+    n >= FEWEST && !knows_all
+}
+
 /// Turns normals that were estimated to the right side.
 ///
 /// # Errors
@@ -25,11 +34,10 @@ pub(super) fn choose(
     progress: Progress<'_>,
     summary: &mut Summary,
 ) -> Result<(), Cancelled> {
-    let scanners = source.scanners();
-    if scanners.iter().flatten().any(Option::is_none) || scanners.is_none() {
+    if looks_around(source, normals.len()) {
         face_what_is_seen(placed, source, normals, progress, summary)?;
     }
-    face_scanners(table, placed, scanners, normals, summary);
+    face_scanners(table, placed, source.scanners(), normals, summary);
     Ok(())
 }
 

@@ -27,6 +27,7 @@ pub(crate) fn write_table(
                 if header {
                     output.text(&names(&cloud.columns, delimiter))?;
                 }
+                lines.extend(untyped(&cloud.columns));
                 first = Some(cloud.columns.clone());
             }
             Some(first) if *first != cloud.columns => {
@@ -44,6 +45,18 @@ pub(crate) fn write_table(
         }
     }
     Ok(lines)
+}
+
+/// The columns whose type numbers in text do not tell, in a line; `None` where all are floats or colours.
+fn untyped(columns: &[FileColumn]) -> Option<String> {
+    let is_told = |column: &&FileColumn| {
+        let is_color = column.name == COLOR && column.element == Element::U8;
+        is_color || matches!(column.element, Element::F32 | Element::F64)
+    };
+    let names = columns.iter().filter(|column| !is_told(column));
+    let names: Vec<String> = names.map(|column| format!("`{}`", column.name)).collect();
+    let line = format!("text has no types: whole numbers are read as floats: {}", names.join(", "));
+    (!names.is_empty()).then_some(line)
 }
 
 /// The columns in the order in which they are written, with their places: the position first.
