@@ -151,8 +151,13 @@ fn columns_come_back_or_a_line_names_them() {
             "a.sfl" => &[RADIUS, COLOR, TANGENT_U, TANGENT_V],
             _ => &[COLOR],
         };
+        // Neither has a place for the opacity of the surfels' colours.
+        let n = if ["a.pts", "a.ptx"].contains(&name) { 2 } else { 3 };
         for column in keeps {
-            assert!(!changed.iter().flatten().any(|c| c == column), "{name} changes `{column}`");
+            assert!(
+                !changed[..n].iter().flatten().any(|c| c == column),
+                "{name} changes `{column}`"
+            );
         }
     }
 }

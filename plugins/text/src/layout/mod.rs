@@ -12,7 +12,7 @@ mod types;
 pub(crate) use delimiter::Delimiter;
 pub(crate) use found::{Found, Settings, by_ranges, in_table};
 pub(crate) use names::{Target, have_position, shown, targets};
-pub(crate) use types::named;
+pub(crate) use types::{is_whole, named};
 
 use facts::Numbers;
 use guess::Cut;

@@ -16,11 +16,16 @@ pub(crate) fn element(column: &str, facts: &Facts) -> Element {
         COLOR => color(facts),
         NORMAL | RADIUS | AO | SCAN_ANGLE | INTENSITY | "tangent_u" | "tangent_v"
         | "normal_field" | "clip" => Element::F32,
-        CLASSIFICATION | RETURN_NUMBER | N_RETURNS | POINT_SOURCE | MATERIAL | SCAN => {
-            whole(column, facts)
-        }
+        column if is_whole(column) => whole(column, facts),
         _ => float(facts),
     }
+}
+
+/// Whether a column of whole numbers is read as one, by its meaning.
+pub(crate) fn is_whole(column: &str) -> bool {
+    const WHOLE: [&str; 6] =
+        [CLASSIFICATION, RETURN_NUMBER, N_RETURNS, POINT_SOURCE, MATERIAL, SCAN];
+    WHOLE.contains(&column)
 }
 
 fn float(facts: &Facts) -> Element {

@@ -2,7 +2,7 @@
 
 use super::lines::{Output, Word};
 use super::words::Form;
-use crate::layout::{Delimiter, Target, shown};
+use crate::layout::{Delimiter, Target, is_whole, shown};
 use surfelshop_api::columns::{COLOR, Element, POSITION};
 use surfelshop_api::format::{CloudSource, FileColumn, FileSink};
 use surfelshop_api::job::Job;
@@ -51,7 +51,7 @@ pub(crate) fn write_table(
 fn untyped(columns: &[FileColumn]) -> Option<String> {
     let is_told = |column: &&FileColumn| {
         let is_color = column.name == COLOR && column.element == Element::U8;
-        is_color || matches!(column.element, Element::F32 | Element::F64)
+        is_color || is_whole(&column.name) || matches!(column.element, Element::F32 | Element::F64)
     };
     let names = columns.iter().filter(|column| !is_told(column));
     let names: Vec<String> = names.map(|column| format!("`{}`", column.name)).collect();
