@@ -63,8 +63,12 @@ fn told(arguments: &ConvertArguments, done: &Converted) -> anyhow::Result<()> {
         0 => String::new(),
         n => format!("; {n} without finite coordinates were left out"),
     };
-    let columns = done.columns.join(", ");
-    terminal::line(format!("{file}: {n_written}{of} points with {columns}{dropped}"))
+    // Lines above say which columns the format does not hold.
+    let columns = match done.lost.is_empty() {
+        true => format!(" with {}", done.columns.join(", ")),
+        false => String::new(),
+    };
+    terminal::line(format!("{file}: {n_written}{of} points{columns}{dropped}"))
 }
 
 /// Writes a cloud with the normals and radii that it lacked.

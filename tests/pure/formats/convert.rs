@@ -171,8 +171,15 @@ fn every_so_many_th_point_of_all_is_kept() {
 fn only_columns_that_are_named_are_kept() {
     let files = Files::new();
     files.write("in.ply", &ball());
-    let columns = Some(vec![INTENSITY.to_owned(), "no_such_column".to_owned()]);
-    let selection = Selection { columns, ..Selection::default() };
+    let named = |names: &[&str]| Selection {
+        columns: Some(names.iter().map(|&name| name.to_owned()).collect()),
+        ..Selection::default()
+    };
+    let unknown = named(&[INTENSITY, "no_such_column"]);
+    let refused = converted(&files, &["in.ply"], "out.ply", &unknown, false).unwrap_err();
+    assert!(refused.to_string().contains("no cloud has a column `no_such_column`"), "{refused}");
+    assert!(!files.at("out.ply").exists());
+    let selection = named(&[INTENSITY]);
     for output in ["out.ply", "out.pcd", "out.las"] {
         let converted = done(&files, &["in.ply"], output, &selection);
         assert_eq!(converted.columns, [POSITION, INTENSITY], "{output}");
@@ -187,6 +194,35 @@ fn only_columns_that_are_named_are_kept() {
             cloud.column(INTENSITY).unwrap().values(),
             ball().column(INTENSITY).unwrap().values()
         );
+    }
+}
+
+/// Invariant: 16-bit colours that hold 8-bit values are taken for those, streamed or not
+#[test]
+fn narrow_colours_of_16_bits_keep_their_brightness() {
+    let files = Files::new();
+    for (most, is_narrow) in [(255, true), (256, false)] {
+        let colors = (0..3 * POINTS).map(|i| (i % 7) as u16 * 36 + u16::from(i == 0)).collect();
+        let mut colors: Vec<u16> = colors;
+        *colors.last_mut().unwrap() = most;
+        let colors = Column::new(COLOR, 3, Buffer::U16(colors));
+        let cloud = ball().without_column(COLOR).with_columns(vec![colors]).unwrap();
+        let places = places(&cloud);
+        let Some(values) = cloud.column(COLOR).map(|column| column.values().clone()) else {
+            panic!("there are no colours")
+        };
+        let given = InMemoryCloud::at(&places).with(COLOR, 3, values);
+        write(&files, "org.surfelshop.las/las", "in.las", vec![given]);
+        let loaded = files.read("in.las").cloud;
+        // PCD has 8 bits.
+        let outputs = ["out.las", "out.ply", "out.e57", "out.pcd"];
+        for output in &outputs[..if is_narrow { 4 } else { 3 }] {
+            let done = done(&files, &["in.las"], output, &Selection::default());
+            let told = done.warnings.iter().any(|line| line.contains("hold 8-bit values"));
+            assert_eq!(told, is_narrow, "{output}: {:?}", done.warnings);
+            let found = files.read(output).cloud;
+            assert_eq!(found.linear_colors(), loaded.linear_colors(), "{output}");
+        }
     }
 }
 

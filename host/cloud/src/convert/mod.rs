@@ -4,6 +4,7 @@
 //! The reader works on the caller's thread and hands batches over a short queue; the writer takes them on a
 //! thread of its own. Points whose coordinates are not finite are left out.
 
+mod check;
 mod counts;
 mod select;
 mod target;
@@ -20,7 +21,8 @@ use crate::write::writer;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
+use surfelshop_api::columns::COLOR;
 use surfelshop_geometry::{part, silent};
 use transfer::{TransferSink, transfer};
 
@@ -35,6 +37,9 @@ pub enum ConvertError {
     /// The file could not be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// Nothing is left of what was selected.
+    #[error("{0}")]
+    Selection(String),
 }
 
 /// What came of a conversion.
@@ -77,12 +82,19 @@ pub fn convert(
         let read = ReadOptions { progress: &silent, ..*read };
         headers.extend(heads_of(input, &read, selection.columns())?);
     }
+    let bounds = union::header(&headers, &Selection::default()).bounds;
+    check::selection(&headers, bounds, selection).map_err(ConvertError::Selection)?;
+    let is_narrow = selection.keeps(COLOR) && check::colors_are_narrow(inputs, &headers, read)?;
+    if is_narrow {
+        headers.iter_mut().for_each(check::narrow_colors);
+    }
+    let remarks = check::remarks(&headers, selection, !several);
     let merged = (!several).then(|| union::header(&headers, selection));
     let columns = match &merged {
         Some(header) => header.columns.clone(),
         None => union::header(&headers, selection).columns,
     };
-    let (sender, source) = transfer(merged.clone(), selection.clone(), id.is_some());
+    let (sender, source) = transfer(merged.clone(), selection.clone(), [id.is_some(), is_narrow]);
     let counts = Arc::clone(&source.counts);
     let ended = std::thread::scope(|scope| {
         // Progress is told by the reader, on this thread.
@@ -101,7 +113,7 @@ pub fn convert(
     });
     let (n_read, n_written) =
         (counts.read.load(Ordering::Relaxed), counts.written.load(Ordering::Relaxed));
-    let (warnings, lost) = match ended {
+    let (mut warnings, mut lost) = match ended {
         (Err(fault), Err(_)) if !matches!(fault, Sending::WriterGone) => match fault {
             Sending::Read(error) => return Err(error.into()),
             Sending::WriterGone => return Err(refused(output).into()),
@@ -111,6 +123,16 @@ pub fn convert(
         (Err(Sending::WriterGone), Ok(lost)) => (Vec::new(), lost),
         (Ok(warnings), Ok(lost)) => (warnings, lost),
     };
+    if is_narrow {
+        warnings.push("the 16-bit colours hold 8-bit values and were read as such".to_owned());
+    }
+    if id.is_some() && write.ascii {
+        lost.push("--ascii is for PLY files and changes nothing here".to_owned());
+    }
+    if n_written == 0 && n_read > 0 && selection.crop.is_some() {
+        lost.push("no point lies in the box of --crop".to_owned());
+    }
+    lost.extend(remarks);
     Ok(Converted {
         n_read,
         n_written,
@@ -141,7 +163,8 @@ fn send(
 ) -> Result<Vec<String>, Sending> {
     let state = sender.state();
     let columns = sender.columns();
-    let sink: SharedSink = Arc::new(Mutex::new(sender));
+    let sender = Arc::new(Mutex::new(sender));
+    let sink: SharedSink = sender.clone();
     let ended = inputs.iter().enumerate().try_for_each(|(i, input)| {
         let share = |i: usize| i as f64 / inputs.len() as f64;
         let progress = part(options.progress, share(i)..share(i + 1));
@@ -150,6 +173,7 @@ fn send(
     });
     match ended {
         Ok(()) => {
+            sender.lock().unwrap_or_else(PoisonError::into_inner).count();
             state.finish();
             Ok(state.warnings())
         }

@@ -1,5 +1,6 @@
 //! Batches as they are written: selected, moved, and with the columns of their target.
 
+use super::check::narrow_colors;
 use super::counts::SharedCounts;
 use super::select::Selection;
 use crate::cloud::buffer::Buffer;
@@ -23,6 +24,7 @@ pub(super) struct Target {
     merged: Option<CloudHeader>,
     selection: Selection,
     wide: bool,
+    narrow: bool,
     counts: SharedCounts,
     /// The cloud that is read.
     current: CloudHeader,
@@ -43,7 +45,7 @@ impl Target {
     pub(super) fn new(
         merged: Option<CloudHeader>,
         selection: Selection,
-        wide: bool,
+        [wide, narrow]: [bool; 2],
         counts: SharedCounts,
     ) -> Self {
         let (current, out, scan, n_seen, n_out, n_before, has_gaps) = Default::default();
@@ -51,6 +53,7 @@ impl Target {
             merged,
             selection,
             wide,
+            narrow,
             counts,
             current,
             out,
@@ -86,6 +89,9 @@ impl Target {
             Some(merged) => merged.clone(),
             None => self.apart(&header),
         };
+        if self.narrow {
+            narrow_colors(&mut self.out);
+        }
         if self.wide {
             for column in self.out.columns.iter_mut().filter(|column| column.name == POSITION) {
                 column.element = Element::F64;

@@ -69,6 +69,8 @@ pub(super) struct TransferSink {
     shared: Arc<Shared>,
     header: Option<CloudHeader>,
     columns: Option<Vec<String>>,
+    /// Points of the cloud so far.
+    n: u64,
 }
 
 /// The writer's end.
@@ -83,26 +85,36 @@ pub(super) struct TransferSource {
     pub(super) counts: SharedCounts,
 }
 
-/// Both ends. Where there is a header of all clouds, they become one; positions are `f64` where `wide`.
+/// Both ends. Where there is a header of all clouds, they become one; positions are `f64` where `wide`, and 16-bit
+/// colours become 8-bit ones where they are `narrow`.
 pub(super) fn transfer(
     merged: Option<CloudHeader>,
     selection: Selection,
-    wide: bool,
+    [wide, narrow]: [bool; 2],
 ) -> (TransferSink, TransferSource) {
     let (sender, receiver) = sync_channel(WAITING);
     let (warnings, writer_gone) = Default::default();
     let shared = Arc::new(Shared { sender, warnings, writer_gone });
     let columns = selection.columns.clone();
     let counts: SharedCounts = Arc::default();
-    let target = Target::new(merged, selection, wide, Arc::clone(&counts));
+    let target = Target::new(merged, selection, [wide, narrow], Arc::clone(&counts));
     let (next, ended, faces, batch) = Default::default();
     let source = TransferSource { receiver, target, next, ended, faces, batch, counts };
-    (TransferSink { shared, header: None, columns }, source)
+    (TransferSink { shared, header: None, columns, n: 0 }, source)
 }
 
 impl TransferSink {
     pub(super) fn state(&self) -> Arc<Shared> {
         Arc::clone(&self.shared)
+    }
+
+    /// Says where a cloud has fewer points than its head announced.
+    pub(super) fn count(&mut self) {
+        let announced = self.header.take().and_then(|header| header.rows);
+        let n = std::mem::take(&mut self.n);
+        if let Some(announced) = announced.filter(|&announced| announced > n) {
+            self.warn(&format!("{announced} points are announced, {n} were read"));
+        }
     }
 
     pub(super) fn columns(&self) -> Option<Vec<String>> {
@@ -120,6 +132,7 @@ fn owned(values: &Values<'_>) -> Result<Buffer> {
 impl CloudSinkHost for TransferSink {
     fn begin(&mut self, header: &CloudHeader) -> Result<bool> {
         check_header(header)?;
+        self.count();
         self.header = Some(header.clone());
         self.shared.send(Message::Cloud(Box::new(header.clone())))?;
         Ok(true)
@@ -129,9 +142,11 @@ impl CloudSinkHost for TransferSink {
         let Some(header) = &self.header else {
             return Err(Error::new("a batch came before the header of its cloud"));
         };
-        if check_batch(header, values)? == 0 {
+        let rows = check_batch(header, values)?;
+        if rows == 0 {
             return Ok(());
         }
+        self.n += rows as u64;
         let copies = values.iter().map(owned).collect::<Result<Vec<_>>>()?;
         self.shared.send(Message::Batch(copies))
     }

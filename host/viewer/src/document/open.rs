@@ -139,7 +139,6 @@ impl Window {
         let revision = self.document.clouds.as_ref().map_or(0, |shown| shown.revision) + 1;
         let mut shown = VisibleClouds::new(open_clouds, surface.radius_scale, revision);
         shown.frames = scene.is_none_or(|scene| scene.camera.is_none());
-        let extent = shown.extent;
         // Filters are of the former clouds, and so are colours by a column that these do not have.
         self.settings.filters.clear();
         let clouds: Vec<&Cloud> = shown.clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
@@ -158,19 +157,25 @@ impl Window {
         let of_files = self.document.typed_up.or_of(sources);
         let of_scene = scene.and_then(|scene| scene.up).map(UpAxis::from);
         self.document.up = of_scene.unwrap_or(of_files);
-        // A scan is looked at from where it was taken, everything else from outside.
-        let outside = || initial_camera(&extent, self.document.up);
-        let is_first = self.document.clouds.as_ref().is_some_and(|c| is_first_view(&c.clouds));
-        let inside = self.inside().filter(|_| is_first);
-        self.views.walking = inside.is_some();
-        lights::suit(&mut self.settings.scene.lights, inside.is_some());
-        self.views.camera = inside.unwrap_or_else(outside);
+        self.look_first();
         self.document.scene_file = None;
         self.document.scene_path = None;
         self.document.hidden_views.clear();
         for pane in &mut self.settings.panes {
             (pane.output, pane.unknown) = (Output::Color, Table::new());
         }
+    }
+
+    /// Looks at new clouds: at a scan that is seen from within from where it was taken, in even light, at everything
+    /// else from outside.
+    pub(crate) fn look_first(&mut self) {
+        let Some(shown) = &self.document.clouds else { return };
+        let is_within = shown.frames && is_first_view(&shown.clouds);
+        let outside = initial_camera(&shown.extent, self.document.up);
+        let inside = self.inside().filter(|_| is_within);
+        self.views.walking = inside.is_some();
+        lights::suit(&mut self.settings.scene.lights, inside.is_some());
+        self.views.camera = inside.unwrap_or(outside);
     }
 
     /// Applies a scene to the clouds.

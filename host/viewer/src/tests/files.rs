@@ -8,6 +8,7 @@ use egui_kittest::kittest::Queryable as _;
 use std::path::{Path, PathBuf};
 use surfelshop_api::params::Value;
 use surfelshop_cloud::WriteOptions;
+use surfelshop_session::options::lights;
 
 #[test]
 fn a_file_that_cannot_be_read_is_named_and_the_cloud_stays() {
@@ -277,4 +278,49 @@ fn a_few_surfels_of_a_large_cloud_are_shown_until_all_are_there() {
 fn clouds_changed(file: &Path) {
     let clouds = surfelshop_evaluate::bench::body::body(1_200_000).unwrap();
     surfelshop_cloud::write(file, &clouds.loaded[0].cloud, &WriteOptions::default()).unwrap();
+}
+
+/// The inner sides of a box, with normals that face the middle.
+fn room() -> String {
+    let mut rows = String::new();
+    let mut n = 0;
+    for side in 0..6 {
+        let (axis, far) = (side % 3, side / 3);
+        for i in 0..40 {
+            for j in 0..40 {
+                let mut place = [0.0; 3];
+                place[axis] = f64::from(far as u32) * 3.0;
+                place[(axis + 1) % 3] = (f64::from(i) + 0.5) * 0.075;
+                place[(axis + 2) % 3] = (f64::from(j) + 0.5) * 0.075;
+                let mut normal = [0.0; 3];
+                normal[axis] = if far == 0 { 1.0 } else { -1.0 };
+                let numbers = place.iter().chain(&normal).map(f64::to_string);
+                rows += &(numbers.collect::<Vec<_>>().join(" ") + " 0.06\n");
+                n += 1;
+            }
+        }
+    }
+    let names = ["x", "y", "z", "nx", "ny", "nz", "radius"];
+    let names = names.map(|name| format!("property float {name}\n")).concat();
+    format!("ply\nformat ascii 1.0\nelement vertex {n}\n{names}end_header\n{rows}")
+}
+
+/// Invariant: a room is first seen from within, in even light; a thing from outside, in the usual one
+#[test]
+fn a_room_is_first_seen_from_within() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("room.ply");
+    std::fs::write(&path, room()).unwrap();
+    let mut screen = Screen::open(&[path.to_str().unwrap()]);
+    screen.settle();
+    let window = screen.window();
+    let eye = window.views.camera.eye;
+    assert!(window.views.walking && eye.min_element() > 0.3 && eye.max_element() < 2.7, "{eye}");
+    assert_eq!(window.settings.scene.lights, lights::even());
+
+    let mut screen = Screen::sample();
+    screen.settle();
+    let window = screen.window();
+    assert!(!window.views.walking);
+    assert_eq!(window.settings.scene.lights, surfelshop_api::Scene::default().lights);
 }

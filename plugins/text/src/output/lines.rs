@@ -222,9 +222,22 @@ fn pose_lines(pose: &Pose) -> String {
     text
 }
 
+/// The coordinate system and the unit, which lines of numbers have no place for.
+pub(super) fn unplaced(header: &CloudHeader) -> Vec<String> {
+    let mut lines = Vec::new();
+    if !header.coordinate_system.is_empty() {
+        lines.push("the coordinate system is left out".to_owned());
+    }
+    let metres = header.metres_per_unit;
+    if metres > 0.0 && metres.to_bits() != 1f64.to_bits() {
+        lines.push(format!("the unit of {metres} m is left out"));
+    }
+    lines
+}
+
 /// What of a cloud has no place in a format, for people.
 fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
-    let mut lines = Vec::new();
+    let mut lines = unplaced(header);
     let others = header.columns.iter().map(|column| column.name.as_str());
     let others: Vec<&str> =
         others.filter(|name| ![POSITION, INTENSITY, COLOR].contains(name)).collect();

@@ -3,7 +3,6 @@
 pub(super) mod job;
 
 use crate::document::visible_clouds::VisibleClouds;
-use crate::views::initial_camera;
 use crate::window::Window;
 use eframe::egui::Context;
 use job::{DisplayInputs, DisplayJob, DisplayOutcome};
@@ -67,8 +66,9 @@ impl Window {
         }
         let is_first = shown.displayed_of.is_none();
         shown.show(displayed, inputs, extent);
+        // Filters may have hidden what reached far.
         if is_first && shown.frames {
-            self.views.camera = initial_camera(&extent, self.document.up);
+            self.look_first();
         }
         self.views.pointer_position = None;
         if let Some(error) = error {

@@ -1,0 +1,185 @@
+//! What is wrong with a conversion, or is to be said of it, before a point is written.
+
+use super::select::Selection;
+use crate::error::ReadError;
+use crate::formats::plugins::SharedSink;
+use crate::inspect::stream;
+use crate::options::ReadOptions;
+use glam::DVec3;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, PoisonError};
+use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
+use surfelshop_api::format::{CloudHeader, CloudSinkHost, SCAN};
+use surfelshop_api::{Error, Result};
+
+/// Refuses columns that no cloud has, and a box that none reaches into.
+pub(super) fn selection(
+    headers: &[CloudHeader],
+    bounds: Option<[DVec3; 2]>,
+    selection: &Selection,
+) -> std::result::Result<(), String> {
+    let mut known: Vec<&str> = headers
+        .iter()
+        .flat_map(|header| &header.columns)
+        .map(|column| column.name.as_str())
+        .collect();
+    known.sort_unstable();
+    known.dedup();
+    for column in selection.columns.iter().flatten() {
+        let is_made = column == SCAN && headers.len() > 1;
+        if !is_made && !known.contains(&column.as_str()) {
+            let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
+            return Err(format!(
+                "--columns: no cloud has a column `{column}`; there are {}",
+                known.join(", ")
+            ));
+        }
+    }
+    if let (Some([low, high]), Some([min, max])) = (selection.crop, bounds)
+        && (low.cmpgt(max).any() || high.cmplt(min).any())
+    {
+        let place = |p: DVec3| format!("{},{},{}", p.x, p.y, p.z);
+        return Err(format!(
+            "--crop: no point lies in the box; the points reach from {} to {}",
+            place(min),
+            place(max)
+        ));
+    }
+    Ok(())
+}
+
+/// What of the clouds is lost by the selection, or filled in, in lines.
+pub(super) fn remarks(
+    headers: &[CloudHeader],
+    selection: &Selection,
+    becomes_one: bool,
+) -> Vec<String> {
+    let mut lines = Vec::new();
+    if selection.thins() && headers.iter().any(|header| header.has_faces) {
+        lines.push("triangles are kept only where no point is left out".to_owned());
+    }
+    let mut partly: Vec<&str> = headers
+        .iter()
+        .flat_map(|header| &header.columns)
+        .map(|column| column.name.as_str())
+        .filter(|name| ![POSITION, SCAN].contains(name) && selection.keeps(name))
+        .filter(|name| headers.iter().any(|header| header.column(name).is_none()))
+        .collect();
+    partly.sort_unstable();
+    partly.dedup();
+    if becomes_one && !partly.is_empty() {
+        let names: Vec<String> = partly.iter().map(|name| format!("`{name}`")).collect();
+        lines.push(format!(
+            "not every cloud has {}: their points get NaN, 0 where numbers are whole, and neutral grey as colour",
+            names.join(", ")
+        ));
+    }
+    lines
+}
+
+/// The largest value of 16-bit colours, as far as one that 8 bits do not hold.
+#[derive(Default)]
+struct LargestColor {
+    /// Where colours lie in a batch; `None` where the cloud has none of 16 bits.
+    place: Option<usize>,
+    most: u16,
+}
+
+impl CloudSinkHost for LargestColor {
+    fn begin(&mut self, header: &CloudHeader) -> Result<bool> {
+        self.place = header
+            .column(COLOR)
+            .filter(|(_, column)| column.element == Element::U16)
+            .map(|(place, _)| place);
+        Ok(self.place.is_some())
+    }
+
+    fn batch(&mut self, values: &[Values<'_>]) -> Result<()> {
+        if let Some(Values::U16(colors)) = self.place.and_then(|place| values.get(place)) {
+            self.most = colors.iter().copied().fold(self.most, u16::max);
+        }
+        match self.most > u16::from(u8::MAX) {
+            true => Err(Error::new("colours have 16 bits")),
+            false => Ok(()),
+        }
+    }
+
+    fn faces(&mut self, _triangles: &[[u32; 3]]) -> Result<()> {
+        Ok(())
+    }
+
+    fn warn(&mut self, _line: &str) {}
+}
+
+/// Whether 16-bit colours hold 8-bit values, as many programs write them. Files with other colours are read up to the
+/// first of those.
+pub(super) fn colors_are_narrow(
+    inputs: &[PathBuf],
+    headers: &[CloudHeader],
+    options: &ReadOptions<'_>,
+) -> std::result::Result<bool, ReadError> {
+    let is_wide = |header: &CloudHeader| {
+        header.column(COLOR).is_some_and(|(_, column)| column.element == Element::U16)
+    };
+    if !headers.iter().any(is_wide) {
+        return Ok(false);
+    }
+    let found = Arc::new(Mutex::new(LargestColor::default()));
+    let most = || found.lock().unwrap_or_else(PoisonError::into_inner).most;
+    // No part of the work that the bar shows, and it may be stopped all the same.
+    let progress = |_: f64| (options.progress)(0.0);
+    let columns = [COLOR.to_owned()];
+    for input in inputs {
+        let sink: SharedSink = found.clone();
+        let options = ReadOptions { progress: &progress, ..*options };
+        let read = stream(input, &options, Some(&columns), &sink);
+        if most() > u16::from(u8::MAX) {
+            return Ok(false);
+        }
+        read?;
+    }
+    Ok(most() > 0)
+}
+
+/// Takes 16-bit colours for the 8-bit ones that they hold.
+pub(super) fn narrow_colors(header: &mut CloudHeader) {
+    for column in header.columns.iter_mut().filter(|column| column.name == COLOR) {
+        if column.element == Element::U16 {
+            column.element = Element::U8;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surfelshop_api::format::FileColumn;
+
+    fn header(names: &[&str]) -> CloudHeader {
+        let column = |name: &&str| FileColumn::new(*name, 1, Element::F32);
+        CloudHeader { columns: names.iter().map(column).collect(), ..CloudHeader::default() }
+    }
+
+    #[test]
+    fn selections_that_leave_nothing_are_refused() {
+        let headers = [header(&[POSITION, "heat"])];
+        let of = |columns: &[&str], crop| Selection {
+            columns: Some(columns.iter().map(|&name| name.to_owned()).collect()),
+            crop,
+            every: 1,
+        };
+        let bounds = Some([DVec3::ZERO, DVec3::ONE]);
+        let line = selection(&headers, bounds, &of(&["heat", "colour"], None)).unwrap_err();
+        assert!(line.contains("no cloud has a column `colour`; there are `heat`, `position`"));
+        assert!(selection(&headers, bounds, &of(&["scan"], None)).is_err());
+        let two = [headers[0].clone(), header(&[POSITION])];
+        assert_eq!(selection(&two, bounds, &of(&["scan"], None)), Ok(()));
+        let beside = Some([DVec3::splat(2.0), DVec3::splat(3.0)]);
+        let line = selection(&headers, bounds, &of(&["heat"], beside)).unwrap_err();
+        assert!(line.contains("the points reach from 0,0,0 to 1,1,1"), "{line}");
+        assert_eq!(selection(&headers, None, &of(&[], beside)), Ok(()));
+        let lines = remarks(&two, &of(&["heat"], None), true);
+        assert!(lines.len() == 1 && lines[0].contains("not every cloud has `heat`"), "{lines:?}");
+        assert!(remarks(&two, &of(&["heat"], None), false).is_empty());
+    }
+}
