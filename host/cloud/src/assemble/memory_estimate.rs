@@ -4,7 +4,6 @@ use crate::memory::{self, OutOfMemory};
 use crate::options::ReadOptions;
 use crate::table::{COLORS, Field, NORMALS, RADII};
 use surfelshop_api::columns::Element;
-use surfelshop_geometry::sides;
 
 /// Bytes a point for the search structure, its neighbours and what is fitted to them, where normals or radii are
 /// missing; measured as the most memory of a load of two million bare points, 513 MB, less its columns. Points of
@@ -58,13 +57,8 @@ pub(crate) fn ask(
 fn bytes(fields: &[Field], n_rows: u64, n_triangles: u64, options: &ReadOptions<'_>) -> u64 {
     let shape = if estimates(fields, options) { ESTIMATES } else { 0 };
     let row = fields.iter().map(copies).sum::<u64>() + shape + SLACK;
-    let sides = if has_normals(fields) {
-        0
-    } else {
-        sides::memory(usize::try_from(n_rows).unwrap_or(usize::MAX))
-    };
     let of_triangles = n_triangles.saturating_mul(TRIANGLE);
-    n_rows.saturating_mul(row).saturating_add(of_triangles).saturating_add(sides)
+    n_rows.saturating_mul(row).saturating_add(of_triangles)
 }
 
 /// Bytes a point that the copies of a column take on its way into the cloud.

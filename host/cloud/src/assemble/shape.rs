@@ -54,14 +54,16 @@ pub(super) fn take(
         Search { positions: &placed.positions, progress: &searching, neighbours: None };
     let progress = part(options.progress, orienting);
     let are_estimated = given_normals.is_none();
-    let looks_around = are_estimated && sides::looks_around(source, placed.positions.len());
+    let n = placed.positions.len();
+    let looks_around = are_estimated && sides::looks_around(source, n, summary);
     // About half of the time goes into which side a plane faces.
     let fitted = if looks_around { 0.5 } else { 1.0 };
     let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..1.0)];
     let mut normals =
         finish_normals(given_normals, &mut search, options.n_neighbours, &fitting, summary)?;
     if are_estimated {
-        sides::choose(table, placed, source, &mut normals, &turning, summary)?;
+        let turning: Option<Progress<'_>> = if looks_around { Some(&turning) } else { None };
+        sides::choose(table, placed, source, &mut normals, turning, summary)?;
     }
     let progress = part(options.progress, covering);
     let estimates = if needs_radii {

@@ -23,6 +23,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use surfelshop_api::columns::COLOR;
+use surfelshop_api::format::CloudHeader;
 use surfelshop_geometry::{part, silent};
 use transfer::{TransferSink, transfer};
 
@@ -77,13 +78,15 @@ pub fn convert(
     // A wrong ending is refused before anything is read.
     let id = writer(output, write)?;
     let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
-    let mut headers = Vec::new();
-    for input in inputs {
-        let read = ReadOptions { progress: &silent, ..*read };
-        headers.extend(heads_of(input, &read, selection.columns())?);
-    }
+    let mut headers = headers_of(inputs, read, selection.columns())?;
     let bounds = union::header(&headers, &Selection::default()).bounds;
-    check::selection(&headers, bounds, selection).map_err(ConvertError::Selection)?;
+    let is_right = check::selection(&headers, bounds, selection);
+    if is_right.is_err() && selection.columns.is_some() {
+        // Heads had the columns alone that were asked for; people want to know of the others.
+        let all = headers_of(inputs, read, None)?;
+        check::selection(&all, bounds, selection).map_err(ConvertError::Selection)?;
+    }
+    is_right.map_err(ConvertError::Selection)?;
     let is_narrow = selection.keeps(COLOR) && check::colors_are_narrow(inputs, &headers, read)?;
     if is_narrow {
         headers.iter_mut().for_each(check::narrow_colors);
@@ -141,6 +144,20 @@ pub fn convert(
         warnings,
         lost,
     })
+}
+
+/// The headers of all clouds, with the columns that were asked for.
+fn headers_of(
+    inputs: &[PathBuf],
+    read: &ReadOptions<'_>,
+    columns: Option<&[String]>,
+) -> Result<Vec<CloudHeader>, ReadError> {
+    let mut headers = Vec::new();
+    for input in inputs {
+        let read = ReadOptions { progress: &silent, ..*read };
+        headers.extend(heads_of(input, &read, columns)?);
+    }
+    Ok(headers)
 }
 
 fn refused(output: &Path) -> WriteError {
