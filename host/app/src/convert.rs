@@ -37,6 +37,9 @@ pub(crate) fn run(arguments: &ConvertArguments) -> anyhow::Result<()> {
         &writing,
     )?;
     drop(progress);
+    if arguments.ascii && surfelshop_cloud::writer(&arguments.output, &writing)?.is_some() {
+        terminal::warn("--ascii is for PLY files and changes nothing here");
+    }
     done.warnings.iter().chain(&done.lost).for_each(terminal::warn);
     told(arguments, &done)
 }

@@ -92,17 +92,9 @@ pub fn heads(
     path: impl AsRef<Path>,
     options: &ReadOptions<'_>,
 ) -> Result<Vec<CloudHeader>, ReadError> {
-    heads_of(path.as_ref(), options, None)
-}
-
-/// The same of these columns, where they are named.
-pub(crate) fn heads_of(
-    path: &Path,
-    options: &ReadOptions<'_>,
-    columns: Option<&[String]>,
-) -> Result<Vec<CloudHeader>, ReadError> {
+    let path = path.as_ref();
     let heads = LentTable::new(TableSink::of_heads());
-    stream(path, options, columns, &heads.shared())?;
+    stream(path, options, None, &heads.shared())?;
     let headers: Vec<CloudHeader> = heads.take().headers().cloned().collect();
     match headers.is_empty() {
         true => Err(ReadError { path: path.to_owned(), fault: ReadFault::NoClouds }),

@@ -90,7 +90,12 @@ impl Window {
         }
     }
 
-    /// A camera inside the clouds, where their device stood; `None` where nobody knows.
+    /// Whether there is a place inside the clouds.
+    pub(crate) fn can_stand_inside(&self) -> bool {
+        self.document.clouds.as_ref().is_some_and(|shown| inside::can_stand(&shown.clouds))
+    }
+
+    /// A camera inside the clouds, where their device stood or in free space; `None` where nobody knows.
     pub(crate) fn inside(&self) -> Option<Camera> {
         let shown = self.document.clouds.as_ref()?;
         let camera = inside::stand(&shown.clouds, self.document.up)?;
@@ -113,8 +118,7 @@ impl Window {
     /// Moves the camera of the focused pane to where it sees everything.
     pub(crate) fn frame_all(&mut self) {
         if let Some(shown) = &self.document.clouds {
-            let extent = shown.extent;
-            self.frame_extent(&extent);
+            self.frame_extent(shown.extent);
         }
     }
 
@@ -123,12 +127,12 @@ impl Window {
         let Some(shown) = &self.document.clouds else { return };
         let Some(open_cloud) = shown.open_clouds.all().get(index) else { return };
         let alone = Clouds::of(vec![open_cloud.loaded.clone()]);
-        self.frame_extent(&alone.extent(self.settings.scene.surface.radius_scale));
+        self.frame_extent(alone.extent(self.settings.scene.surface.radius_scale));
     }
 
-    fn frame_extent(&mut self, extent: &Extent) {
+    fn frame_extent(&mut self, extent: Extent) {
         self.views.walking = false;
-        let mut camera = initial_camera(extent, self.document.up);
+        let mut camera = initial_camera(&extent, self.document.up);
         camera.projection = match self.camera_of(self.views.focused).projection {
             perspective @ Projection::Perspective { .. } => perspective,
             Projection::Orthographic { .. } => {

@@ -47,9 +47,7 @@ pub(crate) fn write(
         }
         (facts.width, facts.height) = (rows, 1);
     }
-    if !header.coordinate_system.is_empty() {
-        lines.push("the coordinate reference system was left out".to_owned());
-    }
+    lines.extend(header.without_system());
     let fields = encoder.fields();
     let bytes = match store {
         Store::File { start, .. } => {

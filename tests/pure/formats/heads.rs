@@ -129,7 +129,7 @@ fn heads_alone_are_read_where_they_say_enough() {
         let says_all = ["a.las", "a.laz", "a.e57", "a.sfl"].contains(&name);
         assert_eq!(contents.points_read, !says_all, "{name}");
         if says_all {
-            // Where the lists of an SFL file lie is known only at their ends.
+            // Whether colours of an SFL file have opacity is known only when all were looked at.
             let most = if name == "a.sfl" { length } else { length / 20 };
             assert_eq!(batches, 0, "{name}");
             assert!(bytes < most, "{name}: {bytes} of {length} bytes were read");

@@ -1,6 +1,6 @@
 //! Columns that are written come back: names, types and values, or a line says which do not. Costs 2 s.
 
-use crate::formats::stage::{Files, places};
+use crate::formats::stage::{Files, places, values};
 use glam::DVec3;
 use surfelshop_api::columns::{AO, COLOR, NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V};
 use surfelshop_api::format::{
@@ -124,10 +124,7 @@ fn assert_comes_back(name: &str, cloud: &Cloud) -> Vec<String> {
 
 /// Whether a line names a column.
 fn says(lost: &[String], column: &str) -> bool {
-    let is_color = |line: &str| {
-        column == COLOR && ["colour", "opacity"].iter().any(|word| line.contains(word))
-    };
-    lost.iter().any(|line| line.contains(column) || is_color(line))
+    lost.iter().any(|line| line.contains(column))
 }
 
 /// Invariant: a column that is written comes back with its name, type and values, or a line names it
@@ -174,7 +171,11 @@ fn clouds_of_no_point_and_of_one_come_back() {
             let again = files.read(name).cloud;
             assert_eq!(again.len(), n, "{name}");
             if n == 1 {
-                assert_eq!(again.linear_colors(), few.linear_colors(), "{name}");
+                // Colours of LAS have 16 bits.
+                match name {
+                    "a.las" | "a.laz" => assert_eq!(again.linear_colors(), few.linear_colors()),
+                    _ => assert_eq!(values(&again, COLOR), values(&few, COLOR), "{name}"),
+                }
             }
         }
     }

@@ -18,6 +18,9 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
     [color, ao, material(table, summary)].into_iter().flatten().collect()
 }
 
+/// What is said of colours that are narrower than their type.
+pub(crate) const NARROW_COLORS: &str = "the 16-bit colours hold 8-bit values and were read as such";
+
 fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
     let (components, mut values) = COLORS
         .iter()
@@ -26,9 +29,7 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
         Buffer::F32(values) => sanitise(values, components, summary),
         Buffer::U16(wide) => {
             if let Some(narrow) = eight_bits(wide) {
-                summary
-                    .warnings
-                    .push("the 16-bit colours hold 8-bit values and were read as such".to_owned());
+                summary.warnings.push(NARROW_COLORS.to_owned());
                 values = Buffer::U8(narrow);
             }
         }

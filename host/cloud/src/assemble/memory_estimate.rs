@@ -23,16 +23,12 @@ pub(crate) fn row_bytes(fields: &[Field]) -> u64 {
 
 /// Whether normals or radii are missing, so that they are estimated on all threads.
 pub(crate) fn estimates(fields: &[Field], options: &ReadOptions<'_>) -> bool {
-    let radii = options.radius.is_some() || RADII.iter().any(|[name]| has(fields, name));
-    !(has_normals(fields) && radii)
-}
-
-fn has_normals(fields: &[Field]) -> bool {
-    NORMALS.iter().any(|spelling| spelling.iter().all(|name| has(fields, name)))
-}
-
-fn has(fields: &[Field], name: &str) -> bool {
-    fields.iter().flat_map(|field| &field.names).any(|own| own.eq_ignore_ascii_case(name))
+    let has = |name: &str| {
+        fields.iter().flat_map(|field| &field.names).any(|own| own.eq_ignore_ascii_case(name))
+    };
+    let normals = NORMALS.iter().any(|spelling| spelling.iter().all(|name| has(name)));
+    let radii = options.radius.is_some() || RADII.iter().any(|[name]| has(name));
+    !(normals && radii)
 }
 
 /// Asks for the memory that making a cloud takes, and for so many bytes besides.
@@ -57,8 +53,7 @@ pub(crate) fn ask(
 fn bytes(fields: &[Field], n_rows: u64, n_triangles: u64, options: &ReadOptions<'_>) -> u64 {
     let shape = if estimates(fields, options) { ESTIMATES } else { 0 };
     let row = fields.iter().map(copies).sum::<u64>() + shape + SLACK;
-    let of_triangles = n_triangles.saturating_mul(TRIANGLE);
-    n_rows.saturating_mul(row).saturating_add(of_triangles)
+    n_rows.saturating_mul(row).saturating_add(n_triangles.saturating_mul(TRIANGLE))
 }
 
 /// Bytes a point that the copies of a column take on its way into the cloud.

@@ -19,6 +19,7 @@ use crate::error::ReadFault;
 use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
+pub(crate) use appearance::NARROW_COLORS;
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
 use vectors::flat;
 

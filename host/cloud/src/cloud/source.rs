@@ -40,6 +40,12 @@ pub struct Source {
 }
 
 impl Source {
+    /// Metres of a unit of coordinates, above 0, where the file says so.
+    #[must_use]
+    pub fn metres(&self) -> Option<f64> {
+        Some(self.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0)
+    }
+
     /// Places of devices in the common coordinates; `None` where no scan has one.
     #[must_use]
     pub fn scanners(&self) -> Option<Vec<Option<DVec3>>> {

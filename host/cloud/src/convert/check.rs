@@ -1,6 +1,7 @@
 //! What is wrong with a conversion, or is to be said of it, before a point is written.
 
 use super::select::Selection;
+use super::union;
 use crate::error::ReadError;
 use crate::formats::plugins::SharedSink;
 use crate::inspect::stream;
@@ -15,7 +16,6 @@ use surfelshop_api::{Error, Result};
 /// Refuses columns that no cloud has, and a box that none reaches into.
 pub(super) fn selection(
     headers: &[CloudHeader],
-    bounds: Option<[DVec3; 2]>,
     selection: &Selection,
 ) -> std::result::Result<(), String> {
     let mut known: Vec<&str> = headers
@@ -30,17 +30,18 @@ pub(super) fn selection(
         if !is_made && !known.contains(&column.as_str()) {
             let known: Vec<String> = known.iter().map(|name| format!("`{name}`")).collect();
             return Err(format!(
-                "--columns: no cloud has a column `{column}`; there are {}",
+                "no cloud has a column `{column}`; there are {}",
                 known.join(", ")
             ));
         }
     }
+    let bounds = union::bounds(headers, None);
     if let (Some([low, high]), Some([min, max])) = (selection.crop, bounds)
         && (low.cmpgt(max).any() || high.cmplt(min).any())
     {
         let place = |p: DVec3| format!("{},{},{}", p.x, p.y, p.z);
         return Err(format!(
-            "--crop: no point lies in the box; the points reach from {} to {}",
+            "no point lies in the box; the points reach from {} to {}",
             place(min),
             place(max)
         ));
@@ -157,7 +158,9 @@ mod tests {
 
     fn header(names: &[&str]) -> CloudHeader {
         let column = |name: &&str| FileColumn::new(*name, 1, Element::F32);
-        CloudHeader { columns: names.iter().map(column).collect(), ..CloudHeader::default() }
+        let bounds = Some([DVec3::ZERO, DVec3::ONE]);
+        let columns = names.iter().map(column).collect();
+        CloudHeader { columns, bounds, ..CloudHeader::default() }
     }
 
     #[test]
@@ -168,16 +171,17 @@ mod tests {
             crop,
             every: 1,
         };
-        let bounds = Some([DVec3::ZERO, DVec3::ONE]);
-        let line = selection(&headers, bounds, &of(&["heat", "colour"], None)).unwrap_err();
+        let line = selection(&headers, &of(&["heat", "colour"], None)).unwrap_err();
         assert!(line.contains("no cloud has a column `colour`; there are `heat`, `position`"));
-        assert!(selection(&headers, bounds, &of(&["scan"], None)).is_err());
+        assert!(selection(&headers, &of(&["scan"], None)).is_err());
         let two = [headers[0].clone(), header(&[POSITION])];
-        assert_eq!(selection(&two, bounds, &of(&["scan"], None)), Ok(()));
+        assert_eq!(selection(&two, &of(&["scan"], None)), Ok(()));
         let beside = Some([DVec3::splat(2.0), DVec3::splat(3.0)]);
-        let line = selection(&headers, bounds, &of(&["heat"], beside)).unwrap_err();
+        let line = selection(&headers, &of(&["heat"], beside)).unwrap_err();
         assert!(line.contains("the points reach from 0,0,0 to 1,1,1"), "{line}");
-        assert_eq!(selection(&headers, None, &of(&[], beside)), Ok(()));
+        // Where heads do not say where points lie, nobody knows yet.
+        let unknown = [CloudHeader { bounds: None, ..headers[0].clone() }];
+        assert_eq!(selection(&unknown, &of(&[], beside)), Ok(()));
         let lines = remarks(&two, &of(&["heat"], None), true);
         assert!(lines.len() == 1 && lines[0].contains("not every cloud has `heat`"), "{lines:?}");
         assert!(remarks(&two, &of(&["heat"], None), false).is_empty());

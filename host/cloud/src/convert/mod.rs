@@ -11,11 +11,12 @@ mod target;
 mod transfer;
 mod union;
 
+use crate::assemble::NARROW_COLORS;
 use crate::error::{ReadError, WriteError};
 use crate::files::replace_at;
 use crate::formats::plugins::{FormatCall, SharedSink, WriteFault};
 use crate::formats::ply;
-use crate::inspect::{heads_of, stream};
+use crate::inspect::{heads, stream};
 use crate::options::{ReadOptions, WriteOptions};
 use crate::write::writer;
 use std::io;
@@ -23,8 +24,8 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use surfelshop_api::columns::COLOR;
-use surfelshop_api::format::CloudHeader;
 use surfelshop_geometry::{part, silent};
+use target::Types;
 use transfer::{TransferSink, transfer};
 
 pub use select::{CropBox, Selection};
@@ -78,17 +79,13 @@ pub fn convert(
     // A wrong ending is refused before anything is read.
     let id = writer(output, write)?;
     let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
-    let mut headers = headers_of(inputs, read, selection.columns())?;
-    let bounds = union::header(&headers, &Selection::default()).bounds;
-    let is_right = check::selection(&headers, bounds, selection);
-    if is_right.is_err() && selection.columns.is_some() {
-        // Heads had the columns alone that were asked for; people want to know of the others.
-        let all = headers_of(inputs, read, None)?;
-        check::selection(&all, bounds, selection).map_err(ConvertError::Selection)?;
+    let mut headers = Vec::new();
+    for input in inputs {
+        headers.extend(heads(input, &ReadOptions { progress: &silent, ..*read })?);
     }
-    is_right.map_err(ConvertError::Selection)?;
-    let is_narrow = selection.keeps(COLOR) && check::colors_are_narrow(inputs, &headers, read)?;
-    if is_narrow {
+    check::selection(&headers, selection).map_err(ConvertError::Selection)?;
+    let narrow_colors = selection.keeps(COLOR) && check::colors_are_narrow(inputs, &headers, read)?;
+    if narrow_colors {
         headers.iter_mut().for_each(check::narrow_colors);
     }
     let remarks = check::remarks(&headers, selection, !several);
@@ -97,7 +94,8 @@ pub fn convert(
         Some(header) => header.columns.clone(),
         None => union::header(&headers, selection).columns,
     };
-    let (sender, source) = transfer(merged.clone(), selection.clone(), [id.is_some(), is_narrow]);
+    let types = Types { wide_positions: id.is_some(), narrow_colors };
+    let (sender, source) = transfer(merged.clone(), selection.clone(), types);
     let counts = Arc::clone(&source.counts);
     let ended = std::thread::scope(|scope| {
         // Progress is told by the reader, on this thread.
@@ -126,14 +124,11 @@ pub fn convert(
         (Err(Sending::WriterGone), Ok(lost)) => (Vec::new(), lost),
         (Ok(warnings), Ok(lost)) => (warnings, lost),
     };
-    if is_narrow {
-        warnings.push("the 16-bit colours hold 8-bit values and were read as such".to_owned());
-    }
-    if id.is_some() && write.ascii {
-        lost.push("--ascii is for PLY files and changes nothing here".to_owned());
+    if narrow_colors {
+        warnings.push(NARROW_COLORS.to_owned());
     }
     if n_written == 0 && n_read > 0 && selection.crop.is_some() {
-        lost.push("no point lies in the box of --crop".to_owned());
+        lost.push("no point lies in the box that was cropped to".to_owned());
     }
     lost.extend(remarks);
     Ok(Converted {
@@ -144,20 +139,6 @@ pub fn convert(
         warnings,
         lost,
     })
-}
-
-/// The headers of all clouds, with the columns that were asked for.
-fn headers_of(
-    inputs: &[PathBuf],
-    read: &ReadOptions<'_>,
-    columns: Option<&[String]>,
-) -> Result<Vec<CloudHeader>, ReadError> {
-    let mut headers = Vec::new();
-    for input in inputs {
-        let read = ReadOptions { progress: &silent, ..*read };
-        headers.extend(heads_of(input, &read, columns)?);
-    }
-    Ok(headers)
 }
 
 fn refused(output: &Path) -> WriteError {
@@ -190,7 +171,7 @@ fn send(
     });
     match ended {
         Ok(()) => {
-            sender.lock().unwrap_or_else(PoisonError::into_inner).count();
+            sender.lock().unwrap_or_else(PoisonError::into_inner).tell_missing();
             state.finish();
             Ok(state.warnings())
         }

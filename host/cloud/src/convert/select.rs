@@ -18,11 +18,6 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The columns that are read; all where there is no list.
-    pub(super) fn columns(&self) -> Option<&[String]> {
-        self.columns.as_deref()
-    }
-
     /// Whether a column is kept.
     pub(super) fn keeps(&self, name: &str) -> bool {
         let named = |columns: &Vec<String>| columns.iter().any(|column| column == name);

@@ -19,12 +19,20 @@ pub(super) struct TargetBatch {
     pub(super) faces: Vec<[u32; 3]>,
 }
 
+/// Types that differ from those that are read.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Types {
+    /// Positions become `f64`.
+    pub(super) wide_positions: bool,
+    /// 16-bit colours become the 8-bit ones that they hold.
+    pub(super) narrow_colors: bool,
+}
+
 /// Makes the batches of a cloud that is written out of those of one or several that are read.
 pub(super) struct Target {
     merged: Option<CloudHeader>,
     selection: Selection,
-    wide: bool,
-    narrow: bool,
+    types: Types,
     counts: SharedCounts,
     /// The cloud that is read.
     current: CloudHeader,
@@ -45,15 +53,14 @@ impl Target {
     pub(super) fn new(
         merged: Option<CloudHeader>,
         selection: Selection,
-        [wide, narrow]: [bool; 2],
+        types: Types,
         counts: SharedCounts,
     ) -> Self {
         let (current, out, scan, n_seen, n_out, n_before, has_gaps) = Default::default();
         Self {
             merged,
             selection,
-            wide,
-            narrow,
+            types,
             counts,
             current,
             out,
@@ -89,10 +96,10 @@ impl Target {
             Some(merged) => merged.clone(),
             None => self.apart(&header),
         };
-        if self.narrow {
+        if self.types.narrow_colors {
             narrow_colors(&mut self.out);
         }
-        if self.wide {
+        if self.types.wide_positions {
             for column in self.out.columns.iter_mut().filter(|column| column.name == POSITION) {
                 column.element = Element::F64;
             }

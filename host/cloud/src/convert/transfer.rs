@@ -2,7 +2,7 @@
 
 use super::counts::SharedCounts;
 use super::select::Selection;
-use super::target::{Target, TargetBatch};
+use super::target::{Target, TargetBatch, Types};
 use crate::cloud::buffer::Buffer;
 use crate::error::ReadError;
 use crate::formats::table_sink::check_header;
@@ -85,19 +85,18 @@ pub(super) struct TransferSource {
     pub(super) counts: SharedCounts,
 }
 
-/// Both ends. Where there is a header of all clouds, they become one; positions are `f64` where `wide`, and 16-bit
-/// colours become 8-bit ones where they are `narrow`.
+/// Both ends. Where there is a header of all clouds, they become one.
 pub(super) fn transfer(
     merged: Option<CloudHeader>,
     selection: Selection,
-    [wide, narrow]: [bool; 2],
+    types: Types,
 ) -> (TransferSink, TransferSource) {
     let (sender, receiver) = sync_channel(WAITING);
     let (warnings, writer_gone) = Default::default();
     let shared = Arc::new(Shared { sender, warnings, writer_gone });
     let columns = selection.columns.clone();
     let counts: SharedCounts = Arc::default();
-    let target = Target::new(merged, selection, [wide, narrow], Arc::clone(&counts));
+    let target = Target::new(merged, selection, types, Arc::clone(&counts));
     let (next, ended, faces, batch) = Default::default();
     let source = TransferSource { receiver, target, next, ended, faces, batch, counts };
     (TransferSink { shared, header: None, columns, n: 0 }, source)
@@ -109,7 +108,7 @@ impl TransferSink {
     }
 
     /// Says where a cloud has fewer points than its head announced.
-    pub(super) fn count(&mut self) {
+    pub(super) fn tell_missing(&mut self) {
         let announced = self.header.take().and_then(|header| header.rows);
         let n = std::mem::take(&mut self.n);
         if let Some(announced) = announced.filter(|&announced| announced > n) {
@@ -132,7 +131,7 @@ fn owned(values: &Values<'_>) -> Result<Buffer> {
 impl CloudSinkHost for TransferSink {
     fn begin(&mut self, header: &CloudHeader) -> Result<bool> {
         check_header(header)?;
-        self.count();
+        self.tell_missing();
         self.header = Some(header.clone());
         self.shared.send(Message::Cloud(Box::new(header.clone())))?;
         Ok(true)

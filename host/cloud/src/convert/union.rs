@@ -1,6 +1,6 @@
 //! One header for several clouds.
 
-use super::select::Selection;
+use super::select::{CropBox, Selection};
 use glam::DVec3;
 use surfelshop_api::columns::{Element, POSITION};
 use surfelshop_api::format::{CloudHeader, FileColumn, SCAN, UpAxis};
@@ -55,7 +55,7 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
         name: first.name.clone(),
         rows: None,
         columns,
-        bounds: bounds(headers, selection),
+        bounds: bounds(headers, selection.crop),
         step: headers.iter().filter_map(|header| header.step).reduce(DVec3::min),
         scanner,
         up: headers
@@ -73,7 +73,7 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
 }
 
 /// The box of what is written, as far as headers say; points may lie in a smaller one.
-fn bounds(headers: &[CloudHeader], selection: &Selection) -> Option<[DVec3; 2]> {
+pub(super) fn bounds(headers: &[CloudHeader], crop: Option<CropBox>) -> Option<[DVec3; 2]> {
     let mut corners = Vec::new();
     for header in headers {
         let [low, high] = header.bounds?;
@@ -83,7 +83,7 @@ fn bounds(headers: &[CloudHeader], selection: &Selection) -> Option<[DVec3; 2]> 
         }));
     }
     let Bounds { min, max } = Bounds::of(corners)?;
-    Some(match selection.crop {
+    Some(match crop {
         Some([low, high]) => [min.max(low), max.min(high)],
         None => [min, max],
     })

@@ -25,6 +25,7 @@ mod progress;
 pub mod radii;
 #[cfg(test)]
 mod samples;
+mod signed_sets;
 pub mod spread;
 pub mod thinning;
 mod visibility;

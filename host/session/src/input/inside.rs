@@ -45,20 +45,20 @@ pub fn lens(lens: &LensArguments, clouds: &Clouds) -> LensArguments {
     LensArguments { camera, ..lens.clone() }
 }
 
-/// The clouds with a place in their largest free space, at eye height where units are known; unchanged where a device's place is known. At most a second for large clouds.
+/// The clouds with a place in their largest free space, at eye height where units are known; unchanged where a
+/// device's place is known.
 #[must_use]
 pub fn with_standpoint(clouds: Clouds, up: UpAxis) -> Clouds {
-    let all: Vec<&Cloud> = clouds.loaded.iter().map(|loaded| &loaded.cloud).collect();
-    let has_scanner = || all.iter().any(|cloud| cloud.source().scanners().is_some());
-    if clouds.standpoint.is_some() || has_scanner() {
+    if has_scanner(&clouds) {
         return clouds;
     }
     // The largest cloud is what others stand in.
-    let size = |cloud: &&&Cloud| {
+    let size = |cloud: &&Cloud| {
         let facts = cloud.facts();
         (facts.bounds_max - facts.bounds_min).length_squared()
     };
-    let largest = all.iter().max_by(|a, b| size(a).total_cmp(&size(b)));
+    let all = clouds.loaded.iter().map(|loaded| &loaded.cloud);
+    let largest = all.max_by(|a, b| size(a).total_cmp(&size(b)));
     let standpoint = largest.and_then(|cloud| free_place(cloud, up));
     Clouds { standpoint, ..clouds }
 }
@@ -70,8 +70,7 @@ fn free_place(cloud: &Cloud, up: UpAxis) -> Option<Standpoint> {
         UpAxis::Z => DVec3::Z,
         _ => source.grid_up.unwrap_or(DVec3::Y),
     };
-    let metres = Some(source.metres_per_unit).filter(|metres| metres.is_finite() && *metres > 0.0);
-    let eye_height = metres.map(|metres| (EYES / metres) as f32);
+    let eye_height = source.metres().map(|metres| (EYES / metres) as f32);
     let standing = Standing { up: axis.as_vec3(), eye_height };
     let step = cloud.len().div_ceil(STOOD_AMONG).max(1);
     let every = |all: &[Vec3]| -> Vec<Vec3> { all.iter().copied().step_by(step).collect() };
@@ -98,11 +97,22 @@ pub fn stand(clouds: &Clouds, up: UpAxis) -> Option<CameraSpec> {
     Some(CameraSpec::Placed { eye, target, up: Some(up), fov_deg: Some(FOV_DEG) })
 }
 
+/// Whether one can stand inside the clouds; costs less than to say where.
+#[must_use]
+pub fn can_stand(clouds: &Clouds) -> bool {
+    clouds.facts.n_surfels > 0 && (clouds.standpoint.is_some() || has_scanner(clouds))
+}
+
 /// Whether a first look at the clouds is one from inside: a device stood there, or they are seen from within.
 #[must_use]
 pub fn is_first_view(clouds: &Clouds) -> bool {
-    let has_scanner = clouds.loaded.iter().any(|loaded| loaded.cloud.source().scanners().is_some());
-    has_scanner || clouds.standpoint.is_some_and(|found| found.is_within)
+    has_scanner(clouds) || clouds.standpoint.is_some_and(|found| found.is_within)
+}
+
+/// Whether a file says where a device stood.
+fn has_scanner(clouds: &Clouds) -> bool {
+    let mut scans = clouds.loaded.iter().flat_map(|loaded| &loaded.cloud.source().scans);
+    scans.any(|scan| scan.scanner.is_some())
 }
 
 /// The place of a device: of several the one nearest to the middle of all.
@@ -183,9 +193,14 @@ mod tests {
         };
         assert_eq!(eye, DVec3::X);
         assert!((target - eye).normalize_or_zero().dot(DVec3::NEG_Z) > 0.99, "{target}");
-        assert_eq!(stand(&seen_from(None, &[[1.0; 3]]), UpAxis::Auto), None);
+        let nowhere = seen_from(None, &[[1.0; 3]]);
+        assert_eq!((stand(&nowhere, UpAxis::Auto), can_stand(&nowhere)), (None, false));
         // Where no device stood, one stands in free space, if a load found some.
         let mut clouds = seen_from(None, &[[5.0, 0.0, 0.0]]);
+        assert!(can_stand(&Clouds {
+            standpoint: Some(Standpoint { place: DVec3::X, is_within: false }),
+            ..clouds.clone()
+        }));
         clouds.standpoint = Some(Standpoint { place: DVec3::X, is_within: true });
         let Some(CameraSpec::Placed { eye, target, .. }) = stand(&clouds, UpAxis::Auto) else {
             panic!("nobody stands inside")

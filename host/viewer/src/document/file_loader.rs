@@ -39,17 +39,19 @@ struct Progress {
 }
 
 impl FileLoader {
-    /// Starts the thread, which calls `wake` with its progress and at its end.
+    /// Starts the thread, which calls `wake` with its progress and at its end; `up` points upwards where no scene says
+    /// another axis.
     pub(crate) fn start(
         files: Vec<PathBuf>,
         formats: SessionFormats,
+        up: UpAxis,
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
         let state = Arc::new(Progress::default());
         let (send, result) = channel();
         let (paths, progress) = (files.clone(), state.clone());
         std::thread::Builder::new().name("loading".to_owned()).spawn(move || {
-            let read = read_all(&paths, &formats, &progress, &wake);
+            let read = read_all(&paths, (&formats, up), &progress, &wake);
             // The window may be closed already.
             drop(send.send(read));
             wake();
@@ -85,7 +87,7 @@ impl Drop for FileLoader {
 
 fn read_all(
     files: &[PathBuf],
-    formats: &SessionFormats,
+    (formats, up): (&SessionFormats, UpAxis),
     state: &Progress,
     wake: &dyn Fn(),
 ) -> Result<LoadedFiles, String> {
@@ -110,7 +112,8 @@ fn read_all(
     };
     let clouds = Clouds::read_with(&inputs.sources, read).map_err(|error| format!("{error:#}"))?;
     // Where a scan is to be looked at from within is found here, since it takes a while.
-    let clouds = inside::with_standpoint(clouds, UpAxis::Auto);
+    let of_scene = inputs.opened.as_ref().and_then(|opened| opened.scene.up);
+    let clouds = inside::with_standpoint(clouds, of_scene.map_or(up, UpAxis::from));
     let entries = entries(&inputs);
     Ok(LoadedFiles { clouds, scene: inputs.opened, entries })
 }
@@ -146,7 +149,9 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let loader = FileLoader::start(vec!["no/such/cloud.ply".into()], formats(), || ()).unwrap();
+        let loader =
+            FileLoader::start(vec!["no/such/cloud.ply".into()], formats(), UpAxis::Auto, || ())
+                .unwrap();
         let error = result(&loader).err().unwrap();
         assert!(error.contains("no/such/cloud.ply"), "{error}");
     }
@@ -164,8 +169,12 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let state = Progress::default();
         state.cancelled.store(true, Ordering::Relaxed);
-        assert!(read_all(std::slice::from_ref(&path), &formats(), &state, &|| ()).is_err());
-        let whole = read_all(&[path], &formats(), &Progress::default(), &|| ()).unwrap();
+        assert!(
+            read_all(std::slice::from_ref(&path), (&formats(), UpAxis::Auto), &state, &|| ())
+                .is_err()
+        );
+        let whole =
+            read_all(&[path], (&formats(), UpAxis::Auto), &Progress::default(), &|| ()).unwrap();
         assert_eq!(whole.clouds.facts.n_surfels, 20_000);
     }
 }

@@ -38,7 +38,8 @@ impl Window {
             return;
         }
         let wake = ctx.clone();
-        match FileLoader::start(files, self.plugins.formats(), move || wake.request_repaint()) {
+        let (formats, up) = (self.plugins.formats(), self.document.typed_up);
+        match FileLoader::start(files, formats, up, move || wake.request_repaint()) {
             Ok(loader) => {
                 self.document.loader = Some(loader);
                 self.document.replace_confirmed = false;

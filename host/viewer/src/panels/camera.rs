@@ -32,7 +32,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         if ui.button("see everything").clicked() {
             window.frame_all();
         }
-        let can_stand = window.inside().is_some();
+        let can_stand = window.can_stand_inside();
         let inside = egui::Button::new("inside");
         let inside = ui.add_enabled(can_stand, inside);
         let inside = inside

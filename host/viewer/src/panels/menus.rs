@@ -70,7 +70,7 @@ fn view(window: &mut Window, ui: &mut Ui) {
     if item(ui, "See everything", &FRAME) {
         window.frame_all();
     }
-    let can_stand = window.inside().is_some();
+    let can_stand = window.can_stand_inside();
     ui.add_enabled_ui(can_stand, |ui| {
         if item(ui, "Stand inside the scan", &INSIDE) {
             window.stand_inside();

@@ -1,6 +1,6 @@
 //! Tables: every column of a cloud, under a line of names.
 
-use super::lines::{Output, Word, unplaced};
+use super::lines::{Output, Word};
 use super::words::Form;
 use crate::layout::{Delimiter, Target, is_whole, shown};
 use surfelshop_api::columns::{COLOR, Element, POSITION};
@@ -28,7 +28,7 @@ pub(crate) fn write_table(
                     output.text(&names(&cloud.columns, delimiter))?;
                 }
                 lines.extend(untyped(&cloud.columns));
-                lines.extend(unplaced(&cloud));
+                lines.extend(cloud.without_system());
                 first = Some(cloud.columns.clone());
             }
             Some(first) if *first != cloud.columns => {

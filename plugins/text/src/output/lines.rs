@@ -222,22 +222,9 @@ fn pose_lines(pose: &Pose) -> String {
     text
 }
 
-/// The coordinate system and the unit, which lines of numbers have no place for.
-pub(super) fn unplaced(header: &CloudHeader) -> Vec<String> {
-    let mut lines = Vec::new();
-    if !header.coordinate_system.is_empty() {
-        lines.push("the coordinate system is left out".to_owned());
-    }
-    let metres = header.metres_per_unit;
-    if metres > 0.0 && metres.to_bits() != 1f64.to_bits() {
-        lines.push(format!("the unit of {metres} m is left out"));
-    }
-    lines
-}
-
 /// What of a cloud has no place in a format, for people.
 fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
-    let mut lines = unplaced(header);
+    let mut lines = header.without_system();
     let others = header.columns.iter().map(|column| column.name.as_str());
     let others: Vec<&str> =
         others.filter(|name| ![POSITION, INTENSITY, COLOR].contains(name)).collect();
@@ -260,10 +247,10 @@ fn left_out(format: FixedFormat, header: &CloudHeader) -> Vec<String> {
     }
     let element = |name: &str| header.column(name).map(|(_, column)| column.element);
     if element(COLOR).is_some_and(|element| element != Element::U8) {
-        lines.push("colours are rounded to 8 bits".to_owned());
+        lines.push("`color` is rounded to 8 bits".to_owned());
     }
     if header.column(COLOR).is_some_and(|(_, column)| column.components > 3) {
-        lines.push("opacity is left out".to_owned());
+        lines.push("the opacity of `color` is left out".to_owned());
     }
     if header.has_faces {
         lines.push(format!("triangles are left out: {name} has only points"));

@@ -145,7 +145,7 @@ fn scans_are_read_with_their_poses() {
     assert_eq!(
         lines,
         [
-            "colours are rounded to 8 bits",
+            "`color` is rounded to 8 bits",
             "intensity is written as a fraction of its type's largest number",
             "there is no intensity: 0.5 is written",
         ]

@@ -66,20 +66,7 @@ pub(crate) fn write_batches(
             file.write_at(place, count.to_string().as_bytes()).map_err(io)?;
         }
     }
-    Ok(lost(&header))
-}
-
-/// What of a cloud's header PLY files have no place for, in lines.
-fn lost(header: &CloudHeader) -> Vec<String> {
-    let mut lines = Vec::new();
-    if !header.coordinate_system.is_empty() {
-        lines.push("the coordinate system is left out".to_owned());
-    }
-    let metres = header.metres_per_unit;
-    if metres > 0.0 && metres.to_bits() != 1f64.to_bits() {
-        lines.push(format!("the unit of {metres} m is left out"));
-    }
-    lines
+    Ok(header.without_system())
 }
 
 /// Refuses names that a reader could not tell apart or would split.

@@ -1,6 +1,7 @@
 //! Makes the signs of fitted normals agree.
 
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
+use crate::signed_sets::SignedSets;
 use glam::DVec3;
 
 /// Neighbours that a point passes its sign on to. With ten, random samples of a surface hang
@@ -67,10 +68,11 @@ pub(crate) fn orient(
     })?;
     let count = edges.len();
     let mut edges = sort(edges, &part(progress, 0.3..0.5))?.into_iter().flatten();
-    let mut parts = Parts::new(points.len());
+    let mut parts = SignedSets::new(points.len());
     each(count, &part(progress, 0.5..0.95), |_| {
         let Some(Edge { a, b, .. }) = edges.next() else { return };
-        parts.join(a, b, agreement(points, normals, a as usize, b as usize) < 0.0);
+        let opposite = agreement(points, normals, a as usize, b as usize) < 0.0;
+        parts.join(a, b, opposite, u32::MAX);
     })?;
     let mut roots = Vec::with_capacity(points.len());
     each(points.len(), &part(progress, 0.95..0.97), |place| {
@@ -110,61 +112,6 @@ fn agreement(points: &[DVec3], normals: &[DVec3], a: usize, b: usize) -> f64 {
     let along = (points[b] - points[a]).normalize_or_zero();
     let mirrored = normals[a] - 2.0 * along * along.dot(normals[a]);
     mirrored.dot(normals[b])
-}
-
-/// Disjoint sets whose members know their sign relative to the set's root.
-struct Parts {
-    parent: Vec<u32>,
-    size: Vec<u32>,
-    /// Whether the sign differs from the parent's.
-    flipped: Vec<bool>,
-}
-
-impl Parts {
-    fn new(count: usize) -> Self {
-        Self {
-            parent: (0..count as u32).collect(),
-            size: vec![1; count],
-            flipped: vec![false; count],
-        }
-    }
-
-    /// The root of a member's set and whether its sign differs from the root's.
-    fn find(&mut self, member: u32) -> (u32, bool) {
-        let mut root = member;
-        let mut sign = false;
-        while self.parent[root as usize] != root {
-            sign ^= self.flipped[root as usize];
-            root = self.parent[root as usize];
-        }
-        // Every member on the way now hangs directly on the root.
-        let (mut here, mut rest) = (member, sign);
-        while self.parent[here as usize] != root {
-            let next = self.parent[here as usize];
-            let step = std::mem::replace(&mut self.flipped[here as usize], rest);
-            self.parent[here as usize] = root;
-            rest ^= step;
-            here = next;
-        }
-        (root, sign)
-    }
-
-    /// Makes one set of two; `opposite` tells whether the members' signs differ.
-    fn join(&mut self, a: u32, b: u32, opposite: bool) {
-        let (root_a, sign_a) = self.find(a);
-        let (root_b, sign_b) = self.find(b);
-        if root_a == root_b {
-            return;
-        }
-        let (low, high) = if self.size[root_a as usize] < self.size[root_b as usize] {
-            (root_a, root_b)
-        } else {
-            (root_b, root_a)
-        };
-        self.parent[low as usize] = high;
-        self.size[high as usize] += self.size[low as usize];
-        self.flipped[low as usize] = sign_a ^ sign_b ^ opposite;
-    }
 }
 
 /// Directions in which extremal points vote: axes, face diagonals and space diagonals of a cube.

@@ -18,10 +18,7 @@ pub(super) const LINKS: usize = 10;
 const COVERING: usize = 4;
 
 /// Distance up to which they may be part of its own surface, in radii.
-pub(super) const NEAR: f32 = 4.0;
-
-/// Cosine between normals of the same surface, in any direction.
-const ALIKE: f32 = 0.7;
+const NEAR: f32 = 4.0;
 
 /// No neighbour.
 const NOBODY: u32 = u32::MAX;
@@ -50,12 +47,6 @@ impl Surfel {
         let distance = towards.length();
         let reach = NEAR * self.radius..distance;
         reach.is_empty() || !discs.is_hit(self.position, towards / distance, reach, |_| true)
-    }
-
-    /// Whether it is part of the surface through a point with a unit normal nearby.
-    pub(super) fn continues(&self, position: Vec3, normal: Vec3) -> bool {
-        let height = normal.dot(self.position - position).abs();
-        self.normal.dot(normal).abs() > ALIKE && height < self.radius
     }
 }
 

@@ -16,7 +16,8 @@ pub(crate) fn restore(window: &mut Window, ctx: &Context, session: OrphanSession
         Err(error) => return window.messages.warn(format!("{error:#}{later}")),
     };
     let wake = ctx.clone();
-    match FileLoader::start(vec![path], window.plugins.formats(), move || wake.request_repaint()) {
+    let (formats, up) = (window.plugins.formats(), window.document.typed_up);
+    match FileLoader::start(vec![path], formats, up, move || wake.request_repaint()) {
         Ok(loader) => {
             window.document.loader = Some(loader);
             if let Some(recovery) = &mut window.document.recovery {

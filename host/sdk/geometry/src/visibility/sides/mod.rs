@@ -1,8 +1,7 @@
 //! Which side of a scan's surface faces free space: what a normal means on a scan, where nothing but
 //! the points is known.
 //!
-//! A fitted plane has two sides. [`towards_scanners`] takes the one that a device was on, where its
-//! place is known; [`by_visibility`] the one that can be seen.
+//! A fitted plane has two sides; [`by_visibility`] takes the one that can be seen.
 
 mod couplings;
 mod evidence;
@@ -10,8 +9,6 @@ mod hints;
 mod labels;
 mod rays;
 mod regions;
-mod scanners;
-mod sets;
 mod signs;
 mod spread;
 mod verdict;
@@ -22,7 +19,6 @@ use crate::progress::{Cancelled, Progress, part, report};
 use glam::Vec3;
 pub use hints::Hints;
 use labels::Labels;
-pub use scanners::{TowardsScanners, towards_scanners};
 
 /// What [`by_visibility`] did.
 #[derive(Clone, Debug, Default, PartialEq)]

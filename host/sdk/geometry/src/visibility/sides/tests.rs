@@ -3,7 +3,6 @@
 use super::*;
 use crate::progress::silent;
 use crate::visibility::scenes::{self, Scene};
-use glam::DVec3;
 use std::ops::ControlFlow;
 
 const METRES: Hints = Hints { metres: Some(1.0), up: None, device: None, interior: None };
@@ -221,50 +220,5 @@ fn the_search_stops_when_asked() {
         let before = normals.clone();
         let stopped = by_visibility(&scene.positions, &mut normals, &Hints::default(), &stop);
         assert_eq!((stopped, normals), (Err(Cancelled), before));
-    }
-}
-
-#[test]
-fn normals_face_the_device_they_belong_to() {
-    let scene = scenes::sphere(3000);
-    let centre = DVec3::new(3.0, -1.0, 0.5).as_vec3();
-    let outside = centre + 5.0 * Vec3::X;
-    let mut normals = scene.scrambled(2);
-    let of: Vec<u32> = scene.positions.iter().map(|p| u32::from(p.x < centre.x)).collect();
-    let scanners = [outside, centre];
-    let done =
-        towards_scanners(&scene.positions, &mut normals, &scanners, Some(&of), &silent).unwrap();
-    assert_eq!((done.decided, done.unknown), (3000, 0));
-    for ((position, normal), of) in scene.positions.iter().zip(&normals).zip(&of) {
-        assert!(normal.dot(scanners[*of as usize] - *position) >= 0.0);
-    }
-    // At 85 to 95 degrees to lines from 5 radii away lies a band of sin 5 degrees of the sphere to
-    // both sides of where they touch it; half of it belongs to the device there.
-    let share = done.unsure();
-    assert!((0.03..0.1).contains(&share), "{share}");
-}
-
-#[test]
-fn points_without_a_device_face_the_nearest_that_sees_them() {
-    let scene = scenes::two_rooms(150.0);
-    // The first is nearer to the far side of the wall between them than the second is.
-    let scanners = [Vec3::new(4.4, 1.5, 1.5), Vec3::new(8.4, 2.0, 1.6)];
-    let scene = scene.seen_from(&scanners);
-    let mut normals = scene.scrambled(3);
-    let done = towards_scanners(&scene.positions, &mut normals, &scanners, None, &silent).unwrap();
-    let right = scene.right(&normals);
-    assert!(right >= 0.98, "{right}");
-    assert_eq!(done.decided, scene.len());
-}
-
-#[test]
-fn without_devices_nothing_is_turned() {
-    let scene = scenes::sphere(50);
-    for scanners in [&[][..], &[Vec3::NAN]] {
-        let mut normals = scene.scrambled(4);
-        let before = normals.clone();
-        let done =
-            towards_scanners(&scene.positions, &mut normals, scanners, None, &silent).unwrap();
-        assert_eq!((done.turned, done.unknown, normals), (0, 50, before));
     }
 }

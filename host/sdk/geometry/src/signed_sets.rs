@@ -1,7 +1,7 @@
 //! Disjoint sets whose members know their sign relative to the set.
 
 /// Sets of members with signs.
-pub(super) struct SignedSets {
+pub(crate) struct SignedSets {
     parent: Vec<u32>,
     size: Vec<u32>,
     /// Whether the sign differs from the parent's.
@@ -10,7 +10,7 @@ pub(super) struct SignedSets {
 
 impl SignedSets {
     /// A set for each member.
-    pub(super) fn new(count: usize) -> Self {
+    pub(crate) fn new(count: usize) -> Self {
         Self {
             parent: (0..count as u32).collect(),
             size: vec![1; count],
@@ -19,7 +19,7 @@ impl SignedSets {
     }
 
     /// The root of a member's set and whether its sign differs from the root's.
-    pub(super) fn find(&mut self, member: u32) -> (u32, bool) {
+    pub(crate) fn find(&mut self, member: u32) -> (u32, bool) {
         let (mut root, mut sign) = (member, false);
         while self.parent[root as usize] != root {
             sign ^= self.opposite[root as usize];
@@ -39,7 +39,7 @@ impl SignedSets {
 
     /// Makes one set of two, unless it would have more than `most` members; `opposite` tells whether
     /// the members' signs differ.
-    pub(super) fn join(&mut self, a: u32, b: u32, opposite: bool, most: u32) {
+    pub(crate) fn join(&mut self, a: u32, b: u32, opposite: bool, most: u32) {
         let ((root_a, sign_a), (root_b, sign_b)) = (self.find(a), self.find(b));
         let size = self.size[root_a as usize] + self.size[root_b as usize];
         if root_a == root_b || size > most {
@@ -54,7 +54,7 @@ impl SignedSets {
 
     /// For each member the number of its set, in the order of first members, and whether its sign
     /// differs from the set's; and the number of sets.
-    pub(super) fn numbered(mut self) -> (Vec<(u32, bool)>, usize) {
+    pub(crate) fn numbered(mut self) -> (Vec<(u32, bool)>, usize) {
         let mut number = vec![u32::MAX; self.parent.len()];
         let mut count = 0;
         let members = (0..self.parent.len() as u32)
