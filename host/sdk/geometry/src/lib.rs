@@ -25,7 +25,6 @@ mod progress;
 pub mod radii;
 #[cfg(test)]
 mod samples;
-mod signed_sets;
 pub mod spread;
 pub mod thinning;
 mod visibility;

@@ -1,6 +1,7 @@
 //! Surface normals from positions, and repair of single ones.
 
 mod orientation;
+pub(crate) mod signed_sets;
 
 use crate::eigen;
 use crate::neighbours::{Neighbours, SEARCH_SHARE};

@@ -1,7 +1,7 @@
 //! Makes the signs of fitted normals agree.
 
+use super::signed_sets::SignedSets;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
-use crate::signed_sets::SignedSets;
 use glam::DVec3;
 
 /// Neighbours that a point passes its sign on to. With ten, random samples of a surface hang

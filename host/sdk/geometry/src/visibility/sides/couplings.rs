@@ -1,8 +1,8 @@
 //! What says that two surfels face the same free space, or opposite ones.
 
 use super::rays::{Ray, STRAIGHT};
+use crate::normals::signed_sets::SignedSets;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
-use crate::signed_sets::SignedSets;
 use crate::visibility::surfels::Surfel;
 use glam::Vec3;
 

@@ -2,8 +2,8 @@
 
 use super::couplings::{Coupling, gathered};
 use super::rays::{Ray, Sky};
+use crate::normals::signed_sets::SignedSets;
 use crate::progress::{Cancelled, Progress, part};
-use crate::signed_sets::SignedSets;
 use std::collections::BTreeMap;
 
 /// Rounds in which groups take the region of most that they see.

@@ -1,8 +1,8 @@
 //! Signs of nodes that fulfil most of what couples them.
 
 use super::couplings::{Coupling, gathered};
+use crate::normals::signed_sets::SignedSets;
 use crate::progress::{Cancelled, Progress, part, report};
-use crate::signed_sets::SignedSets;
 
 /// Nodes that join into one in a round, at most: in small steps evidence gathers before it counts.
 const JOINED: u32 = 6;
