@@ -11,6 +11,7 @@ mod agreement;
 mod ambient_occlusion;
 mod boundary;
 mod contact_sheet;
+mod fuzz;
 mod gi_error;
 mod gi_maps;
 mod gi_times;
@@ -27,11 +28,12 @@ mod splats;
 
 type Run = fn() -> anyhow::Result<()>;
 
-const PROGRAMS: [(&str, Run); 17] = [
+const PROGRAMS: [(&str, Run); 18] = [
     ("agreement", agreement::run),
     ("ambient_occlusion", ambient_occlusion::run),
     ("boundary", boundary::run),
     ("contact_sheet", contact_sheet::run),
+    ("fuzz", fuzz::run),
     ("gi_error", gi_error::run),
     ("gi_maps", gi_maps::run),
     ("gi_times", gi_times::run),
