@@ -38,7 +38,9 @@ pub(super) fn run() -> anyhow::Result<()> {
         runs += 1;
     }
     let minutes = processor_minutes()?;
-    println!("{name}: {runs} inputs, {findings} findings, {minutes:.1} minutes, slowest {longest:.1?}");
+    println!(
+        "{name}: {runs} inputs, {findings} findings, {minutes:.1} minutes, slowest {longest:.1?}"
+    );
     Ok(())
 }
 
