@@ -95,7 +95,7 @@ fn of_points(positions: &[Vec3], normals: &[Vec3], job: &Job<'_>) -> Result<Vec<
     let progress = progress_of(job, 0.0..0.1, "looking for neighbours");
     let neighbours = Neighbours::build(positions, &progress)?;
     let progress = progress_of(job, 0.1..0.98, "covering the surface");
-    Ok(radii::estimate_with(&neighbours, normals, &progress)?)
+    Ok(radii::estimate_with(&neighbours, normals, &[], &progress)?)
 }
 
 /// Radii from the triangles around, and from points where there is none.

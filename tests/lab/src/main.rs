@@ -25,10 +25,11 @@ mod shading_speed;
 mod splat_edges;
 mod splat_pictures;
 mod splats;
+mod surface;
 
 type Run = fn() -> anyhow::Result<()>;
 
-const PROGRAMS: [(&str, Run); 18] = [
+const PROGRAMS: [(&str, Run); 19] = [
     ("agreement", agreement::run),
     ("ambient_occlusion", ambient_occlusion::run),
     ("boundary", boundary::run),
@@ -47,6 +48,7 @@ const PROGRAMS: [(&str, Run); 18] = [
     ("splat_edges", splat_edges::run),
     ("splat_pictures", splat_pictures::run),
     ("splats", splats::run),
+    ("surface", surface::run),
 ];
 
 fn main() -> anyhow::Result<()> {

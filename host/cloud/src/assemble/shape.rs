@@ -59,7 +59,7 @@ pub(super) fn take(
     // About half of the time goes into which side a plane faces.
     let fitted = if looks_around { 0.5 } else { 1.0 };
     let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..1.0)];
-    let mut normals =
+    let (mut normals, planarity) =
         finish_normals(given_normals, &mut search, options.n_neighbours, &fitting, summary)?;
     if are_estimated {
         let turning: Option<Progress<'_>> = if looks_around { Some(&turning) } else { None };
@@ -67,7 +67,7 @@ pub(super) fn take(
     }
     let progress = part(options.progress, covering);
     let estimates = if needs_radii {
-        radii::estimate_with(search.neighbours()?, &normals, &progress)?
+        radii::estimate_with(search.neighbours()?, &normals, &planarity, &progress)?
     } else {
         Vec::new()
     };
@@ -204,25 +204,26 @@ fn normalise(
     Ok(if counts.repaired == 0 { 1.0 } else { reported })
 }
 
-/// Normals that are estimated where none are given, and repaired where some have no direction.
+/// Normals that are estimated where none are given, and repaired where some have no direction; and how flat the
+/// surroundings of points are, where normals are estimated.
 fn finish_normals(
     given: Option<Vec<Vec3>>,
     search: &mut Search<'_>,
     k: usize,
     progress: Progress<'_>,
     summary: &mut Summary,
-) -> Result<Vec<Vec3>, ReadFault> {
+) -> Result<(Vec<Vec3>, Vec<f32>), ReadFault> {
     let counts = &mut summary.normals;
     let Some(mut found) = given else {
         let estimate = normals::estimate_with(search.neighbours()?, k, progress)?;
         counts.estimated = estimate.normals.len() as u64;
         counts.degenerate = estimate.n_degenerate as u64;
-        return Ok(estimate.normals);
+        return Ok((estimate.normals, estimate.planarity));
     };
     if counts.repaired > 0 {
         normals::repair(search.neighbours()?, &mut found, k, progress)?;
     }
-    Ok(found)
+    Ok((found, Vec::new()))
 }
 
 /// Reports progress; a request to stop becomes an error.

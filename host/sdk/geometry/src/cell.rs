@@ -11,6 +11,8 @@ pub(crate) struct Cell {
     corners: Vec<Corner>,
     /// The corners before the last cut, kept for their room.
     spare: Vec<Corner>,
+    /// Square of the distance of the farthest corner.
+    squared: f64,
 }
 
 /// A corner and what bounds the cell from here to the next one.
@@ -24,12 +26,46 @@ struct Corner {
 impl Cell {
     /// An octagon whose sides are `limit` away.
     pub(crate) fn new(limit: f64) -> Self {
-        let angle = |i: u32| (f64::from(i) + 0.5) * std::f64::consts::FRAC_PI_4;
-        let reach = limit / std::f64::consts::FRAC_PI_8.cos();
-        let corners = (0..8)
-            .map(|i| Corner { at: DVec2::from_angle(angle(i)) * reach, bisector: false })
-            .collect();
-        Self { corners, spare: Vec::new() }
+        let mut cell = Self { corners: Vec::new(), spare: Vec::new(), squared: 0.0 };
+        cell.reset(limit);
+        cell
+    }
+
+    /// Makes it an octagon again.
+    fn reset(&mut self, limit: f64) {
+        // The cosine and the sine of 22.5 degrees, over the cosine.
+        let (near, far) = (std::f64::consts::SQRT_2 - 1.0, 1.0);
+        let corners = [
+            (far, near),
+            (near, far),
+            (-near, far),
+            (-far, near),
+            (-far, -near),
+            (-near, -far),
+            (near, -far),
+            (far, -near),
+        ];
+        self.corners.clear();
+        let corner = |(x, y)| Corner { at: DVec2::new(x, y) * limit, bisector: false };
+        self.corners.extend(corners.map(corner));
+        self.measure();
+    }
+
+    fn measure(&mut self) {
+        let squared = |corner: &Corner| corner.at.length_squared();
+        self.squared = self.corners.iter().map(squared).fold(0.0, f64::max);
+    }
+
+    /// Makes it the cell of a point with this normal among the points near to it, at most `limit` wide: the sooner
+    /// the nearest of them come, the quicker.
+    pub(crate) fn become_of(&mut self, normal: Vec3, limit: f64, near: impl Iterator<Item = Near>) {
+        self.reset(limit);
+        for neighbour in in_plane(normal, near) {
+            // The bisector to what is farther lies beyond the cell.
+            if neighbour.length_squared() < 4.0 * self.squared {
+                self.cut(neighbour);
+            }
+        }
     }
 
     /// Cuts off what is nearer to `neighbour` than to the origin.
@@ -53,11 +89,7 @@ impl Cell {
             }
         }
         self.spare = std::mem::replace(&mut self.corners, kept);
-    }
-
-    /// Distance of the farthest corner.
-    pub(crate) fn reach(&self) -> f64 {
-        self.corners.iter().map(|corner| corner.at.length_squared()).fold(0.0, f64::max).sqrt()
+        self.measure();
     }
 
     /// Its area.
@@ -137,14 +169,9 @@ pub(crate) struct Near {
 /// The cell of a point in the plane perpendicular to its normal, among the points near to it, nearest
 /// first; at most as wide as the farthest is away.
 pub(crate) fn of(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> + Clone) -> Cell {
-    let mut cell = Cell::new(near.clone().next_back().map_or(0.0, |farthest| farthest.distance));
-    for neighbour in in_plane(normal, near) {
-        // The bisector to this and all that are farther lies beyond the cell.
-        if neighbour.length() >= 2.0 * cell.reach() {
-            break;
-        }
-        cell.cut(neighbour);
-    }
+    let mut cell = Cell::new(0.0);
+    let limit = near.clone().next_back().map_or(0.0, |farthest| farthest.distance);
+    cell.become_of(normal, limit, near);
     cell
 }
 
@@ -155,7 +182,7 @@ pub(crate) fn closed(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> +
     if cell.is_closed() {
         return cell;
     }
-    let open = Cell { corners: cell.corners.clone(), spare: Vec::new() };
+    let open = Cell { corners: cell.corners.clone(), spare: Vec::new(), squared: cell.squared };
     for neighbour in in_plane(normal, near) {
         if open.is_open_towards(-neighbour) {
             cell.cut(-neighbour);
@@ -168,18 +195,35 @@ pub(crate) fn closed(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> +
     cell
 }
 
+/// Cosine between normals below which there is an edge between two points: 40 degrees.
+const EDGE: f32 = 0.77;
+
+/// Shares of its distance at which a neighbour beyond an edge counts.
+const BEYOND: std::ops::RangeInclusive<f64> = 0.3..=2.2;
+
 /// Where the points near a point lie in its tangent plane: at their distances in space, so that
-/// around a crease a cell has the size it has on the surface. Points on the back of a thin sheet
+/// around a bend a cell has the size it has on the surface. A point beyond an edge counts as mirrored at the
+/// edge, where both tangent planes meet: to there the surface goes on in this plane. Points on the back of a thin sheet
 /// are left out.
 fn in_plane(normal: Vec3, near: impl Iterator<Item = Near>) -> impl Iterator<Item = DVec2> {
     let (u, v) = tangents(normal.as_dvec3());
+    let flat = move |vector: DVec3| DVec2::new(vector.dot(u), vector.dot(v));
     near.filter_map(move |near| {
-        if near.normal.dot(normal) < BACK_SIDE {
+        let cosine = near.normal.dot(normal);
+        if cosine < BACK_SIDE {
             return None;
         }
-        let direction = DVec2::new(near.offset.dot(u), near.offset.dot(v));
+        if cosine < EDGE {
+            let theirs = near.normal.as_dvec3();
+            let across = flat(theirs);
+            let half = theirs.dot(near.offset) / across.length_squared();
+            let mirrored = 2.0 * half * across;
+            let direction = mirrored.try_normalize()?;
+            let share = mirrored.length() / near.distance;
+            return Some(direction * share.clamp(*BEYOND.start(), *BEYOND.end()) * near.distance);
+        }
         // A point straight above has no direction in the plane and bounds nothing there.
-        Some(direction.try_normalize()? * near.distance)
+        Some(flat(near.offset).try_normalize()? * near.distance)
     })
 }
 

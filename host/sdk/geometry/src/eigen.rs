@@ -41,6 +41,53 @@ pub fn symmetric(matrix: DMat3) -> Eigen {
     Eigen { values: order.map(|i| a[i][i]), vectors: order.map(vector) }
 }
 
+/// Eigenvalues in ascending order and the unit eigenvector of the least one, of a symmetric matrix with finite
+/// elements: [`symmetric`] in a quarter of the time.
+///
+/// The eigenvalues are the roots of the characteristic polynomial by its trigonometric solution, and the vector
+/// is perpendicular to two rows of the matrix less the root. Where the two least are nearly the same those
+/// rows are nearly parallel, and [`symmetric`] takes over.
+///
+/// Source: Smith, Eigenvalues of a symmetric 3 x 3 matrix, Communications of the ACM 4(4), 1961.
+#[must_use]
+pub fn least(matrix: DMat3) -> ([f64; 3], DVec3) {
+    let by_rotations = || {
+        let eigen = symmetric(matrix);
+        (eigen.values, eigen.vectors[0])
+    };
+    let diagonal = DVec3::new(matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z);
+    let (xy, xz, yz) = (matrix.y_axis.x, matrix.z_axis.x, matrix.z_axis.y);
+    let mean = diagonal.element_sum() / 3.0;
+    let away = diagonal - mean;
+    let size = ((away.length_squared() + 2.0 * (xy * xy + xz * xz + yz * yz)) / 6.0).sqrt();
+    if size.is_nan() || size <= EVEN * mean.abs() {
+        return by_rotations();
+    }
+    let determinant = away.x * (away.y * away.z - yz * yz) - xy * (xy * away.z - yz * xz)
+        + xz * (xy * yz - away.y * xz);
+    let angle = (determinant / (2.0 * size * size * size)).clamp(-1.0, 1.0).acos() / 3.0;
+    let largest = mean + 2.0 * size * angle.cos();
+    let smallest = mean + 2.0 * size * (angle + std::f64::consts::TAU / 3.0).cos();
+    let rows = [
+        DVec3::new(diagonal.x - smallest, xy, xz),
+        DVec3::new(xy, diagonal.y - smallest, yz),
+        DVec3::new(xz, yz, diagonal.z - smallest),
+    ];
+    let normals = [rows[0].cross(rows[1]), rows[0].cross(rows[2]), rows[1].cross(rows[2])];
+    let longest = normals.into_iter().fold(DVec3::ZERO, |longest, normal| {
+        if normal.length_squared() > longest.length_squared() { normal } else { longest }
+    });
+    let length = longest.length();
+    if length.is_nan() || length <= EVEN * size * size {
+        return by_rotations();
+    }
+    ([smallest, 3.0 * mean - largest - smallest, largest], longest / length)
+}
+
+/// Share of the matrix below which differences of eigenvalues are those of rounding: the roots are exact to
+/// about the square root of a rounding error where two coincide.
+const EVEN: f64 = 1e-6;
+
 /// Makes the element (p, q) zero by a rotation in their plane.
 fn rotate(a: &mut [[f64; 3]; 3], v: &mut [[f64; 3]; 3], p: usize, q: usize) {
     if a[p][q] == 0.0 {
@@ -93,6 +140,32 @@ mod tests {
             assert!(residual(matrix, &eigen) < 1e-14);
             let axes = DMat3::from_cols_array_2d(&eigen.vectors.map(|v| v.to_array()));
             assert!((axes.determinant().abs() - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn the_least_is_that_of_rotations() {
+        let mut random = Random::new(8);
+        for i in 0..3000 {
+            let outer = |v: DVec3| DMat3::from_cols(v * v.x, v * v.y, v * v.z);
+            let size = [1.0, 0.1, 1e-4][i % 3];
+            let matrix =
+                outer(random.in_ball()) + outer(random.in_ball()) + outer(random.in_ball() * size);
+            let (values, vector) = least(matrix);
+            let expected = symmetric(matrix);
+            for (value, expected) in values.iter().zip(expected.values) {
+                assert!((value - expected).abs() < 1e-13, "{value} {expected}");
+            }
+            // Rounding errors of the least, over its distance from the next.
+            let apart = expected.values[1] - expected.values[0];
+            let angle = vector.cross(expected.vectors[0]).length();
+            assert!(angle < 1e-12 / apart, "{angle} {apart}");
+        }
+        for matrix in
+            [DMat3::ZERO, DMat3::IDENTITY, DMat3::from_diagonal(DVec3::new(1.0, 0.0, 0.0))]
+        {
+            let (values, vector) = least(matrix);
+            assert!((matrix * vector - values[0] * vector).length() < 1e-15);
         }
     }
 

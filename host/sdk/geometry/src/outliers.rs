@@ -1,7 +1,7 @@
 //! Points that do not belong: how far each is from its neighbours, and how far is too far.
 
-use crate::neighbours::Neighbours;
-use crate::progress::{Cancelled, Progress, map};
+use crate::neighbours::{Neighbours, Room};
+use crate::progress::{Cancelled, Progress, map_with};
 
 /// Mean distance of each position to its `k` nearest others, scene units; infinite for positions
 /// that are not finite, 0 where there is no other point.
@@ -15,9 +15,9 @@ pub fn mean_distances(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Vec<f64>, Cancelled> {
-    let means = map(neighbours.n_distinct(), progress, |place| {
-        let near = neighbours.around(place, k);
-        let sum: f64 = near.iter().map(|&(_, distance)| distance).sum();
+    let means = map_with(neighbours.n_distinct(), progress, Room::default, |room, place| {
+        let near = neighbours.around_in_order(place, k, room);
+        let sum: f64 = near.iter().map(|found| found.distance).sum();
         sum / near.len().max(1) as f64 * neighbours.scale()
     })?;
     let mean = |index| neighbours.place_of(index).map_or(f64::INFINITY, |place| means[place]);
@@ -35,10 +35,10 @@ pub fn accompanied(
     radius: f64,
     progress: Progress<'_>,
 ) -> Result<Vec<bool>, Cancelled> {
-    let found = map(neighbours.n_distinct(), progress, |place| {
-        let near = neighbours.around(place, count);
+    let found = map_with(neighbours.n_distinct(), progress, Room::default, |room, place| {
+        let near = neighbours.around_in_order(place, count, room);
         let is_near = |distance: f64| distance * neighbours.scale() <= radius;
-        near.len() >= count && near.last().is_none_or(|&(_, distance)| is_near(distance))
+        near.len() >= count && near.last().is_none_or(|found| is_near(found.distance))
     })?;
     let of = |index| neighbours.place_of(index).is_some_and(|place| found[place]);
     Ok((0..neighbours.len()).map(of).collect())

@@ -171,7 +171,7 @@ fn discs(
         return Ok(radii.iter().copied().map(f64::from).collect());
     }
     let given: Vec<Vec3> = given.iter().map(|normal| normal.as_vec3()).collect();
-    let estimates = radii::estimate_with(neighbours, &given, progress)?;
+    let estimates = radii::estimate_with(neighbours, &given, &[], progress)?;
     let found = estimates.iter().enumerate().map(|(i, &estimate)| {
         let radius = column.map_or(estimate, |radii| radii[i]);
         f64::from(if sound(radius) { radius } else { estimate })

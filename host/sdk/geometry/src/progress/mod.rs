@@ -86,6 +86,35 @@ pub(crate) fn map<T: Send>(
     Ok(results)
 }
 
+/// [`map`] with something that each thread makes for itself and uses again, such as room.
+pub(crate) fn map_with<R, T: Send>(
+    count: usize,
+    progress: Progress<'_>,
+    make: impl Fn() -> R + Sync,
+    compute: impl Fn(&mut R, usize) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
+    let mut results = Vec::with_capacity(count);
+    in_blocks(count, BLOCK * rayon::current_num_threads(), progress, |block| {
+        let computed = block.into_par_iter().with_min_len(BLOCK / 8);
+        results.par_extend(computed.map_init(&make, &compute));
+    })?;
+    Ok(results)
+}
+
+/// [`map_with`] for runs of work that each take about as long as a block of points.
+pub(crate) fn map_runs<R, T: Send>(
+    count: usize,
+    progress: Progress<'_>,
+    make: impl Fn() -> R + Sync,
+    compute: impl Fn(&mut R, usize) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
+    let mut results = Vec::with_capacity(count);
+    in_blocks(count, 4 * rayon::current_num_threads(), progress, |block| {
+        results.par_extend(block.into_par_iter().map_init(&make, &compute));
+    })?;
+    Ok(results)
+}
+
 /// [`map`] for any number of results each, all in one row.
 pub(crate) fn flat_map<I: Iterator<Item: Send>>(
     count: usize,

@@ -1,13 +1,17 @@
 //! The Voronoi cell of each point in its tangent plane, and the disc that covers it.
 
-use crate::cell::{self, Near};
-use crate::neighbours::Neighbours;
-use crate::progress::{Cancelled, Progress, flat_map, part, sort};
+use super::PLANAR;
+use crate::cell::{Cell, Near};
+use crate::neighbours::{Found, Neighbours, Room};
+use crate::progress::{Cancelled, Progress, map, map_with, part};
 use glam::Vec3;
 
 /// Neighbours that bound a point's cell. In a random sampling a corner of a cell lies farther away
 /// than the 20th neighbour with probability e^-20, so that practically every corner is found.
 pub(super) const CELL_NEIGHBOURS: usize = 20;
+
+/// Those that bound it where a side is open after that: at a border, or where rows of points are far apart.
+const FURTHER_NEIGHBOURS: usize = 60;
 
 /// Factor on the radius of a cell. On a sphere the disc at angle p has to reach to the tangent of
 /// p / 2 where half the chord to the neighbour is its sine; the ratio is 1.14 for neighbours one
@@ -15,102 +19,160 @@ pub(super) const CELL_NEIGHBOURS: usize = 20;
 pub(crate) const COVER: f64 = 1.15;
 
 /// Nearest points that a point is grouped and compared with: the first ring of a square grid.
-const COMPARED: usize = 8;
+pub(super) const COMPARED: usize = 8;
 
-const NOBODY: u32 = u32::MAX;
+/// Points whose distances say how far apart those of no surface are.
+const SCATTERED: usize = 4;
 
-/// A point's covering radius and what it was found from; lengths in the unit box.
-pub(super) struct Covering {
+/// Share of that distance that discs of no surface have as radius: they just touch.
+const TOUCHING: f64 = 0.6;
+
+/// A point's covering radius and how it was found; lengths in units of the search.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cover {
     /// 0 where the point is alone.
-    pub(super) radius: f64,
+    pub(super) radius: f32,
     /// Distance of the farthest of the nearest.
-    farthest: f64,
-    /// Points farther away than this cannot cut the cell; infinite at a border.
-    open_to: f64,
-    nearest: [u32; CELL_NEIGHBOURS],
+    pub(super) farthest: f32,
+    /// Distance of the last of the first ring of points around.
+    pub(super) ring: f32,
+    pub(super) kind: Kind,
 }
 
-impl Covering {
-    /// The nearest points, nearest first.
-    pub(super) fn nearest(&self) -> impl Iterator<Item = u32> {
-        self.nearest.iter().copied().filter(|&other| other != NOBODY)
-    }
-
-    /// Those of the nearest that a point is grouped and compared with.
-    pub(super) fn compared(&self) -> impl Iterator<Item = u32> {
-        self.nearest().take(COMPARED)
-    }
+/// What bounds a point's cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// Evenly spaced points on all sides.
+    Closed,
+    /// Points on all sides, but the disc is larger than the first ring, or there is a gap to most of them.
+    Wide,
+    /// There is a side without points: a border.
+    Open,
+    /// There is no surface.
+    Scattered,
 }
 
-/// A point that counts another one among its nearest.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Link {
-    pub(super) to: u32,
-    pub(super) from: u32,
+/// Points and what is known of their surface.
+pub(super) struct Surface<'a> {
+    pub(super) neighbours: &'a Neighbours,
+    /// By place.
+    normals: Vec<Vec3>,
+    /// By place; empty where all are of surfaces.
+    is_planar: Vec<bool>,
 }
 
-/// Links from points of surfaces that lie farther away than the nearest and may bound a cell, sorted.
-///
-/// Where a coarse surface borders on a fine one, the nearest of its last points are all fine ones.
-/// These links lead back to the coarse side.
-pub(super) struct Further(Vec<Link>);
+/// Room for the work on a point.
+#[derive(Default)]
+pub(super) struct Bench {
+    pub(super) room: Room,
+    near: Vec<Near>,
+    cell: Option<Cell>,
+}
 
-impl Further {
-    pub(super) fn new(
-        neighbours: &Neighbours,
-        cells: &[Covering],
-        on_surface: &[bool],
+impl<'a> Surface<'a> {
+    pub(super) fn of(
+        neighbours: &'a Neighbours,
+        normals: &[Vec3],
+        planarity: &[f32],
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let points = neighbours.distinct();
-        let links = flat_map(cells.len(), &part(progress, 0.0..0.8), |from| {
-            let nearest = on_surface[from].then(|| cells[from].nearest());
-            nearest.into_iter().flatten().filter_map(move |to| {
-                let cell = &cells[to as usize];
-                let distance = points[from].distance(points[to as usize]);
-                let leads_back = distance > cell.farthest && distance < cell.open_to;
-                leads_back.then_some(Link { to, from: from as u32 })
-            })
+        let n = neighbours.n_distinct();
+        let normals = map(n, &part(progress, 0.0..0.5), |place| {
+            normals.get(neighbours.index(place)).copied().unwrap_or(Vec3::Z)
         })?;
-        Ok(Self(sort(links, &part(progress, 0.8..1.0))?.concat()))
+        let known = if planarity.is_empty() { 0 } else { n };
+        let is_planar = map(known, &part(progress, 0.5..1.0), |place| {
+            planarity.get(neighbours.index(place)).is_none_or(|&planarity| planarity >= PLANAR)
+        })?;
+        Ok(Self { neighbours, normals, is_planar })
     }
 
-    /// The links to one point.
-    pub(super) fn of(&self, place: usize) -> &[Link] {
-        let first = self.0.partition_point(|link| (link.to as usize) < place);
-        let count = self.0[first..].partition_point(|link| link.to as usize == place);
-        &self.0[first..first + count]
+    /// Covers the cell of each point.
+    pub(super) fn cover_all(&self, progress: Progress<'_>) -> Result<Vec<Cover>, Cancelled> {
+        let n = self.neighbours.n_distinct();
+        map_with(n, progress, Bench::default, |bench, place| {
+            if self.is_planar.get(place).is_none_or(|&is_planar| is_planar) {
+                match self.cover(place, CELL_NEIGHBOURS, &[], bench) {
+                    open if open.kind == Kind::Open => {
+                        let Cover { farthest, ring, .. } = open;
+                        Cover {
+                            farthest,
+                            ring,
+                            ..self.cover(place, FURTHER_NEIGHBOURS, &[], bench)
+                        }
+                    }
+                    cover => cover,
+                }
+            } else {
+                self.scattered(place, bench)
+            }
+        })
+    }
+
+    /// The disc of a point that is of no surface.
+    fn scattered(&self, place: usize, bench: &mut Bench) -> Cover {
+        let near = self.neighbours.around(place, SCATTERED, &mut bench.room);
+        let sum: f64 = near.iter().map(|found| found.distance).sum();
+        let mean = sum / near.len().max(1) as f64;
+        let radius = (TOUCHING * mean) as f32;
+        Cover { radius, farthest: 0.0, ring: 0.0, kind: Kind::Scattered }
+    }
+
+    /// Covers a point's cell, which the `k` nearest points bound, and some that lie `further`.
+    pub(super) fn cover(
+        &self,
+        place: usize,
+        k: usize,
+        further: &[Found],
+        bench: &mut Bench,
+    ) -> Cover {
+        let here = self.neighbours.point(place);
+        let near = self.neighbours.around(place, k, &mut bench.room);
+        let farthest = near.iter().map(|found| found.distance).fold(0.0, f64::max);
+        let point = |found: &Found| Near {
+            offset: self.neighbours.point(found.place as usize) - here,
+            distance: found.distance,
+            normal: self.normals[found.place as usize],
+        };
+        bench.near.clear();
+        bench.near.extend(near.iter().chain(further).map(point));
+        if bench.near.is_empty() {
+            return Cover { radius: 0.0, farthest: 0.0, ring: 0.0, kind: Kind::Closed };
+        }
+        // The first ring comes first: what it leaves of the cell, few of the others cut.
+        let last = (COMPARED - 1).min(bench.near.len() - 1);
+        let (_, ring, _) =
+            bench.near.select_nth_unstable_by(last, |a, b| a.distance.total_cmp(&b.distance));
+        let ring = ring.distance;
+        let distances = || bench.near.iter().map(|near| near.distance);
+        let (closest, most) =
+            (distances().fold(f64::INFINITY, f64::min), distances().fold(0.0, f64::max));
+        let cell = bench.cell.get_or_insert_with(|| Cell::new(0.0));
+        cell.become_of(self.normals[place], most, bench.near.iter().copied());
+        let radius = COVER * cell.radius().unwrap_or(closest).min(most);
+        let kind = match cell.is_closed() {
+            false => Kind::Open,
+            true if radius > ring || has_gap(&bench.near, most, radius) => Kind::Wide,
+            true => Kind::Closed,
+        };
+        Cover { radius: radius as f32, farthest: farthest as f32, ring: ring as f32, kind }
     }
 }
 
-/// Covers a point's cell, which its nearest points bound, and those that `further` leads to.
-pub(super) fn cover(
-    neighbours: &Neighbours,
-    normals: &[Vec3],
-    place: usize,
-    further: &[Link],
-) -> Covering {
-    let points = neighbours.distinct();
-    let mut near = neighbours.around(place, CELL_NEIGHBOURS);
-    let mut nearest = [NOBODY; CELL_NEIGHBOURS];
-    for (slot, &(other, _)) in nearest.iter_mut().zip(&near) {
-        *slot = other;
+/// Distance over that of the next nearer from which on there is a gap between. Of points that lie at random on a
+/// surface, in one case of a hundred before the sixth.
+const GAP: f64 = 1.6;
+
+/// Whether a disc reaches across a gap beyond which all others lie in one shell, up to the farthest: as that of a
+/// point which floats with a few others above a surface.
+fn has_gap(near: &[Near], farthest: f64, radius: f64) -> bool {
+    let (mut within, mut beyond) = (0.0f64, f64::INFINITY);
+    for distance in near.iter().map(|near| near.distance) {
+        if distance * GAP <= farthest {
+            within = within.max(distance);
+        } else {
+            beyond = beyond.min(distance);
+        }
     }
-    let distance = |link: &Link| points[link.from as usize].distance(points[place]);
-    near.extend(further.iter().map(|link| (link.from, distance(link))));
-    near.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-    let (Some(&(_, closest)), Some(&(_, farthest))) = (near.first(), near.last()) else {
-        return Covering { radius: 0.0, farthest: 0.0, open_to: 0.0, nearest };
-    };
-    let normal_of =
-        |place: usize| normals.get(neighbours.first()[place] as usize).copied().unwrap_or(Vec3::Z);
-    let near = near.iter().map(|&(other, distance)| Near {
-        offset: points[other as usize] - points[place],
-        distance,
-        normal: normal_of(other as usize),
-    });
-    let cell = cell::of(normal_of(place), near);
-    let radius = COVER * cell.radius().unwrap_or(closest).min(farthest);
-    let open_to = if cell.is_closed() { 2.0 * cell.reach() } else { f64::INFINITY };
-    Covering { radius, farthest, open_to, nearest }
+    beyond > GAP * within && radius > within
 }

@@ -1,17 +1,13 @@
 //! Disc radii that leave no holes.
 
 mod covering;
-mod isolated_points;
+mod limits;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
 use crate::progress::{Cancelled, Progress, map, part};
 pub(crate) use covering::COVER;
-use covering::{Further, cover};
+use covering::Surface;
 use glam::Vec3;
-
-/// A disc on a surface that is larger than this many times the median of those around it covers a
-/// cell which spans a gap rather than a piece of surface.
-const OUTLIER: f64 = 3.0;
 
 /// The radius of a lone point where its coordinates are small: there is nothing to compare it with,
 /// and a hundredth of a unit is seen by a camera that frames one unit.
@@ -26,12 +22,17 @@ pub const LONE_RADIUS: f32 = 0.01;
 /// To be neighbours in a surface is mutual, to be nearest is not: where a coarse part borders on a
 /// fine one, cells are built also from points that count theirs among their own nearest.
 ///
-/// Two kinds of cells span empty space and are limited. A point of a surface keeps below three times
-/// the median of its nearest. A group of up to 20 points that no surface counts among its nearest
+/// Cells that span empty space are limited: a disc reaches no farther than those around it bear it out. A point
+/// of a surface keeps below three times the median of its nearest, and below one and a half times at a border.
+/// A group of up to 20 points that no surface counts among its nearest
 /// floats: there are too few to tell a surface from stray points, so each gets no more than the
 /// median of the nearest that belong to surfaces, or of all of these where there is none near.
 /// Both compare with what is around, and grouping goes by ranks of distances, so that there is no
 /// limit to how much coarser one surface may be than another; tenfold is tested.
+///
+/// Where `planarity` (one per position, as normals are estimated with; none where all are of surfaces) is less
+/// than [`PLANAR`] there is no surface to cover: the radius is 0.6 times the mean distance of the four nearest, so
+/// that discs just touch.
 ///
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
 /// positions get equal radii. A cloud of one distinct position gets [`LONE_RADIUS`], or four rounding
@@ -46,7 +47,7 @@ pub fn estimate(
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
     let neighbours = Neighbours::build(positions, &part(progress, 0.0..SEARCH_SHARE))?;
-    estimate_with(&neighbours, normals, &part(progress, SEARCH_SHARE..1.0))
+    estimate_with(&neighbours, normals, &[], &part(progress, SEARCH_SHARE..1.0))
 }
 
 /// [`estimate`] for a search structure that exists already.
@@ -56,46 +57,25 @@ pub fn estimate(
 pub fn estimate_with(
     neighbours: &Neighbours,
     normals: &[Vec3],
+    planarity: &[f32],
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let radii = in_unit_box(neighbours, normals, &part(progress, 0.0..0.99))?;
+    let surface = Surface::of(neighbours, normals, planarity, &part(progress, 0.0..0.02))?;
+    let mut cells = surface.cover_all(&part(progress, 0.02..0.7))?;
+    limits::limit(&surface, &mut cells, &part(progress, 0.7..0.99))?;
     let lone = lone_radius(neighbours.bounds().reach());
     let diagonal = neighbours.bounds().diagonal();
     map(neighbours.len(), &part(progress, 0.99..1.0), |index| {
         neighbours.place_of(index).map_or(lone, |place| {
-            let radius = radii[place] * neighbours.scale();
+            let radius = f64::from(cells[place].radius) * neighbours.scale();
             if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
         })
     })
 }
 
-/// The radii of the distinct positions in the unit box, 0 where there is only one.
-fn in_unit_box(
-    neighbours: &Neighbours,
-    normals: &[Vec3],
-    progress: Progress<'_>,
-) -> Result<Vec<f64>, Cancelled> {
-    let n = neighbours.n_distinct();
-    let fitting = part(progress, 0.0..0.75);
-    let cells = map(n, &fitting, |place| cover(neighbours, normals, place, &[]))?;
-    let on_surface = isolated_points::on_surface(&cells, &part(progress, 0.75..0.8))?;
-    let further = Further::new(neighbours, &cells, &on_surface, &part(progress, 0.8..0.85))?;
-    let widening = part(progress, 0.85..0.95);
-    let covering = map(n, &widening, |place| match further.of(place) {
-        [] => cells[place].radius,
-        links => cover(neighbours, normals, place, links).radius,
-    })?;
-    let usual = median((0..n).filter(|&place| on_surface[place]).map(|place| covering[place]));
-    let limiting = part(progress, 0.95..1.0);
-    map(n, &limiting, |place| {
-        let near = cells[place].compared().filter(|&other| on_surface[other as usize]);
-        let near = median(near.map(|other| covering[other as usize])).or(usual);
-        let further = median(further.of(place).iter().map(|link| covering[link.from as usize]));
-        let typical = near.into_iter().chain(further).reduce(f64::max);
-        let factor = if on_surface[place] { OUTLIER } else { 1.0 };
-        typical.map_or(covering[place], |typical| covering[place].min(factor * typical))
-    })
-}
+/// Planarity from which on a point is of a surface, where nobody says otherwise: noise of a third of a
+/// neighbourhood's extent. Points that lie at random in space have less in nine cases of ten.
+pub const PLANAR: f32 = 0.3;
 
 /// The median; of an even number the upper one of the two in the middle.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {

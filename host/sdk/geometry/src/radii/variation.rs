@@ -1,6 +1,5 @@
 //! Tests on clouds whose spacing differs from place to place, and on points that float.
 
-use super::covering::Covering;
 use super::*;
 use crate::progress::silent;
 use crate::samples::{Random, random_sphere, spiral_sphere};
@@ -63,15 +62,6 @@ fn no_ray_enters_two_spheres_of_which_one_is_ten_times_coarser() {
     let (fine_radii, coarse_radii) = radii.split_at(fine.len());
     assert_eq!(holes(Vec3::ZERO, 1.0, fine, fine_radii, 5000), 0);
     assert_eq!(holes(away, 1.0, coarse, coarse_radii, 5000), 0);
-}
-
-#[test]
-fn every_point_of_a_random_sphere_belongs_to_its_surface() {
-    let positions = random_sphere(100_000, DVec3::ZERO, 1.0, 16);
-    let neighbours = Neighbours::build(&positions, &silent).unwrap();
-    let cells: Vec<Covering> =
-        (0..positions.len()).map(|place| cover(&neighbours, &positions, place, &[])).collect();
-    assert!(isolated_points::on_surface(&cells, &silent).unwrap().iter().all(|&on| on));
 }
 
 /// A sphere and a group of points within `reach` of a place outside of it: the largest radius of the

@@ -4,9 +4,9 @@ use super::frame::Frame;
 use crate::Bounds;
 use crate::discs::{Disc, Discs};
 use crate::eigen;
-use crate::neighbours::Neighbours;
+use crate::neighbours::{Neighbours, Room};
 use crate::normals;
-use crate::progress::{Cancelled, Progress, map, part, sort};
+use crate::progress::{Cancelled, Progress, map, map_with, part, sort};
 use crate::thinning::one_per_cube;
 use glam::{DMat3, DVec3, Vec3};
 
@@ -82,11 +82,16 @@ impl Surfels {
         let (kept, edge) = chosen(positions, cloud_normals, choice.count, &thinning)?;
         let points: Vec<Vec3> = kept.iter().map(|&index| positions[index as usize]).collect();
         let neighbours = Neighbours::build(&points, &part(progress, 0.3..0.5))?;
-        let first = neighbours.first();
-        let mut all = map(first.len(), &part(progress, 0.5..0.9), |place| {
-            let normal = cloud_normals[kept[first[place] as usize] as usize];
-            surfel(&neighbours, place, normals::normalised(normal))
-        })?;
+        let frame = Frame::of(neighbours.bounds());
+        let measuring = part(progress, 0.5..0.9);
+        let mut all =
+            map_with(neighbours.n_distinct(), &measuring, Room::default, |room, place| {
+                let index = neighbours.index(place);
+                let normal = normals::normalised(cloud_normals[kept[index] as usize]);
+                let (links, distance) = around(&neighbours, place, room);
+                let radius = (distance * neighbours.scale() / frame.scale) as f32;
+                Surfel { position: frame.inside(points[index]), normal, radius, links }
+            })?;
         if choice.refit {
             let fitted = map(all.len(), &part(progress, 0.9..1.0), |place| fitted(&all, place))?;
             for (surfel, normal) in all.iter_mut().zip(fitted) {
@@ -97,7 +102,6 @@ impl Surfels {
             neighbours.place_of(place).map(|surfel| (index, surfel as u32))
         };
         let members = kept.iter().enumerate().filter_map(member).collect();
-        let frame = Frame { centre: neighbours.bounds().centre(), scale: neighbours.scale() };
         Ok(Self { all, members, edge: edge / frame.scale, frame })
     }
 
@@ -113,16 +117,15 @@ impl Surfels {
     }
 }
 
-/// The surfel at a place of the search.
-fn surfel(neighbours: &Neighbours, place: usize, normal: Vec3) -> Surfel {
-    let near = neighbours.around(place, LINKS);
+/// What a surfel is linked to, and the distance that covers it, units of the search.
+fn around(neighbours: &Neighbours, place: usize, room: &mut Room) -> ([u32; LINKS], f64) {
+    let near = neighbours.around_in_order(place, LINKS, room);
     let mut links = [NOBODY; LINKS];
-    for (link, &(other, _)) in links.iter_mut().zip(&near) {
-        *link = other;
+    for (link, found) in links.iter_mut().zip(near) {
+        *link = found.place;
     }
     let covering = near.get(COVERING - 1).or(near.last());
-    let radius = covering.map_or(0.0, |&(_, distance)| distance as f32);
-    Surfel { position: neighbours.distinct()[place].as_vec3(), normal, radius, links }
+    (links, covering.map_or(0.0, |found| found.distance))
 }
 
 /// The normal of the plane through a surfel and its neighbours; its own where there is none.

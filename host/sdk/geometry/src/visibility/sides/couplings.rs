@@ -1,21 +1,10 @@
 //! What says that two surfels face the same free space, or opposite ones.
 
 use super::rays::{Ray, STRAIGHT};
-use crate::normals::signed_sets::SignedSets;
+use crate::normals::signs::{Coupling, SignedSets};
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
 use crate::visibility::surfels::Surfel;
 use glam::Vec3;
-
-/// Evidence on two nodes: above 0 where both normals face what the other's does, or neither.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Coupling {
-    pub(super) a: u32,
-    pub(super) b: u32,
-    /// Evidence for equal signs less that for opposite ones.
-    pub(super) net: i64,
-    /// All evidence.
-    pub(super) total: i64,
-}
 
 /// Weight of a neighbour whose normal agrees fully.
 const NEIGHBOUR: f64 = 2.0 * STRAIGHT as f64;
@@ -120,32 +109,4 @@ pub(super) fn fields(couplings: impl Iterator<Item = Coupling>, signs: &[bool]) 
         }
     }
     fields
-}
-
-/// Couplings of groups from those of their members: one for each pair of groups, sorted.
-pub(super) fn gathered(
-    couplings: impl Iterator<Item = Coupling>,
-    member: &[(u32, bool)],
-    progress: Progress<'_>,
-) -> Result<Vec<Coupling>, Cancelled> {
-    let grouped: Vec<Coupling> = couplings
-        .filter_map(|coupling| {
-            let (a, flips_a) = member[coupling.a as usize];
-            let (b, flips_b) = member[coupling.b as usize];
-            let net = if flips_a == flips_b { coupling.net } else { -coupling.net };
-            (a != b).then_some(Coupling { a: a.min(b), b: a.max(b), net, ..coupling })
-        })
-        .collect();
-    let sorted = sort(grouped, progress)?;
-    let mut sums: Vec<Coupling> = Vec::new();
-    for coupling in sorted.into_iter().flatten() {
-        match sums.last_mut() {
-            Some(last) if (last.a, last.b) == (coupling.a, coupling.b) => {
-                last.net += coupling.net;
-                last.total += coupling.total;
-            }
-            _ => sums.push(coupling),
-        }
-    }
-    Ok(sums)
 }

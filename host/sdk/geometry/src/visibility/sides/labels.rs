@@ -1,13 +1,14 @@
 //! Signs of surfels: found up to turning all, judged, and refined.
 
-use super::couplings::{self, fields, gathered, of_surfels};
+use super::couplings::{self, fields, of_surfels};
 use super::evidence::{self, Evidence};
 use super::hints::Hints;
 use super::rays::{self, Ray, Sky};
+use super::regions;
 use super::verdict::{Verdict, decide};
 use super::viewpoints::{self, Search, Viewpoint};
-use super::{regions, signs};
 use crate::discs::Discs;
+use crate::normals::signs::{self, gathered};
 use crate::progress::{Cancelled, Progress, part};
 use crate::visibility::surfels::Surfels;
 use glam::{DVec3, Vec3};

@@ -9,7 +9,6 @@ mod hints;
 mod labels;
 mod rays;
 mod regions;
-mod signs;
 mod spread;
 mod verdict;
 mod viewpoints;

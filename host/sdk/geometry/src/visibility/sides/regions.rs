@@ -1,8 +1,7 @@
 //! Regions of free space: fronts that see each other.
 
-use super::couplings::{Coupling, gathered};
 use super::rays::{Ray, Sky};
-use crate::normals::signed_sets::SignedSets;
+use crate::normals::signs::{Coupling, SignedSets, gathered};
 use crate::progress::{Cancelled, Progress, part};
 use std::collections::BTreeMap;
 

@@ -1,11 +1,14 @@
 //! Nearest neighbours, by a k-d tree.
 
+mod search;
+mod tree;
+
 use crate::bounds::Bounds;
-use crate::progress::{Cancelled, Progress, aside, each, flat_map, map, part, report, sort};
-use glam::{DMat3, DQuat, DVec3, Vec3};
-use kiddo::{ImmutableKdTree, SquaredEuclidean};
-use std::num::NonZero;
-use std::time::Duration;
+use crate::progress::{Cancelled, Progress, each, flat_map, part, report, sort};
+use glam::{DVec3, Vec3};
+pub(crate) use search::{Found, Room};
+use tree::Site;
+pub(crate) use tree::Tree;
 
 /// A point near another one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,21 +25,16 @@ pub struct Neighbour {
 /// say no more about its surroundings than one, and would hide them from a search for 16 points.
 /// Positions that are not finite are nobody's neighbour.
 ///
-/// The search runs in a copy of the positions that is scaled to a box of about unit size, so that squared
-/// distances neither overflow nor underflow, and turned by a fixed rotation: a k-d tree cannot split
-/// points along an axis in which they are equal, so axis-aligned planes and lines would otherwise
-/// end in buckets of thousands of points.
+/// The search runs in a copy of the positions, multiplied by a power of two such that neighbours are
+/// about one unit apart: squared distances neither overflow nor underflow, and nothing is rounded.
+#[derive(Debug)]
 pub struct Neighbours {
-    /// `None` where no position is finite.
-    tree: Option<ImmutableKdTree<f64, 3>>,
-    /// Distinct positions in the unit box, not turned, in the order of their first occurrence.
-    distinct: Vec<DVec3>,
-    /// For each of `distinct` the index of its first occurrence.
-    first: Vec<u32>,
-    /// For each position its place in `distinct`; `NOWHERE` where it is not finite.
+    /// The distinct finite positions; their place in it is what the rest of this crate calls them by.
+    tree: Tree,
+    /// For each position its place; `NOWHERE` where it is not finite.
     place: Vec<u32>,
     bounds: Bounds,
-    /// Scene units per unit of the box.
+    /// Scene units per unit of the search.
     scale: f64,
 }
 
@@ -47,32 +45,32 @@ pub(crate) const SEARCH_SHARE: f64 = 0.1;
 /// The place of a position that is not finite.
 const NOWHERE: u32 = u32::MAX;
 
-/// An angle about an axis without a simple relation to the axes or to each other.
-fn turn() -> DMat3 {
-    DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(0.48, 0.6, 0.64), 0.754_877_666_246_693))
-}
-
 impl Neighbours {
-    /// Builds the search structure: O(n log n) time, about 100 bytes a position.
-    ///
-    /// Where `progress` asks to stop while the tree grows, this returns at once; a thread that
-    /// nobody waits for finishes the tree and drops it.
+    /// Builds the search structure: O(n log n) time, 22 bytes a position, and about as many more on the way.
     ///
     /// # Errors
     /// Where `progress` asks to stop.
     pub fn build(positions: &[Vec3], progress: Progress<'_>) -> Result<Self, Cancelled> {
         let bounds = Bounds::of_positions(positions)
             .unwrap_or(Bounds { min: DVec3::ZERO, max: DVec3::ZERO });
-        let extent = bounds.extent();
-        // A power of two, so that scaling rounds nothing and equal distances stay equal.
-        let scale = if extent > 0.0 { 2f64.powi(extent.log2().ceil() as i32) } else { 1.0 };
-        let (first, place) = merge_coincident(positions, &part(progress, 0.0..0.4))?;
-        let centre = bounds.centre();
-        let distinct: Vec<DVec3> = map(first.len(), &part(progress, 0.4..0.45), |place| {
-            (positions[first[place] as usize].as_dvec3() - centre) / scale
-        })?;
-        let tree = tree(&distinct, &part(progress, 0.45..1.0))?;
-        Ok(Self { tree, distinct, first, place, bounds, scale })
+        report(progress, 0.0)?;
+        let (first, copies) = merge_coincident(positions, &part(progress, 0.0..0.5))?;
+        let scale = spacing(positions, &first, bounds);
+        let sites = first
+            .iter()
+            .map(|&index| {
+                let at = (positions[index as usize].as_dvec3() / scale).as_vec3();
+                Site { at: at.to_array(), index }
+            })
+            .collect();
+        drop(first);
+        let tree = Tree::build(sites, &part(progress, 0.5..0.95))?;
+        let mut place = vec![NOWHERE; positions.len()];
+        each(tree.len(), &part(progress, 0.95..1.0), |at| place[tree.index(at)] = at as u32)?;
+        for (copy, original) in copies {
+            place[copy as usize] = place[original as usize];
+        }
+        Ok(Self { tree, place, bounds, scale })
     }
 
     /// Number of positions, coincident ones and those that are not finite included.
@@ -90,7 +88,7 @@ impl Neighbours {
     /// Number of different finite positions.
     #[must_use]
     pub fn n_distinct(&self) -> usize {
-        self.distinct.len()
+        self.tree.len()
     }
 
     /// The box of the finite positions; a point at the origin where there are none.
@@ -104,13 +102,16 @@ impl Neighbours {
     #[must_use]
     pub fn nearest(&self, index: usize, k: usize) -> Vec<Neighbour> {
         let Some(place) = self.place_of(index) else { return Vec::new() };
-        self.around(place, k)
-            .into_iter()
-            .map(|(other, distance)| Neighbour {
-                index: self.first[other as usize] as usize,
-                distance: distance * self.scale,
+        let mut room = Room::default();
+        let near = self.around_in_order(place, k, &mut room).iter();
+        let mut near: Vec<Neighbour> = near
+            .map(|found| Neighbour {
+                index: self.index(found.place as usize),
+                distance: found.distance * self.scale,
             })
-            .collect()
+            .collect();
+        near.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
+        near
     }
 
     /// The place of a position among the distinct ones.
@@ -118,102 +119,96 @@ impl Neighbours {
         self.place.get(index).filter(|&&place| place != NOWHERE).map(|&place| place as usize)
     }
 
-    /// For each distinct position the index of its first occurrence.
-    pub(crate) fn first(&self) -> &[u32] {
-        &self.first
+    /// The index of the first occurrence of the position at a place.
+    pub(crate) fn index(&self, place: usize) -> usize {
+        self.tree.index(place)
     }
 
-    /// Distinct positions in the box of unit size.
-    pub(crate) fn distinct(&self) -> &[DVec3] {
-        &self.distinct
+    /// The position at a place, in units of the search.
+    pub(crate) fn point(&self, place: usize) -> DVec3 {
+        self.tree.point(place)
     }
 
-    /// Scene units per unit of the box.
+    /// The leaves of the search: points that lie together have places that do.
+    pub(crate) fn tree(&self) -> &Tree {
+        &self.tree
+    }
+
+    /// Scene units per unit of the search.
     pub(crate) fn scale(&self) -> f64 {
         self.scale
     }
 
-    /// Places and distances in the unit box of the `k` distinct positions nearest to `place`,
-    /// itself left out, nearest first, ties by place.
-    pub(crate) fn around(&self, place: usize, k: usize) -> Vec<(u32, f64)> {
-        let wanted = k.saturating_add(1).min(self.distinct.len());
-        let (Some(tree), Some(wanted)) = (&self.tree, NonZero::new(wanted)) else {
-            return Vec::new();
-        };
-        let point = self.distinct[place];
-        let found = tree
-            .query(&(turn() * point).to_array())
-            .nearest_n::<SquaredEuclidean<f64>>(wanted)
-            .execute();
-        let mut near: Vec<(u32, f64)> = found
-            .iter()
-            .filter(|result| result.item as usize != place)
-            .map(|result| (result.item, self.distinct[result.item as usize].distance(point)))
-            .collect();
-        near.sort_unstable_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)));
-        near.truncate(k);
-        near
+    /// The `k` distinct positions nearest to `place`, itself left out, nearest first, ties by place. Which of
+    /// several that are equally far is last depends on nothing but the positions and their order.
+    pub(crate) fn around_in_order<'a>(
+        &self,
+        place: usize,
+        k: usize,
+        room: &'a mut Room,
+    ) -> &'a [Found] {
+        room.nearest(&self.tree, place, k)
+    }
+
+    /// [`Self::around_in_order`] in no order but the same for the same positions, in two thirds of the time.
+    pub(crate) fn around<'a>(&self, place: usize, k: usize, room: &'a mut Room) -> &'a [Found] {
+        room.choose(&self.tree, place, k)
     }
 }
 
-/// The k-d tree of points, turned; `None` where there are none.
-fn tree(
-    points: &[DVec3],
-    progress: Progress<'_>,
-) -> Result<Option<ImmutableKdTree<f64, 3>>, Cancelled> {
-    if points.is_empty() {
-        report(progress, 1.0)?;
-        return Ok(None);
-    }
-    let turn = turn();
-    let turned =
-        map(points.len(), &part(progress, 0.0..0.1), |place| (turn * points[place]).to_array())?;
-    let count = points.len() as f64;
-    let usually = Duration::from_secs_f64(10e-9 * count * count.log2());
-    // The parallel construction picks pivots that depend on the number of threads.
-    aside(&part(progress, 0.1..1.0), usually, move || {
-        ImmutableKdTree::builder().with_serial_construction().build_from_slice(&turned).ok()
-    })
+/// Points looked at for the scale of a cloud.
+const LOOKED_AT: usize = 1000;
+
+/// About the distance of neighbours on a surface, a power of two: from the middle of the distances between points
+/// that follow each other, which are sorted along x. Strays do not change it, however far away they are.
+fn spacing(positions: &[Vec3], first: &[u32], bounds: Bounds) -> f64 {
+    let step = (first.len() / LOOKED_AT).max(1);
+    let looked_at: Vec<Vec3> =
+        first.iter().step_by(step).map(|&index| positions[index as usize]).collect();
+    let middle = |axis: usize| {
+        let mut along: Vec<f32> = looked_at.iter().map(|point| point[axis]).collect();
+        let quarter = along.len() / 4;
+        along.sort_unstable_by(f32::total_cmp);
+        match along.len() {
+            0 => 0.0,
+            count => f64::from(along[count - 1 - quarter]) - f64::from(along[quarter]),
+        }
+    };
+    let size = (0..3).map(middle).fold(0.0, f64::max);
+    let size = if size > 0.0 { size } else { bounds.extent() };
+    // Coordinates of up to 2^120 units have differences whose squares may overflow, which only says that they are far.
+    let least = (bounds.reach() / 2f64.powi(120)).max(f64::from(f32::MIN_POSITIVE));
+    let spacing = (2.0 * size / (first.len() as f64).sqrt().max(1.0)).max(least);
+    if spacing > 0.0 { 2f64.powi(spacing.log2().ceil() as i32) } else { 1.0 }
 }
 
-/// The first occurrences of the different finite positions, and each position's place among them.
-fn merge_coincident(
-    positions: &[Vec3],
-    progress: Progress<'_>,
-) -> Result<(Vec<u32>, Vec<u32>), Cancelled> {
-    let keys = flat_map(positions.len(), &part(progress, 0.0..0.1), |index| {
+/// The first occurrences of the different finite positions, and of each further one its index and that of the first.
+type Merged = (Vec<u32>, Vec<(u32, u32)>);
+
+/// Finds positions that coincide.
+fn merge_coincident(positions: &[Vec3], progress: Progress<'_>) -> Result<Merged, Cancelled> {
+    let keys = flat_map(positions.len(), &part(progress, 0.0..0.2), |index| {
         // Adding zero makes the two zeros one.
         let key = (positions[index] + Vec3::ZERO).to_array().map(f32::to_bits);
         let index = u32::try_from(index).ok().filter(|_| positions[index].is_finite());
         index.map(|index| (key, index)).into_iter()
     })?;
     let count = keys.len();
-    let mut sorted = sort(keys, &part(progress, 0.1..0.7))?.into_iter().flatten();
-    let mut leader = vec![NOWHERE; positions.len()];
-    let mut leading = ([0; 3], NOWHERE);
-    each(count, &part(progress, 0.7..0.9), |_| {
+    let mut first = Vec::with_capacity(count);
+    let mut copies = Vec::new();
+    let mut leading: Option<[u32; 3]> = None;
+    let mut sorted = sort(keys, &part(progress, 0.2..0.9))?.into_iter().flatten();
+    each(count, &part(progress, 0.9..1.0), |_| {
         let Some((key, index)) = sorted.next() else { return };
-        if leading.1 == NOWHERE || leading.0 != key {
-            leading = (key, index);
-        }
-        leader[index as usize] = leading.1;
-    })?;
-    let mut first = Vec::new();
-    let mut place = vec![NOWHERE; positions.len()];
-    each(positions.len(), &part(progress, 0.9..1.0), |index| {
-        let leading = leader[index];
-        if leading == NOWHERE {
-            return;
-        }
-        // Leaders come before their followers, since equal ones are sorted by index.
-        if leading as usize == index {
-            place[index] = first.len() as u32;
-            first.push(leading);
-        } else {
-            place[index] = place[leading as usize];
+        match first.last() {
+            Some(&leader) if leading == Some(key) => copies.push((index, leader)),
+            _ => {
+                leading = Some(key);
+                first.push(index);
+            }
         }
     })?;
-    Ok((first, place))
+    Ok((first, copies))
 }
 
 #[cfg(test)]

@@ -1,8 +1,11 @@
 //! Signs of nodes that fulfil most of what couples them.
 
-use super::couplings::{Coupling, gathered};
-use crate::normals::signed_sets::SignedSets;
+mod couplings;
+mod sets;
+
 use crate::progress::{Cancelled, Progress, part, report};
+pub(crate) use couplings::{Coupling, gathered};
+pub(crate) use sets::SignedSets;
 
 /// Nodes that join into one in a round, at most: in small steps evidence gathers before it counts.
 const JOINED: u32 = 6;
@@ -109,7 +112,7 @@ fn refine(count: usize, couplings: &[Coupling], signs: &mut [bool]) {
 ///
 /// Groups of nodes join into larger ones by the surest evidence between them until no evidence is
 /// left, and on the way back those turn that most evidence is against: the largest groups first.
-pub(super) fn solve(
+pub(crate) fn solve(
     count: usize,
     couplings: Vec<Coupling>,
     progress: Progress<'_>,

@@ -1,0 +1,232 @@
+//! Planes through the surroundings of points, at the scale that suits each.
+
+use super::plane::{Moments, Plane};
+use crate::neighbours::{Found, Neighbours, Room, Tree};
+use crate::progress::{Cancelled, Progress, map_runs, map_with, part};
+use glam::{DMat3, DVec3, Vec3};
+use std::ops::Range;
+
+/// Roughness above which a larger neighbourhood is tried: that of a surface which turns by 20 degrees over it.
+const ROUGH: f64 = 0.08;
+
+/// A neighbourhood of twice the points is better where its roughness is less than this share: 0.71 where points
+/// are scattered about a plane, 1 at an edge, 1.4 where the surface is curved.
+const DROP: f64 = 0.85;
+
+/// Roughness from which on a neighbourhood shows no plane at all: it may lie within a layer of noise, of which no part
+/// is flatter than another, so that larger ones are tried until one is.
+const SHAPELESS: f64 = 0.45;
+
+/// Shorter over longer side below which a neighbourhood holds too few rows of points to tell a plane: two
+/// scan lines.
+const SLENDER: f64 = 0.25;
+
+/// Numbers of leaves that are tried where twice the points are better, about 100 to 800 points.
+const LEAVES: [usize; 4] = [8, 16, 32, 64];
+
+/// Leaves whose points are fitted by one thread, one after the other.
+const RUN: usize = 32;
+
+/// What is known of a point's surroundings.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fit {
+    /// Unit length; its sign means nothing.
+    pub(super) normal: Vec3,
+    /// In [0, 1]: see [`Plane::roughness`].
+    pub(super) roughness: f32,
+    /// Standard deviation across the plane, units of the search.
+    pub(super) error: f32,
+    pub(super) degenerate: bool,
+}
+
+impl From<Plane> for Fit {
+    fn from(plane: Plane) -> Self {
+        Self {
+            normal: plane.normal.as_vec3(),
+            roughness: plane.roughness as f32,
+            error: plane.error as f32,
+            degenerate: plane.degenerate,
+        }
+    }
+}
+
+/// Fits a plane to each point, by place.
+pub(super) fn all(
+    neighbours: &Neighbours,
+    k: usize,
+    progress: Progress<'_>,
+) -> Result<Vec<Fit>, Cancelled> {
+    let coarse = Coarse::build(neighbours, &part(progress, 0.0..0.05))?;
+    let tree = neighbours.tree();
+    let fitting = part(progress, 0.05..1.0);
+    let n_runs = tree.n_leaves().div_ceil(RUN);
+    let runs = map_runs(n_runs, &fitting, Room::default, |room, run| {
+        let mut fits = Vec::new();
+        for leaf in run * RUN..((run + 1) * RUN).min(tree.n_leaves()) {
+            fit_leaf(neighbours, &coarse, leaf, k, room, &mut fits);
+        }
+        fits
+    })?;
+    Ok(runs.concat())
+}
+
+/// Fits the points of a leaf.
+fn fit_leaf(
+    neighbours: &Neighbours,
+    coarse: &Coarse,
+    leaf: usize,
+    k: usize,
+    room: &mut Room,
+    fits: &mut Vec<Fit>,
+) {
+    let mut around: Option<Vec<u32>> = None;
+    for place in neighbours.tree().leaf(leaf) {
+        let grain = grain(neighbours, place);
+        let first = near(neighbours, place, k, grain, room);
+        let mut best = Best { plane: first, last: first.roughness };
+        if best.is_wanting() && best.takes(near(neighbours, place, 2 * k, grain, room)) {
+            let around = around.get_or_insert_with(|| coarse.around(leaf, room));
+            for &count in &LEAVES {
+                let around = &around[..count.min(around.len())];
+                let is_done = !best.is_wanting()
+                    || !best.takes(coarse.plane(around, neighbours.point(place), grain));
+                if is_done {
+                    break;
+                }
+            }
+        }
+        fits.push(best.plane.into());
+    }
+}
+
+/// The best plane so far of neighbourhoods that grow.
+struct Best {
+    plane: Plane,
+    /// Roughness of the last tried.
+    last: f64,
+}
+
+impl Best {
+    /// Whether a larger neighbourhood may be better.
+    fn is_wanting(&self) -> bool {
+        self.plane.roughness > ROUGH || self.plane.width < SLENDER
+    }
+
+    /// Takes a larger neighbourhood where it tells more; gives whether a still larger one is worth trying.
+    fn takes(&mut self, wider: Plane) -> bool {
+        let plane = &self.plane;
+        let is_wider = plane.width < SLENDER && wider.width > 1.2 * plane.width;
+        let is_flatter = wider.roughness < DROP * plane.roughness;
+        let was_shapeless = self.last > SHAPELESS;
+        self.last = wider.roughness;
+        if !wider.degenerate && (plane.degenerate || is_wider || is_flatter) {
+            self.plane = wider;
+            return true;
+        }
+        was_shapeless
+    }
+}
+
+/// The plane through a point and its `k` nearest.
+fn near(neighbours: &Neighbours, place: usize, k: usize, grain: f64, room: &mut Room) -> Plane {
+    let near = neighbours.around(place, k, room);
+    let point = |found: &Found| neighbours.point(found.place as usize);
+    let points = std::iter::once(neighbours.point(place)).chain(near.iter().map(point));
+    let mut plane = Plane::through(&Moments::of(points), grain);
+    if near.len() < 2 {
+        plane.degenerate = true;
+    }
+    plane
+}
+
+/// One rounding step of an f32 coordinate here, units of the search: positions do not tell apart what is
+/// closer together.
+fn grain(neighbours: &Neighbours, place: usize) -> f64 {
+    neighbours.point(place).abs().max_element() * f64::from(f32::EPSILON)
+}
+
+/// Sums over the points of each leaf, and which leaves are near which.
+struct Coarse {
+    /// By leaf, in units of the search; `mean` is from the leaf's first point.
+    leaves: Vec<Leaf>,
+    /// The middles of the leaves.
+    tree: Tree,
+    /// For each leaf its place in the tree.
+    place: Vec<u32>,
+}
+
+/// What is kept of a leaf's points.
+#[derive(Clone, Copy)]
+struct Leaf {
+    count: f32,
+    mean: DVec3,
+    /// xx, yy, zz, xy, xz, yz
+    spread: [f32; 6],
+}
+
+impl Leaf {
+    fn of(neighbours: &Neighbours, range: Range<usize>) -> Self {
+        let moments = Moments::of(range.map(|place| neighbours.point(place)));
+        let m = &moments.spread;
+        let spread = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.y_axis.x, m.z_axis.x, m.z_axis.y];
+        let spread = spread.map(|sum| sum as f32);
+        Self { count: moments.weight as f32, mean: moments.mean, spread }
+    }
+
+    /// The sums, relative to a point.
+    fn from(&self, point: DVec3) -> Moments {
+        let [xx, yy, zz, xy, xz, yz] = self.spread.map(f64::from);
+        let spread = DMat3::from_cols(
+            DVec3::new(xx, xy, xz),
+            DVec3::new(xy, yy, yz),
+            DVec3::new(xz, yz, zz),
+        );
+        Moments { weight: f64::from(self.count), mean: self.mean - point, spread }
+    }
+}
+
+impl Coarse {
+    fn build(neighbours: &Neighbours, progress: Progress<'_>) -> Result<Self, Cancelled> {
+        let tree = neighbours.tree();
+        let leaves = map_with(
+            tree.n_leaves(),
+            &part(progress, 0.0..0.5),
+            || (),
+            |(), leaf| Leaf::of(neighbours, tree.leaf(leaf)),
+        )?;
+        let middles = leaves.iter().map(|leaf| leaf.mean.as_vec3());
+        let (tree, place) = Tree::of_points(middles, &part(progress, 0.5..1.0))?;
+        Ok(Self { leaves, tree, place })
+    }
+
+    /// The leaves nearest to a leaf, itself first.
+    fn around(&self, leaf: usize, room: &mut Room) -> Vec<u32> {
+        let most = LEAVES[LEAVES.len() - 1] - 1;
+        let near = room.nearest(&self.tree, self.place[leaf] as usize, most);
+        let near = near.iter().map(|found| self.tree.index(found.place as usize) as u32);
+        std::iter::once(leaf as u32).chain(near).collect()
+    }
+
+    /// The plane through the points of leaves, of which those near to the point weigh most.
+    fn plane(&self, leaves: &[u32], point: DVec3, grain: f64) -> Plane {
+        let leaf = |&leaf: &u32| &self.leaves[leaf as usize];
+        let away = |leaf: &Leaf| leaf.mean.distance_squared(point);
+        let reach = leaves.iter().map(|l| away(leaf(l))).fold(0.0, f64::max) * 1.2;
+        if reach <= 0.0 {
+            return Plane::through(&Moments::NOTHING, grain);
+        }
+        // The sums about the point are combined, and moved to the mean at the end: its surroundings are small.
+        let (mut weight, mut sum, mut squares) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        for leaf in leaves.iter().map(leaf) {
+            let factor = (1.0 - away(leaf) / reach).powi(2);
+            let moments = leaf.from(point);
+            let count = factor * moments.weight;
+            weight += count;
+            sum += moments.mean * count;
+            squares += moments.spread * factor + super::plane::outer(moments.mean) * count;
+        }
+        let mean = sum / weight;
+        let spread = squares - super::plane::outer(mean) * weight;
+        Plane::through(&Moments { weight, mean, spread }, grain)
+    }
+}

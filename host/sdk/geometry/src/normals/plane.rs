@@ -1,0 +1,92 @@
+//! The plane through points.
+
+use crate::eigen;
+use glam::{DMat3, DVec3};
+
+/// Ratio of width to length below which a neighbourhood counts as a line: f32 positions of a line
+/// that is not parallel to an axis deviate from it by 1e-7 of their magnitude, so that a hundred
+/// times this is noise rather than shape.
+const LINE_WIDTH: f64 = 1e-5;
+
+/// Weighted sums over points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moments {
+    /// The sum of the weights.
+    pub(super) weight: f64,
+    pub(super) mean: DVec3,
+    /// The weighted sum of the outer products of offsets from the mean.
+    pub(super) spread: DMat3,
+}
+
+/// The outer product of a vector with itself.
+pub(super) fn outer(v: DVec3) -> DMat3 {
+    DMat3::from_cols(v * v.x, v * v.y, v * v.z)
+}
+
+impl Moments {
+    pub(super) const NOTHING: Self = Self { weight: 0.0, mean: DVec3::ZERO, spread: DMat3::ZERO };
+
+    /// Those of points that weigh the same.
+    ///
+    /// The spread is summed in a second pass about the mean: the one-pass form
+    /// `E[x^2] - E[x]^2` gives negative variances for small features far from the origin.
+    pub(super) fn of(points: impl Iterator<Item = DVec3> + Clone) -> Self {
+        let (sum, count) =
+            points.clone().fold((DVec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
+        if count == 0.0 {
+            return Self::NOTHING;
+        }
+        let mean = sum / count;
+        let spread = points.fold(DMat3::ZERO, |sum, point| sum + outer(point - mean));
+        Self { weight: count, mean, spread }
+    }
+}
+
+/// A plane through a neighbourhood.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plane {
+    /// Unit length; its sign means nothing.
+    pub(super) normal: DVec3,
+    /// Whether the points do not span a plane.
+    pub(super) degenerate: bool,
+    /// Standard deviation across the plane, in units of the points.
+    pub(super) error: f64,
+    /// That over the one along the shorter side of the neighbourhood, in [0, 1]: 0 for points in a plane, 1 for
+    /// those of no surface.
+    pub(super) roughness: f64,
+    /// Shorter side over longer side, in [0, 1].
+    pub(super) width: f64,
+}
+
+impl Plane {
+    /// The best plane through points of which a coordinate is exact to `grain`.
+    pub(super) fn through(moments: &Moments, grain: f64) -> Self {
+        let size = moments.spread.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+        if moments.weight <= 0.0 || size <= 0.0 {
+            let (normal, degenerate) = (DVec3::Z, true);
+            return Self { normal, degenerate, error: 0.0, roughness: 1.0, width: 0.0 };
+        }
+        // Divided by their size, offsets of 1e-200 still have cubes of squares.
+        let (values, normal) = eigen::least(moments.spread * (1.0 / size));
+        let deviation = values.map(|value| (value.max(0.0) * (size / moments.weight)).sqrt());
+        if deviation[1] <= (LINE_WIDTH * deviation[2]).max(grain) {
+            let along = eigen::symmetric(moments.spread * (1.0 / size)).vectors[2];
+            let (normal, degenerate) = (perpendicular_to(along), true);
+            return Self { normal, degenerate, error: deviation[0], roughness: 1.0, width: 0.0 };
+        }
+        Self {
+            normal,
+            degenerate: false,
+            error: deviation[0],
+            roughness: (deviation[0] / deviation[1]).min(1.0),
+            width: deviation[1] / deviation[2],
+        }
+    }
+}
+
+/// The unit vector perpendicular to a unit vector that is closest to +z; +y where that is z itself.
+fn perpendicular_to(direction: DVec3) -> DVec3 {
+    let rest = DVec3::Z - direction * direction.z;
+    // The length is the sine of the angle to z; below a millionth its direction is rounding.
+    if rest.length_squared() > 1e-12 { rest.normalize_or(DVec3::Z) } else { DVec3::Y }
+}

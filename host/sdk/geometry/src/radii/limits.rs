@@ -1,0 +1,168 @@
+//! Limits of discs whose cells span empty space: at borders, at strays, and where the spacing changes.
+
+use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
+use super::median;
+use crate::neighbours::{Found, Room};
+use crate::progress::{Cancelled, Progress, map_with, part};
+
+/// A disc on a surface that is larger than this many times the median of those around it covers a
+/// cell which spans a gap rather than a piece of surface.
+const OUTLIER: f64 = 3.0;
+
+/// The same at a border, where the corners of a cell may lie far outside.
+const BORDER: f64 = 1.5;
+
+/// The most points of a group that counts as floating. The cells of up to this many points are cut
+/// from all others of their group and still reach for points across the gap around it; a larger
+/// group fills the lists that cells are cut from, so that no cell of it knows of the gap.
+const FLOATING: usize = CELL_NEIGHBOURS;
+
+/// Limits the discs of points that are not surrounded evenly.
+pub(super) fn limit(
+    surface: &Surface<'_>,
+    cells: &mut [Cover],
+    progress: Progress<'_>,
+) -> Result<(), Cancelled> {
+    let is_odd = |cell: &Cover| matches!(cell.kind, Kind::Open | Kind::Wide);
+    let mut odd: Vec<u32> =
+        (0u32..).zip(&*cells).filter(|(_, cell)| is_odd(cell)).map(|(place, _)| place).collect();
+    let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
+    let gaps = Gaps { surface, cells, reach };
+    let groups = map_with(odd.len(), &part(progress, 0.0..0.3), Room::default, |room, i| {
+        gaps.floating(odd[i], room)
+    })?;
+    let mut on_surface = vec![true; gaps.cells.len()];
+    for &member in groups.iter().flatten().flatten() {
+        if std::mem::replace(&mut on_surface[member as usize], false) {
+            odd.push(member);
+        }
+    }
+    drop(groups);
+    odd.sort_unstable();
+    odd.dedup();
+    let n_floating = odd.iter().filter(|&&place| !on_surface[place as usize]).count();
+    if n_floating == gaps.cells.len() {
+        // Where no group is large the question has no answer.
+        on_surface.fill(true);
+    }
+    let wider = map_with(odd.len(), &part(progress, 0.3..0.6), Bench::default, |bench, i| {
+        gaps.widened(odd[i] as usize, &on_surface, bench)
+    })?;
+    for (&place, wider) in odd.iter().zip(&wider) {
+        cells[place as usize] = wider.0;
+    }
+    let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
+    let usual = median(of_surfaces.map(|place| f64::from(cells[place].radius)));
+    let cells_now = &*cells;
+    let limits = map_with(odd.len(), &part(progress, 0.6..1.0), Room::default, |room, i| {
+        let place = odd[i] as usize;
+        let radius = |place: usize| f64::from(cells_now[place].radius);
+        let near = surface.neighbours.around(place, COMPARED, room).iter();
+        let near = near.map(|found| found.place as usize).filter(|&other| on_surface[other]);
+        let near = median(near.map(radius)).or(usual);
+        let further = median(wider[i].1.iter().map(|&other| radius(other as usize)));
+        let factor = match cells_now[place].kind {
+            _ if !on_surface[place] => 1.0,
+            Kind::Open => BORDER,
+            _ => OUTLIER,
+        };
+        near.into_iter().chain(further).reduce(f64::max).map(|typical| factor * typical)
+    })?;
+    for (&place, limit) in odd.iter().zip(limits) {
+        let cell = &mut cells[place as usize];
+        cell.radius = limit.map_or(cell.radius, |limit| cell.radius.min(limit as f32));
+    }
+    Ok(())
+}
+
+/// Points around gaps.
+struct Gaps<'a> {
+    surface: &'a Surface<'a>,
+    cells: &'a [Cover],
+    /// For each node of the search the distance of the farthest of the nearest of any point in it.
+    reach: Vec<f32>,
+}
+
+impl Gaps<'_> {
+    /// The group of a point, where it floats by itself.
+    ///
+    /// Points that are among each other's first few are linked. A group of linked points that is no
+    /// larger than [`FLOATING`] floats by itself, unless a point of a surface counts one of its points
+    /// among its own nearest: the surface goes on there, only with other spacing.
+    fn floating(&self, place: u32, room: &mut Room) -> Option<Vec<u32>> {
+        let group = self.group(place, room)?;
+        let is_borne = group.iter().any(|&member| {
+            self.counted_by(member as usize).iter().any(|found| {
+                !group.contains(&found.place) && self.group(found.place, room).is_none()
+            })
+        });
+        (!is_borne).then_some(group)
+    }
+
+    /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
+    fn group(&self, place: u32, room: &mut Room) -> Option<Vec<u32>> {
+        let mut group = vec![place];
+        let mut next = 0;
+        while let Some(&member) = group.get(next) {
+            next += 1;
+            for found in self.surface.neighbours.around(member as usize, COMPARED, room) {
+                let is_mutual = found.distance as f32 <= self.cells[found.place as usize].ring;
+                if is_mutual && !group.contains(&found.place) {
+                    group.push(found.place);
+                    if group.len() > FLOATING {
+                        return None;
+                    }
+                }
+            }
+        }
+        group.sort_unstable();
+        Some(group)
+    }
+
+    /// The points that count a point among their nearest, by place.
+    fn counted_by(&self, place: usize) -> Vec<Found> {
+        let neighbours = self.surface.neighbours;
+        let (tree, here) = (neighbours.tree(), neighbours.point(place));
+        let mut found = Vec::new();
+        let mut pending = vec![1];
+        while let Some(node) = pending.pop() {
+            // A share of rounding on top, since squares in f32 decided what was nearest.
+            let reach = self.reach[node] * (1.0 + 1e-6);
+            if tree.squared_to(node, here.as_vec3().to_array()) > reach * reach {
+                continue;
+            }
+            if node < tree.n_leaves() {
+                pending.extend([2 * node + 1, 2 * node]);
+                continue;
+            }
+            for other in tree.leaf(node - tree.n_leaves()).filter(|&other| other != place) {
+                let distance = neighbours.point(other).distance(here);
+                if distance <= f64::from(self.cells[other].farthest) {
+                    found.push(Found { place: other as u32, distance });
+                }
+            }
+        }
+        found
+    }
+
+    /// The cover of a point whose cell is bounded also by points of surfaces that count it among their nearest, and
+    /// those.
+    ///
+    /// Where a coarse surface borders on a fine one, the nearest of its last points are all fine ones.
+    /// These lead back to the coarse side.
+    fn widened(&self, place: usize, on_surface: &[bool], bench: &mut Bench) -> (Cover, Vec<u32>) {
+        let cell = self.cells[place];
+        if !on_surface[place] {
+            return (cell, Vec::new());
+        }
+        let mut further = self.counted_by(place);
+        further.retain(|found| {
+            found.distance > f64::from(cell.farthest) && on_surface[found.place as usize]
+        });
+        if further.is_empty() {
+            return (cell, Vec::new());
+        }
+        let wider = self.surface.cover(place, CELL_NEIGHBOURS, &further, bench);
+        (wider, further.iter().map(|found| found.place).collect())
+    }
+}

@@ -1,0 +1,146 @@
+//! Points on meshes, as scanners and scatterers place them.
+
+use super::meshes::Mesh;
+use glam::{DVec3, Vec3};
+use std::io::Write;
+use std::path::Path;
+
+/// A generator with a fixed sequence (`SplitMix64`).
+pub(super) struct Random(pub(super) u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// In [0, 1).
+    pub(super) fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Normally distributed, of deviation 1.
+    pub(super) fn normal(&mut self) -> f64 {
+        (-2.0 * (1.0 - self.unit()).ln()).sqrt() * (std::f64::consts::TAU * self.unit()).cos()
+    }
+
+    pub(super) fn in_ball(&mut self) -> DVec3 {
+        loop {
+            let point = DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0;
+            if point.length_squared() <= 1.0 {
+                return point;
+            }
+        }
+    }
+}
+
+/// Points with the normals of the faces that they are of.
+pub(super) struct Cloud {
+    pub(super) points: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
+}
+
+/// How points are placed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Pattern {
+    /// Evenly at random.
+    Random,
+    /// At random in stripes: PCPNet's.
+    Striped,
+    /// At random, ever fewer to one side: PCPNet's.
+    Gradient,
+    /// In lines, five times as close along as across.
+    Lines,
+    /// In strips that overlap, with wide steps along the flight: airborne.
+    Strips,
+}
+
+/// Directions of lines and across them.
+const FLIGHT: DVec3 = DVec3::new(0.8, -0.36, 0.48);
+const SWEEP: DVec3 = DVec3::new(0.48, 0.8, -0.36);
+
+impl Pattern {
+    /// Whether a point of the unit cube is kept.
+    fn keeps(self, at: DVec3, random: &mut Random, lines: f64) -> bool {
+        // No face of a common shape lies between two lines as a whole.
+        let (along, across) = (at.dot(FLIGHT), at.dot(SWEEP));
+        let share = match self {
+            Self::Random => 1.0,
+            Self::Striped => 0.05 + 0.95 * f64::from(u8::from((at.y * 6.0).fract() < 0.5)),
+            Self::Gradient => 0.02 + 0.98 * (1.0 - at.y).powi(2),
+            Self::Lines => return (across * lines).rem_euclid(1.0) < 0.04,
+            Self::Strips => {
+                let zigzag = (2.0 * (along * 4.0).rem_euclid(1.0) - 1.0).abs();
+                return (across * lines * 0.7 + zigzag).rem_euclid(1.0) < 0.05;
+            }
+        };
+        random.unit() < share
+    }
+}
+
+/// `count` points of a mesh, off by noise of this deviation.
+pub(super) fn scan(mesh: &Mesh, count: usize, pattern: Pattern, noise: f64, seed: u64) -> Cloud {
+    let mut random = Random(seed);
+    let areas = surfelshop_geometry::mesh::areas(&mesh.positions, &mesh.faces);
+    let mut sums = Vec::with_capacity(areas.len());
+    let mut total = 0.0;
+    for area in areas {
+        total += area;
+        sums.push(total);
+    }
+    let face_normals = surfelshop_geometry::mesh::face_normals(&mesh.positions, &mesh.faces);
+    let bounds = surfelshop_geometry::Bounds::of_positions(&mesh.positions).unwrap();
+    let lines = bounds.extent() / (total / count as f64).sqrt() / 2.2;
+    let mut cloud = Cloud { points: Vec::new(), normals: Vec::new() };
+    let mut tries = 0u64;
+    while cloud.points.len() < count && tries < 400 * count as u64 {
+        tries += 1;
+        let along = random.unit() * total;
+        let face = sums.partition_point(|&sum| sum <= along).min(sums.len() - 1);
+        let corners = mesh.faces[face].map(|i| mesh.positions[i as usize].as_dvec3());
+        let (a, b) = (random.unit().sqrt(), random.unit());
+        let at = corners[0] * (1.0 - a) + corners[1] * (a * (1.0 - b)) + corners[2] * (a * b);
+        let inside = (at - bounds.min) / bounds.extent();
+        if !pattern.keeps(inside, &mut random, lines) {
+            continue;
+        }
+        let off = DVec3::new(random.normal(), random.normal(), random.normal()) * noise;
+        cloud.points.push((at + off).as_vec3());
+        cloud.normals.push(face_normals[face]);
+    }
+    cloud
+}
+
+/// The rows of the table of normals: a name, a pattern, and noise in shares of the diagonal (PCPNet's levels).
+pub(super) const ROWS: [(&str, Pattern, f64); 6] = [
+    ("clean", Pattern::Random, 0.0),
+    ("low", Pattern::Random, 0.00125),
+    ("medium", Pattern::Random, 0.006),
+    ("high", Pattern::Random, 0.012),
+    ("striped", Pattern::Striped, 0.0),
+    ("gradient", Pattern::Gradient, 0.0),
+];
+
+/// Points of a cloud of the table of normals.
+pub(super) const POINTS: usize = 50_000;
+
+/// Writes the clouds of the table of normals, `x y z nx ny nz` as f32 after each other.
+pub(super) fn dump(folder: &str, meshes: &[Mesh]) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for mesh in meshes {
+        for (name, pattern, noise) in ROWS {
+            let cloud = scan(mesh, POINTS, pattern, noise * mesh.diagonal(), 1);
+            let path = Path::new(folder).join(format!("{}_{name}.bin", mesh.name));
+            let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
+            for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
+                for number in point.to_array().into_iter().chain(normal.to_array()) {
+                    out.write_all(&number.to_le_bytes())?;
+                }
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,26 @@
+//! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
+//!
+//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface radii [MESH…]` and `surface dump FOLDER [MESH…]`,
+//! which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
+//! and text PLY files; without any, shapes are made.
+
+mod cloud;
+mod discs;
+mod meshes;
+mod normals;
+mod speed;
+
+pub(crate) fn run() -> anyhow::Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(2).collect();
+    let (mode, rest) = arguments.split_first().map_or(("", &[][..]), |(m, r)| (m.as_str(), r));
+    match mode {
+        "speed" => speed::run(rest),
+        "normals" => normals::run(&meshes::all(rest)?),
+        "radii" => discs::run(&meshes::all(rest)?),
+        "dump" => match rest.split_first() {
+            Some((folder, rest)) => cloud::dump(folder, &meshes::all(rest)?),
+            None => anyhow::bail!("expected a folder to write clouds to, found none"),
+        },
+        other => anyhow::bail!("expected speed, normals, radii or dump, found `{other}`"),
+    }
+}
