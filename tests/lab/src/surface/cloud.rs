@@ -48,9 +48,9 @@ pub(super) struct Cloud {
 pub(super) enum Pattern {
     /// Evenly at random.
     Random,
-    /// At random in stripes: PCPNet's.
+    /// At random in stripes: `PCPNet`'s.
     Striped,
-    /// At random, ever fewer to one side: PCPNet's.
+    /// At random, ever fewer to one side: `PCPNet`'s.
     Gradient,
     /// In lines, five times as close along as across.
     Lines,
@@ -114,7 +114,7 @@ pub(super) fn scan(mesh: &Mesh, count: usize, pattern: Pattern, noise: f64, seed
     cloud
 }
 
-/// The rows of the table of normals: a name, a pattern, and noise in shares of the diagonal (PCPNet's levels).
+/// The rows of the table of normals: a name, a pattern, and noise in shares of the diagonal (`PCPNet`'s levels).
 pub(super) const ROWS: [(&str, Pattern, f64); 6] = [
     ("clean", Pattern::Random, 0.0),
     ("low", Pattern::Random, 0.00125),
