@@ -1,6 +1,6 @@
 //! Points that do not belong: how far each is from its neighbours, and how far is too far.
 
-use crate::neighbours::{Neighbours, Room};
+use crate::neighbours::{Neighbours, Scratch};
 use crate::progress::{Cancelled, Progress, map_with};
 
 /// Mean distance of each position to its `k` nearest others, scene units; infinite for positions
@@ -15,7 +15,7 @@ pub fn mean_distances(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Vec<f64>, Cancelled> {
-    let means = map_with(neighbours.n_distinct(), progress, Room::default, |room, place| {
+    let means = map_with(neighbours.n_distinct(), progress, Scratch::default, |room, place| {
         let near = neighbours.around_in_order(place, k, room);
         let sum: f64 = near.iter().map(|found| found.distance).sum();
         sum / near.len().max(1) as f64 * neighbours.scale()
@@ -35,7 +35,7 @@ pub fn accompanied(
     radius: f64,
     progress: Progress<'_>,
 ) -> Result<Vec<bool>, Cancelled> {
-    let found = map_with(neighbours.n_distinct(), progress, Room::default, |room, place| {
+    let found = map_with(neighbours.n_distinct(), progress, Scratch::default, |room, place| {
         let near = neighbours.around_in_order(place, count, room);
         let is_near = |distance: f64| distance * neighbours.scale() <= radius;
         near.len() >= count && near.last().is_none_or(|found| is_near(found.distance))

@@ -6,7 +6,7 @@ mod tree;
 use crate::bounds::Bounds;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, report, sort};
 use glam::{DVec3, Vec3};
-pub(crate) use search::{Found, Room};
+pub(crate) use search::{Found, Scratch};
 use tree::Site;
 pub(crate) use tree::Tree;
 
@@ -102,7 +102,7 @@ impl Neighbours {
     #[must_use]
     pub fn nearest(&self, index: usize, k: usize) -> Vec<Neighbour> {
         let Some(place) = self.place_of(index) else { return Vec::new() };
-        let mut room = Room::default();
+        let mut room = Scratch::default();
         let near = self.around_in_order(place, k, &mut room).iter();
         let mut near: Vec<Neighbour> = near
             .map(|found| Neighbour {
@@ -145,13 +145,13 @@ impl Neighbours {
         &self,
         place: usize,
         k: usize,
-        room: &'a mut Room,
+        room: &'a mut Scratch,
     ) -> &'a [Found] {
         room.nearest(&self.tree, place, k)
     }
 
     /// [`Self::around_in_order`] in no order but the same for the same positions, in two thirds of the time.
-    pub(crate) fn around<'a>(&self, place: usize, k: usize, room: &'a mut Room) -> &'a [Found] {
+    pub(crate) fn around<'a>(&self, place: usize, k: usize, room: &'a mut Scratch) -> &'a [Found] {
         room.choose(&self.tree, place, k)
     }
 }

@@ -10,9 +10,9 @@ pub(crate) struct Found {
     pub(crate) distance: f64,
 }
 
-/// Room for a search, kept from one to the next.
+/// Scratch for a search, kept from one to the next.
 #[derive(Debug, Default)]
-pub(crate) struct Room {
+pub(crate) struct Scratch {
     /// Squares of distances, whose bits sort like the numbers, above places.
     keys: Vec<u64>,
     spare: Vec<u64>,
@@ -123,7 +123,7 @@ impl Search<'_> {
     }
 }
 
-impl Room {
+impl Scratch {
     /// The `k` points nearest to `own`, itself left out, in no order.
     ///
     /// They are chosen by squared distances in f32, whose differences are exact but for one rounding, ties by place.

@@ -1,7 +1,7 @@
 //! Planes through the surroundings of points, at the scale that suits each.
 
 use super::plane::{Moments, Plane};
-use crate::neighbours::{Found, Neighbours, Room, Tree};
+use crate::neighbours::{Found, Neighbours, Scratch, Tree};
 use crate::progress::{Cancelled, Progress, map_runs, map_with, part};
 use glam::{DMat3, DVec3, Vec3};
 use std::ops::Range;
@@ -9,13 +9,20 @@ use std::ops::Range;
 /// Roughness above which a larger neighbourhood is tried: that of a surface which turns by 20 degrees over it.
 const ROUGH: f64 = 0.08;
 
-/// A neighbourhood of twice the points is better where its roughness is less than this share: 0.71 where points
-/// are scattered about a plane, 1 at an edge, 1.4 where the surface is curved.
-const DROP: f64 = 0.85;
+/// Powers of the number of points with which the uncertainty of a plane must fall for a larger neighbourhood to be
+/// better: it falls with the first where points are scattered about a plane, with the square root at an edge,
+/// and not at all where the surface is curved.
+const FALLS: f64 = 0.7;
 
-/// Roughness from which on a neighbourhood shows no plane at all: it may lie within a layer of noise, of which no part
-/// is flatter than another, so that larger ones are tried until one is.
+/// The same where no plane shows at all.
+const FALLS_SHAPELESS: f64 = 0.45;
+
+/// Roughness from which on a neighbourhood shows no plane: it may lie within a layer of noise, of which no part
+/// is flatter than another.
 const SHAPELESS: f64 = 0.45;
+
+/// Larger neighbourhoods that are no better until no more are tried, where a plane shows: what few points say is chance.
+const PATIENCE: u32 = 2;
 
 /// Shorter over longer side below which a neighbourhood holds too few rows of points to tell a plane: two
 /// scan lines.
@@ -60,7 +67,7 @@ pub(super) fn all(
     let tree = neighbours.tree();
     let fitting = part(progress, 0.05..1.0);
     let n_runs = tree.n_leaves().div_ceil(RUN);
-    let runs = map_runs(n_runs, &fitting, Room::default, |room, run| {
+    let runs = map_runs(n_runs, &fitting, Scratch::default, |room, run| {
         let mut fits = Vec::new();
         for leaf in run * RUN..((run + 1) * RUN).min(tree.n_leaves()) {
             fit_leaf(neighbours, &coarse, leaf, k, room, &mut fits);
@@ -76,23 +83,23 @@ fn fit_leaf(
     coarse: &Coarse,
     leaf: usize,
     k: usize,
-    room: &mut Room,
+    room: &mut Scratch,
     fits: &mut Vec<Fit>,
 ) {
     let mut around: Option<Vec<u32>> = None;
     for place in neighbours.tree().leaf(leaf) {
         let grain = grain(neighbours, place);
         let first = near(neighbours, place, k, grain, room);
-        let mut best = Best { plane: first, last: first.roughness };
-        if best.is_wanting() && best.takes(near(neighbours, place, 2 * k, grain, room)) {
-            let around = around.get_or_insert_with(|| coarse.around(leaf, room));
+        let mut best = Best { plane: first, failures: 0 };
+        if best.is_wanting() {
+            best.try_wider(near(neighbours, place, 2 * k, grain, room));
+            let point = neighbours.point(place);
             for &count in &LEAVES {
-                let around = &around[..count.min(around.len())];
-                let is_done = !best.is_wanting()
-                    || !best.takes(coarse.plane(around, neighbours.point(place), grain));
-                if is_done {
+                if !best.is_wanting() {
                     break;
                 }
+                let around = around.get_or_insert_with(|| coarse.around(leaf, room));
+                best.try_wider(coarse.plane(&around[..count.min(around.len())], point, grain));
             }
         }
         fits.push(best.plane.into());
@@ -102,33 +109,34 @@ fn fit_leaf(
 /// The best plane so far of neighbourhoods that grow.
 struct Best {
     plane: Plane,
-    /// Roughness of the last tried.
-    last: f64,
+    /// Larger neighbourhoods that were no better since.
+    failures: u32,
 }
 
 impl Best {
-    /// Whether a larger neighbourhood may be better.
+    /// Whether a larger neighbourhood is worth trying.
     fn is_wanting(&self) -> bool {
-        self.plane.roughness > ROUGH || self.plane.width < SLENDER
+        let is_rough = self.plane.roughness > ROUGH || self.plane.width < SLENDER;
+        is_rough && (self.failures < PATIENCE || self.plane.roughness > SHAPELESS)
     }
 
-    /// Takes a larger neighbourhood where it tells more; gives whether a still larger one is worth trying.
-    fn takes(&mut self, wider: Plane) -> bool {
+    /// Takes a larger neighbourhood where it tells more.
+    fn try_wider(&mut self, wider: Plane) {
         let plane = &self.plane;
         let is_wider = plane.width < SLENDER && wider.width > 1.2 * plane.width;
-        let is_flatter = wider.roughness < DROP * plane.roughness;
-        let was_shapeless = self.last > SHAPELESS;
-        self.last = wider.roughness;
-        if !wider.degenerate && (plane.degenerate || is_wider || is_flatter) {
-            self.plane = wider;
-            return true;
+        let falls = if plane.roughness > SHAPELESS { FALLS_SHAPELESS } else { FALLS };
+        let share = (plane.count / wider.count).powf(falls);
+        let is_surer = wider.uncertainty() < share * plane.uncertainty();
+        if !wider.degenerate && (plane.degenerate || is_wider || is_surer) {
+            *self = Self { plane: wider, failures: 0 };
+        } else {
+            self.failures += 1;
         }
-        was_shapeless
     }
 }
 
 /// The plane through a point and its `k` nearest.
-fn near(neighbours: &Neighbours, place: usize, k: usize, grain: f64, room: &mut Room) -> Plane {
+fn near(neighbours: &Neighbours, place: usize, k: usize, grain: f64, room: &mut Scratch) -> Plane {
     let near = neighbours.around(place, k, room);
     let point = |found: &Found| neighbours.point(found.place as usize);
     let points = std::iter::once(neighbours.point(place)).chain(near.iter().map(point));
@@ -200,7 +208,7 @@ impl Coarse {
     }
 
     /// The leaves nearest to a leaf, itself first.
-    fn around(&self, leaf: usize, room: &mut Room) -> Vec<u32> {
+    fn around(&self, leaf: usize, room: &mut Scratch) -> Vec<u32> {
         let most = LEAVES[LEAVES.len() - 1] - 1;
         let near = room.nearest(&self.tree, self.place[leaf] as usize, most);
         let near = near.iter().map(|found| self.tree.index(found.place as usize) as u32);
@@ -216,17 +224,20 @@ impl Coarse {
             return Plane::through(&Moments::NOTHING, grain);
         }
         // The sums about the point are combined, and moved to the mean at the end: its surroundings are small.
-        let (mut weight, mut sum, mut squares) = (0.0, DVec3::ZERO, DMat3::ZERO);
+        let (mut weight, mut weights, mut sum, mut squares) = (0.0, 0.0, DVec3::ZERO, DMat3::ZERO);
         for leaf in leaves.iter().map(leaf) {
             let factor = (1.0 - away(leaf) / reach).powi(2);
             let moments = leaf.from(point);
             let count = factor * moments.weight;
             weight += count;
+            weights += factor * count;
             sum += moments.mean * count;
             squares += moments.spread * factor + super::plane::outer(moments.mean) * count;
         }
         let mean = sum / weight;
         let spread = squares - super::plane::outer(mean) * weight;
-        Plane::through(&Moments { weight, mean, spread }, grain)
+        // As many points of equal weight say as much.
+        let count = weight * weight / weights.max(f64::MIN_POSITIVE);
+        Plane { count, ..Plane::through(&Moments { weight, mean, spread }, grain) }
     }
 }

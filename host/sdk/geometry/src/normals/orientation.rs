@@ -2,7 +2,7 @@
 
 use super::fit::Fit;
 use super::signs::{self, Coupling, SignedSets, gathered};
-use crate::neighbours::{Neighbours, Room};
+use crate::neighbours::{Neighbours, Scratch};
 use crate::progress::{Cancelled, Progress, each, map_runs, part};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
@@ -63,7 +63,7 @@ pub(super) fn orient(
     let n_runs = tree.n_leaves().div_ceil(RUN);
     let last = tree.n_leaves() - 1;
     let surfaces = Surfaces { neighbours, normals, fits };
-    let runs = map_runs(n_runs, &part(progress, 0.0..0.6), Room::default, |room, run| {
+    let runs = map_runs(n_runs, &part(progress, 0.0..0.6), Scratch::default, |room, run| {
         let last = (run * RUN + RUN - 1).min(last);
         surfaces.run(tree.leaf(run * RUN).start..tree.leaf(last).end, room)
     })?;
@@ -108,7 +108,7 @@ struct Surfaces<'a> {
 
 impl Surfaces<'_> {
     /// The patches of the points of a run.
-    fn run(&self, range: Range<usize>, room: &mut Room) -> Run {
+    fn run(&self, range: Range<usize>, room: &mut Scratch) -> Run {
         let mut sure = Vec::new();
         let mut links = Vec::new();
         for a in range.clone() {

@@ -56,23 +56,32 @@ pub(super) struct Plane {
     pub(super) roughness: f64,
     /// Shorter side over longer side, in [0, 1].
     pub(super) width: f64,
+    /// Points that it goes through.
+    pub(super) count: f64,
 }
 
 impl Plane {
     /// The best plane through points of which a coordinate is exact to `grain`.
     pub(super) fn through(moments: &Moments, grain: f64) -> Self {
         let size = moments.spread.to_cols_array().into_iter().fold(0.0, |a: f64, b| a.max(b.abs()));
-        if moments.weight <= 0.0 || size <= 0.0 {
-            let (normal, degenerate) = (DVec3::Z, true);
-            return Self { normal, degenerate, error: 0.0, roughness: 1.0, width: 0.0 };
+        let count = moments.weight;
+        let none = |normal, error| Self {
+            normal,
+            degenerate: true,
+            error,
+            roughness: 1.0,
+            width: 0.0,
+            count,
+        };
+        if count <= 0.0 || size <= 0.0 {
+            return none(DVec3::Z, 0.0);
         }
         // Divided by their size, offsets of 1e-200 still have cubes of squares.
         let (values, normal) = eigen::least(moments.spread * (1.0 / size));
-        let deviation = values.map(|value| (value.max(0.0) * (size / moments.weight)).sqrt());
+        let deviation = values.map(|value| (value.max(0.0) * (size / count)).sqrt());
         if deviation[1] <= (LINE_WIDTH * deviation[2]).max(grain) {
             let along = eigen::symmetric(moments.spread * (1.0 / size)).vectors[2];
-            let (normal, degenerate) = (perpendicular_to(along), true);
-            return Self { normal, degenerate, error: deviation[0], roughness: 1.0, width: 0.0 };
+            return none(perpendicular_to(along), deviation[0]);
         }
         Self {
             normal,
@@ -80,7 +89,15 @@ impl Plane {
             error: deviation[0],
             roughness: (deviation[0] / deviation[1]).min(1.0),
             width: deviation[1] / deviation[2],
+            count,
         }
+    }
+
+    /// About the angle by which it may be off, where its points are scattered about it: the standard error of a
+    /// slope, which grows beyond all bounds where points spread as far across as along.
+    pub(super) fn uncertainty(&self) -> f64 {
+        let squared = (self.roughness * self.roughness).min(0.999);
+        self.roughness / ((1.0 - squared) * self.count.sqrt())
     }
 }
 

@@ -1,7 +1,7 @@
 //! Normals at edges: those of the face that a point lies in, not of the mean of both.
 
 use super::fit::Fit;
-use crate::neighbours::{Neighbours, Room};
+use crate::neighbours::{Neighbours, Scratch};
 use crate::progress::{Cancelled, Progress, map_with, part};
 use glam::{DVec3, Vec3};
 
@@ -60,7 +60,7 @@ pub(super) fn edges(
         let step = |round: usize| round as f64 / ROUNDS as f64;
         let step = part(progress, step(round)..step(round + 1));
         let fits = if known.is_empty() { fits } else { &known };
-        let sharp = map_with(open.len(), &step, Room::default, |room, i| {
+        let sharp = map_with(open.len(), &step, Scratch::default, |room, i| {
             face(neighbours, fits, open[i] as usize, room)
         })?;
         if round + 1 < ROUNDS && known.is_empty() && sharp.iter().any(Option::is_some) {
@@ -87,7 +87,7 @@ fn face(
     neighbours: &Neighbours,
     fits: &[Fit],
     place: usize,
-    room: &mut Room,
+    room: &mut Scratch,
 ) -> Option<(Fit, u32)> {
     let (own, here) = (&fits[place], neighbours.point(place));
     let near = neighbours.around(place, AROUND, room);

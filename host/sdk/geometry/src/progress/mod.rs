@@ -109,7 +109,7 @@ pub(crate) fn map_runs<R, T: Send>(
     compute: impl Fn(&mut R, usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
     let mut results = Vec::with_capacity(count);
-    in_blocks(count, 4 * rayon::current_num_threads(), progress, |block| {
+    in_blocks(count, rayon::current_num_threads(), progress, |block| {
         results.par_extend(block.into_par_iter().map_init(&make, &compute));
     })?;
     Ok(results)
@@ -182,7 +182,7 @@ pub(crate) fn sort<T: Ord + Copy + Send + Sync>(
 /// Time between two questions whether to stop while work is done aside.
 const PULSE: Duration = Duration::from_millis(50);
 
-/// Room for calls within calls, of which only what is used becomes memory: hierarchies that others
+/// Scratch for calls within calls, of which only what is used becomes memory: hierarchies that others
 /// build may be as deep as there are points, where many of them all but coincide.
 const STACK: usize = 512 << 20;
 

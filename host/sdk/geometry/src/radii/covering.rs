@@ -2,7 +2,7 @@
 
 use super::PLANAR;
 use crate::cell::{Cell, Near};
-use crate::neighbours::{Found, Neighbours, Room};
+use crate::neighbours::{Found, Neighbours, Scratch};
 use crate::progress::{Cancelled, Progress, map, map_with, part};
 use glam::Vec3;
 
@@ -61,10 +61,10 @@ pub(super) struct Surface<'a> {
     is_planar: Vec<bool>,
 }
 
-/// Room for the work on a point.
+/// Scratch for the work on a point.
 #[derive(Default)]
 pub(super) struct Bench {
-    pub(super) room: Room,
+    pub(super) room: Scratch,
     near: Vec<Near>,
     cell: Option<Cell>,
 }

@@ -2,7 +2,7 @@
 
 use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
 use super::median;
-use crate::neighbours::{Found, Room};
+use crate::neighbours::{Found, Scratch};
 use crate::progress::{Cancelled, Progress, map_with, part};
 
 /// A disc on a surface that is larger than this many times the median of those around it covers a
@@ -28,7 +28,7 @@ pub(super) fn limit(
         (0u32..).zip(&*cells).filter(|(_, cell)| is_odd(cell)).map(|(place, _)| place).collect();
     let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
     let gaps = Gaps { surface, cells, reach };
-    let groups = map_with(odd.len(), &part(progress, 0.0..0.3), Room::default, |room, i| {
+    let groups = map_with(odd.len(), &part(progress, 0.0..0.3), Scratch::default, |room, i| {
         gaps.floating(odd[i], room)
     })?;
     let mut on_surface = vec![true; gaps.cells.len()];
@@ -54,7 +54,7 @@ pub(super) fn limit(
     let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
     let usual = median(of_surfaces.map(|place| f64::from(cells[place].radius)));
     let cells_now = &*cells;
-    let limits = map_with(odd.len(), &part(progress, 0.6..1.0), Room::default, |room, i| {
+    let limits = map_with(odd.len(), &part(progress, 0.6..1.0), Scratch::default, |room, i| {
         let place = odd[i] as usize;
         let radius = |place: usize| f64::from(cells_now[place].radius);
         let near = surface.neighbours.around(place, COMPARED, room).iter();
@@ -89,7 +89,7 @@ impl Gaps<'_> {
     /// Points that are among each other's first few are linked. A group of linked points that is no
     /// larger than [`FLOATING`] floats by itself, unless a point of a surface counts one of its points
     /// among its own nearest: the surface goes on there, only with other spacing.
-    fn floating(&self, place: u32, room: &mut Room) -> Option<Vec<u32>> {
+    fn floating(&self, place: u32, room: &mut Scratch) -> Option<Vec<u32>> {
         let group = self.group(place, room)?;
         let is_borne = group.iter().any(|&member| {
             self.counted_by(member as usize).iter().any(|found| {
@@ -100,7 +100,7 @@ impl Gaps<'_> {
     }
 
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
-    fn group(&self, place: u32, room: &mut Room) -> Option<Vec<u32>> {
+    fn group(&self, place: u32, room: &mut Scratch) -> Option<Vec<u32>> {
         let mut group = vec![place];
         let mut next = 0;
         while let Some(&member) = group.get(next) {

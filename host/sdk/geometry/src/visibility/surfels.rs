@@ -4,7 +4,7 @@ use super::frame::Frame;
 use crate::Bounds;
 use crate::discs::{Disc, Discs};
 use crate::eigen;
-use crate::neighbours::{Neighbours, Room};
+use crate::neighbours::{Neighbours, Scratch};
 use crate::normals;
 use crate::progress::{Cancelled, Progress, map, map_with, part, sort};
 use crate::thinning::one_per_cube;
@@ -85,7 +85,7 @@ impl Surfels {
         let frame = Frame::of(neighbours.bounds());
         let measuring = part(progress, 0.5..0.9);
         let mut all =
-            map_with(neighbours.n_distinct(), &measuring, Room::default, |room, place| {
+            map_with(neighbours.n_distinct(), &measuring, Scratch::default, |room, place| {
                 let index = neighbours.index(place);
                 let normal = normals::normalised(cloud_normals[kept[index] as usize]);
                 let (links, distance) = around(&neighbours, place, room);
@@ -118,7 +118,7 @@ impl Surfels {
 }
 
 /// What a surfel is linked to, and the distance that covers it, units of the search.
-fn around(neighbours: &Neighbours, place: usize, room: &mut Room) -> ([u32; LINKS], f64) {
+fn around(neighbours: &Neighbours, place: usize, room: &mut Scratch) -> ([u32; LINKS], f64) {
     let near = neighbours.around_in_order(place, LINKS, room);
     let mut links = [NOBODY; LINKS];
     for (link, found) in links.iter_mut().zip(near) {
