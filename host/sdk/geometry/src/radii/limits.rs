@@ -28,7 +28,7 @@ pub(super) fn limit(
         (0u32..).zip(&*cells).filter(|(_, cell)| is_odd(cell)).map(|(place, _)| place).collect();
     let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
     let gaps = Gaps { surface, cells, reach };
-    let groups = map_with(odd.len(), &part(progress, 0.0..0.3), Scratch::default, |room, i| {
+    let groups = map_with(odd.len(), &part(progress, 0.0..0.35), Scratch::default, |room, i| {
         gaps.floating(odd[i], room)
     })?;
     let mut on_surface = vec![true; gaps.cells.len()];
@@ -45,7 +45,7 @@ pub(super) fn limit(
         // Where no group is large the question has no answer.
         on_surface.fill(true);
     }
-    let wider = map_with(odd.len(), &part(progress, 0.3..0.6), Bench::default, |bench, i| {
+    let wider = map_with(odd.len(), &part(progress, 0.35..0.7), Bench::default, |bench, i| {
         gaps.widened(odd[i] as usize, &on_surface, bench)
     })?;
     for (&place, wider) in odd.iter().zip(&wider) {
@@ -54,7 +54,7 @@ pub(super) fn limit(
     let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
     let usual = median(of_surfaces.map(|place| f64::from(cells[place].radius)));
     let cells_now = &*cells;
-    let limits = map_with(odd.len(), &part(progress, 0.6..1.0), Scratch::default, |room, i| {
+    let limits = map_with(odd.len(), &part(progress, 0.7..1.0), Scratch::default, |room, i| {
         let place = odd[i] as usize;
         let radius = |place: usize| f64::from(cells_now[place].radius);
         let near = surface.neighbours.around(place, COMPARED, room).iter();

@@ -61,8 +61,8 @@ pub fn estimate_with(
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
     let surface = Surface::of(neighbours, normals, planarity, &part(progress, 0.0..0.02))?;
-    let mut cells = surface.cover_all(&part(progress, 0.02..0.7))?;
-    limits::limit(&surface, &mut cells, &part(progress, 0.7..0.99))?;
+    let mut cells = surface.cover_all(&part(progress, 0.02..0.8))?;
+    limits::limit(&surface, &mut cells, &part(progress, 0.8..0.99))?;
     let lone = lone_radius(neighbours.bounds().reach());
     let diagonal = neighbours.bounds().diagonal();
     map(neighbours.len(), &part(progress, 0.99..1.0), |index| {
