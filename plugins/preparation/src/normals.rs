@@ -2,12 +2,13 @@
 //!
 //! | parameter     | type   | default    | meaning                                                 |
 //! |---------------|--------|------------|---------------------------------------------------------|
-//! | `neighbours`  | int    | 16         | nearest points that a plane is fitted to, 3 to 256       |
+//! | `neighbours`  | int    | 16         | nearest points that a plane is first fitted to, 3 to 256 |
 //! | `orientation` | choice | `outwards` | `outwards`, `towards`, `keep`, `flip` or `visible`       |
 //! | `towards-x`, `-y`, `-z` | float | 0 | the place that normals face, for `towards`; scene units  |
 //!
-//! Method. The normal is the direction of least spread of the nearest points. `outwards` makes
-//! signs agree along a minimum spanning tree of neighbours and turns each connected part outwards;
+//! Method. The normal is the direction of least spread of the nearest points; where these are noisy or lie in a
+//! row, of up to about 800, and at an edge that of the face which the point lies in. `outwards` makes
+//! signs agree from neighbour to neighbour and turns each connected part outwards;
 //! `towards` turns each normal to a place, such as where a scanner stood; `keep` takes the sign of
 //! the normal that is there; `flip` estimates nothing and turns the normals that are there round;
 //! `visible` turns each to the side from where it can be seen: walls face their room, land the sky,
