@@ -42,7 +42,7 @@ pub fn symmetric(matrix: DMat3) -> Eigen {
 }
 
 /// Eigenvalues in ascending order and the unit eigenvector of the least one, of a symmetric matrix with finite
-/// elements: [`symmetric`] in a quarter of the time.
+/// elements, without the rotations of [`symmetric`].
 ///
 /// The eigenvalues are the roots of the characteristic polynomial by its trigonometric solution, and the vector
 /// is perpendicular to two rows of the matrix less the root. Where the two least are nearly the same those

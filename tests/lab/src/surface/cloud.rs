@@ -4,22 +4,20 @@ use super::meshes::Mesh;
 use glam::{DVec3, Vec3};
 use std::io::Write;
 use std::path::Path;
+use surfelshop_geometry::hashing;
 
-/// A generator with a fixed sequence (`SplitMix64`).
-pub(super) struct Random(pub(super) u64);
+/// A fixed sequence of numbers for each seed, which follow each other from `seed << 32` on.
+pub(super) struct Random(u64);
 
 impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+    pub(super) fn new(seed: u32) -> Self {
+        Self(u64::from(seed) << 32)
     }
 
     /// In [0, 1).
     pub(super) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        self.0 += 1;
+        hashing::fraction(hashing::scattered(self.0))
     }
 
     /// Normally distributed, of deviation 1.
@@ -82,8 +80,8 @@ impl Pattern {
 }
 
 /// `count` points of a mesh, off by noise of this deviation.
-pub(super) fn scan(mesh: &Mesh, count: usize, pattern: Pattern, noise: f64, seed: u64) -> Cloud {
-    let mut random = Random(seed);
+pub(super) fn scan(mesh: &Mesh, count: usize, pattern: Pattern, noise: f64, seed: u32) -> Cloud {
+    let mut random = Random::new(seed);
     let areas = surfelshop_geometry::mesh::areas(&mesh.positions, &mesh.faces);
     let mut sums = Vec::with_capacity(areas.len());
     let mut total = 0.0;

@@ -44,7 +44,7 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
     });
     let open = open.count() as f64 / truth.points.len() as f64;
     let dense = scan(mesh, 16 * count.max(20_000), Pattern::Random, 0.0, 4);
-    let (mut off, mut random) = (0.0, Random(6));
+    let (mut off, mut random) = (0.0, Random::new(6));
     let reach = 0.5 * spacing;
     let dense_grid = Grid::of(&dense.points, reach);
     let total: f64 = radii.iter().map(|&r| f64::from(r).powi(2)).sum();

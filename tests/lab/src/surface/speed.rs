@@ -13,7 +13,7 @@ pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
     };
     println!("random points of a bumpy sphere; CPU seconds, and seconds");
     for size in sizes {
-        let mut random = Random(5);
+        let mut random = Random::new(5);
         let point = |random: &mut Random| {
             let at = random.in_ball().normalize_or(DVec3::Z);
             let bump = 0.1 * ((7.0 * at.x).sin() * (7.0 * at.y).sin() + 0.3 * (13.0 * at.z).cos());

@@ -46,7 +46,7 @@ pub(crate) const SEARCH_SHARE: f64 = 0.1;
 const NOWHERE: u32 = u32::MAX;
 
 impl Neighbours {
-    /// Builds the search structure: O(n log n) time, 22 bytes a position, and about as many more on the way.
+    /// Builds the search structure: O(n log n) time, 23 to 26 bytes a position, and about as many more on the way.
     ///
     /// # Errors
     /// Where `progress` asks to stop.
@@ -150,7 +150,7 @@ impl Neighbours {
         room.nearest(&self.tree, place, k)
     }
 
-    /// [`Self::around_in_order`] in no order but the same for the same positions, in two thirds of the time.
+    /// [`Self::around_in_order`] in an order that depends on nothing but the positions and theirs, and is not that of distances.
     pub(crate) fn around<'a>(&self, place: usize, k: usize, room: &'a mut Scratch) -> &'a [Found] {
         room.choose(&self.tree, place, k)
     }

@@ -22,7 +22,7 @@ pub(crate) struct Scratch {
 }
 
 /// The square of the distance that a search begins with, over that which the last one needed. Points that lie
-/// together have their nearest at much the same distance: of random ones one search in thirty begins again.
+/// together have their nearest at much the same distance.
 const FIRST_REACH: f32 = 1.5;
 
 /// The same when a search begins again.

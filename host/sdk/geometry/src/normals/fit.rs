@@ -155,7 +155,7 @@ fn grain(neighbours: &Neighbours, place: usize) -> f64 {
 
 /// Sums over the points of each leaf, and which leaves are near which.
 struct Coarse {
-    /// By leaf, in units of the search; `mean` is from the leaf's first point.
+    /// By leaf, in units of the search.
     leaves: Vec<Leaf>,
     /// The middles of the leaves.
     tree: Tree,

@@ -22,8 +22,8 @@ pub struct Estimate {
     /// One finite unit vector per position.
     pub normals: Vec<Vec3>,
     /// For each position how flat its surroundings are, in [0, 1]: 1 less the standard deviation across the
-    /// fitted plane over that along the shorter side in it. 1 on a plane, about 0.5 at a right angle and where a
-    /// surface is lost in noise, less in foliage; 0 for what is degenerate.
+    /// fitted plane over that along the shorter side in it. 1 on a plane, less at edges
+    /// and in noise, least where points fill space; 0 for what is degenerate.
     pub planarity: Vec<f32>,
     /// Positions whose surroundings do not span a plane and that got a fallback; coincident ones
     /// and those that are not finite are counted each.

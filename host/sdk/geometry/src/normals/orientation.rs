@@ -63,9 +63,9 @@ pub(super) fn orient(
     let n_runs = tree.n_leaves().div_ceil(RUN);
     let last = tree.n_leaves() - 1;
     let surfaces = Surfaces { neighbours, normals, fits };
-    let runs = map_runs(n_runs, &part(progress, 0.0..0.6), Scratch::default, |room, run| {
+    let runs = map_runs(n_runs, &part(progress, 0.0..0.6), Scratch::default, |scratch, run| {
         let last = (run * RUN + RUN - 1).min(last);
-        surfaces.run(tree.leaf(run * RUN).start..tree.leaf(last).end, room)
+        surfaces.run(tree.leaf(run * RUN).start..tree.leaf(last).end, scratch)
     })?;
     let mut member = Vec::with_capacity(normals.len());
     let mut links = Vec::new();
@@ -108,11 +108,11 @@ struct Surfaces<'a> {
 
 impl Surfaces<'_> {
     /// The patches of the points of a run.
-    fn run(&self, range: Range<usize>, room: &mut Scratch) -> Run {
+    fn run(&self, range: Range<usize>, scratch: &mut Scratch) -> Run {
         let mut sure = Vec::new();
         let mut links = Vec::new();
         for a in range.clone() {
-            for found in self.neighbours.around(a, LINKS, room) {
+            for found in self.neighbours.around(a, LINKS, scratch) {
                 let b = found.place as usize;
                 let agreement = self.agreement(a.min(b), a.max(b));
                 let is_within = range.contains(&b);
@@ -139,16 +139,12 @@ impl Surfaces<'_> {
         Run { member, n_patches, links }
     }
 
-    /// The cosine between one normal and the other's mirror image in the plane between the points; points that
-    /// are nearer to each other than they are off their planes are compared as they are, since the direction
-    /// between them means nothing. Next to nothing where a normal means nothing.
+    /// How well the normals of two points agree: next to nothing where one means nothing. Points count as near
+    /// where they are no farther apart than both are off their planes.
     fn agreement(&self, a: usize, b: usize) -> f64 {
         let along = self.neighbours.point(b) - self.neighbours.point(a);
-        let noise = f64::from(self.fits[a].error.max(self.fits[b].error));
-        let squared = along.length_squared() + 4.0 * noise * noise;
-        let normal = self.normals[a].as_dvec3();
-        let moved = if squared > 0.0 { 2.0 * along.dot(normal) / squared } else { 0.0 };
-        let agreement = (normal - moved * along).dot(self.normals[b].as_dvec3());
+        let noise = 2.0 * f64::from(self.fits[a].error.max(self.fits[b].error));
+        let agreement = signs::agreement(along, [self.normals[a], self.normals[b]], noise);
         if self.fits[a].degenerate || self.fits[b].degenerate {
             return DEGENERATE * agreement.signum();
         }

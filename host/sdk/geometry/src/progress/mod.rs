@@ -79,11 +79,7 @@ pub(crate) fn map<T: Send>(
     progress: Progress<'_>,
     compute: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
-    let mut results = Vec::with_capacity(count);
-    in_blocks(count, BLOCK * rayon::current_num_threads(), progress, |block| {
-        results.par_extend(block.into_par_iter().map(&compute));
-    })?;
-    Ok(results)
+    map_with(count, progress, || (), |(), index| compute(index))
 }
 
 /// [`map`] with something that each thread makes for itself and uses again, such as room.
@@ -93,12 +89,7 @@ pub(crate) fn map_with<R, T: Send>(
     make: impl Fn() -> R + Sync,
     compute: impl Fn(&mut R, usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
-    let mut results = Vec::with_capacity(count);
-    in_blocks(count, BLOCK * rayon::current_num_threads(), progress, |block| {
-        let computed = block.into_par_iter().with_min_len(BLOCK / 8);
-        results.par_extend(computed.map_init(&make, &compute));
-    })?;
-    Ok(results)
+    map_blocks(count, BLOCK, progress, make, compute)
 }
 
 /// [`map_with`] for runs of work that each take about as long as a block of points.
@@ -108,9 +99,21 @@ pub(crate) fn map_runs<R, T: Send>(
     make: impl Fn() -> R + Sync,
     compute: impl Fn(&mut R, usize) -> T + Sync,
 ) -> Result<Vec<T>, Cancelled> {
+    map_blocks(count, 1, progress, make, compute)
+}
+
+/// [`map_with`], where each thread does so many between two questions whether to stop.
+fn map_blocks<R, T: Send>(
+    count: usize,
+    block: usize,
+    progress: Progress<'_>,
+    make: impl Fn() -> R + Sync,
+    compute: impl Fn(&mut R, usize) -> T + Sync,
+) -> Result<Vec<T>, Cancelled> {
     let mut results = Vec::with_capacity(count);
-    in_blocks(count, rayon::current_num_threads(), progress, |block| {
-        results.par_extend(block.into_par_iter().map_init(&make, &compute));
+    in_blocks(count, block * rayon::current_num_threads(), progress, |range| {
+        let computed = range.into_par_iter().with_min_len((block / 8).max(1));
+        results.par_extend(computed.map_init(&make, &compute));
     })?;
     Ok(results)
 }

@@ -23,28 +23,8 @@ pub(super) fn limit(
     cells: &mut [Cover],
     progress: Progress<'_>,
 ) -> Result<(), Cancelled> {
-    let is_odd = |cell: &Cover| matches!(cell.kind, Kind::Open | Kind::Wide);
-    let mut odd: Vec<u32> =
-        (0u32..).zip(&*cells).filter(|(_, cell)| is_odd(cell)).map(|(place, _)| place).collect();
-    let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
-    let gaps = Gaps { surface, cells, reach };
-    let groups = map_with(odd.len(), &part(progress, 0.0..0.35), Scratch::default, |room, i| {
-        gaps.floating(odd[i], room)
-    })?;
-    let mut on_surface = vec![true; gaps.cells.len()];
-    for &member in groups.iter().flatten().flatten() {
-        if std::mem::replace(&mut on_surface[member as usize], false) {
-            odd.push(member);
-        }
-    }
-    drop(groups);
-    odd.sort_unstable();
-    odd.dedup();
-    let n_floating = odd.iter().filter(|&&place| !on_surface[place as usize]).count();
-    if n_floating == gaps.cells.len() {
-        // Where no group is large the question has no answer.
-        on_surface.fill(true);
-    }
+    let gaps = Gaps::between(surface, cells);
+    let (odd, on_surface) = gaps.sort_out(&part(progress, 0.0..0.35))?;
     let wider = map_with(odd.len(), &part(progress, 0.35..0.7), Bench::default, |bench, i| {
         gaps.widened(odd[i] as usize, &on_surface, bench)
     })?;
@@ -54,10 +34,10 @@ pub(super) fn limit(
     let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
     let usual = median(of_surfaces.map(|place| f64::from(cells[place].radius)));
     let cells_now = &*cells;
-    let limits = map_with(odd.len(), &part(progress, 0.7..1.0), Scratch::default, |room, i| {
+    let limits = map_with(odd.len(), &part(progress, 0.7..1.0), Scratch::default, |scratch, i| {
         let place = odd[i] as usize;
         let radius = |place: usize| f64::from(cells_now[place].radius);
-        let near = surface.neighbours.around(place, COMPARED, room).iter();
+        let near = surface.neighbours.around(place, COMPARED, scratch).iter();
         let near = near.map(|found| found.place as usize).filter(|&other| on_surface[other]);
         let near = median(near.map(radius)).or(usual);
         let further = median(wider[i].1.iter().map(|&other| radius(other as usize)));
@@ -76,36 +56,68 @@ pub(super) fn limit(
 }
 
 /// Points around gaps.
-struct Gaps<'a> {
+pub(super) struct Gaps<'a> {
     surface: &'a Surface<'a>,
     cells: &'a [Cover],
     /// For each node of the search the distance of the farthest of the nearest of any point in it.
     reach: Vec<f32>,
 }
 
-impl Gaps<'_> {
+impl<'a> Gaps<'a> {
+    pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
+        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
+        Self { surface, cells, reach }
+    }
+
+    /// The points that are not surrounded evenly or float, sorted, and for each point whether it belongs to a
+    /// surface.
+    pub(super) fn sort_out(
+        &self,
+        progress: Progress<'_>,
+    ) -> Result<(Vec<u32>, Vec<bool>), Cancelled> {
+        let is_odd = |cell: &Cover| matches!(cell.kind, Kind::Open | Kind::Wide);
+        let cells = (0u32..).zip(self.cells).filter(|(_, cell)| is_odd(cell));
+        let mut odd: Vec<u32> = cells.map(|(place, _)| place).collect();
+        let groups = map_with(odd.len(), progress, Scratch::default, |scratch, i| {
+            self.floating(odd[i], scratch)
+        })?;
+        let mut on_surface = vec![true; self.cells.len()];
+        for &member in groups.iter().flatten().flatten() {
+            if std::mem::replace(&mut on_surface[member as usize], false) {
+                odd.push(member);
+            }
+        }
+        odd.sort_unstable();
+        odd.dedup();
+        if on_surface.iter().all(|on_surface| !on_surface) {
+            // Where no group is large the question has no answer.
+            on_surface.fill(true);
+        }
+        Ok((odd, on_surface))
+    }
+
     /// The group of a point, where it floats by itself.
     ///
     /// Points that are among each other's first few are linked. A group of linked points that is no
     /// larger than [`FLOATING`] floats by itself, unless a point of a surface counts one of its points
     /// among its own nearest: the surface goes on there, only with other spacing.
-    fn floating(&self, place: u32, room: &mut Scratch) -> Option<Vec<u32>> {
-        let group = self.group(place, room)?;
+    fn floating(&self, place: u32, scratch: &mut Scratch) -> Option<Vec<u32>> {
+        let group = self.group(place, scratch)?;
         let is_borne = group.iter().any(|&member| {
             self.counted_by(member as usize).iter().any(|found| {
-                !group.contains(&found.place) && self.group(found.place, room).is_none()
+                !group.contains(&found.place) && self.group(found.place, scratch).is_none()
             })
         });
         (!is_borne).then_some(group)
     }
 
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
-    fn group(&self, place: u32, room: &mut Scratch) -> Option<Vec<u32>> {
+    fn group(&self, place: u32, scratch: &mut Scratch) -> Option<Vec<u32>> {
         let mut group = vec![place];
         let mut next = 0;
         while let Some(&member) = group.get(next) {
             next += 1;
-            for found in self.surface.neighbours.around(member as usize, COMPARED, room) {
+            for found in self.surface.neighbours.around(member as usize, COMPARED, scratch) {
                 let is_mutual = found.distance as f32 <= self.cells[found.place as usize].ring;
                 if is_mutual && !group.contains(&found.place) {
                     group.push(found.place);

@@ -73,8 +73,8 @@ pub fn estimate_with(
     })
 }
 
-/// Planarity from which on a point is of a surface, where nobody says otherwise: noise of a third of a
-/// neighbourhood's extent. Points that lie at random in space have less in nine cases of ten.
+/// Planarity from which on a point is of a surface, where nobody says otherwise: at less, points
+/// spread across their plane by more than 0.7 of what they do along it.
 pub const PLANAR: f32 = 0.3;
 
 /// The median; of an even number the upper one of the two in the middle.

@@ -64,6 +64,17 @@ fn no_ray_enters_two_spheres_of_which_one_is_ten_times_coarser() {
     assert_eq!(holes(away, 1.0, coarse, coarse_radii, 5000), 0);
 }
 
+#[test]
+fn every_point_of_a_random_sphere_belongs_to_its_surface() {
+    let positions = random_sphere(100_000, DVec3::ZERO, 1.0, 16);
+    let neighbours = Neighbours::build(&positions, &silent).unwrap();
+    let surface = Surface::of(&neighbours, &positions, &[], &silent).unwrap();
+    let cells = surface.cover_all(&silent).unwrap();
+    let (odd, on_surface) = limits::Gaps::between(&surface, &cells).sort_out(&silent).unwrap();
+    // Some are asked about, or the answer would mean nothing.
+    assert!(!odd.is_empty() && on_surface.iter().all(|&on| on));
+}
+
 /// A sphere and a group of points within `reach` of a place outside of it: the largest radius of the
 /// group and the median of all.
 fn group_beside_a_sphere(count: usize, place: Vec3, reach: f32) -> (f32, f32) {

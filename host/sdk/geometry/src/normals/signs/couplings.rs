@@ -1,6 +1,21 @@
 //! What says that two nodes have equal signs, or opposite ones.
 
 use crate::progress::{Cancelled, Progress, sort};
+use glam::{DVec3, Vec3};
+
+/// How well the unit normals of two points agree, in [-1, 1]: the cosine between one and the other's
+/// mirror image in the plane between the points, which is 1 for those of a circle that face outwards
+/// and -1 for those of the two sides of a sheet. `along` leads from one to the other; points nearer than about
+/// `noise` are compared as they are, since the direction between them means nothing.
+///
+/// Source: König and Gumhold, Consistent propagation of normal orientations in point clouds, 2009;
+/// the bound on noise is ours.
+pub(crate) fn agreement(along: DVec3, normals: [Vec3; 2], noise: f64) -> f64 {
+    let [a, b] = normals.map(|normal| normal.as_dvec3());
+    let squared = along.length_squared() + noise * noise;
+    let moved = if squared > 0.0 { 2.0 * along.dot(a) / squared } else { 0.0 };
+    (a - moved * along).dot(b)
+}
 
 /// Evidence on two nodes: above 0 where both normals face what the other's does, or neither.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,7 +1,7 @@
 //! What says that two surfels face the same free space, or opposite ones.
 
 use super::rays::{Ray, STRAIGHT};
-use crate::normals::signs::{Coupling, SignedSets};
+use crate::normals::signs::{self, Coupling, SignedSets};
 use crate::progress::{Cancelled, Progress, each, flat_map, part, sort};
 use crate::visibility::surfels::Surfel;
 use glam::Vec3;
@@ -12,20 +12,9 @@ const NEIGHBOUR: f64 = 2.0 * STRAIGHT as f64;
 /// Agreement of neighbours above which they join a patch: 30 degrees.
 const SURE: f64 = 0.87;
 
-/// How well the unit normals of two points agree, in [-1, 1]: the cosine between one and the other's
-/// mirror image in the plane between the points, which is 1 for those of a circle that face outwards
-/// and -1 for those of the two sides of a sheet. Points nearer than about `noise` are compared as
-/// they are, since the direction between them means nothing.
-///
-/// Source: König and Gumhold, Consistent propagation of normal orientations in point clouds, 2009;
-/// the bound on noise is ours.
+/// How well two points with unit normals agree, of which those nearer than about `noise` are compared as they are.
 pub(super) fn agreement(a: (Vec3, Vec3), b: (Vec3, Vec3), noise: f32) -> f64 {
-    let along = (b.0 - a.0).as_dvec3();
-    let noise = f64::from(noise);
-    let squared = along.length_squared() + noise * noise;
-    let normal = a.1.as_dvec3();
-    let moved = if squared > 0.0 { 2.0 * along.dot(normal) / squared } else { 0.0 };
-    (normal - moved * along).dot(b.1.as_dvec3())
+    signs::agreement((b.0 - a.0).as_dvec3(), [a.1, b.1], f64::from(noise))
 }
 
 /// Distances below this share of a disc's radius are noise.
