@@ -76,7 +76,11 @@ const ROUNDING: f64 = 16.0 / (1 << 24) as f64;
 fn depth_bound(view: &View, pixel: [usize; 2], depth: f64, normal: Vec3) -> f64 {
     let [half_x, half_y] = view.half_extent();
     let step = 2.0 * half_y / f64::from(view.size_px[1]);
-    let n = view.camera.view_from_world() * normal.as_dvec3();
+    let n = match view.camera.view_from_world() * normal.as_dvec3() {
+        // Merged surfels may cover a pixel that none of those they stand for does: they are as steep as 45 degrees.
+        none if none == DVec3::ZERO => DVec3::new(1.0, 0.0, 1.0),
+        known => known,
+    };
     let (ray, scale, rounding) = match view.camera.projection {
         Projection::Perspective { .. } => {
             let across = |at: usize, size: u32| 2.0 * (at as f64 + 0.5) / f64::from(size) - 1.0;

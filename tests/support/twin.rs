@@ -9,7 +9,7 @@ use glam::{DMat3, DMat4, DVec2, DVec3};
 use local::Local;
 use outline::Outline;
 use surfelshop_api::{Projection, Scene, View, columns};
-use surfelshop_cloud::Cloud;
+use surfelshop_cloud::{Buffer, Cloud, Column};
 
 /// One pixel of the surface.
 #[derive(Clone, Copy, Debug, Default)]
@@ -100,7 +100,7 @@ impl<'a> Twin<'a> {
             };
             (0..cloud.len())
                 .map(splat)
-                .filter(|splat| scene.surface.two_sided || !splat.back)
+                .filter(|splat| scene.surface.two_sided || !splat.back || splat.is_round)
                 .collect()
         };
         let splats = clouds.iter().flat_map(of_cloud).collect();
@@ -207,6 +207,8 @@ struct Splat {
     normal: DVec3,
     albedo: DVec3,
     back: bool,
+    /// It faces the eye, and is drawn whatever sides are.
+    is_round: bool,
     /// Longer half axis after widening.
     reach: f64,
     share: f64,
@@ -227,11 +229,16 @@ impl Splat {
         let n = turned(cloud.normals()[i]);
         let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
         let towards = if orthographic { DVec3::Z } else { -center };
+        let is_round = match cloud.column(columns::ROUND).map(Column::values) {
+            Some(Buffer::U8(round)) => round[i] != 0,
+            _ => false,
+        };
         let back = n.dot(towards) < 0.0;
         let scale = f64::from(scene.surface.radius_scale);
         let tangents = [columns::TANGENT_U, columns::TANGENT_V].map(|name| cloud.vectors(name));
         let [axis_u, axis_v] = if tangents[0].is_empty() {
-            let (u, v) = n.any_orthonormal_pair();
+            let (u, v) =
+                if is_round { towards.normalize_or(DVec3::Z) } else { n }.any_orthonormal_pair();
             [u, v].map(|axis| axis * (f64::from(cloud.radii()[i]) * scale))
         } else {
             tangents.map(|axes| turned(axes[i]) * scale)
@@ -244,6 +251,7 @@ impl Splat {
             normal: if back { -world_normal } else { world_normal },
             albedo,
             back,
+            is_round,
             reach: longer_half_axis(axis_u, axis_v),
             share: 1.0,
             outline: None,

@@ -28,6 +28,8 @@ pub struct NormalCounts {
     pub estimated: u64,
     /// Estimated ones whose surroundings do not span a plane.
     pub degenerate: u64,
+    /// Estimated ones of points whose surroundings are no surface.
+    pub scattered: u64,
     /// Estimated ones that face the device that took the scan.
     pub towards_scanner: u64,
     /// Estimated ones that face the side from where they can be seen.
@@ -139,6 +141,7 @@ impl fmt::Display for Summary {
             (n.repaired, "repaired"),
             (n.estimated, "estimated"),
             (n.degenerate, "without a plane"),
+            (n.scattered, "of no surface"),
             (n.towards_scanner, "towards the scanner"),
             (n.towards_free_space, "towards free space"),
             (n.of_unsure_side, "of unsure side"),

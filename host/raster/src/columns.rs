@@ -89,6 +89,8 @@ pub struct Columns {
     pub(crate) normals: Triples,
     pub(crate) shape: Shape,
     pub(crate) albedo: Albedo,
+    /// Whether some are round splats, which face the eye: their radii are negative.
+    pub(crate) has_round: bool,
     pub(crate) ao: Option<Singles>,
     material: Option<Vec<u32>>,
     pub(crate) splats: Splats,
@@ -109,12 +111,23 @@ pub struct Sources<'a> {
     pub normals: &'a [f32],
     /// Scene units; not read where there are tangents.
     pub radii: &'a [f32],
+    /// Not 0 where a surfel is a round splat that faces the eye; none is where there are tangents.
+    pub round: Option<&'a [u8]>,
     /// Half axes of ellipses, scene units.
     pub tangents: Option<[&'a [f32]; 2]>,
     /// Ambient accessibility.
     pub ao: Option<&'a [f32]>,
     /// Indices of materials.
     pub materials: Option<&'a [u32]>,
+}
+
+/// The radius that a surfel is drawn with: negative where it is a round splat that faces the eye. Radii that are not
+/// positive are of no surfel.
+#[inline]
+#[must_use]
+pub fn radius_drawn(radius: f32, is_round: bool) -> f32 {
+    let radius = radius.max(0.0);
+    if is_round { -radius } else { radius }
 }
 
 fn three(values: &[f32], i: u32) -> [f32; 3] {
@@ -153,7 +166,9 @@ impl Columns {
             }
             None => {
                 let mut radii = Singles::default();
-                radii.push(order.iter().map(|&i| sources.radii[i as usize]));
+                let is_round = |i: usize| sources.round.is_some_and(|round| round[i] != 0);
+                let drawn = |i: usize| radius_drawn(sources.radii[i], is_round(i));
+                radii.push(order.iter().map(|&i| drawn(i as usize)));
                 Shape::Radius(radii)
             }
         };
@@ -168,6 +183,8 @@ impl Columns {
             n_places: order.len().next_multiple_of(WIDTH),
             positions,
             normals,
+            has_round: sources.tangents.is_none()
+                && sources.round.is_some_and(|round| round.iter().any(|&is_round| is_round != 0)),
             shape,
             albedo,
             ao,
@@ -203,7 +220,7 @@ impl Columns {
         self.positions.push(samples.iter().map(|sample| sample.position));
         self.normals.push(samples.iter().map(|sample| sample.normal));
         if let Shape::Radius(radii) = &mut self.shape {
-            radii.push(samples.iter().map(|sample| sample.radius));
+            radii.push(samples.iter().map(|one| radius_drawn(one.radius, one.is_round)));
         }
         if let Some(ao) = &mut self.ao {
             ao.push(samples.iter().map(|sample| sample.ao));

@@ -53,6 +53,18 @@ fn longer_half_axis<S: Simd>(u: V<S>, v: V<S>) -> F<S> {
     ((uu + vv) * 0.5 + length2((uu - vv) * 0.5, u.dot(v))).sqrt()
 }
 
+/// Unit vectors towards the eye; zero at the eye itself.
+#[inline(always)]
+fn towards_eye<S: Simd>(center: V<S>, eye: &Eye) -> V<S> {
+    let simd = center.x.token();
+    let zero = F::splat(simd, 0.0);
+    if eye.orthographic {
+        return V { x: zero, y: zero, z: F::splat(simd, 1.0) };
+    }
+    let length = larger(center.dot(center).sqrt(), F::splat(simd, 1e-30));
+    V { x: -center.x / length, y: -center.y / length, z: -center.z / length }
+}
+
 /// Reads the surfels of a group; lanes that hold none are not visible.
 #[inline(always)]
 pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: usize) -> Discs<S> {
@@ -62,14 +74,22 @@ pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: 
     let n_view = eye.direction(columns.normals.at(simd, group));
     let facing = if eye.orthographic { n_view.z } else { -n_view.dot(center) };
     let back = !facing.simd_ge(zero);
+    let mut seen = !back | M::splat(simd, eye.two_sided);
     let (axis_u, axis_v, reach) = match &columns.shape {
         Shape::Radius(radii) => {
-            let reach = radii.at(simd, group) * eye.radius_scale;
-            let s = n_view.z.simd_ge(zero).select(splat(1.0), splat(-1.0));
-            let a = splat(-1.0) / (s + n_view.z);
-            let b = n_view.x * n_view.y * a;
-            let u = V { x: s * n_view.x * n_view.x * a + 1.0, y: s * b, z: -(s * n_view.x) };
-            let v = V { x: b, y: s + n_view.y * n_view.y * a, z: -n_view.y };
+            let size = radii.at(simd, group);
+            let reach = size.abs() * eye.radius_scale;
+            let mut axis = n_view;
+            if columns.has_round {
+                let is_round = zero.simd_gt(size);
+                axis = V::pick(is_round, towards_eye(center, eye), n_view);
+                seen |= is_round;
+            }
+            let s = axis.z.simd_ge(zero).select(splat(1.0), splat(-1.0));
+            let a = splat(-1.0) / (s + axis.z);
+            let b = axis.x * axis.y * a;
+            let u = V { x: s * axis.x * axis.x * a + 1.0, y: s * b, z: -(s * axis.x) };
+            let v = V { x: b, y: s + axis.y * axis.y * a, z: -axis.y };
             (u.times(reach), v.times(reach), reach)
         }
         Shape::Tangents(u, v) => {
@@ -79,7 +99,7 @@ pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: 
             (u, v, longer_half_axis(u, v))
         }
     };
-    let visible = reach.simd_gt(zero) & (!back | M::splat(simd, eye.two_sided));
+    let visible = reach.simd_gt(zero) & seen;
     let (share, kept) = (splat(1.0), [splat(1.0); 2]);
     let (outlined, outline) = (M::splat(simd, false), [zero; 4]);
     let discs =

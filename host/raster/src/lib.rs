@@ -28,7 +28,7 @@ mod tile;
 mod view;
 
 pub use cloud::Cloud;
-pub use columns::{Albedo, Columns, Sources};
+pub use columns::{Albedo, Columns, Sources, radius_drawn};
 pub use fields::Splats;
 pub use picture::{DrawCounts, Mode, Parts, Picture};
 pub use places::{Part, places};

@@ -22,6 +22,7 @@ fn sphere(n: usize) -> Columns {
     let ao: Vec<f32> = (0..n).map(|i| (i % 11) as f32 / 10.0).collect();
     let materials: Vec<u32> = (0..n).map(|i| (i / 500) as u32).collect();
     let sources = Sources {
+        round: None,
         positions: &positions,
         normals: &normals,
         radii: &radii,

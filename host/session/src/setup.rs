@@ -179,6 +179,7 @@ fn scene(
     if let Some(tolerance) = arguments.depth_tolerance {
         scene.surface.depth_tolerance = tolerance;
     }
+    arguments.colors.over_surface(&mut scene.surface);
     if let Some(low_pass) = arguments.low_pass {
         scene.surface.low_pass = low_pass;
     }

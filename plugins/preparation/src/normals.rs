@@ -4,6 +4,7 @@
 //! |---------------|--------|------------|---------------------------------------------------------|
 //! | `neighbours`  | int    | 16         | nearest points that a plane is first fitted to, 3 to 256 |
 //! | `orientation` | choice | `outwards` | `outwards`, `towards`, `keep`, `flip` or `visible`       |
+//! | `measures`    | bool   | `false`    | adds the columns `planarity` and `normal_error`          |
 //! | `towards-x`, `-y`, `-z` | float | 0 | the place that normals face, for `towards`; scene units  |
 //!
 //! Method. The normal is the direction of least spread of the nearest points; where these are noisy or lie in a
@@ -13,6 +14,11 @@
 //! the normal that is there; `flip` estimates nothing and turns the normals that are there round;
 //! `visible` turns each to the side from where it can be seen: walls face their room, land the sky,
 //! things outwards.
+//!
+//! What is no surface, such as leaves, gets soft normals: outwards from the middle of some 64 points. The column
+//! `planarity` says how flat surroundings are, from 0 to 1 of a plane; renderers draw what is below 0.5 as round
+//! splats. `normal_error` is about the angle by which a normal may be off by the scatter of its neighbours, in
+//! degrees.
 //!
 //! Limits: a flat sheet has no outside, and parts that nearly touch may be taken for one. Tangents
 //! of elliptical surfels stay as they are.
@@ -24,10 +30,12 @@
 //! ```
 
 use crate::surfels::{finite, flat, floats, normals, positions, progress_of};
-use surfelshop_api::columns::NORMAL;
+use surfelshop_api::columns::{NORMAL, PLANARITY};
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::normals::{estimate, is_valid};
+use surfelshop_geometry::Neighbours;
+use surfelshop_geometry::normals::{estimate_with, is_valid, soften};
+use surfelshop_geometry::part;
 use surfelshop_geometry::sides::{Hints, by_visibility};
 
 choices! {
@@ -55,6 +63,9 @@ params! {
         /// are there (keep), those turned round without estimating any (flip), or the one that can
         /// be seen from free space (visible).
         orientation: Orientation { default: Orientation::Outwards },
+        /// Add columns: planarity, in [0, 1], and normal_error, about the angle by which a normal may be off, in
+        /// degrees.
+        measures: bool { default: false },
         /// The place that normals face, for orientation towards.
         towards_x: f64 { default: 0.0, unit: "scene units" },
         /// The place that normals face, for orientation towards.
@@ -97,7 +108,8 @@ impl Tool for Normals {
         // To look around takes about as long.
         let share = if params.orientation == Orientation::Visible { 0.5 } else { 0.98 };
         let progress = progress_of(job, 0.0..share, "fitting normals");
-        let mut found = estimate(&positions, k, &progress)?;
+        let neighbours = Neighbours::build(&positions, &part(&progress, 0.0..0.1))?;
+        let mut found = estimate_with(&neighbours, k, &part(&progress, 0.1..1.0))?;
         let mut parts = String::new();
         match params.orientation {
             Orientation::Towards => {
@@ -126,10 +138,22 @@ impl Tool for Normals {
             }
             Orientation::Flip => {}
         }
+        let progress = progress_of(job, 0.98..1.0, "softening what is no surface");
+        soften(&neighbours, &mut found.normals, &found.planarity, &progress)?;
         let (n, n_degenerate) = (found.normals.len(), found.n_degenerate);
         let message = format!("{n} normals, {n_degenerate} without a plane around them{parts}");
         job.progress(1.0, &message);
-        job.edit(&Edit::Columns(vec![floats(NORMAL, 3, &flat(&found.normals))]))
+        let normals = flat(&found.normals);
+        let degrees: Vec<f32> = found.errors.iter().map(|error| error.to_degrees()).collect();
+        let mut columns = vec![floats(NORMAL, 3, &normals)];
+        // Planarity that is there is of the normals that were there.
+        if params.measures || cloud.column(PLANARITY).is_some() {
+            columns.push(floats(PLANARITY, 1, &found.planarity));
+        }
+        if params.measures {
+            columns.push(floats("normal_error", 1, &degrees));
+        }
+        job.edit(&Edit::Columns(columns))
     }
 }
 

@@ -8,7 +8,8 @@
 //! | `maximum` | float  | 0         | largest radius, scene units; 0 for none                      |
 //!
 //! Method. `points` is what a file without radii gets when it is read: each disc reaches the corners
-//! of its point's Voronoi cell in the tangent plane. `triangles` reaches all that is nearest to a
+//! of its point's Voronoi cell in the tangent plane, and what is no surface, by the column `planarity` or else as the
+//! points around say, gets splats that just touch. `triangles` reaches all that is nearest to a
 //! vertex in the triangles around it; vertices without a triangle are treated as points.
 //!
 //! Elliptical surfels keep their shape: their tangents grow and shrink with the radius.
@@ -20,8 +21,10 @@
 //! ```
 
 use crate::surfels::{finite, normals, positions, progress_of, stage_radii};
+use surfelshop_api::columns::PLANARITY;
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
+use surfelshop_geometry::normals::{DEFAULT_NEIGHBOURS, planarity};
 use surfelshop_geometry::{Neighbours, mesh, radii};
 
 choices! {
@@ -72,7 +75,7 @@ impl Tool for Radii {
         }
         let normals = normals(cloud);
         let mut found = match params.method {
-            Method::Points => of_points(&positions, &normals, job)?,
+            Method::Points => of_points(cloud, &positions, &normals, job)?,
             Method::Triangles => of_triangles(cloud, &positions, &normals, job)?,
         };
         let (least, most) = (minimum as f32, if maximum > 0.0 { maximum as f32 } else { f32::MAX });
@@ -91,11 +94,25 @@ impl Tool for Radii {
 }
 
 /// Radii from the points around.
-fn of_points(positions: &[Vec3], normals: &[Vec3], job: &Job<'_>) -> Result<Vec<f32>> {
+fn of_points(
+    cloud: &CloudView<'_>,
+    positions: &[Vec3],
+    normals: &[Vec3],
+    job: &Job<'_>,
+) -> Result<Vec<f32>> {
     let progress = progress_of(job, 0.0..0.1, "looking for neighbours");
     let neighbours = Neighbours::build(positions, &progress)?;
-    let progress = progress_of(job, 0.1..0.98, "covering the surface");
-    Ok(radii::estimate_with(&neighbours, normals, &[], &progress)?)
+    let progress = progress_of(job, 0.1..0.4, "telling what is a surface");
+    let found;
+    let planarity = match cloud.floats(PLANARITY, 1) {
+        Some(known) => known,
+        None => {
+            found = planarity(&neighbours, DEFAULT_NEIGHBOURS, &progress)?;
+            &found
+        }
+    };
+    let progress = progress_of(job, 0.4..0.98, "covering the surface");
+    Ok(radii::estimate_with(&neighbours, normals, planarity, &progress)?)
 }
 
 /// Radii from the triangles around, and from points where there is none.
@@ -110,7 +127,7 @@ fn of_triangles(
     let mut found = mesh::vertex_radii(positions, normals, cloud.faces);
     job.check()?;
     if found.contains(&0.0) {
-        let others = of_points(positions, normals, job)?;
+        let others = of_points(cloud, positions, normals, job)?;
         for (radius, other) in found.iter_mut().zip(others) {
             *radius = if *radius > 0.0 { *radius } else { other };
         }

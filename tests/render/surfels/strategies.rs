@@ -244,6 +244,30 @@ fn all_settings_agree() {
     check(&cases);
 }
 
+/// Invariant: round splats face the eye in all ways to draw, whatever their normals and the sides that are drawn
+#[test]
+fn round_splats_agree() {
+    let mut some = clouds::sphere(3000, 1.0);
+    some.round = (0..3000).map(|i| u8::from(i % 3 == 0) * 7).collect();
+    let mut all = clouds::sphere(400, 1.0);
+    all.round = vec![1; 400];
+    all.radii.fill(0.04);
+    // Half of them are turned away, and would not be drawn as discs.
+    all.normals.iter_mut().for_each(|normal| *normal = Vec3::X);
+    let mut parallel = ahead(3.0);
+    parallel.camera.projection = Projection::Orthographic { height: 2.2 };
+    let inside = stage::view(DVec3::new(0.3, 0.2, 0.1), DVec3::X, 256);
+    let mut one_sided = Case::new("all, one-sided", &all, ahead(3.0));
+    one_sided.scene.surface.two_sided = false;
+    check(&[
+        Case::new("some", &some, ahead(3.0)),
+        Case::new("some, parallel", &some, parallel),
+        Case::new("some, inside", &some, inside),
+        Case::new("all", &all, ahead(3.0)),
+        one_sided,
+    ]);
+}
+
 #[test]
 fn equal_discs_agree() {
     // Of discs at one place the first is the nearest, and all of them are added up.
@@ -265,6 +289,8 @@ fn merged_surfels_agree() {
     let mut full = clouds::sphere(40_000, 1.0);
     full.ao = (0..full.positions.len()).map(|i| (i % 7) as f32 / 6.0).collect();
     full.materials = (0..full.positions.len()).map(|i| (i / 8000) as u32).collect();
+    let mut round = clouds::sphere(20_000, 1.0);
+    round.round = (0..20_000).map(|i| u8::from(i / 1000 % 2 == 0)).collect();
     let grazing = stage::view(DVec3::new(0.0, 0.05, 1.6), DVec3::ZERO, 64);
     let far = stage::view(DVec3::new(0.2, 0.3, 3.0), DVec3::ZERO, 48);
     let case = |name: &str, cloud: Cloud, view, detail_px| {
@@ -277,6 +303,7 @@ fn merged_surfels_agree() {
         case("colours", fine, far, 1.0),
         case("all columns", full.cloud(), far, 4.0),
         case("grazing", full.cloud(), grazing, 1.5),
+        case("round splats", round.cloud(), far, 4.0),
         case("ellipses", clouds::sphere(20_000, 1.0).elliptical(0.3).cloud(), far, 4.0),
         two,
     ]);

@@ -66,7 +66,7 @@ pub(crate) fn cloud(
         Column::new(RADIUS, 1, Buffer::F32(shape.radii)),
     ];
     columns.extend(appearance::take(&mut table, &mut summary));
-    columns.extend(shape.tangents);
+    columns.extend(shape.others);
     columns.extend(foreign::take(&mut table, &mut summary));
     // Every rule that `Cloud::new` checks is established above; were one missed, the load fails
     // with the column's name rather than hand out a cloud that cannot be drawn.

@@ -3,6 +3,7 @@
 use super::position::Positions;
 use super::vectors::{flat, take_vectors};
 use super::{mesh, sides};
+use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::cloud::source::Source;
 use crate::error::ReadFault;
@@ -10,19 +11,24 @@ use crate::options::ReadOptions;
 use crate::summary::Summary;
 use crate::table::{NORMALS, RADII, Table};
 use glam::Vec3;
+use rayon::prelude::*;
 use std::ops::Range;
-use surfelshop_api::columns::{NORMAL_FIELD, TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{NORMAL_FIELD, PLANARITY, TANGENT_U, TANGENT_V};
 use surfelshop_geometry::{Cancelled, Neighbours, Progress, normals, part, radii};
 
 pub(super) struct Shape {
     pub(super) normals: Vec<Vec3>,
     pub(super) radii: Vec<f32>,
-    pub(super) tangents: Vec<Column>,
+    /// Tangents, and planarity where some of the cloud is no surface.
+    pub(super) others: Vec<Column>,
 }
 
 /// Squared length by which a normal may differ from 1 and keep its bits, so that files survive
 /// round trips: twice the error of components with four decimals, which text files have.
 const UNIT_TOLERANCE: f64 = 1e-4;
+
+/// From where on, of the work on normals, those of no surface become soft.
+const SOFTENING: f64 = 0.98;
 
 /// Points between two questions whether to stop.
 const BLOCK: usize = 4096;
@@ -48,7 +54,8 @@ pub(super) fn take(
     };
     let needs_normals = given_normals.is_none() || summary.normals.repaired > 0;
     report(options.progress, looked)?;
-    let [searching, orienting, covering] = shares(looked, needs_normals, needs_radii);
+    let [searching, orienting, covering] =
+        shares(looked, needs_normals || needs_radii, needs_radii);
     let searching = part(options.progress, searching);
     let mut search =
         Search { positions: &placed.positions, progress: &searching, neighbours: None };
@@ -57,13 +64,27 @@ pub(super) fn take(
     let n = placed.positions.len();
     let looks_around = are_estimated && sides::looks_around(source, n, summary);
     // About half of the time goes into which side a plane faces.
-    let fitted = if looks_around { 0.5 } else { 1.0 };
-    let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..1.0)];
-    let (mut normals, planarity) =
-        finish_normals(given_normals, &mut search, options.n_neighbours, &fitting, summary)?;
+    let fitted = if looks_around { 0.5 } else { SOFTENING };
+    let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..SOFTENING)];
+    let (mut normals, planarity) = finish_normals(
+        given_normals,
+        &mut search,
+        options.n_neighbours,
+        needs_radii,
+        &fitting,
+        summary,
+    )?;
     if are_estimated {
         let turning: Option<Progress<'_>> = if looks_around { Some(&turning) } else { None };
         sides::choose(table, placed, source, &mut normals, turning, summary)?;
+    }
+    if are_estimated {
+        normals::soften(
+            search.neighbours()?,
+            &mut normals,
+            &planarity,
+            &part(&progress, SOFTENING..1.0),
+        )?;
     }
     let progress = part(options.progress, covering);
     let estimates = if needs_radii {
@@ -80,10 +101,15 @@ pub(super) fn take(
     };
     let radii = finish_radii(given_radii, estimates, diagonal, summary);
     of_triangles.count(summary);
-    let tangents = given_tangents
+    let mut others = given_tangents
         .map(|[u, v]| finish_tangents([u, v], &normals, &radii, diagonal, summary))
         .unwrap_or_default();
-    Ok(Shape { normals, radii, tangents })
+    let n_scattered = planarity.par_iter().filter(|planarity| **planarity < radii::PLANAR).count();
+    summary.normals.scattered = n_scattered as u64;
+    if n_scattered > 0 && others.is_empty() && !table.names().any(|name| name == PLANARITY) {
+        others.push(Column::new(PLANARITY, 1, Buffer::F32(planarity)));
+    }
+    Ok(Shape { normals, radii, others })
 }
 
 /// What a file says of the shape of its surface.
@@ -205,11 +231,12 @@ fn normalise(
 }
 
 /// Normals that are estimated where none are given, and repaired where some have no direction; and how flat the
-/// surroundings of points are, where normals are estimated.
+/// surroundings of points are, where normals or radii are estimated.
 fn finish_normals(
     given: Option<Vec<Vec3>>,
     search: &mut Search<'_>,
     k: usize,
+    needs_radii: bool,
     progress: Progress<'_>,
     summary: &mut Summary,
 ) -> Result<(Vec<Vec3>, Vec<f32>), ReadFault> {
@@ -220,10 +247,16 @@ fn finish_normals(
         counts.degenerate = estimate.n_degenerate as u64;
         return Ok((estimate.normals, estimate.planarity));
     };
+    let repairing = if needs_radii { 0.5 } else { 1.0 };
     if counts.repaired > 0 {
-        normals::repair(search.neighbours()?, &mut found, k, progress)?;
+        let progress = part(progress, 0.0..repairing);
+        normals::repair(search.neighbours()?, &mut found, k, &progress)?;
     }
-    Ok((found, Vec::new()))
+    let planarity = match needs_radii {
+        true => normals::planarity(search.neighbours()?, k, &part(progress, repairing..1.0))?,
+        false => Vec::new(),
+    };
+    Ok((found, planarity))
 }
 
 /// Reports progress; a request to stop becomes an error.

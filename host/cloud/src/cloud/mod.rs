@@ -144,6 +144,23 @@ impl Cloud {
         Self { facts: OnceLock::from(facts), ..recolored }
     }
 
+    /// The cloud with a column that fits it and says how it is displayed. What is known of it stays known: its box is
+    /// around centres, whatever their radii.
+    pub(crate) fn displayed_with(&self, column: Column) -> Self {
+        let mut columns = self.columns.clone();
+        match columns.iter_mut().find(|old| old.name() == column.name()) {
+            Some(old) => *old = column,
+            None => columns.push(column),
+        }
+        Self { columns, ..self.clone() }
+    }
+
+    /// The cloud without a column, if it has one of this name, that says how it is displayed.
+    pub(crate) fn displayed_without(&self, name: &str) -> Self {
+        let columns = self.columns.iter().filter(|column| column.name() != name);
+        Self { columns: columns.cloned().collect(), ..self.clone() }
+    }
+
     /// The cloud of `len` of its surfels, with columns that hold theirs and the triangles between them.
     pub(crate) fn with_rows(&self, columns: Vec<Column>, len: usize, faces: Vec<[u32; 3]>) -> Self {
         let kept = self.with_origin(self.origin, columns).with_object(self.object());

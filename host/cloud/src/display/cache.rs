@@ -4,7 +4,7 @@
 //! are found here for as long.
 
 use super::histogram::Histogram;
-use super::keys::{ColorKey, HistogramKey, RowsKey, ScalarKey};
+use super::keys::{ColorKey, HistogramKey, RowsKey, ScalarKey, SplatKey};
 use super::statistics::CloudStatistics;
 use crate::cloud::column::{Column, WeakColumn};
 use std::collections::VecDeque;
@@ -41,6 +41,7 @@ impl<K: PartialEq, V: Clone> Memo<K, V> {
 static STATISTICS: Memo<ScalarKey, Arc<CloudStatistics>> = Memo::new(256);
 static HISTOGRAMS: Memo<HistogramKey, Arc<Histogram>> = Memo::new(64);
 static COLORS: Memo<ColorKey, WeakColumn> = Memo::new(1024);
+static SPLATS: Memo<SplatKey, WeakColumn> = Memo::new(1024);
 static ROWS: Memo<RowsKey, (u64, Weak<[u32]>)> = Memo::new(1024);
 static SELECTED: Memo<(u64, u64), WeakColumn> = Memo::new(1 << 16);
 
@@ -75,6 +76,14 @@ pub(super) fn colors<E>(
     make: impl FnOnce() -> Result<Column, E>,
 ) -> Result<Column, E> {
     column(&COLORS, key, make)
+}
+
+/// Radii, or which surfels are round splats, where somebody still displays them.
+pub(super) fn splats<E>(
+    key: SplatKey,
+    make: impl FnOnce() -> Result<Column, E>,
+) -> Result<Column, E> {
+    column(&SPLATS, key, make)
 }
 
 /// The rows of a column that filters let through, of those of this number.

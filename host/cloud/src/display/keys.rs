@@ -24,6 +24,19 @@ pub(super) enum ColorKey {
     Categories(ScalarKey, Palette),
 }
 
+/// Tells radii, and which surfels are round splats, from all others: by generations and the bits of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum SplatKey {
+    /// So many of one radius.
+    Same(usize, u32),
+    /// So many round splats.
+    AllRound(usize),
+    /// Radii of a column, at most so large.
+    AtMost(u64, u32),
+    /// Round splats by a column and the least planarity of discs.
+    Round(u64, u32),
+}
+
 /// Tells the rows that filters let through from all others.
 pub(super) type RowsKey = Vec<(ScalarKey, FilterAction, FilterTest)>;
 

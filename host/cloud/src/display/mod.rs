@@ -3,7 +3,7 @@
 //! [`DisplaySettings`] say what colours surfels and which of them are shown. [`Display::new`] finds what that
 //! means for the clouds that are displayed together: the same number has the same colour in all of them.
 //! [`Display::of`] makes the cloud that renderers and tracers get: another column `color`, fewer surfels, and
-//! all else shared. What is plain is displayed as it is, down to the generations of its columns.
+//! what is no surface as round splats, and all else shared. What is plain is displayed as it is, down to the generations of its columns.
 //!
 //! Invariants: equal columns and settings give columns of equal generations for as long as somebody displays
 //! them (`what_is_displayed_is_found_again`); the cloud itself never changes.
@@ -20,6 +20,8 @@ mod palette;
 mod rows;
 mod scalar;
 mod settings;
+mod splat_settings;
+mod splats;
 mod statistics;
 mod tables;
 #[cfg(test)]
@@ -36,6 +38,7 @@ pub use palette::Palette;
 pub use settings::{
     Attribute, ColorBy, ColorSource, DisplaySettings, MapChoice, RangeEnd, Scale, UpDirection,
 };
+pub use splat_settings::{Look, SplatSettings};
 pub use statistics::{MOST_CATEGORIES, Statistics};
 pub use ticks::{Tick, ticks};
 
@@ -49,6 +52,7 @@ use std::sync::Arc;
 pub struct Display {
     colors: Colors,
     filters: Vec<Filter>,
+    splats: SplatSettings,
     up: UpDirection,
 }
 
@@ -75,7 +79,8 @@ impl Displayed {
 impl Default for Display {
     /// Everything as it is.
     fn default() -> Self {
-        Self { colors: Colors::File, filters: Vec::new(), up: UpDirection::default() }
+        let (splats, up) = (SplatSettings::default(), UpDirection::default());
+        Self { colors: Colors::File, filters: Vec::new(), splats, up }
     }
 }
 
@@ -85,7 +90,7 @@ impl Display {
     /// # Errors
     /// Where a column is in none of them, has fewer components, or its numbers cannot be displayed as asked.
     pub fn new(settings: &DisplaySettings, clouds: &[&Cloud]) -> Result<Self, DisplayError> {
-        let DisplaySettings { color, filters, up } = settings;
+        let DisplaySettings { color, filters, splats, up } = settings;
         for Filter { attribute, .. } in filters {
             let mut has_any = clouds.is_empty();
             for cloud in clouds {
@@ -96,7 +101,7 @@ impl Display {
             }
         }
         let colors = Colors::of(color, clouds, *up)?;
-        Ok(Self { colors, filters: filters.clone(), up: *up })
+        Ok(Self { colors, filters: filters.clone(), splats: *splats, up: *up })
     }
 
     /// A cloud as it is displayed. Clouds without the attribute of a filter are shown whole, and those without
@@ -111,10 +116,11 @@ impl Display {
             Some(rows) => rows.of(cloud, recolors)?,
             None => cloud.clone(),
         };
-        let cloud = match self.colors.column(&shown, self.up)? {
+        let shown = match self.colors.column(&shown, self.up)? {
             Some(column) => shown.recolored(column),
             None => shown,
         };
+        let cloud = self.splats.applied(shown)?;
         Ok(Displayed { cloud, kept: rows.map(|rows| rows.indices) })
     }
 
@@ -128,6 +134,12 @@ impl Display {
     #[must_use]
     pub fn filters(&self) -> &[Filter] {
         &self.filters
+    }
+
+    /// How surfels look.
+    #[must_use]
+    pub fn splats(&self) -> &SplatSettings {
+        &self.splats
     }
 
     /// What the colours mean; `None` where they say nothing of numbers.

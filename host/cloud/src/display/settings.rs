@@ -1,24 +1,28 @@
-//! What colours surfels and which are shown, as a scene says it.
+//! What colours surfels, which are shown and how they look, as a scene says it.
 
 use super::filter::Filter;
 use super::maps::ColorMap;
+use super::splat_settings::SplatSettings;
+use crate::cloud::Cloud;
 
-/// How clouds are displayed: what colours their surfels, and which of them are shown.
+/// How clouds are displayed: what colours their surfels, which of them are shown, and how they look.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplaySettings {
     /// What colours surfels.
     pub color: ColorSource,
     /// Surfels are shown that all of these let through.
     pub filters: Vec<Filter>,
+    /// How surfels look.
+    pub splats: SplatSettings,
     /// The axis that heights are measured along.
     pub up: UpDirection,
 }
 
 impl DisplaySettings {
     /// Whether clouds are displayed as they are.
-    #[must_use]
-    pub fn is_plain(&self) -> bool {
-        self.color.by == ColorBy::File && self.filters.is_empty()
+    pub fn is_plain<'a>(&self, mut clouds: impl Iterator<Item = &'a Cloud>) -> bool {
+        let is_plain = self.color.by == ColorBy::File && self.filters.is_empty();
+        is_plain && clouds.all(|cloud| self.splats.leaves(cloud))
     }
 }
 

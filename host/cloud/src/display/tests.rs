@@ -2,7 +2,7 @@ use super::*;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use glam::DVec3;
-use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
+use surfelshop_api::columns::{COLOR, NORMAL, PLANARITY, POSITION, RADIUS, ROUND};
 
 /// Surfels in a row along y, with a column `a`.
 pub(super) fn column_of(values: Buffer) -> Cloud {
@@ -304,4 +304,68 @@ fn clouds_of_nothing_are_displayed() {
     }
     let nothing = floats(&[f64::NAN, f64::NAN]);
     assert_eq!(colors(&display(&nothing, &by(Attribute::column("a"))).cloud), [[188; 3]; 2]);
+}
+
+/// Surfels whose surroundings are flat, half flat and not.
+fn uneven() -> Cloud {
+    let planarity = Column::new(PLANARITY, 1, Buffer::F32(vec![1.0, 0.45, 0.1]));
+    floats(&[1.0, 2.0, 3.0]).with_columns(vec![planarity]).unwrap()
+}
+
+fn round(cloud: &Cloud) -> Option<&[u8]> {
+    match cloud.column(ROUND).map(Column::values) {
+        Some(Buffer::U8(round)) => Some(round),
+        _ => None,
+    }
+}
+
+fn splats(splats: SplatSettings) -> DisplaySettings {
+    DisplaySettings { splats, ..DisplaySettings::default() }
+}
+
+/// Invariant: what is no surface is displayed as round splats, from the planarity on that the scene says
+#[test]
+fn what_is_no_surface_is_round() {
+    let cloud = uneven();
+    let usual = SplatSettings::default();
+    let displayed = display(&cloud, &splats(usual)).cloud;
+    assert_eq!(round(&displayed), Some(&[0, 1, 1][..]));
+    assert_eq!(generations(&displayed)[..5], generations(&cloud)[..], "all else is shared");
+    let again = display(&cloud, &splats(usual)).cloud;
+    assert_eq!(generations(&displayed), generations(&again), "found again");
+    let fewer = SplatSettings { round_below: 0.2, ..usual };
+    assert_eq!(round(&display(&cloud, &splats(fewer)).cloud), Some(&[0, 0, 1][..]));
+    let none = SplatSettings { round_below: 0.0, ..usual };
+    assert_eq!(generations(&display(&cloud, &splats(none)).cloud), generations(&cloud));
+    assert!(splats(none).is_plain(std::iter::once(&cloud)));
+    assert!(!splats(usual).is_plain(std::iter::once(&cloud)));
+    // Those that are shown keep theirs.
+    let mut hidden = filters(&[(FilterAction::Hide, FilterTest::Values(vec![2]))]);
+    hidden.splats = usual;
+    assert_eq!(round(&display(&cloud, &hidden).cloud), Some(&[0, 1][..]));
+}
+
+#[test]
+fn radii_have_a_limit_and_points_have_one() {
+    let cloud = uneven();
+    let limited = SplatSettings { largest_radius: Some(0.25), ..SplatSettings::default() };
+    assert_eq!(display(&cloud, &splats(limited)).cloud.radii(), [0.25; 3]);
+    let generous = SplatSettings { largest_radius: Some(0.75), ..SplatSettings::default() };
+    let displayed = display(&cloud, &splats(generous)).cloud;
+    assert_eq!(displayed.column(RADIUS).unwrap().generation(), cloud.columns()[2].generation());
+    let points = |radius| SplatSettings { look: Look::Points { radius }, ..limited };
+    let displayed = display(&cloud, &splats(points(0.1))).cloud;
+    assert_eq!((displayed.radii(), round(&displayed)), (&[0.1; 3][..], Some(&[1; 3][..])));
+    let tiny = display(&cloud, &splats(points(0.0))).cloud;
+    assert!(tiny.radii().iter().all(|radius| *radius > 0.0 && *radius < 1e-6));
+}
+
+#[test]
+fn points_are_no_ellipses() {
+    let axis = |name| Column::new(name, 3, Buffer::F32(vec![0.5; 9]));
+    let tangents = vec![axis("tangent_u"), axis("tangent_v")];
+    let cloud = uneven().with_columns(tangents).unwrap();
+    let points = SplatSettings { look: Look::Points { radius: 0.1 }, ..SplatSettings::default() };
+    let displayed = display(&cloud, &splats(points)).cloud;
+    assert!(displayed.column("tangent_u").is_none() && displayed.column("tangent_v").is_none());
 }

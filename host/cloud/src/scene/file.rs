@@ -5,7 +5,7 @@ use super::environment::{ProbeSource, SceneEnvironment};
 use super::keyed::Keyed;
 use super::paths;
 use crate::cloud::transform::Transform;
-use crate::display::{ColorSource, DisplaySettings, Filter, UpDirection};
+use crate::display::{ColorSource, DisplaySettings, Filter, SplatSettings, UpDirection};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -41,6 +41,8 @@ pub struct SceneFile {
     pub color: Keyed<ColorSource>,
     /// Surfels are shown that all of these let through, at most [`MOST_FILTERS`](super::MOST_FILTERS).
     pub filters: Vec<Keyed<Filter>>,
+    /// How surfels look.
+    pub splats: Keyed<SplatSettings>,
     /// What is shown side by side.
     pub views: Vec<Keyed<SceneView>>,
     /// How the views are laid out: a window's own business, kept as it is.
@@ -110,6 +112,7 @@ impl Default for SceneFile {
             up: None,
             color: Keyed::default(),
             filters: Vec::new(),
+            splats: Keyed::default(),
             views: Vec::new(),
             layout: Table::new(),
             unknown: Table::new(),
@@ -134,6 +137,7 @@ impl SceneFile {
         DisplaySettings {
             color: self.color.known.clone(),
             filters: self.filters.iter().map(|filter| filter.known.clone()).collect(),
+            splats: self.splats.known,
             up: self.up.unwrap_or_default(),
         }
     }

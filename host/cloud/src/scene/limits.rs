@@ -62,6 +62,7 @@ impl NumberRange {
     #[must_use]
     pub fn expected(&self) -> String {
         let ([low, high], what) = (self.ends, self.what);
+        let high = if high < 1e9 { high.to_string() } else { format!("{high:e}") };
         match self.is_above {
             true => format!("{what} above 0, at most {high}"),
             false => format!("{what} from {low} to {high}"),
@@ -87,6 +88,16 @@ pub const DEPTH_TOLERANCE: NumberRange = NumberRange::new("a number of radii", 0
 
 /// Radii of the screen-space low-pass, in pixels.
 pub const LOW_PASS: NumberRange = NumberRange::new("a number of pixels", 0.0, 4.0);
+
+/// Planarities.
+pub const PLANARITIES: NumberRange = NumberRange::new("a planarity", 0.0, 1.0);
+
+/// Largest radii, in scene units: what single precision holds.
+pub const LARGEST_RADIUS: NumberRange =
+    NumberRange { is_above: true, ..NumberRange::new("a radius", 0.0, 1e37) };
+
+/// Radii of points, in scene units.
+pub const POINT_RADIUS: NumberRange = NumberRange::new("a radius", 0.0, 1e37);
 
 /// Vertical fields of view, in degrees.
 pub const FIELD_OF_VIEW_DEG: NumberRange = NumberRange::new("an angle in degrees", 0.01, 179.0);

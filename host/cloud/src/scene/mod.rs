@@ -21,6 +21,7 @@ mod parts;
 mod paths;
 mod read;
 mod source;
+mod splats;
 mod write;
 
 pub use display::{Backdrop, ToneMap};

@@ -5,7 +5,7 @@ use super::file::{SceneCloud, SceneFile, SceneView};
 use super::keyed::Keyed;
 use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_FILTERS, MOST_VALUES, MOST_VIEWS};
 use super::source::{Entry, Fault, Section, Source};
-use super::{color, environment, light, parts};
+use super::{color, environment, light, parts, splats};
 use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
 use surfelshop_api::Scene;
@@ -115,6 +115,9 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     }
     for section in sections(whole.find("filter"), "filters", MOST_FILTERS)? {
         scene.filters.push(color::filter(section)?);
+    }
+    if let Some(entry) = whole.find("splats") {
+        scene.splats = splats::read(entry.section()?)?;
     }
     let (mut cloud_lines, mut view_lines) = (Vec::new(), Vec::new());
     for section in sections(whole.find("clouds"), "clouds", MOST_CLOUDS)? {

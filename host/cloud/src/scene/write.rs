@@ -12,6 +12,7 @@ use super::limits::{FORMAT, LARGEST_FILE};
 use super::parts::channel;
 use super::paths;
 use super::read::{check, is_scene};
+use super::splats::splat_entries;
 use crate::cloud::transform::{Rotation, Transform};
 use crate::error::quoted;
 use crate::files::replace;
@@ -97,6 +98,9 @@ impl SceneFile {
         }
         let filters = self.filters.iter().map(filter_entries).collect();
         entries.push(("filter".to_owned(), Node::Tables(filters)));
+        if let Some(splats) = splat_entries(&self.splats) {
+            entries.push(("splats".to_owned(), Node::Table(splats)));
+        }
         if let Some(camera) = &self.camera {
             entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
         }

@@ -17,6 +17,8 @@ pub struct Surfels {
     pub radii: Vec<f32>,
     /// Half axes of elliptical splats; no columns where empty.
     pub tangents: Vec<[Vec3; 2]>,
+    /// Which are round splats, not 0; no column where empty.
+    pub round: Vec<u8>,
     /// Normal fields of elliptical splats; no column where empty.
     pub fields: Vec<[f32; 4]>,
     /// Lines that cut elliptical splats; no column where empty.
@@ -86,6 +88,9 @@ impl Surfels {
             Column::new(columns::NORMAL, 3, flat(&self.normals)),
             Column::new(columns::RADIUS, 1, Buffer::F32(self.radii.clone())),
         ];
+        if !self.round.is_empty() {
+            all.push(Column::new(columns::ROUND, 1, Buffer::U8(self.round.clone())));
+        }
         if !self.tangents.is_empty() {
             for (name, which) in [(columns::TANGENT_U, 0), (columns::TANGENT_V, 1)] {
                 let axes: Vec<Vec3> = self.tangents.iter().map(|axes| axes[which]).collect();

@@ -124,6 +124,7 @@ pub(crate) fn shuffled(surfels: &Surfels) -> Surfels {
         normals: taken(&surfels.normals, from),
         radii: taken(&surfels.radii, from),
         tangents: taken(&surfels.tangents, from),
+        round: taken(&surfels.round, from),
         fields: taken(&surfels.fields, from),
         clips: taken(&surfels.clips, from),
         colors: taken(&surfels.colors, from),

@@ -19,6 +19,8 @@ pub(crate) struct Sample {
     pub(crate) position: [f32; 3],
     pub(crate) normal: [f32; 3],
     pub(crate) radius: f32,
+    /// It faces the eye.
+    pub(crate) is_round: bool,
     pub(super) albedo: [f32; 3],
     pub(crate) ao: f32,
     pub(super) material: u32,
@@ -110,7 +112,9 @@ pub(super) fn merged(all: &[Sample], coarsest: f32) -> Vec<Sample> {
 /// One surfel for several; `None` where there is none that looks like them.
 fn merge(samples: &[Sample]) -> Option<Sample> {
     let [first, rest @ ..] = samples else { return None };
-    if rest.is_empty() || rest.iter().any(|other| other.material != first.material) {
+    let is_round = first.is_round;
+    let differs = |other: &Sample| other.material != first.material || other.is_round != is_round;
+    if rest.is_empty() || rest.iter().any(differs) {
         return None;
     }
     // In units of the largest radius: no square overflows or vanishes.
@@ -134,16 +138,24 @@ fn merge(samples: &[Sample]) -> Option<Sample> {
         let offset: f32 = offsets.map(|(one, w)| offset_of(one, axis) * (w / total)).sum();
         first.position[axis] + offset
     });
-    let normal = unit_vector(mean(|sample| sample.normal))?;
+    let normal = match unit_vector(mean(|sample| sample.normal)) {
+        Some(normal) => normal,
+        // Normals of leaves have all directions.
+        None if is_round => first.normal,
+        None => return None,
+    };
     // The covariance of Gaussians around several places is the mean of theirs and that of the places;
-    // a disc's is an eighth of its squared radius along each of two axes.
+    // a disc's is an eighth of its squared radius along each of two axes. The places of discs lie in their plane;
+    // those of round splats in space, so that the eye sees two thirds of their squared distances.
+    let of_places = if is_round { 8.0 / 3.0 } else { 4.0 };
     let (mut squared, mut farthest) = (0.0, 0.0f32);
     for (sample, weight) in samples.iter().zip(weights.clone()) {
         let offset = [0, 1, 2].map(|axis| (sample.position[axis] - position[axis]) / unit);
         let apart2 = dot(offset, offset);
-        squared += weight / total * ((sample.radius / unit).powi(2) + 4.0 * apart2);
+        squared += weight / total * ((sample.radius / unit).powi(2) + of_places * apart2);
         farthest = farthest.max(apart2.sqrt() * unit + sample.apart);
-        if dot(sample.normal, normal) < MIN_COSINE || apart2 > MAX_APART * MAX_APART * total {
+        let is_turned = !is_round && dot(sample.normal, normal) < MIN_COSINE;
+        if is_turned || apart2 > MAX_APART * MAX_APART * total {
             return None;
         }
     }
@@ -157,7 +169,8 @@ fn merge(samples: &[Sample]) -> Option<Sample> {
     let Sample { material, stands_for, .. } = *largest;
     // Surfels at one place are merged without a trace.
     let apart = farthest.max(f32::MIN_POSITIVE);
-    let sample = Sample { position, normal, radius, albedo, ao, material, stands_for, apart };
+    let sample =
+        Sample { position, normal, radius, is_round, albedo, ao, material, stands_for, apart };
     (is_finite && radius.is_finite()).then_some(sample)
 }
 
@@ -179,6 +192,7 @@ mod tests {
             position,
             normal,
             radius: 1.0,
+            is_round: false,
             albedo: [position[0].abs(), 0.5, 0.25],
             ao: 0.5,
             material: 0,
@@ -223,6 +237,19 @@ mod tests {
         assert!(with(|sample| sample.normal = [f32::NAN; 3]).is_none(), "no normal");
         assert!(with(|sample| sample.position[1] = f32::INFINITY).is_none(), "nowhere");
         assert!(merge(&square(0.5)[..1]).is_none(), "nothing to merge");
+    }
+
+    #[test]
+    fn round_splats_are_merged_whatever_their_normals_and_never_with_discs() {
+        let mut round = square(0.5);
+        round.iter_mut().for_each(|one| one.is_round = true);
+        round[2].normal = [0.0, -1.0, 0.0];
+        let one = merge(&round).unwrap();
+        assert!(one.is_round);
+        // A third of the squared distance along any axis: 1 + 8 / 3 / 8.
+        assert!((one.radius - (4.0f32 / 3.0).sqrt()).abs() < 1e-6, "{}", one.radius);
+        round[0].is_round = false;
+        assert!(merge(&round).is_none());
     }
 
     #[test]

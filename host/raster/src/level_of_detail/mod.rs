@@ -113,7 +113,7 @@ fn leaf(
     linear_of_srgb: &[f32; 256],
 ) -> Node {
     let mut bounds = Bounds::none();
-    let mut reach = 0.0f64;
+    let (mut reach, mut has_round) = (0.0f64, false);
     let length2 = |v: [f32; 3]| v.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>();
     let mut samples = Vec::with_capacity(if merges { places.len() } else { 0 });
     let mut normals = Vec::with_capacity(places.len());
@@ -122,17 +122,21 @@ fn leaf(
         let normal = columns.normals.one(place);
         bounds = bounds.and(position, position);
         normals.push(normal);
-        let radius = match &columns.shape {
-            Shape::Radius(radii) => f64::from(radii.one(place)),
+        let (radius, is_round) = match &columns.shape {
+            Shape::Radius(radii) => (f64::from(radii.one(place).abs()), radii.one(place) < 0.0),
             // An ellipse's longer half axis is at most the root of the sum of both squares.
-            Shape::Tangents(u, v) => (length2(u.one(place)) + length2(v.one(place))).sqrt(),
+            Shape::Tangents(u, v) => {
+                ((length2(u.one(place)) + length2(v.one(place))).sqrt(), false)
+            }
         };
+        has_round |= is_round;
         reach = reach.max(radius);
         if merges && radius > 0.0 {
             samples.push(Sample {
                 position,
                 normal,
                 radius: radius as f32,
+                is_round,
                 albedo: columns.albedo_of(place, linear_of_srgb),
                 ao: columns.ao_of(place),
                 material: columns.material_of(place as u32),
@@ -141,7 +145,8 @@ fn leaf(
             });
         }
     }
-    let (axis, cosine) = cone(&normals);
+    // Round splats face every eye.
+    let (axis, cosine) = if has_round { ([0.0, 0.0, 1.0], -1.0) } else { cone(&normals) };
     let block = Block {
         first: places.start / WIDTH,
         count: places.len().div_ceil(WIDTH),

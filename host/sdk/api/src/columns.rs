@@ -24,6 +24,12 @@ pub const TANGENT_V: &str = "tangent_v";
 pub const AO: &str = "ao";
 /// Index into the scene's material table: one `u32`.
 pub const MATERIAL: &str = "material";
+/// How flat the surroundings of a surfel are: one `f32` in [0, 1], from 0 of points without any order to 1 of a
+/// plane. Estimated with normals, where some of a cloud is no surface. ABI 3.8.
+pub const PLANARITY: &str = "planarity";
+/// Which surfels are round splats: one `u8`, 0 for discs. Those of other values face the eye, whatever their
+/// normal, which lights them. Not read where there are tangents. ABI 3.8.
+pub const ROUND: &str = "round";
 
 /// Linear normal field of an elliptical surfel: four `f32`, x, y, α and β.
 ///

@@ -52,7 +52,7 @@ impl DisplayedClouds {
     /// Where a column is in none of them, or its numbers cannot be displayed as asked.
     pub fn new(whole: &Arc<Clouds>, settings: &DisplaySettings) -> Result<Self, DisplayError> {
         let n_surfels = whole.facts.n_surfels;
-        if settings.is_plain() {
+        if settings.is_plain(whole.loaded.iter().map(|loaded| &loaded.cloud)) {
             return Ok(Self::plain(whole));
         }
         let clouds: Vec<&Cloud> = whole.loaded.iter().map(|loaded| &loaded.cloud).collect();
@@ -115,7 +115,9 @@ impl DisplayedClouds {
             let filters: Vec<String> = filters.iter().map(ToString::to_string).collect();
             format!("Filters, which hide {} surfels: {}.", self.n_hidden(), filters.join(", "))
         });
-        let lines: Vec<String> = colored.into_iter().chain(filtered).collect();
+        let splats = self.display.splats().to_string();
+        let shaped = (!splats.is_empty()).then(|| format!("Drawn as {splats}."));
+        let lines: Vec<String> = colored.into_iter().chain(filtered).chain(shaped).collect();
         (!lines.is_empty()).then(|| lines.join(" "))
     }
 
@@ -125,6 +127,7 @@ impl DisplayedClouds {
         json!({
             "color": color_object(self.display.colors()),
             "filters": filters,
+            "splats": self.display.splats().to_string(),
             "surfels_hidden": self.n_hidden(),
         })
     }

@@ -1,15 +1,17 @@
-//! What colours surfels, and which are shown, as it is typed.
+//! What colours surfels, which are shown and how they look, as it is typed.
 
 use crate::options::UpAxis;
+use crate::options::values;
 use anyhow::ensure;
 use clap::Args;
+use surfelshop_api::SurfaceSettings;
 use surfelshop_cloud::display::{
-    Attribute, ColorBy, ColorSource, DisplaySettings, Filter, FilterAction, FilterTest, MapChoice,
-    RangeEnd, Scale, UpDirection,
+    Attribute, ColorBy, ColorSource, DisplaySettings, Filter, FilterAction, FilterTest, Look,
+    MapChoice, RangeEnd, Scale, UpDirection,
 };
 use surfelshop_cloud::scene::MOST_FILTERS;
 
-/// What colours surfels, and which are shown.
+/// What colours surfels, which are shown, and how they look.
 #[derive(Clone, Debug, Default, Args)]
 pub struct ColorArguments {
     /// What colours surfels: file (their own colours), normal, height, the name of a column, or #rrggbb for
@@ -36,6 +38,46 @@ pub struct ColorArguments {
     /// Show these surfels alone, said as for --hide; may be repeated, and all must be so.
     #[arg(long, value_name = "NAME=VALUES", value_parser = FilterSpec::parse)]
     pub only: Vec<FilterSpec>,
+    /// Draw all surfels as points: round splats so many pixels wide, such as 3px (up to 8px), or of a radius in scene
+    /// units, such as 0.02; `none` draws surfels where a scene has points.
+    #[arg(long, value_name = "SIZE", value_parser = PointSpec::parse)]
+    pub points: Option<PointSpec>,
+    /// Draw surfels whose surroundings are less flat than this as round splats that face the eye, where normals were
+    /// estimated: a planarity from 0 (none) to 1 [default: 0.3].
+    #[arg(long, value_name = "PLANARITY", value_parser = values::planarity)]
+    pub round_below: Option<f32>,
+    /// Draw no disc with a larger radius than this, scene units.
+    #[arg(long, value_name = "RADIUS", value_parser = values::largest_radius)]
+    pub largest_radius: Option<f32>,
+}
+
+/// How large points are, as typed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointSpec {
+    /// Surfels are no points.
+    None,
+    /// Their width in pixels.
+    Pixels(f32),
+    /// Their radius in scene units.
+    Radius(f32),
+}
+
+impl PointSpec {
+    /// Reads `3px`, `0.02` or `none`.
+    ///
+    /// # Errors
+    /// A line that says what was expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let expected =
+            "expected a width such as 3px, from 0.5px to 8px, a radius such as 0.02, or none";
+        let number = |text: &str| text.trim().parse().ok().filter(|n: &f32| n.is_finite());
+        let found = match text.strip_suffix("px") {
+            _ if text == "none" => Some(Self::None),
+            Some(width) => number(width).filter(|n| (0.5..=8.0).contains(n)).map(Self::Pixels),
+            None => number(text).filter(|n| *n > 0.0 && *n <= 1e37).map(Self::Radius),
+        };
+        found.ok_or_else(|| expected.to_owned())
+    }
 }
 
 /// The ends of a map as typed.
@@ -67,15 +109,24 @@ impl From<UpDirection> for UpAxis {
 impl ColorArguments {
     /// Whether nothing was typed.
     pub fn is_empty(&self) -> bool {
-        let Self { color_by, color_map, color_scale, color_range, hide, only } = self;
+        let Self { color_by, color_map, color_scale, color_range, hide, only, .. } = self;
         let has_map = color_map.is_some() || color_scale.is_some() || color_range.is_some();
-        color_by.is_none() && !has_map && hide.is_empty() && only.is_empty()
+        let has_look =
+            self.points.is_some() || self.round_below.is_some() || self.largest_radius.is_some();
+        color_by.is_none() && !has_map && hide.is_empty() && only.is_empty() && !has_look
+    }
+
+    /// The settings of the surface that draw points as wide as was typed.
+    pub fn over_surface(&self, surface: &mut SurfaceSettings) {
+        if let Some(PointSpec::Pixels(width)) = self.points {
+            surface.low_pass = 0.5 * width;
+        }
     }
 
     /// What was typed, over what a scene says. Another source than the scene's has the usual map, and filters
     /// that are typed take the place of the scene's.
     pub fn over(&self, scene: DisplaySettings) -> anyhow::Result<DisplaySettings> {
-        let DisplaySettings { mut color, mut filters, up } = scene;
+        let DisplaySettings { mut color, mut filters, mut splats, up } = scene;
         if let Some(by) = &self.color_by {
             color = ColorSource::new(by.clone());
         }
@@ -104,7 +155,15 @@ impl ColorArguments {
             let (n, most) = (filters.len(), MOST_FILTERS);
             ensure!(n <= most, "expected at most {most} --hide and --only, found {n}");
         }
-        Ok(DisplaySettings { color, filters, up })
+        splats.look = match self.points {
+            None => splats.look,
+            Some(PointSpec::None) => Look::Surface,
+            Some(PointSpec::Pixels(_)) => Look::Points { radius: 0.0 },
+            Some(PointSpec::Radius(radius)) => Look::Points { radius },
+        };
+        splats.round_below = self.round_below.unwrap_or(splats.round_below);
+        splats.largest_radius = self.largest_radius.or(splats.largest_radius);
+        Ok(DisplaySettings { color, filters, splats, up })
     }
 }
 
@@ -219,7 +278,7 @@ mod tests {
         let test = FilterTest::Values(vec![7]);
         let attribute = Attribute::column("classification");
         let filters = vec![Filter { attribute, action: FilterAction::Hide, test }];
-        DisplaySettings { color, filters, up: UpDirection::Z }
+        DisplaySettings { color, filters, up: UpDirection::Z, ..DisplaySettings::default() }
     }
 
     #[test]
@@ -253,6 +312,18 @@ mod tests {
             line("--color-by normal --color-scale log"),
             format!("--color-scale: {expected}")
         );
+    }
+
+    #[test]
+    fn points_are_pixels_wide_or_have_a_radius() {
+        let typed = settings("--points 3px --round-below 0.5 --largest-radius 2", scene()).unwrap();
+        assert_eq!(typed.splats.look, Look::Points { radius: 0.0 });
+        assert_eq!((typed.splats.round_below, typed.splats.largest_radius), (0.5, Some(2.0)));
+        assert_eq!(PointSpec::parse("0.02"), Ok(PointSpec::Radius(0.02)));
+        assert_eq!(settings("--points none", typed).unwrap().splats.look, Look::Surface);
+        for wrong in ["", "px", "0px", "9px", "nanpx", "0", "-1", "inf", "3 cm"] {
+            assert!(PointSpec::parse(wrong).unwrap_err().contains("such as 3px"), "{wrong}");
+        }
     }
 
     #[test]

@@ -8,7 +8,8 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
 use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
-    DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LOW_PASS, NumberRange, RADIUS_SCALE, STOPS,
+    DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LARGEST_RADIUS, LOW_PASS, NumberRange, PLANARITIES,
+    RADIUS_SCALE, STOPS,
 };
 use surfelshop_image::display::Background;
 
@@ -276,6 +277,16 @@ pub fn depth_tolerance(text: &str) -> Result<f32, String> {
 /// Reads the radius of the screen-space low-pass.
 pub fn low_pass(text: &str) -> Result<f32, String> {
     within(text, &LOW_PASS).map(|n| n as f32)
+}
+
+/// Reads a planarity.
+pub fn planarity(text: &str) -> Result<f32, String> {
+    within(text, &PLANARITIES).map(|n| n as f32)
+}
+
+/// Reads the largest radius of discs.
+pub fn largest_radius(text: &str) -> Result<f32, String> {
+    within(text, &LARGEST_RADIUS).map(|n| n as f32)
 }
 
 /// Reads the radius of merged surfels.

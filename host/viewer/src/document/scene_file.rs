@@ -36,6 +36,7 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.background = background_of(file);
     let display = file.display();
     (settings.color, settings.filters) = (display.color, display.filters);
+    settings.splats = display.splats;
     settings.shows_legend = file.layout.get(LEGEND_KEY).and_then(Toml::as_bool).unwrap_or(true);
     settings.shows_light_handles =
         file.layout.get(LIGHT_HANDLES_KEY).and_then(Toml::as_bool).unwrap_or(true);
@@ -188,6 +189,7 @@ fn put_display(window: &Window, file: &mut SceneFile) {
         Keyed { known, unknown: old.map(|old| old.unknown.clone()).unwrap_or_default() }
     };
     file.filters = display.filters.into_iter().map(keyed).collect();
+    file.splats.known = display.splats;
 }
 
 /// Lights with the unknown keys of the opened scene: those of the same light at any index, or for a

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Light, Scene};
-use surfelshop_cloud::display::{ColorSource, Filter};
+use surfelshop_cloud::display::{ColorSource, Filter, SplatSettings};
 use surfelshop_cloud::scene::{SceneEnvironment, Table};
 use surfelshop_image::display::{Background, DisplayTransform, ToneMap};
 
@@ -99,6 +99,8 @@ pub(crate) struct Settings {
     pub(crate) color: ColorSource,
     /// Which of them are shown.
     pub(crate) filters: Vec<Filter>,
+    /// How they look.
+    pub(crate) splats: SplatSettings,
     /// Whether what colours mean is shown over the pictures.
     pub(crate) shows_legend: bool,
     /// Whether light handles are shown.
@@ -117,6 +119,7 @@ impl Default for Settings {
             background,
             color: ColorSource::default(),
             filters: Vec::new(),
+            splats: SplatSettings::default(),
             shows_legend: true,
             shows_light_handles: true,
             panes: vec![PaneSettings::new(0, "ewa-phong")],

@@ -37,8 +37,10 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
     let open = truth.points.iter().zip(&truth.normals).filter(|(point, normal)| {
         let mut covered = false;
         grid.near(**point, largest.min(20.0 * spacing), |i| {
-            covered |=
-                is_hit(**point, **normal, cloud.points[i], found.normals[i], radii[i], spacing);
+            // Round splats face whoever looks.
+            let is_round = found.planarity[i] < radii::PLANAR;
+            let facing = if is_round { **normal } else { found.normals[i] };
+            covered |= is_hit(**point, **normal, cloud.points[i], facing, radii[i], spacing);
         });
         !covered
     });

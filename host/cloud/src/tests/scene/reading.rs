@@ -251,7 +251,7 @@ fn the_shortest_scene_has_the_usual_light_and_nothing_else() {
     let scene = open("format = 1").scene;
     assert_eq!(scene.scene(), Scene::default());
     assert_eq!(scene.display(), DisplaySettings::default());
-    assert!(scene.display().is_plain());
+    assert!(scene.display().is_plain(std::iter::empty()));
     let uniform = open("format = 1\ncolor = { by = 'uniform', color = '#ff8000' }").scene;
     assert_eq!(uniform.color.by, ColorBy::Uniform([255, 128, 0]));
     assert!(scene.clouds.is_empty() && scene.views.is_empty() && scene.camera.is_none());

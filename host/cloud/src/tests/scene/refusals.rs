@@ -233,6 +233,30 @@ fn surfaces_are_checked() {
 }
 
 #[test]
+fn splats_are_checked() {
+    for (line, expected) in [
+        (
+            "splats.look = \"dots\"",
+            "2:15: `splats.look`: expected \"surface\" or \"points\", found `\"dots\"`",
+        ),
+        (
+            "splats.point_radius = 1",
+            "2:23: `splats.point_radius`: expected `look = \"points\"` beside it, found `1`",
+        ),
+        (
+            "splats.round_below = 1.5",
+            "2:22: `splats.round_below`: expected a planarity from 0 to 1, found `1.5`",
+        ),
+        (
+            "splats.largest_radius = 0",
+            "2:25: `splats.largest_radius`: expected a radius above 0, at most 1e37, found `0`",
+        ),
+    ] {
+        refused(line, expected);
+    }
+}
+
+#[test]
 fn cameras_are_checked() {
     for (rest, expected) in [
         ("[0, 0]", "2:16: `camera.eye`: expected three numbers from -1e37 to 1e37, found `[0, 0]`"),

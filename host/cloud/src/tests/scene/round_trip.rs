@@ -1,7 +1,7 @@
 use super::written;
 use crate::display::{
-    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, MapChoice, RangeEnd, Scale,
-    UpDirection,
+    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, Look, MapChoice, RangeEnd,
+    Scale, SplatSettings, UpDirection,
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
@@ -213,13 +213,22 @@ fn filter() -> impl Strategy<Value = Filter> {
     })
 }
 
+fn splats() -> impl Strategy<Value = SplatSettings> {
+    let look =
+        prop_oneof![Just(Look::Surface), (0.0..1e6f32).prop_map(|radius| Look::Points { radius }),];
+    (look, 0.0..=1f32, option::of(1e-6..1e6f32)).prop_map(|(look, round_below, largest_radius)| {
+        SplatSettings { look, round_below, largest_radius }
+    })
+}
+
 prop_compose! {
     fn display()(
         up in option::of(prop_oneof![Just(UpDirection::Y), Just(UpDirection::Z)]),
         color in keyed(color_source()),
         filters in vec(keyed(filter()), 0..3),
-    ) -> (Option<UpDirection>, Keyed<ColorSource>, Vec<Keyed<Filter>>) {
-        (up, color, filters)
+        splats in keyed(splats()),
+    ) -> (Option<UpDirection>, Keyed<ColorSource>, Vec<Keyed<Filter>>, Keyed<SplatSettings>) {
+        (up, color, filters, splats)
     }
 }
 
@@ -233,7 +242,7 @@ prop_compose! {
         background in option::of(color(1.0)),
         surface in keyed(surface()),
         environment in option::of(keyed(environment())),
-        (up, color, filters) in display(),
+        (up, color, filters, splats) in display(),
         views in vec(keyed(view()), 0..3),
         layout in unknown(),
         unknown in unknown(),
@@ -250,6 +259,7 @@ prop_compose! {
             up,
             color,
             filters,
+            splats,
             views,
             layout,
             unknown,

@@ -37,6 +37,30 @@ pub(crate) fn are_ellipses(cloud: &CloudView<'_>) -> bool {
     [columns::TANGENT_U, columns::TANGENT_V].iter().all(|name| cloud.floats(name, 3).is_some())
 }
 
+/// Which surfels are round splats, not 0, where a cloud says so and has no ellipses.
+pub(crate) fn round_of<'a>(cloud: &CloudView<'a>) -> Option<&'a [u8]> {
+    if are_ellipses(cloud) {
+        return None;
+    }
+    let column = cloud.column(columns::ROUND).filter(|column| column.components == 1)?;
+    match column.values {
+        Values::U8(values) if values.len() == cloud.len => Some(values),
+        _ => None,
+    }
+}
+
+/// The generation of what a column is drawn as: radii say which surfels are round splats, too.
+pub(crate) fn drawn_generation(cloud: &CloudView<'_>, column: &ColumnView<'_>) -> u64 {
+    let round = cloud.column(columns::ROUND).filter(|_| column.name == columns::RADIUS);
+    match round.filter(|_| round_of(cloud).is_some()) {
+        // Generations count upwards from 1: what a multiplication by an odd number spreads meets no other.
+        Some(round) => {
+            column.generation ^ round.generation.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1 << 63
+        }
+        None => column.generation,
+    }
+}
+
 /// The normal fields of ellipses, where a cloud has them.
 pub(crate) fn fields_of<'a>(cloud: &CloudView<'a>) -> Option<&'a [[f32; 4]]> {
     let values = cloud.floats(columns::NORMAL_FIELD, 4).filter(|_| are_ellipses(cloud))?;

@@ -9,7 +9,7 @@ pub(crate) mod upload;
 pub(crate) mod usage;
 
 use crate::surfels::columns::demand::{ColumnDemand, DemandHistory, KEPT_FRAMES};
-use crate::surfels::columns::elements::{clips_of, cuts, fields_of};
+use crate::surfels::columns::elements::{clips_of, cuts, drawn_generation, fields_of};
 use crate::surfels::columns::order::{TIE_BREAKERS, drawing_order};
 use crate::surfels::columns::radii::Radii;
 use crate::surfels::cpu::columns::{OnHost, columns_drawn};
@@ -124,7 +124,7 @@ impl Columns {
     /// Whether a cloud's radii are one, in a constant.
     pub(crate) fn has_equal_radii(&self, cloud: &CloudView<'_>) -> bool {
         let column = cloud.column(columns::RADIUS);
-        column.is_some_and(|column| self.radii.in_a_constant(column.generation))
+        column.is_some_and(|column| self.radii.in_a_constant(drawn_generation(cloud, column)))
     }
 
     /// Whether a cloud's surfels are in order with all that is drawn of them, in memory where the

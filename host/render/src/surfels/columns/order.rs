@@ -59,9 +59,10 @@ pub(crate) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
 }
 
 /// Columns that decide between surfels at one place.
-pub(crate) const TIE_BREAKERS: [&str; 9] = [
+pub(crate) const TIE_BREAKERS: [&str; 10] = [
     columns::NORMAL,
     columns::RADIUS,
+    columns::ROUND,
     columns::TANGENT_U,
     columns::TANGENT_V,
     columns::COLOR,

@@ -1,8 +1,9 @@
 //! Radii that are all the same: a constant does, and the device is given no column.
 
-use crate::surfels::columns::elements::floats_of;
+use crate::surfels::columns::elements::{drawn_generation, floats_of, round_of};
 use std::collections::HashMap;
 use surfelshop_api::columns::{self, CloudView};
+use surfelshop_raster::radius_drawn;
 
 /// What a column of radii holds.
 struct Known {
@@ -21,13 +22,19 @@ pub(crate) struct Radii {
 }
 
 impl Radii {
-    /// The radius of all surfels, where they have one.
+    /// The radius that all surfels are drawn with, where they have one: negative of round splats.
     pub(crate) fn equal(&mut self, cloud: &CloudView<'_>, frame: u64) -> Option<f32> {
         let column = cloud.column(columns::RADIUS).filter(|_| !self.are_columns)?;
         let values = floats_of(cloud, columns::RADIUS).ok()?;
-        let known = self.known.entry(column.generation).or_insert_with(|| {
+        let round = round_of(cloud);
+        let known = self.known.entry(drawn_generation(cloud, column)).or_insert_with(|| {
             let first = values.first().copied();
             let equal = first.filter(|first| values.iter().all(|v| v.to_bits() == first.to_bits()));
+            // Not 0 of all, or of none.
+            let first_round = round.is_some_and(|round| round.first().is_some_and(|&is| is != 0));
+            let alike = |round: &[u8]| round.iter().all(|&is| (is != 0) == first_round);
+            let equal = equal.filter(|_| round.is_none_or(alike));
+            let equal = equal.map(|radius| radius_drawn(radius, first_round));
             Known { equal, last_used: frame }
         });
         known.last_used = frame;

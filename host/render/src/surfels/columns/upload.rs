@@ -4,8 +4,8 @@ use crate::graph::RenderError;
 use crate::surfels::columns::arranging::{ORDERED, STOPPED, counted, numbered};
 use crate::surfels::columns::demand::ColumnDemand;
 use crate::surfels::columns::elements::{
-    clip_drawn, clips_of, components_of, encode_color, field_drawn, fields_of, floats_of, is_color,
-    part_of,
+    clip_drawn, clips_of, components_of, drawn_generation, encode_color, field_drawn, fields_of,
+    floats_of, is_color, part_of, round_of,
 };
 use crate::surfels::columns::order::drawing_order;
 use crate::surfels::columns::{Columns, Uploaded, WIDEST_OF_SPLATS, WIDEST_STRIDE, widest_of};
@@ -13,6 +13,7 @@ use crate::surfels::render_cloud::DrawnCloud;
 use std::cell::OnceCell;
 use std::sync::Arc;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
+use surfelshop_raster::radius_drawn;
 
 /// Chunks of clouds with merged surfels are made of whole groups.
 const GROUP: u32 = surfelshop_raster::GROUP as u32;
@@ -133,11 +134,30 @@ impl Columns {
             arriving.drawn.equal_radius = Some(radius);
             arriving.drawn.defines.push("EQUAL_RADII");
             let column = cloud.column(columns::RADIUS);
-            arriving.drawn.generations.extend(column.map(|column| column.generation));
+            let drawn = column.map(|column| drawn_generation(cloud, column));
+            arriving.drawn.generations.extend(drawn);
         } else {
-            arriving.drawn.max_radius = self.floats(columns::RADIUS, arriving)?;
+            arriving.drawn.max_radius = self.radii(arriving)?;
         }
         Ok(())
+    }
+
+    /// Uploads radii, negative where surfels are round splats, and returns the largest.
+    fn radii(&mut self, arriving: &mut Arriving<'_>) -> Result<f32, RenderError> {
+        let cloud = arriving.cloud;
+        let values = floats_of(cloud, columns::RADIUS)?;
+        let Some(column) = cloud.column(columns::RADIUS) else { return Ok(0.0) };
+        let generation = drawn_generation(cloud, column);
+        let known = self.uploaded.get(&(generation, arriving.order_serial, columns::RADIUS));
+        let largest =
+            known.map_or_else(|| values.iter().fold(0.0f32, |most, &v| most.max(v)), |c| c.largest);
+        let round = round_of(cloud);
+        let encode = |i: usize, out: &mut Vec<u8>| {
+            let is_round = round.is_some_and(|round| round[i] != 0);
+            out.extend_from_slice(&radius_drawn(values[i], is_round).to_ne_bytes());
+        };
+        self.upload(column, columns::RADIUS, &encode, 4, largest, arriving);
+        Ok(largest)
     }
 
     /// Brings along normal fields, and the lines that cut surfels.
@@ -207,7 +227,8 @@ impl Columns {
         let chunks = arriving.drawn.chunks();
         let merged = arriving.drawn.merged.clone();
         let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
-        let key = (column.generation, arriving.order_serial, variable);
+        let generation = drawn_generation(arriving.cloud, column);
+        let key = (generation, arriving.order_serial, variable);
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
             let order = || arriving.order.get_or_init(|| drawing_order(arriving.cloud));
@@ -264,6 +285,6 @@ impl Columns {
         });
         uploaded.last_used = frame;
         arriving.drawn.columns.push((variable, uploaded.buffers.clone()));
-        arriving.drawn.generations.push(column.generation);
+        arriving.drawn.generations.push(generation);
     }
 }

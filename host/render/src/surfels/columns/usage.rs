@@ -2,7 +2,7 @@
 
 use crate::surfels::columns::Columns;
 use crate::surfels::columns::elements::{
-    are_ellipses, clips_of, cuts, fields_of, floats_of, is_color,
+    are_ellipses, clips_of, cuts, drawn_generation, fields_of, floats_of, is_color, round_of,
 };
 use serde::Serialize;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
@@ -103,10 +103,12 @@ fn used(cloud: &CloudView<'_>, column: &ColumnView<'_>, how: &DrawnHow<'_>) -> C
         columns::POSITION => (12, Ok("where surfels are")),
         columns::NORMAL => (12, Ok("how surfels stand")),
         columns::RADIUS if are_ellipses => (0, Err("ellipses have half axes instead")),
-        columns::RADIUS if how.in_a_constant(column.generation) => {
+        columns::RADIUS if how.in_a_constant(drawn_generation(cloud, column)) => {
             (4, Err("all discs are as large: one radius, in a constant"))
         }
         columns::RADIUS => (4, Ok("how large discs are")),
+        // It is the sign of the radius.
+        columns::ROUND if round_of(cloud).is_some() => (0, Ok("which surfels face the eye")),
         columns::TANGENT_U | columns::TANGENT_V if are_ellipses => {
             (12, Ok("half axes of ellipses"))
         }

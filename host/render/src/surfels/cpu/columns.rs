@@ -6,7 +6,8 @@ use crate::surfels::columns::Columns;
 use crate::surfels::columns::arranging::{ORDERED, STOPPED, counted};
 use crate::surfels::columns::demand::ColumnDemand;
 use crate::surfels::columns::elements::{
-    clip_drawn, clips_of, encode_color, field_drawn, fields_of, floats_of, is_color,
+    clip_drawn, clips_of, drawn_generation, encode_color, field_drawn, fields_of, floats_of,
+    is_color, round_of,
 };
 use crate::surfels::columns::order::drawing_order;
 use crate::surfels::cpu::columns as columns_of;
@@ -36,7 +37,7 @@ impl OnHost {
     /// Whether all of these columns of a cloud are there, and others only where the cloud has them, too.
     pub(crate) fn has(&self, drawn: &[(&'static str, u64)], cloud: &CloudView<'_>) -> bool {
         let is_of_cloud = |(name, generation): &(&'static str, u64)| {
-            cloud.column(name).is_some_and(|column| column.generation == *generation)
+            cloud.column(name).is_some_and(|column| drawn_generation(cloud, column) == *generation)
         };
         drawn.iter().all(|column| self.drawn.contains(column)) && self.drawn.iter().all(is_of_cloud)
     }
@@ -102,6 +103,7 @@ impl<'a> Drawn<'a> {
                 Some(_) => &[],
                 None => floats_of(cloud, columns::RADIUS)?,
             },
+            round: round_of(cloud),
             tangents,
             ao: cloud.floats(columns::AO, 1).filter(|_| wanted.ao),
             materials,
@@ -123,7 +125,7 @@ impl<'a> Drawn<'a> {
             color.map(|_| columns::COLOR),
         ];
         let used = used.into_iter().flatten();
-        let named = |name| cloud.column(name).map(|column| (name, column.generation));
+        let named = |name| cloud.column(name).map(|column| (name, drawn_generation(cloud, column)));
         let columns = used.filter_map(named).collect();
         Ok(Self { sources, fields, clips, color, columns })
     }

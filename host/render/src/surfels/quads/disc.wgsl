@@ -28,7 +28,7 @@ struct Chunk {
     object: u32,
     // The albedo of all surfels where there is no `color` column, linear Rec. 709.
     albedo: vec3<f32>,
-    // The radius of all surfels where they have one.
+    // The radius of all surfels where they have one, negative where they are round splats.
     radius: f32,
 }
 
@@ -193,21 +193,26 @@ fn load_disc(i: u32) -> Disc {
     let axis_u = (chunk.view_from_chunk * vec4(u, 0.0)).xyz * chunk.tangent_scale;
     let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz * chunk.tangent_scale;
     let reach = longer_half_axis(axis_u, axis_v);
+    let is_round = false;
 #else
 #ifdef EQUAL_RADII
-    let reach = chunk.radius * chunk.radius_scale;
+    let size = chunk.radius;
 #else
-    let reach = radius[i] * chunk.radius_scale;
+    let size = radius[i];
 #endif
+    let reach = abs(size) * chunk.radius_scale;
+    // Radii of round splats are negative: they face the eye, whatever their normal.
+    let is_round = size < 0.0;
+    let axis = select(n_view, towards / max(length(towards), 1e-30), is_round);
     // Orthonormal frame around the normal without branches.
     // Source: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
-    let s = select(-1.0, 1.0, n_view.z >= 0.0);
-    let a = -1.0 / (s + n_view.z);
-    let b = n_view.x * n_view.y * a;
-    let axis_u = vec3(1.0 + s * n_view.x * n_view.x * a, s * b, -s * n_view.x) * reach;
-    let axis_v = vec3(b, s + n_view.y * n_view.y * a, -n_view.y) * reach;
+    let s = select(-1.0, 1.0, axis.z >= 0.0);
+    let a = -1.0 / (s + axis.z);
+    let b = axis.x * axis.y * a;
+    let axis_u = vec3(1.0 + s * axis.x * axis.x * a, s * b, -s * axis.x) * reach;
+    let axis_v = vec3(b, s + axis.y * axis.y * a, -axis.y) * reach;
 #endif
-    let visible = reach > 0.0 && (front || chunk.two_sided == 1u);
+    let visible = reach > 0.0 && (front || is_round || chunk.two_sided == 1u);
     let back = select(1u, 0u, front);
 #ifdef LOCAL
     let s = chunk.tangent_scale;

@@ -43,6 +43,8 @@ pub(super) struct Fit {
     pub(super) roughness: f32,
     /// Standard deviation across the plane, units of the search.
     pub(super) error: f32,
+    /// About the angle by which the normal may be off, radians.
+    pub(super) uncertainty: f32,
     pub(super) degenerate: bool,
 }
 
@@ -52,6 +54,7 @@ impl From<Plane> for Fit {
             normal: plane.normal.as_vec3(),
             roughness: plane.roughness as f32,
             error: plane.error as f32,
+            uncertainty: plane.uncertainty().atan() as f32,
             degenerate: plane.degenerate,
         }
     }

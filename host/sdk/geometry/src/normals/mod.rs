@@ -6,11 +6,14 @@ mod plane;
 mod repair;
 mod sharpen;
 pub(crate) mod signs;
+mod soften;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
 use crate::progress::{Cancelled, Progress, each, map, part};
 use glam::{DVec3, Vec3};
 pub use repair::{Repair, repair};
+pub use soften::soften;
+use std::f32::consts::FRAC_PI_2;
 
 /// Neighbours a normal is fitted to where nobody says otherwise: two rings of a hexagonal
 /// sampling, enough to average noise and few enough to follow curvature.
@@ -21,10 +24,15 @@ pub const DEFAULT_NEIGHBOURS: usize = 16;
 pub struct Estimate {
     /// One finite unit vector per position.
     pub normals: Vec<Vec3>,
-    /// For each position how flat its surroundings are, in [0, 1]: 1 less the standard deviation across the
-    /// fitted plane over that along the shorter side in it. 1 on a plane, less at edges
-    /// and in noise, least where points fill space; 0 for what is degenerate.
+    /// For each position how flat its surroundings are, in [0, 1]: the mean, over some 16 points that lie together, of
+    /// 1 less the standard deviation across the fitted plane over that along the shorter side in it. 1 on a
+    /// plane, less at edges and in noise, least where points fill space; what is degenerate counts as 0. 1 where there
+    /// are at most [`DEFAULT_NEIGHBOURS`] points.
     pub planarity: Vec<f32>,
+    /// For each position about the angle by which its normal may be off since its neighbours are scattered about a
+    /// plane, radians in [0, π/2]: the standard error of the fit. At edges and where the surface bends it may be off
+    /// by more; π/2 for what is degenerate.
+    pub errors: Vec<f32>,
     /// Positions whose surroundings do not span a plane and that got a fallback; coincident ones
     /// and those that are not finite are counted each.
     pub n_degenerate: usize,
@@ -82,17 +90,53 @@ pub fn estimate_with(
         normals[edge.place as usize] = if alike { edge.normal } else { -edge.normal };
     }
     let count = neighbours.len();
-    let mut found = Estimate { n_sharpened, n_components, ..Estimate::default() };
+    let planarity = planarity_of(neighbours, &fits, &part(progress, 0.98..0.985))?;
+    let mut found = Estimate { planarity, n_sharpened, n_components, ..Estimate::default() };
     found.normals.reserve_exact(count);
-    found.planarity.reserve_exact(count);
-    each(count, &part(progress, 0.98..1.0), |index| {
+    found.errors.reserve_exact(count);
+    each(count, &part(progress, 0.985..1.0), |index| {
         let place = neighbours.place_of(index);
         let fit = place.map(|place| &fits[place]).filter(|fit| !fit.degenerate);
         found.n_degenerate += usize::from(fit.is_none());
-        found.planarity.push(fit.map_or(0.0, |fit| 1.0 - fit.roughness));
+        found.errors.push(fit.map_or(FRAC_PI_2, |fit| fit.uncertainty));
         found.normals.push(place.map_or(Vec3::Z, |place| normals[place]));
     })?;
     Ok(found)
+}
+
+/// How flat the surroundings of positions are whose normals are known: [`Estimate::planarity`].
+///
+/// # Errors
+/// Where `progress` asks to stop.
+pub fn planarity(
+    neighbours: &Neighbours,
+    k: usize,
+    progress: Progress<'_>,
+) -> Result<Vec<f32>, Cancelled> {
+    let fits = fit::all(neighbours, k, &part(progress, 0.0..0.98))?;
+    planarity_of(neighbours, &fits, &part(progress, 0.98..1.0))
+}
+
+/// The mean planarity of the points of each one's leaf: that of a single point says little, since of the sizes of its
+/// surroundings the flattest was taken. So few points as one neighbourhood has say nothing, and count as flat.
+fn planarity_of(
+    neighbours: &Neighbours,
+    fits: &[fit::Fit],
+    progress: Progress<'_>,
+) -> Result<Vec<f32>, Cancelled> {
+    if neighbours.n_distinct() <= DEFAULT_NEIGHBOURS {
+        return Ok(vec![1.0; neighbours.len()]);
+    }
+    let tree = neighbours.tree();
+    let means = map(tree.n_leaves(), &part(progress, 0.0..0.5), |leaf| {
+        let places = tree.leaf(leaf);
+        let n = places.len().max(1) as f32;
+        let flat = |fit: &fit::Fit| if fit.degenerate { 0.0 } else { 1.0 - fit.roughness };
+        fits[places].iter().map(flat).sum::<f32>() / n
+    })?;
+    map(neighbours.len(), &part(progress, 0.5..1.0), |index| {
+        neighbours.place_of(index).map_or(0.0, |place| means[tree.leaf_of(place)])
+    })
 }
 
 /// Whether a normal has a direction: finite and not zero.

@@ -24,8 +24,12 @@ pub(super) const COMPARED: usize = 8;
 /// Points whose distances say how far apart those of no surface are.
 const SCATTERED: usize = 4;
 
-/// Share of that distance that discs of no surface have as radius: they just touch.
-const TOUCHING: f64 = 0.6;
+/// Shares of that distance that splats of no surface have as radius: they just touch where there is no plane at all,
+const TOUCHING: f64 = 0.5;
+/// and cover what may be a rough surface just below the least planarity of one.
+const COVERING: f64 = 1.0;
+/// Planarity over which it goes from one to the other.
+const FADE: f64 = 0.15;
 
 /// A point's covering radius and how it was found; lengths in units of the search.
 #[derive(Clone, Copy, Debug)]
@@ -58,7 +62,7 @@ pub(super) struct Surface<'a> {
     /// By place.
     normals: Vec<Vec3>,
     /// By place; empty where all are of surfaces.
-    is_planar: Vec<bool>,
+    planarity: Vec<f32>,
 }
 
 /// Scratch for the work on a point.
@@ -81,17 +85,17 @@ impl<'a> Surface<'a> {
             normals.get(neighbours.index(place)).copied().unwrap_or(Vec3::Z)
         })?;
         let known = if planarity.is_empty() { 0 } else { n };
-        let is_planar = map(known, &part(progress, 0.5..1.0), |place| {
-            planarity.get(neighbours.index(place)).is_none_or(|&planarity| planarity >= PLANAR)
+        let planarity = map(known, &part(progress, 0.5..1.0), |place| {
+            planarity.get(neighbours.index(place)).copied().unwrap_or(1.0)
         })?;
-        Ok(Self { neighbours, normals, is_planar })
+        Ok(Self { neighbours, normals, planarity })
     }
 
     /// Covers the cell of each point.
     pub(super) fn cover_all(&self, progress: Progress<'_>) -> Result<Vec<Cover>, Cancelled> {
         let n = self.neighbours.n_distinct();
         map_with(n, progress, Bench::default, |bench, place| {
-            if self.is_planar.get(place).is_none_or(|&is_planar| is_planar) {
+            if self.planarity.get(place).is_none_or(|&planarity| planarity >= PLANAR) {
                 match self.cover(place, CELL_NEIGHBOURS, &[], bench) {
                     open if open.kind == Kind::Open => {
                         let Cover { farthest, ring, .. } = open;
@@ -114,7 +118,8 @@ impl<'a> Surface<'a> {
         let near = self.neighbours.around(place, SCATTERED, &mut bench.room);
         let sum: f64 = near.iter().map(|found| found.distance).sum();
         let mean = sum / near.len().max(1) as f64;
-        let radius = (TOUCHING * mean) as f32;
+        let flat = 1.0 - (f64::from(PLANAR - self.planarity[place]) / FADE).min(1.0);
+        let radius = (mean * (TOUCHING + flat * (COVERING - TOUCHING))) as f32;
         Cover { radius, farthest: 0.0, ring: 0.0, kind: Kind::Scattered }
     }
 

@@ -31,8 +31,8 @@ pub const LONE_RADIUS: f32 = 0.01;
 /// limit to how much coarser one surface may be than another; tenfold is tested.
 ///
 /// Where `planarity` (one per position, as normals are estimated with; none where all are of surfaces) is less
-/// than [`PLANAR`] there is no surface to cover: the radius is 0.6 times the mean distance of the four nearest, so
-/// that discs just touch.
+/// than [`PLANAR`] there is no surface to cover: the radius is half the mean distance of the four nearest, so that
+/// splats just touch, and up to that distance just below the threshold, where it may be a rough surface.
 ///
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
 /// positions get equal radii. A cloud of one distinct position gets [`LONE_RADIUS`], or four rounding
@@ -73,9 +73,10 @@ pub fn estimate_with(
     })
 }
 
-/// Planarity from which on a point is of a surface, where nobody says otherwise: at less, points
-/// spread across their plane by more than 0.7 of what they do along it.
-pub const PLANAR: f32 = 0.3;
+/// Planarity from which on a point is of a surface, where nobody says otherwise: at less, points spread across
+/// their plane by more than half of what they do along it. Measured on scans: of the trees of an airborne one
+/// nearly all are below, of its ground, a room, an outcrop and clean meshes at most 0.5 %.
+pub const PLANAR: f32 = 0.5;
 
 /// The median; of an even number the upper one of the two in the middle.
 fn median(values: impl Iterator<Item = f64>) -> Option<f64> {

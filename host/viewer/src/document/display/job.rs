@@ -35,7 +35,9 @@ impl DisplayInputs {
 
     /// Whether that takes no time.
     pub(super) fn is_quick(&self) -> bool {
-        self.settings.is_plain() || self.open_clouds.clouds.facts.n_surfels <= AT_ONCE
+        let loaded = &self.open_clouds.clouds.loaded;
+        let is_plain = self.settings.is_plain(loaded.iter().map(|loaded| &loaded.cloud));
+        is_plain || self.open_clouds.clouds.facts.n_surfels <= AT_ONCE
     }
 
     /// Colours and filters the clouds. Where that fails they are shown without colours, without filters or

@@ -16,7 +16,8 @@ impl Window {
     /// What colours and filters the clouds.
     pub(crate) fn display_settings(&self) -> DisplaySettings {
         let (color, filters) = (self.settings.color.clone(), self.settings.filters.clone());
-        DisplaySettings { color, filters, up: self.document.up.into() }
+        let splats = self.settings.splats;
+        DisplaySettings { color, filters, splats, up: self.document.up.into() }
     }
 
     /// Displays the clouds as the settings say, where they or the settings changed.

@@ -6,12 +6,14 @@ mod ramp;
 
 use crate::window::Window;
 use eframe::egui::{self, Ui};
-use surfelshop_api::columns::{CLIP, COLOR, NORMAL, NORMAL_FIELD, POSITION, TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{
+    CLIP, COLOR, NORMAL, NORMAL_FIELD, POSITION, ROUND, TANGENT_U, TANGENT_V,
+};
 use surfelshop_cloud::display::{Attribute, ColorBy, ColorSource, Colors, MapChoice};
 use surfelshop_session::input::clouds::Clouds;
 
 /// Columns that are no numbers of their own.
-const LEFT_OUT: [&str; 6] = [POSITION, COLOR, TANGENT_U, TANGENT_V, NORMAL_FIELD, CLIP];
+const LEFT_OUT: [&str; 7] = [POSITION, COLOR, TANGENT_U, TANGENT_V, NORMAL_FIELD, CLIP, ROUND];
 
 /// The colour that is chosen first where one colours all.
 const FIRST: [u8; 3] = [196, 160, 120];
