@@ -49,7 +49,8 @@ pub use formats::plugins::{FormatCall, Formats, NoFormats, SharedSink, WriteFaul
 pub use formats::positioned::SystemFile;
 pub use formats::table_sink::TableSink;
 pub use inspect::{CloudContents, Contents, heads, inspect, stream};
-pub use options::{ReadOptions, WriteOptions};
+pub use options::{PreviewSink, ReadOptions, WriteOptions};
+pub use read::preview::PREVIEW_POINTS;
 pub use read::read;
 pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;

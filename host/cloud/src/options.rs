@@ -1,8 +1,13 @@
 //! How clouds are read and written.
 
 use crate::formats::plugins::{Formats, NoFormats};
+use crate::summary::Loaded;
+use std::sync::Arc;
 use surfelshop_api::params::Values;
 use surfelshop_geometry::{Progress, normals, silent};
+
+/// Takes previews of a file while it is read: clouds of some of its points.
+pub type PreviewSink = Arc<dyn Fn(Loaded) + Send + Sync>;
 
 /// How a file is read.
 #[derive(Clone, Copy)]
@@ -20,6 +25,9 @@ pub struct ReadOptions<'a> {
     pub format: Option<&'a str>,
     /// Parameters of the format that were set.
     pub values: Option<&'a Values>,
+    /// Takes some of the points while the file is read and while what is missing is estimated, several times where it
+    /// takes long.
+    pub preview: Option<&'a PreviewSink>,
 }
 
 impl Default for ReadOptions<'_> {
@@ -31,6 +39,7 @@ impl Default for ReadOptions<'_> {
             formats: &NoFormats,
             format: None,
             values: None,
+            preview: None,
         }
     }
 }

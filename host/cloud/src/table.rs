@@ -88,7 +88,7 @@ pub(crate) struct Table {
 
 impl Table {
     /// The names of all columns.
-    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> + Clone {
         self.fields.iter().flat_map(|field| &field.names).map(String::as_str)
     }
 

@@ -41,6 +41,7 @@ impl Window {
         self.limit_frame_rate();
         self.update_extent();
         self.take_events(&ctx);
+        self.take_preview();
         self.take_loaded();
         self.take_saved();
         self.take_edits(&ctx);
@@ -69,7 +70,9 @@ impl Window {
         recovery::update(self, &ctx);
         self.send_requests(&ctx);
         if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
-            self.document.history.record(&self.snapshot());
+            if self.document.preview.is_none() {
+                self.document.history.record(&self.snapshot());
+            }
             self.save_session(&ctx, false);
         }
     }

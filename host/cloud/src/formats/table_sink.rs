@@ -7,6 +7,7 @@ use crate::error::ReadFault;
 use crate::faces;
 use crate::memory::{self, OutOfMemory};
 use crate::options::ReadOptions;
+use crate::read::preview::{self, Previews};
 use crate::table::{COLORS, Field, NORMALS, Table};
 use glam::{DQuat, DVec3};
 use std::collections::HashSet;
@@ -48,6 +49,8 @@ pub struct TableSink {
     closed: bool,
     /// Only headers are wanted.
     heads_only: bool,
+    /// Somebody wants to see what was read so far.
+    previews: Option<Previews>,
 }
 
 /// Most bytes of text in all headers of a file.
@@ -115,6 +118,37 @@ impl TableSink {
     #[must_use]
     pub fn of_heads() -> Self {
         Self { heads_only: true, ..Self::default() }
+    }
+
+    /// One that shows what was read so far.
+    pub(crate) fn with_previews(previews: Option<Previews>) -> Self {
+        Self { previews, ..Self::default() }
+    }
+
+    /// Shows some of the points that were read so far, where it is time.
+    fn show_some(&mut self) {
+        let Some(previews) = self.previews.as_mut() else { return };
+        if !previews.is_due() {
+            return;
+        }
+        let n: usize = self.parts.iter().map(|part| part.n_rows).sum();
+        let some = |part: &Part| {
+            // Of each cloud its share, and so of all together as many as there may be.
+            let rows = preview::rows(n, part.n_rows);
+            let columns = part.header.columns.iter().zip(&part.columns);
+            let column = |(column, values): (&FileColumn, &Buffer)| {
+                values.gather(column.components as usize, &rows)
+            };
+            let columns = columns.map(column).collect::<std::result::Result<_, _>>()?;
+            let header = CloudHeader { rows: None, ..part.header.clone() };
+            Ok(Part { header, columns, n_rows: rows.len(), faces: Vec::new() })
+        };
+        let parts: std::result::Result<_, OutOfMemory> = self.parts.iter().map(some).collect();
+        if let Ok(parts) = parts
+            && let Ok((table, source)) = (Self { parts, ..Self::default() }).finish()
+        {
+            previews.show(table, source);
+        }
     }
 
     /// Takes nothing any more: what comes later is refused.
@@ -453,7 +487,10 @@ impl CloudSinkHost for TableSink {
         }
         part.n_rows += rows;
         match out {
-            None => Ok(()),
+            None => {
+                self.show_some();
+                Ok(())
+            }
             Some(out) => Err(self.refuse(n_before + rows, out)),
         }
     }

@@ -115,6 +115,7 @@ fn cancel(window: &mut Window) {
     if window.document.unsaved_prompt.take().is_some_and(|prompt| prompt.cause == PromptCause::Open)
     {
         window.document.loader = None;
+        window.end_preview();
     }
 }
 

@@ -6,7 +6,6 @@
 mod cloud_writer;
 mod display;
 mod environment_map;
-pub(crate) mod file_loader;
 pub(crate) mod file_names;
 mod history;
 mod open;

@@ -18,7 +18,7 @@ const SESSION_INTERVAL: Duration = Duration::from_secs(10);
 impl Window {
     /// Starts to write one of the clouds.
     pub(crate) fn save_cloud(&mut self, ctx: &Context, index: usize, path: &Path) {
-        let shown = self.document.clouds.as_ref();
+        let shown = self.document.complete_clouds();
         let Some(open_cloud) = shown.and_then(|shown| shown.open_clouds.all().get(index)) else {
             return;
         };
@@ -62,6 +62,11 @@ impl Window {
 
     /// Writes the scene.
     pub(crate) fn save_scene(&mut self, path: &Path) {
+        if self.document.preview.is_some() {
+            let path = path.display();
+            self.messages.warn(format!("{path} was not written: files are still being read"));
+            return;
+        }
         let file = scene_file::scene_of(self, path);
         match file.write(path) {
             Ok(()) => {
@@ -96,7 +101,7 @@ impl Window {
         let last_session = self.document.last_session.as_ref();
         let recently = last_session.is_some_and(|(_, when)| when.elapsed() < SESSION_INTERVAL);
         let Some(state_folder) = &self.document.state_folder else { return };
-        if self.document.clouds.is_none() {
+        if self.document.complete_clouds().is_none() {
             return;
         }
         if recently && !at_once {

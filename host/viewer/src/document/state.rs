@@ -2,8 +2,9 @@
 
 use super::cloud_writer::CloudWriter;
 use super::display::job::DisplayJob;
-use super::file_loader::FileLoader;
 use super::history::History;
+use super::open::file_loader::FileLoader;
+use super::open::preview::Preview;
 use super::recovery::Recovery;
 use super::state_folder::StateFolder;
 use super::unsaved_prompt::UnsavedPrompt;
@@ -22,6 +23,8 @@ pub(crate) struct Document {
     pub(crate) display_job: Option<DisplayJob>,
     /// Files being read.
     pub(crate) loader: Option<FileLoader>,
+    /// Whether the clouds that are shown are some points of these files.
+    pub(crate) preview: Option<Preview>,
     /// A cloud being written.
     pub(crate) cloud_writer: Option<CloudWriter>,
     /// How often files were opened.
@@ -66,6 +69,7 @@ impl Document {
             clouds: None,
             display_job: None,
             loader: None,
+            preview: None,
             cloud_writer: None,
             n_opened: 0,
             files: Vec::new(),

@@ -28,7 +28,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         }
         ExportKind::Path => camera_path::path_of(&form.keys, form.n_frames),
     };
-    let shown = window.document.clouds.as_ref().ok_or("there is nothing to draw yet")?;
+    let shown = window.document.complete_clouds().ok_or("there is nothing to draw yet")?;
     let settings = window.settings.pane(window.views.focused).ok_or("no view is chosen")?;
     let sides = form.renderers.sides();
     let request = |side: usize, camera: Camera| ViewRequest {

@@ -13,7 +13,7 @@ const MOST_VALUES: usize = 16;
 
 /// The basis of a measurement made now; an error in one line where nothing can be measured.
 pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
-    let shown = window.document.clouds.as_ref().ok_or("open a cloud first")?;
+    let shown = window.document.complete_clouds().ok_or("open a cloud first")?;
     let pane = window.settings.pane(window.views.focused).ok_or("no view is chosen")?;
     let form = &window.measure.form;
     let knob = form.knob(window);
@@ -79,7 +79,7 @@ fn source(window: &Window, pane: &PaneSettings) -> Result<ReferenceSource, Strin
 /// The plan of a measurement made now; an error in one line where nothing can be measured.
 pub(crate) fn plan(window: &Window, kind: Kind) -> Result<Plan, String> {
     let basis = basis(window, kind)?;
-    let shown = window.document.clouds.as_ref().ok_or("open a cloud first")?;
+    let shown = window.document.complete_clouds().ok_or("open a cloud first")?;
     if let Some([width, height]) = basis.size {
         let n_pixels = u64::from(width) * u64::from(height);
         if n_pixels == 0 || n_pixels > MOST_PIXELS {

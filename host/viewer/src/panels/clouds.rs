@@ -66,6 +66,9 @@ fn progress(window: &Window, ui: &mut Ui) {
     if let Some(loader) = &window.document.loader {
         let files: Vec<_> = loader.files.iter().map(|file| file.display().to_string()).collect();
         ui.label(format!("reading {}", files.join(", ")));
+        if window.document.preview.is_some() {
+            ui.weak("some of the points are shown");
+        }
         ui.horizontal(|ui| {
             let width = ui.available_width() - 60.0;
             ui.add(

@@ -96,8 +96,12 @@ fn form(window: &mut Window, ui: &mut Ui, name: &str) {
             });
         }
         None => {
-            let Some(shown) = &window.document.clouds else {
-                ui.weak("open a cloud first");
+            let Some(shown) = window.document.complete_clouds() else {
+                let why = match window.document.preview {
+                    Some(_) => "files are still being read",
+                    None => "open a cloud first",
+                };
+                ui.weak(why);
                 return;
             };
             if ui.button("run").clicked()

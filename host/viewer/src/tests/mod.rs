@@ -7,6 +7,7 @@ mod light_handles;
 mod measure;
 mod memory_use;
 mod plugins;
+mod previews;
 mod refining;
 mod scenes;
 mod tools;

@@ -1,7 +1,7 @@
 //! Edits of an earlier session are read again.
 
 use super::session::{OrphanSession, RECOVERED_SCENE};
-use crate::document::file_loader::{FileLoader, LoadedFiles};
+use crate::document::open::file_loader::{FileLoader, LoadedFiles};
 use crate::document::open_clouds::OpenClouds;
 use crate::window::Window;
 use eframe::egui::Context;

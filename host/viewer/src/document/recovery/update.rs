@@ -15,7 +15,9 @@ pub(crate) fn update(window: &mut Window, ctx: &Context) {
     for fault in recovery.journal.faults() {
         window.messages.warn(fault);
     }
-    let Some(shown) = &window.document.clouds else { return };
+    // A preview is no document.
+    let shown = window.document.clouds.as_ref().filter(|_| window.document.preview.is_none());
+    let Some(shown) = shown else { return };
     let is_same = |(open_clouds, scene): &(OpenClouds, Option<PathBuf>)| {
         open_clouds.is_same(&shown.open_clouds) && *scene == window.document.scene_path
     };

@@ -3,10 +3,10 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, mpsc::TryRecvError};
-use surfelshop_cloud::ReadError;
 use surfelshop_cloud::scene::OpenedScene;
+use surfelshop_cloud::{Loaded, PreviewSink, ReadError, ReadOptions};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::inside;
@@ -28,6 +28,7 @@ pub(crate) struct LoadedFiles {
 pub(crate) struct FileLoader {
     pub(crate) files: Vec<PathBuf>,
     state: Arc<Progress>,
+    previews: Receiver<Clouds>,
     result: Receiver<Result<LoadedFiles, String>>,
 }
 
@@ -45,18 +46,20 @@ impl FileLoader {
         files: Vec<PathBuf>,
         formats: SessionFormats,
         up: UpAxis,
-        wake: impl Fn() + Send + 'static,
+        wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
         let state = Arc::new(Progress::default());
         let (send, result) = channel();
+        let (send_preview, previews) = channel();
         let (paths, progress) = (files.clone(), state.clone());
+        let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(wake);
         std::thread::Builder::new().name("loading".to_owned()).spawn(move || {
-            let read = read_all(&paths, (&formats, up), &progress, &wake);
+            let read = read_all(&paths, (&formats, up), &progress, &wake, &send_preview);
             // The window may be closed already.
             drop(send.send(read));
             wake();
         })?;
-        Ok(Self { files, state, result })
+        Ok(Self { files, state, previews, result })
     }
 
     /// The progress in [0, 1].
@@ -67,6 +70,11 @@ impl FileLoader {
     /// Stops the thread.
     pub(crate) fn cancel(&self) {
         self.state.cancelled.store(true, Ordering::Relaxed);
+    }
+
+    /// Some of the points of what was read so far, where they are new.
+    pub(crate) fn preview(&self) -> Option<Clouds> {
+        self.previews.try_iter().last()
     }
 
     /// The files, or why they could not be read, once the thread has ended.
@@ -89,11 +97,13 @@ fn read_all(
     files: &[PathBuf],
     (formats, up): (&SessionFormats, UpAxis),
     state: &Progress,
-    wake: &dyn Fn(),
+    wake: &Arc<dyn Fn() + Send + Sync>,
+    previews: &Sender<Clouds>,
 ) -> Result<LoadedFiles, String> {
     let inputs = Inputs::open(files).map_err(|error| format!("{error:#}"))?;
     let n_sources = inputs.sources.len().max(1);
     let mut n_read = 0u32;
+    let mut done = Vec::new();
     let read = |file: &Path| -> Result<_, ReadError> {
         let progress = |fraction: f64| {
             let whole = (f64::from(n_read) + fraction.clamp(0.0, 1.0)) / n_sources as f64;
@@ -106,8 +116,13 @@ fn read_all(
             }
             ControlFlow::Continue(())
         };
-        let loaded = surfelshop_cloud::read(file, &formats.reading(&progress));
+        let preview = preview_of(file, &done, up, previews, wake);
+        // Clouds of scenes move to their places when they are there.
+        let preview = Some(&preview).filter(|_| inputs.opened.is_none());
+        let options = ReadOptions { preview, ..formats.reading(&progress) };
+        let loaded = surfelshop_cloud::read(file, &options);
         n_read += 1;
+        done.extend(loaded.as_ref().ok().cloned());
         loaded
     };
     let clouds = Clouds::read_with(&inputs.sources, read).map_err(|error| format!("{error:#}"))?;
@@ -116,6 +131,25 @@ fn read_all(
     let clouds = inside::with_standpoint(clouds, of_scene.map_or(up, UpAxis::from));
     let entries = entries(&inputs);
     Ok(LoadedFiles { clouds, scene: inputs.opened, entries })
+}
+
+/// Sends on what comes of a file before all of it is read, beside those that are there.
+fn preview_of(
+    file: &Path,
+    done: &[Loaded],
+    up: UpAxis,
+    previews: &Sender<Clouds>,
+    wake: &Arc<dyn Fn() + Send + Sync>,
+) -> PreviewSink {
+    let (name, done) = (file.display().to_string(), done.to_vec());
+    let (previews, wake) = (previews.clone(), wake.clone());
+    Arc::new(move |mut loaded: Loaded| {
+        loaded.summary.file.clone_from(&name);
+        let all = done.iter().cloned().chain([loaded]).collect();
+        // The window may be closed already.
+        drop(previews.send(inside::with_standpoint(Clouds::of(all), up)));
+        wake();
+    })
 }
 
 fn entries(inputs: &Inputs) -> Vec<usize> {
@@ -169,12 +203,14 @@ mod tests {
         std::fs::write(&path, text).unwrap();
         let state = Progress::default();
         state.cancelled.store(true, Ordering::Relaxed);
-        assert!(
-            read_all(std::slice::from_ref(&path), (&formats(), UpAxis::Auto), &state, &|| ())
-                .is_err()
-        );
-        let whole =
-            read_all(&[path], (&formats(), UpAxis::Auto), &Progress::default(), &|| ()).unwrap();
+        let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(|| ());
+        let (formats, previews) = (formats(), channel().0);
+        let read = |state: &Progress| {
+            let files = std::slice::from_ref(&path);
+            read_all(files, (&formats, UpAxis::Auto), state, &wake, &previews)
+        };
+        assert!(read(&state).is_err());
+        let whole = read(&Progress::default()).unwrap();
         assert_eq!(whole.clouds.facts.n_surfels, 20_000);
     }
 }

@@ -1,5 +1,7 @@
 //! Reading a cloud: the format is recognised by content, then by name.
 
+pub(crate) mod preview;
+
 use crate::assemble;
 use crate::cloud::source::Source;
 use crate::error::{ReadError, ReadFault, quoted};
@@ -12,6 +14,7 @@ use crate::formats::{Body, obj, off, ply};
 use crate::options::ReadOptions;
 use crate::summary::Loaded;
 use crate::table::Table;
+use preview::Previews;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
@@ -33,6 +36,9 @@ pub fn read(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Loaded,
         let file = open(path, options)?;
         let reading = file.share_of_reading(options);
         let (table, source) = file.read(options, &part(options.progress, 0.0..reading))?;
+        if let Some(previews) = Previews::of(options) {
+            previews.show_some(&table, &source, options);
+        }
         let options = ReadOptions { progress: &part(options.progress, reading..1.0), ..*options };
         let loaded = assemble::cloud(table, source, &options)?;
         if (options.progress)(1.0).is_break() { Err(ReadFault::Cancelled) } else { Ok(loaded) }
@@ -81,7 +87,7 @@ impl SourceFile {
             Self::Obj(body) => obj::read(body, progress),
             Self::Off(body) => off::read(body, progress),
             Self::Plugin { id, file, name } => {
-                let sink = LentTable::new(TableSink::default());
+                let sink = LentTable::new(TableSink::with_previews(Previews::of(options)));
                 let call = FormatCall { name: &name, values: options.values, columns: None };
                 let read = options.formats.read(&id, file, call, sink.shared(), progress);
                 let table = sink.take();

@@ -1,7 +1,9 @@
 //! Clouds and scenes are opened.
 
+pub(crate) mod file_loader;
+pub(crate) mod preview;
+
 use super::environment_map::set_environment_file;
-use super::file_loader::{FileLoader, LoadedFiles};
 use super::open_clouds::OpenClouds;
 use super::recovery::restored_clouds;
 use super::scene_file;
@@ -10,6 +12,7 @@ use crate::render_thread::ViewSlot;
 use crate::views::initial_camera;
 use crate::window::Window;
 use eframe::egui::Context;
+use file_loader::{FileLoader, LoadedFiles};
 use std::path::PathBuf;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
@@ -74,6 +77,7 @@ impl Window {
         let recovery = self.document.recovery.as_mut();
         let session = recovery.and_then(|recovery| recovery.reading.take());
         self.document.replace_confirmed = false;
+        let moved = self.end_preview();
         let loaded = match result {
             Ok(loaded) => loaded,
             Err(reason) => {
@@ -93,7 +97,14 @@ impl Window {
             }
             return;
         }
+        let has_camera = loaded.scene.as_ref().is_some_and(|file| file.scene.camera.is_some());
         self.show_loaded(files, loaded);
+        if let Some(camera) = moved.filter(|_| !has_camera) {
+            self.views.camera = camera;
+            if let Some(shown) = &mut self.document.clouds {
+                shown.frames = false;
+            }
+        }
     }
 
     /// Shows clouds and the scene that were read from these files.
