@@ -47,16 +47,28 @@ impl Grid {
     /// Calls `take` with the index and the squared distance of each point that is at most `distance`
     /// away, which is at most the edge; always in the same order.
     pub(crate) fn near(&self, point: DVec3, distance: f64, mut take: impl FnMut(u32, f64)) {
-        let [x, y, z] = cube(point, self.min, self.edge);
-        let around = |place: u32| place.saturating_sub(1)..=place.saturating_add(1);
         let limit = distance * distance;
+        self.around(self.cube_of(point), |index, other| {
+            let squared = other.distance_squared(point);
+            if squared <= limit {
+                take(index, squared);
+            }
+        });
+    }
+
+    /// The cube of a point.
+    pub(crate) fn cube_of(&self, point: DVec3) -> Cube {
+        cube(point, self.min, self.edge)
+    }
+
+    /// Calls `take` with the index and the place of each point in a cube and in those that touch it: all that are
+    /// at most an edge away from any point of the cube; always in the same order.
+    pub(crate) fn around(&self, [x, y, z]: Cube, mut take: impl FnMut(u32, DVec3)) {
+        let around = |place: u32| place.saturating_sub(1)..=place.saturating_add(1);
         for x in around(x) {
             for y in around(y) {
                 for place in self.row(x, y, z) {
-                    let squared = self.points[place].distance_squared(point);
-                    if squared <= limit {
-                        take(self.sorted[place].1, squared);
-                    }
+                    take(self.sorted[place].1, self.points[place]);
                 }
             }
         }

@@ -145,6 +145,8 @@ fn preview_of(
     let (previews, wake) = (previews.clone(), wake.clone());
     Arc::new(move |mut loaded: Loaded| {
         loaded.summary.file.clone_from(&name);
+        // What holds of the whole is said of the whole.
+        loaded.summary.warnings.clear();
         let all = done.iter().cloned().chain([loaded]).collect();
         // The window may be closed already.
         drop(previews.send(inside::with_standpoint(Clouds::of(all), up)));

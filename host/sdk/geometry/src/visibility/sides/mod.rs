@@ -13,7 +13,7 @@ mod spread;
 mod verdict;
 mod viewpoints;
 
-use super::surfels::{Choice, Surfels};
+use super::surfels::{self, Choice, Surfels};
 use crate::progress::{Cancelled, Progress, part, report};
 use glam::Vec3;
 pub use hints::Hints;
@@ -42,9 +42,9 @@ pub struct Sides {
 /// Confidence from which on a side is decided.
 const DECIDED: f32 = 0.25;
 
-/// Up to so many points all find their sides themselves; of more an eighth does, but no fewer than
+/// Up to so many points all find their sides themselves; of more a 64th does, but no fewer than
 /// this, and the others follow those around them.
-const DECIDING: usize = 100_000;
+const DECIDING: usize = 60_000;
 
 /// Consistency below which points lie in a layer thicker than their spacing, and fewer are tried.
 const NOISY: f64 = 0.4;
@@ -52,16 +52,17 @@ const NOISY: f64 = 0.4;
 /// How much more consistent fewer points must be.
 const BETTER: f64 = 0.2;
 
-/// Bytes that [`by_visibility`] takes at most for so many points, besides what it is given; measured with points that
-/// lie at random in a cube, the worst case: 826 bytes for each of 60 000 that decide. Of two million points on a
-/// ball, whose 250 000 decide, 63 bytes a point.
+/// Bytes that [`by_visibility`] takes at most for so many points, besides what it is given: 826 for each that decides,
+/// measured with 60 000 points that lie at random in a cube, the worst case; 70 for each among which these are
+/// chosen and 40 for each of those that follow at a time; and 16 for each point.
 #[must_use]
 pub fn memory(n: usize) -> u64 {
-    let few = n.min(DECIDING) as u64;
-    let more = (n / 8).saturating_sub(DECIDING) as u64;
-    few.saturating_mul(900)
-        .saturating_add(more.saturating_mul(450))
-        .saturating_add((n as u64).saturating_mul(16))
+    let deciding = DECIDING.max(n / 64);
+    let bytes = |n: usize, each: u64| (n as u64).saturating_mul(each);
+    bytes(n.min(deciding), 900)
+        .saturating_add(bytes(n.min(surfels::CANDIDATES * deciding), 70))
+        .saturating_add(bytes(n.min(spread::BLOCK), 40))
+        .saturating_add(bytes(n, 16))
 }
 
 /// Turns normals to the side that can be seen, whatever their signs were; lengths stay.
@@ -74,7 +75,7 @@ pub fn memory(n: usize) -> u64 {
 ///
 /// Normals without a direction, and those of positions that are not finite, are left alone. Points of
 /// thin sheets that are free on both sides, such as leaves, may face either way. O(n log n) time:
-/// measured 3 to 7 s of one processor for a million points, of which 2 s are for the first 100 000.
+/// measured 2 s of one processor for a million points and 3.7 s for four, of which 1.3 s are for the first 60 000.
 ///
 /// # Errors
 /// Where `progress` asks to stop; `normals` are then unchanged.
@@ -118,7 +119,7 @@ fn labelled(
         let surfels = Surfels::choose(positions, normals, choice, &part(progress, 0.0..0.3))?;
         labels::find(surfels, &hints, &part(progress, 0.3..1.0))
     };
-    let labels = level(DECIDING.max(positions.len() / 8), false, &part(progress, 0.0..0.9))?;
+    let labels = level(DECIDING.max(positions.len() / 64), false, &part(progress, 0.0..0.9))?;
     let n = labels.surfels.all.len();
     // A fifth of the points is 2.2 times as far apart.
     if labels.evidence.consistency < NOISY && n > 2000 {

@@ -2,14 +2,18 @@
 
 use super::couplings::{NOISE, agreement};
 use super::labels::Labels;
-use crate::grid::Grid;
+use crate::grid::{Cube, Grid};
 use crate::normals;
-use crate::progress::{Cancelled, Progress, map, part};
+use crate::progress::{Cancelled, Progress, flat_map, map_with, part, sort};
 use glam::{DVec3, Vec3};
+use std::ops::Range;
 
 /// Distance at which surfels say something of a point, in edges of the cubes: the surfel of a point's
 /// own cube is within 1.74.
 const REACH: f64 = 1.75;
+
+/// Points that follow at a time: what is kept of them meanwhile takes 40 bytes each.
+pub(super) const BLOCK: usize = 1 << 20;
 
 /// What is found for a point.
 #[derive(Clone, Copy, Debug)]
@@ -41,21 +45,73 @@ pub(super) fn to_all(
     let places: Vec<DVec3> = surfels.all.iter().map(|surfel| surfel.position.as_dvec3()).collect();
     let reach = REACH * surfels.edge;
     let grid = Grid::build(&places, reach, &part(progress, 0.0..0.2))?;
-    let others = map(positions.len(), &part(progress, 0.2..1.0), |index| {
-        let normal = cloud_normals.get(index).copied().filter(|&n| normals::is_valid(n))?;
-        if found[index].is_some() || !positions[index].is_finite() {
-            return found[index];
+    let n_blocks = positions.len().div_ceil(BLOCK);
+    for block in 0..n_blocks {
+        let share = |block: usize| 0.2 + 0.8 * block as f64 / n_blocks as f64;
+        let indices = block * BLOCK..((block + 1) * BLOCK).min(positions.len());
+        let others = Others { labels, grid: &grid, reach, positions, normals: cloud_normals };
+        others.follow(indices, &mut found, &part(progress, share(block)..share(block + 1)))?;
+    }
+    Ok(found)
+}
+
+/// Points that do not decide.
+struct Others<'a> {
+    labels: &'a Labels,
+    grid: &'a Grid,
+    reach: f64,
+    positions: &'a [Vec3],
+    normals: &'a [Vec3],
+}
+
+impl Others<'_> {
+    /// Lets those of a range that have no side yet follow the surfels around. Points of one cube ask the same ones.
+    fn follow(
+        &self,
+        range: Range<usize>,
+        found: &mut [Option<Found>],
+        progress: Progress<'_>,
+    ) -> Result<(), Cancelled> {
+        let Self { labels, grid, reach, positions, normals } = self;
+        let follows = |index: usize| {
+            let has_normal = normals.get(index).is_some_and(|&normal| normals::is_valid(normal));
+            has_normal && found[index].is_none() && positions[index].is_finite()
+        };
+        let place_of = |index: u32| labels.surfels.frame.inside(positions[index as usize]);
+        let keys = flat_map(range.len(), &part(progress, 0.0..0.1), |i| {
+            let index = u32::try_from(range.start + i).ok();
+            let index = index.filter(|&index| follows(index as usize));
+            index.map(|index| (grid.cube_of(place_of(index).as_dvec3()), index)).into_iter()
+        })?;
+        let sorted = sort(keys, &part(progress, 0.1..0.4))?;
+        let sorted: Vec<(Cube, u32)> = sorted.into_iter().flatten().collect();
+        let groups: Vec<&[(Cube, u32)]> = sorted.chunk_by(|a, b| a.0 == b.0).collect();
+        let asked = map_with(groups.len(), &part(progress, 0.4..1.0), Vec::new, |near, group| {
+            near.clear();
+            if let Some((cube, _)) = groups[group].first() {
+                grid.around(*cube, |index, place| near.push((index, place)));
+            }
+            let found = |&(_, index): &(Cube, u32)| {
+                let normal = normals::normalised(normals[index as usize]);
+                vote(labels, near, *reach, place_of(index), normal)
+            };
+            groups[group].iter().map(found).collect::<Vec<Found>>()
+        })?;
+        for ((_, index), of_point) in sorted.iter().zip(asked.into_iter().flatten()) {
+            found[*index as usize] = Some(of_point);
         }
-        let place = surfels.frame.inside(positions[index]);
-        Some(vote(labels, &grid, reach, place, normals::normalised(normal)))
-    })?;
-    Ok(others)
+        Ok(())
+    }
 }
 
 /// What the surfels near a point say of it.
-fn vote(labels: &Labels, grid: &Grid, reach: f64, place: Vec3, normal: Vec3) -> Found {
+fn vote(labels: &Labels, near: &[(u32, DVec3)], reach: f64, place: Vec3, normal: Vec3) -> Found {
     let (mut sum, mut total, mut sure) = (0.0, 0.0, 0.0);
-    grid.near(place.as_dvec3(), reach, |index, squared| {
+    for &(index, other) in near {
+        let squared = other.distance_squared(place.as_dvec3());
+        if squared > reach * reach {
+            continue;
+        }
         let surfel = &labels.surfels.all[index as usize];
         let (here, there) = ((place, normal), (surfel.position, surfel.normal));
         let agreement = agreement(here, there, NOISE * surfel.radius);
@@ -65,7 +121,7 @@ fn vote(labels: &Labels, grid: &Grid, reach: f64, place: Vec3, normal: Vec3) -> 
         sum += weight * sign * agreement * agreement.abs();
         sure += weight * f64::from(labels.confidence[index as usize]);
         total += weight;
-    });
+    }
     let total = f64::max(total, f64::MIN_POSITIVE);
     let confidence = (sum.abs() / total).sqrt() * sure / total;
     Found { turn: sum < 0.0, confidence: confidence.min(1.0) as f32 }
