@@ -1,6 +1,7 @@
 //! Planes through the surroundings of points, at the scale that suits each.
 
 use super::plane::{Moments, Plane};
+use super::steps::Steps;
 use crate::neighbours::{Found, Neighbours, Scratch, Tree};
 use crate::progress::{Cancelled, Progress, map_runs, map_with, part};
 use glam::{DMat3, DVec3, Vec3};
@@ -23,6 +24,10 @@ const SHAPELESS: f64 = 0.45;
 
 /// Larger neighbourhoods that are no better until no more are tried, where a plane shows: what few points say is chance.
 const PATIENCE: u32 = 2;
+
+/// Deviation along the shorter side of a neighbourhood, in steps of the coordinates, from which on it holds several
+/// steps.
+const STEP_WIDTH: f64 = 0.75;
 
 /// Shorter over longer side below which a neighbourhood holds too few rows of points to tell a plane: two
 /// scan lines.
@@ -66,14 +71,15 @@ pub(super) fn all(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Vec<Fit>, Cancelled> {
-    let coarse = Coarse::build(neighbours, &part(progress, 0.0..0.05))?;
+    let coarse = Coarse::build(neighbours, &part(progress, 0.0..0.04))?;
+    let steps = Steps::of(neighbours, &part(progress, 0.04..0.05))?;
     let tree = neighbours.tree();
     let fitting = part(progress, 0.05..1.0);
     let n_runs = tree.n_leaves().div_ceil(RUN);
     let runs = map_runs(n_runs, &fitting, Scratch::default, |room, run| {
         let mut fits = Vec::new();
         for leaf in run * RUN..((run + 1) * RUN).min(tree.n_leaves()) {
-            fit_leaf(neighbours, &coarse, leaf, k, room, &mut fits);
+            fit_leaf((neighbours, &coarse, &steps), leaf, k, room, &mut fits);
         }
         fits
     })?;
@@ -82,8 +88,7 @@ pub(super) fn all(
 
 /// Fits the points of a leaf.
 fn fit_leaf(
-    neighbours: &Neighbours,
-    coarse: &Coarse,
+    (neighbours, coarse, steps): (&Neighbours, &Coarse, &Steps),
     leaf: usize,
     k: usize,
     room: &mut Scratch,
@@ -93,7 +98,8 @@ fn fit_leaf(
     for place in neighbours.tree().leaf(leaf) {
         let grain = grain(neighbours, place);
         let first = near(neighbours, place, k, grain, room);
-        let mut best = Best { plane: first, failures: 0 };
+        let least = STEP_WIDTH * steps.at(neighbours.point(place));
+        let mut best = Best { plane: first, failures: 0, least };
         if best.is_wanting() {
             best.try_wider(near(neighbours, place, 2 * k, grain, room));
             let point = neighbours.point(place);
@@ -114,13 +120,16 @@ struct Best {
     plane: Plane,
     /// Larger neighbourhoods that were no better since.
     failures: u32,
+    /// The least deviation along the shorter side of a neighbourhood that is no part of a step.
+    least: f64,
 }
 
 impl Best {
     /// Whether a larger neighbourhood is worth trying.
     fn is_wanting(&self) -> bool {
         let is_rough = self.plane.roughness > ROUGH || self.plane.width < SLENDER;
-        is_rough && (self.failures < PATIENCE || self.plane.roughness > SHAPELESS)
+        let is_step = self.plane.side < self.least;
+        is_step || is_rough && (self.failures < PATIENCE || self.plane.roughness > SHAPELESS)
     }
 
     /// Takes a larger neighbourhood where it tells more.
@@ -130,8 +139,10 @@ impl Best {
         let falls = if plane.roughness > SHAPELESS { FALLS_SHAPELESS } else { FALLS };
         let share = (plane.count / wider.count).powf(falls);
         let is_surer = wider.uncertainty() < share * plane.uncertainty();
-        if !wider.degenerate && (plane.degenerate || is_wider || is_surer) {
-            *self = Self { plane: wider, failures: 0 };
+        // A larger part of a step is no worse; a mixture of surfaces is.
+        let leaves_step = plane.side < self.least && wider.roughness < SHAPELESS;
+        if !wider.degenerate && (plane.degenerate || is_wider || is_surer || leaves_step) {
+            *self = Self { plane: wider, failures: 0, ..*self };
         } else {
             self.failures += 1;
         }

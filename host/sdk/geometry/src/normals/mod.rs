@@ -7,6 +7,7 @@ mod repair;
 mod sharpen;
 pub(crate) mod signs;
 mod soften;
+mod steps;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
 use crate::progress::{Cancelled, Progress, each, map, part};

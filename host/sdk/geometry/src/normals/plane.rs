@@ -54,6 +54,8 @@ pub(super) struct Plane {
     /// That over the one along the shorter side of the neighbourhood, in [0, 1]: 0 for points in a plane, 1 for
     /// those of no surface.
     pub(super) roughness: f64,
+    /// Standard deviation along the shorter side, in units of the points.
+    pub(super) side: f64,
     /// Shorter side over longer side, in [0, 1].
     pub(super) width: f64,
     /// Points that it goes through.
@@ -70,6 +72,7 @@ impl Plane {
             degenerate: true,
             error,
             roughness: 1.0,
+            side: 0.0,
             width: 0.0,
             count,
         };
@@ -88,6 +91,7 @@ impl Plane {
             degenerate: false,
             error: deviation[0],
             roughness: (deviation[0] / deviation[1]).min(1.0),
+            side: deviation[1],
             width: deviation[1] / deviation[2],
             count,
         }
