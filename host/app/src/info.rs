@@ -118,7 +118,10 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
     if summary.n_triangles > 0 {
         row("triangles", summary.n_triangles.to_string())?;
     }
-    row("normals", counted(&normal_counts(summary)))?;
+    let error = summary.normal_error_deg.map_or(String::new(), |degrees| {
+        format!("; off by {degrees:.1} degrees, the median, as far as scatter tells")
+    });
+    row("normals", counted(&normal_counts(summary)) + &error)?;
     let r = &summary.radii;
     let counts = [
         (r.given, "given"),
@@ -184,7 +187,7 @@ pub(crate) fn repairs(summary: &Summary) -> Vec<String> {
     lines
 }
 
-fn normal_counts(summary: &Summary) -> [(u64, &'static str); 10] {
+fn normal_counts(summary: &Summary) -> [(u64, &'static str); 11] {
     let n = &summary.normals;
     [
         (n.given, "given"),
@@ -193,6 +196,7 @@ fn normal_counts(summary: &Summary) -> [(u64, &'static str); 10] {
         (n.repaired, "repaired"),
         (n.estimated, "estimated"),
         (n.degenerate, "without a plane around them"),
+        (n.scattered, "of no surface"),
         (n.towards_scanner, "towards the scanner"),
         (n.towards_free_space, "towards free space"),
         (n.of_unsure_side, "of unsure side"),

@@ -86,6 +86,9 @@ pub struct Summary {
     pub origin: [f64; 3],
     /// Normals.
     pub normals: NormalCounts,
+    /// The median of the angles by which estimated normals may be off by the scatter of their neighbours, degrees;
+    /// `None` where none is estimated.
+    pub normal_error_deg: Option<f32>,
     /// Radii.
     pub radii: RadiusCounts,
     /// Colours.

@@ -41,6 +41,7 @@ pub const PAGES: &[Page] = pages! {
     "Clouds", "info", "What is in a file", "clouds/info";
     "Clouds", "convert", "Convert", "clouds/convert";
     "Clouds", "formats", "File formats", "clouds/formats";
+    "Clouds", "surfaces", "From bare points to a surface", "clouds/surfaces";
     "Clouds", "prepare", "Prepare a cloud", "clouds/prepare";
     "Clouds", "bake", "Bake", "clouds/bake";
     "Clouds", "ambient-occlusion", "Ambient occlusion", "clouds/ambient-occlusion";

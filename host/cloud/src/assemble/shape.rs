@@ -245,6 +245,7 @@ fn finish_normals(
         let estimate = normals::estimate_with(search.neighbours()?, k, progress)?;
         counts.estimated = estimate.normals.len() as u64;
         counts.degenerate = estimate.n_degenerate as u64;
+        summary.normal_error_deg = median(estimate.errors).map(f32::to_degrees);
         return Ok((estimate.normals, estimate.planarity));
     };
     let repairing = if needs_radii { 0.5 } else { 1.0 };
@@ -257,6 +258,12 @@ fn finish_normals(
         false => Vec::new(),
     };
     Ok((found, planarity))
+}
+
+/// The middle one of numbers that are not NaN; `None` where there are none.
+fn median(mut values: Vec<f32>) -> Option<f32> {
+    let middle = values.len() / 2;
+    (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1)
 }
 
 /// Reports progress; a request to stop becomes an error.

@@ -43,7 +43,7 @@ pub struct ColorArguments {
     #[arg(long, value_name = "SIZE", value_parser = PointSpec::parse)]
     pub points: Option<PointSpec>,
     /// Draw surfels whose surroundings are less flat than this as round splats that face the eye, where normals were
-    /// estimated: a planarity from 0 (none) to 1 [default: 0.3].
+    /// estimated: a planarity from 0 (none) to 1 [default: 0.5].
     #[arg(long, value_name = "PLANARITY", value_parser = values::planarity)]
     pub round_below: Option<f32>,
     /// Draw no disc with a larger radius than this, scene units.

@@ -88,4 +88,9 @@ impl Document {
             typed_colors: Some(colors.clone()).filter(|colors| !colors.is_empty()),
         }
     }
+
+    /// The open clouds, unless what is shown is a preview of files that are still being read.
+    pub(crate) fn complete_clouds(&self) -> Option<&VisibleClouds> {
+        self.clouds.as_ref().filter(|_| self.preview.is_none())
+    }
 }

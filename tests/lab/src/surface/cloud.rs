@@ -127,17 +127,28 @@ pub(super) const POINTS: usize = 50_000;
 
 /// Writes the clouds of the table of normals, `x y z nx ny nz` as f32 after each other.
 pub(super) fn dump(folder: &str, meshes: &[Mesh]) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder)?;
     for mesh in meshes {
         for (name, pattern, noise) in ROWS {
             let cloud = scan(mesh, POINTS, pattern, noise * mesh.diagonal(), 1);
-            let path = Path::new(folder).join(format!("{}_{name}.bin", mesh.name));
-            let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
-            for (point, normal) in cloud.points.iter().zip(&cloud.normals) {
-                for number in point.to_array().into_iter().chain(normal.to_array()) {
-                    out.write_all(&number.to_le_bytes())?;
-                }
-            }
+            dumped(folder, &format!("{}_{name}", mesh.name), &cloud.points, &cloud.normals)?;
+        }
+    }
+    Ok(())
+}
+
+/// Writes points with their true normals.
+pub(super) fn dumped(
+    folder: &str,
+    name: &str,
+    points: &[Vec3],
+    normals: &[Vec3],
+) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    let path = Path::new(folder).join(format!("{name}.bin"));
+    let mut out = std::io::BufWriter::new(std::fs::File::create(path)?);
+    for (point, normal) in points.iter().zip(normals) {
+        for number in point.to_array().into_iter().chain(normal.to_array()) {
+            out.write_all(&number.to_le_bytes())?;
         }
     }
     Ok(())

@@ -6,14 +6,19 @@ use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use surfelshop_geometry::{Neighbours, normals, radii, silent};
 
+/// Spacings within which a place of the mesh has a point, where it was scanned: lines are 2.2 apart, strips 3.1.
+const BARE: f64 = 2.0;
+
 /// Points looked at, on the mesh and on discs.
 const SAMPLES: usize = 200_000;
 
 pub(super) fn run(meshes: &[Mesh]) -> anyhow::Result<()> {
     println!(
-        "holes: share of the mesh that no disc covers; overshoot: share of the discs' area that is farther than half a spacing from the mesh; percent"
+        "bare: share of the mesh without a point within two spacings; holes: of the rest what no disc covers; overshoot: share of the discs' area that is farther than half a spacing from the mesh; percent"
     );
-    println!("mesh         points  pattern    holes  overshoot  mean radius, spacings  largest");
+    println!(
+        "mesh         points  pattern     bare   holes  overshoot  mean radius, spacings  largest"
+    );
     for mesh in meshes {
         for count in [5_000, 20_000, 80_000] {
             for pattern in [Pattern::Random, Pattern::Lines, Pattern::Strips] {
@@ -34,8 +39,18 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
     let largest = f64::from(radii.iter().copied().fold(0.0, f32::max));
     let truth = scan(mesh, SAMPLES, Pattern::Random, 0.0, 3);
     let grid = Grid::of(&cloud.points, spacing * 2.0);
+    // Faces that lie between two lines have no points at all, and are no holes between neighbours.
+    let mut bare = 0;
     let open = truth.points.iter().zip(&truth.normals).filter(|(point, normal)| {
         let mut covered = false;
+        let mut is_bare = true;
+        grid.near(**point, BARE * spacing, |i| {
+            is_bare &= f64::from(cloud.points[i].distance(**point)) > BARE * spacing;
+        });
+        bare += usize::from(is_bare);
+        if is_bare {
+            return false;
+        }
         grid.near(**point, largest.min(20.0 * spacing), |i| {
             // Round splats face whoever looks.
             let is_round = found.planarity[i] < radii::PLANAR;
@@ -44,7 +59,8 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
         });
         !covered
     });
-    let open = open.count() as f64 / truth.points.len() as f64;
+    let open = open.count();
+    let open = open as f64 / (truth.points.len() - bare) as f64;
     let dense = scan(mesh, 16 * count.max(20_000), Pattern::Random, 0.0, 4);
     let (mut off, mut random) = (0.0, Random::new(6));
     let reach = 0.5 * spacing;
@@ -71,10 +87,11 @@ fn row(mesh: &Mesh, cloud: &Cloud, count: usize, pattern: Pattern) -> anyhow::Re
     }
     let mean = radii.iter().map(|&r| f64::from(r)).sum::<f64>() / radii.len() as f64;
     println!(
-        "{:<12} {:>6}  {:<8} {:>7.3} {:>10.2} {:>22.2} {:>8.1}",
+        "{:<12} {:>6}  {:<8} {:>7.3} {:>7.3} {:>10.2} {:>22.2} {:>8.1}",
         mesh.name,
         cloud.points.len(),
         format!("{pattern:?}"),
+        100.0 * bare as f64 / truth.points.len() as f64,
         100.0 * open,
         100.0 * off / samples,
         mean / spacing,

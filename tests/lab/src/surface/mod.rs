@@ -1,13 +1,15 @@
 //! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
 //!
-//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface radii [MESH…]` and `surface dump FOLDER [MESH…]`,
-//! which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
+//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface pictures FOLDER SCAN…` and
+//! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
 
 mod cloud;
 mod discs;
 mod meshes;
 mod normals;
+mod pictures;
+mod sides;
 mod speed;
 
 pub(crate) fn run() -> anyhow::Result<()> {
@@ -21,6 +23,15 @@ pub(crate) fn run() -> anyhow::Result<()> {
             Some((folder, rest)) => cloud::dump(folder, &meshes::all(rest)?),
             None => anyhow::bail!("expected a folder to write clouds to, found none"),
         },
-        other => anyhow::bail!("expected speed, normals, radii or dump, found `{other}`"),
+        "sides" => sides::run(rest.first()),
+        "pictures" => match rest.split_first() {
+            Some((folder, scans)) => pictures::run(folder, scans),
+            None => anyhow::bail!("expected a folder to write pictures to, found none"),
+        },
+        other => {
+            anyhow::bail!(
+                "expected speed, normals, sides, radii, dump or pictures, found `{other}`"
+            )
+        }
     }
 }

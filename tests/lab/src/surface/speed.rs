@@ -3,7 +3,7 @@
 use super::cloud::Random;
 use glam::{DVec3, Vec3};
 use std::time::Instant;
-use surfelshop_geometry::{Neighbours, normals, radii, silent};
+use surfelshop_geometry::{Neighbours, normals, radii, sides, silent};
 
 pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
     let sizes: Vec<usize> = if sizes.is_empty() {
@@ -30,9 +30,13 @@ pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
         let (radii, cover) =
             timed(|| radii::estimate_with(&neighbours, &found.normals, &found.planarity, &silent));
         let radii = radii?;
+        let mut turned = found.normals.clone();
+        let hints = sides::Hints::default();
+        let (seen, look) = timed(|| sides::by_visibility(&points, &mut turned, &hints, &silent));
+        let seen = 100.0 * seen?.decided as f64 / size as f64;
         let mean = radii.iter().map(|&r| f64::from(r)).sum::<f64>() / size as f64;
         println!(
-            "{size:>9}: search {:.2} ({:.2}), normals {:.2} ({:.2}), radii {:.2} ({:.2}), all {:.2}; {:.2} % outwards; mean radius {:.2} spacings; peak {} MB above {} MB",
+            "{size:>9}: search {:.2} ({:.2}), normals {:.2} ({:.2}), radii {:.2} ({:.2}), these {:.2}, sides by visibility {:.2} ({:.2}); {:.2} % outwards, {seen:.2} % decided; mean radius {:.2} spacings; peak {} MB above {} MB",
             build.0,
             build.1,
             fit.0,
@@ -40,6 +44,8 @@ pub(super) fn run(sizes: &[String]) -> anyhow::Result<()> {
             cover.0,
             cover.1,
             build.0 + fit.0 + cover.0,
+            look.0,
+            look.1,
             100.0 * outwards as f64 / size as f64,
             mean / (4.0 * std::f64::consts::PI / size as f64).sqrt(),
             (memory("VmHWM:") - base) / 1000,

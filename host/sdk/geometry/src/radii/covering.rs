@@ -27,9 +27,9 @@ const SCATTERED: usize = 4;
 /// Shares of that distance that splats of no surface have as radius: they just touch where there is no plane at all,
 const TOUCHING: f64 = 0.5;
 /// and cover what may be a rough surface just below the least planarity of one.
-const COVERING: f64 = 1.0;
+const COVERING: f64 = 1.5;
 /// Planarity over which it goes from one to the other.
-const FADE: f64 = 0.15;
+const FADE: f64 = 0.1;
 
 /// A point's covering radius and how it was found; lengths in units of the search.
 #[derive(Clone, Copy, Debug)]

@@ -2,6 +2,7 @@
 
 pub(crate) mod file_loader;
 pub(crate) mod preview;
+mod previewing;
 
 use super::environment_map::set_environment_file;
 use super::open_clouds::OpenClouds;

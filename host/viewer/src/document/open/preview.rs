@@ -1,88 +1,16 @@
-//! Files that are being read are shown before all of them is there: some of the points, with estimates of their own.
+//! What is shown of files while they are read.
 
-use crate::document::open_clouds::OpenClouds;
-use crate::document::state::Document;
 use crate::document::visible_clouds::VisibleClouds;
-use crate::window::Window;
 use surfelshop_api::Camera;
-use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::options::UpAxis;
 
 /// What is shown of files while they are read. It is no document: nothing of it is saved, edited or measured.
 pub(crate) struct Preview {
     /// What was open before.
-    former: Option<VisibleClouds>,
-    former_camera: Camera,
-    former_walking: bool,
-    former_up: UpAxis,
+    pub(super) former: Option<VisibleClouds>,
+    pub(super) former_camera: Camera,
+    pub(super) former_walking: bool,
+    pub(super) former_up: UpAxis,
     /// The camera that sees all of the preview; another one is the user's.
-    camera: Camera,
-}
-
-impl Document {
-    /// The open clouds, unless what is shown is a preview of files that are still being read.
-    pub(crate) fn complete_clouds(&self) -> Option<&VisibleClouds> {
-        self.clouds.as_ref().filter(|_| self.preview.is_none())
-    }
-}
-
-impl Window {
-    /// Shows what was read so far, unless unsaved edits are open.
-    pub(crate) fn take_preview(&mut self) {
-        let loader = self.document.loader.as_ref();
-        let Some(clouds) = loader.and_then(|loader| loader.preview()) else { return };
-        let is_empty = clouds.facts.n_surfels == 0;
-        if !is_empty && (self.document.replace_confirmed || !self.has_unsaved()) {
-            self.show_preview(clouds);
-        }
-    }
-
-    fn show_preview(&mut self, clouds: Clouds) {
-        let entries: Vec<usize> = (0..clouds.loaded.len()).collect();
-        let sources: Vec<_> = clouds.loaded.iter().map(|one| one.cloud.source().clone()).collect();
-        let revision = self.document.clouds.as_ref().map_or(0, |shown| shown.revision) + 1;
-        let radius_scale = self.settings.scene.surface.radius_scale;
-        let mut shown =
-            VisibleClouds::new(OpenClouds::read(clouds, &entries), radius_scale, revision);
-        shown.frames = true;
-        let former = self.document.clouds.replace(shown);
-        let moved = match self.document.preview.take() {
-            Some(preview) => {
-                let moved = self.views.camera != preview.camera;
-                self.document.preview = Some(preview);
-                moved
-            }
-            None => {
-                self.plugins.tools.cancel();
-                self.document.preview = Some(Preview {
-                    former,
-                    former_camera: self.views.camera,
-                    former_walking: self.views.walking,
-                    former_up: self.document.up,
-                    camera: self.views.camera,
-                });
-                false
-            }
-        };
-        self.document.up = self.document.typed_up.or_of(sources.iter());
-        if !moved {
-            self.look_first();
-            if let Some(preview) = &mut self.document.preview {
-                preview.camera = self.views.camera;
-            }
-        }
-        self.views.pointer_position = None;
-    }
-
-    /// Puts back what was open before; returns the camera of a user who looked around meanwhile.
-    pub(crate) fn end_preview(&mut self) -> Option<Camera> {
-        let preview = self.document.preview.take()?;
-        let moved = Some(self.views.camera).filter(|camera| *camera != preview.camera);
-        let revision = self.document.clouds.as_ref().map_or(0, |shown| shown.revision) + 1;
-        self.document.clouds = preview.former.map(|former| VisibleClouds { revision, ..former });
-        self.document.up = preview.former_up;
-        (self.views.camera, self.views.walking) = (preview.former_camera, preview.former_walking);
-        self.views.pointer_position = None;
-        moved
-    }
+    pub(super) camera: Camera,
 }
