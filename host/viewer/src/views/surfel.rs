@@ -29,7 +29,7 @@ pub(crate) fn describe(displayed: &DisplayedClouds, whole: &Clouds, point: DVec3
     let attribute = displayed.display().colors().attribute();
     let number = attribute.and_then(|attribute| {
         let number = displayed.display().number(cloud, attribute, index)?;
-        Some(format!("   {} {number}", attribute.name()))
+        Some(format!("   {} {}", attribute.name(), shortened(number)))
     });
     format!(
         "({x:.6}, {y:.6}, {z:.6})   surfel {index}{name}   normal ({:.3}, {:.3}, {:.3}){color}{}",
@@ -38,6 +38,15 @@ pub(crate) fn describe(displayed: &DisplayedClouds, whole: &Clouds, point: DVec3
         normal.z,
         number.unwrap_or_default()
     )
+}
+
+/// A number with the decimals that matter: heights are sums of what single precision holds, and an origin.
+fn shortened(number: f64) -> String {
+    if number != 0.0 && number.abs() < 1e-3 {
+        return format!("{number:.3e}");
+    }
+    let text = format!("{number:.6}");
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// The surfel whose disc is nearest to a point, with the distance in its radii.
