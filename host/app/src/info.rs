@@ -118,8 +118,12 @@ fn text(Loaded { cloud, summary }: &Loaded) -> Result<String, std::fmt::Error> {
     if summary.n_triangles > 0 {
         row("triangles", summary.n_triangles.to_string())?;
     }
-    let error = summary.normal_error_deg.map_or(String::new(), |degrees| {
-        format!("; off by {degrees:.1} degrees, the median, as far as scatter tells")
+    // A fit that may be off by more fits nothing.
+    let error = summary.normal_error_deg.filter(|degrees| *degrees < 45.0);
+    let error = error.map_or(String::new(), |degrees| {
+        format!(
+            "; half are off by at most {degrees:.1} degrees, as far as the scatter of points tells"
+        )
     });
     row("normals", counted(&normal_counts(summary)) + &error)?;
     let r = &summary.radii;

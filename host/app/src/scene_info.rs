@@ -104,7 +104,9 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
     if let Some(environment) = environment_map::of_scene(scene) {
         row("around", environment_line(&environment))?;
     }
-    row("surface", surface_line(&scene.surface))?;
+    let splats = scene.splats.known.to_string();
+    let splats = if splats.is_empty() { splats } else { format!(", drawn as {splats}") };
+    row("surface", surface_line(&scene.surface) + &splats)?;
     if scene.color.known != ColorSource::default() {
         row("colours", scene.color.known.to_string())?;
     }

@@ -2,6 +2,7 @@
 
 use crate::input::environment_map;
 use crate::options::camera::CameraSpec;
+use crate::options::colors::PointSpec;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::lights;
 use crate::options::{LensArguments, PictureArguments, ToneMapChoice, UpAxis};
@@ -179,8 +180,14 @@ fn scene(
     if let Some(tolerance) = arguments.depth_tolerance {
         scene.surface.depth_tolerance = tolerance;
     }
-    arguments.colors.over_surface(&mut scene.surface);
+    let splats = file.map(|file| file.splats.known).unwrap_or_default();
+    arguments.colors.over_surface(&splats, &mut scene.surface);
     if let Some(low_pass) = arguments.low_pass {
+        let is_width = matches!(arguments.colors.points, Some(PointSpec::Pixels(_)));
+        anyhow::ensure!(
+            !is_width,
+            "--low-pass: expected either it or a width for --points, found both"
+        );
         scene.surface.low_pass = low_pass;
     }
     if given.has("one_sided") {

@@ -7,7 +7,7 @@ use clap::Args;
 use surfelshop_api::SurfaceSettings;
 use surfelshop_cloud::display::{
     Attribute, ColorBy, ColorSource, DisplaySettings, Filter, FilterAction, FilterTest, Look,
-    MapChoice, RangeEnd, Scale, UpDirection,
+    MapChoice, RangeEnd, Scale, SplatSettings, UpDirection,
 };
 use surfelshop_cloud::scene::MOST_FILTERS;
 
@@ -39,15 +39,18 @@ pub struct ColorArguments {
     #[arg(long, value_name = "NAME=VALUES", value_parser = FilterSpec::parse)]
     pub only: Vec<FilterSpec>,
     /// Draw all surfels as points: round splats so many pixels wide, such as 3px (up to 8px), or of a radius in scene
-    /// units, such as 0.02; `none` draws surfels where a scene has points.
-    #[arg(long, value_name = "SIZE", value_parser = PointSpec::parse)]
+    /// units, such as 0.02; `none` draws surfels where a scene has points. A width sets the low-pass.
+    #[arg(long, value_name = "SIZE", value_parser = PointSpec::parse, allow_hyphen_values = true)]
     pub points: Option<PointSpec>,
-    /// Draw surfels whose surroundings are less flat than this as round splats that face the eye, where normals were
-    /// estimated: a planarity from 0 (none) to 1 [default: 0.5].
-    #[arg(long, value_name = "PLANARITY", value_parser = values::planarity)]
+    /// Draw surfels whose surroundings are less flat than this as round splats that face the eye, where clouds have a
+    /// column `planarity`: from 0 (none) to 1 [default: 0.5]. Clouds get it where normals or radii are estimated and
+    /// some of it is below 0.5, and by the tool `normals` with measures=true.
+    #[arg(long, value_name = "PLANARITY", value_parser = values::planarity,
+          allow_hyphen_values = true)]
     pub round_below: Option<f32>,
-    /// Draw no disc with a larger radius than this, scene units.
-    #[arg(long, value_name = "RADIUS", value_parser = values::largest_radius)]
+    /// Draw no disc with a larger radius than this, scene units; ellipses stay.
+    #[arg(long, value_name = "RADIUS", value_parser = values::largest_radius,
+          allow_hyphen_values = true)]
     pub largest_radius: Option<f32>,
 }
 
@@ -117,9 +120,14 @@ impl ColorArguments {
     }
 
     /// The settings of the surface that draw points as wide as was typed.
-    pub fn over_surface(&self, surface: &mut SurfaceSettings) {
-        if let Some(PointSpec::Pixels(width)) = self.points {
-            surface.low_pass = 0.5 * width;
+    pub fn over_surface(&self, scene: &SplatSettings, surface: &mut SurfaceSettings) {
+        match (self.points, scene.look) {
+            (Some(PointSpec::Pixels(width)), _) => surface.low_pass = 0.5 * width,
+            // As wide as they were is what points were, and no surface is.
+            (Some(PointSpec::None), Look::Points { radius }) if radius <= 0.0 => {
+                surface.low_pass = SurfaceSettings::default().low_pass;
+            }
+            _ => {}
         }
     }
 

@@ -8,12 +8,18 @@ use glam::{DVec3, Vec3};
 /// Leaves of a clump: some 64 points, as those of a twig with its leaves.
 const LEAVES: usize = 4;
 
+/// Clumps of a crown: some 512 points, whose own shape is lit besides.
+const CLUMPS: usize = 8;
+
+/// Weight of the direction out of a clump, beside that out of the crown.
+const CLUMP: f32 = 0.5;
+
 /// Planarity below [`PLANAR`] over which a normal becomes soft.
 const FADE: f32 = 0.15;
 
 /// Replaces normals of points that are of no surface, whose planarity is below [`PLANAR`], by soft ones: what some
-/// 64 points that lie together face on the mean, and outwards from their middle. Leaves, each with a plane of its
-/// own, are lit as the clump that they are of. Up to 0.15 below the threshold it goes smoothly from one to the other.
+/// 64 points that lie together face on the mean, and outwards from their middle and from that of some 512. Leaves, each
+/// with a plane of its own, are lit as the clump and the crown that they are of. Up to 0.15 below the threshold it goes smoothly from one to the other.
 ///
 /// `normals` and `planarity` have an entry for each position; where planarity lacks, nothing changes.
 ///
@@ -30,16 +36,24 @@ pub fn soften(
     }
     let tree = neighbours.tree();
     let n_clumps = tree.n_leaves().div_ceil(LEAVES);
-    let clumps = map(n_clumps, &part(progress, 0.0..0.4), |clump| {
-        let last = (LEAVES * (clump + 1)).min(tree.n_leaves()) - 1;
-        Clump::of(neighbours, normals, tree.leaf(LEAVES * clump).start..tree.leaf(last).end)
-    })?;
+    let of_leaves = |leaves: usize, clump: usize| {
+        let last = (leaves * (clump + 1)).min(tree.n_leaves()) - 1;
+        Clump::of(neighbours, normals, tree.leaf(leaves * clump).start..tree.leaf(last).end)
+    };
+    let clumps = map(n_clumps, &part(progress, 0.0..0.2), |clump| of_leaves(LEAVES, clump))?;
+    let n_crowns = n_clumps.div_ceil(CLUMPS);
+    let crowns =
+        map(n_crowns, &part(progress, 0.2..0.4), |crown| of_leaves(LEAVES * CLUMPS, crown))?;
     let softened = map(normals.len().min(neighbours.len()), &part(progress, 0.4..1.0), |index| {
         let soft = (PLANAR - planarity[index]) / FADE;
         match neighbours.place_of(index).filter(|_| soft > 0.0) {
             Some(place) => {
-                let clump = &clumps[tree.leaf_of(place) / LEAVES];
-                clump.soft(neighbours.point(place), normals[index], soft.min(1.0))
+                let leaf = tree.leaf_of(place);
+                let (clump, crown) = (&clumps[leaf / LEAVES], &crowns[leaf / (LEAVES * CLUMPS)]);
+                let point = neighbours.point(place);
+                let all = clump.facing + CLUMP * clump.outwards(point) + crown.outwards(point);
+                let own = normals[index];
+                own.lerp(all.normalize_or(own), soft.min(1.0)).try_normalize().unwrap_or(own)
             }
             None => normals[index],
         }
@@ -69,13 +83,12 @@ impl Clump {
         Self { middle: origin + middle, extent, facing: mean(facing).as_vec3() }
     }
 
-    fn soft(&self, point: DVec3, own: Vec3, soft: f32) -> Vec3 {
+    /// Away from the middle, about 1 long; zero where all points are one.
+    fn outwards(&self, point: DVec3) -> Vec3 {
         if self.extent <= 0.0 {
-            return own;
+            return Vec3::ZERO;
         }
-        let outwards = ((point - self.middle) / self.extent).as_vec3();
-        let all = (self.facing + outwards).normalize_or(own);
-        own.lerp(all, soft).try_normalize().unwrap_or(own)
+        ((point - self.middle) / self.extent).as_vec3()
     }
 }
 

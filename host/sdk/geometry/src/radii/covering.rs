@@ -62,7 +62,7 @@ pub(super) struct Surface<'a> {
     /// By place.
     normals: Vec<Vec3>,
     /// By place; empty where all are of surfaces.
-    planarity: Vec<f32>,
+    pub(super) planarity: Vec<f32>,
 }
 
 /// Scratch for the work on a point.

@@ -55,6 +55,30 @@ pub(super) fn limit(
     Ok(())
 }
 
+/// Planarity below which a disc has to be like those around it: there are plates among leaves, whose plane is chance.
+const ROUGH: f32 = 0.75;
+
+/// Limits the splats of what is no surface, or hardly one, to a few times the median of those around.
+pub(super) fn limit_rough(
+    surface: &Surface<'_>,
+    cells: &mut [Cover],
+    progress: Progress<'_>,
+) -> Result<(), Cancelled> {
+    let is_rough = |place: &usize| surface.planarity.get(*place).is_some_and(|&p| p < ROUGH);
+    let rough: Vec<usize> = (0..cells.len()).filter(is_rough).collect();
+    let cells_now = &*cells;
+    let limits = map_with(rough.len(), progress, Scratch::default, |scratch, i| {
+        let near = surface.neighbours.around(rough[i], COMPARED, scratch).iter();
+        median(near.map(|found| f64::from(cells_now[found.place as usize].radius)))
+    })?;
+    for (&place, typical) in rough.iter().zip(limits) {
+        let cell = &mut cells[place];
+        let most = typical.map_or(f32::INFINITY, |typical| (OUTLIER * typical) as f32);
+        cell.radius = cell.radius.min(most);
+    }
+    Ok(())
+}
+
 /// Points around gaps.
 pub(super) struct Gaps<'a> {
     surface: &'a Surface<'a>,

@@ -33,7 +33,7 @@ pub const LONE_RADIUS: f32 = 0.01;
 /// Where `planarity` (one per position, as normals are estimated with; none where all are of surfaces) is less
 /// than [`PLANAR`] there is no surface to cover: the radius is half the mean distance of the four nearest, so that
 /// splats just touch, and up to one and a half times that distance just below the threshold, where it may be a
-/// rough surface.
+/// rough surface. Where it is less than 0.75 nothing is larger than three times the median of those around.
 ///
 /// `normals` are unit vectors, one per position; where they are missing +z is taken. Coincident
 /// positions get equal radii. A cloud of one distinct position gets [`LONE_RADIUS`], or four rounding
@@ -63,7 +63,8 @@ pub fn estimate_with(
 ) -> Result<Vec<f32>, Cancelled> {
     let surface = Surface::of(neighbours, normals, planarity, &part(progress, 0.0..0.02))?;
     let mut cells = surface.cover_all(&part(progress, 0.02..0.8))?;
-    limits::limit(&surface, &mut cells, &part(progress, 0.8..0.99))?;
+    limits::limit(&surface, &mut cells, &part(progress, 0.8..0.96))?;
+    limits::limit_rough(&surface, &mut cells, &part(progress, 0.96..0.99))?;
     let lone = lone_radius(neighbours.bounds().reach());
     let diagonal = neighbours.bounds().diagonal();
     map(neighbours.len(), &part(progress, 0.99..1.0), |index| {

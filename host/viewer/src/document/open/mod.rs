@@ -141,8 +141,8 @@ impl Window {
         match typed.over(self.display_settings()) {
             Ok(settings) => {
                 (self.settings.color, self.settings.filters) = (settings.color, settings.filters);
-                self.settings.splats = settings.splats;
-                typed.over_surface(&mut self.settings.scene.surface);
+                let before = std::mem::replace(&mut self.settings.splats, settings.splats);
+                typed.over_surface(&before, &mut self.settings.scene.surface);
             }
             Err(error) => self.messages.warn(format!("{error:#}")),
         }

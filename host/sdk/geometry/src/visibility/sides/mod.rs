@@ -44,7 +44,7 @@ const DECIDED: f32 = 0.25;
 
 /// Up to so many points all find their sides themselves; of more a 64th does, but no fewer than
 /// this, and the others follow those around them.
-const DECIDING: usize = 60_000;
+const DECIDING: usize = 100_000;
 
 /// Consistency below which points lie in a layer thicker than their spacing, and fewer are tried.
 const NOISY: f64 = 0.4;
@@ -75,7 +75,7 @@ pub fn memory(n: usize) -> u64 {
 ///
 /// Normals without a direction, and those of positions that are not finite, are left alone. Points of
 /// thin sheets that are free on both sides, such as leaves, may face either way. O(n log n) time:
-/// measured 2 s of one processor for a million points and 3.7 s for four, of which 1.3 s are for the first 60 000.
+/// measured 2.9 s of one processor for a million points and 4.8 s for four, of which 2 s are for the first 100 000.
 ///
 /// # Errors
 /// Where `progress` asks to stop; `normals` are then unchanged.

@@ -8,7 +8,7 @@ use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
 /// Rays in all. Measured: each costs about 1.2 us.
-const RAYS: usize = 600_000;
+const RAYS: usize = 1_200_000;
 
 /// Most rays to each side of a surfel.
 const MOST: usize = 16;
