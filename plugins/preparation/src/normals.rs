@@ -112,16 +112,6 @@ impl Tool for Normals {
         let mut found = estimate_with(&neighbours, k, &part(&progress, 0.1..1.0))?;
         let mut parts = String::new();
         match params.orientation {
-            Orientation::Towards => {
-                for (normal, position) in found.normals.iter_mut().zip(&positions) {
-                    face(normal, (place - position.as_dvec3()).as_vec3());
-                }
-            }
-            Orientation::Keep => {
-                for (normal, given) in found.normals.iter_mut().zip(&given) {
-                    face(normal, *given);
-                }
-            }
             Orientation::Outwards => {
                 parts = format!(", {} parts turned outwards", found.n_components);
             }
@@ -136,10 +126,18 @@ impl Tool for Normals {
                     100.0 * sides.certainty
                 );
             }
-            Orientation::Flip => {}
+            Orientation::Towards | Orientation::Keep | Orientation::Flip => {}
         }
         let progress = progress_of(job, 0.98..1.0, "softening what is no surface");
         soften(&neighbours, &mut found.normals, &found.planarity, &progress)?;
+        // What is known of a side counts last, for soft normals too.
+        for (i, normal) in found.normals.iter_mut().enumerate() {
+            match params.orientation {
+                Orientation::Towards => face(normal, (place - positions[i].as_dvec3()).as_vec3()),
+                Orientation::Keep => face(normal, given.get(i).copied().unwrap_or_default()),
+                Orientation::Outwards | Orientation::Visible | Orientation::Flip => {}
+            }
+        }
         let (n, n_degenerate) = (found.normals.len(), found.n_degenerate);
         let message = format!("{n} normals, {n_degenerate} without a plane around them{parts}");
         job.progress(1.0, &message);

@@ -75,16 +75,17 @@ pub(super) fn take(
         summary,
     )?;
     if are_estimated {
-        let turning: Option<Progress<'_>> = if looks_around { Some(&turning) } else { None };
-        sides::choose(table, placed, source, &mut normals, turning, summary)?;
-    }
-    if are_estimated {
+        if looks_around {
+            sides::face_what_is_seen(placed, source, &mut normals, &turning, summary)?;
+        }
         normals::soften(
             search.neighbours()?,
             &mut normals,
             &planarity,
             &part(&progress, SOFTENING..1.0),
         )?;
+        // What is known of a side counts last, for soft normals too.
+        sides::face_scanners(table, placed, source.scanners(), &mut normals, summary);
     }
     let progress = part(options.progress, covering);
     let estimates = if needs_radii {

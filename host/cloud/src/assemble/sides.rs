@@ -38,27 +38,8 @@ pub(super) fn looks_around(source: &Source, n: usize, summary: &mut Summary) -> 
     has_room
 }
 
-/// Turns normals that were estimated to the right side; with a progress after a look around.
-///
-/// # Errors
-/// Where `progress` asks to stop.
-pub(super) fn choose(
-    table: &Table,
-    placed: &Positions,
-    source: &Source,
-    normals: &mut [Vec3],
-    progress: Option<Progress<'_>>,
-    summary: &mut Summary,
-) -> Result<(), Cancelled> {
-    if let Some(progress) = progress {
-        face_what_is_seen(placed, source, normals, progress, summary)?;
-    }
-    face_scanners(table, placed, source.scanners(), normals, summary);
-    Ok(())
-}
-
 /// Turns normals towards the device that saw their point; points of scans without one stay as they are.
-fn face_scanners(
+pub(super) fn face_scanners(
     table: &Table,
     placed: &Positions,
     scanners: Option<Vec<Option<DVec3>>>,
@@ -86,7 +67,10 @@ fn face_scanners(
 
 /// Turns normals to the side that can be seen. Where nothing tells which way round the whole is, most normals
 /// stay as they were estimated.
-fn face_what_is_seen(
+///
+/// # Errors
+/// Where `progress` asks to stop.
+pub(super) fn face_what_is_seen(
     placed: &Positions,
     source: &Source,
     normals: &mut [Vec3],

@@ -132,14 +132,20 @@ impl Cloud {
         Ok(Self { len, faces, ..kept })
     }
 
+    /// The columns with one added, or replaced where the name exists.
+    fn columns_with(&self, column: Column) -> Vec<Column> {
+        let mut columns = self.columns.clone();
+        match columns.iter_mut().find(|old| old.name() == column.name()) {
+            Some(old) => *old = column,
+            None => columns.push(column),
+        }
+        columns
+    }
+
     /// The cloud with other colours, a column that fits it. What is known of it stays known but for its colours.
     pub(crate) fn recolored(&self, color: Column) -> Self {
-        let mut columns = self.columns.clone();
-        match columns.iter_mut().find(|column| column.name() == color.name()) {
-            Some(old) => *old = color,
-            None => columns.push(color),
-        }
-        let recolored = self.with_origin(self.origin, columns).with_object(self.object());
+        let recolored =
+            self.with_origin(self.origin, self.columns_with(color)).with_object(self.object());
         let facts = facts::recolored(self.facts(), &recolored);
         Self { facts: OnceLock::from(facts), ..recolored }
     }
@@ -147,12 +153,7 @@ impl Cloud {
     /// The cloud with a column that fits it and says how it is displayed. What is known of it stays known: its box is
     /// around centres, whatever their radii.
     pub(crate) fn displayed_with(&self, column: Column) -> Self {
-        let mut columns = self.columns.clone();
-        match columns.iter_mut().find(|old| old.name() == column.name()) {
-            Some(old) => *old = column,
-            None => columns.push(column),
-        }
-        Self { columns, ..self.clone() }
+        Self { columns: self.columns_with(column), ..self.clone() }
     }
 
     /// The cloud without a column, if it has one of this name, that says how it is displayed.

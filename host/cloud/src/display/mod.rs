@@ -3,7 +3,8 @@
 //! [`DisplaySettings`] say what colours surfels and which of them are shown. [`Display::new`] finds what that
 //! means for the clouds that are displayed together: the same number has the same colour in all of them.
 //! [`Display::of`] makes the cloud that renderers and tracers get: another column `color`, fewer surfels, and
-//! what is no surface as round splats, and all else shared. What is plain is displayed as it is, down to the generations of its columns.
+//! what is no surface as round splats, and all else shared. What is plain is displayed as it is, down to the
+//! generations of its columns.
 //!
 //! Invariants: equal columns and settings give columns of equal generations for as long as somebody displays
 //! them (`what_is_displayed_is_found_again`); the cloud itself never changes.

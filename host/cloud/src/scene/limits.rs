@@ -92,9 +92,9 @@ pub const LOW_PASS: NumberRange = NumberRange::new("a number of pixels", 0.0, 4.
 /// Planarities.
 pub const PLANARITIES: NumberRange = NumberRange::new("a planarity", 0.0, 1.0);
 
-/// Largest radii, in scene units: what single precision holds.
+/// Largest radii, in scene units: less is 0 in single precision, and no surfel at all.
 pub const LARGEST_RADIUS: NumberRange =
-    NumberRange { is_above: true, ..NumberRange::new("a radius", 0.0, 1e37) };
+    NumberRange { is_above: true, ..NumberRange::new("a radius", 1e-37, 1e37) };
 
 /// Radii of points, in scene units.
 pub const POINT_RADIUS: NumberRange = NumberRange::new("a radius", 0.0, 1e37);

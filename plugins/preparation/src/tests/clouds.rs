@@ -6,6 +6,7 @@ use crate::outliers::Outliers;
 use crate::radii::Radii;
 use crate::thin::{Radius, Thin};
 use crate::{normals, outliers, radii, thin};
+use surfelshop_geometry::hashing::{fraction, scattered};
 
 /// A sphere with normals and radii.
 fn ball(n: u32) -> TestCloud {
@@ -232,4 +233,29 @@ fn ellipses_grow_with_their_radius() {
     for (radius, tangent) in radii.iter().zip(tangents) {
         assert!(*radius > 0.05 && (tangent.length() / radius - 1.0).abs() < 1e-5);
     }
+}
+
+/// Invariant: soft normals of what is no surface face the place or the side that was asked for, like all others
+#[test]
+fn what_is_no_surface_faces_where_it_is_asked_to() {
+    let unit = |i: u64| fraction(scattered(i)) as f32 * 2.0 - 1.0;
+    let points: Vec<Vec3> =
+        (0..2000).map(|i| Vec3::new(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2))).collect();
+    let mut given = TestCloud::new(&points);
+    let settings = normals::Settings {
+        orientation: normals::Orientation::Towards,
+        towards_y: 50.0,
+        measures: true,
+        ..Default::default()
+    };
+    let made = run::<Normals>(&given, &settings).unwrap();
+    let n_scattered = made.floats("planarity").iter().filter(|&&p| p < 0.5).count();
+    assert!(n_scattered > 1000, "{n_scattered} of no surface");
+    let place = Vec3::new(0.0, 50.0, 0.0);
+    let faces = |(normal, point): (&Vec3, &Vec3)| normal.dot(place - point) >= 0.0;
+    assert!(made.vectors(NORMAL).iter().zip(&points).all(faces));
+    given.normals = flat(&vec![Vec3::X; points.len()]);
+    let keep = normals::Settings { orientation: normals::Orientation::Keep, ..Default::default() };
+    let made = run::<Normals>(&given, &keep).unwrap();
+    assert!(made.vectors(NORMAL).iter().all(|normal| normal.x >= 0.0));
 }
