@@ -243,7 +243,7 @@ fn what_is_no_surface_faces_where_it_is_asked_to() {
         (0..2000).map(|i| Vec3::new(unit(3 * i), unit(3 * i + 1), unit(3 * i + 2))).collect();
     let mut given = TestCloud::new(&points);
     let settings = normals::Settings {
-        orientation: normals::Orientation::Towards,
+        orientation: Orientation::Towards,
         towards_y: 50.0,
         measures: true,
         ..Default::default()
@@ -255,7 +255,7 @@ fn what_is_no_surface_faces_where_it_is_asked_to() {
     let faces = |(normal, point): (&Vec3, &Vec3)| normal.dot(place - point) >= 0.0;
     assert!(made.vectors(NORMAL).iter().zip(&points).all(faces));
     given.normals = flat(&vec![Vec3::X; points.len()]);
-    let keep = normals::Settings { orientation: normals::Orientation::Keep, ..Default::default() };
+    let keep = normals::Settings { orientation: Orientation::Keep, ..Default::default() };
     let made = run::<Normals>(&given, &keep).unwrap();
     assert!(made.vectors(NORMAL).iter().all(|normal| normal.x >= 0.0));
 }
