@@ -84,6 +84,8 @@ pub(crate) struct Table {
     pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) comments: Vec<String>,
     pub(crate) warnings: Vec<String>,
+    /// 16-bit colours are such even where none is larger than 255: these are a part of the points.
+    pub(crate) keeps_wide_colors: bool,
 }
 
 impl Table {

@@ -30,6 +30,7 @@ mod view;
 pub use cloud::Cloud;
 pub use columns::{Albedo, Columns, Sources, radius_drawn};
 pub use fields::Splats;
+pub use level_of_detail::merge::{Sample, merge_all, merge_neighbours};
 pub use picture::{DrawCounts, Mode, Parts, Picture};
 pub use places::{Part, places};
 pub use view::View;

@@ -197,7 +197,8 @@ impl Buffer {
     }
 
     /// One element as f64; `None` where there is no such.
-    pub(crate) fn get_f64(&self, index: usize) -> Option<f64> {
+    #[must_use]
+    pub fn get_f64(&self, index: usize) -> Option<f64> {
         macro_rules! widen {
             ($vec:ident) => {
                 $vec.get(index).map(|&value| f64::from(value))
@@ -234,14 +235,20 @@ impl Buffer {
     }
 
     /// The surfels of these indices, each of which must be there, where there is memory for them.
-    pub(crate) fn gather(&self, components: usize, rows: &[u32]) -> Result<Self, OutOfMemory> {
+    ///
+    /// # Errors
+    /// Where there is no memory.
+    ///
+    /// # Panics
+    /// Where an index is that of no surfel.
+    pub fn gather(&self, components: usize, rows: &[u32]) -> Result<Self, OutOfMemory> {
         let bytes = self.element().size().saturating_mul(components) as u64;
         ask(bytes.saturating_mul(rows.len() as u64))?;
         Ok(map_vec!(self, vec => gathered(vec, components, rows)))
     }
 
     /// Appends a number read as text or as f64; whether it fits the type.
-    pub(crate) fn push(&mut self, value: f64) -> bool {
+    pub fn push(&mut self, value: f64) -> bool {
         macro_rules! push_int {
             ($vec:ident, $type:ty) => {{
                 let fits = value.fract() == 0.0

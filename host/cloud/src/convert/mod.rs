@@ -5,6 +5,7 @@
 //! thread of its own. Points whose coordinates are not finite are left out.
 
 mod check;
+mod collect;
 mod counts;
 mod select;
 mod target;
@@ -12,7 +13,7 @@ mod transfer;
 mod union;
 
 use crate::assemble::NARROW_COLORS;
-use crate::error::{ReadError, WriteError};
+use crate::error::{ReadError, ReadFault, WriteError};
 use crate::files::replace_at;
 use crate::formats::plugins::{FormatCall, SharedSink, WriteFault};
 use crate::formats::ply;
@@ -28,6 +29,7 @@ use surfelshop_geometry::{part, silent};
 use target::Types;
 use transfer::{TransferSink, transfer};
 
+pub use collect::{Collected, Collection, assembled};
 pub use select::{CropBox, Selection};
 
 /// Why files were not converted.
@@ -42,6 +44,14 @@ pub enum ConvertError {
     /// Nothing is left of what was selected.
     #[error("{0}")]
     Selection(String),
+}
+
+impl ConvertError {
+    /// Whether the user asked to stop.
+    #[must_use]
+    pub fn is_cancelled(&self) -> bool {
+        matches!(self, Self::Read(ReadError { fault: ReadFault::Cancelled, .. }))
+    }
 }
 
 /// What came of a conversion.

@@ -40,6 +40,8 @@ pub(super) struct Target {
     out: CloudHeader,
     /// Number of the cloud that is read, where several become one.
     scan: u16,
+    /// Number of the first of them.
+    pub(super) first_scan: u16,
     /// Points read of all clouds, for one of so many.
     n_seen: u64,
     /// Points written of the cloud, and as many before the cloud that is read.
@@ -56,7 +58,8 @@ impl Target {
         types: Types,
         counts: SharedCounts,
     ) -> Self {
-        let (current, out, scan, n_seen, n_out, n_before, has_gaps) = Default::default();
+        let (current, out, scan, first_scan, n_seen, n_out, n_before, has_gaps) =
+            Default::default();
         Self {
             merged,
             selection,
@@ -65,6 +68,7 @@ impl Target {
             current,
             out,
             scan,
+            first_scan,
             n_seen,
             n_out,
             n_before,
@@ -104,7 +108,8 @@ impl Target {
                 column.element = Element::F64;
             }
         }
-        (self.scan, self.n_out, self.n_before, self.has_gaps) = (0, 0, 0, false);
+        (self.n_out, self.n_before, self.has_gaps) = (0, 0, false);
+        self.scan = self.first_scan;
         self.current = header;
         self.out.clone()
     }

@@ -164,6 +164,11 @@ impl CloudSinkHost for TransferSink {
 }
 
 impl TransferSource {
+    /// Gives the first scan this number.
+    pub(super) fn count_scans_from(&mut self, first: u16) {
+        self.target.first_scan = first;
+    }
+
     /// The next message; an error where the reader failed or is gone.
     fn receive(&mut self) -> Result<Message> {
         if self.ended {

@@ -268,9 +268,20 @@ fn is_identity(pose: &Pose) -> bool {
     *pose == Pose::default()
 }
 
-/// What the headers say of all clouds together.
+/// What the headers say of all clouds together, and the grid of a cloud that is alone.
 fn source(parts: &[Part]) -> Source {
-    let headers = || parts.iter().map(|part| &part.header);
+    let grid = match parts {
+        [only] => {
+            only.header.grid.filter(|[w, h]| u64::from(*w) * u64::from(*h) == only.n_rows as u64)
+        }
+        _ => None,
+    };
+    Source { grid, ..source_of(parts.iter().map(|part| &part.header)) }
+}
+
+/// What headers say of all clouds together.
+pub(crate) fn source_of<'a>(headers: impl Iterator<Item = &'a CloudHeader> + Clone) -> Source {
+    let headers = || headers.clone();
     let first = |text: fn(&CloudHeader) -> &String| {
         headers().map(text).find(|text| !text.is_empty()).cloned().unwrap_or_default()
     };
@@ -288,13 +299,7 @@ fn source(parts: &[Part]) -> Source {
         time: first(|header| &header.time),
         step: headers().find_map(|header| header.step).filter(|step| step.is_finite()),
         scans: headers().map(scan).collect(),
-        grid: match parts {
-            [only] => only
-                .header
-                .grid
-                .filter(|[w, h]| u64::from(*w) * u64::from(*h) == only.n_rows as u64),
-            _ => None,
-        },
+        grid: None,
         grid_up: None,
         comments: Vec::new(),
     }

@@ -2,6 +2,7 @@
 
 use super::block::Bounds;
 use half::f16;
+use std::ops::Range;
 
 /// Cosine of the largest angle between a merged surfel's normal and those that it stands for.
 const MIN_COSINE: f32 = 0.5;
@@ -15,19 +16,26 @@ pub(super) const BRANCH: usize = 4;
 
 /// A surfel on its way to be merged.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
-    pub(crate) position: [f32; 3],
-    pub(crate) normal: [f32; 3],
-    pub(crate) radius: f32,
+pub struct Sample {
+    /// Scene units.
+    pub position: [f32; 3],
+    /// A unit vector.
+    pub normal: [f32; 3],
+    /// Scene units, above 0.
+    pub radius: f32,
     /// It faces the eye.
-    pub(crate) is_round: bool,
-    pub(super) albedo: [f32; 3],
-    pub(crate) ao: f32,
-    pub(super) material: u32,
-    /// The largest of those that it stands for.
-    pub(crate) stands_for: u32,
-    /// How far from it those lie at most, scene units.
-    pub(super) apart: f32,
+    pub is_round: bool,
+    /// Linear Rec. 709.
+    pub albedo: [f32; 3],
+    /// Accessibility.
+    pub ao: f32,
+    /// Index of the material.
+    pub material: u32,
+    /// The number of the surfel, of merged ones that of the largest that it stands for; decides between those at
+    /// one place.
+    pub stands_for: u32,
+    /// How far from it those lie at most, scene units; 0 of a surfel that stands for itself.
+    pub apart: f32,
 }
 
 impl Sample {
@@ -36,8 +44,9 @@ impl Sample {
         if self.apart > 0.0 { self.apart.max(self.radius) } else { 0.0 }
     }
 
-    /// sRGB codes of the albedo.
-    pub(crate) fn code(&self) -> u32 {
+    /// sRGB codes of the albedo: red, green and blue in the lower three bytes.
+    #[must_use]
+    pub fn code(&self) -> u32 {
         // IEC 61966-2-1.
         let [r, g, b] = self.albedo.map(|linear| {
             let c = linear.clamp(0.0, 1.0);
@@ -91,26 +100,82 @@ pub(super) fn typical_radius(samples: &[Sample]) -> f32 {
 
 /// Merges neighbours, where that makes no surfel coarser than a radius.
 pub(super) fn merged(all: &[Sample], coarsest: f32) -> Vec<Sample> {
-    let merge = |samples: &[Sample]| merge(samples).filter(|one| one.grain() <= coarsest);
     let mut found = Vec::with_capacity(all.len() / 2);
-    for four in all.chunks(BRANCH) {
-        match merge(four) {
-            Some(one) => found.push(one),
-            None => {
-                for two in four.chunks(2) {
-                    match merge(two) {
-                        Some(one) => found.push(one),
-                        None => found.extend_from_slice(two),
-                    }
-                }
+    merge_each(all, coarsest, |one, _| found.push(one));
+    found
+}
+
+/// The same; gives for each which of the samples it stands for.
+fn merge_each(all: &[Sample], coarsest: f32, mut take: impl FnMut(Sample, Range<usize>)) {
+    let merge = |samples: &[Sample]| merge(samples).filter(|one| one.grain() <= coarsest);
+    for (i, four) in all.chunks(BRANCH).enumerate() {
+        let first = BRANCH * i;
+        if let Some(one) = merge(four) {
+            take(one, first..first + four.len());
+            continue;
+        }
+        for (i, two) in four.chunks(2).enumerate() {
+            let first = first + 2 * i;
+            if let Some(one) = merge(two) {
+                take(one, first..first + two.len());
+                continue;
             }
+            for (i, one) in two.iter().enumerate() {
+                take(*one, first + i..first + i + 1);
+            }
+        }
+    }
+}
+
+/// Puts samples into an order in which neighbours are side by side, and merges up to four at a time where what they
+/// become looks like them. Gives for each sample that is left which of those in the new order it stands for.
+#[must_use]
+pub fn merge_neighbours(samples: &mut [Sample]) -> Vec<(Sample, Range<usize>)> {
+    gather(samples);
+    let mut found = Vec::with_capacity(samples.len() / 2);
+    merge_each(samples, COARSEST * typical_radius(samples), |one, range| found.push((one, range)));
+    found
+}
+
+/// The same with each four, whatever they look like: round splats where no disc does, as seen from afar leaves and
+/// walls that meet do. Where materials differ it has that of the largest.
+#[must_use]
+pub fn merge_all(samples: &mut [Sample]) -> Vec<(Sample, Range<usize>)> {
+    gather(samples);
+    let mut found = Vec::with_capacity(samples.len() / BRANCH + 1);
+    let typical = typical_radius(samples);
+    for (i, four) in samples.chunks(BRANCH).enumerate() {
+        let first = BRANCH * i;
+        let alike = merge(four).filter(|one| one.grain() <= COARSEST * typical);
+        match alike.or_else(|| merge_round(four)) {
+            Some(one) => found.push((one, first..first + four.len())),
+            None => found
+                .extend(four.iter().enumerate().map(|(i, one)| (*one, first + i..first + i + 1))),
         }
     }
     found
 }
 
+/// A round splat for several surfels; `None` of a single one, and where numbers end.
+fn merge_round(samples: &[Sample]) -> Option<Sample> {
+    let largest = samples
+        .iter()
+        .copied()
+        .reduce(|largest, other| if other.radius > largest.radius { other } else { largest })?;
+    let round: Vec<Sample> = samples
+        .iter()
+        .map(|sample| Sample { is_round: true, material: largest.material, ..*sample })
+        .collect();
+    merge_within(&round, f32::INFINITY)
+}
+
 /// One surfel for several; `None` where there is none that looks like them.
 fn merge(samples: &[Sample]) -> Option<Sample> {
+    merge_within(samples, MAX_APART)
+}
+
+/// The same; places may lie so many of the joint radii apart.
+fn merge_within(samples: &[Sample], max_apart: f32) -> Option<Sample> {
     let [first, rest @ ..] = samples else { return None };
     let is_round = first.is_round;
     let differs = |other: &Sample| other.material != first.material || other.is_round != is_round;
@@ -155,7 +220,7 @@ fn merge(samples: &[Sample]) -> Option<Sample> {
         squared += weight / total * ((sample.radius / unit).powi(2) + of_places * apart2);
         farthest = farthest.max(apart2.sqrt() * unit + sample.apart);
         let is_turned = !is_round && dot(sample.normal, normal) < MIN_COSINE;
-        if is_turned || apart2 > MAX_APART * MAX_APART * total {
+        if is_turned || apart2 > max_apart * max_apart * total {
             return None;
         }
     }

@@ -1,0 +1,321 @@
+//! A chunk: its points with those around, what they lack estimated, as leaves and the nodes above them.
+
+use super::cells::{Cell, Cube, LEVELS};
+use super::merged::{self, NODE};
+use super::nodes::{Coarse, Made, Node, NodeFile};
+use super::plan::Plan;
+use super::spool::{SpoolReader, buffers};
+use crate::error::PyramidError;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use surfelshop_api::columns::{Element, POSITION};
+use surfelshop_api::format::{CloudHeader, FileColumn};
+use surfelshop_cloud::convert::{Collection, assembled};
+use surfelshop_cloud::{Buffer, Cloud, Column, Progress, ReadOptions, Summary, files};
+use surfelshop_geometry::{Bounds, part};
+
+/// Spacings of a surface that estimates look beyond a chunk: normals of rough points are fitted to up to 1024 of those
+/// around, a patch of 18 spacings to all sides.
+const HALO: f64 = 18.0;
+
+/// Points from which on the spacing can be told from their number; of fewer all around are looked at.
+const FEW: usize = 1000;
+
+/// Points around that are looked at, at most, over those of the chunk.
+const MOST_AROUND: usize = 2;
+
+/// The column that says which points are of the chunk.
+const OWN: &str = "surfelshop own";
+
+/// What is known of all chunks.
+pub(super) struct Chunks<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) collection: &'a Collection,
+    pub(super) cube: Cube,
+    pub(super) folder: &'a Path,
+    pub(super) read: ReadOptions<'a>,
+}
+
+/// What was done to the points of a chunk.
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
+pub(super) struct Counts {
+    pub(super) n_surfels: u64,
+    pub(super) normals_estimated: u64,
+    pub(super) radii_estimated: u64,
+    pub(super) scattered: u64,
+    pub(super) of_unsure_side: u64,
+    pub(super) largest_radius: f32,
+    pub(super) warnings: Vec<String>,
+}
+
+impl Chunks<'_> {
+    fn path(&self, number: usize) -> PathBuf {
+        self.folder.join(format!("chunk-{number}.bin"))
+    }
+
+    /// The nodes of a chunk; those of an earlier run, where it made them.
+    pub(super) fn made(
+        &self,
+        number: usize,
+        progress: Progress<'_>,
+    ) -> Result<(Option<Made>, Counts), PyramidError> {
+        let path = self.path(number);
+        let list = path.with_extension("json");
+        if let Ok(text) = std::fs::read(&list)
+            && let Ok(known) = serde_json::from_slice(&text)
+            && path.exists()
+        {
+            return Ok(known);
+        }
+        let made = self.make(number, &path, progress)?;
+        let text =
+            serde_json::to_vec(&made).map_err(|error| PyramidError::Points(error.to_string()))?;
+        files::write_whole(&list, &text).map_err(PyramidError::io(&list))?;
+        Ok(made)
+    }
+
+    fn make(
+        &self,
+        number: usize,
+        path: &Path,
+        progress: Progress<'_>,
+    ) -> Result<(Option<Made>, Counts), PyramidError> {
+        let (cell, _) = self.plan.chunks[number];
+        let (header, columns) = self.points(number)?;
+        let options = ReadOptions { progress: &part(progress, 0.05..0.85), ..self.read };
+        let loaded = assembled(&header, columns, self.collection.source.clone(), &options);
+        let loaded = match loaded {
+            Ok(loaded) => loaded,
+            Err(surfelshop_cloud::ReadFault::Cancelled) => {
+                return Err(PyramidError::Cancelled(self.folder.to_owned()));
+            }
+            Err(fault) => return Err(PyramidError::Points(fault.to_string())),
+        };
+        let counts = counts(&loaded.summary);
+        let cloud = own(&loaded.cloud)?;
+        drop(loaded);
+        let counts = Counts {
+            n_surfels: cloud.len() as u64,
+            largest_radius: cloud.radii().iter().copied().fold(0.0, f32::max),
+            ..counts
+        };
+        if cloud.is_empty() {
+            NodeFile::create(path)?.finish()?;
+            return Ok((None, counts));
+        }
+        let codes = self.ordered(&cloud, cell);
+        let mut file = NodeFile::create(path)?;
+        let keys: Vec<u64> = codes.iter().map(|(code, _)| *code).collect();
+        let rows: Vec<u32> = codes.into_iter().map(|(_, row)| row).collect();
+        let mut tree = Tree { cloud: &cloud, keys: &keys, rows: &rows, file: &mut file };
+        let node = tree.node(cell, 0..keys.len())?;
+        file.finish()?;
+        Ok((Some(node.made), counts))
+    }
+
+    /// The surfels along the curve.
+    fn ordered(&self, cloud: &Cloud, cell: Cell) -> Vec<(u64, u32)> {
+        let (origin, cube) = (cloud.origin(), self.cube);
+        let code = |(row, position): (usize, &glam::Vec3)| {
+            (cube.code_in(origin + position.as_dvec3(), cell), row as u32)
+        };
+        let mut codes: Vec<(u64, u32)> =
+            cloud.positions().par_iter().enumerate().map(code).collect();
+        codes.par_sort_unstable();
+        codes
+    }
+
+    /// The points of a chunk and, behind them, those around that estimates look at; a column says which is which.
+    fn points(&self, number: usize) -> Result<(CloudHeader, Vec<Buffer>), PyramidError> {
+        let (_, range) = self.plan.chunks[number].clone();
+        let header = &self.collection.header;
+        let mut bytes = vec![Vec::new(); header.columns.len()];
+        let mut bounds: Option<Bounds> = None;
+        let mut n_own = 0;
+        for (file, segment) in self.plan.cells[range.clone()].iter().flat_map(|c| &c.segments) {
+            let mut reader = SpoolReader::open(&self.plan.spools[*file].path, header)?;
+            let rows = reader.read(segment)?;
+            for (all, bytes) in bytes.iter_mut().zip(&rows.columns) {
+                all.extend_from_slice(bytes);
+            }
+            let points = rows.positions.iter().map(|point| DVec3::from_array(*point));
+            let own = Bounds::of(points);
+            bounds = match (bounds, own) {
+                (Some(a), Some(b)) => Some(Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }),
+                (a, b) => a.or(b),
+            };
+            n_own += rows.positions.len();
+        }
+        let n_around = match bounds {
+            Some(bounds) => self.around(number, (bounds, n_own), &mut bytes)?,
+            None => 0,
+        };
+        let mut columns = buffers(header, &bytes);
+        let mut header = CloudHeader { rows: None, bounds: None, ..header.clone() };
+        header.columns.push(FileColumn::new(OWN, 1, Element::U8));
+        let mut is_own = vec![1u8; n_own];
+        is_own.resize(n_own + n_around, 0);
+        columns.push(Buffer::U8(is_own));
+        Ok((header, columns))
+    }
+
+    /// Appends points around a chunk; how many they are.
+    fn around(
+        &self,
+        number: usize,
+        (bounds, n_own): (Bounds, usize),
+        bytes: &mut [Vec<u8>],
+    ) -> Result<usize, PyramidError> {
+        if self.lacks_nothing() {
+            return Ok(0);
+        }
+        let header = &self.collection.header;
+        let (cell, range) = self.plan.chunks[number].clone();
+        let side = (bounds.max - bounds.min).max_element();
+        let reach = match n_own {
+            0..FEW => cell.bounds(&self.cube).extent(),
+            n => (HALO * side / (n as f64).sqrt()).min(side),
+        };
+        let is_near = |other: &Bounds| {
+            (other.min - reach).cmple(bounds.max).all()
+                && (other.max + reach).cmpge(bounds.min).all()
+        };
+        let away = |point: DVec3| {
+            let beyond = (bounds.min - point).max(point - bounds.max).max(DVec3::ZERO);
+            beyond.max_element()
+        };
+        let cells = (0..).zip(&self.plan.cells).filter(|(i, _)| !range.contains(i));
+        let near = cells.filter(|(_, points)| is_near(&points.cell.bounds(&self.cube)));
+        let mut found: Vec<(f64, Vec<u8>)> = Vec::new();
+        let sizes: Vec<usize> = header.columns.iter().map(FileColumn::point_bytes).collect();
+        for (file, segment) in near.flat_map(|(_, points)| &points.segments) {
+            let mut reader = SpoolReader::open(&self.plan.spools[*file].path, header)?;
+            let rows = reader.read(segment)?;
+            for (row, position) in rows.positions.iter().enumerate() {
+                let away = away(DVec3::from_array(*position));
+                if away <= reach {
+                    let columns = rows.columns.iter().zip(&sizes);
+                    let of_row = columns.flat_map(|(bytes, &n)| &bytes[row * n..(row + 1) * n]);
+                    found.push((away, of_row.copied().collect()));
+                }
+            }
+        }
+        let most = MOST_AROUND * n_own.max(FEW);
+        if found.len() > most {
+            // The nearest; of equally near ones those that come first.
+            found.sort_by(|a, b| a.0.total_cmp(&b.0));
+            found.truncate(most);
+        }
+        for (_, row) in &found {
+            let mut rest = row.as_slice();
+            for (all, &size) in bytes.iter_mut().zip(&sizes) {
+                let (value, more) = rest.split_at(size);
+                all.extend_from_slice(value);
+                rest = more;
+            }
+        }
+        Ok(found.len())
+    }
+
+    /// Whether nothing has to be estimated.
+    fn lacks_nothing(&self) -> bool {
+        let has = |name: &str| self.collection.header.column(name).is_some();
+        let has_radius = has(surfelshop_api::columns::RADIUS) || self.read.radius.is_some();
+        has(surfelshop_api::columns::NORMAL) && has_radius
+    }
+}
+
+fn counts(summary: &Summary) -> Counts {
+    Counts {
+        normals_estimated: summary.normals.estimated,
+        radii_estimated: summary.radii.estimated,
+        scattered: summary.normals.scattered,
+        of_unsure_side: summary.normals.of_unsure_side,
+        warnings: summary.warnings.clone(),
+        ..Counts::default()
+    }
+}
+
+/// The surfels of the chunk itself.
+fn own(cloud: &Cloud) -> Result<Cloud, PyramidError> {
+    let Some(Buffer::U8(own)) = cloud.column(OWN).map(Column::values) else {
+        return Err(PyramidError::Points("the points of a part cannot be told apart".to_owned()));
+    };
+    let mask: Vec<bool> = own.iter().map(|&own| own != 0).collect();
+    let kept = cloud.without_column(OWN);
+    kept.keep(&mask).map_err(|error| PyramidError::Points(error.to_string()))
+}
+
+/// The tree of a chunk.
+struct Tree<'a> {
+    cloud: &'a Cloud,
+    keys: &'a [u64],
+    rows: &'a [u32],
+    file: &'a mut NodeFile,
+}
+
+impl Tree<'_> {
+    /// The node of a cell and all beneath it.
+    fn node(&mut self, cell: Cell, range: Range<usize>) -> Result<Node, PyramidError> {
+        if range.len() <= NODE || cell.level >= LEVELS {
+            return self.leaf(cell, range);
+        }
+        let mut parts = Vec::new();
+        let mut start = range.start;
+        for child in cell.children() {
+            let n = self.keys[start..range.end].partition_point(|&key| key < child.end());
+            if n > 0 {
+                parts.push((child, start..start + n));
+            }
+            start += n;
+        }
+        if let [(child, range)] = parts.as_slice() {
+            return self.node(*child, range.clone());
+        }
+        let mut nodes = Vec::with_capacity(parts.len());
+        for (child, range) in parts {
+            nodes.push(self.node(child, range)?);
+        }
+        joined(cell, nodes, self.file)
+    }
+
+    fn leaf(&mut self, cell: Cell, range: Range<usize>) -> Result<Node, PyramidError> {
+        let rows = &self.rows[range];
+        let mut columns = Vec::new();
+        for column in self.cloud.columns() {
+            let values = column.values().gather(column.components() as usize, rows);
+            let values = values.map_err(|out| PyramidError::Points(out.to_string()))?;
+            columns.push(Column::new(column.name(), column.components(), values));
+        }
+        let cloud = Cloud::new(self.cloud.origin(), columns);
+        let cloud = cloud.map_err(|error| PyramidError::Points(error.to_string()))?;
+        self.file.put(cell, cloud, Coarse::default(), Vec::new())
+    }
+}
+
+/// The node above several.
+pub(super) fn joined(
+    cell: Cell,
+    nodes: Vec<Node>,
+    file: &mut NodeFile,
+) -> Result<Node, PyramidError> {
+    let (made, clouds): (Vec<Made>, Vec<Cloud>) =
+        nodes.into_iter().map(|node| (node.made, node.cloud)).unzip();
+    let apart: Vec<f32> = made.iter().map(|made| made.record.apart).collect();
+    let origin = clouds.first().map_or(DVec3::ZERO, Cloud::origin);
+    let merged = merged::merged(&clouds, &apart, origin);
+    let merged = merged.map_err(|error| PyramidError::Points(error.to_string()))?;
+    drop(clouds);
+    let coarse = Coarse { grain: merged.grain, apart: merged.apart };
+    file.put(cell, merged.cloud, coarse, made)
+}
+
+/// Whether a header has what a cloud needs.
+pub(super) fn check(header: &CloudHeader) -> Result<(), String> {
+    match header.column(POSITION) {
+        Some((_, column)) if column.element == Element::F64 => Ok(()),
+        _ => Err("expected points with coordinates, found none".to_owned()),
+    }
+}

@@ -1,0 +1,227 @@
+//! The nodes above the chunks, and the file.
+
+use super::cells::Cell;
+use super::chunk::{Counts, joined};
+use super::nodes::{Made, Node, NodeFile};
+use crate::codec;
+use crate::error::PyramidError;
+use crate::layout::{self, Directory, HEADER, Header, NodeRecord, Stored};
+use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::fs::File;
+use std::io::{Read as _, Seek as _, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use surfelshop_api::format::FileColumn;
+use surfelshop_cloud::convert::Collection;
+use surfelshop_cloud::{Cloud, Column, Progress, files};
+
+/// Merges what is above the chunks and writes the file; number of nodes, of leaves, and of bytes.
+pub(super) fn finish(
+    chunks: Vec<Made>,
+    (collection, counts): (&Collection, &Counts),
+    output: &Path,
+    folder: &Path,
+    progress: Progress<'_>,
+) -> Result<(u64, u64, u64), PyramidError> {
+    let Some(root) = root(chunks, folder, progress)? else {
+        return Err(PyramidError::Points(
+            "expected points with finite coordinates, found none".to_owned(),
+        ));
+    };
+    let mut order: VecDeque<&Made> = VecDeque::from([&root]);
+    let mut nodes: Vec<&Made> = Vec::new();
+    while let Some(node) = order.pop_front() {
+        nodes.push(node);
+        order.extend(&node.children);
+    }
+    let columns = all_columns(&nodes);
+    let records = placed(&nodes, &columns);
+    let n_leaves = nodes.iter().filter(|node| node.children.is_empty()).count() as u64;
+    let directory = Directory {
+        generator: format!("surfelshop {}", env!("CARGO_PKG_VERSION")),
+        columns,
+        n_surfels: counts.n_surfels,
+        n_leaves,
+        n_nodes: nodes.len() as u64,
+        bounds: [root.low, root.high],
+        largest_radius: counts.largest_radius,
+        source: (&collection.source).into(),
+        notes: notes(counts),
+    };
+    let bytes = written(&nodes, &records, &directory, output)?;
+    Ok((nodes.len() as u64, n_leaves, bytes))
+}
+
+/// What was done, in sentences.
+fn notes(counts: &Counts) -> Vec<String> {
+    let Counts { normals_estimated, radii_estimated, scattered, of_unsure_side, .. } = counts;
+    let mut notes = Vec::new();
+    if *normals_estimated > 0 {
+        let share = |n: &u64| 100.0 * *n as f64 / *normals_estimated as f64;
+        notes.push(format!(
+            "normals were estimated; {:.1} % of them are of no surface, {:.1} % of unsure side",
+            share(scattered),
+            share(of_unsure_side)
+        ));
+    }
+    if *radii_estimated > 0 {
+        notes.push("radii were estimated".to_owned());
+    }
+    notes.extend(counts.warnings.iter().cloned());
+    notes
+}
+
+/// The root above all chunks.
+fn root(
+    chunks: Vec<Made>,
+    folder: &Path,
+    progress: Progress<'_>,
+) -> Result<Option<Made>, PyramidError> {
+    let path = folder.join("top.bin");
+    let mut file = NodeFile::create(&path)?;
+    let mut by_level: BTreeMap<u32, Vec<Made>> = BTreeMap::new();
+    for made in chunks {
+        // Chunks whose points lie in one of their eighths begin further down; what counts is where they hang.
+        by_level.entry(made.cell.level).or_default().push(made);
+    }
+    while let Some((level, nodes)) = by_level.pop_last() {
+        if level == 0 || (by_level.is_empty() && nodes.len() == 1) {
+            file.finish()?;
+            return Ok(nodes.into_iter().next());
+        }
+        if progress(0.3).is_break() {
+            return Err(PyramidError::Cancelled(folder.to_owned()));
+        }
+        let mut families: BTreeMap<Cell, Vec<Made>> = BTreeMap::new();
+        for node in nodes {
+            families.entry(Cell::of(node.cell.first, level - 1)).or_default().push(node);
+        }
+        let above = by_level.entry(level - 1).or_default();
+        for (cell, mut family) in families {
+            family.sort_by_key(|node| node.cell);
+            let node = match family.len() {
+                // One alone stands for its parent.
+                1 => family.pop().map(|only| Made { cell, ..only }),
+                _ => {
+                    let nodes = family.into_iter().map(read_back).collect::<Result<Vec<_>, _>>()?;
+                    Some(joined(cell, nodes, &mut file)?.made)
+                }
+            };
+            above.extend(node);
+        }
+    }
+    file.finish()?;
+    Ok(None)
+}
+
+/// A node with its surfels.
+fn read_back(made: Made) -> Result<Node, PyramidError> {
+    let failed = |error| PyramidError::io(&made.file)(error);
+    let mut file = File::open(&made.file).map_err(failed)?;
+    let mut columns = Vec::with_capacity(made.columns.len());
+    for (column, stored) in made.columns.iter().zip(&made.record.columns) {
+        let mut bytes = vec![0; stored.length as usize];
+        let read = file.seek(SeekFrom::Start(stored.offset));
+        read.and_then(|_| file.read_exact(&mut bytes)).map_err(failed)?;
+        let n = made.record.n_surfels as usize * column.components as usize;
+        let values = codec::decode(&bytes, stored.encoding, column.element, n)
+            .filter(|_| crc32fast::hash(&bytes) == stored.crc)
+            .ok_or_else(|| {
+                PyramidError::file(
+                    &made.file,
+                    "the work so far is damaged; remove its folder and start again",
+                )
+            })?;
+        columns.push(Column::new(column.name.as_str(), column.components, values));
+    }
+    let cloud = Cloud::new(made.record.origin, columns);
+    let cloud = cloud.map_err(|error| PyramidError::Points(error.to_string()))?;
+    Ok(Node { made, cloud })
+}
+
+/// The columns of all nodes; leaves come with all of theirs first.
+fn all_columns(nodes: &[&Made]) -> Vec<FileColumn> {
+    let mut all: Vec<FileColumn> = Vec::new();
+    for column in nodes.iter().rev().flat_map(|node| &node.columns) {
+        if !all.iter().any(|known| is_same(known, column)) {
+            all.push(column.clone());
+        }
+    }
+    all
+}
+
+fn is_same(a: &FileColumn, b: &FileColumn) -> bool {
+    a.name == b.name && a.components == b.components && a.element == b.element
+}
+
+/// The records as they are in the file, where each node's columns follow each other.
+fn placed(nodes: &[&Made], columns: &[FileColumn]) -> Vec<NodeRecord> {
+    let mut offset = HEADER as u64;
+    let mut next_child = 1;
+    let mut records = Vec::with_capacity(nodes.len());
+    for node in nodes {
+        let mut record = node.record.clone();
+        record.children[0] = if node.children.is_empty() { 0 } else { next_child };
+        next_child += node.children.len() as u32;
+        record.columns = vec![Stored::default(); columns.len()];
+        for (column, stored) in node.columns.iter().zip(&node.record.columns) {
+            if let Some(place) = columns.iter().position(|known| is_same(known, column)) {
+                record.columns[place] = Stored { offset, ..*stored };
+            }
+            offset += u64::from(stored.length);
+        }
+        records.push(record);
+    }
+    records
+}
+
+/// Writes the file; its length.
+fn written(
+    nodes: &[&Made],
+    records: &[NodeRecord],
+    directory: &Directory,
+    output: &Path,
+) -> Result<u64, PyramidError> {
+    let stored: u64 = records.iter().map(NodeRecord::stored_bytes).sum();
+    let directory =
+        serde_json::to_vec(directory).map_err(|error| PyramidError::Points(error.to_string()))?;
+    let mut table = Vec::new();
+    records.iter().for_each(|record| record.put(&mut table));
+    let part = |offset: u64, bytes: &[u8]| (offset, bytes.len() as u64, crc32fast::hash(bytes));
+    let at = HEADER as u64 + stored;
+    let n_nodes = u32::try_from(nodes.len())
+        .map_err(|_| PyramidError::Points("there are more than 2^32 nodes".to_owned()))?;
+    let header = Header {
+        n_nodes,
+        directory: part(at, &directory),
+        nodes: part(at + directory.len() as u64, &table),
+    };
+    let failed = PyramidError::io(output);
+    let write = |out: &mut dyn Write| -> Result<(), PyramidError> {
+        out.write_all(&header.bytes()).map_err(&failed)?;
+        let mut open: HashMap<&PathBuf, File> = HashMap::new();
+        let mut bytes = Vec::new();
+        for node in nodes {
+            if open.len() > 64 {
+                open.clear();
+            }
+            let read = PyramidError::io(&node.file);
+            let file = match open.entry(&node.file) {
+                std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
+                std::collections::hash_map::Entry::Vacant(place) => {
+                    place.insert(File::open(&node.file).map_err(&read)?)
+                }
+            };
+            let first = node.record.columns.first().map_or(0, |stored| stored.offset);
+            bytes.resize(node.record.stored_bytes() as usize, 0);
+            let found = file.seek(SeekFrom::Start(first));
+            found.and_then(|_| file.read_exact(&mut bytes)).map_err(&read)?;
+            out.write_all(&bytes).map_err(&failed)?;
+        }
+        out.write_all(&directory).map_err(&failed)?;
+        out.write_all(&table).map_err(&failed)
+    };
+    files::replace(output, write, &failed)?;
+    Ok(layout::table_bytes(n_nodes, records.first().map_or(0, |record| record.columns.len()))
+        + at
+        + directory.len() as u64)
+}

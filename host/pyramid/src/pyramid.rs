@@ -1,0 +1,227 @@
+//! An open pyramid.
+
+use crate::codec;
+use crate::error::PyramidError;
+use crate::layout::{self, Directory, HEADER, Header, NodeRecord, damaged};
+use glam::DVec3;
+use std::path::{Path, PathBuf};
+use surfelshop_api::columns::{COLOR, Element};
+use surfelshop_api::format::{FileColumn, FileHost as _};
+use surfelshop_api::{CloudFacts, ObjectFrame};
+use surfelshop_cloud::{Buffer, Cloud, Column, Source, SystemFile, files, memory};
+
+/// An open pyramid: its directory and its nodes' records in memory, their surfels in the file.
+pub struct Pyramid {
+    path: PathBuf,
+    file: SystemFile,
+    directory: Directory,
+    nodes: Vec<NodeRecord>,
+    source: Source,
+}
+
+impl Pyramid {
+    /// Opens a pyramid. Of its nodes the records are read and checked, and none of their surfels.
+    ///
+    /// # Errors
+    /// One line where it is no pyramid, of another version, or damaged.
+    pub fn open(path: &Path) -> Result<Self, PyramidError> {
+        let (file, header, directory) = head(path)?;
+        let fault = |line: String| PyramidError::file(path, line);
+        let (offset, length, crc) = header.nodes;
+        let n_columns = directory.columns.len();
+        if length != layout::table_bytes(header.n_nodes, n_columns) {
+            return Err(fault(damaged("its table of nodes has another length than it announces")));
+        }
+        let table = read(&file, path, (offset, length, crc), "its table of nodes")?;
+        let nodes =
+            layout::nodes(&table, header.n_nodes, n_columns, file.length()).map_err(fault)?;
+        let source = directory.source.of_cloud();
+        Ok(Self { path: path.to_owned(), file, directory, nodes, source })
+    }
+
+    /// The directory of a pyramid, which says all but where its nodes are.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open).
+    pub fn directory_of(path: &Path) -> Result<Directory, PyramidError> {
+        head(path).map(|(_, _, directory)| directory)
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What the file says of the whole.
+    #[must_use]
+    pub fn directory(&self) -> &Directory {
+        &self.directory
+    }
+
+    /// What the files said that it was made of.
+    #[must_use]
+    pub fn source(&self) -> &Source {
+        &self.source
+    }
+
+    /// The nodes; the first is the root.
+    #[must_use]
+    pub fn nodes(&self) -> &[NodeRecord] {
+        &self.nodes
+    }
+
+    /// The box of the whole.
+    #[must_use]
+    pub fn object(&self) -> ObjectFrame {
+        let [low, high] = self.directory.bounds;
+        ObjectFrame::around(low, high, 2.0 * f64::from(self.directory.largest_radius))
+    }
+
+    /// Facts of the whole, in which so many surfels count.
+    #[must_use]
+    pub fn facts(&self, n_surfels: u64) -> CloudFacts {
+        let [bounds_min, bounds_max] = self.directory.bounds;
+        let mut columns: Vec<String> =
+            self.directory.columns.iter().map(|column| column.name.clone()).collect();
+        columns.sort_unstable();
+        let colored = self.directory.columns.iter().any(|column| column.name == COLOR);
+        CloudFacts {
+            n_surfels,
+            bounds_min,
+            bounds_max,
+            columns,
+            equal_radius: None,
+            equal_color: (!colored).then_some(surfelshop_cloud::NEUTRAL_ALBEDO),
+            objects: vec![self.object()],
+            colored: vec![colored],
+        }
+    }
+
+    /// Reads the surfels of a node, and checks them.
+    ///
+    /// # Errors
+    /// One line where there is no such node, the file is damaged, the system refuses, or memory runs out.
+    pub fn read(&self, node: u32) -> Result<Cloud, PyramidError> {
+        let fault = |line: String| PyramidError::file(&self.path, line);
+        let Some(record) = self.nodes.get(node as usize) else {
+            return Err(fault(format!("expected a node below {}, found {node}", self.nodes.len())));
+        };
+        let mut columns = Vec::with_capacity(record.columns.len());
+        for (column, stored) in self.directory.columns.iter().zip(&record.columns) {
+            if stored.length == 0 {
+                columns.extend(missing(column, record.n_surfels));
+                continue;
+            }
+            let name = &column.name;
+            let part = (stored.offset, u64::from(stored.length), stored.crc);
+            let what = || format!("column `{name}` of node {node}");
+            let bytes = read(&self.file, &self.path, part, &what())?;
+            let n_values = record.n_surfels as usize * column.components as usize;
+            memory::ask((n_values * column.element.size()) as u64)
+                .map_err(|out| fault(format!("{}: {out}", what())))?;
+            let values = codec::decode(&bytes, stored.encoding, column.element, n_values);
+            let values = values.ok_or_else(|| {
+                fault(damaged(&format!("{} does not hold what it announces", what())))
+            })?;
+            columns.push(Column::new(name.as_str(), column.components, values));
+        }
+        let cloud = Cloud::new(record.origin, columns)
+            .map_err(|error| fault(damaged(&format!("node {node}: {error}"))))?;
+        Ok(cloud.with_source(self.source.clone()))
+    }
+
+    /// The finest nodes that cover the whole with at most so many surfels, and at least the root.
+    #[must_use]
+    pub fn overview(&self, at_most: u64) -> Vec<u32> {
+        let n = |node: &u32| u64::from(self.nodes[*node as usize].n_surfels);
+        let mut cut = vec![0];
+        loop {
+            let finer: Vec<u32> = cut
+                .iter()
+                .flat_map(|&node| {
+                    let record = &self.nodes[node as usize];
+                    let [first, count] = record.children;
+                    if record.is_leaf() { node..node + 1 } else { first..first + count }
+                })
+                .collect();
+            if finer == cut || finer.iter().map(n).sum::<u64>() > at_most {
+                return cut;
+            }
+            cut = finer;
+        }
+    }
+
+    /// The world position that the surfels of the root are relative to.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.nodes.first().map_or(DVec3::ZERO, |root| root.origin)
+    }
+}
+
+/// What stands for a column that a node does not have, where something must.
+fn missing(column: &FileColumn, n_surfels: u32) -> Option<Column> {
+    let is_planarity = column.name == surfelshop_api::columns::PLANARITY
+        && column.element == Element::F32
+        && column.components == 1;
+    let ones = || Buffer::F32(vec![1.0; n_surfels as usize]);
+    is_planarity.then(|| Column::new(column.name.as_str(), 1, ones()))
+}
+
+/// Opens a pyramid as far as its directory.
+fn head(path: &Path) -> Result<(SystemFile, Header, Directory), PyramidError> {
+    let fault = |line: String| PyramidError::file(path, line);
+    let (file, metadata) = files::open(path).map_err(|found| fault(found.to_string()))?;
+    let length = metadata.len();
+    let file = SystemFile::new(file, length);
+    let mut bytes = [0; HEADER];
+    if length < HEADER as u64 {
+        return Err(fault(format!(
+            "expected a pyramid of at least {HEADER} bytes, found {length}"
+        )));
+    }
+    read_into(&file, path, 0, &mut bytes)?;
+    let header = Header::of(&bytes, length).map_err(fault)?;
+    let directory = read(&file, path, header.directory, "its directory")?;
+    let directory = layout::directory(&directory).map_err(fault)?;
+    Ok((file, header, directory))
+}
+
+/// Reads a part of the file that has a checksum.
+fn read(
+    file: &SystemFile,
+    path: &Path,
+    (offset, length, crc): (u64, u64, u32),
+    what: &str,
+) -> Result<Vec<u8>, PyramidError> {
+    let length = usize::try_from(length).unwrap_or(usize::MAX);
+    let mut bytes: Vec<u8> = memory::with_room(length)
+        .map_err(|out| PyramidError::file(path, format!("{what}: {out}")))?;
+    bytes.resize(length, 0);
+    read_into(file, path, offset, &mut bytes)?;
+    if crc32fast::hash(&bytes) != crc {
+        let line = damaged(&format!("{what} does not have its checksum"));
+        return Err(PyramidError::file(path, line));
+    }
+    Ok(bytes)
+}
+
+fn read_into(
+    file: &SystemFile,
+    path: &Path,
+    offset: u64,
+    mut bytes: &mut [u8],
+) -> Result<(), PyramidError> {
+    let mut at = offset;
+    while !bytes.is_empty() {
+        let n =
+            file.read_at(at, bytes).map_err(|error| PyramidError::file(path, error.to_string()))?;
+        if n == 0 {
+            let line = format!("expected more bytes at {at}, found the file's end; copy it again");
+            return Err(PyramidError::file(path, line));
+        }
+        at += n as u64;
+        bytes = bytes.get_mut(n..).unwrap_or_default();
+    }
+    Ok(())
+}
