@@ -79,6 +79,7 @@ impl AblationImage {
             frame_index: 0,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         let rendered = engine.render(renderer, &request).unwrap();
         (rendered, engine.left_out(renderer, &request))

@@ -58,6 +58,7 @@ fn render(engine: &mut Engine, unit: &Unit, cloud: &Cloud, scene: &Scene, view: 
         environment: None,
         stride: 1,
         detail_px: 0.0,
+        parts: None,
     };
     engine.render(&mut renderer, &request).unwrap()
 }

@@ -250,6 +250,7 @@ pub fn render_with(
         environment: None,
         stride: 1,
         detail_px: 0.0,
+        parts: None,
     };
     engine.render(renderer, &request)
 }

@@ -72,6 +72,8 @@ pub(crate) enum Command {
     Plugins(PluginsArguments),
     /// Read a cloud and write it in another format, with the normals and radii it lacked.
     Convert(ConvertArguments),
+    /// Make a pyramid of files of any size: a cloud that is drawn without being in memory.
+    Index(IndexArguments),
     /// Render the sample cloud with every renderer.
     Demo(DemoArguments),
     /// Print a page of the manual, or its contents; `surfelshop COMMAND --help` lists options.
@@ -126,6 +128,28 @@ pub(crate) struct InfoArguments {
     /// Load clouds whole, and say what was repaired and estimated.
     #[arg(long)]
     pub(crate) full: bool,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop index tiles/*.laz -o city.surfels
+  surfelshop index scan.e57 -o scan.surfels --memory 2GB
+  surfelshop render city.surfels -r ewa-phong -o city.png")]
+pub(crate) struct IndexArguments {
+    /// The files to read, in any format; together they are one cloud.
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) inputs: Vec<PathBuf>,
+    /// The pyramid to write, a `.surfels` file. What is done so far stays beside it, in a folder `NAME.index`, until
+    /// it is whole: the same command goes on where it was ended.
+    #[arg(short, long, value_name = "FILE", value_parser = values::pyramid_file)]
+    pub(crate) output: PathBuf,
+    /// Memory that the work takes at most, such as 500MB or 4GB.
+    #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
+    pub(crate) memory: u64,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
     #[command(flatten)]

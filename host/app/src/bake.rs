@@ -17,6 +17,7 @@ use surfelshop_runtime::plugins::UnitRef;
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::pyramids;
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::output::json::plain;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -166,7 +167,9 @@ fn bake(
         surfelshop_cloud::read(file, &formats.reading(&tell))
     };
     let transform = source.transform;
-    let loaded = Clouds::read_with(&[source], read)?.loaded.pop();
+    let mut clouds = Clouds::read_with(&[source], read)?;
+    pyramids::refuse(&clouds, "bake")?;
+    let loaded = clouds.loaded.pop();
     let mut loaded = loaded.ok_or_else(|| anyhow!("no cloud was read"))?;
     loaded
         .summary

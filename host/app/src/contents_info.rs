@@ -91,7 +91,7 @@ fn scan(cloud: &CloudContents) -> String {
     format!("{name}{} points{place}", cloud.n_points)
 }
 
-fn columns(header: &CloudHeader) -> String {
+pub(crate) fn columns(header: &CloudHeader) -> String {
     let column = |column: &surfelshop_api::format::FileColumn| {
         format!("{} {} x {}", column.name, column.components, column.element.name())
     };
@@ -102,7 +102,7 @@ fn numbers(point: DVec3, size: f64) -> String {
     point.to_array().map(|number| shortened(number, size)).join(" ")
 }
 
-fn bounds(low: DVec3, high: DVec3) -> String {
+pub(crate) fn bounds(low: DVec3, high: DVec3) -> String {
     let size = high - low;
     let [low, high, size] = [low, high, size].map(|point| numbers(point, size.max_element()));
     format!("{low} to {high}, size {size}")

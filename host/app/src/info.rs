@@ -2,12 +2,12 @@
 //! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::{contents_info, scene_info};
+use crate::{contents_info, index, scene_info};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 use surfelshop_session::input::formats::SessionFormats;
-use surfelshop_session::input::{clouds, environment_map, probe_info};
+use surfelshop_session::input::{clouds, environment_map, probe_info, pyramids};
 use surfelshop_session::output::terminal::Progress;
 use surfelshop_session::output::{provenance, terminal};
 
@@ -31,6 +31,14 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
                 probes.push(probe_info::object(&probe));
             } else {
                 terminal::line(probe_info::text(&probe)?)?;
+            }
+            continue;
+        }
+        if pyramids::is_one(file) {
+            if arguments.report.json {
+                objects.push(index::object(file)?);
+            } else {
+                terminal::line(index::text(file)?)?;
             }
             continue;
         }

@@ -8,6 +8,7 @@ mod arguments;
 mod bake;
 mod contents_info;
 mod convert;
+mod index;
 mod info;
 mod plugins;
 mod scene_info;
@@ -52,6 +53,7 @@ fn main() -> ExitCode {
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),
+        Some(Command::Index(arguments)) => index::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
         Some(Command::Help { topic }) => help(topic.as_deref()),
         None => surfelshop_viewer::run(&cli.viewer),

@@ -127,7 +127,8 @@ pub fn grow<T>(values: &mut Vec<T>, more: usize) -> Result<(), OutOfMemory> {
 
 /// Bytes that the system can give this process before it has to take them from others; `None` where it does
 /// not say.
-fn available() -> Option<u64> {
+#[must_use]
+pub fn available() -> Option<u64> {
     let meminfo = fs::read_to_string("/proc/meminfo").ok()?;
     let kib = |name: &str| {
         let line = meminfo.lines().find(|line| line.starts_with(name))?;

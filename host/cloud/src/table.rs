@@ -84,8 +84,9 @@ pub(crate) struct Table {
     pub(crate) faces: Vec<[u32; 3]>,
     pub(crate) comments: Vec<String>,
     pub(crate) warnings: Vec<String>,
-    /// 16-bit colours are such even where none is larger than 255: these are a part of the points.
-    pub(crate) keeps_wide_colors: bool,
+    /// These are a part of the points, of which nothing is told that follows from all: 16-bit colours are such even
+    /// where none is larger than 255, and normals keep the sides that they were estimated with unless a scanner says.
+    pub(crate) is_part: bool,
 }
 
 impl Table {

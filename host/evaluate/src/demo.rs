@@ -153,6 +153,7 @@ impl Stage<'_> {
                 environment: Some(self.surroundings.view()),
                 stride: 1,
                 detail_px: 0.0,
+                parts: None,
             };
             let settled = studio.settle(&mut chosen, &request)?;
             let path = |ending: &str| self.arguments.out.join(format!("{stem}-{name}.{ending}"));

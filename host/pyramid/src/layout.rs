@@ -89,7 +89,7 @@ pub struct Directory {
 /// What a file said of its points besides them.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(default)]
-pub(crate) struct StoredSource {
+pub struct StoredSource {
     /// The axis that points upwards.
     pub up: surfelshop_api::format::UpAxis,
     /// Metres per unit; 0 where nobody said.
@@ -119,7 +119,8 @@ impl From<&Source> for StoredSource {
 
 impl StoredSource {
     /// The same for a cloud.
-    pub(crate) fn of_cloud(&self) -> Source {
+    #[must_use]
+    pub fn of_cloud(&self) -> Source {
         let scan = |scanner: &Option<DVec3>| surfelshop_cloud::Scan {
             name: String::new(),
             pose: Default::default(),
@@ -139,7 +140,7 @@ impl StoredSource {
 
 /// Where a column of a node is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Stored {
+pub(crate) struct Stored {
     pub(crate) offset: u64,
     pub(crate) length: u32,
     pub(crate) encoding: u32,

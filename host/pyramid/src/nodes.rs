@@ -35,18 +35,27 @@ pub struct NodesInMemory {
     pub bytes_read: u64,
 }
 
+/// Makes of a node what is shown of it: placed, coloured, filtered. A line where that cannot be.
+pub type Prepare = Box<dyn Fn(Cloud) -> Result<Cloud, String> + Send + Sync>;
+
 /// The nodes of a pyramid, of which those used last are kept in memory.
 pub struct Nodes {
     pyramid: Arc<Pyramid>,
     budget: u64,
+    prepare: Prepare,
     state: Mutex<State>,
 }
 
 impl Nodes {
-    /// Keeps at most so many bytes, beside those that are asked for together.
+    /// Keeps at most so many bytes of prepared nodes, beside those that are asked for together.
     #[must_use]
-    pub fn new(pyramid: Arc<Pyramid>, budget: u64) -> Self {
-        Self { pyramid, budget, state: Mutex::default() }
+    pub fn new(pyramid: Arc<Pyramid>, budget: u64, prepare: Prepare) -> Self {
+        Self { pyramid, budget, prepare, state: Mutex::default() }
+    }
+
+    fn read(&self, node: u32) -> Result<Cloud, PyramidError> {
+        let cloud = self.pyramid.read(node)?;
+        (self.prepare)(cloud).map_err(|line| PyramidError::file(self.pyramid.path(), line))
     }
 
     /// The pyramid.
@@ -100,7 +109,7 @@ impl Nodes {
         };
         let missing: Vec<usize> = (0..nodes.len()).filter(|&i| found[i].is_none()).collect();
         let read: Vec<(usize, Result<Cloud, PyramidError>)> =
-            missing.into_par_iter().map(|i| (i, self.pyramid.read(nodes[i]))).collect();
+            missing.into_par_iter().map(|i| (i, self.read(nodes[i]))).collect();
         let mut state = self.state();
         let clock = state.clock;
         for (i, cloud) in read {

@@ -5,7 +5,7 @@ use crate::error::PyramidError;
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, damaged};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
-use surfelshop_api::columns::{COLOR, Element};
+use surfelshop_api::columns::{COLOR, Element, POSITION};
 use surfelshop_api::format::{FileColumn, FileHost as _};
 use surfelshop_api::{CloudFacts, ObjectFrame};
 use surfelshop_cloud::{Buffer, Cloud, Column, Source, SystemFile, files, memory};
@@ -150,6 +150,48 @@ impl Pyramid {
             }
             cut = finer;
         }
+    }
+
+    /// The whole as one cloud of at most so many merged surfels, and at least those of the root: columns that some of
+    /// its nodes lack are left out.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn overview_cloud(&self, at_most: u64) -> Result<Cloud, PyramidError> {
+        let clouds = self.overview(at_most).into_iter().map(|node| self.read(node));
+        let clouds = clouds.collect::<Result<Vec<_>, _>>()?;
+        let fault = |line: String| PyramidError::file(&self.path, line);
+        let (Some(first), origin) = (clouds.first(), self.origin()) else {
+            return Err(fault(damaged("it has no root")));
+        };
+        let mut columns = Vec::new();
+        for column in first.columns() {
+            let (name, n) = (column.name(), column.components());
+            let mut values = Buffer::with_capacity(column.values().element(), 0);
+            let mut is_whole = true;
+            for cloud in &clouds {
+                let found = cloud.column(name).filter(|found| found.components() == n);
+                match (found, name == POSITION) {
+                    (Some(_), true) => {
+                        let offset = cloud.origin() - origin;
+                        let moved = cloud.positions().iter().map(|p| offset + p.as_dvec3());
+                        moved.flat_map(|p| p.to_array()).for_each(|x| {
+                            values.push(x);
+                        });
+                    }
+                    (Some(found), false) => (0..found.values().len()).for_each(|i| {
+                        is_whole &=
+                            found.values().get_f64(i).is_some_and(|value| values.push(value));
+                    }),
+                    (None, _) => is_whole = false,
+                }
+            }
+            if is_whole || name == POSITION {
+                columns.push(Column::new(name, n, values));
+            }
+        }
+        let cloud = Cloud::new(origin, columns).map_err(|error| fault(error.to_string()))?;
+        Ok(cloud.with_source(self.source.clone()))
     }
 
     /// The world position that the surfels of the root are relative to.

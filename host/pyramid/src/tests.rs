@@ -203,12 +203,12 @@ fn nodes_within_a_budget_are_kept_and_read_once() {
     let view = CutView::new(&view, &settings, &Transform::default(), 0.0);
     let cut = Cut::of(pyramid.nodes(), &view, u64::MAX, |_| true);
     assert!(cut.nodes.len() > 3 && cut.missing.is_empty());
-    let large = Nodes::new(Arc::clone(&pyramid), u64::MAX);
+    let large = Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(Ok));
     let first = large.get(&cut.nodes).unwrap();
     let again = large.get(&cut.nodes).unwrap();
     assert!(first.iter().zip(&again).all(|(a, b)| Arc::ptr_eq(a, b)));
     assert_eq!(large.in_memory().nodes_read, cut.nodes.len() as u64);
-    let small = Nodes::new(pyramid, 1);
+    let small = Nodes::new(pyramid, 1, Box::new(Ok));
     small.get(&cut.nodes).unwrap();
     small.get(&cut.nodes[..1]).unwrap();
     assert_eq!(small.in_memory().nodes, 1, "what is not in use goes");

@@ -12,6 +12,8 @@ pub struct Cloud<'a> {
     pub view_from_cloud: Mat4,
     /// The number of its first surfel in the picture, above 0.
     pub first: u32,
+    /// Number of the object that it belongs to.
+    pub object: u32,
 }
 
 /// A cloud in a view.
@@ -22,4 +24,6 @@ pub(crate) struct CloudInView<'a> {
     pub(crate) first: u32,
     /// Number of its first surfel in the picture.
     pub(crate) first_surfel: u32,
+    /// Number of the object that it belongs to.
+    pub(crate) object: u32,
 }

@@ -82,7 +82,8 @@ fn draw_with(
         .map(|cloud| {
             let columns = cloud.columns;
             let eye = Eye::new(view, cloud.view_from_cloud);
-            let in_view = CloudInView { columns, eye, first, first_surfel: cloud.first };
+            let (first_surfel, object) = (cloud.first, cloud.object);
+            let in_view = CloudInView { columns, eye, first, first_surfel, object };
             first += columns.n_places as u32;
             in_view
         })

@@ -12,7 +12,8 @@ use std::ops::Range;
 #[must_use]
 pub fn places(cloud: &Cloud<'_>, view: &View) -> Vec<Range<u32>> {
     let eye = Eye::new(view, cloud.view_from_cloud);
-    runs(CloudInView { columns: cloud.columns, eye, first: 1, first_surfel: cloud.first })
+    let Cloud { columns, first, object, .. } = *cloud;
+    runs(CloudInView { columns, eye, first: 1, first_surfel: first, object })
 }
 
 /// One of the columns.

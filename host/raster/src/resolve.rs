@@ -94,8 +94,8 @@ fn looked_up(
         let at = band.at(tile, x, y);
         let (mut winner, mut material, mut object) = ([0; 2], 0, 0);
         if number != 0 {
-            object = scene.cloud_of(number);
-            let in_view = &scene.clouds[object];
+            let in_view = &scene.clouds[scene.cloud_of(number)];
+            object = in_view.object;
             let surfel = in_view.columns.surfel_at(in_view.place(number));
             let number = (in_view.first_surfel + surfel) | (number & BACK);
             winner = [number, tile.depth[square][lane].to_bits()];
@@ -108,7 +108,7 @@ fn looked_up(
             *pixel = material;
         }
         if let Some(pixel) = band.object.get_mut(at) {
-            *pixel = object as u32;
+            *pixel = object;
         }
     }
 }

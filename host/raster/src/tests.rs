@@ -65,8 +65,13 @@ type Bits = (Vec<[u32; 2]>, Vec<[u32; 4]>, Vec<u32>, Vec<u32>);
 fn drawn(level: Level, columns: [&Columns; 2], view: &View, mode: Mode) -> Bits {
     let moved = Mat4::from_translation(glam::Vec3::new(0.4, 0.1, 0.2));
     let clouds = [
-        Cloud { columns: columns[0], view_from_cloud: Mat4::IDENTITY, first: 1 },
-        Cloud { columns: columns[1], view_from_cloud: moved, first: 1 + columns[0].len() as u32 },
+        Cloud { columns: columns[0], view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 },
+        Cloud {
+            columns: columns[1],
+            view_from_cloud: moved,
+            first: 1 + columns[0].len() as u32,
+            object: 1,
+        },
     ];
     let parts = Parts { mode, winners: true, material: true, object: true };
     let mut picture = Picture::default();
@@ -98,7 +103,7 @@ fn what_is_drawn_into_used_memory_is_what_is_drawn_into_new() {
     let parts = Parts { mode: Mode::Blended, winners: true, material: false, object: false };
     let mut used = Picture::default();
     let draw_into = |columns: &Columns, orthographic: bool, picture: &mut Picture| {
-        let clouds = [Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1 }];
+        let clouds = [Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 }];
         draw(&clouds, &view(orthographic, 0.0), parts, &linear(), picture);
     };
     draw_into(&large, true, &mut used);
@@ -113,7 +118,8 @@ fn what_is_drawn_into_used_memory_is_what_is_drawn_into_new() {
 fn winners_name_surfels_of_the_cloud_also_where_they_are_merged() {
     let columns = sphere(4000);
     let view = view(false, 30.0);
-    let clouds = [Cloud { columns: &columns, view_from_cloud: Mat4::IDENTITY, first: 1 }];
+    let clouds =
+        [Cloud { columns: &columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 }];
     let parts = Parts { mode: Mode::None, winners: true, material: true, object: false };
     let mut picture = Picture::default();
     draw(&clouds, &view, parts, &linear(), &mut picture);

@@ -1,6 +1,7 @@
 //! What is rendered: what was typed, else what the scene says, else the usual.
 
 use crate::input::environment_map;
+use crate::input::pyramids;
 use crate::options::camera::CameraSpec;
 use crate::options::colors::PointSpec;
 use crate::options::explicit::ExplicitOptions;
@@ -101,6 +102,8 @@ pub struct RenderSetup {
     pub parallel: Option<bool>,
     /// Radius of merged surfels in pixels; 0 where none are.
     pub detail_px: f32,
+    /// The same of pyramids, which are merged where nobody says anything.
+    pub pyramid_detail_px: f32,
 }
 
 impl RenderSetup {
@@ -135,6 +138,10 @@ impl RenderSetup {
             camera: camera.filter(|_| !given.has("camera")),
             parallel: given.has("orthographic").then_some(arguments.lens.orthographic),
             detail_px: arguments.detail,
+            pyramid_detail_px: match given.has("detail") {
+                true => arguments.detail,
+                false => pyramids::DETAIL_PX,
+            },
         })
     }
 }

@@ -56,6 +56,7 @@ fn draw_with(engine: &mut Engine, graph: &EncodedGraph) -> Result<Rendered, Rend
         environment: None,
         stride: 1,
         detail_px: 0.0,
+        parts: None,
     };
     engine.render(&mut view, &request)?;
     engine.render(&mut view, &request)

@@ -70,6 +70,7 @@ impl Sheet {
                 environment: Some(view_of(&environment, shot.probe)),
                 stride: 1,
                 detail_px: 0.0,
+                parts: None,
             },
         )?;
         let color = rendered.image(&Output::Color).ok_or_else(|| anyhow::anyhow!("no picture"))?;

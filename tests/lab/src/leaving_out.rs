@@ -63,6 +63,7 @@ impl Side {
             frame_index: 0,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         self.engine.forget_surfaces();
         let started = Instant::now();

@@ -124,6 +124,7 @@ fn measure(
                 environment: Some(view_of(&environment, probe)),
                 stride: 1,
                 detail_px: 0.0,
+                parts: None,
             };
             let one = timed(engine, &mut runner.renderer, &request, runner.pass)?;
             // The first frames compile and filter.

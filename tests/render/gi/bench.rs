@@ -65,6 +65,7 @@ impl Bench {
             environment: None,
             stride: self.stride,
             detail_px: 0.0,
+            parts: None,
         };
         self.engine.render(&mut self.renderer, &request).unwrap()
     }

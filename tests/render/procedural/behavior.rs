@@ -75,6 +75,7 @@ impl Lab {
                 .map(|(probe, environment)| view_of(environment, probe)),
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         self.engine.render(&mut self.renderer, &request)
     }

@@ -81,6 +81,7 @@ impl Stage {
             environment: None,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
         let color = rendered.image(&Output::Color).unwrap();

@@ -89,6 +89,7 @@ impl Lab {
             environment: probe.zip(environment.as_ref()).map(|(p, e)| view_of(e, p)),
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         self.engine.render(renderer, &request).unwrap()
     }

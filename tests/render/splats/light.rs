@@ -39,6 +39,7 @@ fn colors(
         environment,
         stride: 1,
         detail_px: 0.0,
+        parts: None,
     };
     let rendered = engine.render(renderer, &request).unwrap();
     rendered.image(&Output::Color).unwrap().data.clone()

@@ -49,6 +49,7 @@ impl Lab {
             environment: None,
             stride: 1,
             detail_px,
+            parts: None,
         };
         self.engine.forget_surfaces();
         self.engine.render(&mut self.renderer, &request).unwrap()

@@ -70,6 +70,7 @@ fn the_sharpest_highlight_is_smooth_and_right() {
             environment: None,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         let frame = engine.render(&mut renderer, &request).unwrap();
         let color = frame.image(&Output::Color).unwrap();

@@ -22,6 +22,7 @@ fn picture(engine: &mut Engine, cloud: &Cloud, view: View, stride: u32) -> Image
         environment: None,
         stride,
         detail_px: 0.0,
+        parts: None,
     };
     engine.render(&mut renderer, &request).unwrap().images.remove(0).1
 }

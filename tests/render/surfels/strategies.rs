@@ -121,6 +121,7 @@ fn render_with(
         environment: None,
         stride: 1,
         detail_px: case.detail_px,
+        parts: None,
     };
     engine.render(renderer, &request).unwrap()
 }

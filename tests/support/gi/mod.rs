@@ -112,6 +112,7 @@ impl Bench {
             environment: None,
             stride: self.stride,
             detail_px: 0.0,
+            parts: None,
         };
         Ok(self.engine.render(&mut self.renderer, &request)?)
     }

@@ -91,6 +91,7 @@ fn timed(
         environment: None,
         stride: bench.stride,
         detail_px: 0.0,
+        parts: None,
     };
     let (started, cpu) = (Instant::now(), cpu_seconds());
     bench.engine.render(renderer, &request)?;

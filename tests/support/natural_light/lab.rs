@@ -73,6 +73,7 @@ impl Lab {
             environment: light.map(|(environment, probe)| view_of(environment, probe)),
             stride,
             detail_px: 0.0,
+            parts: None,
         };
         Ok(self.engine.render(&mut self.renderer, &request)?)
     }

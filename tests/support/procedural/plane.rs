@@ -153,6 +153,7 @@ impl Plane {
             environment: None,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         let rendered = self.engine.render(&mut self.renderer, &request)?;
         let color = rendered.image(&Output::Color).context("there is no picture")?;

@@ -28,7 +28,7 @@ fn color(table: &mut Table, summary: &mut Summary) -> Option<Column> {
     match &mut values {
         Buffer::F32(values) => sanitise(values, components, summary),
         Buffer::U16(wide) => {
-            if let Some(narrow) = eight_bits(wide).filter(|_| !table.keeps_wide_colors) {
+            if let Some(narrow) = eight_bits(wide).filter(|_| !table.is_part) {
                 summary.warnings.push(NARROW_COLORS.to_owned());
                 values = Buffer::U8(narrow);
             }

@@ -62,7 +62,7 @@ pub(super) fn take(
     let progress = part(options.progress, orienting);
     let are_estimated = given_normals.is_none();
     let n = placed.positions.len();
-    let looks_around = are_estimated && sides::looks_around(source, n, summary);
+    let looks_around = are_estimated && !table.is_part && sides::looks_around(source, n, summary);
     // About half of the time goes into which side a plane faces.
     let fitted = if looks_around { 0.5 } else { SOFTENING };
     let [fitting, turning] = [part(&progress, 0.0..fitted), part(&progress, fitted..SOFTENING)];

@@ -115,8 +115,8 @@ impl Collection {
     }
 }
 
-/// Makes a cloud of points at hand, with what they lack estimated: as [`read`](crate::read()) does of a file's.
-/// Colours keep their type.
+/// Makes a cloud of a part of the points, with what they lack estimated: as [`read`](crate::read()) does of a file's.
+/// Colours keep their type, and nobody looks around for the sides that can be seen: the other parts may hide them.
 ///
 /// # Errors
 /// Where columns do not fit the header, or memory runs out.
@@ -139,6 +139,6 @@ pub fn assembled(
     }
     drop(columns);
     let (mut table, _) = sink.finish()?;
-    table.keeps_wide_colors = true;
+    table.is_part = true;
     assemble::cloud(table, source, options)
 }

@@ -93,8 +93,9 @@ fn surfels(
     stage: &Stage<'_>,
     studio: &mut RenderSession,
 ) -> anyhow::Result<(Run, Vec<PassReport>)> {
-    let (clouds, values) = (stage.clouds.views(), Values::new());
-    let request = stage.request(&clouds, stage.view, &values);
+    let (drawn, values) = (stage.drawn(&stage.view)?, Values::new());
+    let drawn = drawn.with(stage.clouds);
+    let request = stage.request(&drawn, stage.view, &values);
     let (started, cpu) = (Instant::now(), cpu_time());
     // As in frames, where letting go of the surface before counts.
     studio.engine.forget_surfaces();

@@ -41,7 +41,11 @@ impl Variant {
 
     /// What is drawn, with this detail.
     pub(super) fn staging(&self, staging: &RenderSetup) -> RenderSetup {
-        RenderSetup { detail_px: self.detail_px, ..staging.clone() }
+        // Where nothing is said pyramids are merged all the same.
+        let of_pyramids =
+            if self.detail_px > 0.0 { self.detail_px } else { staging.pyramid_detail_px };
+        let (detail_px, pyramid_detail_px) = (self.detail_px, of_pyramids);
+        RenderSetup { detail_px, pyramid_detail_px, ..staging.clone() }
     }
 
     /// The device with this way to draw.

@@ -4,7 +4,7 @@ use anyhow::{Context as _, anyhow};
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
-use surfelshop_api::{CloudView, UnitKind, View};
+use surfelshop_api::{UnitKind, View};
 use surfelshop_image::{Image, TracedPicture};
 use surfelshop_render::{PassState, RenderRequest};
 use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
@@ -12,6 +12,7 @@ use surfelshop_runtime::trace::trace;
 use surfelshop_session::cpu_time::{cpu_ms_since, cpu_time};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
+use surfelshop_session::input::pyramids::{Drawn as DrawnClouds, DrawnViews, Wait};
 use surfelshop_session::options::PluginFiles;
 use surfelshop_session::output::terminal;
 use surfelshop_session::render::traced;
@@ -35,15 +36,21 @@ pub struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// The colour of a view; `clouds` are those of the stage.
+    /// What a view is drawn from.
+    pub fn drawn(&self, view: &View) -> anyhow::Result<DrawnClouds<'_>> {
+        let (surface, detail) = (&self.staging.scene.surface, self.staging.pyramid_detail_px);
+        Ok(self.clouds.drawn(view, surface, detail, Wait::ForAll)?)
+    }
+
+    /// The colour of a view; `drawn` is what the stage draws it from.
     pub fn request<'b>(
         &'b self,
-        clouds: &'b [CloudView<'b>],
+        drawn: &'b DrawnViews<'b>,
         view: View,
         values: &'b Values,
     ) -> RenderRequest<'b> {
         RenderRequest {
-            clouds,
+            clouds: drawn.clouds(),
             facts: &self.clouds.facts,
             scene: &self.staging.scene,
             view,
@@ -53,6 +60,7 @@ impl Stage<'_> {
             environment: self.surroundings.map(LoadedEnvironment::view),
             stride: 1,
             detail_px: self.staging.detail_px,
+            parts: drawn.parts(),
         }
     }
 }
@@ -203,8 +211,9 @@ fn frame(
     // Another may have drawn the same view, and each pays for its own.
     studio.engine.forget_surfaces();
     let values = chosen.values.clone();
-    let clouds = stage.clouds.views();
-    let request = stage.request(&clouds, view, &values);
+    let drawn = stage.drawn(&view)?;
+    let drawn = drawn.with(stage.clouds);
+    let request = stage.request(&drawn, view, &values);
     studio.settle(chosen, &request)
 }
 

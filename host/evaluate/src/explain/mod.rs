@@ -15,6 +15,7 @@ use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::pyramids::Wait;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::{json, terminal};
@@ -42,23 +43,27 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
         &SessionFormats::new(&arguments.plugins),
     )?;
     let clouds = &displayed.clouds;
-    let views = clouds.views();
+    let view = render::view(&arguments.picture, &staging, clouds);
+    let (surface, detail) = (&staging.scene.surface, staging.pyramid_detail_px);
+    let drawn = clouds.drawn(&view, surface, detail, Wait::ForAll)?;
+    let drawn = drawn.with(clouds);
     let values = chosen.values.clone();
     let outputs = match arguments.output.as_slice() {
         [] => vec![Output::Color],
         outputs => outputs.to_vec(),
     };
     let request = RenderRequest {
-        clouds: &views,
+        clouds: drawn.clouds(),
         facts: &clouds.facts,
         scene: &staging.scene,
-        view: render::view(&arguments.picture, &staging, clouds),
+        view,
         environment: surroundings.as_ref().map(LoadedEnvironment::view),
         values: &values,
         outputs: &outputs,
         frame_index: 0,
         stride: 1,
         detail_px: staging.detail_px,
+        parts: drawn.parts(),
     };
     let explained = studio.explain(&mut chosen, &request)?;
     let adapter = json::adapter(&studio);

@@ -293,7 +293,10 @@ impl Pictures<'_> {
     fn staging(&self, knob: &str, value: &str) -> Result<RenderSetup, String> {
         let staging = self.stage.staging.clone();
         match self.is_of_host(knob) {
-            true => Ok(RenderSetup { detail_px: values::detail(value)?, ..staging }),
+            true => {
+                let detail_px = values::detail(value)?;
+                Ok(RenderSetup { detail_px, pyramid_detail_px: detail_px, ..staging })
+            }
             false => Ok(staging),
         }
     }

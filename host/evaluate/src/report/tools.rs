@@ -19,6 +19,7 @@ use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::pyramids;
 use surfelshop_session::options::values::Setting;
 use surfelshop_session::timing::Run;
 use surfelshop_session::tool_run::{self, Step};
@@ -159,8 +160,9 @@ fn read(
     source: surfelshop_session::input::scenes::Source,
     arguments: &ReportArguments,
 ) -> anyhow::Result<Cloud> {
-    let loaded = Clouds::read(&[source], &SessionFormats::new(&arguments.plugins))?.loaded;
-    let loaded = loaded.first().ok_or_else(|| anyhow!("no cloud was read"))?;
+    let clouds = Clouds::read(&[source], &SessionFormats::new(&arguments.plugins))?;
+    pyramids::refuse(&clouds, "report -t")?;
+    let loaded = clouds.loaded.first().ok_or_else(|| anyhow!("no cloud was read"))?;
     Ok(loaded.cloud.clone())
 }
 

@@ -295,7 +295,7 @@ mod tests {
             Column::new(
                 "classification",
                 1,
-                Buffer::U8((0..count).map(|i| u8::from(i % 5 > 0) * 6).collect()),
+                Buffer::U8((0..count).map(|i| if i < 3 { 2 } else { 6 }).collect()),
             ),
         ];
         Cloud::new(origin, columns).unwrap()
@@ -311,13 +311,16 @@ mod tests {
         assert!(found.grain < 2.0 && (0.7..0.8).contains(&found.apart), "{}", found.apart);
         let area = |cloud: &Cloud| cloud.radii().iter().map(|r| r * r).sum::<f32>();
         let before: f32 = clouds.iter().map(area).sum();
-        assert!(area(&found.cloud) > 0.9 * before);
+        assert!(area(&found.cloud) > 0.7 * before);
         let mean: DVec3 =
             (0..128).filter_map(|i| found.cloud.world_position(i)).sum::<DVec3>() / 128.0;
         assert!((mean - far - DVec3::new(15.5, 7.5, 0.0)).length() < 1e-4, "{mean}");
         let column = |name: &str| found.cloud.column(name).unwrap().values().clone();
         assert_eq!(column(COLOR), Buffer::U8([255, 0, 188].repeat(128)));
-        assert_eq!(column("classification"), Buffer::U8(vec![6; 128]));
+        // Three of each cloud are of another class, and one merged surfel stands for two of them at least.
+        let Buffer::U8(classes) = column("classification") else { panic!() };
+        assert!((1..=4).contains(&classes.iter().filter(|&&class| class == 2).count()));
+        assert!(classes.iter().all(|class| [2, 6].contains(class)));
         // The mean of 0 and 1, rounded away from 0.
         assert_eq!(column(INTENSITY), Buffer::U16(vec![1; 128]));
     }

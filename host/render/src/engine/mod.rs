@@ -21,7 +21,7 @@ pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse};
 use frame_pass::{OutputRequest, Submission};
 pub use options::{Counters, EngineOptions};
-pub use request::{RenderRequest, Rendered};
+pub use request::{PartOf, Parts, RenderRequest, Rendered};
 use std::time::Instant;
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::{CloudView, FrameRequest};
@@ -284,11 +284,17 @@ impl Engine {
             self.keeping.make(cloud);
         }
         let keeping = &self.keeping;
-        let drawn = |cloud: &CloudView<'_>| match on_host {
-            true => self.columns.on_host(&keeping.with(cloud), request.detail_px > 0.0, &|_| true),
-            false => self.columns.cloud(&keeping.with(cloud), request.detail_px > 0.0, &|_| true),
+        let columns = &mut self.columns;
+        let drawn = |(number, cloud): (usize, &CloudView<'_>)| {
+            let PartOf { object, is_part } = request.part_of(number);
+            let merged = request.detail_px > 0.0 && !is_part;
+            let drawn = match on_host {
+                true => columns.on_host(&keeping.with(cloud), merged, &|_| true),
+                false => columns.cloud(&keeping.with(cloud), merged, &|_| true),
+            };
+            drawn.map(|drawn| DrawnCloud { object, ..drawn })
         };
-        let clouds = request.clouds.iter().map(drawn).collect::<Result<Vec<_>, _>>()?;
+        let clouds = request.clouds.iter().enumerate().map(drawn).collect::<Result<Vec<_>, _>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
         Ok(clouds)
     }

@@ -216,7 +216,9 @@ fn surface_key(
 ) -> Result<Vec<u8>, RenderError> {
     let clouds: Vec<_> = clouds
         .iter()
-        .map(|c| (c.origin, c.n_surfels, c.chunk_len, &c.generations, c.on_host.is_some()))
+        .map(|c| {
+            (c.origin, c.object, c.n_surfels, c.chunk_len, &c.generations, c.on_host.is_some())
+        })
         .collect();
     let drawn = (request.stride, request.detail_px.to_bits(), computes);
     rmp_serde::to_vec(&(&request.view, &request.scene.surface, drawn, clouds))
@@ -247,6 +249,7 @@ mod tests {
             environment: None,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         })
     }
 

@@ -32,12 +32,44 @@ pub struct RenderRequest<'a> {
     /// Several surfels are drawn as one where that has at most this radius in pixels; 0, or a renderer
     /// that does not take merged surfels, draws all.
     pub detail_px: f32,
+    /// Where clouds are parts of others that do not fit into memory as a whole, what they are parts of.
+    pub parts: Option<Parts<'a>>,
+}
+
+/// Clouds that are parts of others.
+#[derive(Clone, Copy)]
+pub struct Parts<'a> {
+    /// For each cloud of the request the object that it belongs to, as the facts have them; parts are drawn as they
+    /// are, and never merged.
+    pub objects: &'a [PartOf],
+    /// What graphs that ask for surfels as data get instead of the clouds: as many as the facts say.
+    pub data: &'a [CloudView<'a>],
+}
+
+/// What a cloud belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PartOf {
+    /// Number of the object.
+    pub object: u32,
+    /// Whether it is a part of it rather than the whole.
+    pub is_part: bool,
 }
 
 /// Merged surfels of this radius in pixels are about as many as the pixels that they cover.
 const MOVING_DETAIL_PX: f32 = 1.0;
 
 impl<'a> RenderRequest<'a> {
+    /// What a cloud of the request belongs to.
+    pub(crate) fn part_of(&self, cloud: usize) -> PartOf {
+        let own = PartOf { object: u32::try_from(cloud).unwrap_or(u32::MAX), is_part: false };
+        self.parts.and_then(|parts| parts.objects.get(cloud).copied()).unwrap_or(own)
+    }
+
+    /// The clouds that are given as data.
+    pub(crate) fn data(&self) -> &'a [CloudView<'a>] {
+        self.parts.map_or(self.clouds, |parts| parts.data)
+    }
+
     /// The request as surfels are drawn: a preview has fewer and larger ones, or merged ones where
     /// these can be had.
     pub(crate) fn drawn(&self, merged: bool, scene: &'a mut Scene) -> Self {

@@ -21,7 +21,7 @@ impl Engine {
     ) -> Result<HashMap<usize, wgpu::Buffer>, RenderError> {
         self.samples.next_frame();
         let scale = request.scene.surface.radius_scale;
-        let n_surfels = request.clouds.iter().map(|cloud| cloud.len as u64).sum();
+        let n_surfels = request.data().iter().map(|cloud| cloud.len as u64).sum();
         let mut given = HashMap::new();
         for (i, buffer) in plan.structure.buffers.iter().enumerate() {
             if let Some(at_most) = buffer.surfels
@@ -37,7 +37,7 @@ impl Engine {
                         n_given * SURFEL_BYTES
                     )));
                 }
-                let made = self.samples.buffer(&self.gpu, request.clouds, scale, at_most)?;
+                let made = self.samples.buffer(&self.gpu, request.data(), scale, at_most)?;
                 given.insert(i, made);
             }
         }

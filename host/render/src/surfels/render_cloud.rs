@@ -10,6 +10,8 @@ pub(crate) type ChunkBuffers = Arc<Vec<wgpu::Buffer>>;
 /// A cloud ready to be drawn.
 pub(crate) struct DrawnCloud {
     pub(crate) origin: DVec3,
+    /// Number of the object that it belongs to.
+    pub(crate) object: u32,
     pub(crate) n_surfels: u32,
     /// Places on the device: those of the surfels, and behind them those of merged ones.
     pub(crate) n_places: u32,

@@ -319,7 +319,7 @@ fn look_up<'a>(
         recorder.note("surfels: object", PassState::Reused);
     } else if parts.object {
         // Where there is one cloud, a single pixel says so; textures begin as zeros.
-        let one = input.clouds.len() <= 1;
+        let one = input.clouds.iter().all(|cloud| cloud.object == 0);
         let view = texture(gpu, "object", if one { [1, 1] } else { input.size }, format);
         if !one {
             let drawing = begun(drawing, input, gpu);

@@ -1,6 +1,7 @@
 //! The clouds that are shown, read from files.
 
 use crate::input::formats::SessionFormats;
+use crate::input::pyramids::{self, Budget, OpenPyramid};
 use crate::input::scenes::Source;
 use crate::options::camera::Extent;
 use crate::output::terminal::Progress;
@@ -8,6 +9,7 @@ use anyhow::Context as _;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
 use surfelshop_cloud::{Cloud, Loaded, ReadError};
@@ -19,6 +21,8 @@ pub struct Clouds {
     pub loaded: Vec<Loaded>,
     /// Facts of all together.
     pub facts: CloudFacts,
+    /// Pyramids, of which a cloud above shows the whole.
+    pub pyramids: Vec<Arc<OpenPyramid>>,
     /// Where one can stand and see much, where a place was looked for and found.
     pub standpoint: Option<Standpoint>,
 }
@@ -46,30 +50,45 @@ impl Clouds {
     ) -> anyhow::Result<Self> {
         let mut files: HashMap<&Path, Loaded> = HashMap::new();
         let mut loaded = Vec::with_capacity(sources.len());
+        let mut pyramids = Vec::new();
         for source in sources {
             let Source { path, transform, place } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
+            let mut pyramid = None;
             let mut cloud = match files.get(path.as_path()) {
                 Some(known) => known.clone(),
+                None if pyramids::is_one(path) => {
+                    let opened = pyramids::open(path, Budget::default());
+                    let (whole, opened) = match place {
+                        Some(_) => opened.with_context(in_scene)?,
+                        None => opened?,
+                    };
+                    pyramid = Some(opened);
+                    whole
+                }
                 None => match place {
                     Some(_) => read(path).with_context(in_scene)?,
                     None => read(path)?,
                 },
             };
-            files.entry(path).or_insert_with(|| cloud.clone());
+            if pyramid.is_none() {
+                files.entry(path).or_insert_with(|| cloud.clone());
+            }
             if let Some(transform) = transform {
                 cloud.cloud = cloud.cloud.transformed(transform).with_context(in_scene)?;
                 cloud.summary.origin = cloud.cloud.origin().to_array();
+                pyramid = pyramid.map(|pyramid| pyramid.placed(transform, &cloud.cloud));
             }
+            pyramids.extend(pyramid.map(Arc::new));
             loaded.push(cloud);
         }
-        Ok(Self::of(loaded))
+        Ok(Self { pyramids, ..Self::of(loaded) })
     }
 
     /// Clouds that are at hand.
     pub fn of(loaded: Vec<Loaded>) -> Self {
         let facts = together(loaded.iter().map(|loaded| loaded.cloud.facts()));
-        Self { loaded, facts, standpoint: None }
+        Self { loaded, facts, pyramids: Vec::new(), standpoint: None }
     }
 
     /// The clouds as renderers see them.

@@ -15,7 +15,7 @@ pub struct DisplayedClouds {
     pub clouds: Arc<Clouds>,
     /// For each the indices of its surfels in the cloud that it was made of; `None` where it has all.
     kept: Vec<Option<Arc<[u32]>>>,
-    display: Display,
+    display: Arc<Display>,
     /// Surfels of all clouds, hidden ones too.
     n_surfels: u64,
 }
@@ -38,12 +38,7 @@ impl DisplayedClouds {
     /// Clouds as they are.
     pub fn plain(whole: &Arc<Clouds>) -> Self {
         let (clouds, n_surfels) = (whole.clone(), whole.facts.n_surfels);
-        Self {
-            clouds,
-            kept: vec![None; whole.loaded.len()],
-            display: Display::default(),
-            n_surfels,
-        }
+        Self { clouds, kept: vec![None; whole.loaded.len()], display: Arc::default(), n_surfels }
     }
 
     /// Clouds as settings say. What is plain is displayed as it is.
@@ -56,15 +51,19 @@ impl DisplayedClouds {
             return Ok(Self::plain(whole));
         }
         let clouds: Vec<&Cloud> = whole.loaded.iter().map(|loaded| &loaded.cloud).collect();
-        let display = Display::new(settings, &clouds)?;
+        let display = Arc::new(Display::new(settings, &clouds)?);
         let (mut loaded, mut kept) =
             (Vec::with_capacity(clouds.len()), Vec::with_capacity(clouds.len()));
+        let mut pyramids = Vec::new();
         for Loaded { cloud, summary } in &whole.loaded {
             let displayed = display.of(cloud)?;
+            let pyramid = whole.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud));
+            let shown = pyramid.map(|pyramid| pyramid.displayed(&display, &displayed.cloud));
+            pyramids.extend(shown.map(Arc::new));
             loaded.push(Loaded { cloud: displayed.cloud, summary: summary.clone() });
             kept.push(displayed.kept);
         }
-        let clouds = Clouds { standpoint: whole.standpoint, ..Clouds::of(loaded) };
+        let clouds = Clouds { standpoint: whole.standpoint, pyramids, ..Clouds::of(loaded) };
         Ok(Self { clouds: Arc::new(clouds), kept, display, n_surfels })
     }
 

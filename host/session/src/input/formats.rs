@@ -1,5 +1,6 @@
 //! The formats of plugins, found when a file needs one.
 
+use crate::input::pyramids;
 use crate::options::{LensArguments, PluginFiles, UpAxis};
 use crate::output::terminal;
 use std::path::{Path, PathBuf};
@@ -10,6 +11,7 @@ use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
 use surfelshop_cloud::{Progress, scene, silent};
+use surfelshop_pyramid::Pyramid;
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::Registry;
 
@@ -125,6 +127,10 @@ pub fn stand_upright(lens: &mut LensArguments, files: &[PathBuf], plugins: &Plug
     let clouds = files.iter().flat_map(|file| clouds_of(file));
     // Built-in formats never say it, and to read their heads may be to read them.
     let says_z = clouds.filter(|file| !is_built_in(file)).any(|file| {
+        if pyramids::is_one(&file) {
+            return Pyramid::directory_of(&file)
+                .is_ok_and(|directory| directory.source.up == FileUpAxis::Z);
+        }
         let heads = surfelshop_cloud::heads(&file, &formats.reading(&silent));
         heads.is_ok_and(|heads| heads.iter().any(|header| header.up == FileUpAxis::Z))
     });

@@ -7,5 +7,6 @@ pub mod formats;
 pub mod inside;
 pub mod plausibility;
 pub mod probe_info;
+pub mod pyramids;
 pub mod sample;
 pub mod scenes;

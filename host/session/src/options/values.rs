@@ -81,6 +81,36 @@ pub fn cloud_file(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// Takes the path of a pyramid to write.
+pub fn pyramid_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension() {
+        Some(ending) if ending.eq_ignore_ascii_case("surfels") => Ok(path),
+        _ => Err(format!("expected a name that ends in .surfels, found {text}")),
+    }
+}
+
+/// Least memory that can be asked for, bytes: less holds no part that could be worked on.
+const LEAST_MEMORY: f64 = 64e6;
+
+/// Reads a size of memory, such as `500MB`, `4GB` or `2GiB`; bytes.
+pub fn memory(text: &str) -> Result<u64, String> {
+    let expected = || format!("expected a size from 64MB on, such as 500MB or 4GB, found {text}");
+    let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let unit = match text[digits.len()..].to_ascii_lowercase().as_str() {
+        "mb" | "m" => 1e6,
+        "gb" | "g" => 1e9,
+        "tb" | "t" => 1e12,
+        "mib" => 1024f64.powi(2),
+        "gib" => 1024f64.powi(3),
+        "tib" => 1024f64.powi(4),
+        _ => return Err(expected()),
+    };
+    let number: f64 = digits.trim().parse().map_err(|_| expected())?;
+    let bytes = number * unit;
+    (bytes >= LEAST_MEMORY && bytes < 1e18).then_some(bytes as u64).ok_or_else(expected)
+}
+
 /// Reads a box: smallest and largest coordinates, `X,Y,Z:X,Y,Z`.
 pub fn crop_box(text: &str) -> Result<[DVec3; 2], String> {
     let expected =

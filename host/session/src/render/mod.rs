@@ -13,6 +13,7 @@ use crate::input::formats::SessionFormats;
 use crate::input::inside;
 use crate::input::plausibility;
 use crate::input::probe_info;
+use crate::input::pyramids::{self, Wait};
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
@@ -104,8 +105,11 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
 
     let view = view(&arguments.picture, &staging, clouds);
     let values = chosen.values.clone();
+    let surface = &staging.scene.surface;
+    let drawn = clouds.drawn(&view, surface, staging.pyramid_detail_px, Wait::ForAll)?;
+    let drawn_views = drawn.with(clouds);
     let request = RenderRequest {
-        clouds: &clouds.views(),
+        clouds: drawn_views.clouds(),
         facts: &clouds.facts,
         scene: &staging.scene,
         view,
@@ -115,10 +119,12 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         environment: surroundings.as_ref().map(LoadedEnvironment::view),
         stride: 1,
         detail_px: staging.detail_px,
+        parts: drawn_views.parts(),
     };
     let settled = studio.settle(&mut chosen, &request)?;
     timings.frames(&settled);
     note(clouds, &staging, &chosen, &settled);
+    pyramids::note(&drawn, staging.pyramid_detail_px);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();

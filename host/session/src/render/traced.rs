@@ -5,6 +5,7 @@ use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
 use crate::input::formats::SessionFormats;
 use crate::input::plausibility;
+use crate::input::pyramids;
 use crate::input::scenes::Inputs;
 use crate::output::json::{self, Written};
 use crate::output::terminal;
@@ -52,6 +53,7 @@ pub fn render(
     )?;
     let clouds = &displayed.clouds;
     plausibility::note(clouds, &staging.scene);
+    pyramids::note_traced(clouds);
     let view = render::view(&arguments.picture, staging, clouds);
     let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
     let progress = terminal::Progress::new(format!("tracing with {}", reference.id));

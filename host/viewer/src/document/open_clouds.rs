@@ -4,7 +4,7 @@ use super::recovery::CloudRow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
-use surfelshop_session::input::clouds::{Clouds, Standpoint};
+use surfelshop_session::input::clouds::Clouds;
 
 /// A cloud that is open.
 #[derive(Clone)]
@@ -87,7 +87,7 @@ impl OpenClouds {
             }
             open_cloud
         };
-        Self::of(clouds.loaded.iter().zip(entries).map(open_cloud).collect(), clouds.standpoint)
+        Self::of(clouds.loaded.iter().zip(entries).map(open_cloud).collect(), &clouds)
     }
 
     /// Whether it is the same set of clouds, with the same ones saved.
@@ -95,12 +95,14 @@ impl OpenClouds {
         Arc::ptr_eq(&self.all, &other.all)
     }
 
-    fn of(all: Vec<OpenCloud>, standpoint: Option<Standpoint>) -> Self {
+    /// These clouds; `before` is what was open before, whose pyramids and standpoint stay.
+    fn of(all: Vec<OpenCloud>, before: &Clouds) -> Self {
         let shown = all
             .iter()
             .filter(|open_cloud| open_cloud.visible)
             .map(|open_cloud| open_cloud.loaded.clone());
-        let clouds = Clouds { standpoint, ..Clouds::of(shown.collect()) };
+        let (pyramids, standpoint) = (before.pyramids.clone(), before.standpoint);
+        let clouds = Clouds { pyramids, standpoint, ..Clouds::of(shown.collect()) };
         Self { clouds: Arc::new(clouds), all: Arc::new(all) }
     }
 
@@ -114,7 +116,7 @@ impl OpenClouds {
         if let Some(open_cloud) = all.get_mut(index) {
             change(open_cloud);
         }
-        Self::of(all, self.clouds.standpoint)
+        Self::of(all, &self.clouds)
     }
 
     /// With another cloud at an index.
@@ -140,7 +142,7 @@ impl OpenClouds {
         let (entry, saved_as, on_disk) = (None, None, Vec::new());
         let recovered = false;
         all.push(OpenCloud { loaded, visible: true, entry, saved_as, on_disk, recovered });
-        Self::of(all, self.clouds.standpoint)
+        Self::of(all, &self.clouds)
     }
 
     /// With one cloud shown or hidden.

@@ -93,6 +93,7 @@ impl CloudUpload {
         let clouds = Arc::new(Clouds {
             loaded,
             facts: request.clouds.facts.clone(),
+            pyramids: request.clouds.pyramids.clone(),
             standpoint: request.clouds.standpoint,
         });
         let mut coarse = ViewRequest { clouds, ..request.clone() };

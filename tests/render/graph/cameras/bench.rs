@@ -112,6 +112,7 @@ impl Bench {
             frame_index: 0,
             stride: self.stride,
             detail_px: 0.0,
+            parts: None,
         };
         self.engine.render(&mut seat.renderer, &request)
     }

@@ -79,6 +79,7 @@ impl DrawRequest<'_> {
             frame_index,
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         }
     }
 

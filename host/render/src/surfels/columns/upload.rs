@@ -45,6 +45,7 @@ impl Columns {
         let n_surfels = counted(cloud)?;
         let mut drawn = DrawnCloud {
             origin: cloud.origin,
+            object: 0,
             n_surfels,
             n_places: n_surfels,
             n_whole: n_surfels,

@@ -198,6 +198,7 @@ impl Columns {
         let known = self.in_memory(cloud, merged, tell)?;
         Ok(DrawnCloud {
             origin: cloud.origin,
+            object: 0,
             n_surfels,
             n_places: n_surfels,
             n_whole: known.n_whole,

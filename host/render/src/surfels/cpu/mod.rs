@@ -23,7 +23,7 @@ pub(crate) fn ensure(
     picture: &mut Picture,
     recorder: &mut Recorder<'_>,
 ) -> u32 {
-    let one = input.clouds.len() <= 1;
+    let one = input.clouds.iter().all(|cloud| cloud.object == 0);
     let wanted = |mode: SurfaceMode, wanted: bool| wanted && surface.packed(mode).is_none();
     let modes = [
         (Mode::Nearest, wanted(SurfaceMode::Nearest, parts.nearest)),
@@ -84,7 +84,7 @@ fn clouds<'a>(input: &SurfaceInput<'a>) -> Vec<Cloud<'a>> {
     for cloud in input.clouds {
         if let Some(columns) = cloud.on_host.as_deref() {
             let view_from_cloud = input.view_from_offset(cloud.origin);
-            clouds.push(Cloud { columns, view_from_cloud, first });
+            clouds.push(Cloud { columns, view_from_cloud, first, object: cloud.object });
         }
         first += cloud.n_surfels;
     }

@@ -60,10 +60,11 @@ impl<'a> Drawing<'a> {
         let (mut chunks, mut n_drawn) = (Vec::new(), 0);
         // Number 0 is left for "no surfel".
         let mut first_of_cloud = 1;
-        for (object, cloud) in input.clouds.iter().enumerate() {
+        for cloud in input.clouds {
             let view_from_chunk = input.view_from_offset(cloud.origin);
             let chosen = cloud.merged.as_deref().map(|columns| {
-                let cloud = Cloud { columns, view_from_cloud: view_from_chunk, first: 1 };
+                let view_from_cloud = view_from_chunk;
+                let cloud = Cloud { columns, view_from_cloud, first: 1, object: cloud.object };
                 places(&cloud, input.raster_view)
             });
             n_drawn += match &chosen {
@@ -76,7 +77,7 @@ impl<'a> Drawing<'a> {
                     view_from_chunk,
                     first: first_of_cloud + first,
                     count,
-                    object: u32::try_from(object).unwrap_or(u32::MAX),
+                    object: cloud.object,
                     equal_radius: cloud.equal_radius.unwrap_or(0.0),
                 };
                 let bytes =

@@ -6,13 +6,14 @@ use crate::render_thread::rendered_view::RenderedView;
 use crate::render_thread::view_request::{EXPORT_SLOT, ViewRequest, ViewSlot};
 use anyhow::anyhow;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
 use surfelshop_image::outputs;
 use surfelshop_render::{Explanation, RenderError, RenderRequest, RendererView};
 use surfelshop_runtime::plugins::{self, Contents, Origin};
 use surfelshop_session::input::environment_map::LoadedEnvironment;
+use surfelshop_session::input::pyramids::{DETAIL_PX, Wait};
 use surfelshop_session::session::ConvergedFrame;
 
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
@@ -141,11 +142,21 @@ impl RenderWorker {
             self.session.engine.forget_surfaces();
         }
         let environment = self.environment_light(request);
+        let seen = request.detail.view(request.view);
+        // Measured and exported pictures have all that they need; others are drawn of what is in memory.
+        let wait = match frames {
+            Frames::All => Wait::ForAll,
+            Frames::One(_) => Wait::ForNone,
+        };
+        let clouds = &request.clouds;
+        let drawn = clouds.drawn(&seen, &request.scene.surface, node_detail(request), wait);
+        let drawn = drawn.map_err(|error| RenderError::Cloud(error.to_string()))?;
+        let views = drawn.with(clouds);
         let render_request = RenderRequest {
-            clouds: &request.clouds.views(),
+            clouds: views.clouds(),
             facts: &request.clouds.facts,
             scene: &request.scene,
-            view: request.detail.view(request.view),
+            view: seen,
             values: &request.values,
             // The pointer reads depths of still pictures alone.
             outputs: match request.detail.is_full() && !request.for_measurement {
@@ -154,15 +165,21 @@ impl RenderWorker {
             },
             frame_index: 0,
             environment: environment.as_ref().map(LoadedEnvironment::view),
-            stride: request.detail.stride,
+            // Nodes of pyramids are coarser instead.
+            stride: if views.parts().is_some() { 1 } else { request.detail.stride },
             detail_px: 0.0,
+            parts: views.parts(),
         };
-        let frame = match frames {
+        let mut frame = match frames {
             Frames::All => self.session.settle_view(view, &render_request)?,
             Frames::One(frame_index) => {
                 self.session.frame_view(view, &RenderRequest { frame_index, ..render_request })?
             }
         };
+        if drawn.n_missing > 0 {
+            // Of other nodes it is another scene, which renderers begin anew.
+            (frame.rendered.wants_another_frame, frame.n_frames) = (true, 0);
+        }
         self.drawn = Some(Instant::now());
         self.n_drawn += match frames {
             Frames::All => u64::from(frame.n_frames),
@@ -174,6 +191,18 @@ impl RenderWorker {
         Ok((frame, explained))
     }
 
+    /// Reads nodes of pyramids that a picture would be drawn from, for about as long.
+    pub(super) fn load_nodes(
+        &self,
+        request: &ViewRequest,
+        longest: Duration,
+    ) -> Result<(), RenderError> {
+        let view = request.detail.view(request.view);
+        let (surface, detail) = (&request.scene.surface, node_detail(request));
+        let loaded = request.clouds.load(&view, surface, detail, longest);
+        loaded.map_err(|error| RenderError::Cloud(error.to_string()))
+    }
+
     /// The environment light; none where its map cannot be read, which is reported once.
     pub(super) fn environment_light(&mut self, request: &ViewRequest) -> Option<LoadedEnvironment> {
         let (probes, events) = (&mut self.probes, &self.events);
@@ -181,6 +210,11 @@ impl RenderWorker {
             events.send(RenderEvent::Message(line));
         })
     }
+}
+
+/// Radius in pixels of merged surfels of pyramids: in motion as much larger as fewer surfels are drawn.
+fn node_detail(request: &ViewRequest) -> f32 {
+    DETAIL_PX * (request.detail.stride as f32).sqrt()
 }
 
 /// The picture of a frame.

@@ -15,6 +15,9 @@ const SEND_INTERVAL: Duration = Duration::from_millis(50);
 /// what a graph left on the device after 64.
 const MOST_OTHER_FRAMES: u64 = 60;
 
+/// Time for which nodes of a pyramid are read before the picture is drawn with them.
+const LOADING: Duration = Duration::from_millis(80);
+
 /// Time after a picture in motion during which the device stays free for the next one.
 const MOTION_PAUSE: Duration = Duration::from_millis(150);
 
@@ -90,7 +93,9 @@ impl RenderWorker {
             return Err(refusal.into());
         }
         let request = active.request.clone();
-        let drawn = self.render(&mut active.view, &request, Frames::One(refining.n_frames));
+        let loaded = self.load_nodes(&request, LOADING);
+        let frame = Frames::One(refining.n_frames);
+        let drawn = loaded.and_then(|()| self.render(&mut active.view, &request, frame));
         let result = match drawn {
             Ok((frame, explained)) => {
                 let refines = frame.refines();

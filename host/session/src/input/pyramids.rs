@@ -1,0 +1,325 @@
+//! Clouds larger than memory: pyramids that are open, and the nodes that a view is drawn from.
+
+use crate::input::clouds::Clouds;
+use crate::output::terminal;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use surfelshop_api::columns::POSITION;
+use surfelshop_api::{CloudView, ObjectFrame, SurfaceSettings, View};
+use surfelshop_cloud::display::Display;
+use surfelshop_cloud::{Cloud, Loaded, Summary, Transform, files, memory};
+use surfelshop_pyramid::{
+    Cut, CutView, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError, is_pyramid,
+};
+use surfelshop_render::{PartOf, Parts};
+
+/// Surfels that stand for the whole: what frames it, traces it, and is given to graphs as data.
+const OVERVIEW: u64 = 500_000;
+
+/// Radius of merged surfels of pyramids in pixels, where nobody says another.
+pub const DETAIL_PX: f32 = 1.0;
+
+/// Bytes that a surfel takes while it is drawn: its columns, and the same in drawing order.
+const SURFEL_BYTES: u64 = 128;
+
+/// Memory that is counted with where the system does not say what it has.
+const USUAL_MEMORY: u64 = 4 << 30;
+
+/// Memory that an open pyramid takes, bytes: all that is drawn at a time, and what is kept for the next pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Budget(pub u64);
+
+impl Default for Budget {
+    /// Half of what is free.
+    fn default() -> Self {
+        Self(memory::available().unwrap_or(USUAL_MEMORY) / 2)
+    }
+}
+
+impl Budget {
+    /// Bytes of nodes that are kept.
+    fn kept(self) -> u64 {
+        self.0 / 3
+    }
+
+    /// Surfels that are drawn at a time.
+    fn drawn(self) -> u64 {
+        self.0 / 2 / SURFEL_BYTES
+    }
+}
+
+/// Nodes that are read together: on all threads, and few enough that the next look at the clock comes soon.
+const AT_A_TIME: usize = 8;
+
+/// A pyramid that is open, as a scene places and displays it.
+pub struct OpenPyramid {
+    transform: Transform,
+    nodes: Nodes,
+    /// Which cloud stands for the whole: the generation of its positions.
+    overview: u64,
+    budget: Budget,
+}
+
+/// What a view is drawn from.
+pub struct Drawn<'a> {
+    clouds: Vec<Held<'a>>,
+    objects: Vec<PartOf>,
+    has_parts: bool,
+    /// The largest radius of a merged surfel of a pyramid in pixels; 0 where there is none.
+    pub coarsest_px: f64,
+    /// Nodes that would be drawn, and are not in memory.
+    pub n_missing: usize,
+}
+
+enum Held<'a> {
+    Whole(&'a Cloud),
+    Part(Arc<Cloud>, ObjectFrame),
+}
+
+impl Drawn<'_> {
+    /// What is drawn as renderers see it, with the clouds that it was chosen from.
+    pub fn with<'b>(&'b self, whole: &'b Clouds) -> DrawnViews<'b> {
+        let view = |held: &'b Held<'_>| match held {
+            Held::Whole(cloud) => cloud.view(),
+            Held::Part(cloud, object) => CloudView { object: *object, ..cloud.view() },
+        };
+        let clouds = self.clouds.iter().map(view).collect();
+        let data = if self.has_parts { whole.views() } else { Vec::new() };
+        DrawnViews { clouds, data, objects: &self.objects, has_parts: self.has_parts }
+    }
+}
+
+/// What a view is drawn from as renderers see it.
+pub struct DrawnViews<'a> {
+    clouds: Vec<CloudView<'a>>,
+    data: Vec<CloudView<'a>>,
+    objects: &'a [PartOf],
+    has_parts: bool,
+}
+
+impl DrawnViews<'_> {
+    /// The clouds and parts.
+    pub fn clouds(&self) -> &[CloudView<'_>] {
+        &self.clouds
+    }
+
+    /// What they are parts of; nothing where all of them are whole.
+    pub fn parts(&self) -> Option<Parts<'_>> {
+        self.has_parts.then_some(Parts { objects: self.objects, data: &self.data })
+    }
+}
+
+/// Whether a file is a pyramid.
+pub fn is_one(path: &Path) -> bool {
+    use std::io::Read as _;
+    let Ok((file, _)) = files::open(path) else { return false };
+    let mut head = Vec::new();
+    file.take(64).read_to_end(&mut head).is_ok() && is_pyramid(&head)
+}
+
+/// Opens a pyramid: a cloud that stands for the whole, and what is drawn instead.
+pub fn open(path: &Path, budget: Budget) -> Result<(Loaded, OpenPyramid), PyramidError> {
+    let started = Instant::now();
+    let pyramid = Arc::new(Pyramid::open(path)?);
+    let cloud = pyramid.overview_cloud(OVERVIEW)?;
+    let directory = pyramid.directory();
+    let summary = Summary {
+        file: path.display().to_string(),
+        format: format!(
+            "pyramid of {} surfels in {} nodes, seen as a whole by {} merged ones",
+            directory.n_surfels,
+            directory.n_nodes,
+            cloud.len()
+        ),
+        n_in_file: directory.n_surfels,
+        n_surfels: directory.n_surfels,
+        origin: cloud.origin().to_array(),
+        columns: directory.columns.iter().map(|column| column.name.clone()).collect(),
+        comments: directory.notes.clone(),
+        seconds: started.elapsed().as_secs_f64(),
+        ..Summary::default()
+    };
+    let transform = Transform::default();
+    let overview = generation(&cloud);
+    let nodes = Nodes::new(pyramid, budget.kept(), Box::new(Ok));
+    Ok((Loaded { cloud, summary }, OpenPyramid { transform, nodes, overview, budget }))
+}
+
+/// Tells clouds apart.
+fn generation(cloud: &Cloud) -> u64 {
+    cloud.column(POSITION).map_or(0, surfelshop_cloud::Column::generation)
+}
+
+impl OpenPyramid {
+    /// Whether a cloud stands for it.
+    pub fn is_seen_as(&self, cloud: &Cloud) -> bool {
+        self.overview == generation(cloud)
+    }
+
+    /// The same pyramid where a scene places it; `overview` stands for it there.
+    pub fn placed(&self, transform: &Transform, overview: &Cloud) -> Self {
+        let transform = *transform;
+        let place =
+            move |cloud: Cloud| cloud.transformed(&transform).map_err(|error| error.to_string());
+        self.prepared(transform, Box::new(place), overview)
+    }
+
+    /// The same pyramid coloured and filtered; `overview` stands for it then.
+    pub fn displayed(&self, display: &Arc<Display>, overview: &Cloud) -> Self {
+        let (transform, display) = (self.transform, Arc::clone(display));
+        let show = move |cloud: Cloud| {
+            let placed = cloud.transformed(&transform).map_err(|error| error.to_string())?;
+            let shown = display.of(&placed).map_err(|error| error.to_string())?;
+            Ok(shown.cloud)
+        };
+        self.prepared(transform, Box::new(show), overview)
+    }
+
+    fn prepared(&self, transform: Transform, prepare: Prepare, overview: &Cloud) -> Self {
+        let pyramid = Arc::clone(self.nodes.pyramid());
+        let nodes = Nodes::new(pyramid, self.budget.kept(), prepare);
+        Self { transform, nodes, overview: generation(overview), budget: self.budget }
+    }
+
+    /// What it holds in memory.
+    pub fn in_memory(&self) -> NodesInMemory {
+        self.nodes.in_memory()
+    }
+
+    /// The pyramid.
+    pub fn pyramid(&self) -> &Pyramid {
+        self.nodes.pyramid()
+    }
+
+    /// The nodes of a view, of those `at_hand`.
+    pub fn cut(
+        &self,
+        (view, surface): (&View, &SurfaceSettings),
+        detail_px: f32,
+        at_hand: impl Fn(u32) -> bool,
+    ) -> Cut {
+        let view = CutView::new(view, surface, &self.transform, detail_px);
+        Cut::of(self.nodes.pyramid().nodes(), &view, self.budget.drawn(), at_hand)
+    }
+
+    /// Whether a node is in memory.
+    pub fn has(&self, node: u32) -> bool {
+        self.nodes.has(node)
+    }
+}
+
+/// Says what tracers see of pyramids.
+pub fn note_traced(clouds: &Clouds) {
+    for pyramid in &clouds.pyramids {
+        let n = clouds.loaded.iter().find(|loaded| pyramid.is_seen_as(&loaded.cloud));
+        terminal::note(format!(
+            "{}: tracers see it as its {} merged surfels; renderers draw it as fine as --detail says",
+            pyramid.pyramid().path().display(),
+            n.map_or(0, |loaded| loaded.cloud.len())
+        ));
+    }
+}
+
+/// Says that some work wants all surfels in memory.
+///
+/// # Errors
+/// Where there is a pyramid among the clouds.
+pub fn refuse(clouds: &Clouds, what: &str) -> anyhow::Result<()> {
+    match clouds.pyramids.first() {
+        None => Ok(()),
+        Some(pyramid) => anyhow::bail!(
+            "{}: {what} works on clouds in memory, and this is a pyramid; run it on the files \
+             that it was made of",
+            pyramid.pyramid().path().display()
+        ),
+    }
+}
+
+/// Says where memory did not hold what the detail asks for.
+pub fn note(drawn: &Drawn<'_>, detail_px: f32) {
+    let coarsest = drawn.coarsest_px;
+    if drawn.has_parts && coarsest > f64::from(detail_px) && coarsest.is_finite() {
+        terminal::warn(format!(
+            "the picture has merged surfels of {coarsest:.1} pixels, coarser than the {detail_px} \
+             that were asked for: there is no memory for finer ones"
+        ));
+    }
+}
+
+/// Which nodes are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wait {
+    /// All that the view needs, read where they are missing: for pictures that are written or measured.
+    ForAll,
+    /// Those in memory; parents stand for children that are not.
+    ForNone,
+}
+
+impl Clouds {
+    /// What a view is drawn from: clouds as they are, and of pyramids the nodes that are as fine as `detail_px` asks.
+    ///
+    /// # Errors
+    /// Where a node cannot be read.
+    pub fn drawn(
+        &self,
+        view: &View,
+        surface: &SurfaceSettings,
+        detail_px: f32,
+        wait: Wait,
+    ) -> Result<Drawn<'_>, PyramidError> {
+        let n = self.loaded.len();
+        let (clouds, objects) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        let mut drawn = Drawn { clouds, objects, has_parts: false, coarsest_px: 0.0, n_missing: 0 };
+        for (object, Loaded { cloud, .. }) in (0..).zip(&self.loaded) {
+            let Some(pyramid) = self.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud))
+            else {
+                drawn.clouds.push(Held::Whole(cloud));
+                drawn.objects.push(PartOf { object, is_part: false });
+                continue;
+            };
+            let at_hand = |node: u32| wait == Wait::ForAll || pyramid.has(node);
+            let cut = pyramid.cut((view, surface), detail_px, at_hand);
+            drawn.has_parts = true;
+            drawn.coarsest_px = drawn.coarsest_px.max(cut.coarsest_px);
+            drawn.n_missing += cut.missing.len();
+            let frame = cloud.object();
+            for part in pyramid.nodes.get(&cut.nodes)? {
+                drawn.clouds.push(Held::Part(part, frame));
+                drawn.objects.push(PartOf { object, is_part: true });
+            }
+        }
+        Ok(drawn)
+    }
+
+    /// Reads nodes that a view would be drawn from and that are not in memory, the coarsest first, for about so long.
+    ///
+    /// # Errors
+    /// Where a node cannot be read.
+    pub fn load(
+        &self,
+        view: &View,
+        surface: &SurfaceSettings,
+        detail_px: f32,
+        longest: Duration,
+    ) -> Result<(), PyramidError> {
+        let started = Instant::now();
+        for Loaded { cloud, .. } in &self.loaded {
+            let Some(pyramid) = self.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud))
+            else {
+                continue;
+            };
+            while started.elapsed() < longest {
+                let cut = pyramid.cut((view, surface), detail_px, |node| pyramid.has(node));
+                let next = &cut.missing[..cut.missing.len().min(AT_A_TIME)];
+                if next.is_empty() {
+                    break;
+                }
+                // What is drawn stays: it counts as used.
+                let all: Vec<u32> = cut.nodes.iter().chain(next).copied().collect();
+                pyramid.nodes.get(&all)?;
+            }
+        }
+        Ok(())
+    }
+}
