@@ -1,9 +1,10 @@
 //! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
 //!
-//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface pictures FOLDER SCAN…` and
+//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
 
+mod city;
 mod cloud;
 mod discs;
 mod meshes;
@@ -23,6 +24,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
             Some((folder, rest)) => cloud::dump(folder, &meshes::all(rest)?),
             None => anyhow::bail!("expected a folder to write clouds to, found none"),
         },
+        "city" => city::run(rest),
         "sides" => sides::run(rest.first()),
         "pictures" => match rest.split_first() {
             Some((folder, scans)) => pictures::run(folder, scans),
@@ -30,7 +32,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         },
         other => {
             anyhow::bail!(
-                "expected speed, normals, sides, radii, dump or pictures, found `{other}`"
+                "expected speed, normals, sides, radii, city, dump or pictures, found `{other}`"
             )
         }
     }
