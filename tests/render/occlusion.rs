@@ -52,6 +52,7 @@ impl Lab {
             environment: self.probe.as_ref().map(|(around, probe)| view_of(around, probe)),
             stride: 1,
             detail_px: 0.0,
+            parts: None,
         };
         let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
         rendered.image(&Output::Color).unwrap().data.clone()

@@ -6,5 +6,6 @@ mod drawing;
 mod ewa;
 mod extremes;
 mod preview;
+mod pyramids;
 mod scale;
 mod strategies;

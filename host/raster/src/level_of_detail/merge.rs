@@ -101,13 +101,17 @@ pub(super) fn typical_radius(samples: &[Sample]) -> f32 {
 /// Merges neighbours, where that makes no surfel coarser than a radius.
 pub(super) fn merged(all: &[Sample], coarsest: f32) -> Vec<Sample> {
     let mut found = Vec::with_capacity(all.len() / 2);
-    merge_each(all, coarsest, |one, _| found.push(one));
+    let merge = |samples: &[Sample]| merge(samples).filter(|one| one.grain() <= coarsest);
+    merge_each(all, merge, |one, _| found.push(one));
     found
 }
 
-/// The same; gives for each which of the samples it stands for.
-fn merge_each(all: &[Sample], coarsest: f32, mut take: impl FnMut(Sample, Range<usize>)) {
-    let merge = |samples: &[Sample]| merge(samples).filter(|one| one.grain() <= coarsest);
+/// Merges each four, else each two; gives for each that is left which of the samples it stands for.
+fn merge_each(
+    all: &[Sample],
+    merge: impl Fn(&[Sample]) -> Option<Sample>,
+    mut take: impl FnMut(Sample, Range<usize>),
+) {
     for (i, four) in all.chunks(BRANCH).enumerate() {
         let first = BRANCH * i;
         if let Some(one) = merge(four) {
@@ -132,32 +136,35 @@ fn merge_each(all: &[Sample], coarsest: f32, mut take: impl FnMut(Sample, Range<
 #[must_use]
 pub fn merge_neighbours(samples: &mut [Sample]) -> Vec<(Sample, Range<usize>)> {
     gather(samples);
+    let coarsest = COARSEST * typical_radius(samples);
     let mut found = Vec::with_capacity(samples.len() / 2);
-    merge_each(samples, COARSEST * typical_radius(samples), |one, range| found.push((one, range)));
+    let merge = |samples: &[Sample]| merge(samples).filter(|one| one.grain() <= coarsest);
+    merge_each(samples, merge, |one, range| found.push((one, range)));
     found
 }
 
-/// The same with each four, whatever they look like: round splats where no disc does, as seen from afar leaves and
-/// walls that meet do. Where materials differ it has that of the largest.
+/// The same whatever they look like: round splats where no disc does, as seen from afar leaves and walls that meet do.
+/// Where materials differ it has that of the largest. Those that lie apart stay, as `merge_neighbours` has it, within
+/// the double.
 #[must_use]
 pub fn merge_all(samples: &mut [Sample]) -> Vec<(Sample, Range<usize>)> {
     gather(samples);
-    let mut found = Vec::with_capacity(samples.len() / BRANCH + 1);
-    let typical = typical_radius(samples);
-    for (i, four) in samples.chunks(BRANCH).enumerate() {
-        let first = BRANCH * i;
-        let alike = merge(four).filter(|one| one.grain() <= COARSEST * typical);
-        match alike.or_else(|| merge_round(four)) {
-            Some(one) => found.push((one, first..first + four.len())),
-            None => found
-                .extend(four.iter().enumerate().map(|(i, one)| (*one, first + i..first + i + 1))),
-        }
-    }
+    let coarsest = COARSEST * typical_radius(samples);
+    let mut found = Vec::with_capacity(samples.len() / 2);
+    let merge = |samples: &[Sample]| {
+        let alike = merge(samples).filter(|one| one.grain() <= coarsest);
+        let round = || merge_round(samples).filter(|one| one.grain() <= 2.0 * coarsest);
+        alike.or_else(round)
+    };
+    merge_each(samples, merge, |one, range| found.push((one, range)));
     found
 }
 
 /// A round splat for several surfels; `None` of a single one, and where numbers end.
 fn merge_round(samples: &[Sample]) -> Option<Sample> {
+    if samples.len() < 2 {
+        return None;
+    }
     let largest = samples
         .iter()
         .copied()

@@ -57,8 +57,9 @@ impl DisplayedClouds {
         let mut pyramids = Vec::new();
         for Loaded { cloud, summary } in &whole.loaded {
             let displayed = display.of(cloud)?;
-            let pyramid = whole.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud));
-            let shown = pyramid.map(|pyramid| pyramid.displayed(&display, &displayed.cloud));
+            let shown = whole
+                .pyramid_of(cloud)
+                .map(|pyramid| pyramid.displayed(&display, &displayed.cloud));
             pyramids.extend(shown.map(Arc::new));
             loaded.push(Loaded { cloud: displayed.cloud, summary: summary.clone() });
             kept.push(displayed.kept);

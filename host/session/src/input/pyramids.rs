@@ -257,6 +257,11 @@ pub enum Wait {
 }
 
 impl Clouds {
+    /// The pyramid that a cloud stands for, where it is one.
+    pub fn pyramid_of(&self, cloud: &Cloud) -> Option<&Arc<OpenPyramid>> {
+        self.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud))
+    }
+
     /// What a view is drawn from: clouds as they are, and of pyramids the nodes that are as fine as `detail_px` asks.
     ///
     /// # Errors
@@ -272,8 +277,7 @@ impl Clouds {
         let (clouds, objects) = (Vec::with_capacity(n), Vec::with_capacity(n));
         let mut drawn = Drawn { clouds, objects, has_parts: false, coarsest_px: 0.0, n_missing: 0 };
         for (object, Loaded { cloud, .. }) in (0..).zip(&self.loaded) {
-            let Some(pyramid) = self.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud))
-            else {
+            let Some(pyramid) = self.pyramid_of(cloud) else {
                 drawn.clouds.push(Held::Whole(cloud));
                 drawn.objects.push(PartOf { object, is_part: false });
                 continue;
@@ -305,10 +309,7 @@ impl Clouds {
     ) -> Result<(), PyramidError> {
         let started = Instant::now();
         for Loaded { cloud, .. } in &self.loaded {
-            let Some(pyramid) = self.pyramids.iter().find(|pyramid| pyramid.is_seen_as(cloud))
-            else {
-                continue;
-            };
+            let Some(pyramid) = self.pyramid_of(cloud) else { continue };
             while started.elapsed() < longest {
                 let cut = pyramid.cut((view, surface), detail_px, |node| pyramid.has(node));
                 let next = &cut.missing[..cut.missing.len().min(AT_A_TIME)];

@@ -40,7 +40,8 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.small_button("zoom to it").on_hover_text("The camera sees this cloud alone.");
             framed = zoom.clicked().then_some(i).or(framed);
         }
-        facts_of(ui, open_cloud);
+        let is_pyramid = shown.open_clouds.clouds.pyramid_of(cloud).is_some();
+        facts_of(ui, open_cloud, is_pyramid);
     }
     if let Some(line) = plausibility::far_apart(&shown.clouds) {
         ui.colored_label(ui.visuals().warn_fg_color, format!("{line}. Zoom to one of them."));
@@ -86,9 +87,10 @@ fn progress(window: &Window, ui: &mut Ui) {
 }
 
 /// The size and state of a cloud, and what reading changed in it.
-fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud) {
+fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
     let Loaded { cloud, summary } = &open_cloud.loaded;
     ui.label(match cloud.len() as u64 {
+        _ if is_pyramid => format!("{} surfels, in a pyramid", grouped(summary.n_surfels)),
         0 => "no points".to_owned(),
         1 => "1 surfel".to_owned(),
         n => format!("{} surfels", grouped(n)),

@@ -84,6 +84,12 @@ impl Tools {
         let open_cloud =
             open_clouds.all().get(self.cloud_index).ok_or("there is no cloud to work on")?;
         let base = open_cloud.loaded.cloud.clone();
+        if open_clouds.clouds.pyramid_of(&base).is_some() {
+            return Err(format!(
+                "{name} works on clouds in memory, and {} is a pyramid; open the files that it was made of",
+                open_cloud.name()
+            ));
+        }
         let values = self.values.get(name).cloned().unwrap_or_default();
         let process = Running::start(unit, &values, &base, &self.options)
             .map_err(|fault| format!("{reference} could not start: {fault}"))?;

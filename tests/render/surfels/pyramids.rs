@@ -1,0 +1,173 @@
+//! Pyramids: the same pictures as of clouds in memory, whatever is kept and who draws. Costs 4 s.
+
+use glam::DVec3;
+use std::path::Path;
+use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
+use surfelshop_api::{Scene, View};
+use surfelshop_cloud::{Loaded, ReadOptions, WriteOptions};
+use surfelshop_image::Image;
+use surfelshop_pyramid::{IndexOptions, index};
+use surfelshop_render::{
+    Engine, EngineOptions, GpuOptions, RenderRequest, RendererView, SurfelDrawing,
+};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::pyramids::{self, Budget, Wait};
+use surfelshop_tests::{clouds, stage};
+
+const OUTPUTS: [Output; 3] = [Output::Color, Output::Depth, Output::Albedo];
+
+/// Enough surfels for several levels: a leaf has at most 32 768.
+const N: usize = 300_000;
+
+/// Small enough for chunks of 65 536 points.
+const MEMORY: u64 = 1;
+
+struct Lab {
+    engine: Engine,
+    renderer: RendererView,
+    scene: Scene,
+}
+
+impl Lab {
+    fn new(surfels: SurfelDrawing) -> Self {
+        let options = EngineOptions { surfels, ..EngineOptions::default() };
+        let engine = stage::engine_with(&GpuOptions::default(), &options);
+        let renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
+        Self { engine, renderer, scene: Scene::default() }
+    }
+
+    fn pictures(&mut self, clouds: &Clouds, view: View, detail_px: f32, wait: Wait) -> Vec<Image> {
+        let drawn = clouds.drawn(&view, &self.scene.surface, detail_px, wait).unwrap();
+        let views = drawn.with(clouds);
+        let request = RenderRequest {
+            clouds: views.clouds(),
+            facts: &clouds.facts,
+            scene: &self.scene,
+            view,
+            values: &Values::new(),
+            outputs: &OUTPUTS,
+            frame_index: 0,
+            environment: None,
+            stride: 1,
+            detail_px: 0.0,
+            parts: views.parts(),
+        };
+        self.engine.forget_surfaces();
+        let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
+        rendered.images.into_iter().map(|(_, image)| image).collect()
+    }
+}
+
+fn pyramid(folder: &Path) -> std::path::PathBuf {
+    let file = folder.join("waves.ply");
+    let write = WriteOptions::default();
+    surfelshop_cloud::write(&file, &clouds::wavy_sphere(N), &write).unwrap();
+    let output = folder.join("waves.surfels");
+    let options = IndexOptions { read: ReadOptions::default(), memory: MEMORY };
+    let done = index(&[file], &output, &options).unwrap();
+    assert!(done.n_nodes > done.n_leaves && done.n_leaves > 8, "{done:?}");
+    output
+}
+
+fn opened(path: &Path, budget: u64) -> Clouds {
+    let (loaded, pyramid) = pyramids::open(path, Budget(budget)).unwrap();
+    Clouds { pyramids: vec![pyramid.into()], ..Clouds::of(vec![loaded]) }
+}
+
+fn view() -> View {
+    stage::view(DVec3::new(0.6, 0.8, 2.6), DVec3::ZERO, 300)
+}
+
+/// The largest difference in any channel of any pixel that both cover, and how many only one covers.
+fn difference(a: &Image, b: &Image) -> (f32, usize) {
+    let (mut most, mut apart) = (0.0f32, 0);
+    for (a, b) in a.data.chunks_exact(4).zip(b.data.chunks_exact(4)) {
+        apart += usize::from((a[3] > 0.0) != (b[3] > 0.0));
+        let differ = a[..3].iter().zip(&b[..3]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        most = most.max(if a[3] > 0.0 && b[3] > 0.0 { differ } else { 0.0 });
+    }
+    (most, apart)
+}
+
+#[test]
+fn all_leaves_are_the_cloud_and_the_cache_does_not_show() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = pyramid(folder.path());
+    let cloud = clouds::wavy_sphere(N);
+    let whole = Clouds::of(vec![Loaded { cloud, summary: Default::default() }]);
+    for way in [SurfelDrawing::Processor, SurfelDrawing::Quads, SurfelDrawing::Compute] {
+        let mut lab = Lab::new(way);
+        let expected = lab.pictures(&whole, view(), 0.0, Wait::ForAll);
+        let (large, small) = (opened(&path, 1 << 32), opened(&path, 1 << 28));
+        let leaves = lab.pictures(&large, view(), 0.0, Wait::ForAll);
+        for (expected, found) in expected.iter().zip(&leaves) {
+            // What blends is summed in another order where a pixel sees surfels of two nodes; a normal may be packed as
+            // its neighbour then, 1.2e-4 rad away, which a highlight shows as a quarter of a level of 8 bits at most.
+            let (most, apart) = difference(expected, found);
+            assert!(most < 1e-3 && apart == 0, "{way:?}: {most}, {apart} pixels");
+        }
+        for detail in [0.0, 1.0, 3.0] {
+            let a = lab.pictures(&large, view(), detail, Wait::ForAll);
+            let b = lab.pictures(&small, view(), detail, Wait::ForAll);
+            // In another order of asking.
+            let again = lab.pictures(&large, view(), detail, Wait::ForAll);
+            assert!(a.iter().zip(&b).all(|(a, b)| a.data == b.data), "{way:?}, {detail}");
+            assert!(a.iter().zip(&again).all(|(a, b)| a.data == b.data), "{way:?}, {detail}");
+        }
+    }
+}
+
+#[test]
+fn coarser_detail_draws_fewer_surfels_and_little_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = pyramid(folder.path());
+    let clouds = opened(&path, 1 << 32);
+    let mut lab = Lab::new(SurfelDrawing::Processor);
+    let leaves = lab.pictures(&clouds, view(), 0.0, Wait::ForAll);
+    let mut last = lab.engine.counters().drawn_surfels;
+    for (detail, bound) in [(0.75, 0.02), (1.5, 0.03), (4.0, 0.06)] {
+        let found = lab.pictures(&clouds, view(), detail, Wait::ForAll);
+        let n = lab.engine.counters().drawn_surfels;
+        assert!(n <= last, "{detail}: {n} of {last}");
+        last = n;
+        let pixels = leaves[0].data.chunks_exact(4).zip(found[0].data.chunks_exact(4));
+        let (mut sum, mut n, mut apart) = (0.0, 0.0, 0.0);
+        for (a, b) in pixels.filter(|(a, b)| a[3] > 0.0 || b[3] > 0.0) {
+            n += 1.0;
+            apart += f64::from((a[3] > 0.0) != (b[3] > 0.0));
+            sum += f64::from((a[0] - b[0]).powi(2));
+        }
+        let rms = (sum / n as f64).sqrt();
+        assert!(rms < bound, "{detail}: RMS {rms}");
+        // Outlines move by a part of a pixel.
+        assert!(apart / n < 0.03, "{detail}: {apart} of {n} pixels");
+    }
+    assert!(last < N / 2, "{last}");
+}
+
+#[test]
+fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = pyramid(folder.path());
+    let clouds = opened(&path, 1 << 32);
+    let mut lab = Lab::new(SurfelDrawing::Processor);
+    let surface = lab.scene.surface;
+    let missing =
+        |clouds: &Clouds| clouds.drawn(&view(), &surface, 0.0, Wait::ForNone).unwrap().n_missing;
+    assert!(missing(&clouds) > 0);
+    let first = lab.pictures(&clouds, view(), 0.0, Wait::ForNone);
+    let covered = |images: &[Image]| images[0].data.chunks_exact(4).filter(|p| p[3] > 0.0).count();
+    let before = covered(&first);
+    let mut rounds = 0;
+    while missing(&clouds) > 0 {
+        clouds.load(&view(), &surface, 0.0, std::time::Duration::from_millis(1)).unwrap();
+        let now = covered(&lab.pictures(&clouds, view(), 0.0, Wait::ForNone));
+        assert!(now * 50 > before * 49, "a hole: {now} of {before} pixels");
+        rounds += 1;
+        assert!(rounds < 100);
+    }
+    let all = lab.pictures(&clouds, view(), 0.0, Wait::ForNone);
+    let waited = lab.pictures(&opened(&path, 1 << 32), view(), 0.0, Wait::ForAll);
+    assert!(all.iter().zip(&waited).all(|(a, b)| a.data == b.data));
+}
