@@ -1,6 +1,5 @@
 //! What is in a cloud's file, as its head says it, for `surfelshop info`.
 
-use crate::info::shortened;
 use glam::DVec3;
 use serde_json::{Value, json};
 use std::fmt::{Error, Write as _};
@@ -159,4 +158,15 @@ pub(crate) fn source_rows(
         row("step", format!("{} {} {}", step.x, step.y, step.z))?;
     }
     Ok(())
+}
+
+/// A coordinate with as many decimals as matter for something of this size: seven digits, about
+/// what f32 offsets hold.
+pub(crate) fn shortened(number: f64, size: f64) -> String {
+    let decimals = 7.0 - size.log10().ceil();
+    let decimals = if decimals.is_finite() { decimals.clamp(0.0, 15.0) as usize } else { 6 };
+    let text = format!("{number:.decimals$}");
+    let text =
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }

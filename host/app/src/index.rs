@@ -1,12 +1,8 @@
 //! `surfelshop index`: files of any size in, a pyramid out.
 
 use crate::arguments::IndexArguments;
-use crate::contents_info;
-use serde_json::{Value, json};
-use std::fmt::Write as _;
-use std::path::Path;
-use surfelshop_api::format::CloudHeader;
-use surfelshop_pyramid::{Directory, IndexOptions, Pyramid, index};
+use serde_json::json;
+use surfelshop_pyramid::{IndexOptions, index};
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::output::files;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -41,28 +37,4 @@ pub(crate) fn run(arguments: &IndexArguments) -> anyhow::Result<()> {
         done.n_nodes,
         done.bytes as f64 / done.n_surfels.max(1) as f64
     ))
-}
-
-/// What is in a pyramid, for programs.
-pub(crate) fn object(file: &Path) -> anyhow::Result<Value> {
-    let directory = Pyramid::directory_of(file)?;
-    Ok(json!({ "file": file.display().to_string(), "pyramid": directory }))
-}
-
-/// A row for each thing to know of a pyramid.
-pub(crate) fn text(file: &Path) -> anyhow::Result<String> {
-    let directory = Pyramid::directory_of(file)?;
-    let Directory { generator, n_surfels, n_leaves, n_nodes, bounds, notes, .. } = &directory;
-    let mut text = file.display().to_string();
-    let mut row = |name: &str, value: String| write!(text, "\n  {name:<9} {value}");
-    row("format", format!("pyramid, made by {generator}"))?;
-    row("surfels", format!("{n_surfels} in {n_leaves} leaves; {n_nodes} nodes in all"))?;
-    row("bounds", contents_info::bounds(bounds[0], bounds[1]))?;
-    let columns = directory.columns.clone();
-    row("columns", contents_info::columns(&CloudHeader { columns, ..CloudHeader::default() }))?;
-    contents_info::source_rows(&directory.source.of_cloud(), &mut row)?;
-    for note in notes {
-        row("note", note.clone())?;
-    }
-    Ok(text)
 }

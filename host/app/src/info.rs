@@ -2,12 +2,14 @@
 //! scene or a light probe.
 
 use crate::arguments::InfoArguments;
-use crate::{contents_info, index, scene_info};
+use crate::contents_info::{self, shortened};
+use crate::{pyramid_info, scene_info};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
+use surfelshop_pyramid::is_pyramid_file;
 use surfelshop_session::input::formats::SessionFormats;
-use surfelshop_session::input::{clouds, environment_map, probe_info, pyramids};
+use surfelshop_session::input::{clouds, environment_map, probe_info};
 use surfelshop_session::output::terminal::Progress;
 use surfelshop_session::output::{provenance, terminal};
 
@@ -34,11 +36,11 @@ pub(crate) fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             }
             continue;
         }
-        if pyramids::is_one(file) {
+        if is_pyramid_file(file) {
             if arguments.report.json {
-                objects.push(index::object(file)?);
+                objects.push(pyramid_info::object(file)?);
             } else {
-                terminal::line(index::text(file)?)?;
+                terminal::line(pyramid_info::text(file)?)?;
             }
             continue;
         }
@@ -221,17 +223,6 @@ fn counted(counts: &[(u64, &str)]) -> String {
     let shown: Vec<String> =
         counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!("{n} {what}")).collect();
     if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
-}
-
-/// A coordinate with as many decimals as matter for something of this size: seven digits, about
-/// what f32 offsets hold.
-pub(crate) fn shortened(number: f64, size: f64) -> String {
-    let decimals = 7.0 - size.log10().ceil();
-    let decimals = if decimals.is_finite() { decimals.clamp(0.0, 15.0) as usize } else { 6 };
-    let text = format!("{number:.decimals$}");
-    let text =
-        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 fn size_in_words(bytes: u64) -> String {

@@ -11,6 +11,7 @@ mod convert;
 mod index;
 mod info;
 mod plugins;
+mod pyramid_info;
 mod scene_info;
 
 use anyhow::Context as _;

@@ -35,8 +35,10 @@
 
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Serialize};
+use std::io::Read as _;
+use std::path::Path;
 use surfelshop_api::format::FileColumn;
-use surfelshop_cloud::Source;
+use surfelshop_cloud::{Source, files};
 
 /// The first bytes.
 pub(crate) const MAGIC: [u8; 8] = *b"\x89SURFEL\n";
@@ -60,6 +62,14 @@ const MAX_DIRECTORY: u64 = 64 << 20;
 #[must_use]
 pub fn is_pyramid(head: &[u8]) -> bool {
     head.starts_with(&MAGIC)
+}
+
+/// Whether a file is a pyramid; one that cannot be read is none.
+#[must_use]
+pub fn is_pyramid_file(path: &Path) -> bool {
+    let Ok((file, _)) = files::open(path) else { return false };
+    let mut head = Vec::new();
+    file.take(MAGIC.len() as u64).read_to_end(&mut head).is_ok() && is_pyramid(&head)
 }
 
 /// What the file says of the whole.

@@ -22,6 +22,6 @@ mod tests;
 pub use cut::{Cut, CutView};
 pub use error::PyramidError;
 pub use index::{IndexOptions, IndexSummary, index};
-pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid};
+pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid, is_pyramid_file};
 pub use nodes::{Nodes, NodesInMemory, Prepare};
 pub use pyramid::Pyramid;

@@ -14,5 +14,6 @@ mod messages;
 mod pictures;
 mod plugins;
 mod program;
+mod pyramids;
 mod readme;
 mod scenes;

@@ -13,6 +13,7 @@ use std::sync::Arc;
 use surfelshop_api::columns::{TANGENT_U, TANGENT_V};
 use surfelshop_api::{CloudFacts, CloudView};
 use surfelshop_cloud::{Cloud, Loaded, ReadError};
+use surfelshop_pyramid::is_pyramid_file;
 
 /// Clouds that are shown together.
 #[derive(Clone)]
@@ -57,7 +58,7 @@ impl Clouds {
             let mut pyramid = None;
             let mut cloud = match files.get(path.as_path()) {
                 Some(known) => known.clone(),
-                None if pyramids::is_one(path) => {
+                None if is_pyramid_file(path) => {
                     let opened = pyramids::open(path, Budget::default());
                     let (whole, opened) = match place {
                         Some(_) => opened.with_context(in_scene)?,

@@ -1,6 +1,5 @@
 //! The formats of plugins, found when a file needs one.
 
-use crate::input::pyramids;
 use crate::options::{LensArguments, PluginFiles, UpAxis};
 use crate::output::terminal;
 use std::path::{Path, PathBuf};
@@ -11,7 +10,7 @@ use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
 use surfelshop_cloud::{Progress, scene, silent};
-use surfelshop_pyramid::Pyramid;
+use surfelshop_pyramid::{Pyramid, is_pyramid_file};
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::Registry;
 
@@ -127,7 +126,7 @@ pub fn stand_upright(lens: &mut LensArguments, files: &[PathBuf], plugins: &Plug
     let clouds = files.iter().flat_map(|file| clouds_of(file));
     // Built-in formats never say it, and to read their heads may be to read them.
     let says_z = clouds.filter(|file| !is_built_in(file)).any(|file| {
-        if pyramids::is_one(&file) {
+        if is_pyramid_file(&file) {
             return Pyramid::directory_of(&file)
                 .is_ok_and(|directory| directory.source.up == FileUpAxis::Z);
         }

@@ -8,10 +8,8 @@ use std::time::{Duration, Instant};
 use surfelshop_api::columns::POSITION;
 use surfelshop_api::{CloudView, ObjectFrame, SurfaceSettings, View};
 use surfelshop_cloud::display::Display;
-use surfelshop_cloud::{Cloud, Loaded, Summary, Transform, files, memory};
-use surfelshop_pyramid::{
-    Cut, CutView, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError, is_pyramid,
-};
+use surfelshop_cloud::{Cloud, Loaded, Summary, Transform, memory};
+use surfelshop_pyramid::{Cut, CutView, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError};
 use surfelshop_render::{PartOf, Parts};
 
 /// Surfels that stand for the whole: what frames it, traces it, and is given to graphs as data.
@@ -108,14 +106,6 @@ impl DrawnViews<'_> {
     pub fn parts(&self) -> Option<Parts<'_>> {
         self.has_parts.then_some(Parts { objects: self.objects, data: &self.data })
     }
-}
-
-/// Whether a file is a pyramid.
-pub fn is_one(path: &Path) -> bool {
-    use std::io::Read as _;
-    let Ok((file, _)) = files::open(path) else { return false };
-    let mut head = Vec::new();
-    file.take(64).read_to_end(&mut head).is_ok() && is_pyramid(&head)
 }
 
 /// Opens a pyramid: a cloud that stands for the whole, and what is drawn instead.
