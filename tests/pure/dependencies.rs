@@ -1,6 +1,6 @@
 //! The direction of dependencies, proved from `cargo metadata`.
 //!
-//! `sdk <- {cloud, raster, image} <- runtime <- render <- session <- evaluate <- viewer <- app`; plugins see the SDK alone; tests
+//! `sdk <- {cloud, raster, image} <- {runtime, pyramid} <- render <- session <- evaluate <- viewer <- app`; plugins see the SDK alone; tests
 //! see everything and nobody sees them. Declared dependencies are judged for every platform and kind, development included,
 //! since a cycle through a test rots as well as any other. What a package pulls in through others
 //! is judged for the platform at hand, because only its packages are sure to be downloaded.
@@ -287,7 +287,7 @@ fn every_package_lies_in_a_room() {
     }
 }
 
-/// Invariant: dependencies run `sdk <- {cloud, raster, image} <- runtime <- render <- session <- evaluate <- viewer
+/// Invariant: dependencies run `sdk <- {cloud, raster, image} <- {runtime, pyramid} <- render <- session <- evaluate <- viewer
 /// <- app`; plugins see the SDK alone.
 #[test]
 fn declared_dependencies_follow_the_arrows() {

@@ -19,9 +19,11 @@ use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use std::process::ExitCode;
 use surfelshop_evaluate::{bench, check, compare, demo, explain, report};
+use surfelshop_session::input::pyramids;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal;
 use surfelshop_session::{interrupt, manual, render};
+use surfelshop_viewer::ViewerArguments;
 
 fn main() -> ExitCode {
     #[cfg(target_os = "linux")]
@@ -43,6 +45,7 @@ fn main() -> ExitCode {
     }
     // Plugins of formats are asked which axis points up, where files need one and nobody said it.
     let command = cli.command.map(upright);
+    pyramids::use_memory(memory_of(command.as_ref(), &cli.viewer));
     let done = match command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
@@ -62,6 +65,18 @@ fn main() -> ExitCode {
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => terminal::failed(&error),
+    }
+}
+
+/// The memory that was typed for pyramids.
+fn memory_of(command: Option<&Command>, viewer: &ViewerArguments) -> Option<u64> {
+    match command {
+        Some(Command::Render(given)) => given.picture.memory,
+        Some(Command::Compare(given)) => given.picture.memory,
+        Some(Command::Report(given)) => given.picture.memory,
+        Some(Command::Explain(given)) => given.picture.memory,
+        Some(_) => None,
+        None => viewer.memory,
     }
 }
 

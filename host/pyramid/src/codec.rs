@@ -9,6 +9,9 @@ pub(crate) const RAW: u32 = 0;
 /// Byte planes apart, then an LZ4 block.
 pub(crate) const SHUFFLED_LZ4: u32 = 1;
 
+/// An LZ4 block stands for at most 255 times as many bytes: what announces more is damaged, and takes no memory.
+const MOST_PACKED: usize = 256;
+
 /// The bytes of values, little endian.
 fn bytes_of(values: &Values<'_>) -> Vec<u8> {
     macro_rules! bytes {
@@ -61,6 +64,9 @@ pub(crate) fn decode(
     n_values: usize,
 ) -> Option<Buffer> {
     let size = n_values.checked_mul(element.size())?;
+    if size > stored.len().saturating_mul(MOST_PACKED) {
+        return None;
+    }
     let bytes = match encoding {
         RAW => Cow::Borrowed(stored),
         SHUFFLED_LZ4 => {

@@ -110,7 +110,6 @@ impl Pyramid {
         let mut columns = Vec::with_capacity(record.columns.len());
         for (column, stored) in self.directory.columns.iter().zip(&record.columns) {
             if stored.length == 0 {
-                columns.extend(missing(column, record.n_surfels));
                 continue;
             }
             let name = &column.name;
@@ -126,6 +125,11 @@ impl Pyramid {
             })?;
             columns.push(Column::new(name.as_str(), column.components, values));
         }
+        // Only where others say that there are as many.
+        let is_known = !columns.is_empty();
+        let stored = self.directory.columns.iter().zip(&record.columns);
+        let absent = stored.filter(|(_, stored)| is_known && stored.length == 0);
+        columns.extend(absent.filter_map(|(column, _)| missing(column, record.n_surfels)));
         let cloud = Cloud::new(record.origin, columns)
             .map_err(|error| fault(damaged(&format!("node {node}: {error}"))))?;
         Ok(cloud.with_source(self.source.clone()))

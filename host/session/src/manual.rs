@@ -42,6 +42,7 @@ pub const PAGES: &[Page] = pages! {
     "Clouds", "convert", "Convert", "clouds/convert";
     "Clouds", "formats", "File formats", "clouds/formats";
     "Clouds", "surfaces", "From bare points to a surface", "clouds/surfaces";
+    "Clouds", "pyramids", "Clouds larger than memory", "clouds/pyramids";
     "Clouds", "prepare", "Prepare a cloud", "clouds/prepare";
     "Clouds", "bake", "Bake", "clouds/bake";
     "Clouds", "ambient-occlusion", "Ambient occlusion", "clouds/ambient-occlusion";

@@ -3,7 +3,7 @@
 use clap::Args;
 use std::path::PathBuf;
 use surfelshop_session::options::colors::ColorArguments;
-use surfelshop_session::options::{DeviceArguments, PluginFiles, UpAxis};
+use surfelshop_session::options::{DeviceArguments, PluginFiles, UpAxis, values};
 
 /// Without a command: the window.
 #[derive(Clone, Debug, Args)]
@@ -14,6 +14,9 @@ pub struct ViewerArguments {
     /// The axis that points upwards; scans often have z.
     #[arg(long, value_enum, value_name = "AXIS", default_value_t)]
     pub up: UpAxis,
+    /// Memory that an open pyramid takes at most, such as 500MB or 4GB [default: half of what is free].
+    #[arg(long, value_name = "SIZE", value_parser = values::memory)]
+    pub memory: Option<u64>,
     /// What colours surfels, and which are shown.
     #[command(flatten)]
     pub colors: ColorArguments,

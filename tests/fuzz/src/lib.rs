@@ -14,6 +14,7 @@ mod graph;
 mod manifest;
 mod mutate;
 mod parameters;
+mod pyramid;
 mod scene;
 mod shader;
 
@@ -23,6 +24,7 @@ pub use graph::graph;
 pub use manifest::manifest;
 pub use mutate::{Chance, mutated};
 pub use parameters::parameters;
+pub use pyramid::pyramid;
 pub use scene::scene;
 pub use shader::shader;
 
@@ -34,7 +36,7 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 16] = [
+pub const TARGETS: [(&str, Target); 17] = [
     ("cloud", cloud),
     ("e57", e57),
     ("gltf", gltf),
@@ -46,6 +48,7 @@ pub const TARGETS: [(&str, Target); 16] = [
     ("probe", probe),
     ("pts", pts),
     ("ptx", ptx),
+    ("pyramid", pyramid),
     ("scene", scene),
     ("sfl", sfl),
     ("shader", shader),

@@ -48,7 +48,11 @@ pub(super) fn report(
     let (knobs, turns_detail) = knobs_of(arguments, unit, &subject)?;
     let judge = judge(arguments, registry, &subject)?;
     let seen = setup::first_view(opened);
-    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    if turns_detail && knobs.iter().any(|knob| knob.id == DETAIL) {
+        // The reference is what nothing is merged in.
+        staging.pyramid_detail_px = 0.0;
+    }
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
@@ -206,7 +210,14 @@ fn key(
         (units, picture, settings, n_set),
         (files, &stage.clouds.facts, &stage.staging.scene, stage.view),
         // How pictures are developed decides what is displayed, and so does what colours and filters clouds.
-        format!("{:?}", (stage.staging.how, stage.staging.detail_px, arguments.device.surfels)),
+        format!(
+            "{:?}",
+            (
+                stage.staging.how,
+                [stage.staging.detail_px, stage.staging.pyramid_detail_px],
+                arguments.device.surfels
+            )
+        ),
         format!("{:?}", stage.staging.display),
         (
             stage.surroundings.map(|light: &LoadedEnvironment| light.view().environment.clone()),

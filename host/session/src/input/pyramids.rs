@@ -3,7 +3,7 @@
 use crate::input::clouds::Clouds;
 use crate::output::terminal;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use surfelshop_api::columns::POSITION;
 use surfelshop_api::{CloudView, ObjectFrame, SurfaceSettings, View};
@@ -28,10 +28,22 @@ const USUAL_MEMORY: u64 = 4 << 30;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Budget(pub u64);
 
+/// What was typed for all pyramids of this run.
+static TYPED: OnceLock<u64> = OnceLock::new();
+
+/// Sets the memory that each pyramid takes that is opened from now on; the first call counts.
+pub fn use_memory(bytes: Option<u64>) {
+    if let Some(bytes) = bytes {
+        // A second call changes nothing.
+        drop(TYPED.set(bytes));
+    }
+}
+
 impl Default for Budget {
-    /// Half of what is free.
+    /// As typed, else half of what is free.
     fn default() -> Self {
-        Self(memory::available().unwrap_or(USUAL_MEMORY) / 2)
+        let free = || memory::available().unwrap_or(USUAL_MEMORY) / 2;
+        Self(TYPED.get().copied().unwrap_or_else(free))
     }
 }
 
@@ -202,12 +214,14 @@ impl OpenPyramid {
 /// Says what tracers see of pyramids.
 pub fn note_traced(clouds: &Clouds) {
     for pyramid in &clouds.pyramids {
-        let n = clouds.loaded.iter().find(|loaded| pyramid.is_seen_as(&loaded.cloud));
-        terminal::note(format!(
-            "{}: tracers see it as its {} merged surfels; renderers draw it as fine as --detail says",
-            pyramid.pyramid().path().display(),
-            n.map_or(0, |loaded| loaded.cloud.len())
-        ));
+        let seen = clouds.loaded.iter().find(|loaded| pyramid.is_seen_as(&loaded.cloud));
+        let n = seen.map_or(0, |loaded| loaded.cloud.len() as u64);
+        if n < pyramid.pyramid().directory().n_surfels {
+            terminal::note(format!(
+                "{}: tracers see it as {n} merged surfels; renderers draw it as fine as --detail says",
+                pyramid.pyramid().path().display()
+            ));
+        }
     }
 }
 

@@ -65,10 +65,13 @@ pub struct PictureArguments {
           allow_hyphen_values = true)]
     pub depth_tolerance: Option<f32>,
     /// Draw several surfels as one where that has at most this radius, in pixels: large clouds take a
-    /// fraction of the time. Renderers say whether they take it [default: 0, never].
+    /// fraction of the time. Renderers say whether they take it [default: 0, never; of pyramids 1].
     #[arg(long, value_name = "PIXELS", default_value_t = 0.0, hide_default_value = true,
           value_parser = values::detail, allow_hyphen_values = true)]
     pub detail: f32,
+    /// Memory that an open pyramid takes at most, such as 500MB or 4GB [default: half of what is free].
+    #[arg(long, value_name = "SIZE", value_parser = values::memory)]
+    pub memory: Option<u64>,
     /// Radius in pixels of the filter that keeps fine surfels from vanishing and flickering, 0
     /// (none) to 4 [default: 1].
     #[arg(long, value_name = "PIXELS", value_parser = values::low_pass,

@@ -30,6 +30,7 @@ fn with_panel(renderer: &str) -> Screen {
     let reference = plugin[0].to_str().unwrap().replace("surfelshop_flat", "surfelshop_reference");
     plugin.extend([reference.into(), faulty()]);
     let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

@@ -55,6 +55,7 @@ struct Screen {
 impl Screen {
     fn open(files: &[&str]) -> Self {
         Self::with(&ViewerArguments {
+            memory: None,
             colors: Default::default(),
             files: files.iter().map(PathBuf::from).collect(),
             up: UpAxis::Y,

@@ -19,6 +19,7 @@ fn rebuilt_plugins_take_over_and_broken_ones_do_not() {
         std::fs::copy(path, file_of(path)).unwrap();
     }
     let arguments = ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
@@ -130,6 +131,7 @@ fn showing_fine(folder: &Path) -> (Screen, PathBuf) {
     let mut plugin = built_plugins().plugin;
     plugin.push(file.clone());
     let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
@@ -267,6 +269,7 @@ fn a_renderer_that_was_switched_off_comes_back_with_a_good_build() {
     let mut plugin = built_plugins().plugin;
     plugin.push(file.clone());
     let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

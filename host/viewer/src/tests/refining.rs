@@ -22,6 +22,7 @@ fn plugins() -> PluginFiles {
 
 fn screen() -> Screen {
     let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

@@ -21,6 +21,7 @@ pub(super) fn with_tools(files: &[&str]) -> Screen {
     // For a tool that never stops; the others stop at once.
     plugins.patience = Some(Duration::from_secs(5));
     let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: files.iter().map(Into::into).collect(),
         up: UpAxis::Y,

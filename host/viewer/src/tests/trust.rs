@@ -25,6 +25,7 @@ fn with_untrusted_plugin(folder: &Path) -> Screen {
     std::fs::copy(faulty(), &path).unwrap();
     plugin.push(path);
     let arguments = ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
@@ -99,6 +100,7 @@ fn with_a_link(folder: &Path) -> Screen {
     std::os::unix::fs::symlink(&trusted, folder.join("link.so")).unwrap();
     let plugin = vec![built[1].clone(), folder.join("link.so")];
     Screen::with(&ViewerArguments {
+        memory: None,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
