@@ -2,6 +2,7 @@
 
 use crate::arguments::IndexArguments;
 use serde_json::json;
+use std::path::PathBuf;
 use surfelshop_pyramid::{IndexOptions, index};
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::output::files;
@@ -12,11 +13,24 @@ pub(crate) fn run(arguments: &IndexArguments) -> anyhow::Result<()> {
     files::protect(arguments.inputs.iter().map(|input| input.as_path()));
     files::check_writable(&arguments.output)?;
     let formats = SessionFormats::new(&arguments.plugins);
-    let progress = Progress::new(format!("indexing {} files", arguments.inputs.len()));
+    let progress = Progress::new(match arguments.inputs.as_slice() {
+        [only] => format!("indexing {}", only.display()),
+        several => format!("indexing {} files", several.len()),
+    });
     let tell = |fraction| progress.tell(fraction);
     let options = IndexOptions { read: formats.reading(&tell), memory: arguments.memory };
-    let done = index(&arguments.inputs, &arguments.output, &options)?;
+    let done = index(&arguments.inputs, &arguments.output, &options);
     drop(progress);
+    let mut work = arguments.output.clone().into_os_string();
+    work.push(".index");
+    let work = PathBuf::from(work);
+    if done.is_err() && work.join("cube.json").exists() {
+        terminal::note(format!(
+            "the work so far stays in {}, and the same command goes on from there",
+            work.display()
+        ));
+    }
+    let done = done?;
     done.warnings.iter().for_each(terminal::warn);
     let file = arguments.output.display().to_string();
     if arguments.report.json {

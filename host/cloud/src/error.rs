@@ -121,6 +121,11 @@ pub enum ReadFault {
     /// It stands for a file that was not downloaded.
     #[error("expected a point cloud, found a Git LFS pointer; fetch the file with `git lfs pull`")]
     LfsPointer,
+    /// It is a pyramid, which is drawn and not read.
+    #[error(
+        "expected a file of points, found a pyramid, which is drawn as it is; use the files that it was made of"
+    )]
+    Pyramid,
     /// No supported format begins like this.
     #[error("expected a {known} file, found {found}; convert it to one of these first")]
     UnknownFormat {

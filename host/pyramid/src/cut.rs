@@ -29,6 +29,8 @@ pub struct CutView {
     pub low_pass: f64,
     /// Merged surfels have at most this radius in pixels; 0 draws none.
     pub detail_px: f64,
+    /// No radius is drawn larger, scene units: what is merged to a larger one would leave holes. Infinite where all are.
+    pub largest_radius: f64,
 }
 
 /// The nodes that a view is drawn from.
@@ -144,6 +146,7 @@ impl CutView {
             radius_scale: f64::from(surface.radius_scale),
             low_pass: f64::from(surface.low_pass),
             detail_px: f64::from(detail_px),
+            largest_radius: f64::INFINITY,
         }
     }
 
@@ -189,13 +192,16 @@ impl CutView {
             true => 1.0,
             false => -middle.z - f64::from(node.spread) * self.scale,
         };
+        if !self.orthographic && distance <= self.near {
+            return f64::INFINITY;
+        }
         let px = [0, 1].map(|i| 0.5 * f64::from(self.size_px[i]) / self.half_extent[i]);
         let (grain, apart) = (f64::from(node.grain), f64::from(node.apart));
         let coarse = match self.radius_scale {
             factor if factor < 1.0 => grain.max(apart) / factor,
             factor => (grain * factor).max(apart),
         };
-        if distance <= self.near {
+        if grain * self.scale > self.largest_radius {
             return f64::INFINITY;
         }
         coarse * self.scale * px[0].max(px[1]) / distance
@@ -242,6 +248,7 @@ mod tests {
             radius_scale: 1.0,
             low_pass: 1.0,
             detail_px: 1.0,
+            largest_radius: f64::INFINITY,
         }
     }
 
@@ -261,6 +268,19 @@ mod tests {
         let turned =
             CutView { view_from_pyramid: DMat4::from_translation(DVec3::Z * 9.0), ..close };
         assert_eq!(cut(&turned, u64::MAX), Cut::default());
+    }
+
+    #[test]
+    fn parallel_views_and_shortened_radii_are_refined_by_what_they_show() {
+        let nodes = tree();
+        let cut = |view: &CutView| Cut::of(&nodes, view, u64::MAX, |_| true).nodes;
+        // 100 pixels over twice 21 units: 0.42 of them are a pixel, however far away the near plane is.
+        let wide = CutView { half_extent: [21.0; 2], orthographic: true, near: 30.0, ..view(42.0) };
+        assert_eq!(cut(&wide), [0]);
+        let narrow = CutView { half_extent: [19.0; 2], ..wide };
+        assert_eq!(cut(&narrow).len(), 8);
+        let shortened = CutView { largest_radius: 0.3, ..wide };
+        assert_eq!(cut(&shortened).len(), 8, "0.4 would be drawn as 0.3");
     }
 
     #[test]

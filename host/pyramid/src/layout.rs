@@ -253,7 +253,7 @@ impl NodeRecord {
     }
 
     /// What cannot be right in it, if anything is.
-    fn fault(&self, number: u32, n_nodes: u32, end: u64) -> Option<&'static str> {
+    pub(crate) fn fault(&self, number: u32, n_nodes: u32, end: u64) -> Option<&'static str> {
         let [first, count] = self.children;
         let floats = [self.spread, self.reach, self.grain, self.apart];
         let is_length = |x: &f32| x.is_finite() && *x >= 0.0;
@@ -340,10 +340,20 @@ impl Header {
         if !is_within(header.directory) || !is_within(header.nodes) {
             return Err(damaged(&format!("its directory lies behind its end, byte {file}")));
         }
-        if header.directory.1 > MAX_DIRECTORY || header.n_nodes == 0 || header.n_nodes > MAX_NODES {
-            return Err(damaged("its directory announces what no pyramid has"));
+        if let Some(fault) = header_fault(header.n_nodes, header.directory.1) {
+            return Err(damaged(&format!("it has {fault}")));
         }
         Ok(header)
+    }
+}
+
+/// What cannot be right in a header, if anything is.
+pub(crate) fn header_fault(n_nodes: u32, directory: u64) -> Option<&'static str> {
+    match (n_nodes, directory) {
+        (0, _) => Some("no nodes"),
+        (n, _) if n > MAX_NODES => Some("more nodes than a pyramid may have"),
+        (_, length) if length > MAX_DIRECTORY => Some("a directory that is too long"),
+        _ => None,
     }
 }
 

@@ -112,6 +112,12 @@ impl Nodes {
             missing.into_par_iter().map(|i| (i, self.read(nodes[i]))).collect();
         let mut state = self.state();
         let clock = state.clock;
+        // Those above stay, too: what is drawn is chosen from them down.
+        for above in nodes.iter().flat_map(|&node| self.pyramid.above(node)) {
+            if let Some(held) = state.held.get_mut(&above) {
+                held.last_used = clock;
+            }
+        }
         for (i, cloud) in read {
             let cloud = Arc::new(cloud?);
             let bytes = bytes_of(&cloud);

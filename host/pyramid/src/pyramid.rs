@@ -17,6 +17,8 @@ pub struct Pyramid {
     directory: Directory,
     nodes: Vec<NodeRecord>,
     source: Source,
+    /// Of each node the one above it; of the root itself.
+    parents: Vec<u32>,
 }
 
 impl Pyramid {
@@ -36,7 +38,27 @@ impl Pyramid {
         let nodes =
             layout::nodes(&table, header.n_nodes, n_columns, file.length()).map_err(fault)?;
         let source = directory.source.of_cloud();
-        Ok(Self { path: path.to_owned(), file, directory, nodes, source })
+        let mut parents = vec![0; nodes.len()];
+        for (number, node) in (0..).zip(&nodes) {
+            let [first, count] = node.children;
+            parents[first as usize..(first + count) as usize].fill(number);
+        }
+        Ok(Self { path: path.to_owned(), file, directory, nodes, source, parents })
+    }
+
+    /// The nodes above a node, up to the root.
+    pub(crate) fn above(&self, node: u32) -> impl Iterator<Item = u32> + '_ {
+        let parent = move |&node: &u32| {
+            let parent = self.parents.get(node as usize).copied()?;
+            (parent != node).then_some(parent)
+        };
+        std::iter::successors(Some(node), parent).skip(1)
+    }
+
+    /// Bytes of a surfel's columns.
+    #[must_use]
+    pub fn surfel_bytes(&self) -> u64 {
+        self.directory.columns.iter().map(|column| column.point_bytes() as u64).sum()
     }
 
     /// The directory of a pyramid, which says all but where its nodes are.

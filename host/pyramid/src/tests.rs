@@ -186,6 +186,87 @@ fn strays_and_copies_are_indexed() {
     let all: usize =
         pyramid.overview(u64::MAX).iter().map(|&leaf| pyramid.read(leaf).unwrap().len()).sum();
     assert_eq!(all, n);
+    assert!(pyramid.nodes().iter().all(|node| node.n_surfels <= 1 << 15), "no node has too many");
+}
+
+#[test]
+fn points_are_divided_however_far_away_a_stray_lies() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = ground(folder.path(), "a.ply", 120_000, 0.0);
+    let mut cloud = read(&input, &ReadOptions::default()).unwrap().cloud;
+    let n = cloud.len();
+    let Some(Buffer::F32(positions)) = cloud.column("position").map(Column::values) else {
+        panic!()
+    };
+    let mut positions = positions.clone();
+    positions[..3].copy_from_slice(&[1e12, -1e12, 1e12]);
+    cloud =
+        Cloud::new(DVec3::ZERO, vec![Column::new("position", 3, Buffer::F32(positions))]).unwrap();
+    write(&input, &cloud, &WriteOptions::default()).unwrap();
+    let output = folder.path().join("a.surfels");
+    let summary = index(&[input], &output, &options(SMALL)).unwrap();
+    assert_eq!(summary.n_surfels, n as u64);
+    assert!(summary.n_chunks > 2 && summary.n_nodes >= 5, "{summary:?}");
+    let pyramid = Pyramid::open(&output).unwrap();
+    assert!(pyramid.nodes().iter().all(|node| node.n_surfels <= 1 << 15));
+}
+
+#[test]
+fn two_at_a_time_are_refused_and_other_work_is_begun_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let inputs = [ground(folder.path(), "a.ply", 90_000, 0.0)];
+    let output = folder.path().join("a.surfels");
+    let stop = |after: u32| {
+        let calls = AtomicU32::new(0);
+        let progress = move |_: f64| match calls.fetch_add(1, Ordering::Relaxed) >= after {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let read = ReadOptions { progress: &progress, ..ReadOptions::default() };
+        index(&inputs, &output, &IndexOptions { read, memory: SMALL }).unwrap_err()
+    };
+    assert!(matches!(stop(60), PyramidError::Cancelled(_)));
+    let lock = std::fs::File::open(folder.path().join("a.surfels.index/lock")).unwrap();
+    lock.lock().unwrap();
+    let error = index(&inputs, &output, &options(SMALL)).unwrap_err().to_string();
+    assert!(error.contains("another index works on this output"), "{error}");
+    drop(lock);
+    // With other memory the same work goes on; of another file it is begun anew, and says so.
+    let same = index(&inputs, &output, &options(1 << 33)).unwrap();
+    assert!(same.warnings.is_empty() && same.n_chunks > 1, "{same:?}");
+    assert!(matches!(stop(60), PyramidError::Cancelled(_)));
+    ground(folder.path(), "a.ply", 80_000, 0.0);
+    let other = index(&inputs, &output, &options(SMALL)).unwrap();
+    assert!(other.warnings.iter().any(|line| line.contains("begun anew")), "{other:?}");
+    assert_eq!(other.n_surfels, 80_000);
+}
+
+#[test]
+fn colours_and_classes_of_different_types_mean_what_they_meant() {
+    let folder = tempfile::tempdir().unwrap();
+    let made = |name: &str, color: Buffer, class: Buffer, x: f32| {
+        let path = folder.path().join(name);
+        let columns = vec![
+            Column::new("position", 3, Buffer::F32(vec![x, 0.0, 0.0, x, 1.0, 0.0, x, 0.0, 1.0])),
+            Column::new("color", 3, color),
+            Column::new("class", 1, class),
+        ];
+        let cloud = Cloud::new(DVec3::ZERO, columns).unwrap();
+        write(&path, &cloud, &WriteOptions::default()).unwrap();
+        path
+    };
+    let inputs = [
+        made("8.ply", Buffer::U8(vec![200; 9]), Buffer::U8(vec![3; 3]), 0.0),
+        made("16.ply", Buffer::U16(vec![200 * 257; 9]), Buffer::I32(vec![70_000; 3]), 5.0),
+    ];
+    let output = folder.path().join("a.surfels");
+    index(&inputs, &output, &options(SMALL)).unwrap();
+    let pyramid = Pyramid::open(&output).unwrap();
+    let cloud = pyramid.read(0).unwrap();
+    assert_eq!(cloud.column("color").unwrap().values(), &Buffer::U16(vec![200 * 257; 18]));
+    let Buffer::I32(classes) = cloud.column("class").unwrap().values() else { panic!() };
+    assert_eq!(classes.iter().filter(|&&class| class == 3).count(), 3);
+    assert_eq!(classes.iter().filter(|&&class| class == 70_000).count(), 3);
 }
 
 #[test]

@@ -59,7 +59,9 @@ pub(crate) fn cloud(
     let placed = position::take(&mut table, &mut summary)?;
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
     let shape = shape::take(&mut table, &placed, &source, options, &mut summary)?;
-    position::warn_if_coarse(&placed, &shape.radii, &mut summary);
+    if !table.is_part {
+        position::warn_if_coarse(&placed, &shape.radii, &mut summary);
+    }
     let mut columns = vec![
         Column::new(POSITION, 3, flat(placed.positions)),
         Column::new(NORMAL, 3, flat(shape.normals)),

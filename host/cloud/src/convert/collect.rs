@@ -30,6 +30,8 @@ pub struct Collection {
     /// For each file the number of its first scan.
     first_scans: Vec<u16>,
     narrow_colors: bool,
+    /// Columns that every cloud of every file has.
+    common: Vec<String>,
 }
 
 /// Points of a file.
@@ -60,13 +62,22 @@ impl Collection {
         if narrow_colors {
             headers.iter_mut().for_each(check::narrow_colors);
         }
+        let names = headers.first().into_iter().flat_map(|header| &header.columns);
+        let is_common = |name: &&String| headers.iter().all(|other| other.column(name).is_some());
+        let common = names.map(|column| &column.name).filter(is_common).cloned().collect();
         let mut header = union::header(&headers, &Selection::default());
         header.has_faces = false;
         for column in header.columns.iter_mut().filter(|column| column.name == POSITION) {
             column.element = Element::F64;
         }
         let source = Source { grid: None, ..source_of(headers.iter()) };
-        Ok(Self { header, source, first_scans, narrow_colors })
+        Ok(Self { header, source, first_scans, narrow_colors, common })
+    }
+
+    /// Whether every cloud of every file has a column.
+    #[must_use]
+    pub fn all_have(&self, column: &str) -> bool {
+        self.common.iter().any(|name| name == column)
     }
 
     /// Hands over the points of a file, in its order, with the columns of the header.

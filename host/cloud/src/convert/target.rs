@@ -8,8 +8,9 @@ use crate::formats::table_sink::{absent, turn};
 use glam::DVec3;
 use std::sync::atomic::Ordering;
 use surfelshop_api::CloudView;
-use surfelshop_api::columns::{ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{COLOR, ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V};
 use surfelshop_api::format::{CloudHeader, FileColumn, Pose, SCAN};
+use surfelshop_api::params::srgb_to_linear;
 
 /// A batch as it is written.
 #[derive(Default)]
@@ -251,6 +252,22 @@ fn filled(column: &FileColumn, rows: usize) -> Buffer {
     values
 }
 
+/// A channel of a colour in another type: 8-bit codes become 16-bit ones, and codes become linear floats.
+fn color(value: f64, channel: usize, found: &FileColumn, target: &FileColumn) -> f64 {
+    let most = match found.element {
+        Element::U8 => 255.0,
+        Element::U16 => 65_535.0,
+        _ => return value,
+    };
+    match target.element {
+        Element::U8 => value,
+        Element::U16 => value * (65_535.0 / most),
+        // Opacity is no light.
+        _ if channel > 2 => value / most,
+        _ => f64::from(srgb_to_linear((value / most) as f32)),
+    }
+}
+
 /// Values in the type and number of components of their target.
 fn converted(values: Buffer, found: &FileColumn, target: &FileColumn, rows: usize) -> Buffer {
     if found.element == target.element && found.components == target.components {
@@ -261,7 +278,13 @@ fn converted(values: Buffer, found: &FileColumn, target: &FileColumn, rows: usiz
     for row in 0..rows {
         for component in 0..n_target {
             let value = match component < n_found {
-                true => values.get_f64(row * n_found + component),
+                true => values.get_f64(row * n_found + component).map(|value| {
+                    if target.name == COLOR {
+                        color(value, component, found, target)
+                    } else {
+                        value
+                    }
+                }),
                 // Colours without opacity are opaque.
                 false if target.element == Element::U8 => Some(255.0),
                 false if target.element == Element::U16 => Some(65_535.0),

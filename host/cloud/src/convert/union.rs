@@ -2,7 +2,7 @@
 
 use super::select::{CropBox, Selection};
 use glam::DVec3;
-use surfelshop_api::columns::{Element, POSITION};
+use surfelshop_api::columns::{COLOR, Element, POSITION};
 use surfelshop_api::format::{CloudHeader, FileColumn, SCAN, UpAxis};
 use surfelshop_geometry::Bounds;
 
@@ -17,9 +17,7 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
         match columns.iter_mut().find(|known| known.name == column.name) {
             None => columns.push(column.clone()),
             Some(known) => {
-                if known.element != column.element {
-                    known.element = Element::F64;
-                }
+                known.element = common(&known.name, known.element, column.element);
                 known.components = known.components.max(column.components);
             }
         }
@@ -72,6 +70,37 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
     }
 }
 
+/// The type that holds the values of both. Of colours it holds what they mean: see `target`.
+fn common(name: &str, a: Element, b: Element) -> Element {
+    let is_float = |element| matches!(element, Element::F32 | Element::F64);
+    if a == b {
+        return a;
+    }
+    if name == COLOR {
+        let both = [a, b];
+        let are_codes = both.iter().all(|element| matches!(element, Element::U8 | Element::U16));
+        return if are_codes { Element::U16 } else { Element::F32 };
+    }
+    if is_float(a) || is_float(b) {
+        return Element::F64;
+    }
+    let is_signed = |element| matches!(element, Element::I8 | Element::I16 | Element::I32);
+    match (is_signed(a), is_signed(b), a.size().max(b.size())) {
+        (true, true, 2) => Element::I16,
+        (true, true, _) => Element::I32,
+        (false, false, 2) => Element::U16,
+        (false, false, _) => Element::U32,
+        // A signed type twice as wide holds an unsigned one.
+        _ => match [(a, is_signed(a)), (b, is_signed(b))]
+            .map(|(e, s)| if s { e.size() } else { 2 * e.size() })
+        {
+            [x, y] if x.max(y) <= 2 => Element::I16,
+            [x, y] if x.max(y) <= 4 => Element::I32,
+            _ => Element::F64,
+        },
+    }
+}
+
 /// The box of what is written, as far as headers say; points may lie in a smaller one.
 pub(super) fn bounds(headers: &[CloudHeader], crop: Option<CropBox>) -> Option<[DVec3; 2]> {
     let mut corners = Vec::new();
@@ -87,4 +116,29 @@ pub(super) fn bounds(headers: &[CloudHeader], crop: Option<CropBox>) -> Option<[
         Some([low, high]) => [min.max(low), max.min(high)],
         None => [min, max],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_common_type_holds_what_both_mean() {
+        use Element::{F32, F64, I8, I16, I32, U8, U16, U32};
+        for (a, b, expected) in [
+            (U8, U16, U16),
+            (U8, U32, U32),
+            (I8, I16, I16),
+            (I8, U8, I16),
+            (I16, U8, I16),
+            (I8, U16, I32),
+            (I32, U32, F64),
+            (F32, U8, F64),
+            (F32, F64, F64),
+        ] {
+            assert_eq!(common("class", a, b), expected, "{a:?} {b:?}");
+            assert_eq!(common("class", b, a), expected, "{b:?} {a:?}");
+        }
+        assert_eq!((common(COLOR, U8, U16), common(COLOR, F64, U8)), (U16, F32));
+    }
 }

@@ -22,6 +22,9 @@ use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_geometry::{Progress, part};
 
+/// How pyramids begin.
+const PYRAMID: &[u8] = b"\x89SURFEL\n";
+
 /// Bytes shown of a file whose format is unknown.
 const MAGIC: usize = 64;
 
@@ -114,6 +117,9 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
     }
     if head.starts_with(b"version https://git-lfs") {
         return Err(ReadFault::LfsPointer);
+    }
+    if head.starts_with(PYRAMID) {
+        return Err(ReadFault::Pyramid);
     }
     let length = metadata.len();
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();

@@ -1,13 +1,16 @@
 //! A chunk: its points with those around, what they lack estimated, as leaves and the nodes above them.
 
+use super::around::Around;
 use super::cells::{Cell, Cube, LEVELS};
 use super::merged::{self, NODE};
 use super::nodes::{Coarse, Made, Node, NodeFile};
 use super::plan::Plan;
-use super::spool::{SpoolReader, buffers};
+use super::spool::{Rows, Segment, SpoolReader, buffers};
 use crate::error::PyramidError;
 use glam::DVec3;
 use rayon::prelude::*;
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use surfelshop_api::columns::{Element, POSITION};
@@ -23,7 +26,7 @@ const HALO: f64 = 18.0;
 /// Points from which on the spacing can be told from their number; of fewer all around are looked at.
 const FEW: usize = 1000;
 
-/// Points around that are looked at, at most, over those of the chunk.
+/// Points around are at most one for so many of the chunk's own.
 const MOST_AROUND: usize = 2;
 
 /// The column that says which points are of the chunk.
@@ -64,10 +67,10 @@ impl Chunks<'_> {
         let path = self.path(number);
         let list = path.with_extension("json");
         if let Ok(text) = std::fs::read(&list)
-            && let Ok(known) = serde_json::from_slice(&text)
-            && path.exists()
+            && let Ok((known, counts)) = serde_json::from_slice::<(Option<Made>, Counts)>(&text)
+            && path.metadata().is_ok_and(|found| Some(found.len()) == stored(known.as_ref()))
         {
-            return Ok(known);
+            return Ok((known, counts));
         }
         let made = self.make(number, &path, progress)?;
         let text =
@@ -134,22 +137,19 @@ impl Chunks<'_> {
         let mut bytes = vec![Vec::new(); header.columns.len()];
         let mut bounds: Option<Bounds> = None;
         let mut n_own = 0;
+        let mut readers = Readers::new(self);
         for (file, segment) in self.plan.cells[range.clone()].iter().flat_map(|c| &c.segments) {
-            let mut reader = SpoolReader::open(&self.plan.spools[*file].path, header)?;
-            let rows = reader.read(segment)?;
+            let rows = readers.read(*file, segment)?;
             for (all, bytes) in bytes.iter_mut().zip(&rows.columns) {
                 all.extend_from_slice(bytes);
             }
-            let points = rows.positions.iter().map(|point| DVec3::from_array(*point));
-            let own = Bounds::of(points);
-            bounds = match (bounds, own) {
-                (Some(a), Some(b)) => Some(Bounds { min: a.min.min(b.min), max: a.max.max(b.max) }),
-                (a, b) => a.or(b),
-            };
+            let [min, max] = segment.bounds;
+            let known = bounds.get_or_insert(Bounds { min, max });
+            *known = Bounds { min: known.min.min(min), max: known.max.max(max) };
             n_own += rows.positions.len();
         }
         let n_around = match bounds {
-            Some(bounds) => self.around(number, (bounds, n_own), &mut bytes)?,
+            Some(bounds) => self.around(number, (bounds, n_own), &mut readers, &mut bytes)?,
             None => 0,
         };
         let mut columns = buffers(header, &bytes);
@@ -161,70 +161,81 @@ impl Chunks<'_> {
         Ok((header, columns))
     }
 
-    /// Appends points around a chunk; how many they are.
+    /// Appends the nearest points around a chunk; how many they are.
     fn around(
         &self,
         number: usize,
         (bounds, n_own): (Bounds, usize),
+        readers: &mut Readers<'_>,
         bytes: &mut [Vec<u8>],
     ) -> Result<usize, PyramidError> {
         if self.lacks_nothing() {
             return Ok(0);
         }
-        let header = &self.collection.header;
         let (cell, range) = self.plan.chunks[number].clone();
         let side = (bounds.max - bounds.min).max_element();
         let reach = match n_own {
-            0..FEW => cell.bounds(&self.cube).extent(),
+            0..FEW => cell.bounds(&self.cube).extent().max(side),
             n => (HALO * side / (n as f64).sqrt()).min(side),
         };
-        let is_near = |other: &Bounds| {
-            (other.min - reach).cmple(bounds.max).all()
-                && (other.max + reach).cmpge(bounds.min).all()
-        };
-        let away = |point: DVec3| {
-            let beyond = (bounds.min - point).max(point - bounds.max).max(DVec3::ZERO);
-            beyond.max_element()
-        };
-        let cells = (0..).zip(&self.plan.cells).filter(|(i, _)| !range.contains(i));
-        let near = cells.filter(|(_, points)| is_near(&points.cell.bounds(&self.cube)));
-        let mut found: Vec<(f64, Vec<u8>)> = Vec::new();
-        let sizes: Vec<usize> = header.columns.iter().map(FileColumn::point_bytes).collect();
-        for (file, segment) in near.flat_map(|(_, points)| &points.segments) {
-            let mut reader = SpoolReader::open(&self.plan.spools[*file].path, header)?;
-            let rows = reader.read(segment)?;
-            for (row, position) in rows.positions.iter().enumerate() {
-                let away = away(DVec3::from_array(*position));
-                if away <= reach {
-                    let columns = rows.columns.iter().zip(&sizes);
-                    let of_row = columns.flat_map(|(bytes, &n)| &bytes[row * n..(row + 1) * n]);
-                    found.push((away, of_row.copied().collect()));
+        let sizes: Vec<usize> =
+            self.collection.header.columns.iter().map(FileColumn::point_bytes).collect();
+        let mut around = Around::new(bounds, reach, FEW.max(n_own / MOST_AROUND), &sizes);
+        for (number, points) in self.plan.cells.iter().enumerate() {
+            if range.contains(&number) {
+                continue;
+            }
+            for (file, segment) in &points.segments {
+                if around.may_take(segment.bounds) {
+                    around.take(&readers.read(*file, segment)?);
                 }
             }
         }
-        let most = MOST_AROUND * n_own.max(FEW);
-        if found.len() > most {
-            // The nearest; of equally near ones those that come first.
-            found.sort_by(|a, b| a.0.total_cmp(&b.0));
-            found.truncate(most);
-        }
-        for (_, row) in &found {
-            let mut rest = row.as_slice();
-            for (all, &size) in bytes.iter_mut().zip(&sizes) {
-                let (value, more) = rest.split_at(size);
-                all.extend_from_slice(value);
-                rest = more;
-            }
-        }
-        Ok(found.len())
+        Ok(around.append_to(bytes))
     }
 
     /// Whether nothing has to be estimated.
     fn lacks_nothing(&self) -> bool {
-        let has = |name: &str| self.collection.header.column(name).is_some();
+        let has = |name: &str| self.collection.all_have(name);
         let has_radius = has(surfelshop_api::columns::RADIUS) || self.read.radius.is_some();
         has(surfelshop_api::columns::NORMAL) && has_radius
     }
+}
+
+/// Files that are open at a time: systems allow some hundreds.
+const MOST_OPEN: usize = 64;
+
+/// The files of points, each opened when it is first read.
+struct Readers<'a> {
+    chunks: &'a Chunks<'a>,
+    open: HashMap<usize, SpoolReader<'a>>,
+}
+
+impl<'a> Readers<'a> {
+    fn new(chunks: &'a Chunks<'a>) -> Self {
+        Self { chunks, open: HashMap::new() }
+    }
+
+    fn read(&mut self, file: usize, segment: &Segment) -> Result<Rows<'_>, PyramidError> {
+        let Chunks { plan, collection, .. } = self.chunks;
+        if self.open.len() >= MOST_OPEN {
+            self.open.clear();
+        }
+        let reader = match self.open.entry(file) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => {
+                place.insert(SpoolReader::open(&plan.spools[file].path, &collection.header)?)
+            }
+        };
+        reader.read(segment)
+    }
+}
+
+/// Bytes of a chunk's file.
+fn stored(made: Option<&Made>) -> Option<u64> {
+    let Some(made) = made else { return Some(0) };
+    let beneath = made.children.iter().map(|child| stored(Some(child)));
+    beneath.sum::<Option<u64>>()?.checked_add(made.record.stored_bytes())
 }
 
 fn counts(summary: &Summary) -> Counts {
@@ -259,8 +270,11 @@ struct Tree<'a> {
 impl Tree<'_> {
     /// The node of a cell and all beneath it.
     fn node(&mut self, cell: Cell, range: Range<usize>) -> Result<Node, PyramidError> {
-        if range.len() <= NODE || cell.level >= LEVELS {
-            return self.leaf(cell, range);
+        if range.len() <= NODE {
+            return self.leaf(cell, &self.rows[range]);
+        }
+        if cell.level >= LEVELS {
+            return self.halved(cell, self.rows[range].to_vec());
         }
         let mut parts = Vec::new();
         let mut start = range.start;
@@ -281,8 +295,27 @@ impl Tree<'_> {
         joined(cell, nodes, self.file)
     }
 
-    fn leaf(&mut self, cell: Cell, range: Range<usize>) -> Result<Node, PyramidError> {
-        let rows = &self.rows[range];
+    /// More surfels than a node has in one of the smallest cells: halves across the longest side.
+    fn halved(&mut self, cell: Cell, mut rows: Vec<u32>) -> Result<Node, PyramidError> {
+        if rows.len() <= NODE {
+            return self.leaf(cell, &rows);
+        }
+        let positions = self.cloud.positions();
+        let at = |row: u32| positions[row as usize];
+        let none = (glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY);
+        let (low, high) =
+            rows.iter().fold(none, |(low, high), &row| (low.min(at(row)), high.max(at(row))));
+        let axis = (high - low).max_position();
+        let middle = rows.len() / 2;
+        rows.select_nth_unstable_by(middle, |&a, &b| {
+            at(a)[axis].total_cmp(&at(b)[axis]).then(a.cmp(&b))
+        });
+        let upper = rows.split_off(middle);
+        let nodes = vec![self.halved(cell, rows)?, self.halved(cell, upper)?];
+        joined(cell, nodes, self.file)
+    }
+
+    fn leaf(&mut self, cell: Cell, rows: &[u32]) -> Result<Node, PyramidError> {
         let mut columns = Vec::new();
         for column in self.cloud.columns() {
             let values = column.values().gather(column.components() as usize, rows);

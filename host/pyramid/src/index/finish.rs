@@ -125,12 +125,7 @@ fn read_back(made: Made) -> Result<Node, PyramidError> {
         let n = made.record.n_surfels as usize * column.components as usize;
         let values = codec::decode(&bytes, stored.encoding, column.element, n)
             .filter(|_| crc32fast::hash(&bytes) == stored.crc)
-            .ok_or_else(|| {
-                PyramidError::file(
-                    &made.file,
-                    "the work so far is damaged; remove its folder and start again",
-                )
-            })?;
+            .ok_or_else(|| damaged(&made.file))?;
         columns.push(Column::new(column.name.as_str(), column.components, values));
     }
     let cloud = Cloud::new(made.record.origin, columns);
@@ -174,6 +169,32 @@ fn placed(nodes: &[&Made], columns: &[FileColumn]) -> Vec<NodeRecord> {
     records
 }
 
+/// Says that the work so far cannot be gone on with.
+fn damaged(file: &Path) -> PyramidError {
+    PyramidError::file(file, "the work so far is damaged; remove its folder and start again")
+}
+
+/// Makes sure that what is written can be opened.
+fn check(
+    records: &[NodeRecord],
+    directory: &[u8],
+    nodes: &[&Made],
+    end: u64,
+) -> Result<(), PyramidError> {
+    let n_nodes = nodes.len() as u32;
+    let fault = (0..).zip(records).find_map(|(number, record)| record.fault(number, n_nodes, end));
+    let found = match fault {
+        Some(fault) => Some(format!("a node with {fault}")),
+        None => layout::header_fault(n_nodes, directory.len() as u64).map(str::to_owned),
+    };
+    match found {
+        Some(found) => Err(PyramidError::Points(format!(
+            "expected points that a pyramid can hold, found {found}"
+        ))),
+        None => Ok(()),
+    }
+}
+
 /// Writes the file; its length.
 fn written(
     nodes: &[&Made],
@@ -195,6 +216,7 @@ fn written(
         directory: part(at, &directory),
         nodes: part(at + directory.len() as u64, &table),
     };
+    check(records, &directory, nodes, at + directory.len() as u64)?;
     let failed = PyramidError::io(output);
     let write = |out: &mut dyn Write| -> Result<(), PyramidError> {
         out.write_all(&header.bytes()).map_err(&failed)?;
@@ -215,6 +237,13 @@ fn written(
             bytes.resize(node.record.stored_bytes() as usize, 0);
             let found = file.seek(SeekFrom::Start(first));
             found.and_then(|_| file.read_exact(&mut bytes)).map_err(&read)?;
+            for stored in &node.record.columns {
+                let start = (stored.offset - first) as usize;
+                let column = bytes.get(start..start + stored.length as usize);
+                if column.map(crc32fast::hash) != Some(stored.crc) {
+                    return Err(damaged(&node.file));
+                }
+            }
             out.write_all(&bytes).map_err(&failed)?;
         }
         out.write_all(&directory).map_err(&failed)?;

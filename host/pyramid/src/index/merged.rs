@@ -19,6 +19,9 @@ pub(super) const NODE: usize = 1 << 15;
 /// splats of them.
 const STUCK: f64 = 0.6;
 
+/// Round splats become so many times as coarse as surfels usually are; where that leaves too many, too, any number.
+const ROUND: f32 = 4.0;
+
 /// What is not kept by merged surfels: they are discs.
 const SHAPES: [&str; 4] = [TANGENT_U, TANGENT_V, NORMAL_FIELD, CLIP];
 
@@ -38,24 +41,29 @@ pub(super) fn merged(clouds: &[Cloud], apart: &[f32], origin: DVec3) -> Result<M
     let rows: Vec<Row> = rows(clouds);
     let mut samples = samples(clouds, apart, origin);
     let mut members: Vec<Vec<u32>> = (0..samples.len() as u32).map(|row| vec![row]).collect();
-    let mut stuck = false;
+    // How coarse round splats may be that surfels become which look like no disc.
+    let mut round: Option<f32> = None;
     loop {
         let before = samples.len();
         for (number, sample) in (0..).zip(&mut samples) {
             sample.stands_for = number;
         }
-        let found = if stuck { merge_all(&mut samples) } else { merge_neighbours(&mut samples) };
+        let found = match round {
+            None => merge_neighbours(&mut samples),
+            Some(coarsest) => merge_all(&mut samples, coarsest),
+        };
         let of = |range: &Range<usize>| {
             let parts = samples[range.clone()].iter();
             parts.flat_map(|part| &members[part.stands_for as usize]).copied().collect()
         };
         members = found.iter().map(|(_, range)| of(range)).collect();
         samples = found.into_iter().map(|(one, _)| one).collect();
-        let goes_on = samples.len() > NODE && samples.len() < before;
-        if !goes_on {
+        if samples.len() <= NODE || (samples.len() == before && round == Some(f32::INFINITY)) {
             break;
         }
-        stuck = samples.len() as f64 > STUCK * before as f64;
+        if samples.len() as f64 > STUCK * before as f64 {
+            round = Some(round.map_or(ROUND, |_| f32::INFINITY));
+        }
     }
     let several = samples.iter().filter(|sample| sample.apart > 0.0);
     let grain = several.clone().map(|sample| sample.radius).fold(0.0, f32::max);
@@ -90,8 +98,12 @@ fn samples(clouds: &[Cloud], apart: &[f32], origin: DVec3) -> Vec<Sample> {
         let offset = cloud.origin() - origin;
         let (albedos, planarity) = (cloud.view().albedos(), cloud.floats(PLANARITY, 1));
         let (ao, materials) = (cloud.floats(AO, 1), materials(cloud));
+        let (u, v) = (cloud.vectors(TANGENT_U), cloud.vectors(TANGENT_V));
         let surfels = cloud.positions().iter().zip(cloud.normals()).zip(cloud.radii());
         for (i, ((position, normal), &radius)) in surfels.enumerate() {
+            // What an ellipse is drawn as beside it counts like what lies apart.
+            let axis = |tangents: &[Vec3]| tangents.get(i).map_or(0.0, |tangent| tangent.length());
+            let ellipse = axis(u).max(axis(v));
             samples.push(Sample {
                 position: (offset + position.as_dvec3()).as_vec3().to_array(),
                 normal: normal.to_array(),
@@ -101,7 +113,7 @@ fn samples(clouds: &[Cloud], apart: &[f32], origin: DVec3) -> Vec<Sample> {
                 ao: ao.get(i).copied().unwrap_or(1.0),
                 material: materials.and_then(|all| all.get(i)).copied().unwrap_or(0),
                 stands_for: 0,
-                apart: apart.min(radius),
+                apart: apart.min(radius).max(ellipse),
             });
         }
     }
@@ -323,6 +335,25 @@ mod tests {
         assert!(classes.iter().all(|class| [2, 6].contains(class)));
         // The mean of 0 and 1, rounded away from 0.
         assert_eq!(column(INTENSITY), Buffer::U16(vec![1; 128]));
+    }
+
+    #[test]
+    fn surfels_far_smaller_than_their_spacing_are_merged_all_the_same() {
+        let n = 2 * NODE;
+        let mut state = 5u32;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            100.0 * (state >> 8) as f32 / (1 << 24) as f32
+        };
+        let columns = vec![
+            Column::new(POSITION, 3, Buffer::F32((0..3 * n).map(|_| random()).collect())),
+            Column::new(NORMAL, 3, Buffer::F32([0.0, 0.0, 1.0].repeat(n))),
+            Column::new(RADIUS, 1, Buffer::F32(vec![1e-4; n])),
+        ];
+        let cloud = Cloud::new(DVec3::ZERO, columns).unwrap();
+        let found = merged(&[cloud], &[0.0], DVec3::ZERO).unwrap();
+        assert!(found.cloud.len() <= NODE, "{}", found.cloud.len());
+        assert!(found.grain > 0.5 && found.apart > 0.5, "it says how coarse it is");
     }
 
     #[test]

@@ -8,6 +8,7 @@
 //! What is done stays in a folder beside the file until it is whole, `NAME.index`: an index that was ended goes on where
 //! it was, and makes the same bytes.
 
+mod around;
 mod cells;
 mod chunk;
 mod finish;
@@ -18,13 +19,15 @@ mod spool;
 mod work;
 
 use crate::error::PyramidError;
-use cells::Cube;
+use cells::{Cell, Cube};
 use chunk::{Chunks, Counts};
 use nodes::Made;
 use plan::Plan;
 use spool::{Spool, Spooler};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use surfelshop_api::columns::{COLOR, Element};
+use surfelshop_api::format::CloudHeader;
 use surfelshop_cloud::convert::{Collected, Collection};
 use surfelshop_cloud::{Progress, ReadOptions};
 use surfelshop_geometry::part;
@@ -60,8 +63,11 @@ pub struct IndexSummary {
     pub warnings: Vec<String>,
 }
 
-/// Level of the cells that points are put into first: 64 to a side.
-const FIRST_LEVEL: u32 = 6;
+/// Levels of the cells that points are put into first: 8 to 64 to a side.
+const FIRST_LEVELS: std::ops::RangeInclusive<u32> = 3..=6;
+
+/// Points of a cell that are written together, at least, so that there are not too many pieces to keep in mind.
+const TOGETHER: u64 = 64;
 
 /// Bytes that a point of a chunk takes while what it lacks is estimated, those around it counted; measured.
 const POINT_BYTES: u64 = 700;
@@ -82,17 +88,16 @@ pub fn index(
     options: &IndexOptions<'_>,
 ) -> Result<IndexSummary, PyramidError> {
     let most = (options.memory / 2 / POINT_BYTES).clamp(FEWEST, MOST);
-    let work = Work::open(output, inputs, options, most)?;
     let progress = options.read.progress;
-    let folder = work.folder.clone();
     let watched = |fraction: f64| progress(fraction);
-    let cancelled = || PyramidError::Cancelled(folder.clone());
+    let collection = collected(inputs, options)?;
+    let mut work = Work::find(output, (inputs, &collection.header), options, most)?;
     if progress(0.0).is_break() {
-        return Err(cancelled());
+        return Err(PyramidError::Cancelled(work.folder.clone()));
     }
-    let (collection, cube) = collected(inputs, &work, options)?;
     let spooling = part(&watched, 0.02..0.2);
-    let (spools, read) = spooled(inputs, (&collection, cube), &work, options, &spooling)?;
+    let (cube, spools, read) = placed(inputs, &collection, &mut work, options, &spooling)?;
+    let most = work.most;
     let budget = budget(options);
     let plan = Plan::of(spools, (&collection.header, cube), &work.folder, most, budget)?;
     let chunks = Chunks {
@@ -110,7 +115,14 @@ pub fn index(
         n_chunks: plan.chunks.len() as u64,
         ..IndexSummary::default()
     };
-    summary.warnings = read.into_iter().flat_map(|read| read.warnings).collect();
+    summary.warnings = work.warning.iter().cloned().collect();
+    summary.warnings.extend(read.into_iter().flat_map(|read| read.warnings));
+    let lost = summary.n_read - summary.n_not_finite - summary.n_surfels;
+    if lost > 0 {
+        summary.warnings.push(format!(
+            "{lost} points were left out: their coordinates exceed 8.5e37; scale the files"
+        ));
+    }
     for warning in &counts.warnings {
         if !summary.warnings.contains(warning) {
             summary.warnings.push(warning.clone());
@@ -128,12 +140,8 @@ fn budget(options: &IndexOptions<'_>) -> usize {
     usize::try_from(options.memory / 8).unwrap_or(usize::MAX).clamp(1 << 20, 1 << 29)
 }
 
-/// What the files are, and a cube around all of their points.
-fn collected(
-    inputs: &[PathBuf],
-    work: &Work,
-    options: &IndexOptions<'_>,
-) -> Result<(Collection, Cube), PyramidError> {
+/// What the files are.
+fn collected(inputs: &[PathBuf], options: &IndexOptions<'_>) -> Result<Collection, PyramidError> {
     let silent = surfelshop_cloud::silent;
     let read = ReadOptions { progress: &silent, ..options.read };
     let collection = Collection::of(inputs, &read)?;
@@ -146,9 +154,13 @@ fn collected(
                 .to_owned(),
         ));
     }
-    if let Some(cube) = work.known("cube") {
-        return Ok((collection, cube));
-    }
+    Ok(collection)
+}
+
+/// A cube around all points, as the files say.
+fn announced(inputs: &[PathBuf], options: &IndexOptions<'_>) -> Result<Cube, PyramidError> {
+    let silent = surfelshop_cloud::silent;
+    let read = ReadOptions { progress: &silent, ..options.read };
     let mut bounds: Option<[glam::DVec3; 2]> = None;
     for input in inputs {
         let contents = surfelshop_cloud::inspect(input, &read)
@@ -158,14 +170,87 @@ fn collected(
             (*all_low, *all_high) = (all_low.min(low), all_high.max(high));
         }
     }
-    let Some(bounds) = bounds else {
-        return Err(PyramidError::Points(
-            "expected points with finite coordinates, found none".to_owned(),
-        ));
+    bounds.map(Cube::around).ok_or_else(|| {
+        PyramidError::Points("expected points with finite coordinates, found none".to_owned())
+    })
+}
+
+/// Points that lie apart from all others, at most one for so many: the cube need not hold them.
+const ONE_APART: u64 = 1000;
+
+/// A cube so many times as large as what is in it wastes cells; there are 21 levels of them.
+const TOO_LARGE: f64 = 64.0;
+
+/// Cubes that are tried: where even the last does not fit, points lie as far apart as f64 allows.
+const CUBES: u32 = 8;
+
+/// The cube that the points of files need, where it is another: their heads may be wrong, and single points may lie
+/// far from all others.
+fn better(cube: &Cube, spools: &[Spool]) -> Option<Cube> {
+    let segments = || spools.iter().flat_map(|spool| &spool.segments);
+    let mut cells: BTreeMap<Cell, (u64, [glam::DVec3; 2])> = BTreeMap::new();
+    for segment in segments() {
+        let (rows, bounds) = cells.entry(segment.cell).or_insert((0, segment.bounds));
+        *rows += u64::from(segment.rows);
+        *bounds = [bounds[0].min(segment.bounds[0]), bounds[1].max(segment.bounds[1])];
+    }
+    let all: u64 = cells.values().map(|(rows, _)| rows).sum();
+    let mut by_rows: Vec<(u64, [glam::DVec3; 2])> = cells.into_values().collect();
+    // Of equally full ones the first along the curve.
+    by_rows.sort_by_key(|(rows, _)| std::cmp::Reverse(*rows));
+    let (mut held, mut bounds) = (0, None::<[glam::DVec3; 2]>);
+    for (rows, [low, high]) in by_rows {
+        if held + all / ONE_APART >= all && held > 0 {
+            break;
+        }
+        held += rows;
+        let [all_low, all_high] = bounds.get_or_insert([low, high]);
+        (*all_low, *all_high) = (all_low.min(low), all_high.max(high));
+    }
+    let fitting = Cube::around(bounds?);
+    let slack = 1e-6 * cube.side;
+    let is_within = (fitting.low + slack).cmpge(cube.low).all()
+        && (fitting.low + fitting.side).cmple(cube.low + cube.side + fitting.side + slack).all()
+        && bounds?[1].cmple(cube.low + cube.side + slack).all();
+    (!is_within || fitting.side * TOO_LARGE < cube.side).then_some(fitting)
+}
+
+/// All points on the disk by the cells of a cube that fits them, with the cube.
+fn placed(
+    inputs: &[PathBuf],
+    collection: &Collection,
+    work: &mut Work,
+    options: &IndexOptions<'_>,
+    progress: Progress<'_>,
+) -> Result<(Cube, Vec<Spool>, Vec<Collected>), PyramidError> {
+    let (mut cube, mut n_tried) = match work.known("cube") {
+        Some(known) => known,
+        None => (announced(inputs, options)?, 0u32),
     };
-    let cube = Cube::around(bounds);
-    work.keep("cube", &cube)?;
-    Ok((collection, cube))
+    work.begin()?;
+    loop {
+        work.keep("cube", &(cube, n_tried))?;
+        let (spools, read) = spooled(inputs, (collection, cube), work, options, progress)?;
+        n_tried += 1;
+        match better(&cube, &spools).filter(|_| n_tried < CUBES) {
+            Some(fitting) => {
+                cube = fitting;
+                drop(spools);
+                work.clear()?;
+                work.begin()?;
+            }
+            None => return Ok((cube, spools, read)),
+        }
+    }
+}
+
+/// The level of the cells that points are put into first: so fine that many wait for the disk together even where all
+/// space is filled. It follows from the size of chunks, which an index that goes on keeps.
+fn first_level(header: &CloudHeader, most: u64) -> u32 {
+    let row: u64 = header.columns.iter().map(|column| column.point_bytes() as u64).sum();
+    let waiting = most * POINT_BYTES / 4;
+    let n_cells = waiting / (row.max(1) * TOGETHER);
+    FIRST_LEVELS.rev().find(|level| 1 << (3 * level) <= n_cells).unwrap_or(*FIRST_LEVELS.start())
 }
 
 /// All points on the disk, by cells.
@@ -177,6 +262,7 @@ fn spooled(
     progress: Progress<'_>,
 ) -> Result<(Vec<Spool>, Vec<Collected>), PyramidError> {
     let (mut spools, mut all) = (Vec::new(), Vec::new());
+    let level = first_level(&collection.header, work.most);
     for (number, input) in inputs.iter().enumerate() {
         let path = work.folder.join(format!("points-{number}.bin"));
         if let Some((spool, (n_read, n_not_finite, warnings))) = Spool::sealed(&path) {
@@ -184,8 +270,7 @@ fn spooled(
             all.push(Collected { n_read, n_not_finite, warnings });
             continue;
         }
-        let mut spooler =
-            Spooler::new(&collection.header, cube, FIRST_LEVEL, &path, budget(options))?;
+        let mut spooler = Spooler::new(&collection.header, cube, level, &path, budget(options))?;
         let share = |number: usize| number as f64 / inputs.len() as f64;
         let reading = part(progress, share(number)..share(number + 1));
         let read = ReadOptions { progress: &reading, ..options.read };

@@ -18,6 +18,8 @@ pub(super) struct Segment {
     pub(super) cell: Cell,
     pub(super) offset: u64,
     pub(super) rows: u32,
+    /// Smallest and largest coordinates: points beyond the cube lie in cells at its border.
+    pub(super) bounds: [DVec3; 2],
 }
 
 /// A file of segments.
@@ -42,10 +44,17 @@ pub(super) struct Spooler<'a> {
 }
 
 /// Points of a cell that are not written yet: the bytes of each column.
-#[derive(Default)]
 struct Waiting {
     rows: u32,
     columns: Vec<Vec<u8>>,
+    bounds: [DVec3; 2],
+}
+
+impl Waiting {
+    fn nothing(n_columns: usize) -> Self {
+        let bounds = [DVec3::INFINITY, DVec3::NEG_INFINITY];
+        Self { rows: 0, columns: vec![Vec::new(); n_columns], bounds }
+    }
 }
 
 impl<'a> Spooler<'a> {
@@ -88,14 +97,14 @@ impl<'a> Spooler<'a> {
         let row_bytes: usize = sizes.iter().sum();
         let mut last: Option<(Cell, &mut Waiting)> = None;
         for (row, position) in positions.iter().enumerate() {
-            let cell = Cell::of(self.cube.code(DVec3::from_array(*position)), self.level);
+            let place = DVec3::from_array(*position);
+            let cell = Cell::of(self.cube.code(place), self.level);
             let waiting = match last.take() {
                 Some((known, waiting)) if known == cell => waiting,
-                _ => self.waiting.entry(cell).or_default(),
+                _ => self.waiting.entry(cell).or_insert_with(|| Waiting::nothing(sizes.len())),
             };
-            if waiting.columns.is_empty() {
-                waiting.columns = vec![Vec::new(); sizes.len()];
-            }
+            let [low, high] = waiting.bounds;
+            waiting.bounds = [low.min(place), high.max(place)];
             for ((out, bytes), &size) in waiting.columns.iter_mut().zip(columns).zip(&sizes) {
                 out.extend_from_slice(&bytes[row * size..(row + 1) * size]);
             }
@@ -111,7 +120,8 @@ impl<'a> Spooler<'a> {
         for (cell, waiting) in std::mem::take(&mut self.waiting) {
             let bytes = waiting.columns.concat();
             self.file.write_all(&bytes).map_err(PyramidError::io(&self.path))?;
-            self.segments.push(Segment { cell, offset: self.written, rows: waiting.rows });
+            let Waiting { rows, bounds, .. } = waiting;
+            self.segments.push(Segment { cell, offset: self.written, rows, bounds });
             self.written += bytes.len() as u64;
         }
         self.n_bytes = 0;

@@ -2,35 +2,59 @@
 
 use super::IndexOptions;
 use crate::error::PyramidError;
+use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
+use surfelshop_api::format::CloudHeader;
 use surfelshop_cloud::files;
 
-/// The folder.
+/// The folder. No other process works in it as long as this lives.
 pub(super) struct Work {
     pub(super) folder: PathBuf,
+    /// The most points of a chunk: that of the run which began the work.
+    pub(super) most: u64,
+    /// What the user should know.
+    pub(super) warning: Option<String>,
+    about: About,
+    lock: Option<File>,
 }
 
 /// The file that says what the work is about.
 const ABOUT: &str = "about";
 
 /// What the work depends on: the same files, read in the same way, are worked on further.
-#[derive(PartialEq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct About {
     version: String,
     /// Of each file its name, length, and when it was changed.
     inputs: Vec<(PathBuf, u64, u128)>,
-    most: u64,
     n_neighbours: usize,
     radius: Option<f32>,
     format: Option<String>,
+    /// Parameters of formats that were set.
+    values: String,
+    /// The columns that all points have.
+    header: String,
+    most: u64,
+}
+
+impl About {
+    /// Whether the work is the same but for the size of its parts.
+    fn continues(&self, other: &Self) -> bool {
+        let all = |about: &Self| {
+            let Self { version, inputs, n_neighbours, radius, format, values, header, most: _ } =
+                about.clone();
+            (version, inputs, n_neighbours, radius.map(f32::to_bits), format, values, header)
+        };
+        all(self) == all(other)
+    }
 }
 
 impl Work {
-    /// Opens the folder beside the output; what is there of other work goes.
-    pub(super) fn open(
+    /// Finds the folder beside the output; what is there of other work goes. Nothing is made yet.
+    pub(super) fn find(
         output: &Path,
-        inputs: &[PathBuf],
+        (inputs, header): (&[PathBuf], &CloudHeader),
         options: &IndexOptions<'_>,
         most: u64,
     ) -> Result<Self, PyramidError> {
@@ -41,31 +65,84 @@ impl Work {
         let about = About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             inputs: inputs.iter().map(|input| identity(input)).collect::<Result<_, _>>()?,
-            most,
             n_neighbours: options.read.n_neighbours,
             radius: options.read.radius,
             format: options.read.format.map(str::to_owned),
+            values: format!("{:?}", options.read.values),
+            header: format!("{header:?}"),
+            most,
         };
-        let work = Self { folder };
-        if work.known(ABOUT).is_some_and(|known: About| known == about) {
+        let mut work = Self { folder, most, warning: None, about, lock: None };
+        if !work.folder.exists() {
             return Ok(work);
         }
-        if work.folder.exists() {
+        let Some(known) = work.known::<About>(ABOUT) else {
             // Nothing of other people's is in a folder that does not say what it is about.
-            if work.known::<About>(ABOUT).is_none()
-                && std::fs::read_dir(&work.folder).is_ok_and(|mut all| all.next().is_some())
-            {
+            if std::fs::read_dir(&work.folder).is_ok_and(|mut all| all.next().is_some()) {
                 return Err(PyramidError::file(
                     &work.folder,
                     "expected no folder of this name, or one of an index that was ended; remove \
                      it, or name another output",
                 ));
             }
-            std::fs::remove_dir_all(&work.folder).map_err(PyramidError::io(&work.folder))?;
+            return Ok(work);
+        };
+        work.lock()?;
+        if known.continues(&work.about) {
+            work.most = known.most;
+            return Ok(work);
         }
-        std::fs::create_dir_all(&work.folder).map_err(PyramidError::io(&work.folder))?;
-        work.keep(ABOUT, &about)?;
+        work.warning = Some(format!(
+            "the work so far in {} is of other files, or of files that have changed, or they are \
+             read with other options: it was begun anew",
+            work.folder.display()
+        ));
+        work.clear()?;
         Ok(work)
+    }
+
+    /// Makes the folder, where it is not there.
+    pub(super) fn begin(&mut self) -> Result<(), PyramidError> {
+        std::fs::create_dir_all(&self.folder).map_err(PyramidError::io(&self.folder))?;
+        self.lock()?;
+        self.keep(ABOUT, &self.about)
+    }
+
+    /// Removes what is in the folder, but the lock.
+    pub(super) fn clear(&self) -> Result<(), PyramidError> {
+        let failed = PyramidError::io(&self.folder);
+        for entry in std::fs::read_dir(&self.folder).map_err(&failed)? {
+            let path = entry.map_err(&failed)?.path();
+            if path != self.lock_path() {
+                std::fs::remove_file(&path).map_err(PyramidError::io(&path))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn lock_path(&self) -> PathBuf {
+        self.folder.join("lock")
+    }
+
+    /// Keeps others out.
+    fn lock(&mut self) -> Result<(), PyramidError> {
+        if self.lock.is_some() {
+            return Ok(());
+        }
+        let path = self.lock_path();
+        let file = File::create(&path).map_err(PyramidError::io(&path))?;
+        match file.try_lock() {
+            Ok(()) => {
+                self.lock = Some(file);
+                Ok(())
+            }
+            Err(TryLockError::WouldBlock) => Err(PyramidError::file(
+                &self.folder,
+                "another index works on this output; wait until it has ended, or name another",
+            )),
+            // File systems without locks have them for nobody.
+            Err(TryLockError::Error(_)) => Ok(()),
+        }
     }
 
     /// Something that was kept.

@@ -144,16 +144,17 @@ pub fn merge_neighbours(samples: &mut [Sample]) -> Vec<(Sample, Range<usize>)> {
 }
 
 /// The same whatever they look like: round splats where no disc does, as seen from afar leaves and walls that meet do.
-/// Where materials differ it has that of the largest. Those that lie apart stay, as `merge_neighbours` has it, within
-/// the double.
+/// Where materials differ it has that of the largest. Round ones become at most so many times as coarse as the samples
+/// usually are; infinitely many merge each four.
 #[must_use]
-pub fn merge_all(samples: &mut [Sample]) -> Vec<(Sample, Range<usize>)> {
+pub fn merge_all(samples: &mut [Sample], coarsest_round: f32) -> Vec<(Sample, Range<usize>)> {
     gather(samples);
-    let coarsest = COARSEST * typical_radius(samples);
+    let typical = typical_radius(samples);
+    let (coarsest, coarsest_round) = (COARSEST * typical, coarsest_round * typical);
     let mut found = Vec::with_capacity(samples.len() / 2);
     let merge = |samples: &[Sample]| {
         let alike = merge(samples).filter(|one| one.grain() <= coarsest);
-        let round = || merge_round(samples).filter(|one| one.grain() <= 2.0 * coarsest);
+        let round = || merge_round(samples).filter(|one| one.grain() <= coarsest_round);
         alike.or_else(round)
     };
     merge_each(samples, merge, |one, range| found.push((one, range)));

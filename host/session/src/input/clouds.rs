@@ -52,6 +52,7 @@ impl Clouds {
         let mut files: HashMap<&Path, Loaded> = HashMap::new();
         let mut loaded = Vec::with_capacity(sources.len());
         let mut pyramids = Vec::new();
+        let n_pyramids = sources.iter().filter(|source| is_pyramid_file(&source.path)).count();
         for source in sources {
             let Source { path, transform, place } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
@@ -59,7 +60,7 @@ impl Clouds {
             let mut cloud = match files.get(path.as_path()) {
                 Some(known) => known.clone(),
                 None if is_pyramid_file(path) => {
-                    let opened = pyramids::open(path, Budget::default());
+                    let opened = pyramids::open(path, Budget::default().divided(n_pyramids));
                     let (whole, opened) = match place {
                         Some(_) => opened.with_context(in_scene)?,
                         None => opened?,

@@ -29,7 +29,8 @@ impl DisplayedClouds {
     ) -> anyhow::Result<Self> {
         let displayed = Self::new(&Arc::new(Clouds::read(sources, formats)?), settings)?;
         let n = displayed.n_surfels;
-        if displayed.clouds.facts.n_surfels == 0 && n > 0 {
+        // Of a pyramid the merged surfels do not say what is shown.
+        if displayed.clouds.facts.n_surfels == 0 && n > 0 && displayed.clouds.pyramids.is_empty() {
             terminal::note(format!("nothing is shown: the filters hide all {n} surfels"));
         }
         Ok(displayed)

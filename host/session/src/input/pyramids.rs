@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 use surfelshop_api::columns::POSITION;
 use surfelshop_api::{CloudView, ObjectFrame, SurfaceSettings, View};
-use surfelshop_cloud::display::Display;
+use surfelshop_cloud::display::{Display, Look};
 use surfelshop_cloud::{Cloud, Loaded, Summary, Transform, memory};
 use surfelshop_pyramid::{Cut, CutView, Nodes, NodesInMemory, Prepare, Pyramid, PyramidError};
 use surfelshop_render::{PartOf, Parts};
@@ -18,8 +18,8 @@ const OVERVIEW: u64 = 500_000;
 /// Radius of merged surfels of pyramids in pixels, where nobody says another.
 pub const DETAIL_PX: f32 = 1.0;
 
-/// Bytes that a surfel takes while it is drawn: its columns, and the same in drawing order.
-const SURFEL_BYTES: u64 = 128;
+/// Bytes that a surfel takes while it is drawn, besides its columns: what is drawn of them, in drawing order.
+const DRAWN_BYTES: u64 = 64;
 
 /// Memory that is counted with where the system does not say what it has.
 const USUAL_MEMORY: u64 = 4 << 30;
@@ -35,7 +35,7 @@ static TYPED: OnceLock<u64> = OnceLock::new();
 pub fn use_memory(bytes: Option<u64>) {
     if let Some(bytes) = bytes {
         // A second call changes nothing.
-        drop(TYPED.set(bytes));
+        let _second = TYPED.set(bytes);
     }
 }
 
@@ -53,9 +53,15 @@ impl Budget {
         self.0 / 3
     }
 
-    /// Surfels that are drawn at a time.
-    fn drawn(self) -> u64 {
-        self.0 / 2 / SURFEL_BYTES
+    /// Surfels of so many bytes that are drawn at a time: less than are kept, so that those above them are, too.
+    fn drawn(self, surfel_bytes: u64) -> u64 {
+        (self.0 / 2 / (surfel_bytes + DRAWN_BYTES)).min(self.kept() / 2 / surfel_bytes.max(1))
+    }
+
+    /// The share of each of so many.
+    #[must_use]
+    pub fn divided(self, n: usize) -> Self {
+        Self(self.0 / n.max(1) as u64)
     }
 }
 
@@ -69,6 +75,8 @@ pub struct OpenPyramid {
     /// Which cloud stands for the whole: the generation of its positions.
     overview: u64,
     budget: Budget,
+    /// Discs are drawn no larger, scene units.
+    largest_radius: f64,
 }
 
 /// What a view is drawn from.
@@ -145,7 +153,19 @@ pub fn open(path: &Path, budget: Budget) -> Result<(Loaded, OpenPyramid), Pyrami
     let transform = Transform::default();
     let overview = generation(&cloud);
     let nodes = Nodes::new(pyramid, budget.kept(), Box::new(Ok));
-    Ok((Loaded { cloud, summary }, OpenPyramid { transform, nodes, overview, budget }))
+    let largest_radius = f64::INFINITY;
+    let pyramid = OpenPyramid { transform, nodes, overview, budget, largest_radius };
+    Ok((Loaded { cloud, summary }, pyramid))
+}
+
+/// The largest radius that anything is drawn with.
+fn largest_radius(display: &Display) -> f64 {
+    let splats = display.splats();
+    let largest = match splats.look {
+        Look::Points { radius } => Some(radius).filter(|&radius| radius > 0.0),
+        Look::Surface => splats.largest_radius,
+    };
+    largest.map_or(f64::INFINITY, f64::from)
 }
 
 /// Tells clouds apart.
@@ -170,18 +190,21 @@ impl OpenPyramid {
     /// The same pyramid coloured and filtered; `overview` stands for it then.
     pub fn displayed(&self, display: &Arc<Display>, overview: &Cloud) -> Self {
         let (transform, display) = (self.transform, Arc::clone(display));
+        let shown_by = Arc::clone(&display);
         let show = move |cloud: Cloud| {
             let placed = cloud.transformed(&transform).map_err(|error| error.to_string())?;
             let shown = display.of(&placed).map_err(|error| error.to_string())?;
             Ok(shown.cloud)
         };
-        self.prepared(transform, Box::new(show), overview)
+        let largest_radius = largest_radius(&shown_by);
+        Self { largest_radius, ..self.prepared(transform, Box::new(show), overview) }
     }
 
     fn prepared(&self, transform: Transform, prepare: Prepare, overview: &Cloud) -> Self {
         let pyramid = Arc::clone(self.nodes.pyramid());
         let nodes = Nodes::new(pyramid, self.budget.kept(), prepare);
-        Self { transform, nodes, overview: generation(overview), budget: self.budget }
+        let (overview, budget) = (generation(overview), self.budget);
+        Self { transform, nodes, overview, budget, largest_radius: self.largest_radius }
     }
 
     /// What it holds in memory.
@@ -201,8 +224,12 @@ impl OpenPyramid {
         detail_px: f32,
         at_hand: impl Fn(u32) -> bool,
     ) -> Cut {
-        let view = CutView::new(view, surface, &self.transform, detail_px);
-        Cut::of(self.nodes.pyramid().nodes(), &view, self.budget.drawn(), at_hand)
+        let view = CutView {
+            largest_radius: self.largest_radius * f64::from(surface.radius_scale),
+            ..CutView::new(view, surface, &self.transform, detail_px)
+        };
+        let pyramid = self.nodes.pyramid();
+        Cut::of(pyramid.nodes(), &view, self.budget.drawn(pyramid.surfel_bytes()), at_hand)
     }
 
     /// Whether a node is in memory.
@@ -243,12 +270,17 @@ pub fn refuse(clouds: &Clouds, what: &str) -> anyhow::Result<()> {
 /// Says where memory did not hold what the detail asks for.
 pub fn note(drawn: &Drawn<'_>, detail_px: f32) {
     let coarsest = drawn.coarsest_px;
-    if drawn.has_parts && coarsest > f64::from(detail_px) && coarsest.is_finite() {
-        terminal::warn(format!(
-            "the picture has merged surfels of {coarsest:.1} pixels, coarser than the {detail_px} \
-             that were asked for: there is no memory for finer ones"
-        ));
+    if !drawn.has_parts || coarsest <= f64::from(detail_px) {
+        return;
     }
+    let size = match coarsest.is_finite() {
+        true => format!("of {coarsest:.1} pixels"),
+        false => "close to the eye".to_owned(),
+    };
+    terminal::warn(format!(
+        "the picture has merged surfels {size}, coarser than the {detail_px} pixels that were asked \
+         for: there is no memory for finer ones; --memory gives more"
+    ));
 }
 
 /// Which nodes are drawn.

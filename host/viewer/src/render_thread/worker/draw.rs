@@ -16,6 +16,9 @@ use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::pyramids::{DETAIL_PX, Wait};
 use surfelshop_session::session::ConvergedFrame;
 
+/// Time for which nodes of a pyramid are read before each picture in motion: a part of what it may take.
+const LOADING_IN_MOTION: Duration = Duration::from_millis(10);
+
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 
 /// Which frames of a refined picture are drawn.
@@ -63,6 +66,11 @@ impl RenderWorker {
             return Err(refusal.into());
         }
         self.watch_files_of(&active);
+        if request.in_motion
+            && let Err(error) = self.load_nodes(drawn, LOADING_IN_MOTION)
+        {
+            self.events.send(RenderEvent::Message(error.to_string()));
+        }
         match self.render(&mut active.view, drawn, Frames::of(slot, request)) {
             Ok((frame, explained)) => {
                 active.mark = None;
