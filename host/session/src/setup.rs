@@ -1,7 +1,8 @@
 //! What is rendered: what was typed, else what the scene says, else the usual.
 
+use crate::input::clouds::Clouds;
 use crate::input::environment_map;
-use crate::input::pyramids;
+use crate::input::pyramids::{self, Drawn, Wait};
 use crate::options::camera::CameraSpec;
 use crate::options::colors::PointSpec;
 use crate::options::explicit::ExplicitOptions;
@@ -13,7 +14,7 @@ use anyhow::Context as _;
 use std::path::PathBuf;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::linear_to_srgb;
-use surfelshop_api::{Camera, Scene, UnitKind};
+use surfelshop_api::{Camera, Scene, UnitKind, View};
 use surfelshop_cloud::display::DisplaySettings;
 use surfelshop_cloud::scene::{
     Backdrop, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
@@ -147,6 +148,16 @@ impl RenderSetup {
 }
 
 impl RenderSetup {
+    /// The same with nothing merged, as references are.
+    pub fn unmerged(self) -> Self {
+        Self { detail_px: 0.0, pyramid_detail_px: 0.0, ..self }
+    }
+
+    /// What a view is drawn from, all of it.
+    pub fn drawn<'a>(&self, clouds: &'a Clouds, view: &View) -> anyhow::Result<Drawn<'a>> {
+        Ok(clouds.drawn(view, &self.scene.surface, self.pyramid_detail_px, Wait::ForAll)?)
+    }
+
     /// A lens with the scene's upward axis.
     pub fn lens(&self, typed: &LensArguments) -> LensArguments {
         LensArguments { up: self.display.up.into(), ..typed.clone() }

@@ -138,7 +138,7 @@ fn coarser_detail_draws_fewer_surfels_and_little_else() {
             apart += f64::from((a[3] > 0.0) != (b[3] > 0.0));
             sum += f64::from((a[0] - b[0]).powi(2));
         }
-        let rms = (sum / n as f64).sqrt();
+        let rms = (sum / n).sqrt();
         assert!(rms < bound, "{detail}: RMS {rms}");
         // Outlines move by a part of a pixel.
         assert!(apart / n < 0.03, "{detail}: {apart} of {n} pixels");

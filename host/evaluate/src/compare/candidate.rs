@@ -12,7 +12,7 @@ use surfelshop_runtime::trace::trace;
 use surfelshop_session::cpu_time::{cpu_ms_since, cpu_time};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
-use surfelshop_session::input::pyramids::{Drawn as DrawnClouds, DrawnViews, Wait};
+use surfelshop_session::input::pyramids::{Drawn as DrawnClouds, DrawnViews};
 use surfelshop_session::options::PluginFiles;
 use surfelshop_session::output::terminal;
 use surfelshop_session::render::traced;
@@ -38,8 +38,7 @@ pub struct Stage<'a> {
 impl Stage<'_> {
     /// What a view is drawn from.
     pub fn drawn(&self, view: &View) -> anyhow::Result<DrawnClouds<'_>> {
-        let (surface, detail) = (&self.staging.scene.surface, self.staging.pyramid_detail_px);
-        Ok(self.clouds.drawn(view, surface, detail, Wait::ForAll)?)
+        self.staging.drawn(self.clouds, view)
     }
 
     /// The colour of a view; `drawn` is what the stage draws it from.

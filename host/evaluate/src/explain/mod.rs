@@ -15,7 +15,6 @@ use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
-use surfelshop_session::input::pyramids::Wait;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::{json, terminal};
@@ -44,8 +43,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     )?;
     let clouds = &displayed.clouds;
     let view = render::view(&arguments.picture, &staging, clouds);
-    let (surface, detail) = (&staging.scene.surface, staging.pyramid_detail_px);
-    let drawn = clouds.drawn(&view, surface, detail, Wait::ForAll)?;
+    let drawn = staging.drawn(clouds, &view)?;
     let drawn = drawn.with(clouds);
     let values = chosen.values.clone();
     let outputs = match arguments.output.as_slice() {

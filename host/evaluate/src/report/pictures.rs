@@ -47,12 +47,8 @@ pub(super) fn report(
     let subject = Subject::load(unit, &patience)?;
     let (knobs, turns_detail) = knobs_of(arguments, unit, &subject)?;
     let judge = judge(arguments, registry, &subject)?;
-    let seen = setup::first_view(opened);
-    let mut staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
-    if turns_detail && knobs.iter().any(|knob| knob.id == DETAIL) {
-        // The reference is what nothing is merged in.
-        staging.pyramid_detail_px = 0.0;
-    }
+    let turned = turns_detail && knobs.iter().any(|knob| knob.id == DETAIL);
+    let staging = staging_of(arguments, given, opened, turned)?;
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
@@ -125,6 +121,18 @@ pub(super) fn report(
         },
     )?;
     verdict(&all)
+}
+
+/// How pictures are made; where `detail` is turned, the reference is what nothing is merged in.
+fn staging_of(
+    arguments: &ReportArguments,
+    given: &ExplicitOptions,
+    opened: Option<&OpenedScene>,
+    turns_detail: bool,
+) -> anyhow::Result<RenderSetup> {
+    let seen = setup::first_view(opened);
+    let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    Ok(if turns_detail { staging.unmerged() } else { staging })
 }
 
 /// The knobs that are turned, and whether `detail` is the host's.

@@ -210,7 +210,7 @@ fn written(
     let part = |offset: u64, bytes: &[u8]| (offset, bytes.len() as u64, crc32fast::hash(bytes));
     let at = HEADER as u64 + stored;
     let n_nodes = u32::try_from(nodes.len())
-        .map_err(|_| PyramidError::Points("there are more than 2^32 nodes".to_owned()))?;
+        .map_err(|_too_many| PyramidError::Points("there are more than 2^32 nodes".to_owned()))?;
     let header = Header {
         n_nodes,
         directory: part(at, &directory),

@@ -25,7 +25,7 @@ pub(super) struct Made {
     pub(super) high: DVec3,
     /// Names of its columns, in the order of the record's.
     pub(super) columns: Vec<FileColumn>,
-    pub(super) children: Vec<Made>,
+    pub(super) children: Vec<Self>,
     /// The file that its columns are in.
     pub(super) file: PathBuf,
 }
@@ -72,8 +72,9 @@ impl NodeFile {
             .collect();
         let mut columns = Vec::with_capacity(encoded.len());
         for (encoding, bytes) in encoded {
-            let length = u32::try_from(bytes.len())
-                .map_err(|_| PyramidError::Points("a node takes more than 4 GiB".to_owned()))?;
+            let length = u32::try_from(bytes.len()).map_err(|_too_many| {
+                PyramidError::Points("a node takes more than 4 GiB".to_owned())
+            })?;
             let crc = crc32fast::hash(&bytes);
             columns.push(Stored { offset: self.written, length, encoding, crc });
             self.file.write_all(&bytes).map_err(PyramidError::io(&self.path))?;

@@ -106,9 +106,9 @@ pub fn memory(text: &str) -> Result<u64, String> {
         "tib" => 1024f64.powi(4),
         _ => return Err(expected()),
     };
-    let number: f64 = digits.trim().parse().map_err(|_| expected())?;
+    let number: f64 = digits.trim().parse().map_err(|_no_number| expected())?;
     let bytes = number * unit;
-    (bytes >= LEAST_MEMORY && bytes < 1e18).then_some(bytes as u64).ok_or_else(expected)
+    (LEAST_MEMORY..1e18).contains(&bytes).then_some(bytes as u64).ok_or_else(expected)
 }
 
 /// Reads a box: smallest and largest coordinates, `X,Y,Z:X,Y,Z`.

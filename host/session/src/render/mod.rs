@@ -13,7 +13,7 @@ use crate::input::formats::SessionFormats;
 use crate::input::inside;
 use crate::input::plausibility;
 use crate::input::probe_info;
-use crate::input::pyramids::{self, Wait};
+use crate::input::pyramids::{self, Drawn};
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
@@ -96,17 +96,13 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     timings.open_ms = since(started);
 
     let started = Instant::now();
-    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
-    files::check_outputs(&outputs(arguments))?;
-    let formats = SessionFormats::new(&arguments.plugins);
-    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
+    let (surroundings, displayed) = opened_scene(arguments, &inputs, &staging)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
 
     let view = view(&arguments.picture, &staging, clouds);
     let values = chosen.values.clone();
-    let surface = &staging.scene.surface;
-    let drawn = clouds.drawn(&view, surface, staging.pyramid_detail_px, Wait::ForAll)?;
+    let drawn = staging.drawn(clouds, &view)?;
     let drawn_views = drawn.with(clouds);
     let request = RenderRequest {
         clouds: drawn_views.clouds(),
@@ -123,8 +119,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     };
     let settled = studio.settle(&mut chosen, &request)?;
     timings.frames(&settled);
-    note(clouds, &staging, &chosen, &settled);
-    pyramids::note(&drawn, staging.pyramid_detail_px);
+    note((clouds, &drawn), &staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
@@ -159,6 +154,19 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     }))
 }
 
+/// Reads the light around and the clouds.
+fn opened_scene(
+    arguments: &RenderArguments,
+    inputs: &Inputs,
+    staging: &RenderSetup,
+) -> anyhow::Result<(Option<LoadedEnvironment>, DisplayedClouds)> {
+    let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
+    files::check_outputs(&outputs(arguments))?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
+    Ok((surroundings, displayed))
+}
+
 /// All files that are to be written.
 fn outputs(arguments: &RenderArguments) -> Vec<&Path> {
     let pictures = arguments.out.iter().map(OutputFile::path);
@@ -178,8 +186,14 @@ fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Resu
 }
 
 /// Says what of the scene cannot be seen, and where less detail was asked for and is not to be had.
-fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
+fn note(
+    (clouds, drawn): (&Clouds, &Drawn<'_>),
+    staging: &RenderSetup,
+    chosen: &LoadedRenderer,
+    settled: &ConvergedFrame,
+) {
     plausibility::note(clouds, &staging.scene);
+    pyramids::note(drawn, staging.pyramid_detail_px);
     if staging.detail_px > 0.0 && !settled.rendered.merged {
         let renderer = &chosen.reference.id;
         terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
