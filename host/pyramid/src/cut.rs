@@ -23,6 +23,8 @@ pub struct CutView {
     pub size_px: [u32; 2],
     /// Nearest distance along the viewing axis that is drawn.
     pub near: f64,
+    /// Whether surfels seen from behind are drawn.
+    pub two_sided: bool,
     /// The factor that the scene puts on every radius.
     pub radius_scale: f64,
     /// Radius of the screen-space low-pass in pixels.
@@ -143,6 +145,7 @@ impl CutView {
             orthographic: matches!(view.camera.projection, Projection::Orthographic { .. }),
             size_px: view.size_px,
             near: view.near,
+            two_sided: surface.two_sided,
             radius_scale: f64::from(surface.radius_scale),
             low_pass: f64::from(surface.low_pass),
             detail_px: f64::from(detail_px),
@@ -164,7 +167,7 @@ impl CutView {
         if !middle.is_finite() || !reach.is_finite() {
             return true;
         }
-        if depth + reach < self.near {
+        if depth + reach < self.near || (!self.two_sided && self.is_behind(node, middle, reach)) {
             return false;
         }
         // The low-pass reaches this far beyond an outline, and a pixel counts at its middle.
@@ -180,6 +183,29 @@ impl CutView {
                 }
             }
         })
+    }
+
+    /// Whether the eye is behind every surfel of a node.
+    fn is_behind(&self, node: &NodeRecord, middle: DVec3, reach: f64) -> bool {
+        if node.cosine <= -1.0 {
+            return false;
+        }
+        let turned = self.view_from_pyramid.transform_vector3(node.axis.as_dvec3());
+        let axis = turned.normalize_or_zero();
+        let (towards, seen_angle) = match self.orthographic {
+            true => (axis.z, 0.0),
+            false => {
+                let distance = middle.length();
+                if distance <= reach {
+                    return false;
+                }
+                (-axis.dot(middle) / distance, (reach / distance).asin())
+            }
+        };
+        let half_angle = f64::from(node.cosine).clamp(-1.0, 1.0).acos();
+        let least = towards.clamp(-1.0, 1.0).acos() - half_angle - seen_angle;
+        // What rounding does to these angles is far less than a thousandth.
+        least > std::f64::consts::FRAC_PI_2 + 1e-3
     }
 
     /// Radius in pixels of a node's largest merged surfel where it is nearest, as the rasteriser has it; 0 of a leaf.
@@ -245,6 +271,7 @@ mod tests {
             orthographic: false,
             size_px: [100, 100],
             near: 0.01,
+            two_sided: true,
             radius_scale: 1.0,
             low_pass: 1.0,
             detail_px: 1.0,
@@ -288,6 +315,24 @@ mod tests {
         let nodes = tree();
         let cut = Cut::of(&nodes, &view(10.0), u64::MAX, |node| node != 3);
         assert_eq!((cut.nodes, cut.missing), (vec![0], vec![3]));
+    }
+
+    #[test]
+    fn what_faces_away_is_left_out_where_backs_are() {
+        let mut nodes = tree();
+        for node in &mut nodes {
+            (node.axis, node.cosine) = (Vec3::NEG_Z, 0.9);
+        }
+        for orthographic in [false, true] {
+            let view =
+                CutView { two_sided: false, orthographic, half_extent: [2.0; 2], ..view(20.0) };
+            let cut = |nodes: &[NodeRecord]| Cut::of(nodes, &view, u64::MAX, |_| true).nodes;
+            assert!(cut(&nodes).is_empty(), "all are turned away");
+            let mut towards = nodes.clone();
+            (towards[0].cosine, towards[3].axis) = (-1.0, Vec3::Z);
+            let all = CutView { detail_px: 0.0, ..view };
+            assert_eq!(Cut::of(&towards, &all, u64::MAX, |_| true).nodes, [3]);
+        }
     }
 
     #[test]

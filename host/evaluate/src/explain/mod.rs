@@ -43,8 +43,8 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     )?;
     let clouds = &displayed.clouds;
     let view = render::view(&arguments.picture, &staging, clouds);
-    let drawn = staging.drawn(clouds, &view)?;
-    let drawn = drawn.with(clouds);
+    let chosen_nodes = staging.drawn(clouds, &view)?;
+    let drawn = chosen_nodes.with(clouds);
     let values = chosen.values.clone();
     let outputs = match arguments.output.as_slice() {
         [] => vec![Output::Color],
@@ -88,12 +88,14 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             "adapter": adapter,
             "display": displayed.object(),
             "explained": explained,
+            "pyramids": chosen_nodes.pyramids,
             "savings": savings,
             "plugins_not_loaded": others,
         }));
     }
     terminal::line(format!("{reference} on {drawn_by}"))?;
     terminal::line(text(&explained))?;
+    chosen_nodes.pyramids.iter().try_for_each(terminal::line)?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
     terminal::line(format!(
         "plugins not loaded, since nobody asked for them: {}",

@@ -95,7 +95,7 @@ pub fn index(
     if progress(0.0).is_break() {
         return Err(PyramidError::Cancelled(work.folder.clone()));
     }
-    let spooling = part(&watched, 0.02..0.2);
+    let spooling = part(&watched, 0.0..0.2);
     let (cube, spools, read) = placed(inputs, &collection, &mut work, options, &spooling)?;
     let most = work.most;
     let budget = budget(options);
@@ -158,11 +158,17 @@ fn collected(inputs: &[PathBuf], options: &IndexOptions<'_>) -> Result<Collectio
 }
 
 /// A cube around all points, as the files say.
-fn announced(inputs: &[PathBuf], options: &IndexOptions<'_>) -> Result<Cube, PyramidError> {
-    let silent = surfelshop_cloud::silent;
-    let read = ReadOptions { progress: &silent, ..options.read };
+fn announced(
+    inputs: &[PathBuf],
+    options: &IndexOptions<'_>,
+    progress: Progress<'_>,
+) -> Result<Cube, PyramidError> {
     let mut bounds: Option<[glam::DVec3; 2]> = None;
-    for input in inputs {
+    for (number, input) in inputs.iter().enumerate() {
+        // Files that do not say where their points are have all of them read.
+        let share = |number: usize| number as f64 / inputs.len() as f64;
+        let looking = part(progress, share(number)..share(number + 1));
+        let read = ReadOptions { progress: &looking, ..options.read };
         let contents = surfelshop_cloud::inspect(input, &read)
             .map_err(surfelshop_cloud::convert::ConvertError::from)?;
         for [low, high] in contents.clouds.into_iter().filter_map(|cloud| cloud.bounds) {
@@ -225,12 +231,13 @@ fn placed(
 ) -> Result<(Cube, Vec<Spool>, Vec<Collected>), PyramidError> {
     let (mut cube, mut n_tried) = match work.known("cube") {
         Some(known) => known,
-        None => (announced(inputs, options)?, 0u32),
+        None => (announced(inputs, options, &part(progress, 0.0..0.2))?, 0u32),
     };
     work.begin()?;
     loop {
         work.keep("cube", &(cube, n_tried))?;
-        let (spools, read) = spooled(inputs, (collection, cube), work, options, progress)?;
+        let spooling = part(progress, 0.2..1.0);
+        let (spools, read) = spooled(inputs, (collection, cube), work, options, &spooling)?;
         n_tried += 1;
         match better(&cube, &spools).filter(|_| n_tried < CUBES) {
             Some(fitting) => {

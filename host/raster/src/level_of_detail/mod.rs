@@ -88,21 +88,25 @@ pub(crate) fn tree(
     let mut tree = Tree { blocks, roots: 0..0, merged: Vec::new() };
     let mut first_group = n.div_ceil(WIDTH);
     loop {
-        for node in &mut level {
-            if node.block.count > 0 {
-                node.block.first = first_group;
-                first_group += node.block.count;
-                tree.merged.push(node.samples.clone());
-            }
+        for node in level.iter_mut().filter(|node| node.block.count > 0) {
+            node.block.first = first_group;
+            first_group += node.block.count;
         }
         let first = tree.blocks.len();
         tree.blocks.extend(level.iter().map(|node| node.block));
         tree.roots = first..tree.blocks.len();
-        if level.len() <= 1 {
+        let join = |(i, nodes): (usize, &[Node])| joined(nodes, parts(first, i, level.len()));
+        let above = match level.len() {
+            0 | 1 => Vec::new(),
+            _ => level.par_chunks(BRANCH).enumerate().map(join).collect(),
+        };
+        // Once those above are made, what they are made of need not be there twice.
+        let drawn = level.into_iter().filter(|node| node.block.count > 0);
+        tree.merged.extend(drawn.map(|node| node.samples));
+        if above.is_empty() {
             return tree;
         }
-        let join = |(i, nodes): (usize, &[Node])| joined(nodes, parts(first, i, level.len()));
-        level = level.par_chunks(BRANCH).enumerate().map(join).collect();
+        level = above;
     }
 }
 

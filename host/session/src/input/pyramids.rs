@@ -88,6 +88,45 @@ pub struct Drawn<'a> {
     pub coarsest_px: f64,
     /// Nodes that would be drawn, and are not in memory.
     pub n_missing: usize,
+    /// What is drawn of each pyramid.
+    pub pyramids: Vec<PyramidUse>,
+}
+
+/// What a view is drawn from of a pyramid.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct PyramidUse {
+    /// The file.
+    pub file: String,
+    /// Nodes that are drawn, of all.
+    pub nodes_drawn: usize,
+    /// See there.
+    pub nodes: usize,
+    /// Surfels that are drawn, of those of all leaves.
+    pub surfels_drawn: u64,
+    /// See there.
+    pub surfels: u64,
+    /// The largest radius of a merged surfel in pixels; none where one lies before the near plane.
+    pub coarsest_px: Option<f64>,
+    /// What is in memory, and what was read for it.
+    pub memory: NodesInMemory,
+}
+
+impl std::fmt::Display for PyramidUse {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { file, nodes_drawn, nodes, surfels_drawn, surfels, coarsest_px, memory } = self;
+        let coarsest = match coarsest_px {
+            Some(px) if *px > 0.0 => format!("merged ones have at most {px:.2} pixels"),
+            Some(_) => "none of them merged".to_owned(),
+            None => "merged ones are close to the eye".to_owned(),
+        };
+        let megabytes = memory.bytes_read as f64 / 1e6;
+        write!(
+            out,
+            "{file}: drawn from {nodes_drawn} of {nodes} nodes, {surfels_drawn} of {surfels} surfels; {coarsest}; \
+             {} nodes were read, {megabytes:.1} MB",
+            memory.nodes_read
+        )
+    }
 }
 
 enum Held<'a> {
@@ -311,7 +350,9 @@ impl Clouds {
     ) -> Result<Drawn<'_>, PyramidError> {
         let n = self.loaded.len();
         let (clouds, objects) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        let mut drawn = Drawn { clouds, objects, has_parts: false, coarsest_px: 0.0, n_missing: 0 };
+        let (coarsest_px, n_missing, pyramids) = Default::default();
+        let has_parts = false;
+        let mut drawn = Drawn { clouds, objects, has_parts, coarsest_px, n_missing, pyramids };
         for (object, Loaded { cloud, .. }) in (0..).zip(&self.loaded) {
             let Some(pyramid) = self.pyramid_of(cloud) else {
                 drawn.clouds.push(Held::Whole(cloud));
@@ -328,6 +369,16 @@ impl Clouds {
                 drawn.clouds.push(Held::Part(part, frame));
                 drawn.objects.push(PartOf { object, is_part: true });
             }
+            let file = pyramid.pyramid();
+            drawn.pyramids.push(PyramidUse {
+                file: file.path().display().to_string(),
+                nodes_drawn: cut.nodes.len(),
+                nodes: file.nodes().len(),
+                surfels_drawn: cut.n_surfels,
+                surfels: file.directory().n_surfels,
+                coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
+                memory: pyramid.in_memory(),
+            });
         }
         Ok(drawn)
     }
