@@ -231,7 +231,16 @@ fn placed(
 ) -> Result<(Cube, Vec<Spool>, Vec<Collected>), PyramidError> {
     let (mut cube, mut n_tried) = match work.known("cube") {
         Some(known) => known,
-        None => (announced(inputs, options, &part(progress, 0.0..0.2))?, 0u32),
+        None => {
+            let found = announced(inputs, options, &part(progress, 0.0..0.2));
+            let found = found.map_err(|error| match error {
+                PyramidError::Source(error) if error.is_cancelled() => {
+                    PyramidError::Cancelled(work.folder.clone())
+                }
+                error => error,
+            });
+            (found?, 0u32)
+        }
     };
     work.begin()?;
     loop {
