@@ -3,8 +3,8 @@
 //! A pyramid is a tree of nodes. Leaves have the surfels of the source with all their columns; each inner node has
 //! merged surfels that stand for those of its children, by the rule that the rasteriser merges by, so that a view from
 //! afar is filtered and not thinned. [`index()`] makes one of files of any size in bounded memory; [`Pyramid`] opens one
-//! and reads its nodes; [`cut`] chooses those that a view is drawn from. The layout of the file is described byte by
-//! byte in the manual, page `pyramids`, and in [`layout`].
+//! and reads its nodes; [`Cut`] chooses those that a view is drawn from. The layout of the file is described byte by
+//! byte in the manual, page `pyramids`, and in `layout.rs`.
 //!
 //! Invariants: this crate knows no graphics API; what a view is drawn from follows from the view and the detail alone;
 //! nothing of a file is trusted: sizes, checksums and values are checked before they are used.
