@@ -13,7 +13,7 @@ pub(crate) const SHUFFLED_LZ4: u32 = 1;
 const MOST_PACKED: usize = 256;
 
 /// The bytes of values, little endian.
-fn bytes_of(values: &Values<'_>) -> Vec<u8> {
+pub(crate) fn bytes_of(values: &Values<'_>) -> Vec<u8> {
     macro_rules! bytes {
         ($($variant:ident),*) => {
             match values {

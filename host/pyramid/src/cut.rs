@@ -93,29 +93,31 @@ impl Cut {
         }
         while let Some(Open { error, node }) = open.pop() {
             let record = &nodes[node as usize];
-            let is_fine = record.is_leaf() || error <= view.detail_px;
-            let [first, count] = record.children;
-            let visible =
-                || (first..first + count).filter(|&child| view.sees(&nodes[child as usize]));
-            let n = |node: u32| u64::from(nodes[node as usize].n_surfels);
-            let refined = || {
-                let more: u64 = visible().map(n).sum();
-                cut.n_surfels - n(node) + more
-            };
-            if is_fine || refined() > at_most.max(cut.n_surfels) {
-                cut.nodes.push(node);
-                cut.coarsest_px = cut.coarsest_px.max(if record.is_leaf() { 0.0 } else { error });
-                continue;
-            }
-            let missing: Vec<u32> = visible().filter(|&child| !at_hand(child)).collect();
-            if !missing.is_empty() {
-                cut.missing.extend(missing);
+            let stands = |cut: &mut Self, error: f64| {
                 cut.nodes.push(node);
                 cut.coarsest_px = cut.coarsest_px.max(error);
+            };
+            if record.is_leaf() || error <= view.detail_px {
+                stands(&mut cut, error);
                 continue;
             }
-            cut.n_surfels = refined();
-            open.extend(visible().map(|child| {
+            let [first, count] = record.children;
+            let sees = |&child: &u32| view.sees(&nodes[child as usize]);
+            let visible: Vec<u32> = (first..first + count).filter(sees).collect();
+            let more = visible.iter().map(|&child| u64::from(nodes[child as usize].n_surfels));
+            let refined = cut.n_surfels - u64::from(record.n_surfels) + more.sum::<u64>();
+            if refined > at_most.max(cut.n_surfels) {
+                stands(&mut cut, error);
+                continue;
+            }
+            let n_missing = cut.missing.len();
+            cut.missing.extend(visible.iter().filter(|&&child| !at_hand(child)));
+            if cut.missing.len() > n_missing {
+                stands(&mut cut, error);
+                continue;
+            }
+            cut.n_surfels = refined;
+            open.extend(visible.into_iter().map(|child| {
                 let error = view.error_px(&nodes[child as usize]);
                 Open { error, node: child }
             }));

@@ -64,12 +64,6 @@ impl Nodes {
         &self.pyramid
     }
 
-    /// Bytes that are kept at most.
-    #[must_use]
-    pub fn budget(&self) -> u64 {
-        self.budget
-    }
-
     fn state(&self) -> MutexGuard<'_, State> {
         // What is in there is only ever changed whole.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)

@@ -5,9 +5,8 @@ use crate::error::PyramidError;
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, damaged};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
-use surfelshop_api::columns::{COLOR, Element, POSITION};
+use surfelshop_api::columns::{Element, POSITION};
 use surfelshop_api::format::{FileColumn, FileHost as _};
-use surfelshop_api::{CloudFacts, ObjectFrame};
 use surfelshop_cloud::{Buffer, Cloud, Column, Source, SystemFile, files, memory};
 
 /// An open pyramid: its directory and its nodes' records in memory, their surfels in the file.
@@ -81,43 +80,10 @@ impl Pyramid {
         &self.directory
     }
 
-    /// What the files said that it was made of.
-    #[must_use]
-    pub fn source(&self) -> &Source {
-        &self.source
-    }
-
     /// The nodes; the first is the root.
     #[must_use]
     pub fn nodes(&self) -> &[NodeRecord] {
         &self.nodes
-    }
-
-    /// The box of the whole.
-    #[must_use]
-    pub fn object(&self) -> ObjectFrame {
-        let [low, high] = self.directory.bounds;
-        ObjectFrame::around(low, high, 2.0 * f64::from(self.directory.largest_radius))
-    }
-
-    /// Facts of the whole, in which so many surfels count.
-    #[must_use]
-    pub fn facts(&self, n_surfels: u64) -> CloudFacts {
-        let [bounds_min, bounds_max] = self.directory.bounds;
-        let mut columns: Vec<String> =
-            self.directory.columns.iter().map(|column| column.name.clone()).collect();
-        columns.sort_unstable();
-        let colored = self.directory.columns.iter().any(|column| column.name == COLOR);
-        CloudFacts {
-            n_surfels,
-            bounds_min,
-            bounds_max,
-            columns,
-            equal_radius: None,
-            equal_color: (!colored).then_some(surfelshop_cloud::NEUTRAL_ALBEDO),
-            objects: vec![self.object()],
-            colored: vec![colored],
-        }
     }
 
     /// Reads the surfels of a node, and checks them.

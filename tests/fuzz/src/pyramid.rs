@@ -35,7 +35,6 @@ fn run(bytes: &[u8]) {
             let cut = Cut::of(pyramid.nodes(), &view, 1 << 20, |node| node % 3 != 1);
             assert!(cut.nodes.len() <= pyramid.nodes().len());
         }
-        let _facts = pyramid.facts(1);
         for node in pyramid.overview(1 << 16).into_iter().take(4) {
             match pyramid.read(node) {
                 Ok(cloud) => {

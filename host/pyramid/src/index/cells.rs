@@ -15,7 +15,7 @@ pub(super) struct Cube {
 
 /// A cell: the part of the curve that it has.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
 pub(super) struct Cell {
     /// The first code in it.

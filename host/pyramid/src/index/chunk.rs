@@ -5,15 +5,13 @@ use super::cells::{Cell, Cube, LEVELS};
 use super::merged::{self, NODE};
 use super::nodes::{Coarse, Made, Node, NodeFile};
 use super::plan::Plan;
-use super::spool::{Rows, Segment, SpoolReader, buffers};
+use super::spool::{SpoolReader, buffers};
 use crate::error::PyramidError;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::collections::HashMap;
-use std::collections::hash_map::Entry;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use surfelshop_api::columns::{Element, POSITION};
+use surfelshop_api::columns::Element;
 use surfelshop_api::format::{CloudHeader, FileColumn};
 use surfelshop_cloud::convert::{Collection, assembled};
 use surfelshop_cloud::{Buffer, Cloud, Column, Progress, ReadOptions, Summary, files};
@@ -137,9 +135,9 @@ impl Chunks<'_> {
         let mut bytes = vec![Vec::new(); header.columns.len()];
         let mut bounds: Option<Bounds> = None;
         let mut n_own = 0;
-        let mut readers = Readers::new(self);
+        let mut reader = SpoolReader::new(header);
         for (file, segment) in self.plan.cells[range.clone()].iter().flat_map(|c| &c.segments) {
-            let rows = readers.read(*file, segment)?;
+            let rows = reader.read(&self.plan.spools[*file].path, segment)?;
             for (all, bytes) in bytes.iter_mut().zip(&rows.columns) {
                 all.extend_from_slice(bytes);
             }
@@ -149,7 +147,7 @@ impl Chunks<'_> {
             n_own += rows.positions.len();
         }
         let n_around = match bounds {
-            Some(bounds) => self.around(number, (bounds, n_own), &mut readers, &mut bytes)?,
+            Some(bounds) => self.around(number, (bounds, n_own), &mut reader, &mut bytes)?,
             None => 0,
         };
         let mut columns = buffers(header, &bytes);
@@ -166,7 +164,7 @@ impl Chunks<'_> {
         &self,
         number: usize,
         (bounds, n_own): (Bounds, usize),
-        readers: &mut Readers<'_>,
+        reader: &mut SpoolReader<'_>,
         bytes: &mut [Vec<u8>],
     ) -> Result<usize, PyramidError> {
         if self.lacks_nothing() {
@@ -187,7 +185,7 @@ impl Chunks<'_> {
             }
             for (file, segment) in &points.segments {
                 if around.may_take(segment.bounds) {
-                    around.take(&readers.read(*file, segment)?);
+                    around.take(&reader.read(&self.plan.spools[*file].path, segment)?);
                 }
             }
         }
@@ -199,35 +197,6 @@ impl Chunks<'_> {
         let has = |name: &str| self.collection.all_have(name);
         let has_radius = has(surfelshop_api::columns::RADIUS) || self.read.radius.is_some();
         has(surfelshop_api::columns::NORMAL) && has_radius
-    }
-}
-
-/// Files that are open at a time: systems allow some hundreds.
-const MOST_OPEN: usize = 64;
-
-/// The files of points, each opened when it is first read.
-struct Readers<'a> {
-    chunks: &'a Chunks<'a>,
-    open: HashMap<usize, SpoolReader<'a>>,
-}
-
-impl<'a> Readers<'a> {
-    fn new(chunks: &'a Chunks<'a>) -> Self {
-        Self { chunks, open: HashMap::new() }
-    }
-
-    fn read(&mut self, file: usize, segment: &Segment) -> Result<Rows<'_>, PyramidError> {
-        let Chunks { plan, collection, .. } = self.chunks;
-        if self.open.len() >= MOST_OPEN {
-            self.open.clear();
-        }
-        let reader = match self.open.entry(file) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => {
-                place.insert(SpoolReader::open(&plan.spools[file].path, &collection.header)?)
-            }
-        };
-        reader.read(segment)
     }
 }
 
@@ -343,12 +312,4 @@ pub(super) fn joined(
     drop(clouds);
     let coarse = Coarse { grain: merged.grain, apart: merged.apart };
     file.put(cell, merged.cloud, coarse, made)
-}
-
-/// Whether a header has what a cloud needs.
-pub(super) fn check(header: &CloudHeader) -> Result<(), String> {
-    match header.column(POSITION) {
-        Some((_, column)) if column.element == Element::F64 => Ok(()),
-        _ => Err("expected points with coordinates, found none".to_owned()),
-    }
 }

@@ -3,13 +3,13 @@
 use super::cells::Cell;
 use super::chunk::{Counts, joined};
 use super::nodes::{Made, Node, NodeFile};
+use super::spool::OpenFiles;
 use crate::codec;
 use crate::error::PyramidError;
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, Stored};
-use std::collections::{BTreeMap, HashMap, VecDeque};
-use std::fs::File;
-use std::io::{Read as _, Seek as _, SeekFrom, Write};
-use std::path::{Path, PathBuf};
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Write;
+use std::path::Path;
 use surfelshop_api::format::FileColumn;
 use surfelshop_cloud::convert::Collection;
 use surfelshop_cloud::{Cloud, Column, Progress, files};
@@ -77,7 +77,7 @@ fn root(
     progress: Progress<'_>,
 ) -> Result<Option<Made>, PyramidError> {
     let path = folder.join("top.bin");
-    let mut file = NodeFile::create(&path)?;
+    let (mut file, mut files) = (NodeFile::create(&path)?, OpenFiles::default());
     let mut by_level: BTreeMap<u32, Vec<Made>> = BTreeMap::new();
     for made in chunks {
         // Chunks whose points lie in one of their eighths begin further down; what counts is where they hang.
@@ -88,7 +88,7 @@ fn root(
             file.finish()?;
             return Ok(nodes.into_iter().next());
         }
-        if progress(0.3).is_break() {
+        if progress(0.0).is_break() {
             return Err(PyramidError::Cancelled(folder.to_owned()));
         }
         let mut families: BTreeMap<Cell, Vec<Made>> = BTreeMap::new();
@@ -102,7 +102,8 @@ fn root(
                 // One alone stands for its parent.
                 1 => family.pop().map(|only| Made { cell, ..only }),
                 _ => {
-                    let nodes = family.into_iter().map(read_back).collect::<Result<Vec<_>, _>>()?;
+                    let nodes = family.into_iter().map(|made| read_back(made, &mut files));
+                    let nodes = nodes.collect::<Result<Vec<_>, _>>()?;
                     Some(joined(cell, nodes, &mut file)?.made)
                 }
             };
@@ -114,14 +115,11 @@ fn root(
 }
 
 /// A node with its surfels.
-fn read_back(made: Made) -> Result<Node, PyramidError> {
-    let failed = |error| PyramidError::io(&made.file)(error);
-    let mut file = File::open(&made.file).map_err(failed)?;
+fn read_back(made: Made, files: &mut OpenFiles) -> Result<Node, PyramidError> {
     let mut columns = Vec::with_capacity(made.columns.len());
     for (column, stored) in made.columns.iter().zip(&made.record.columns) {
         let mut bytes = vec![0; stored.length as usize];
-        let read = file.seek(SeekFrom::Start(stored.offset));
-        read.and_then(|_| file.read_exact(&mut bytes)).map_err(failed)?;
+        files.read(&made.file, stored.offset, &mut bytes)?;
         let n = made.record.n_surfels as usize * column.components as usize;
         let values = codec::decode(&bytes, stored.encoding, column.element, n)
             .filter(|_| crc32fast::hash(&bytes) == stored.crc)
@@ -220,23 +218,11 @@ fn written(
     let failed = PyramidError::io(output);
     let write = |out: &mut dyn Write| -> Result<(), PyramidError> {
         out.write_all(&header.bytes()).map_err(&failed)?;
-        let mut open: HashMap<&PathBuf, File> = HashMap::new();
-        let mut bytes = Vec::new();
+        let (mut files, mut bytes) = (OpenFiles::default(), Vec::new());
         for node in nodes {
-            if open.len() > 64 {
-                open.clear();
-            }
-            let read = PyramidError::io(&node.file);
-            let file = match open.entry(&node.file) {
-                std::collections::hash_map::Entry::Occupied(known) => known.into_mut(),
-                std::collections::hash_map::Entry::Vacant(place) => {
-                    place.insert(File::open(&node.file).map_err(&read)?)
-                }
-            };
             let first = node.record.columns.first().map_or(0, |stored| stored.offset);
             bytes.resize(node.record.stored_bytes() as usize, 0);
-            let found = file.seek(SeekFrom::Start(first));
-            found.and_then(|_| file.read_exact(&mut bytes)).map_err(&read)?;
+            files.read(&node.file, first, &mut bytes)?;
             for stored in &node.record.columns {
                 let start = (stored.offset - first) as usize;
                 let column = bytes.get(start..start + stored.length as usize);

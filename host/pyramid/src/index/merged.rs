@@ -7,6 +7,7 @@ use surfelshop_api::columns::{
     TANGENT_U, TANGENT_V,
 };
 use surfelshop_api::format::INTENSITY;
+use surfelshop_api::params::linear_to_srgb;
 use surfelshop_cloud::{Buffer, Cloud, CloudError, Column};
 use surfelshop_geometry::radii::PLANAR;
 use surfelshop_raster::{Sample, merge_all, merge_neighbours};
@@ -271,7 +272,9 @@ fn colors(
         for (channel, linear) in sample.albedo.into_iter().enumerate() {
             let value = match element {
                 Element::U8 => f64::from(sample.code() >> (8 * channel) & 255),
-                Element::U16 => (encoded(f64::from(linear)) * 65_535.0).round(),
+                Element::U16 => {
+                    (f64::from(linear_to_srgb(linear.clamp(0.0, 1.0))) * 65_535.0).round()
+                }
                 _ => f64::from(linear),
             };
             values.push(value);
@@ -283,12 +286,6 @@ fn colors(
         }
     }
     values
-}
-
-/// IEC 61966-2-1.
-fn encoded(linear: f64) -> f64 {
-    let c = linear.clamp(0.0, 1.0);
-    if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]

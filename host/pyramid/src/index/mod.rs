@@ -89,17 +89,15 @@ pub fn index(
 ) -> Result<IndexSummary, PyramidError> {
     let most = (options.memory / 2 / POINT_BYTES).clamp(FEWEST, MOST);
     let progress = options.read.progress;
-    let watched = |fraction: f64| progress(fraction);
     let collection = collected(inputs, options)?;
     let mut work = Work::find(output, (inputs, &collection.header), options, most)?;
     if progress(0.0).is_break() {
         return Err(PyramidError::Cancelled(work.folder.clone()));
     }
-    let spooling = part(&watched, 0.0..0.2);
+    let spooling = part(progress, 0.0..0.2);
     let (cube, spools, read) = placed(inputs, &collection, &mut work, options, &spooling)?;
-    let most = work.most;
-    let budget = budget(options);
-    let plan = Plan::of(spools, (&collection.header, cube), &work.folder, most, budget)?;
+    let header = (&collection.header, cube);
+    let plan = Plan::of(spools, header, &work.folder, work.most, budget(options))?;
     let chunks = Chunks {
         plan: &plan,
         collection: &collection,
@@ -107,7 +105,7 @@ pub fn index(
         folder: &work.folder,
         read: options.read,
     };
-    let (made, counts) = worked(&chunks, &part(&watched, 0.2..0.95))?;
+    let (made, counts) = worked(&chunks, &part(progress, 0.2..0.95))?;
     let mut summary = IndexSummary {
         n_read: read.iter().map(|read| read.n_read).sum(),
         n_not_finite: read.iter().map(|read| read.n_not_finite).sum(),
@@ -117,7 +115,7 @@ pub fn index(
     };
     summary.warnings = work.warning.iter().cloned().collect();
     summary.warnings.extend(read.into_iter().flat_map(|read| read.warnings));
-    let lost = summary.n_read - summary.n_not_finite - summary.n_surfels;
+    let lost = summary.n_read.saturating_sub(summary.n_not_finite + summary.n_surfels);
     if lost > 0 {
         summary.warnings.push(format!(
             "{lost} points were left out: their coordinates exceed 8.5e37; scale the files"
@@ -128,7 +126,7 @@ pub fn index(
             summary.warnings.push(warning.clone());
         }
     }
-    let finishing = part(&watched, 0.95..1.0);
+    let finishing = part(progress, 0.95..1.0);
     let done = finish::finish(made, (&collection, &counts), output, &work.folder, &finishing)?;
     (summary.n_nodes, summary.n_leaves, summary.bytes) = done;
     work.remove();
@@ -145,7 +143,6 @@ fn collected(inputs: &[PathBuf], options: &IndexOptions<'_>) -> Result<Collectio
     let silent = surfelshop_cloud::silent;
     let read = ReadOptions { progress: &silent, ..options.read };
     let collection = Collection::of(inputs, &read)?;
-    chunk::check(&collection.header).map_err(PyramidError::Points)?;
     let color = collection.header.column(COLOR).map(|(_, column)| column.element);
     if let Some(Element::I8 | Element::I16 | Element::I32 | Element::U32) = color {
         return Err(PyramidError::Points(
@@ -193,9 +190,8 @@ const CUBES: u32 = 8;
 /// The cube that the points of files need, where it is another: their heads may be wrong, and single points may lie
 /// far from all others.
 fn better(cube: &Cube, spools: &[Spool]) -> Option<Cube> {
-    let segments = || spools.iter().flat_map(|spool| &spool.segments);
     let mut cells: BTreeMap<Cell, (u64, [glam::DVec3; 2])> = BTreeMap::new();
-    for segment in segments() {
+    for segment in spools.iter().flat_map(|spool| &spool.segments) {
         let (rows, bounds) = cells.entry(segment.cell).or_insert((0, segment.bounds));
         *rows += u64::from(segment.rows);
         *bounds = [bounds[0].min(segment.bounds[0]), bounds[1].max(segment.bounds[1])];
@@ -213,11 +209,10 @@ fn better(cube: &Cube, spools: &[Spool]) -> Option<Cube> {
         let [all_low, all_high] = bounds.get_or_insert([low, high]);
         (*all_low, *all_high) = (all_low.min(low), all_high.max(high));
     }
-    let fitting = Cube::around(bounds?);
-    let slack = 1e-6 * cube.side;
-    let is_within = (fitting.low + slack).cmpge(cube.low).all()
-        && (fitting.low + fitting.side).cmple(cube.low + cube.side + fitting.side + slack).all()
-        && bounds?[1].cmple(cube.low + cube.side + slack).all();
+    let [low, high] = bounds?;
+    let (fitting, slack) = (Cube::around([low, high]), 1e-6 * cube.side);
+    let is_within =
+        (low + slack).cmpge(cube.low).all() && high.cmple(cube.low + cube.side + slack).all();
     (!is_within || fitting.side * TOO_LARGE < cube.side).then_some(fitting)
 }
 

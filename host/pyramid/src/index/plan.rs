@@ -65,9 +65,9 @@ impl Plan {
         }
         let level = (level + FINER).min(LEVELS);
         let mut spooler = Spooler::new(header, cube, level, &path, budget)?;
+        let mut reader = SpoolReader::new(header);
         for (file, segment) in &large.segments {
-            let mut reader = SpoolReader::open(&self.spools[*file].path, header)?;
-            let rows = reader.read(segment)?;
+            let rows = reader.read(&self.spools[*file].path, segment)?;
             spooler.rows(&rows.positions, &rows.columns)?;
         }
         let spool = spooler.finish()?;

@@ -1,9 +1,11 @@
 //! Points on the disk, cell by cell: what is read once from the sources, and from then on by place.
 
 use super::cells::{Cell, Cube};
+use crate::codec::bytes_of;
 use crate::error::PyramidError;
 use glam::DVec3;
-use std::collections::BTreeMap;
+use std::collections::hash_map::Entry;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::{Path, PathBuf};
@@ -77,7 +79,7 @@ impl<'a> Spooler<'a> {
         let mut columns: Vec<&[u8]> = Vec::with_capacity(batch.columns.len());
         let mut positions: &[f64] = &[];
         let bytes: Vec<Vec<u8>> =
-            batch.columns.iter().map(|column| little_endian(&column.values)).collect();
+            batch.columns.iter().map(|column| bytes_of(&column.values)).collect();
         for (column, bytes) in batch.columns.iter().zip(&bytes) {
             columns.push(bytes);
             if let (POSITION, Values::F64(values)) = (column.name, column.values) {
@@ -136,19 +138,6 @@ impl<'a> Spooler<'a> {
     }
 }
 
-fn little_endian(values: &Values<'_>) -> Vec<u8> {
-    macro_rules! bytes {
-        ($($variant:ident),*) => {
-            match values {
-                $(Values::$variant(values) => {
-                    values.iter().flat_map(|value| value.to_le_bytes()).collect()
-                })*
-            }
-        };
-    }
-    bytes!(I8, U8, I16, U16, I32, U32, F32, F64)
-}
-
 impl Spool {
     /// The list of segments beside the file, which is written last: where it is there, the file is whole.
     fn list(path: &Path) -> PathBuf {
@@ -171,11 +160,38 @@ impl Spool {
     }
 }
 
-/// Reads segments of one file.
+/// Files that are open at a time: systems allow some hundreds.
+const MOST_OPEN: usize = 64;
+
+/// Files that are read at many places, each opened when it is first read.
+#[derive(Default)]
+pub(super) struct OpenFiles(HashMap<PathBuf, File>);
+
+impl OpenFiles {
+    /// Reads as many bytes as there is room for.
+    pub(super) fn read(
+        &mut self,
+        path: &Path,
+        offset: u64,
+        bytes: &mut [u8],
+    ) -> Result<(), PyramidError> {
+        if self.0.len() >= MOST_OPEN && !self.0.contains_key(path) {
+            self.0.clear();
+        }
+        let failed = PyramidError::io(path);
+        let file = match self.0.entry(path.to_owned()) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(File::open(path).map_err(&failed)?),
+        };
+        let found = file.seek(SeekFrom::Start(offset));
+        found.and_then(|_| file.read_exact(bytes)).map_err(failed)
+    }
+}
+
+/// Reads segments.
 pub(super) struct SpoolReader<'a> {
-    path: &'a Path,
-    file: File,
     header: &'a CloudHeader,
+    files: OpenFiles,
     bytes: Vec<u8>,
 }
 
@@ -187,18 +203,19 @@ pub(super) struct Rows<'a> {
 }
 
 impl<'a> SpoolReader<'a> {
-    pub(super) fn open(path: &'a Path, header: &'a CloudHeader) -> Result<Self, PyramidError> {
-        let file = File::open(path).map_err(PyramidError::io(path))?;
-        Ok(Self { path, file, header, bytes: Vec::new() })
+    pub(super) fn new(header: &'a CloudHeader) -> Self {
+        Self { header, files: OpenFiles::default(), bytes: Vec::new() }
     }
 
-    pub(super) fn read(&mut self, segment: &Segment) -> Result<Rows<'_>, PyramidError> {
+    pub(super) fn read(
+        &mut self,
+        path: &Path,
+        segment: &Segment,
+    ) -> Result<Rows<'_>, PyramidError> {
         let rows = segment.rows as usize;
         let sizes: Vec<usize> = self.header.columns.iter().map(FileColumn::point_bytes).collect();
         self.bytes.resize(rows * sizes.iter().sum::<usize>(), 0);
-        let read = self.file.seek(SeekFrom::Start(segment.offset));
-        read.and_then(|_| self.file.read_exact(&mut self.bytes))
-            .map_err(PyramidError::io(self.path))?;
+        self.files.read(path, segment.offset, &mut self.bytes)?;
         let mut columns = Vec::with_capacity(sizes.len());
         let mut rest = self.bytes.as_slice();
         for size in sizes {
