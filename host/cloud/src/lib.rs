@@ -51,7 +51,7 @@ pub use formats::table_sink::TableSink;
 pub use inspect::{CloudContents, Contents, heads, inspect, stream};
 pub use options::{PreviewSink, ReadOptions, WriteOptions};
 pub use read::preview::PREVIEW_POINTS;
-pub use read::read;
+pub use read::{PYRAMID, read};
 pub use summary::{ColorCounts, Loaded, NormalCounts, RadiusCounts, Summary};
 pub use surfelshop_api::columns::NEUTRAL_ALBEDO;
 pub use surfelshop_geometry::{Progress, silent};

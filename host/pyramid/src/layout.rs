@@ -41,7 +41,7 @@ use surfelshop_api::format::FileColumn;
 use surfelshop_cloud::{Source, files};
 
 /// The first bytes.
-pub(crate) const MAGIC: [u8; 8] = *b"\x89SURFEL\n";
+pub(crate) const MAGIC: [u8; 8] = *surfelshop_cloud::PYRAMID;
 /// The version that is written.
 pub(crate) const VERSION: u32 = 1;
 /// Bytes before the first column.

@@ -153,9 +153,12 @@ impl RenderSetup {
         Self { detail_px: 0.0, pyramid_detail_px: 0.0, ..self }
     }
 
-    /// What a view is drawn from, all of it.
+    /// What a view is drawn from, all of it; says where there is no memory for as much as was asked for.
     pub fn drawn<'a>(&self, clouds: &'a Clouds, view: &View) -> anyhow::Result<Drawn<'a>> {
-        Ok(clouds.drawn(view, &self.scene.surface, self.pyramid_detail_px, Wait::ForAll)?)
+        let detail_px = self.pyramid_detail_px;
+        let drawn = clouds.drawn(view, &self.scene.surface, detail_px, Wait::ForAll)?;
+        pyramids::note(&drawn, detail_px);
+        Ok(drawn)
     }
 
     /// A lens with the scene's upward axis.

@@ -154,7 +154,7 @@ fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     let mut lab = Lab::new(SurfelDrawing::Processor);
     let surface = lab.scene.surface;
     let missing =
-        |clouds: &Clouds| clouds.drawn(&view(), &surface, 0.0, Wait::ForNone).unwrap().n_missing;
+        |clouds: &Clouds| clouds.drawn(&view(), &surface, 0.0, Wait::ForNone).unwrap().n_missing();
     assert!(missing(&clouds) > 0);
     let first = lab.pictures(&clouds, view(), 0.0, Wait::ForNone);
     let covered = |images: &[Image]| images[0].data.chunks_exact(4).filter(|p| p[3] > 0.0).count();

@@ -22,8 +22,8 @@ use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_geometry::{Progress, part};
 
-/// How pyramids begin.
-const PYRAMID: &[u8] = b"\x89SURFEL\n";
+/// How pyramids begin, which are drawn and not read.
+pub const PYRAMID: &[u8; 8] = b"\x89SURFEL\n";
 
 /// Bytes shown of a file whose format is unknown.
 const MAGIC: usize = 64;

@@ -88,14 +88,14 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             "adapter": adapter,
             "display": displayed.object(),
             "explained": explained,
-            "pyramids": chosen_nodes.pyramids,
+            "pyramids": chosen_nodes.pyramids(),
             "savings": savings,
             "plugins_not_loaded": others,
         }));
     }
     terminal::line(format!("{reference} on {drawn_by}"))?;
     terminal::line(text(&explained))?;
-    chosen_nodes.pyramids.iter().try_for_each(terminal::line)?;
+    chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
     terminal::line(format!(
         "plugins not loaded, since nobody asked for them: {}",

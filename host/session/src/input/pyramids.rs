@@ -80,16 +80,12 @@ pub struct OpenPyramid {
 }
 
 /// What a view is drawn from.
+#[derive(Default)]
 pub struct Drawn<'a> {
     clouds: Vec<Held<'a>>,
     objects: Vec<PartOf>,
-    has_parts: bool,
-    /// The largest radius of a merged surfel of a pyramid in pixels; 0 where there is none.
-    pub coarsest_px: f64,
-    /// Nodes that would be drawn, and are not in memory.
-    pub n_missing: usize,
-    /// What is drawn of each pyramid.
-    pub pyramids: Vec<PyramidUse>,
+    /// The nodes of each pyramid.
+    cuts: Vec<(&'a OpenPyramid, Cut)>,
 }
 
 /// What a view is drawn from of a pyramid.
@@ -142,8 +138,31 @@ impl Drawn<'_> {
             Held::Part(cloud, object) => CloudView { object: *object, ..cloud.view() },
         };
         let clouds = self.clouds.iter().map(view).collect();
-        let data = if self.has_parts { whole.views() } else { Vec::new() };
-        DrawnViews { clouds, data, objects: &self.objects, has_parts: self.has_parts }
+        let has_parts = !self.cuts.is_empty();
+        let data = if has_parts { whole.views() } else { Vec::new() };
+        DrawnViews { clouds, data, objects: &self.objects, has_parts }
+    }
+
+    /// Nodes that would be drawn, and are not in memory.
+    pub fn n_missing(&self) -> usize {
+        self.cuts.iter().map(|(_, cut)| cut.missing.len()).sum()
+    }
+
+    /// What is drawn of each pyramid.
+    pub fn pyramids(&self) -> Vec<PyramidUse> {
+        let of = |(pyramid, cut): &(&OpenPyramid, Cut)| {
+            let file = pyramid.pyramid();
+            PyramidUse {
+                file: file.path().display().to_string(),
+                nodes_drawn: cut.nodes.len(),
+                nodes: file.nodes().len(),
+                surfels_drawn: cut.n_surfels,
+                surfels: file.directory().n_surfels,
+                coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
+                memory: pyramid.nodes.in_memory(),
+            }
+        };
+        self.cuts.iter().map(of).collect()
     }
 }
 
@@ -228,14 +247,13 @@ impl OpenPyramid {
 
     /// The same pyramid coloured and filtered; `overview` stands for it then.
     pub fn displayed(&self, display: &Arc<Display>, overview: &Cloud) -> Self {
+        let largest_radius = largest_radius(display);
         let (transform, display) = (self.transform, Arc::clone(display));
-        let shown_by = Arc::clone(&display);
         let show = move |cloud: Cloud| {
             let placed = cloud.transformed(&transform).map_err(|error| error.to_string())?;
             let shown = display.of(&placed).map_err(|error| error.to_string())?;
             Ok(shown.cloud)
         };
-        let largest_radius = largest_radius(&shown_by);
         Self { largest_radius, ..self.prepared(transform, Box::new(show), overview) }
     }
 
@@ -244,11 +262,6 @@ impl OpenPyramid {
         let nodes = Nodes::new(pyramid, self.budget.kept(), prepare);
         let (overview, budget) = (generation(overview), self.budget);
         Self { transform, nodes, overview, budget, largest_radius: self.largest_radius }
-    }
-
-    /// What it holds in memory.
-    pub fn in_memory(&self) -> NodesInMemory {
-        self.nodes.in_memory()
     }
 
     /// The pyramid.
@@ -269,11 +282,6 @@ impl OpenPyramid {
         };
         let pyramid = self.nodes.pyramid();
         Cut::of(pyramid.nodes(), &view, self.budget.drawn(pyramid.surfel_bytes()), at_hand)
-    }
-
-    /// Whether a node is in memory.
-    pub fn has(&self, node: u32) -> bool {
-        self.nodes.has(node)
     }
 }
 
@@ -308,15 +316,15 @@ pub fn refuse(clouds: &Clouds, what: &str) -> anyhow::Result<()> {
 
 /// Says where memory did not hold what the detail asks for.
 pub fn note(drawn: &Drawn<'_>, detail_px: f32) {
-    let coarsest = drawn.coarsest_px;
-    if !drawn.has_parts || coarsest <= f64::from(detail_px) {
+    let coarsest = drawn.cuts.iter().map(|(_, cut)| cut.coarsest_px).fold(0.0, f64::max);
+    if coarsest <= f64::from(detail_px) {
         return;
     }
     let size = match coarsest.is_finite() {
         true => format!("of {coarsest:.1} pixels"),
         false => "close to the eye".to_owned(),
     };
-    terminal::warn(format!(
+    terminal::warn_once(format!(
         "the picture has merged surfels {size}, coarser than the {detail_px} pixels that were asked \
          for: there is no memory for finer ones; --memory gives more"
     ));
@@ -348,37 +356,21 @@ impl Clouds {
         detail_px: f32,
         wait: Wait,
     ) -> Result<Drawn<'_>, PyramidError> {
-        let n = self.loaded.len();
-        let (clouds, objects) = (Vec::with_capacity(n), Vec::with_capacity(n));
-        let (coarsest_px, n_missing, pyramids) = Default::default();
-        let has_parts = false;
-        let mut drawn = Drawn { clouds, objects, has_parts, coarsest_px, n_missing, pyramids };
+        let mut drawn = Drawn::default();
         for (object, Loaded { cloud, .. }) in (0..).zip(&self.loaded) {
             let Some(pyramid) = self.pyramid_of(cloud) else {
                 drawn.clouds.push(Held::Whole(cloud));
                 drawn.objects.push(PartOf { object, is_part: false });
                 continue;
             };
-            let at_hand = |node: u32| wait == Wait::ForAll || pyramid.has(node);
+            let at_hand = |node: u32| wait == Wait::ForAll || pyramid.nodes.has(node);
             let cut = pyramid.cut((view, surface), detail_px, at_hand);
-            drawn.has_parts = true;
-            drawn.coarsest_px = drawn.coarsest_px.max(cut.coarsest_px);
-            drawn.n_missing += cut.missing.len();
             let frame = cloud.object();
             for part in pyramid.nodes.get(&cut.nodes)? {
                 drawn.clouds.push(Held::Part(part, frame));
                 drawn.objects.push(PartOf { object, is_part: true });
             }
-            let file = pyramid.pyramid();
-            drawn.pyramids.push(PyramidUse {
-                file: file.path().display().to_string(),
-                nodes_drawn: cut.nodes.len(),
-                nodes: file.nodes().len(),
-                surfels_drawn: cut.n_surfels,
-                surfels: file.directory().n_surfels,
-                coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
-                memory: pyramid.in_memory(),
-            });
+            drawn.cuts.push((pyramid, cut));
         }
         Ok(drawn)
     }
@@ -398,7 +390,7 @@ impl Clouds {
         for Loaded { cloud, .. } in &self.loaded {
             let Some(pyramid) = self.pyramid_of(cloud) else { continue };
             while started.elapsed() < longest {
-                let cut = pyramid.cut((view, surface), detail_px, |node| pyramid.has(node));
+                let cut = pyramid.cut((view, surface), detail_px, |node| pyramid.nodes.has(node));
                 let next = &cut.missing[..cut.missing.len().min(AT_A_TIME)];
                 if next.is_empty() {
                     break;

@@ -13,7 +13,6 @@ use crate::input::formats::SessionFormats;
 use crate::input::inside;
 use crate::input::plausibility;
 use crate::input::probe_info;
-use crate::input::pyramids::{self, Drawn};
 use crate::input::scenes::Inputs;
 use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
@@ -119,7 +118,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     };
     let settled = studio.settle(&mut chosen, &request)?;
     timings.frames(&settled);
-    note((clouds, &drawn), &staging, &chosen, &settled);
+    note(clouds, &staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
@@ -186,14 +185,8 @@ fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Resu
 }
 
 /// Says what of the scene cannot be seen, and where less detail was asked for and is not to be had.
-fn note(
-    (clouds, drawn): (&Clouds, &Drawn<'_>),
-    staging: &RenderSetup,
-    chosen: &LoadedRenderer,
-    settled: &ConvergedFrame,
-) {
+fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
     plausibility::note(clouds, &staging.scene);
-    pyramids::note(drawn, staging.pyramid_detail_px);
     if staging.detail_px > 0.0 && !settled.rendered.merged {
         let renderer = &chosen.reference.id;
         terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));

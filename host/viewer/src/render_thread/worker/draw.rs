@@ -184,7 +184,7 @@ impl RenderWorker {
                 self.session.frame_view(view, &RenderRequest { frame_index, ..render_request })?
             }
         };
-        if drawn.n_missing > 0 {
+        if drawn.n_missing() > 0 {
             // Of other nodes it is another scene, which renderers begin anew.
             (frame.rendered.wants_another_frame, frame.n_frames) = (true, 0);
         }
