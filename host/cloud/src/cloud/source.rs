@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use serde::Serialize;
-use surfelshop_api::format::{Pose, UpAxis};
+use surfelshop_api::format::{CloudHeader, Pose, UpAxis};
 
 /// One scan of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -40,6 +40,34 @@ pub struct Source {
 }
 
 impl Source {
+    /// What headers say of all clouds together.
+    pub(crate) fn of_headers<'a>(headers: impl Iterator<Item = &'a CloudHeader> + Clone) -> Self {
+        let headers = || headers.clone();
+        let first = |text: fn(&CloudHeader) -> &String| {
+            headers().map(text).find(|text| !text.is_empty()).cloned().unwrap_or_default()
+        };
+        let up = headers().map(|header| header.up).find(|&up| up != UpAxis::Unknown);
+        let scan = |header: &CloudHeader| Scan {
+            name: header.name.clone(),
+            pose: header.pose,
+            scanner: header.scanner.map(|place| header.pose.place(place)),
+        };
+        let mut metres = headers().map(|header| header.metres_per_unit);
+        Self {
+            up: up.unwrap_or_default(),
+            metres_per_unit: metres
+                .find(|metres| metres.is_finite() && *metres > 0.0)
+                .unwrap_or(0.0),
+            coordinate_system: first(|header| &header.coordinate_system),
+            time: first(|header| &header.time),
+            step: headers().find_map(|header| header.step).filter(|step| step.is_finite()),
+            scans: headers().map(scan).collect(),
+            grid: None,
+            grid_up: None,
+            comments: Vec::new(),
+        }
+    }
+
     /// Metres of a unit of coordinates, above 0, where the file says so.
     #[must_use]
     pub fn metres(&self) -> Option<f64> {

@@ -8,7 +8,7 @@ use crate::assemble;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::source::Source;
 use crate::error::ReadFault;
-use crate::formats::table_sink::{TableSink, source_of};
+use crate::formats::table_sink::TableSink;
 use crate::inspect::heads;
 use crate::options::ReadOptions;
 use crate::summary::Loaded;
@@ -70,7 +70,7 @@ impl Collection {
         for column in header.columns.iter_mut().filter(|column| column.name == POSITION) {
             column.element = Element::F64;
         }
-        let source = Source { grid: None, ..source_of(headers.iter()) };
+        let source = Source::of_headers(headers.iter());
         Ok(Self { header, source, first_scans, narrow_colors, common })
     }
 

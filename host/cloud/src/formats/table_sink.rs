@@ -2,7 +2,7 @@
 
 use crate::assemble::memory_estimate;
 use crate::cloud::buffer::Buffer;
-use crate::cloud::source::{Scan, Source};
+use crate::cloud::source::Source;
 use crate::error::ReadFault;
 use crate::faces;
 use crate::memory::{self, OutOfMemory};
@@ -14,9 +14,7 @@ use std::collections::HashSet;
 use surfelshop_api::columns::{
     AO, COLOR, Element, MATERIAL, NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V, Values,
 };
-use surfelshop_api::format::{
-    CloudHeader, CloudSinkHost, FileColumn, Pose, SCAN, UpAxis, check_batch,
-};
+use surfelshop_api::format::{CloudHeader, CloudSinkHost, FileColumn, Pose, SCAN, check_batch};
 use surfelshop_api::{Error, Result};
 
 /// Most components of a column.
@@ -276,33 +274,7 @@ fn source(parts: &[Part]) -> Source {
         }
         _ => None,
     };
-    Source { grid, ..source_of(parts.iter().map(|part| &part.header)) }
-}
-
-/// What headers say of all clouds together.
-pub(crate) fn source_of<'a>(headers: impl Iterator<Item = &'a CloudHeader> + Clone) -> Source {
-    let headers = || headers.clone();
-    let first = |text: fn(&CloudHeader) -> &String| {
-        headers().map(text).find(|text| !text.is_empty()).cloned().unwrap_or_default()
-    };
-    let up = headers().map(|header| header.up).find(|&up| up != UpAxis::Unknown);
-    let scan = |header: &CloudHeader| Scan {
-        name: header.name.clone(),
-        pose: header.pose,
-        scanner: header.scanner.map(|place| header.pose.place(place)),
-    };
-    let mut metres = headers().map(|header| header.metres_per_unit);
-    Source {
-        up: up.unwrap_or_default(),
-        metres_per_unit: metres.find(|metres| metres.is_finite() && *metres > 0.0).unwrap_or(0.0),
-        coordinate_system: first(|header| &header.coordinate_system),
-        time: first(|header| &header.time),
-        step: headers().find_map(|header| header.step).filter(|step| step.is_finite()),
-        scans: headers().map(scan).collect(),
-        grid: None,
-        grid_up: None,
-        comments: Vec::new(),
-    }
+    Source { grid, ..Source::of_headers(parts.iter().map(|part| &part.header)) }
 }
 
 /// The direction from rows to those above them, in the mean over the grid.
