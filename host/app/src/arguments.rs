@@ -91,16 +91,20 @@ pub(crate) enum Command {
 The file appears whole or not at all: after a failure or Ctrl-C, what stood there before still does.
 `surfelshop info` shows which tools made a file, with which parameters.")]
 pub(crate) struct BakeArguments {
-    /// The cloud, or a scene (.scene.toml) that shows one; then the cloud is taken where it stands.
+    /// The cloud, or a scene (.scene.toml) that shows one; then the cloud is taken where it stands. Of a pyramid
+    /// (.surfels) another one is made, part by part.
     #[arg(value_name = "FILE")]
     pub(crate) file: PathBuf,
     /// A tool, by its id or as PACKAGE/ID; may be repeated: each works on what the one before made.
     /// `surfelshop plugins` lists them.
     #[arg(short, long, required = true, value_name = "TOOL")]
     pub(crate) tool: Vec<String>,
-    /// The file to write, .ply.
+    /// The file to write, .ply or that of another format; of a pyramid .surfels.
     #[arg(short, long, value_name = "FILE", value_parser = values::cloud_file)]
     pub(crate) out: PathBuf,
+    /// Memory that the work over a pyramid takes at most, such as 500MB or 4GB.
+    #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
+    pub(crate) memory: u64,
     /// A parameter of a tool, as id=value, or as TOOL:id=value where there are several; may be
     /// repeated.
     ///

@@ -1,7 +1,7 @@
 //! `surfelshop bake`: a cloud and tools in, a cloud out.
 
 use crate::arguments::BakeArguments;
-use crate::info;
+use crate::{bake_pyramid, info};
 use anyhow::{anyhow, bail};
 use glam::DQuat;
 use serde_json::{Map, Value, json};
@@ -13,6 +13,7 @@ use surfelshop_api::UnitKind;
 use surfelshop_cloud::{
     Buffer, Cloud, Column, How, Loaded, ReadError, Transform, WriteOptions, scene,
 };
+use surfelshop_pyramid::is_pyramid_file;
 use surfelshop_runtime::plugins::UnitRef;
 use surfelshop_runtime::tools::{Done, ToolOptions};
 use surfelshop_session::input::clouds::Clouds;
@@ -58,13 +59,23 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     // What can fail at once is tried before a large cloud is read.
     files::check_writable(&arguments.out)?;
     let steps = steps(arguments)?;
+    let options = ToolOptions {
+        patience: arguments.plugins.patience(),
+        threads: arguments.threads,
+        device: session::gpu_options(&arguments.device).into(),
+    };
+    if is_pyramid_file(&arguments.file) {
+        files::allow(&arguments.file);
+        files::check_outputs(&[&arguments.out])?;
+        return bake_pyramid::run(arguments, &steps, &options, stop);
+    }
     let source = tool_run::source(&arguments.file)?;
     if !scene::is_scene(&arguments.file) {
         // Who names a cloud twice wants it replaced.
         files::allow(&arguments.file);
     }
     files::check_outputs(&[&arguments.out])?;
-    let baked = bake(arguments, &steps, source, stop);
+    let baked = bake(arguments, &steps, (source, &options), stop);
     if stop.load(Ordering::Relaxed)
         && let Err(error) = &baked
     {
@@ -154,7 +165,7 @@ fn left_as_they_were(cloud: &Cloud, how: &Transform) -> Option<String> {
 fn bake(
     arguments: &BakeArguments,
     steps: &[Step],
-    source: Source,
+    (source, options): (Source, &ToolOptions),
     stop: &AtomicBool,
 ) -> anyhow::Result<(Loaded, Cloud, Vec<Baked>)> {
     let asked = |flow| if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { flow };
@@ -168,7 +179,7 @@ fn bake(
     };
     let transform = source.transform;
     let mut clouds = Clouds::read_with(&[source], read)?;
-    pyramids::refuse(&clouds, "bake")?;
+    pyramids::refuse(&clouds, "bake of a scene")?;
     let loaded = clouds.loaded.pop();
     let mut loaded = loaded.ok_or_else(|| anyhow!("no cloud was read"))?;
     loaded
@@ -176,14 +187,9 @@ fn bake(
         .warnings
         .extend(transform.and_then(|how| left_as_they_were(&loaded.cloud, &how)));
     let (mut cloud, mut baked) = (loaded.cloud.clone(), Vec::new());
-    let options = ToolOptions {
-        patience: arguments.plugins.patience(),
-        threads: arguments.threads,
-        device: session::gpu_options(&arguments.device).into(),
-    };
     for step in steps {
         let n_before = cloud.len();
-        let (done, cpu) = step.run(&cloud, &options, stop)?;
+        let (done, cpu) = step.run(&cloud, options, stop)?;
         let mut columns = Vec::new();
         if let Some(edited) = &done.edited {
             cloud = edited.cloud.clone();

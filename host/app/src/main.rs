@@ -6,6 +6,7 @@
 
 mod arguments;
 mod bake;
+mod bake_pyramid;
 mod contents_info;
 mod convert;
 mod index;

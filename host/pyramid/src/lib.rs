@@ -16,6 +16,7 @@ mod index;
 mod layout;
 mod nodes;
 mod pyramid;
+mod remake;
 #[cfg(test)]
 mod tests;
 
@@ -25,3 +26,4 @@ pub use index::{IndexOptions, IndexSummary, index};
 pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid, is_pyramid_file};
 pub use nodes::{Nodes, NodesInMemory, Prepare};
 pub use pyramid::Pyramid;
+pub use remake::{Change, RemakeOptions, RemakeSummary, remake};

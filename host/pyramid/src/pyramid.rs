@@ -5,9 +5,10 @@ use crate::error::PyramidError;
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, damaged};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use surfelshop_api::ObjectFrame;
 use surfelshop_api::columns::{Element, POSITION};
 use surfelshop_api::format::{FileColumn, FileHost as _};
-use surfelshop_cloud::{Buffer, Cloud, Column, Source, SystemFile, files, memory};
+use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, Source, SystemFile, files, memory};
 
 /// An open pyramid: its directory and its nodes' records in memory, their surfels in the file.
 pub struct Pyramid {
@@ -152,38 +153,17 @@ impl Pyramid {
     pub fn overview_cloud(&self, at_most: u64) -> Result<Cloud, PyramidError> {
         let clouds = self.overview(at_most).into_iter().map(|node| self.read(node));
         let clouds = clouds.collect::<Result<Vec<_>, _>>()?;
-        let fault = |line: String| PyramidError::file(&self.path, line);
-        let (Some(first), origin) = (clouds.first(), self.origin()) else {
-            return Err(fault(damaged("it has no root")));
-        };
-        let mut columns = Vec::new();
-        for column in first.columns() {
-            let (name, n) = (column.name(), column.components());
-            let mut values = Buffer::with_capacity(column.values().element(), 0);
-            let mut is_whole = true;
-            for cloud in &clouds {
-                let found = cloud.column(name).filter(|found| found.components() == n);
-                match (found, name == POSITION) {
-                    (Some(_), true) => {
-                        let offset = cloud.origin() - origin;
-                        let moved = cloud.positions().iter().map(|p| offset + p.as_dvec3());
-                        moved.flat_map(|p| p.to_array()).for_each(|x| {
-                            values.push(x);
-                        });
-                    }
-                    (Some(found), false) => (0..found.values().len()).for_each(|i| {
-                        is_whole &=
-                            found.values().get_f64(i).is_some_and(|value| values.push(value));
-                    }),
-                    (None, _) => is_whole = false,
-                }
-            }
-            if is_whole || name == POSITION {
-                columns.push(Column::new(name, n, values));
-            }
-        }
-        let cloud = Cloud::new(origin, columns).map_err(|error| fault(error.to_string()))?;
-        Ok(cloud.with_source(self.source.clone()))
+        let clouds: Vec<&Cloud> = clouds.iter().collect();
+        let cloud = together(&clouds, self.origin(), Missing::LeftOut)
+            .map_err(|error| PyramidError::file(&self.path, error.to_string()))?;
+        Ok(cloud.with_source(self.source.clone()).with_object(self.object()))
+    }
+
+    /// The box that textures are fastened to: that of the same cloud in memory.
+    #[must_use]
+    pub fn object(&self) -> ObjectFrame {
+        let [low, high] = self.directory.bounds;
+        ObjectFrame::around(low, high, 2.0 * f64::from(self.directory.largest_radius))
     }
 
     /// The world position that the surfels of the root are relative to.
@@ -191,6 +171,57 @@ impl Pyramid {
     pub fn origin(&self) -> DVec3 {
         self.nodes.first().map_or(DVec3::ZERO, |root| root.origin)
     }
+}
+
+/// What becomes of columns that some of several clouds lack.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Missing {
+    /// They are left out.
+    LeftOut,
+    /// Those of the first cloud stay, with zeros where others lack them.
+    Zero,
+}
+
+/// Several clouds as one around an origin.
+pub(crate) fn together(
+    clouds: &[&Cloud],
+    origin: DVec3,
+    missing: Missing,
+) -> Result<Cloud, CloudError> {
+    let mut columns = Vec::new();
+    for column in clouds.first().into_iter().flat_map(|first| first.columns()) {
+        let (name, n, element) = (column.name(), column.components(), column.values().element());
+        let rows = clouds.iter().map(|cloud| cloud.len()).sum::<usize>();
+        let mut values = Buffer::with_capacity(element, rows * n as usize);
+        let mut is_whole = true;
+        for cloud in clouds {
+            let found = cloud
+                .column(name)
+                .filter(|found| found.components() == n && found.values().element() == element);
+            match found {
+                Some(_) if name == POSITION && cloud.origin() != origin => {
+                    let offset = cloud.origin() - origin;
+                    let moved = cloud.positions().iter().map(|p| offset + p.as_dvec3());
+                    moved.flat_map(|p| p.to_array()).for_each(|x| {
+                        values.push(x);
+                    });
+                }
+                Some(found) => (0..found.values().len()).for_each(|i| {
+                    values.push(found.values().get_f64(i).unwrap_or_default());
+                }),
+                None => {
+                    is_whole = false;
+                    (0..cloud.len() * n as usize).for_each(|_| {
+                        values.push(0.0);
+                    });
+                }
+            }
+        }
+        if is_whole || missing == Missing::Zero {
+            columns.push(Column::new(name, n, values));
+        }
+    }
+    Cloud::new(origin, columns)
 }
 
 /// What stands for a column that a node does not have, where something must.

@@ -256,7 +256,9 @@ typedef struct surfelshop_plugin_table {
     uint16_t abi_minor;
     /**
      * Writes the description of a unit, {"params": [...], "limits": [...]}: ParamDecl of
-     * host/sdk/api/src/params.rs and Limit of host/sdk/api/src/unit.rs. It is the same at every call.
+     * host/sdk/api/src/params.rs and Limit of host/sdk/api/src/unit.rs. Tools may add a "scope", one of
+     * "cloud", "surfel", "neighbours" and "scene", by which they run over clouds larger than memory: Scope
+     * of the latter file. It is the same at every call.
      */
     int32_t (*describe)(uint32_t unit, surfelshop_sink sink);
     /**

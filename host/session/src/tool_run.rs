@@ -10,7 +10,7 @@ use std::time::Duration;
 use surfelshop_api::params::Values;
 use surfelshop_cloud::Cloud;
 use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
-use surfelshop_runtime::tools::{Done, Ended, Running, ToolOptions};
+use surfelshop_runtime::tools::{self, Done, Ended, Running, ToolOptions};
 
 /// How often the bar and the wish to stop are looked at.
 const TICK: Duration = Duration::from_millis(50);
@@ -58,18 +58,29 @@ impl Step {
         options: &ToolOptions,
         stop: &AtomicBool,
     ) -> anyhow::Result<(Done, Option<Duration>)> {
+        let progress = Progress::new(self.reference.id.clone());
+        self.run_telling(cloud, options, stop, &|now| progress.tell_tool(now))
+    }
+
+    /// The same with a bar of another's: `tell` is told how far it is.
+    pub fn run_telling(
+        &self,
+        cloud: &Cloud,
+        options: &ToolOptions,
+        stop: &AtomicBool,
+        tell: &dyn Fn(&tools::Progress),
+    ) -> anyhow::Result<(Done, Option<Duration>)> {
         let Self { reference, unit, values } = self;
         let cpu = cpu_time();
         let mut running = Running::start(unit, values, cloud, options)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
         tracing::debug!("running {reference}");
-        let progress = Progress::new(reference.id.clone());
         loop {
             if stop.load(Ordering::Relaxed) {
                 running.cancel();
             }
             match running.wait(TICK) {
-                None => progress.tell_tool(&running.progress()),
+                None => tell(&running.progress()),
                 Some(Ended::Done(done)) => {
                     let cpu = cpu_time().zip(cpu).map(|(now, then)| now.saturating_sub(then));
                     return Ok((*done, cpu));

@@ -48,6 +48,9 @@ fn rays(
     job.progress(start, "tracing rays");
     let budget = Budget::fixed(settings.rays);
     let occlusion =
-        job.map(surfels.len(), start..share.end, |place| tracing.occlusion(place, budget).0)?;
+        job.map(surfels.len(), start..share.end, |place| match surfels.is_context(place) {
+            true => 0.0,
+            false => tracing.occlusion(place, budget).0,
+        })?;
     Ok((occlusion, format!("traced {} rays for each of {} surfels", settings.rays, surfels.len())))
 }

@@ -38,15 +38,19 @@ pub(crate) fn find(
     let half = 0.5 * (share.start + share.end);
     let settings = Settings { cast_from: Side::Back, ..settings.clone() };
     let Passes { first, mut occlusion } = passes::run(surfels, &settings, share.start..half, job)?;
-    let mut doubtful: Vec<usize> = (0..surfels.len())
+    let asked: Vec<usize> =
+        (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
+    let mut doubtful: Vec<usize> = asked
+        .iter()
+        .copied()
         .filter(|&place| {
             let (front, back) = (first.front[place], first.back[place]);
             (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
         })
         .collect();
     // What is open casts wrong shadows on the rest, too.
-    if doubtful.len() > surfels.len() / OPEN {
-        doubtful = (0..surfels.len()).collect();
+    if doubtful.len() > asked.len() / OPEN {
+        doubtful = asked;
     }
     let mut n_rays = 0;
     if !doubtful.is_empty() {

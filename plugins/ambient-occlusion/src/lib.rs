@@ -32,6 +32,9 @@
 //! "distant", flatness by the covariance of a node's normals, which has no scale, instead of a
 //! threshold on eigenvalues. `cone` adds an error of about 0.01 and is off.
 //!
+//! Over a pyramid each part is shaded by the surfels around it and by merged ones farther away, which are seen
+//! under less than 2.4 degrees.
+//!
 //! Not here: the octree as a compute shader, the thesis's future work. It was written and gave the same
 //! answer for 3.5 times the CPU time, on Mesa's software device, since the lanes here are as
 //! wide and share each node's load; nothing is known of its time on a graphics card.
@@ -75,6 +78,7 @@ impl Tool for AmbientOcclusion {
         "Finds how much of its sky each surfel sees.",
     );
     type Params = Settings;
+    const SCOPE: Scope = Scope::Scene;
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

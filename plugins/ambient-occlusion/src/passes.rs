@@ -54,7 +54,8 @@ pub(crate) fn run(
     for i in 0..settings.passes {
         let start = share.start + f64::from(i) * step;
         job.progress(start, &format!("pass {} of {}", i + 1, settings.passes));
-        let gathered = gather(surfels, settings, &occlusion, start..start + step, job)?;
+        let is_last = i + 1 == settings.passes;
+        let gathered = gather(surfels, settings, (&occlusion, is_last), start..start + step, job)?;
         let cast = match settings.cast_from {
             Side::Back => &gathered.back,
             Side::Front => &gathered.front,
@@ -67,11 +68,12 @@ pub(crate) fn run(
     Ok(Passes { first: first.unwrap_or(nothing), occlusion })
 }
 
-/// One pass: what covers each sky where an emitter counts by the share of it that is open.
+/// One pass: what covers each sky where an emitter counts by the share of it that is open. The last does not look at
+/// skies that nobody asks for; the others do, since the next pass shades by them.
 fn gather(
     surfels: &Surfels,
     settings: &Settings,
-    occlusion: &[f32],
+    (occlusion, is_last): (&[f32], bool),
     share: Range<f64>,
     job: &Job<'_>,
 ) -> Result<SkyCoverage> {
@@ -85,14 +87,18 @@ fn gather(
         })
         .collect();
     let groups = groups(surfels);
+    let is_idle =
+        |group: &Range<usize>| is_last && group.clone().all(|place| surfels.is_context(place));
     let sums: Vec<Sums> = if settings.method == Method::BruteForce {
-        job.map(groups.len(), share, |i| {
-            brute_force::gather(surfels, &emitters, groups[i].clone(), reach)
+        job.map(groups.len(), share, |i| match is_idle(&groups[i]) {
+            true => Sums::ZERO,
+            false => brute_force::gather(surfels, &emitters, groups[i].clone(), reach),
         })?
     } else {
         let hierarchy = Hierarchy::new(surfels, emitters);
-        job.map(groups.len(), share, |i| {
-            octree::gather(&hierarchy, groups[i].clone(), settings.tolerance, reach)
+        job.map(groups.len(), share, |i| match is_idle(&groups[i]) {
+            true => Sums::ZERO,
+            false => octree::gather(&hierarchy, groups[i].clone(), settings.tolerance, reach),
         })?
     };
     let all = |side: fn(&Sums) -> [f32; WIDTH]| {

@@ -3,7 +3,7 @@
 
 use crate::settings::Settings;
 use std::ops::ControlFlow;
-use surfelshop_api::columns::{NORMAL, POSITION};
+use surfelshop_api::columns::{CONTEXT, NORMAL, POSITION};
 use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::octree::Octree;
@@ -21,6 +21,9 @@ pub(crate) struct Surfels {
     pub(crate) normals: Vec<Vec3>,
     /// Effective areas; what has none casts no shadow.
     pub(crate) areas: Vec<f32>,
+    /// Which are only around the part of a cloud that is looked at: they cast shadows, and nobody asks for theirs.
+    /// Empty where the cloud is whole.
+    pub(crate) context: Vec<bool>,
     /// Its ranges are of the places here.
     pub(crate) tree: Octree,
     /// Scene units per unit of the box.
@@ -83,7 +86,13 @@ impl Surfels {
             areas::effective(&boxed, &given, &part(&progress, 0.0..AREAS)).map_err(stopped)?;
         let tree = Octree::build(&boxed, LEAF, &part(&progress, AREAS..1.0)).map_err(stopped)?;
         let places = || tree.order().iter().map(|&place| place as usize);
+        let is_context = |place: usize| cloud.is_context(kept[place] as usize);
+        let context = match cloud.column(CONTEXT) {
+            Some(_) => places().map(is_context).collect(),
+            None => Vec::new(),
+        };
         Ok(Self {
+            context,
             order: places().map(|place| kept[place]).collect(),
             positions: places().map(|place| boxed[place]).collect(),
             normals: places().map(|place| given[place]).collect(),
@@ -93,6 +102,11 @@ impl Surfels {
             tree,
             unit,
         })
+    }
+
+    /// Whether a surfel is only around those that are looked at.
+    pub(crate) fn is_context(&self, place: usize) -> bool {
+        self.context.get(place).copied().unwrap_or_default()
     }
 
     /// Number of surfels.

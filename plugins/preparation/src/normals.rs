@@ -21,7 +21,8 @@
 //! degrees.
 //!
 //! Limits: a flat sheet has no outside, and parts that nearly touch may be taken for one. Tangents
-//! of elliptical surfels stay as they are.
+//! of elliptical surfels stay as they are. Over a pyramid sides follow from each part alone, so that `towards` and
+//! `keep` do best.
 //!
 //! Source: Hoppe et al., "Surface reconstruction from unorganized points", SIGGRAPH 1992.
 //!
@@ -82,6 +83,7 @@ impl Tool for Normals {
     const INFO: UnitInfo =
         UnitInfo::new("normals", "Estimate normals", "Fits normals to the points around each.");
     type Params = Settings;
+    const SCOPE: Scope = Scope::Neighbours;
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

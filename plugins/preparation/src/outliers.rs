@@ -14,7 +14,7 @@
 //! within a radius instead. Points that coincide count once.
 //!
 //! Limits: one measure for the whole cloud, so that a part that is sampled much more coarsely than
-//! the rest counts as outlying; raise `deviations` there. A dense clump of stray points has near
+//! the rest counts as outlying; raise `deviations` there. Over a pyramid the usual distance is that of each part. A dense clump of stray points has near
 //! neighbours and stays.
 //!
 //! Source: Rusu et al., "Towards 3D Point cloud based object maps for household environments", 2008,
@@ -73,6 +73,7 @@ impl Tool for Outliers {
     const INFO: UnitInfo =
         UnitInfo::new("outliers", "Remove outliers", "Removes points far away from all others.");
     type Params = Settings;
+    const SCOPE: Scope = Scope::Neighbours;
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -58,6 +58,7 @@ impl Tool for Radii {
     const INFO: UnitInfo =
         UnitInfo::new("radii", "Estimate radii", "Finds radii at which discs cover the surface.");
     type Params = Settings;
+    const SCOPE: Scope = Scope::Neighbours;
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -15,7 +15,8 @@
 //! keeps those that were larger; `scale` enlarges all by the root of how many fewer there are.
 //!
 //! Limits: distances are straight, so sides of a sheet thinner than the spacing thin each other.
-//! Other columns stay as they were: a colour is that of a point, not the mean around it.
+//! Over a pyramid parts are thinned by themselves: a `spacing` may be missed where two parts meet, and a `count` is
+//! refused. Other columns stay as they were: a colour is that of a point, not the mean around it.
 //!
 //! Source: Cook 1986 for dart throwing; Yuksel, "Sample Elimination for Generating Poisson Disk
 //! Sample Sets", Eurographics 2015.
@@ -25,7 +26,7 @@
 //! ```
 
 use crate::surfels::{count, finite, normals, positions, progress_of, stage_radii};
-use surfelshop_api::columns::RADIUS;
+use surfelshop_api::columns::{CONTEXT, RADIUS};
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::{areas, radii, spread, thinning};
@@ -78,6 +79,7 @@ impl Tool for Thin {
     const INFO: UnitInfo =
         UnitInfo::new("thin", "Thin out", "Keeps fewer surfels, evenly, and enlarges them.");
     type Params = Settings;
+    const SCOPE: Scope = Scope::Neighbours;
     const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
         "reordered",
         "which of several neighbours stays depends on their order in the file",
@@ -96,6 +98,12 @@ impl Tool for Thin {
                 "expected a `count` or a `spacing`, found both ({} and {spacing}); leave one at 0",
                 params.count
             )));
+        }
+        if params.count > 0 && cloud.column(CONTEXT).is_some() {
+            return Err(Error::new(
+                "expected a `spacing`, found a `count`: the cloud is thinned part by part, and no part \
+                 knows how many the others keep",
+            ));
         }
         let normals = normals(cloud);
         let kept = chosen(&positions, &normals, params, spacing, job)?;

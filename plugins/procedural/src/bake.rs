@@ -45,6 +45,7 @@ impl Tool for Bake {
         "Computes a pattern at every surfel and stores it as the cloud's colours.",
     );
     type Params = Settings;
+    const SCOPE: Scope = Scope::Surfel;
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -21,6 +21,7 @@ pub struct StagedEdits {
     /// Names of the columns staged.
     columns: Vec<String>,
     whole: Option<How>,
+    kept: Option<Vec<bool>>,
 }
 
 /// A cloud after a run.
@@ -32,13 +33,15 @@ pub struct EditedCloud {
     pub columns: Vec<String>,
     /// What it did to the cloud as a whole.
     pub whole: Option<How>,
+    /// Which surfels of the cloud before are still there, where some are gone.
+    pub kept: Option<Vec<bool>>,
 }
 
 impl StagedEdits {
     /// Nothing yet.
     #[must_use]
     pub fn new(cloud: Cloud) -> Self {
-        Self { source: cloud.clone(), cloud, columns: Vec::new(), whole: None }
+        Self { source: cloud.clone(), cloud, columns: Vec::new(), whole: None, kept: None }
     }
 
     /// The cloud that the tool sees.
@@ -70,6 +73,7 @@ impl StagedEdits {
                 if mask.contains(&false) {
                     self.cloud = self.cloud.keep(&mask)?;
                     self.whole = Some(How::Kept);
+                    self.kept = Some(mask);
                 }
             }
             EditHeader::NewCloud { .. } if !self.columns.is_empty() => {
@@ -88,7 +92,7 @@ impl StagedEdits {
     /// nothing was.
     #[must_use]
     pub fn commit(self, made: ToolRun) -> Option<EditedCloud> {
-        let Self { source, cloud, columns, whole } = self;
+        let Self { source, cloud, columns, whole, kept } = self;
         if columns.is_empty() && whole.is_none() {
             return None;
         }
@@ -107,7 +111,7 @@ impl StagedEdits {
             let (n_surfels, n_before) = (cloud.len() as u64, source.len() as u64);
             CloudEdit { how, n_surfels, n_before, made: made.clone() }
         }));
-        Some(EditedCloud { cloud: noted.with_history(history), columns, whole })
+        Some(EditedCloud { cloud: noted.with_history(history), columns, whole, kept })
     }
 }
 

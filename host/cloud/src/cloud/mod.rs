@@ -254,7 +254,8 @@ impl Cloud {
     }
 
     /// The same cloud with a box of its own.
-    pub(crate) fn with_object(self, object: ObjectFrame) -> Self {
+    #[must_use]
+    pub fn with_object(self, object: ObjectFrame) -> Self {
         Self { object: Some(object), facts: OnceLock::new(), ..self }
     }
 

@@ -4,49 +4,49 @@ use glam::DVec3;
 use surfelshop_geometry::Bounds;
 
 /// Halvings of the root's cube to the smallest cells: three times as many bits make a code of 63.
-pub(super) const LEVELS: u32 = 21;
+pub(crate) const LEVELS: u32 = 21;
 
 /// The root's cube.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct Cube {
-    pub(super) low: DVec3,
-    pub(super) side: f64,
+pub(crate) struct Cube {
+    pub(crate) low: DVec3,
+    pub(crate) side: f64,
 }
 
 /// A cell: the part of the curve that it has.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize,
 )]
-pub(super) struct Cell {
+pub(crate) struct Cell {
     /// The first code in it.
-    pub(super) first: u64,
+    pub(crate) first: u64,
     /// Halvings.
-    pub(super) level: u32,
+    pub(crate) level: u32,
 }
 
 impl Cell {
-    pub(super) const ROOT: Self = Self { first: 0, level: 0 };
+    pub(crate) const ROOT: Self = Self { first: 0, level: 0 };
 
     /// The cell of a level that a code lies in.
-    pub(super) fn of(code: u64, level: u32) -> Self {
+    pub(crate) fn of(code: u64, level: u32) -> Self {
         let below = 3 * (LEVELS - level);
         Self { first: code >> below << below, level }
     }
 
     /// The first code behind it.
-    pub(super) fn end(self) -> u64 {
+    pub(crate) fn end(self) -> u64 {
         self.first + (1 << (3 * (LEVELS - self.level)))
     }
 
     /// Its eighths.
-    pub(super) fn children(self) -> [Self; 8] {
+    pub(crate) fn children(self) -> [Self; 8] {
         let level = self.level + 1;
         let step = 1 << (3 * (LEVELS - level));
         std::array::from_fn(|i| Self { first: self.first + i as u64 * step, level })
     }
 
     /// Its box.
-    pub(super) fn bounds(self, cube: &Cube) -> Bounds {
+    pub(crate) fn bounds(self, cube: &Cube) -> Bounds {
         let corner = [0, 1, 2].map(|axis| f64::from(gathered(self.first >> axis)));
         let cell = cube.side / f64::from(1 << LEVELS);
         let min = cube.low + DVec3::from_array(corner) * cell;
@@ -56,7 +56,7 @@ impl Cell {
 
 impl Cube {
     /// A cube around a box.
-    pub(super) fn around([low, high]: [DVec3; 2]) -> Self {
+    pub(crate) fn around([low, high]: [DVec3; 2]) -> Self {
         let side = (high - low).max_element();
         // Of a single point any cube will do.
         Self { low, side: if side > 0.0 { side * (1.0 + 1e-9) } else { 1.0 } }
@@ -64,7 +64,7 @@ impl Cube {
 
     /// The code of a place; of one outside that of the nearest within, and of one within a cell's box that of the
     /// nearest in the cell.
-    pub(super) fn code_in(&self, place: DVec3, cell: Cell) -> u64 {
+    pub(crate) fn code_in(&self, place: DVec3, cell: Cell) -> u64 {
         let span = 1u64 << (LEVELS - cell.level);
         let per_unit = f64::from(1u32 << LEVELS) / self.side;
         let steps = (place - self.low) * per_unit;
@@ -76,7 +76,7 @@ impl Cube {
         })
     }
 
-    pub(super) fn code(&self, place: DVec3) -> u64 {
+    pub(crate) fn code(&self, place: DVec3) -> u64 {
         self.code_in(place, Cell::ROOT)
     }
 }

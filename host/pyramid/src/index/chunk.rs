@@ -1,15 +1,12 @@
 //! A chunk: its points with those around, what they lack estimated, as leaves and the nodes above them.
 
 use super::around::Around;
-use super::cells::{Cell, Cube, LEVELS};
-use super::merged::{self, NODE};
-use super::nodes::{Coarse, Made, Node, NodeFile};
+use super::cells::Cube;
+use super::nodes::{Made, NodeFile};
 use super::plan::Plan;
 use super::spool::{SpoolReader, buffers};
+use super::tree::tree;
 use crate::error::PyramidError;
-use glam::DVec3;
-use rayon::prelude::*;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use surfelshop_api::columns::Element;
 use surfelshop_api::format::{CloudHeader, FileColumn};
@@ -19,13 +16,13 @@ use surfelshop_geometry::{Bounds, part};
 
 /// Spacings of a surface that estimates look beyond a chunk: normals of rough points are fitted to up to 1024 of those
 /// around, a patch of 18 spacings to all sides.
-const HALO: f64 = 18.0;
+pub(crate) const HALO: f64 = 18.0;
 
 /// Points from which on the spacing can be told from their number; of fewer all around are looked at.
-const FEW: usize = 1000;
+pub(crate) const FEW: usize = 1000;
 
 /// Points around are at most one for so many of the chunk's own.
-const MOST_AROUND: usize = 2;
+pub(crate) const MOST_AROUND: usize = 2;
 
 /// The column that says which points are of the chunk.
 const OWN: &str = "surfelshop own";
@@ -62,19 +59,7 @@ impl Chunks<'_> {
         number: usize,
         progress: Progress<'_>,
     ) -> Result<(Option<Made>, Counts), PyramidError> {
-        let path = self.path(number);
-        let list = path.with_extension("json");
-        if let Ok(text) = std::fs::read(&list)
-            && let Ok((known, counts)) = serde_json::from_slice::<(Option<Made>, Counts)>(&text)
-            && path.metadata().is_ok_and(|found| Some(found.len()) == stored(known.as_ref()))
-        {
-            return Ok((known, counts));
-        }
-        let made = self.make(number, &path, progress)?;
-        let text =
-            serde_json::to_vec(&made).map_err(|error| PyramidError::Points(error.to_string()))?;
-        files::write_whole(&list, &text).map_err(PyramidError::io(&list))?;
-        Ok(made)
+        kept_or_made(&self.path(number), |path| self.make(number, path, progress))
     }
 
     fn make(
@@ -106,26 +91,10 @@ impl Chunks<'_> {
             NodeFile::create(path)?.finish()?;
             return Ok((None, counts));
         }
-        let codes = self.ordered(&cloud, cell);
         let mut file = NodeFile::create(path)?;
-        let keys: Vec<u64> = codes.iter().map(|(code, _)| *code).collect();
-        let rows: Vec<u32> = codes.into_iter().map(|(_, row)| row).collect();
-        let mut tree = Tree { cloud: &cloud, keys: &keys, rows: &rows, file: &mut file };
-        let node = tree.node(cell, 0..keys.len())?;
+        let node = tree(&cloud, &self.cube, cell, &mut file)?;
         file.finish()?;
         Ok((Some(node.made), counts))
-    }
-
-    /// The surfels along the curve.
-    fn ordered(&self, cloud: &Cloud, cell: Cell) -> Vec<(u64, u32)> {
-        let (origin, cube) = (cloud.origin(), self.cube);
-        let code = |(row, position): (usize, &glam::Vec3)| {
-            (cube.code_in(origin + position.as_dvec3(), cell), row as u32)
-        };
-        let mut codes: Vec<(u64, u32)> =
-            cloud.positions().par_iter().enumerate().map(code).collect();
-        codes.par_sort_unstable();
-        codes
     }
 
     /// The points of a chunk and, behind them, those around that estimates look at; a column says which is which.
@@ -200,6 +169,25 @@ impl Chunks<'_> {
     }
 }
 
+/// The nodes of a part with what is said of them: those of an earlier run, where it made them.
+pub(crate) fn kept_or_made<T: serde::Serialize + serde::de::DeserializeOwned>(
+    path: &Path,
+    make: impl FnOnce(&Path) -> Result<(Option<Made>, T), PyramidError>,
+) -> Result<(Option<Made>, T), PyramidError> {
+    let list = path.with_extension("json");
+    if let Ok(text) = std::fs::read(&list)
+        && let Ok((known, said)) = serde_json::from_slice::<(Option<Made>, T)>(&text)
+        && path.metadata().is_ok_and(|found| Some(found.len()) == stored(known.as_ref()))
+    {
+        return Ok((known, said));
+    }
+    let made = make(path)?;
+    let text =
+        serde_json::to_vec(&made).map_err(|error| PyramidError::Points(error.to_string()))?;
+    files::write_whole(&list, &text).map_err(PyramidError::io(&list))?;
+    Ok(made)
+}
+
 /// Bytes of a chunk's file.
 fn stored(made: Option<&Made>) -> Option<u64> {
     let Some(made) = made else { return Some(0) };
@@ -226,90 +214,4 @@ fn own(cloud: &Cloud) -> Result<Cloud, PyramidError> {
     let mask: Vec<bool> = own.iter().map(|&own| own != 0).collect();
     let kept = cloud.without_column(OWN);
     kept.keep(&mask).map_err(|error| PyramidError::Points(error.to_string()))
-}
-
-/// The tree of a chunk.
-struct Tree<'a> {
-    cloud: &'a Cloud,
-    keys: &'a [u64],
-    rows: &'a [u32],
-    file: &'a mut NodeFile,
-}
-
-impl Tree<'_> {
-    /// The node of a cell and all beneath it.
-    fn node(&mut self, cell: Cell, range: Range<usize>) -> Result<Node, PyramidError> {
-        if range.len() <= NODE {
-            return self.leaf(cell, &self.rows[range]);
-        }
-        if cell.level >= LEVELS {
-            return self.halved(cell, self.rows[range].to_vec());
-        }
-        let mut parts = Vec::new();
-        let mut start = range.start;
-        for child in cell.children() {
-            let n = self.keys[start..range.end].partition_point(|&key| key < child.end());
-            if n > 0 {
-                parts.push((child, start..start + n));
-            }
-            start += n;
-        }
-        if let [(child, range)] = parts.as_slice() {
-            return self.node(*child, range.clone());
-        }
-        let mut nodes = Vec::with_capacity(parts.len());
-        for (child, range) in parts {
-            nodes.push(self.node(child, range)?);
-        }
-        joined(cell, nodes, self.file)
-    }
-
-    /// More surfels than a node has in one of the smallest cells: halves across the longest side.
-    fn halved(&mut self, cell: Cell, mut rows: Vec<u32>) -> Result<Node, PyramidError> {
-        if rows.len() <= NODE {
-            return self.leaf(cell, &rows);
-        }
-        let positions = self.cloud.positions();
-        let at = |row: u32| positions[row as usize];
-        let none = (glam::Vec3::INFINITY, glam::Vec3::NEG_INFINITY);
-        let (low, high) =
-            rows.iter().fold(none, |(low, high), &row| (low.min(at(row)), high.max(at(row))));
-        let axis = (high - low).max_position();
-        let middle = rows.len() / 2;
-        rows.select_nth_unstable_by(middle, |&a, &b| {
-            at(a)[axis].total_cmp(&at(b)[axis]).then(a.cmp(&b))
-        });
-        let upper = rows.split_off(middle);
-        let nodes = vec![self.halved(cell, rows)?, self.halved(cell, upper)?];
-        joined(cell, nodes, self.file)
-    }
-
-    fn leaf(&mut self, cell: Cell, rows: &[u32]) -> Result<Node, PyramidError> {
-        let mut columns = Vec::new();
-        for column in self.cloud.columns() {
-            let values = column.values().gather(column.components() as usize, rows);
-            let values = values.map_err(|out| PyramidError::Points(out.to_string()))?;
-            columns.push(Column::new(column.name(), column.components(), values));
-        }
-        let cloud = Cloud::new(self.cloud.origin(), columns);
-        let cloud = cloud.map_err(|error| PyramidError::Points(error.to_string()))?;
-        self.file.put(cell, cloud, Coarse::default(), Vec::new())
-    }
-}
-
-/// The node above several.
-pub(super) fn joined(
-    cell: Cell,
-    nodes: Vec<Node>,
-    file: &mut NodeFile,
-) -> Result<Node, PyramidError> {
-    let (made, clouds): (Vec<Made>, Vec<Cloud>) =
-        nodes.into_iter().map(|node| (node.made, node.cloud)).unzip();
-    let apart: Vec<f32> = made.iter().map(|made| made.record.apart).collect();
-    let origin = clouds.first().map_or(DVec3::ZERO, Cloud::origin);
-    let merged = merged::merged(&clouds, &apart, origin);
-    let merged = merged.map_err(|error| PyramidError::Points(error.to_string()))?;
-    drop(clouds);
-    let coarse = Coarse { grain: merged.grain, apart: merged.apart };
-    file.put(cell, merged.cloud, coarse, made)
 }

@@ -1,9 +1,10 @@
 //! The nodes above the chunks, and the file.
 
 use super::cells::Cell;
-use super::chunk::{Counts, joined};
+use super::chunk::Counts;
 use super::nodes::{Made, Node, NodeFile};
 use super::spool::OpenFiles;
+use super::tree::joined;
 use crate::codec;
 use crate::error::PyramidError;
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, Stored};
@@ -27,7 +28,24 @@ pub(super) fn finish(
             "expected points with finite coordinates, found none".to_owned(),
         ));
     };
-    let mut order: VecDeque<&Made> = VecDeque::from([&root]);
+    let directory = Directory {
+        n_surfels: counts.n_surfels,
+        largest_radius: counts.largest_radius,
+        source: (&collection.source).into(),
+        notes: notes(counts),
+        ..Directory::default()
+    };
+    write(&root, directory, output)
+}
+
+/// Writes the file of a tree of nodes; `directory` says what does not follow from these. Number of nodes, of leaves,
+/// and of bytes.
+pub(crate) fn write(
+    root: &Made,
+    directory: Directory,
+    output: &Path,
+) -> Result<(u64, u64, u64), PyramidError> {
+    let mut order: VecDeque<&Made> = VecDeque::from([root]);
     let mut nodes: Vec<&Made> = Vec::new();
     while let Some(node) = order.pop_front() {
         nodes.push(node);
@@ -39,13 +57,10 @@ pub(super) fn finish(
     let directory = Directory {
         generator: format!("surfelshop {}", env!("CARGO_PKG_VERSION")),
         columns,
-        n_surfels: counts.n_surfels,
         n_leaves,
         n_nodes: nodes.len() as u64,
         bounds: [root.low, root.high],
-        largest_radius: counts.largest_radius,
-        source: (&collection.source).into(),
-        notes: notes(counts),
+        ..directory
     };
     let bytes = written(&nodes, &records, &directory, output)?;
     Ok((nodes.len() as u64, n_leaves, bytes))
@@ -115,7 +130,7 @@ fn root(
 }
 
 /// A node with its surfels.
-fn read_back(made: Made, files: &mut OpenFiles) -> Result<Node, PyramidError> {
+pub(crate) fn read_back(made: Made, files: &mut OpenFiles) -> Result<Node, PyramidError> {
     let mut columns = Vec::with_capacity(made.columns.len());
     for (column, stored) in made.columns.iter().zip(&made.record.columns) {
         let mut bytes = vec![0; stored.length as usize];

@@ -14,7 +14,7 @@ use surfelshop_raster::{Sample, merge_all, merge_neighbours};
 
 /// A node has about so many surfels at most: a leaf's cell is divided where it has more, and merging goes on until
 /// there are no more.
-pub(super) const NODE: usize = 1 << 15;
+pub(crate) const NODE: usize = 1 << 15;
 
 /// A round that leaves more than this share has surfels that do not look like any disc: the next one makes round
 /// splats of them.
@@ -27,18 +27,18 @@ const ROUND: f32 = 4.0;
 const SHAPES: [&str; 4] = [TANGENT_U, TANGENT_V, NORMAL_FIELD, CLIP];
 
 /// Surfels of a node, and how coarse they are.
-pub(super) struct Merged {
-    pub(super) cloud: Cloud,
+pub(crate) struct Merged {
+    pub(crate) cloud: Cloud,
     /// The largest radius of one that stands for several, scene units.
-    pub(super) grain: f32,
+    pub(crate) grain: f32,
     /// How far from it those lie at most, scene units.
-    pub(super) apart: f32,
+    pub(crate) apart: f32,
 }
 
 /// One cloud for several: each of its surfels stands for up to four neighbours, and more where there would be too
 /// many. `apart` says for each of the clouds how far what its own merged surfels stand for lies from them at most; of
 /// a single one it is taken to be no more than its radius, which covers what it stands for.
-pub(super) fn merged(clouds: &[Cloud], apart: &[f32], origin: DVec3) -> Result<Merged, CloudError> {
+pub(crate) fn merged(clouds: &[Cloud], apart: &[f32], origin: DVec3) -> Result<Merged, CloudError> {
     let rows: Vec<Row> = rows(clouds);
     let mut samples = samples(clouds, apart, origin);
     let mut members: Vec<Vec<u32>> = (0..samples.len() as u32).map(|row| vec![row]).collect();

@@ -9,14 +9,15 @@
 //! it was, and makes the same bytes.
 
 mod around;
-mod cells;
-mod chunk;
-mod finish;
-mod merged;
-mod nodes;
+pub(crate) mod cells;
+pub(crate) mod chunk;
+pub(crate) mod finish;
+pub(crate) mod merged;
+pub(crate) mod nodes;
 mod plan;
-mod spool;
-mod work;
+pub(crate) mod spool;
+pub(crate) mod tree;
+pub(crate) mod work;
 
 use crate::error::PyramidError;
 use cells::{Cell, Cube};
@@ -87,10 +88,11 @@ pub fn index(
     output: &Path,
     options: &IndexOptions<'_>,
 ) -> Result<IndexSummary, PyramidError> {
-    let most = (options.memory / 2 / POINT_BYTES).clamp(FEWEST, MOST);
+    let most = most_points(options.memory);
     let progress = options.read.progress;
     let collection = collected(inputs, options)?;
-    let mut work = Work::find(output, (inputs, &collection.header), options, most)?;
+    let paths: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
+    let mut work = Work::find(output, &paths, how(&collection.header, options), most)?;
     if progress(0.0).is_break() {
         return Err(PyramidError::Cancelled(work.folder.clone()));
     }
@@ -131,6 +133,17 @@ pub fn index(
     (summary.n_nodes, summary.n_leaves, summary.bytes) = done;
     work.remove();
     Ok(summary)
+}
+
+/// The most points that are worked on together.
+pub(crate) fn most_points(memory: u64) -> u64 {
+    (memory / 2 / POINT_BYTES).clamp(FEWEST, MOST)
+}
+
+/// What is done to the files, by which an earlier run's work is known again.
+fn how(header: &CloudHeader, options: &IndexOptions<'_>) -> String {
+    let ReadOptions { n_neighbours, radius, format, values, .. } = &options.read;
+    format!("index {n_neighbours} {radius:?} {format:?} {values:?} {header:?}")
 }
 
 /// Bytes that wait for the disk.

@@ -16,28 +16,28 @@ use surfelshop_geometry::radii::PLANAR;
 
 /// A node that was written.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
-pub(super) struct Made {
-    pub(super) cell: Cell,
-    pub(super) record: NodeRecord,
+pub(crate) struct Made {
+    pub(crate) cell: Cell,
+    pub(crate) record: NodeRecord,
     /// Box around all centres beneath, in the world.
-    pub(super) low: DVec3,
+    pub(crate) low: DVec3,
     /// See there.
-    pub(super) high: DVec3,
+    pub(crate) high: DVec3,
     /// Names of its columns, in the order of the record's.
-    pub(super) columns: Vec<FileColumn>,
-    pub(super) children: Vec<Self>,
+    pub(crate) columns: Vec<FileColumn>,
+    pub(crate) children: Vec<Self>,
     /// The file that its columns are in.
-    pub(super) file: PathBuf,
+    pub(crate) file: PathBuf,
 }
 
 /// A node and its surfels, until they are merged.
-pub(super) struct Node {
-    pub(super) made: Made,
-    pub(super) cloud: Cloud,
+pub(crate) struct Node {
+    pub(crate) made: Made,
+    pub(crate) cloud: Cloud,
 }
 
 /// A file of columns.
-pub(super) struct NodeFile {
+pub(crate) struct NodeFile {
     path: PathBuf,
     file: File,
     written: u64,
@@ -45,19 +45,19 @@ pub(super) struct NodeFile {
 
 /// How coarse a node is.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Coarse {
-    pub(super) grain: f32,
-    pub(super) apart: f32,
+pub(crate) struct Coarse {
+    pub(crate) grain: f32,
+    pub(crate) apart: f32,
 }
 
 impl NodeFile {
-    pub(super) fn create(path: &Path) -> Result<Self, PyramidError> {
+    pub(crate) fn create(path: &Path) -> Result<Self, PyramidError> {
         let file = File::create(path).map_err(PyramidError::io(path))?;
         Ok(Self { path: path.to_owned(), file, written: 0 })
     }
 
     /// Writes a node's columns.
-    pub(super) fn put(
+    pub(crate) fn put(
         &mut self,
         cell: Cell,
         cloud: Cloud,
@@ -104,7 +104,7 @@ impl NodeFile {
         Ok(Node { made, cloud })
     }
 
-    pub(super) fn finish(self) -> Result<(), PyramidError> {
+    pub(crate) fn finish(self) -> Result<(), PyramidError> {
         self.file.sync_data().map_err(PyramidError::io(&self.path))
     }
 }

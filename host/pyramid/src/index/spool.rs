@@ -16,23 +16,23 @@ use surfelshop_cloud::{Buffer, files};
 
 /// Points of one cell that lie together in a file: column after column.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct Segment {
-    pub(super) cell: Cell,
-    pub(super) offset: u64,
-    pub(super) rows: u32,
+pub(crate) struct Segment {
+    pub(crate) cell: Cell,
+    pub(crate) offset: u64,
+    pub(crate) rows: u32,
     /// Smallest and largest coordinates: points beyond the cube lie in cells at its border.
-    pub(super) bounds: [DVec3; 2],
+    pub(crate) bounds: [DVec3; 2],
 }
 
 /// A file of segments.
 #[derive(Clone, Debug)]
-pub(super) struct Spool {
-    pub(super) path: PathBuf,
-    pub(super) segments: Vec<Segment>,
+pub(crate) struct Spool {
+    pub(crate) path: PathBuf,
+    pub(crate) segments: Vec<Segment>,
 }
 
 /// Writes points into segments.
-pub(super) struct Spooler<'a> {
+pub(crate) struct Spooler<'a> {
     header: &'a CloudHeader,
     cube: Cube,
     level: u32,
@@ -61,7 +61,7 @@ impl Waiting {
 
 impl<'a> Spooler<'a> {
     /// Begins a file of cells of a level; so many bytes wait in memory at most.
-    pub(super) fn new(
+    pub(crate) fn new(
         header: &'a CloudHeader,
         cube: Cube,
         level: u32,
@@ -75,7 +75,7 @@ impl<'a> Spooler<'a> {
     }
 
     /// Takes points with the columns of the header.
-    pub(super) fn take(&mut self, batch: &CloudView<'_>) -> Result<(), PyramidError> {
+    pub(crate) fn take(&mut self, batch: &CloudView<'_>) -> Result<(), PyramidError> {
         let mut columns: Vec<&[u8]> = Vec::with_capacity(batch.columns.len());
         let mut positions: &[f64] = &[];
         let bytes: Vec<Vec<u8>> =
@@ -90,7 +90,7 @@ impl<'a> Spooler<'a> {
     }
 
     /// Takes points by their positions and the bytes of all their columns.
-    pub(super) fn rows(
+    pub(crate) fn rows(
         &mut self,
         positions: &[[f64; 3]],
         columns: &[&[u8]],
@@ -131,7 +131,7 @@ impl<'a> Spooler<'a> {
     }
 
     /// Ends the file.
-    pub(super) fn finish(mut self) -> Result<Spool, PyramidError> {
+    pub(crate) fn finish(mut self) -> Result<Spool, PyramidError> {
         self.flush()?;
         self.file.sync_data().map_err(PyramidError::io(&self.path))?;
         Ok(Spool { path: self.path, segments: self.segments })
@@ -145,7 +145,7 @@ impl Spool {
     }
 
     /// Says that the file is whole.
-    pub(super) fn seal<T: serde::Serialize>(&self, more: &T) -> Result<(), PyramidError> {
+    pub(crate) fn seal<T: serde::Serialize>(&self, more: &T) -> Result<(), PyramidError> {
         let list = Self::list(&self.path);
         let text = serde_json::to_vec(&(&self.segments, more))
             .map_err(|error| PyramidError::Points(error.to_string()))?;
@@ -153,7 +153,7 @@ impl Spool {
     }
 
     /// A file that an earlier run made whole, with what it said besides.
-    pub(super) fn sealed<T: serde::de::DeserializeOwned>(path: &Path) -> Option<(Self, T)> {
+    pub(crate) fn sealed<T: serde::de::DeserializeOwned>(path: &Path) -> Option<(Self, T)> {
         let text = std::fs::read(Self::list(path)).ok()?;
         let (segments, more) = serde_json::from_slice(&text).ok()?;
         path.exists().then_some((Self { path: path.to_owned(), segments }, more))
@@ -165,11 +165,11 @@ const MOST_OPEN: usize = 64;
 
 /// Files that are read at many places, each opened when it is first read.
 #[derive(Default)]
-pub(super) struct OpenFiles(HashMap<PathBuf, File>);
+pub(crate) struct OpenFiles(HashMap<PathBuf, File>);
 
 impl OpenFiles {
     /// Reads as many bytes as there is room for.
-    pub(super) fn read(
+    pub(crate) fn read(
         &mut self,
         path: &Path,
         offset: u64,
@@ -189,25 +189,25 @@ impl OpenFiles {
 }
 
 /// Reads segments.
-pub(super) struct SpoolReader<'a> {
+pub(crate) struct SpoolReader<'a> {
     header: &'a CloudHeader,
     files: OpenFiles,
     bytes: Vec<u8>,
 }
 
 /// The points of a segment.
-pub(super) struct Rows<'a> {
-    pub(super) positions: Vec<[f64; 3]>,
+pub(crate) struct Rows<'a> {
+    pub(crate) positions: Vec<[f64; 3]>,
     /// The bytes of each column.
-    pub(super) columns: Vec<&'a [u8]>,
+    pub(crate) columns: Vec<&'a [u8]>,
 }
 
 impl<'a> SpoolReader<'a> {
-    pub(super) fn new(header: &'a CloudHeader) -> Self {
+    pub(crate) fn new(header: &'a CloudHeader) -> Self {
         Self { header, files: OpenFiles::default(), bytes: Vec::new() }
     }
 
-    pub(super) fn read(
+    pub(crate) fn read(
         &mut self,
         path: &Path,
         segment: &Segment,
@@ -232,7 +232,7 @@ impl<'a> SpoolReader<'a> {
 }
 
 /// Bytes of columns as values.
-pub(super) fn buffers(header: &CloudHeader, bytes: &[Vec<u8>]) -> Vec<Buffer> {
+pub(crate) fn buffers(header: &CloudHeader, bytes: &[Vec<u8>]) -> Vec<Buffer> {
     let columns = header.columns.iter().zip(bytes);
     columns.map(|(column, bytes)| Buffer::from_little_endian(column.element, bytes)).collect()
 }

@@ -1,20 +1,18 @@
 //! The folder in which the work stays until the file is whole.
 
-use super::IndexOptions;
 use crate::error::PyramidError;
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
-use surfelshop_api::format::CloudHeader;
 use surfelshop_cloud::files;
 
 /// The folder. No other process works in it as long as this lives.
-pub(super) struct Work {
-    pub(super) folder: PathBuf,
+pub(crate) struct Work {
+    pub(crate) folder: PathBuf,
     /// The most points of a chunk: that of the run which began the work.
-    pub(super) most: u64,
+    pub(crate) most: u64,
     /// What the user should know.
-    pub(super) warning: Option<String>,
+    pub(crate) warning: Option<String>,
     about: About,
     lock: Option<File>,
 }
@@ -22,40 +20,23 @@ pub(super) struct Work {
 /// The file that says what the work is about.
 const ABOUT: &str = "about";
 
-/// What the work depends on: the same files, read in the same way, are worked on further.
-#[derive(Clone, serde::Serialize, serde::Deserialize)]
+/// What the work depends on: the same files, worked on in the same way, are worked on further.
+#[derive(Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 struct About {
     version: String,
     /// Of each file its name, length, and when it was changed.
     inputs: Vec<(PathBuf, u64, u128)>,
-    n_neighbours: usize,
-    radius: Option<f32>,
-    format: Option<String>,
-    /// Parameters of formats that were set.
-    values: String,
-    /// The columns that all points have.
-    header: String,
+    /// What is done to them.
+    what: String,
     most: u64,
-}
-
-impl About {
-    /// Whether the work is the same but for the size of its parts.
-    fn continues(&self, other: &Self) -> bool {
-        let all = |about: &Self| {
-            let Self { version, inputs, n_neighbours, radius, format, values, header, most: _ } =
-                about.clone();
-            (version, inputs, n_neighbours, radius.map(f32::to_bits), format, values, header)
-        };
-        all(self) == all(other)
-    }
 }
 
 impl Work {
     /// Finds the folder beside the output; what is there of other work goes. Nothing is made yet.
-    pub(super) fn find(
+    pub(crate) fn find(
         output: &Path,
-        (inputs, header): (&[PathBuf], &CloudHeader),
-        options: &IndexOptions<'_>,
+        inputs: &[&Path],
+        what: String,
         most: u64,
     ) -> Result<Self, PyramidError> {
         let target = files::replaceable(output).map_err(PyramidError::io(output))?;
@@ -65,11 +46,7 @@ impl Work {
         let about = About {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             inputs: inputs.iter().map(|input| identity(input)).collect::<Result<_, _>>()?,
-            n_neighbours: options.read.n_neighbours,
-            radius: options.read.radius,
-            format: options.read.format.map(str::to_owned),
-            values: format!("{:?}", options.read.values),
-            header: format!("{header:?}"),
+            what,
             most,
         };
         let mut work = Self { folder, most, warning: None, about, lock: None };
@@ -88,13 +65,14 @@ impl Work {
             return Ok(work);
         };
         work.lock()?;
-        if known.continues(&work.about) {
+        // The size of parts may differ: they go on as they were begun.
+        if known == (About { most: known.most, ..work.about.clone() }) {
             work.most = known.most;
             return Ok(work);
         }
         work.warning = Some(format!(
             "the work so far in {} is of other files, or of files that have changed, or they are \
-             read with other options: it was begun anew",
+             worked on in another way: it was begun anew",
             work.folder.display()
         ));
         work.clear()?;
@@ -102,14 +80,14 @@ impl Work {
     }
 
     /// Makes the folder, where it is not there.
-    pub(super) fn begin(&mut self) -> Result<(), PyramidError> {
+    pub(crate) fn begin(&mut self) -> Result<(), PyramidError> {
         std::fs::create_dir_all(&self.folder).map_err(PyramidError::io(&self.folder))?;
         self.lock()?;
         self.keep(ABOUT, &self.about)
     }
 
     /// Removes what is in the folder, but the lock.
-    pub(super) fn clear(&self) -> Result<(), PyramidError> {
+    pub(crate) fn clear(&self) -> Result<(), PyramidError> {
         let failed = PyramidError::io(&self.folder);
         for entry in std::fs::read_dir(&self.folder).map_err(&failed)? {
             let path = entry.map_err(&failed)?.path();
@@ -146,13 +124,13 @@ impl Work {
     }
 
     /// Something that was kept.
-    pub(super) fn known<T: serde::de::DeserializeOwned>(&self, name: &str) -> Option<T> {
+    pub(crate) fn known<T: serde::de::DeserializeOwned>(&self, name: &str) -> Option<T> {
         let text = std::fs::read(self.folder.join(name).with_extension("json")).ok()?;
         serde_json::from_slice(&text).ok()
     }
 
     /// Keeps something.
-    pub(super) fn keep<T: serde::Serialize>(
+    pub(crate) fn keep<T: serde::Serialize>(
         &self,
         name: &str,
         value: &T,
@@ -164,7 +142,7 @@ impl Work {
     }
 
     /// The work is done.
-    pub(super) fn remove(self) {
+    pub(crate) fn remove(self) {
         // What cannot be removed does no harm: the next index of this name does it.
         drop(std::fs::remove_dir_all(&self.folder));
     }

@@ -31,6 +31,11 @@ pub const PLANARITY: &str = "planarity";
 /// normal, which lights them. Not read where there are tangents. ABI 3.8.
 pub const ROUND: &str = "round";
 
+/// Which surfels are only around the part of a cloud that a tool is given, for it to look at: one `u8`, 0 for the part
+/// itself. What the tool makes of the others is dropped. There where a cloud is worked on part by part, by the tool's
+/// [`Scope`](crate::Scope).
+pub const CONTEXT: &str = "context";
+
 /// Linear normal field of an elliptical surfel: four `f32`, x, y, α and β.
 ///
 /// The normal at (u, v), in units of the half axes, has the direction of
@@ -283,6 +288,15 @@ impl<'a> CloudView<'a> {
     /// The three-component `f32` column as vectors, surfel by surfel; empty where absent.
     pub fn vectors(&self, name: &str) -> impl ExactSizeIterator<Item = Vec3> + 'a {
         self.floats(name, 3).unwrap_or_default().chunks_exact(3).map(Vec3::from_slice)
+    }
+
+    /// Whether a surfel is only around the part of the cloud that a tool works on: see [`CONTEXT`].
+    #[must_use]
+    pub fn is_context(&self, index: usize) -> bool {
+        match self.column(CONTEXT).map(|column| column.values) {
+            Some(Values::U8(values)) => values.get(index).is_some_and(|&value| value != 0),
+            _ => false,
+        }
     }
 
     /// The albedo of each surfel as the host's surface buffer has it: linear Rec. 709, at least 0; 8- and

@@ -82,7 +82,7 @@ pub use scene::phong::Phong;
 pub use scene::{Scene, SurfaceSettings};
 pub use tool::{Edit, Tile, Traced};
 pub use uniform::Uniform;
-pub use unit::{Limit, LimitInfo, Renderer, Tool, Tracer};
+pub use unit::{Limit, LimitInfo, Renderer, Scope, Tool, Tracer};
 pub use unit_info::{UnitInfo, UnitKind};
 
 /// Everything a plugin usually needs.
@@ -94,7 +94,7 @@ pub mod prelude {
     pub use crate::params::FilePath;
     pub use crate::{
         AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, LimitInfo,
-        Projection, Renderer, Result, Tile, Tool, Traced, Tracer, Uniform, UnitInfo, choices,
-        export_plugin, params,
+        Projection, Renderer, Result, Scope, Tile, Tool, Traced, Tracer, Uniform, UnitInfo,
+        choices, export_plugin, params,
     };
 }

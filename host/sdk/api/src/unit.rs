@@ -51,6 +51,24 @@ pub struct Limit {
     pub at_most: Option<f32>,
 }
 
+/// How much of a cloud a tool has to see to tell what becomes of a surfel.
+///
+/// By it a host runs the tool over a cloud that does not fit into memory, part by part: each part comes with what is
+/// around it, which the column [`CONTEXT`](crate::columns::CONTEXT) tells from the part. Came while ABI 3.8 was current.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scope {
+    /// All of it: it runs over clouds in memory alone.
+    #[default]
+    Cloud,
+    /// The surfel alone.
+    Surfel,
+    /// The surfels around it, to about 18 times their spacing.
+    Neighbours,
+    /// These, and all others coarsely: merged surfels stand for those farther away.
+    Scene,
+}
+
 /// A renderer: describes the whole frame as a graph the host runs.
 pub trait Renderer: Send + Sized + 'static {
     /// How the renderer is called.
@@ -116,6 +134,9 @@ pub trait Tool: Send + Sized + 'static {
     type Params: ParamSet;
     /// What it cannot do: cases of `surfelshop check`, and why; see [`LimitInfo`].
     const LIMITS: &'static [LimitInfo] = &[];
+
+    /// How much of a cloud it has to see to tell what becomes of a surfel.
+    const SCOPE: Scope = Scope::Cloud;
 
     /// Makes an instance; one per run.
     ///

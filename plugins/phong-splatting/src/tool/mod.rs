@@ -53,6 +53,9 @@
 //! tolerance. Drawn from both sides, backs are seen there as a line, and renderers that widen thin splats
 //! to a pixel show more of it.
 //!
+//! Over a pyramid the tolerance is a share of the largest extent of the whole; where two parts meet, splats of both
+//! overlap.
+//!
 //! Columns other than `color` and `ao` are left behind, `material` among them. Flat open parts become few
 //! large ellipses, whose arcs reach beyond straight borders.
 //!
@@ -95,6 +98,7 @@ use context::GrowthContext;
 use graph::Graph;
 use output::Columns;
 use samples::Samples;
+use surfelshop_api::columns::CONTEXT;
 use surfelshop_api::prelude::*;
 
 params! {
@@ -127,6 +131,7 @@ impl Tool for Splats {
         "Stands few ellipses with linear normal fields in for many samples.",
     );
     type Params = Settings;
+    const SCOPE: Scope = Scope::Neighbours;
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)
@@ -152,7 +157,12 @@ impl Tool for Splats {
         let n_turned = graph::turn(&mut samples, 0.15..0.17, job)?;
         let n_split = edge_samples::split(&mut samples, alike, 0.17..0.19, job)?;
         let graph = Graph::of(&samples, alike, 0.19..0.21, job)?;
-        let tolerance = share * samples.diagonal;
+        // A part of a cloud has the tolerance of the whole, of which it knows the largest extent.
+        let diagonal = match cloud.column(CONTEXT) {
+            Some(_) => cloud.object.size / samples.unit,
+            None => samples.diagonal,
+        };
+        let tolerance = share * diagonal;
         // A little less, so that what is rounded to single precision stays within it.
         let rounded = (tolerance - samples.grain).max(0.5 * tolerance) * (1.0 - 1e-6);
         let colors = (settings.color_tolerance < 1.0)

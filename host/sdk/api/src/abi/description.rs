@@ -1,7 +1,7 @@
 //! What a unit says of itself once it is loaded.
 
 use crate::params::{ParamDecl, ParamKind, Value};
-use crate::unit::Limit;
+use crate::unit::{Limit, Scope};
 use serde::{Deserialize, Serialize};
 
 /// Most parameters of a unit; a panel of so many is of no use to anybody.
@@ -15,6 +15,8 @@ pub struct Description {
     pub params: Vec<ParamDecl>,
     /// What it cannot do. ABI 3.2.
     pub limits: Vec<Limit>,
+    /// Of a tool: how much of a cloud it has to see.
+    pub scope: Scope,
 }
 
 impl Description {
@@ -76,7 +78,7 @@ mod tests {
     #[test]
     fn what_no_panel_could_show_is_refused_by_the_parameters_name() {
         let good = ParamDecl::new("gain", &1.0f32, "Gain.").range(0.0..=4.0);
-        let of = |params: Vec<ParamDecl>| Description { params, limits: Vec::new() }.check();
+        let of = |params: Vec<ParamDecl>| Description { params, ..Description::default() }.check();
         assert_eq!(of(vec![good.clone()]), Ok(()));
         let bad = |change: &dyn Fn(&mut ParamDecl), words: &str| {
             let mut declared = good.clone();

@@ -25,7 +25,8 @@ use std::sync::Once;
 
 /// A description with limits as a unit's type states them.
 fn description(params: Vec<ParamDecl>, limits: &[LimitInfo]) -> Description {
-    Description { params, limits: limits.iter().map(Limit::from).collect() }
+    let limits = limits.iter().map(Limit::from).collect();
+    Description { params, limits, ..Description::default() }
 }
 
 /// One exported unit: how to describe and make it.
@@ -165,7 +166,10 @@ impl Unit {
         Self {
             kind: UnitKind::Tool,
             info: T::INFO,
-            describe: || description(T::Params::declare(), T::LIMITS),
+            describe: || Description {
+                scope: T::SCOPE,
+                ..description(T::Params::declare(), T::LIMITS)
+            },
             create: |host| Ok(Box::new(ToolInstance(T::new(host)?))),
         }
     }
