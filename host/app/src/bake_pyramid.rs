@@ -82,7 +82,8 @@ fn over(
 ) -> anyhow::Result<Baked> {
     let (started, cpu) = (Instant::now(), cpu_time());
     let pyramid = Pyramid::open(source)?;
-    let typed = step.values.iter().map(|(id, value)| format!(" {id}={}", plain(value)));
+    let text = |value: Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let typed = step.values.iter().map(|(id, value)| format!(" {id}={}", text(plain(value))));
     let what = format!(
         "{} {}{}",
         step.reference.id,

@@ -25,6 +25,7 @@
 //! ```
 
 use crate::surfels::{count, finite, positions, progress_of};
+use surfelshop_api::columns::CONTEXT;
 use surfelshop_api::prelude::*;
 use surfelshop_geometry::Neighbours;
 use surfelshop_geometry::outliers::{
@@ -114,7 +115,8 @@ impl Tool for Outliers {
             }
         };
         let n_gone = kept.len() - count(&kept);
-        if n_gone == kept.len() {
+        // A part of a cloud may be all outliers.
+        if n_gone == kept.len() && cloud.column(CONTEXT).is_none() {
             return Err(Error::new(format!(
                 "expected surfels to stay, found all {n_gone} to be outliers ({rule}); ask for \
                  more `deviations` or fewer `companions`"

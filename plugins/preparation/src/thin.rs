@@ -80,11 +80,15 @@ impl Tool for Thin {
         UnitInfo::new("thin", "Thin out", "Keeps fewer surfels, evenly, and enlarges them.");
     type Params = Settings;
     const SCOPE: Scope = Scope::Neighbours;
-    const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
-        "reordered",
-        "which of several neighbours stays depends on their order in the file",
-    )
-    .at_most(0.5)];
+    const LIMITS: &'static [LimitInfo] = &[
+        LimitInfo::new(
+            "reordered",
+            "which of several neighbours stays depends on their order in the file",
+        )
+        .at_most(0.5),
+        LimitInfo::new("parts", "which of several neighbours stays depends on their order")
+            .at_most(0.5),
+    ];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -14,6 +14,7 @@ mod messages;
 mod pictures;
 mod plugins;
 mod program;
+mod pyramid_tools;
 mod pyramids;
 mod readme;
 mod scenes;

@@ -8,10 +8,10 @@ use crate::conformance::{Case, Outcome, Setup};
 use glam::DVec3;
 use std::collections::HashSet;
 use std::time::Duration;
-use surfelshop_api::UnitKind;
-use surfelshop_api::columns::Values as Numbers;
+use surfelshop_api::columns::{CONTEXT, Values as Numbers};
 use surfelshop_api::params::Values;
-use surfelshop_cloud::{Cloud, Column};
+use surfelshop_api::{Scope, UnitKind};
+use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_runtime::boundary::Fault;
 use surfelshop_runtime::plugins::LoadedUnit;
 use surfelshop_runtime::tools::{Ended, Running, ToolOptions};
@@ -31,6 +31,11 @@ const CASES: &[(Case, Criteria)] = &[
         "reordered",
         "each surfel gets what it got in another order of the file, within a thousandth",
         reordered,
+    ),
+    case(
+        "parts",
+        "of a tool with a scope: halves of a ball, with the other half around, get what the whole gets, within a thousandth",
+        parts,
     ),
     case(
         "degenerate",
@@ -290,13 +295,18 @@ fn reordered(bench: &mut Bench<'_>) -> Judged {
         let line = format!("{others} of {most} surfels that are left are others");
         return Err(Failure::new(line).counting(others, most));
     }
+    alike(&here, &there, "in another order")
+}
+
+/// Whether two clouds of the same surfels have the same values, within a thousandth.
+fn alike(here: &Cloud, there: &Cloud, how: &str) -> Judged {
     let mut worst = 0.0f64;
     for column in here.columns() {
         let name = column.name();
         let Some(other) = there.column(name) else {
-            return Err(Failure::new(format!("there is no column `{name}` in another order")));
+            return Err(Failure::new(format!("there is no column `{name}` {how}")));
         };
-        let ((a, step), (b, _)) = (by_place(&here, column), by_place(&there, other));
+        let ((a, step), (b, _)) = (by_place(here, column), by_place(there, other));
         let mut wrong = 0;
         for ((_, a), (_, b)) in a.iter().zip(&b) {
             let off = |(a, b): (&f64, &f64)| {
@@ -316,6 +326,61 @@ fn reordered(bench: &mut Bench<'_>) -> Judged {
         }
     }
     Ok(Said::Measured(format!("values differ by at most {worst:.1e} of themselves")))
+}
+
+/// One half of the ball, by x, with the other half behind it as what is around; of the surfels that the tool leaves
+/// those of the half itself.
+fn half(bench: &Bench<'_>, ball: &Cloud, right: bool) -> Result<Option<Cloud>, Failure> {
+    let own: Vec<bool> = ball.positions().iter().map(|at| (at.x >= 0.0) == right).collect();
+    let is_around = bench.unit.description.scope != Scope::Surfel;
+    let rows = |wanted: bool| (0u32..).zip(&own).filter(move |(_, own)| **own == wanted);
+    let n_own = rows(true).count();
+    let order: Vec<u32> =
+        rows(true).chain(rows(false).filter(|_| is_around)).map(|(row, _)| row).collect();
+    let fault = |line: String| Failure::fault(line);
+    let mut columns = Vec::new();
+    for column in ball.columns() {
+        let values = column.values().gather(column.components() as usize, &order);
+        let values = values.map_err(|error| fault(error.to_string()))?;
+        columns.push(Column::new(column.name(), column.components(), values));
+    }
+    let mut is_context = vec![0; n_own];
+    is_context.resize(order.len(), 1);
+    columns.push(Column::new(CONTEXT, 1, Buffer::U8(is_context)));
+    let cloud = Cloud::new(ball.origin(), columns).map_err(|error| fault(error.to_string()))?;
+    let made = bench.made(&cloud.with_object(ball.object()), 2)?;
+    let Some(Buffer::U8(context)) = made.column(CONTEXT).map(Column::values) else {
+        return Ok(None);
+    };
+    let mask: Vec<bool> = context.iter().map(|&context| context == 0).collect();
+    let kept = made.without_column(CONTEXT).keep(&mask);
+    kept.map(Some).map_err(|error| fault(error.to_string()))
+}
+
+fn parts(bench: &mut Bench<'_>) -> Judged {
+    if bench.unit.description.scope == Scope::Cloud {
+        return Ok(Said::LeftOut("it sees a cloud as a whole".to_owned()));
+    }
+    let (mut surfels, _) = clouds::globe(20, 30);
+    surfels.ao = vec![0.5; surfels.positions.len()];
+    let ball = surfels.cloud();
+    let whole = bench.made(&ball, 2)?;
+    let mut said = None;
+    for right in [false, true] {
+        let Some(made) = half(bench, &ball, right)? else {
+            return Ok(Said::LeftOut("it makes a cloud of its own".to_owned()));
+        };
+        let mask: Vec<bool> = whole.positions().iter().map(|at| (at.x >= 0.0) == right).collect();
+        let expected = whole.keep(&mask).map_err(|error| Failure::fault(error.to_string()))?;
+        let others = strangers(&made, &expected).max(strangers(&expected, &made));
+        if others > 0 || made.len() != expected.len() {
+            let most = made.len().max(expected.len());
+            let line = format!("{others} of {most} surfels that are left are others");
+            return Err(Failure::new(line).counting(others, most));
+        }
+        said = Some(alike(&expected, &made, "where there are parts")?);
+    }
+    Ok(said.unwrap_or_else(|| Said::LeftOut("there are no parts".to_owned())))
 }
 
 /// Runs over clouds; values must be finite where those of the cloud are.

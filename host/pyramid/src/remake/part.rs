@@ -30,7 +30,7 @@ pub(super) fn cell(level: u32) -> Cell {
 /// What a node becomes before it is known whether it is one of its own.
 enum Beneath {
     Leaf(Cell, Cloud),
-    Node(Node),
+    Node(Box<Node>),
 }
 
 fn fault(error: CloudError) -> PyramidError {
@@ -165,7 +165,7 @@ impl Part<'_> {
         }
         let nodes = children.into_iter().map(|child| stored(child, file));
         let nodes = nodes.collect::<Result<Vec<_>, _>>()?;
-        Ok(Some(Beneath::Node(joined(cell, nodes, file)?)))
+        Ok(Some(Beneath::Node(Box::new(joined(cell, nodes, file)?))))
     }
 
     /// Nodes of other surfels.
@@ -182,7 +182,7 @@ impl Part<'_> {
 /// Puts a leaf into the file.
 fn stored(beneath: Beneath, file: &mut NodeFile) -> Result<Node, PyramidError> {
     match beneath {
-        Beneath::Node(node) => Ok(node),
+        Beneath::Node(node) => Ok(*node),
         Beneath::Leaf(cell, cloud) => file.put(cell, cloud, Coarse::default(), Vec::new()),
     }
 }

@@ -1,0 +1,237 @@
+//! Tools over pyramids through the program, beside the same tools in memory. Costs 14 s.
+
+use crate::cli::program::TestFolder;
+use std::collections::HashMap;
+use std::process::Stdio;
+use std::time::Duration;
+use surfelshop_cloud::{Buffer, Cloud, Column, ReadOptions, WriteOptions};
+use surfelshop_pyramid::Pyramid;
+use surfelshop_tests::clouds;
+
+/// Surfels in a file, and a pyramid of several parts that is made of it.
+fn put(desk: &TestFolder, n: usize) {
+    let cloud = clouds::wavy_sphere(n);
+    surfelshop_cloud::write(desk.at("a.ply"), &cloud, &WriteOptions::default()).unwrap();
+    desk.run("index a.ply -o a.surfels --memory 64MB").done();
+}
+
+fn leaves(desk: &TestFolder, name: &str) -> Vec<Cloud> {
+    let pyramid = Pyramid::open(&desk.at(name)).unwrap();
+    let leaves = (0..).zip(pyramid.nodes()).filter(|(_, node)| node.is_leaf());
+    leaves.map(|(number, _)| pyramid.read(number).unwrap()).collect()
+}
+
+fn read(desk: &TestFolder, name: &str) -> Cloud {
+    surfelshop_cloud::read(desk.at(name), &ReadOptions::default()).unwrap().cloud
+}
+
+type Place = [u32; 3];
+
+fn place(cloud: &Cloud, i: usize) -> Place {
+    cloud.world_position(i).unwrap().as_vec3().to_array().map(f32::to_bits)
+}
+
+/// A number of each surfel of a file by its place.
+fn numbers(cloud: &Cloud, name: &str) -> HashMap<Place, f64> {
+    let values = cloud.column(name).unwrap().values();
+    (0..cloud.len()).map(|i| (place(cloud, i), values.get_f64(i).unwrap())).collect()
+}
+
+#[test]
+fn ambient_occlusion_of_parts_is_that_of_the_whole() {
+    let desk = TestFolder::new();
+    // A ball with a deep dent.
+    let ball = clouds::wavy_sphere(150_000);
+    let dented = |p: &glam::Vec3| *p * (1.0 - 0.8 * (-6.0 * p.distance(glam::Vec3::Y)).exp());
+    let places = ball.positions().iter().flat_map(|p| dented(p).to_array()).collect();
+    let bare = vec![Column::new("position", 3, Buffer::F32(places))];
+    let bare = Cloud::new(ball.origin(), bare).unwrap();
+    surfelshop_cloud::write(desk.at("bare.ply"), &bare, &WriteOptions::default()).unwrap();
+    desk.run("convert bare.ply a.ply --estimate").done();
+    desk.run("index a.ply -o a.surfels --memory 64MB").done();
+    let object =
+        desk.run("bake a.surfels -t ambient-occlusion -o ao.surfels --memory 64MB --json").json();
+    assert!(object["steps"][0]["parts"].as_u64().unwrap() > 2, "{object}");
+    assert_eq!(object["steps"][0]["columns"][0], "ao");
+    desk.run("bake a.ply -t ambient-occlusion -o ao.ply").done();
+    let known = numbers(&read(&desk, "ao.ply"), "ao");
+    let (mut squares, mut worst, mut n) = (0.0, 0f64, 0);
+    let (mut darkest, mut sum) = (1f64, 0.0);
+    for leaf in leaves(&desk, "ao.surfels") {
+        for (i, &ao) in leaf.floats("ao", 1).iter().enumerate() {
+            let expected = known[&place(&leaf, i)];
+            let off = f64::from(ao) - expected;
+            (squares, worst, n) = (squares + off * off, worst.max(off.abs()), n + 1);
+            (darkest, sum) = (darkest.min(expected), sum + expected);
+        }
+    }
+    assert_eq!(n, 150_000);
+    // Otherwise anything would do.
+    assert!(darkest < 0.8 && sum / f64::from(n) < 0.99, "{darkest}, {}", sum / f64::from(n));
+    let rms = (squares / f64::from(n)).sqrt();
+    // Far less than the 0.005 to 0.01 by which the method is off.
+    assert!(rms < 0.002 && worst < 0.05, "{rms}, at worst {worst}");
+}
+
+#[test]
+fn tools_of_a_surfel_and_of_its_neighbours_do_what_they_do_in_memory() {
+    let desk = TestFolder::new();
+    put(&desk, 120_000);
+    // One after the other, and nothing is left of what was between them.
+    desk.run_with(&[
+        "bake",
+        "a.surfels",
+        "-t",
+        "normals",
+        "-t",
+        "radii",
+        "-o",
+        "b.surfels",
+        "--memory",
+        "64MB",
+        "--set",
+        "normals:orientation=keep",
+        "--set",
+        "radii:factor=1.5",
+    ])
+    .done();
+    assert!(!desk.files().iter().any(|name| name.contains("step") || name.contains("index")));
+    desk.run_with(&[
+        "bake",
+        "a.ply",
+        "-t",
+        "normals",
+        "-t",
+        "radii",
+        "-o",
+        "b.ply",
+        "--set",
+        "normals:orientation=keep",
+        "--set",
+        "radii:factor=1.5",
+    ])
+    .done();
+    let whole = read(&desk, "b.ply");
+    let by_place: HashMap<Place, usize> = (0..whole.len()).map(|i| (place(&whole, i), i)).collect();
+    let (mut n, mut n_off) = (0, 0);
+    for leaf in leaves(&desk, "b.surfels") {
+        for i in 0..leaf.len() {
+            let known = by_place[&place(&leaf, i)];
+            let is_off = leaf.normals()[i].dot(whole.normals()[known]) < 0.999
+                || (leaf.radii()[i] / whole.radii()[known] - 1.0).abs() > 0.05;
+            (n, n_off) = (n + 1, n_off + usize::from(is_off));
+        }
+    }
+    assert_eq!(n, 120_000);
+    assert!(n_off < 30, "{n_off} differ");
+    let told = desk.run("info b.surfels").done().stdout;
+    assert!(told.contains("orientation=keep") && told.contains("factor=1.5"), "{told}");
+
+    // Which have companions follows from what is around alone.
+    let outliers = "-t outliers --set method=radius --set radius=0.012 --set companions=4";
+    desk.run(&format!("bake a.surfels {outliers} -o c.surfels --memory 64MB")).done();
+    desk.run(&format!("bake a.ply {outliers} -o c.ply")).done();
+    let mut kept: Vec<Place> = leaves(&desk, "c.surfels")
+        .iter()
+        .flat_map(|leaf| (0..leaf.len()).map(|i| place(leaf, i)).collect::<Vec<_>>())
+        .collect();
+    let whole = read(&desk, "c.ply");
+    let mut expected: Vec<Place> = (0..whole.len()).map(|i| place(&whole, i)).collect();
+    (kept.sort_unstable(), expected.sort_unstable());
+    assert!(kept == expected, "{} and {} of 120000", kept.len(), expected.len());
+    assert!((1_000..119_000).contains(&kept.len()), "{}", kept.len());
+}
+
+#[test]
+fn textures_go_on_across_parts_and_splats_stand_for_all() {
+    let desk = TestFolder::new();
+    put(&desk, 120_000);
+    desk.run("bake a.surfels -t procedural -o p.surfels --memory 64MB").done();
+    desk.run("bake a.ply -t procedural -o p.ply").done();
+    let whole = read(&desk, "p.ply");
+    let colors: HashMap<Place, [f32; 3]> = whole
+        .linear_colors()
+        .unwrap()
+        .into_iter()
+        .enumerate()
+        .map(|(i, c)| (place(&whole, i), c))
+        .collect();
+    let mut off = 0f32;
+    for leaf in leaves(&desk, "p.surfels") {
+        for (i, color) in leaf.linear_colors().unwrap().into_iter().enumerate() {
+            let known = colors[&place(&leaf, i)];
+            off = (0..3).map(|c| (color[c] - known[c]).abs()).fold(off, f32::max);
+        }
+    }
+    // PLY rounds floats to nothing; what differs is where positions are from.
+    assert!(off < 0.02, "{off}");
+
+    // Of a part the tolerance is a share of the largest extent, of a cube's diagonal by the root of three less.
+    let splats = "bake a.surfels -t splats --set tolerance=8.66e-4";
+    let made = desk.run(&format!("{splats} -o s.surfels --memory 64MB --json")).json();
+    let n_parts = made["surfels"].as_u64().unwrap();
+    let n_whole =
+        desk.run("bake a.ply -t splats -o s.ply --json").json()["surfels"].as_u64().unwrap();
+    assert!(n_parts < 120_000 / 4, "{n_parts} splats");
+    let more = n_parts as f64 / n_whole as f64;
+    assert!((0.9..1.4).contains(&more), "{n_parts} in parts, {n_whole} as a whole");
+    let ellipses = leaves(&desk, "s.surfels");
+    assert!(ellipses.iter().all(|leaf| leaf.column("tangent_u").is_some()));
+}
+
+#[test]
+fn a_bake_that_is_killed_goes_on_to_the_same_bytes() {
+    let desk = TestFolder::new();
+    put(&desk, 200_000);
+    let bake = "bake a.surfels -t normals --memory 64MB -o";
+    desk.run(&format!("{bake} whole.surfels")).done();
+    let mut n_killed = 0;
+    for milliseconds in [150, 400, 800] {
+        let mut child = desk.command();
+        child.args(bake.split(' ')).arg("parts.surfels");
+        let mut child = child.stdout(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(Duration::from_millis(milliseconds));
+        if child.try_wait().unwrap().is_none() {
+            child.kill().unwrap();
+            n_killed += 1;
+        }
+        child.wait().unwrap();
+        if desk.at("parts.surfels").exists() {
+            break;
+        }
+    }
+    assert!(n_killed >= 1, "too quick to be killed");
+    desk.run(&format!("{bake} parts.surfels")).done();
+    let bytes = |name: &str| std::fs::read(desk.at(name)).unwrap();
+    assert!(bytes("whole.surfels") == bytes("parts.surfels"));
+    assert!(!desk.files().iter().any(|name| name.contains(".index")));
+    // In its own place.
+    desk.run("bake a.surfels -t normals -o a.surfels --memory 64MB").done();
+    let n: usize = leaves(&desk, "a.surfels").iter().map(Cloud::len).sum();
+    assert_eq!(n, 200_000);
+}
+
+#[test]
+fn what_tools_cannot_do_to_pyramids_is_one_line() {
+    let desk = TestFolder::new();
+    put(&desk, 70_000);
+    desk.run("bake a.surfels -t normals -o b.ply").failed(&["b.ply", ".surfels"]);
+    desk.run("bake a.surfels -t sample -o b.surfels").failed(&["sample", "whole", "index"]);
+    desk.run("bake a.surfels -t thin --set count=1000 -o b.surfels").failed(&[
+        "a.surfels",
+        "spacing",
+        "count",
+    ]);
+    desk.run("bake a.surfels -t outliers --set method=radius --set radius=0.00001 -o b.surfels")
+        .failed(&["a.surfels", "none left"]);
+    assert!(!desk.at("b.surfels").exists());
+    desk.run("bake a.surfels -t thin --set spacing=0.05 -o few.surfels").done();
+    let thinned = leaves(&desk, "few.surfels");
+    let n: usize = thinned.iter().map(Cloud::len).sum();
+    assert!((1_000..20_000).contains(&n), "{n}");
+    assert_eq!(thinned.len(), 1, "few enough for one leaf");
+    let Some(Buffer::F32(radii)) = thinned[0].column("radius").map(|c| c.values()) else {
+        panic!()
+    };
+    assert!(radii.iter().all(|&radius| radius > 0.02), "they cover the surface");
+}
