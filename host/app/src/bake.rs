@@ -178,7 +178,7 @@ fn bake(
         surfelshop_cloud::read(file, &formats.reading(&tell))
     };
     let transform = source.transform;
-    let mut clouds = Clouds::read_with(&[source], read)?;
+    let mut clouds = Clouds::read_with(&[source], None, read)?;
     pyramids::refuse(&clouds, "bake of a scene")?;
     let loaded = clouds.loaded.pop();
     let mut loaded = loaded.ok_or_else(|| anyhow!("no cloud was read"))?;

@@ -46,7 +46,9 @@ fn main() -> ExitCode {
     }
     // Plugins of formats are asked which axis points up, where files need one and nobody said it.
     let command = cli.command.map(upright);
-    pyramids::use_memory(memory_of(command.as_ref(), &cli.viewer));
+    let (memory, in_place) = pyramids_of(command.as_ref(), &cli.viewer);
+    pyramids::use_memory(memory);
+    pyramids::use_in_place(in_place);
     let done = match command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
@@ -69,16 +71,17 @@ fn main() -> ExitCode {
     }
 }
 
-/// The memory that was typed for pyramids.
-fn memory_of(command: Option<&Command>, viewer: &ViewerArguments) -> Option<u64> {
-    match command {
-        Some(Command::Render(given)) => given.picture.memory,
-        Some(Command::Compare(given)) => given.picture.memory,
-        Some(Command::Report(given)) => given.picture.memory,
-        Some(Command::Explain(given)) => given.picture.memory,
-        Some(_) => None,
-        None => viewer.memory,
-    }
+/// The memory that was typed for pyramids, and whether files are read in place.
+fn pyramids_of(command: Option<&Command>, viewer: &ViewerArguments) -> (Option<u64>, bool) {
+    let picture = match command {
+        Some(Command::Render(given)) => &given.picture,
+        Some(Command::Compare(given)) => &given.picture,
+        Some(Command::Report(given)) => &given.picture,
+        Some(Command::Explain(given)) => &given.picture,
+        Some(_) => return (None, false),
+        None => return (viewer.memory, viewer.in_place),
+    };
+    (picture.memory, picture.in_place)
 }
 
 /// The command with the axis that its files have upwards, where none was typed.

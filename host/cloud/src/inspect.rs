@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use surfelshop_api::columns::{POSITION, Values};
-use surfelshop_api::format::{CloudHeader, CloudSinkHost, check_batch};
+use surfelshop_api::format::{CloudHeader, CloudSinkHost, PointNode, check_batch};
 use surfelshop_geometry::{Bounds, Progress};
 
 /// One cloud of a file.
@@ -55,7 +55,7 @@ pub fn inspect(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Cont
     let started = Instant::now();
     let look = || -> Result<Contents, ReadFault> {
         let heads = LentTable::new(TableSink::of_heads());
-        send(path, options, None, &heads.shared(), options.progress)?;
+        send(path, options, (None, None), &heads.shared(), options.progress)?;
         let heads = heads.take();
         let says_all = |header: &CloudHeader| header.rows.is_some() && header.bounds.is_some();
         let mut contents = Contents { warnings: heads.warnings().to_vec(), ..Contents::default() };
@@ -66,7 +66,7 @@ pub fn inspect(path: impl AsRef<Path>, options: &ReadOptions<'_>) -> Result<Cont
         let counted = Arc::new(Mutex::new(BoundsSink::default()));
         let sink: SharedSink = Arc::new(Mutex::new(SharedBounds(Arc::clone(&counted))));
         let columns = [POSITION.to_owned()];
-        send(path, options, Some(&columns), &sink, options.progress)?;
+        send(path, options, (Some(&columns), None), &sink, options.progress)?;
         let counted = std::mem::take(&mut *locked(&counted));
         contents.points_read = true;
         contents
@@ -92,9 +92,18 @@ pub fn heads(
     path: impl AsRef<Path>,
     options: &ReadOptions<'_>,
 ) -> Result<Vec<CloudHeader>, ReadError> {
-    let path = path.as_ref();
+    heads_of(path.as_ref(), options, None)
+}
+
+/// The same, with the octree that the points lie in where `nodes` is a list.
+pub(crate) fn heads_of(
+    path: &Path,
+    options: &ReadOptions<'_>,
+    nodes: Option<&[PointNode]>,
+) -> Result<Vec<CloudHeader>, ReadError> {
     let heads = LentTable::new(TableSink::of_heads());
-    stream(path, options, None, &heads.shared())?;
+    send(path, options, (None, nodes), &heads.shared(), options.progress)
+        .map_err(|fault| ReadError { path: path.to_owned(), fault })?;
     let headers: Vec<CloudHeader> = heads.take().headers().cloned().collect();
     match headers.is_empty() {
         true => Err(ReadError { path: path.to_owned(), fault: ReadFault::NoClouds }),
@@ -113,21 +122,21 @@ pub fn stream(
     sink: &SharedSink,
 ) -> Result<(), ReadError> {
     let path = path.as_ref();
-    send(path, options, columns, sink, options.progress)
+    send(path, options, (columns, None), sink, options.progress)
         .map_err(|fault| ReadError { path: path.to_owned(), fault })
 }
 
-fn send(
+pub(crate) fn send(
     path: &Path,
     options: &ReadOptions<'_>,
-    columns: Option<&[String]>,
+    (columns, nodes): (Option<&[String]>, Option<&[PointNode]>),
     sink: &SharedSink,
     progress: Progress<'_>,
 ) -> Result<(), ReadFault> {
     let file = open(path, options)?;
     let table = match file {
         SourceFile::Plugin { id, file, name } => {
-            let call = FormatCall { name: &name, values: options.values, columns };
+            let call = FormatCall { name: &name, values: options.values, columns, nodes };
             return options.formats.read(&id, file, call, Arc::clone(sink), progress);
         }
         SourceFile::Ply(file) => {

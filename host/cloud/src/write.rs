@@ -38,7 +38,7 @@ pub fn write(
     };
     let formats = options.formats;
     let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let call = FormatCall { name: &name, values: options.values, columns: None };
+    let call = FormatCall { name: &name, values: options.values, ..FormatCall::default() };
     let clouds = Box::new(CloudBatches::new(cloud, formats.takes_several(&id)));
     let write = |file| {
         formats.write(&id, clouds, file, call, options.progress).map_err(|fault| match fault {

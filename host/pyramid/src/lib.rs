@@ -12,6 +12,7 @@
 mod codec;
 mod cut;
 mod error;
+mod in_place;
 mod index;
 mod layout;
 mod nodes;
@@ -22,6 +23,7 @@ mod tests;
 
 pub use cut::{Cut, CutView};
 pub use error::PyramidError;
+pub use in_place::NodeReader;
 pub use index::{IndexOptions, IndexSummary, index};
 pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid, is_pyramid_file};
 pub use nodes::{Nodes, NodesInMemory, Prepare};

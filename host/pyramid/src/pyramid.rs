@@ -2,18 +2,28 @@
 
 use crate::codec;
 use crate::error::PyramidError;
+use crate::in_place::{NodeReader, PointFile};
 use crate::layout::{self, Directory, HEADER, Header, NodeRecord, damaged};
 use glam::DVec3;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use surfelshop_api::ObjectFrame;
 use surfelshop_api::columns::{Element, POSITION};
 use surfelshop_api::format::{FileColumn, FileHost as _};
 use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, Source, SystemFile, files, memory};
 
+/// Where the surfels of nodes come from.
+enum Store {
+    /// A pyramid's file.
+    File(SystemFile),
+    /// A file of points in an octree, which is read in place.
+    Points(Box<PointFile>),
+}
+
 /// An open pyramid: its directory and its nodes' records in memory, their surfels in the file.
 pub struct Pyramid {
     path: PathBuf,
-    file: SystemFile,
+    store: Store,
     directory: Directory,
     nodes: Vec<NodeRecord>,
     source: Source,
@@ -37,13 +47,35 @@ impl Pyramid {
         let table = read(&file, path, (offset, length, crc), "its table of nodes")?;
         let nodes =
             layout::nodes(&table, header.n_nodes, n_columns, file.length()).map_err(fault)?;
+        Ok(Self::of(path, Store::File(file), directory, nodes))
+    }
+
+    /// Opens a file whose points lie in an octree, such as COPC, as a pyramid: nodes are read from it, and what they
+    /// lack is estimated, each by itself. Nothing where the file has no octree.
+    ///
+    /// # Errors
+    /// One line that names the file, what was expected and what was found.
+    pub fn in_place(path: &Path, read: Arc<dyn NodeReader>) -> Result<Option<Self>, PyramidError> {
+        let Some((points, directory, nodes)) = PointFile::open(path, read)? else {
+            return Ok(None);
+        };
+        Ok(Some(Self::of(path, Store::Points(Box::new(points)), directory, nodes)))
+    }
+
+    fn of(path: &Path, store: Store, directory: Directory, nodes: Vec<NodeRecord>) -> Self {
         let source = directory.source.of_cloud();
         let mut parents = vec![0; nodes.len()];
         for (number, node) in (0..).zip(&nodes) {
             let [first, count] = node.children;
             parents[first as usize..(first + count) as usize].fill(number);
         }
-        Ok(Self { path: path.to_owned(), file, directory, nodes, source, parents })
+        Self { path: path.to_owned(), store, directory, nodes, source, parents }
+    }
+
+    /// Whether it is a file of points that is read in place.
+    #[must_use]
+    pub fn is_in_place(&self) -> bool {
+        matches!(self.store, Store::Points(_))
     }
 
     /// The nodes above a node, up to the root.
@@ -96,6 +128,10 @@ impl Pyramid {
         let Some(record) = self.nodes.get(node as usize) else {
             return Err(fault(format!("expected a node below {}, found {node}", self.nodes.len())));
         };
+        let file = match &self.store {
+            Store::File(file) => file,
+            Store::Points(points) => return points.read(&self.path, node),
+        };
         let mut columns = Vec::with_capacity(record.columns.len());
         for (column, stored) in self.directory.columns.iter().zip(&record.columns) {
             if stored.length == 0 {
@@ -104,7 +140,7 @@ impl Pyramid {
             let name = &column.name;
             let part = (stored.offset, u64::from(stored.length), stored.crc);
             let what = || format!("column `{name}` of node {node}");
-            let bytes = read(&self.file, &self.path, part, &what())?;
+            let bytes = read(file, &self.path, part, &what())?;
             let n_values = record.n_surfels as usize * column.components as usize;
             memory::ask((n_values * column.element.size()) as u64)
                 .map_err(|out| fault(format!("{}: {out}", what())))?;
@@ -153,7 +189,8 @@ impl Pyramid {
     pub fn overview_cloud(&self, at_most: u64) -> Result<Cloud, PyramidError> {
         let clouds = self.overview(at_most).into_iter().map(|node| self.read(node));
         let clouds = clouds.collect::<Result<Vec<_>, _>>()?;
-        let clouds: Vec<&Cloud> = clouds.iter().collect();
+        // Cells that turn out to be empty have no columns either.
+        let clouds: Vec<&Cloud> = clouds.iter().filter(|cloud| !cloud.is_empty()).collect();
         let cloud = together(&clouds, self.origin(), Missing::LeftOut)
             .map_err(|error| PyramidError::file(&self.path, error.to_string()))?;
         Ok(cloud.with_source(self.source.clone()).with_object(self.object()))
@@ -206,9 +243,13 @@ pub(crate) fn together(
                         values.push(x);
                     });
                 }
-                Some(found) => (0..found.values().len()).for_each(|i| {
-                    values.push(found.values().get_f64(i).unwrap_or_default());
-                }),
+                // They are of one type, so what can fail is memory.
+                Some(found) => values.append(&found.values().as_values()).map_err(|error| {
+                    CloudError::Edit {
+                        expected: "memory for several clouds as one".to_owned(),
+                        found: error.to_string(),
+                    }
+                })?,
                 None => {
                     is_whole = false;
                     (0..cloud.len() * n as usize).for_each(|_| {

@@ -399,7 +399,9 @@ typedef struct surfelshop_format_table {
     /**
      * Reads the clouds of a file. `request` is {"values": {...}, "columns": nil or [...]}: the
      * parameters, a map as in a frame's request, and the names of the columns that somebody reads,
-     * all where it is nil: others may be left out of the header.
+     * all where it is nil: others may be left out of the header. Where it has "nodes", a format that
+     * knows an octree in the file puts it into the header as "tree" (host/sdk/api/src/format/tree.rs),
+     * and hands over the points of these nodes alone; others need not look at it.
      */
     int32_t (*read)(void *instance, surfelshop_bytes request, const surfelshop_file *file,
                     const surfelshop_cloud_sink *clouds, const surfelshop_job *job,

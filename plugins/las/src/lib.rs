@@ -6,7 +6,7 @@
 //! | `scale`   | float  | 0       | step of coordinates that are written; 0: the cloud's own, or one that suits |
 //!
 //! Reads LAS 1.0 to 1.5 with all point formats, 0 to 10, and LAZ of all versions. A COPC file is a LAZ file whose
-//! chunks are the nodes of an octree; all its points are read. Writes LAS 1.4 and 1.2, and LAZ where the name of the
+//! chunks are the nodes of an octree; all its points are read, or node by node where the host asks. Writes LAS 1.4 and 1.2, and LAZ where the name of the
 //! file ends in `.laz`.
 //!
 //! Columns: `position` (f64, in the file's coordinates), `intensity`, `return_number`, `n_returns`,
@@ -25,12 +25,12 @@
 //! damaged, the points of the others are read, and a line says how many are missing. Without a table, chunks are
 //! found one after the other. LAZ has no checksums: damage that decodes to points is not noticed.
 //!
-//! Limits: of a COPC file the hierarchy is not used. `GeoTIFF` keys say an EPSG code and a unit; systems that they
+//! Limits: `GeoTIFF` keys say an EPSG code and a unit; systems that they
 //! describe by other keys are unknown. Written files of EPSG codes have `GeoTIFF` keys in LAS 1.4, too, which asks for
 //! WKT.
 //!
 //! Source: ASPRS, "LAS Specification 1.4 - R15", 2019; Isenburg, "`LASzip`: lossless compression of `LiDAR` data",
-//! 2013; the crate `laz`.
+//! 2013; the crate `laz`; Hobu, "COPC Specification 1.0", 2021.
 //!
 //! ```text
 //! surfelshop render tile.laz -r ewa-phong -o tile.png
@@ -40,6 +40,7 @@ mod compressed;
 mod decode;
 mod extra;
 mod header;
+mod hierarchy;
 mod layout;
 mod numbers;
 mod plain;

@@ -3,12 +3,13 @@
 use crate::compressed::{self, Chunks, Compression};
 use crate::extra;
 use crate::header::Header;
+use crate::hierarchy;
 use crate::layout::Layout;
 use crate::plain;
 use crate::points::Points;
 use crate::projection::Projection;
 use crate::records::Records;
-use surfelshop_api::format::{CloudHeader, CloudSink, FileSource, UpAxis};
+use surfelshop_api::format::{CloudHeader, CloudSink, FileSource, PointNode, UpAxis};
 use surfelshop_api::{Job, Result};
 
 /// Reads the cloud of a file.
@@ -36,12 +37,19 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
     let projection = Projection::of(&records);
     warnings.extend(projection.warning.clone());
     let rows = body.rows();
-    let cloud = describe(&header, &records, projection, &layout, rows);
+    let mut cloud = describe(&header, &records, projection, &layout, rows);
+    let wanted = clouds.nodes().map(<[PointNode]>::to_vec);
+    if let (Some(_), Body::Compressed(..), Some(copc)) = (&wanted, &body, &records.copc) {
+        cloud.tree = Some(hierarchy::tree(file, copc, wanted.as_ref().is_none_or(Vec::is_empty))?);
+    }
     for warning in &warnings {
         clouds.warn(warning);
     }
     if !clouds.begin(&cloud)? {
         return Ok(());
+    }
+    if let (Some(nodes), Some(_), Body::Compressed(compression, _)) = (wanted, cloud.tree, &body) {
+        return hierarchy::read(file, compression, &nodes, (&layout, clouds, job));
     }
     let expected = rows.unwrap_or_else(|| body.most());
     let (n_read, fault) = Default::default();
@@ -113,7 +121,7 @@ fn describe(
     let named = named.map(|(what, text)| format!("{what}: {text}"));
     let texts = records.texts.iter().filter(|text| !text.is_empty()).cloned();
     CloudHeader {
-        format: header.describe(records.is_copc && header.is_compressed),
+        format: header.describe(records.copc.is_some() && header.is_compressed),
         rows,
         columns: layout.columns.iter().map(|column| column.file.clone()).collect(),
         bounds: header.bounds,

@@ -17,8 +17,8 @@ const MOST_TEXT: usize = 1 << 18;
 pub(crate) struct Records {
     /// How points are compressed.
     pub(crate) laszip: Option<Vec<u8>>,
-    /// Whether the file says that it is a COPC file.
-    pub(crate) is_copc: bool,
+    /// What a COPC file says of its octree: 160 bytes.
+    pub(crate) copc: Option<Vec<u8>>,
     /// Descriptions of extra bytes, 192 bytes each.
     pub(crate) extra_bytes: Vec<u8>,
     /// The coordinate system as WKT; may be empty.
@@ -120,7 +120,7 @@ impl Records {
         let body = file.bytes_at(at, len)?;
         match kind {
             (_, 22204) => self.laszip = Some(body),
-            ("copc", _) => self.is_copc = true,
+            ("copc", _) => self.copc = Some(body),
             (_, 3) => {
                 let n_bytes = self.texts.iter().map(String::len).sum::<usize>() + body.len();
                 if n_bytes <= MOST_TEXT {

@@ -137,7 +137,7 @@ impl Buffer {
     ///
     /// # Errors
     /// Where there is no memory for them.
-    pub(crate) fn append(&mut self, values: &Values<'_>) -> Result<(), OutOfMemory> {
+    pub fn append(&mut self, values: &Values<'_>) -> Result<(), OutOfMemory> {
         macro_rules! append {
             ($($variant:ident),*) => {
                 match (self, values) {

@@ -7,6 +7,7 @@
 mod check;
 mod collect;
 mod counts;
+mod nodes;
 mod select;
 mod target;
 mod transfer;
@@ -30,6 +31,7 @@ use target::Types;
 use transfer::{TransferSink, transfer};
 
 pub use collect::{Collected, Collection, assembled};
+pub use nodes::{nodes_of, tree_of};
 pub use select::{CropBox, Selection};
 
 /// Why files were not converted.
@@ -209,7 +211,7 @@ fn write_clouds(
         );
     };
     let name = output.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    let call = FormatCall { name: &name, values: options.values, columns: None };
+    let call = FormatCall { name: &name, values: options.values, ..FormatCall::default() };
     let write = |file| {
         options.formats.write(id, Box::new(source), file, call, &silent).map_err(
             |fault| match fault {

@@ -2,7 +2,7 @@
 
 use crate::error::ReadFault;
 use std::sync::{Arc, Mutex};
-use surfelshop_api::format::{CloudSinkHost, CloudSourceHost, FileHost};
+use surfelshop_api::format::{CloudSinkHost, CloudSourceHost, FileHost, PointNode};
 use surfelshop_api::params::Values as Parameters;
 use surfelshop_geometry::Progress;
 
@@ -15,6 +15,8 @@ pub struct FormatCall<'a> {
     pub values: Option<&'a Parameters>,
     /// Columns that are wanted; all where there is no list.
     pub columns: Option<&'a [String]>,
+    /// Of a file whose points lie in an octree the nodes that are wanted; all points where there is no list.
+    pub nodes: Option<&'a [PointNode]>,
 }
 
 /// A sink that a format's thread and its caller share. The caller stops waiting for a format that hangs, and

@@ -91,7 +91,8 @@ impl SourceFile {
             Self::Off(body) => off::read(body, progress),
             Self::Plugin { id, file, name } => {
                 let sink = LentTable::new(TableSink::with_previews(Previews::of(options)));
-                let call = FormatCall { name: &name, values: options.values, columns: None };
+                let call =
+                    FormatCall { name: &name, values: options.values, ..FormatCall::default() };
                 let read = options.formats.read(&id, file, call, sink.shared(), progress);
                 let table = sink.take();
                 // What ran out is said in the words of all reads.

@@ -6,6 +6,7 @@ use glam::DVec3;
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
+use surfelshop_api::abi::format_table::ReadCall;
 use surfelshop_api::columns::{COLOR, ColumnView, Element, NORMAL, POSITION, Values as Numbers};
 use surfelshop_api::format::{
     CloudHeader, CloudSinkHost, CloudSourceHost, Collected, FileColumn, FileHost, INTENSITY,
@@ -210,7 +211,8 @@ impl Bench<'_> {
         let sink = Arc::new(Mutex::new(sink));
         let (name, values) = (self.name(), self.values());
         let shared: Arc<Mutex<dyn CloudSinkHost + Send>> = sink.clone();
-        self.runner.read(self.unit, values, (&name, file), None, shared, &silent)?;
+        let call = ReadCall { values, ..ReadCall::default() };
+        self.runner.read(self.unit, call, (&name, file), shared, &silent)?;
         Ok(sink)
     }
 

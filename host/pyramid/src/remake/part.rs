@@ -29,7 +29,7 @@ pub(super) fn cell(level: u32) -> Cell {
 
 /// What a node becomes before it is known whether it is one of its own.
 enum Beneath {
-    Leaf(Cell, Cloud),
+    Leaf(Cell, Box<Cloud>),
     Node(Box<Node>),
 }
 
@@ -142,7 +142,7 @@ impl Part<'_> {
         let cell = cell(record.level);
         if record.is_leaf() {
             let leaf = leaves.next().filter(|leaf| !leaf.is_empty());
-            return Ok(leaf.map(|leaf| Beneath::Leaf(cell, leaf)));
+            return Ok(leaf.map(|leaf| Beneath::Leaf(cell, Box::new(leaf))));
         }
         let [first, count] = record.children;
         let mut children = Vec::new();
@@ -153,7 +153,7 @@ impl Part<'_> {
             return Ok(children.pop());
         }
         let small = children.iter().map(|child| match child {
-            Beneath::Leaf(_, leaf) => Some(leaf),
+            Beneath::Leaf(_, leaf) => Some(&**leaf),
             Beneath::Node(_) => None,
         });
         if let Some(small) = small.collect::<Option<Vec<&Cloud>>>()
@@ -161,7 +161,7 @@ impl Part<'_> {
         {
             let origin = small.first().map_or(self.pyramid.origin(), |leaf| leaf.origin());
             let one = together(&small, origin, Missing::Zero).map_err(fault)?;
-            return Ok(Some(Beneath::Leaf(cell, one)));
+            return Ok(Some(Beneath::Leaf(cell, Box::new(one))));
         }
         let nodes = children.into_iter().map(|child| stored(child, file));
         let nodes = nodes.collect::<Result<Vec<_>, _>>()?;
@@ -183,7 +183,7 @@ impl Part<'_> {
 fn stored(beneath: Beneath, file: &mut NodeFile) -> Result<Node, PyramidError> {
     match beneath {
         Beneath::Node(node) => Ok(*node),
-        Beneath::Leaf(cell, cloud) => file.put(cell, cloud, Coarse::default(), Vec::new()),
+        Beneath::Leaf(cell, cloud) => file.put(cell, *cloud, Coarse::default(), Vec::new()),
     }
 }
 

@@ -276,22 +276,19 @@ unsafe extern "C" fn next_batch(context: *mut c_void, out: *mut RawCloud, sink: 
 }
 
 impl Instance {
-    /// Has a format read a file: its clouds go into a sink. Only these columns are wanted, where they are
-    /// named. ABI 3.8.
+    /// Has a format read a file: its clouds go into a sink. ABI 3.8.
     ///
     /// # Errors
     /// Where the plugin fails, or has no formats.
     pub fn read(
         &mut self,
-        values: &Values,
-        columns: Option<&[String]>,
+        call: &ReadCall,
         (name, file): (&str, &dyn FileHost),
         clouds: &mut dyn CloudSinkHost,
         job: &dyn JobHost,
     ) -> Result<(), Fault> {
         let table = self.formats()?;
-        let columns = columns.map(<[String]>::to_vec);
-        let request = encode(&ReadCall { values: values.clone(), columns })?;
+        let request = encode(call)?;
         let lent = LentFile { host: file };
         let file = lent.raw(name);
         let cell: SinkCell<'_> =

@@ -15,7 +15,10 @@ use std::collections::HashMap;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-use surfelshop_api::format::{CloudHeader, CloudSinkHost, CloudSourceHost, FileHost, Recognition};
+use surfelshop_api::abi::format_table::ReadCall;
+use surfelshop_api::format::{
+    CloudHeader, CloudSinkHost, CloudSourceHost, FileHost, PointNode, Recognition,
+};
 use surfelshop_api::params::{ParamDecl, Value, Values};
 use surfelshop_api::{CloudView, HostInfo, UnitKind};
 use surfelshop_cloud::files::return_to_folder;
@@ -38,25 +41,23 @@ pub struct FormatRunner {
 }
 
 impl FormatRunner {
-    /// Reads a file into a sink: only these columns, where they are named.
+    /// Reads a file into a sink.
     ///
     /// # Errors
     /// Where the format fails or hangs, or `progress` asked to stop.
     pub fn read(
         &self,
         unit: &LoadedUnit,
-        values: Values,
+        call: ReadCall,
         (name, file): (&str, Arc<dyn FileHost>),
-        columns: Option<&[String]>,
         sink: SharedSink,
         progress: Progress<'_>,
     ) -> Result<(), Ended> {
-        let columns = columns.map(<[String]>::to_vec);
         let (name, watch) = (name.to_owned(), Arc::new(Watch::new()));
         let watched = WatchedFile::new(file, Arc::clone(&watch));
         let mut sink = WatchedSink { sink, watch: Arc::clone(&watch) };
         self.run(unit, &watch, progress, move |instance, job| {
-            instance.read(&values, columns.as_deref(), (&name, &watched), &mut sink, job)
+            instance.read(&call, (&name, &watched), &mut sink, job)
         })
     }
 
@@ -279,7 +280,12 @@ impl Formats for PluginFormats {
         let fault = |line: String| ReadFault::Format { format: id.to_owned(), line };
         let unit = self.load(id).map_err(fault)?;
         let values = Self::values(&unit, call.values).map_err(fault)?;
-        let read = self.runner.read(&unit, values, (call.name, file), call.columns, sink, progress);
+        let wanted = ReadCall {
+            values,
+            columns: call.columns.map(<[String]>::to_vec),
+            nodes: call.nodes.map(<[PointNode]>::to_vec),
+        };
+        let read = self.runner.read(&unit, wanted, (call.name, file), sink, progress);
         read.map_err(|ended| match ended {
             Ended::Cancelled => ReadFault::Cancelled,
             Ended::Failed(failed) => fault(line(&unit, &failed)),

@@ -40,38 +40,46 @@ pub struct Standpoint {
 impl Clouds {
     /// Reads the files, with a progress bar where it takes long, and puts each cloud in its place.
     pub fn read(sources: &[Source], formats: &SessionFormats) -> anyhow::Result<Self> {
-        Self::read_with(sources, |file| read(file, formats))
+        Self::read_with(sources, Some(formats), |file| read(file, formats))
     }
 
-    /// The same with another way to read a file. A file that comes several times is read once, and
+    /// The same with another way to read a file into memory; where `in_place` says how, large files that can be read
+    /// in place are. A file that comes several times is read once, and
     /// its clouds share what their places leave alike.
     pub fn read_with(
         sources: &[Source],
+        in_place: Option<&SessionFormats>,
         mut read: impl FnMut(&Path) -> Result<Loaded, ReadError>,
     ) -> anyhow::Result<Self> {
         let mut files: HashMap<&Path, Loaded> = HashMap::new();
         let mut loaded = Vec::with_capacity(sources.len());
         let mut pyramids = Vec::new();
         let n_pyramids = sources.iter().filter(|source| is_pyramid_file(&source.path)).count();
+        let budget = Budget::default().divided(n_pyramids);
         for source in sources {
             let Source { path, transform, place } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
             let mut pyramid = None;
             let mut cloud = match files.get(path.as_path()) {
                 Some(known) => known.clone(),
-                None if is_pyramid_file(path) => {
-                    let opened = pyramids::open(path, Budget::default().divided(n_pyramids));
-                    let (whole, opened) = match place {
+                None => {
+                    let opened = match is_pyramid_file(path) {
+                        true => pyramids::open(path, budget).map(Some),
+                        false => pyramids::open_in_place(path, in_place, budget),
+                    };
+                    let opened = match place {
                         Some(_) => opened.with_context(in_scene)?,
                         None => opened?,
                     };
-                    pyramid = Some(opened);
-                    whole
+                    match (opened, place) {
+                        (Some((whole, opened)), _) => {
+                            pyramid = Some(opened);
+                            whole
+                        }
+                        (None, Some(_)) => read(path).with_context(in_scene)?,
+                        (None, None) => read(path)?,
+                    }
                 }
-                None => match place {
-                    Some(_) => read(path).with_context(in_scene)?,
-                    None => read(path)?,
-                },
             };
             if pyramid.is_none() {
                 files.entry(path).or_insert_with(|| cloud.clone());

@@ -10,15 +10,16 @@ use surfelshop_cloud::{
     FormatCall, Formats, ReadFault, ReadOptions, SharedSink, WriteFault, WriteOptions,
 };
 use surfelshop_cloud::{Progress, scene, silent};
-use surfelshop_pyramid::{Pyramid, is_pyramid_file};
+use surfelshop_pyramid::{NodeReader, Pyramid, is_pyramid_file};
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::Registry;
 
 /// The formats that plugin options name. Plugins are searched when the first file is not of a built-in format.
+#[derive(Clone)]
 pub struct SessionFormats {
     plugins: PluginFiles,
     values: Option<Values>,
-    found: OnceLock<PluginFormats>,
+    found: Arc<OnceLock<PluginFormats>>,
 }
 
 impl SessionFormats {
@@ -26,7 +27,7 @@ impl SessionFormats {
     #[must_use]
     pub fn new(plugins: &PluginFiles) -> Self {
         let values = plugins.format.values();
-        Self { plugins: plugins.clone(), values, found: OnceLock::new() }
+        Self { plugins: plugins.clone(), values, found: Arc::default() }
     }
 
     /// Those of plugins that were found already.
@@ -73,6 +74,12 @@ impl SessionFormats {
     #[must_use]
     pub fn writing<'a>(&'a self, progress: Progress<'a>) -> WriteOptions<'a> {
         WriteOptions { progress, formats: self, ..WriteOptions::default() }
+    }
+}
+
+impl NodeReader for SessionFormats {
+    fn with_options(&self, read: &mut dyn FnMut(&ReadOptions<'_>)) {
+        read(&self.reading(&silent));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Clouds larger than memory: pyramids that are open, and the nodes that a view is drawn from.
 
 use crate::input::clouds::Clouds;
+use crate::input::formats::SessionFormats;
 use crate::output::terminal;
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -14,6 +15,9 @@ use surfelshop_render::{PartOf, Parts};
 
 /// Surfels that stand for the whole: what frames it, traces it, and is given to graphs as data.
 const OVERVIEW: u64 = 500_000;
+
+/// The same of files that are read in place, whose normals have to be estimated first.
+const OVERVIEW_IN_PLACE: u64 = 100_000;
 
 /// Radius of merged surfels of pyramids in pixels, where nobody says another.
 pub const DETAIL_PX: f32 = 1.0;
@@ -38,6 +42,21 @@ pub fn use_memory(bytes: Option<u64>) {
         let _second = TYPED.set(bytes);
     }
 }
+
+/// Whether files are read in place that memory would hold, too.
+static IN_PLACE: OnceLock<bool> = OnceLock::new();
+
+/// Reads files in place wherever that can be done; the first call counts.
+pub fn use_in_place(wanted: bool) {
+    // A second call changes nothing.
+    let _second = IN_PLACE.set(wanted);
+}
+
+/// Bytes that a point takes while a file is read into memory and what it lacks is estimated; measured.
+const READ_BYTES: u64 = 400;
+
+/// How files are called that say they can be read in place; of others only who asks for it finds out.
+const IN_PLACE_ENDING: &str = ".copc.laz";
 
 impl Default for Budget {
     /// As typed, else half of what is free.
@@ -186,20 +205,66 @@ impl DrawnViews<'_> {
     }
 }
 
+/// Opens a file whose points lie in an octree as a pyramid, where that was asked for, or memory would not hold it.
+pub fn open_in_place(
+    path: &Path,
+    formats: Option<&SessionFormats>,
+    budget: Budget,
+) -> Result<Option<(Loaded, OpenPyramid)>, PyramidError> {
+    let Some(formats) = formats else { return Ok(None) };
+    let is_asked = IN_PLACE.get().copied().unwrap_or_default();
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    if !is_asked && !name.ends_with(IN_PLACE_ENDING) {
+        return Ok(None);
+    }
+    let started = Instant::now();
+    let Some(pyramid) = Pyramid::in_place(path, Arc::new(formats.clone()))? else {
+        if is_asked {
+            terminal::warn(format!(
+                "{}: its points lie in no octree that could be read in place; `surfelshop index` makes a pyramid",
+                path.display()
+            ));
+        }
+        return Ok(None);
+    };
+    let bytes = pyramid.directory().n_surfels.saturating_mul(READ_BYTES);
+    if !is_asked && memory::available().is_none_or(|free| bytes <= free) {
+        return Ok(None);
+    }
+    opened(pyramid, budget, started).map(Some)
+}
+
 /// Opens a pyramid: a cloud that stands for the whole, and what is drawn instead.
 pub fn open(path: &Path, budget: Budget) -> Result<(Loaded, OpenPyramid), PyramidError> {
     let started = Instant::now();
-    let pyramid = Arc::new(Pyramid::open(path)?);
-    let cloud = pyramid.overview_cloud(OVERVIEW)?;
+    opened(Pyramid::open(path)?, budget, started)
+}
+
+fn opened(
+    pyramid: Pyramid,
+    budget: Budget,
+    started: Instant,
+) -> Result<(Loaded, OpenPyramid), PyramidError> {
+    let pyramid = Arc::new(pyramid);
+    let overview = if pyramid.is_in_place() { OVERVIEW_IN_PLACE } else { OVERVIEW };
+    let cloud = pyramid.overview_cloud(overview)?;
     let directory = pyramid.directory();
     let summary = Summary {
-        file: path.display().to_string(),
-        format: format!(
-            "pyramid of {} surfels in {} nodes, seen as a whole by {} merged ones",
-            directory.n_surfels,
-            directory.n_nodes,
-            cloud.len()
-        ),
+        file: pyramid.path().display().to_string(),
+        format: match pyramid.is_in_place() {
+            true => format!(
+                "{} in {} cells, read in place, seen as a whole by {} points",
+                directory.generator,
+                directory.n_nodes,
+                cloud.len()
+            ),
+            false => format!(
+                "pyramid of {} surfels in {} nodes, seen as a whole by {} merged ones",
+                directory.n_surfels,
+                directory.n_nodes,
+                cloud.len()
+            ),
+        },
         n_in_file: directory.n_surfels,
         n_surfels: directory.n_surfels,
         origin: cloud.origin().to_array(),

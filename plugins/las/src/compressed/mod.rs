@@ -10,7 +10,7 @@ mod points;
 mod table;
 mod times;
 
-pub(crate) use chunks::Chunks;
+pub(crate) use chunks::{Chunk, Chunks, PLAUSIBLE};
 use decoder::Decoder;
 pub(crate) use points::read;
 

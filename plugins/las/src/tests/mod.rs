@@ -5,6 +5,7 @@ mod damage;
 mod extra_bytes;
 mod first_version;
 mod handmade;
+mod hierarchy;
 mod reading;
 mod writing;
 

@@ -1,6 +1,7 @@
 //! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
 //!
-//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`, `surface pictures FOLDER SCAN…` and
+//! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`,
+//! `surface occlusion PYRAMID…`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
 
@@ -9,6 +10,7 @@ mod cloud;
 mod discs;
 mod meshes;
 mod normals;
+mod occlusion;
 mod pictures;
 mod sides;
 mod speed;
@@ -25,6 +27,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
             None => anyhow::bail!("expected a folder to write clouds to, found none"),
         },
         "city" => city::run(rest),
+        "occlusion" => occlusion::run(rest),
         "sides" => sides::run(rest.first()),
         "pictures" => match rest.split_first() {
             Some((folder, scans)) => pictures::run(folder, scans),
@@ -32,7 +35,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         },
         other => {
             anyhow::bail!(
-                "expected speed, normals, sides, radii, city, dump or pictures, found `{other}`"
+                "expected speed, normals, sides, radii, city, occlusion, dump or pictures, found `{other}`"
             )
         }
     }

@@ -125,4 +125,8 @@ pub struct ReadCall {
     pub values: crate::params::Values,
     /// The columns that somebody reads, by name; all where there is no list.
     pub columns: Option<Vec<String>>,
+    /// Of a file whose points lie in an octree the nodes that are wanted; all points where there is no list. Came
+    /// while ABI 3.8 was current.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub nodes: Option<Vec<crate::format::PointNode>>,
 }

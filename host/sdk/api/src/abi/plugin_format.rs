@@ -50,7 +50,8 @@ unsafe extern "C" fn read(
         let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
         let lent = Lent::new(file)?;
         let mut remote = RemoteSink(raw);
-        let mut clouds = CloudSink::new(&mut remote, call.columns.as_deref());
+        let mut clouds =
+            CloudSink::new(&mut remote, call.columns.as_deref()).with_nodes(call.nodes.as_deref());
         let source = FileSource::new(lent.file(), &lent.name);
         instance.read(&call.values, &source, &mut clouds, &Job::new(&RemoteJob(job)))
     })

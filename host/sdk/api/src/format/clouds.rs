@@ -1,6 +1,7 @@
 //! Clouds on their way out of a file, and into one: batches of columns.
 
 use super::header::CloudHeader;
+use super::tree::PointNode;
 use crate::columns::{CloudView, Values};
 use crate::error::{Error, Result};
 
@@ -35,12 +36,27 @@ pub trait CloudSinkHost {
 pub struct CloudSink<'a> {
     host: &'a mut dyn CloudSinkHost,
     columns: Option<&'a [String]>,
+    nodes: Option<&'a [PointNode]>,
 }
 
 impl<'a> CloudSink<'a> {
     /// One that hands everything to `host`; only these columns are wanted, where they are named.
     pub fn new(host: &'a mut dyn CloudSinkHost, columns: Option<&'a [String]>) -> Self {
-        Self { host, columns }
+        Self { host, columns, nodes: None }
+    }
+
+    /// The same for a file whose points lie in an octree, of which these nodes are wanted.
+    #[must_use]
+    pub fn with_nodes(self, nodes: Option<&'a [PointNode]>) -> Self {
+        Self { nodes, ..self }
+    }
+
+    /// Whether the file is to be read node by node, and the nodes whose points are wanted now. A format that knows an
+    /// octree in the file then puts it into [`CloudHeader::tree`], and hands over the points of these nodes alone,
+    /// in their order; any other passes over it. Came while ABI 3.8 was current.
+    #[must_use]
+    pub fn nodes(&self) -> Option<&[PointNode]> {
+        self.nodes
     }
 
     /// Whether anybody reads a column: the format may leave out of its header and skip what nobody does.

@@ -1,5 +1,6 @@
 //! What a file says of a cloud before its points.
 
+use super::tree::PointTree;
 use crate::columns::Element;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -133,6 +134,9 @@ pub struct CloudHeader {
     pub has_faces: bool,
     /// Comments of the file, for people.
     pub comments: Vec<String>,
+    /// The octree that the points lie in, where there is one and [`CloudSink::nodes`](super::CloudSink::nodes) asks.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tree: Option<PointTree>,
 }
 
 impl CloudHeader {

@@ -8,6 +8,7 @@ mod clouds;
 mod file;
 pub(crate) mod file_types;
 mod header;
+mod tree;
 
 pub use clouds::{
     BATCH, CloudSink, CloudSinkHost, CloudSource, CloudSourceHost, Collected, CollectedCloud,
@@ -19,6 +20,8 @@ pub use header::{
     CLASSIFICATION, CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, POINT_SOURCE, Pose,
     RETURN_NUMBER, SCAN, SCAN_ANGLE, UpAxis,
 };
+
+pub use tree::{PointNode, PointTree};
 
 use crate::error::{Error, Result};
 use crate::frame::HostInfo;

@@ -125,7 +125,8 @@ fn read_all(
         done.extend(loaded.as_ref().ok().cloned());
         loaded
     };
-    let clouds = Clouds::read_with(&inputs.sources, read).map_err(|error| format!("{error:#}"))?;
+    let clouds = Clouds::read_with(&inputs.sources, Some(formats), read)
+        .map_err(|error| format!("{error:#}"))?;
     // Where a scan is to be looked at from within is found here, since it takes a while.
     let of_scene = inputs.opened.as_ref().and_then(|opened| opened.scene.up);
     let clouds = inside::with_standpoint(clouds, of_scene.map_or(up, UpAxis::from));
