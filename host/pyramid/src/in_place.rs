@@ -415,7 +415,8 @@ mod tests {
                 leaf.world_position(i).unwrap().to_array().map(|x| (x * 1e4).round() as u64)
             }));
         }
-        (found.sort_unstable(), expected.sort_unstable());
+        found.sort_unstable();
+        expected.sort_unstable();
         assert!(found == expected, "{} points in leaves", found.len());
         let root = pyramid.read(0).unwrap();
         assert_eq!(root.len(), 256);

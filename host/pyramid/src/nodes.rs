@@ -4,7 +4,8 @@ use crate::error::PyramidError;
 use crate::pyramid::Pyramid;
 use rayon::prelude::*;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
 use surfelshop_cloud::Cloud;
 
 /// A node in memory.
@@ -20,6 +21,21 @@ struct State {
     bytes: u64,
     clock: u64,
     counts: NodesInMemory,
+    /// Nodes that are to be read, the first first.
+    wishes: Vec<u32>,
+    /// Nodes that are being read.
+    n_loading: usize,
+    /// Nodes that were read since somebody waited for them.
+    n_arrived: usize,
+    fault: Option<PyramidError>,
+    has_ended: bool,
+}
+
+impl State {
+    /// Whether nothing is left to be read.
+    fn is_done(&self) -> bool {
+        self.wishes.is_empty() && self.n_loading == 0
+    }
 }
 
 /// What is in memory, and what was read for it.
@@ -38,30 +54,39 @@ pub struct NodesInMemory {
 /// Makes of a node what is shown of it: placed, coloured, filtered. A line where that cannot be.
 pub type Prepare = Box<dyn Fn(Cloud) -> Result<Cloud, String> + Send + Sync>;
 
-/// The nodes of a pyramid, of which those used last are kept in memory.
+/// The nodes of a pyramid, of which those used last are kept in memory. Those that are wanted are read by a thread of
+/// their own, which sleeps where there are none.
 pub struct Nodes {
+    store: Arc<NodeStore>,
+    /// Whether the thread runs: it begins with the first wish.
+    has_loader: OnceLock<bool>,
+}
+
+/// What the nodes and the thread that reads them share.
+struct NodeStore {
     pyramid: Arc<Pyramid>,
     budget: u64,
     prepare: Prepare,
     state: Mutex<State>,
+    /// Told when there are wishes, or the nodes are no longer needed.
+    wished: Condvar,
+    /// Told when nodes have been read.
+    arrived: Condvar,
 }
 
-impl Nodes {
-    /// Keeps at most so many bytes of prepared nodes, beside those that are asked for together.
-    #[must_use]
-    pub fn new(pyramid: Arc<Pyramid>, budget: u64, prepare: Prepare) -> Self {
-        Self { pyramid, budget, prepare, state: Mutex::default() }
+impl Drop for Nodes {
+    fn drop(&mut self) {
+        let mut state = self.store.state();
+        state.has_ended = true;
+        state.wishes.clear();
+        self.store.wished.notify_all();
     }
+}
 
+impl NodeStore {
     fn read(&self, node: u32) -> Result<Cloud, PyramidError> {
         let cloud = self.pyramid.read(node)?;
         (self.prepare)(cloud).map_err(|line| PyramidError::file(self.pyramid.path(), line))
-    }
-
-    /// The pyramid.
-    #[must_use]
-    pub fn pyramid(&self) -> &Arc<Pyramid> {
-        &self.pyramid
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
@@ -69,17 +94,146 @@ impl Nodes {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Notes that nodes are in use, and those above them: what is drawn is chosen from them down.
+    fn touch(&self, state: &mut State, nodes: &[u32]) {
+        let clock = state.clock;
+        for node in nodes.iter().flat_map(|&node| self.pyramid.above(node).chain([node])) {
+            if let Some(held) = state.held.get_mut(&node) {
+                held.last_used = clock;
+            }
+        }
+    }
+
+    /// Takes a node that was read.
+    fn put(&self, state: &mut State, node: u32, cloud: Cloud) -> Arc<Cloud> {
+        let cloud = Arc::new(cloud);
+        let bytes = bytes_of(&cloud);
+        state.counts.nodes_read += 1;
+        state.counts.bytes_read += self.pyramid.nodes()[node as usize].stored_bytes();
+        let held = Held { cloud: Arc::clone(&cloud), bytes, last_used: state.clock };
+        if let Some(old) = state.held.insert(node, held) {
+            state.bytes -= old.bytes;
+        }
+        state.bytes += bytes;
+        cloud
+    }
+
+    /// Reads what is wished for, the first wishes first, until the nodes are no longer needed.
+    fn load(&self) {
+        loop {
+            let next: Vec<u32> = {
+                let mut state = self.state();
+                while state.wishes.is_empty() && !state.has_ended {
+                    state = self.wished.wait(state).unwrap_or_else(PoisonError::into_inner);
+                }
+                if state.has_ended {
+                    return;
+                }
+                let mut wishes = std::mem::take(&mut state.wishes);
+                wishes.retain(|node| !state.held.contains_key(node));
+                let n = wishes.len().min(rayon::current_num_threads());
+                state.wishes = wishes.split_off(n);
+                state.n_loading = n;
+                wishes
+            };
+            let read: Vec<(u32, Result<Cloud, PyramidError>)> =
+                next.into_par_iter().map(|node| (node, self.read(node))).collect();
+            let mut state = self.state();
+            for (node, cloud) in read {
+                match cloud {
+                    Ok(cloud) => {
+                        self.put(&mut state, node, cloud);
+                        state.n_arrived += 1;
+                    }
+                    Err(error) => {
+                        // One that fails would fail again.
+                        state.wishes.clear();
+                        state.fault.get_or_insert(error);
+                    }
+                }
+            }
+            state.n_loading = 0;
+            let clock = state.clock;
+            let_go(&mut state, self.budget, clock);
+            self.arrived.notify_all();
+        }
+    }
+}
+
+impl Nodes {
+    /// Keeps at most so many bytes of prepared nodes, beside those that are asked for together.
+    #[must_use]
+    pub fn new(pyramid: Arc<Pyramid>, budget: u64, prepare: Prepare) -> Self {
+        let (state, wished, arrived) = Default::default();
+        let store = Arc::new(NodeStore { pyramid, budget, prepare, state, wished, arrived });
+        Self { store, has_loader: OnceLock::new() }
+    }
+
+    /// The pyramid.
+    #[must_use]
+    pub fn pyramid(&self) -> &Arc<Pyramid> {
+        &self.store.pyramid
+    }
+
     /// Whether a node is in memory.
     #[must_use]
     pub fn has(&self, node: u32) -> bool {
-        self.state().held.contains_key(&node)
+        self.store.state().held.contains_key(&node)
     }
 
     /// What is in memory.
     #[must_use]
     pub fn in_memory(&self) -> NodesInMemory {
-        let state = self.state();
+        let state = self.store.state();
         NodesInMemory { nodes: state.held.len() as u64, bytes: state.bytes, ..state.counts }
+    }
+
+    /// Wishes for nodes, the first of them first, in the place of all earlier wishes; those that are in use stay
+    /// meanwhile. Returns at once.
+    pub fn wish(&self, in_use: &[u32], wishes: Vec<u32>) {
+        let has_loader = *self.has_loader.get_or_init(|| {
+            let store = Arc::clone(&self.store);
+            let thread = std::thread::Builder::new().name("pyramid nodes".to_owned());
+            thread.spawn(move || store.load()).is_ok()
+        });
+        {
+            let mut state = self.store.state();
+            state.clock += 1;
+            self.store.touch(&mut state, in_use);
+            if has_loader {
+                state.wishes = wishes;
+                self.store.wished.notify_all();
+                return;
+            }
+        }
+        // Where the system has no thread to give, this one reads.
+        if let Err(error) = self.get(&wishes) {
+            self.store.state().fault.get_or_insert(error);
+        }
+        self.store.state().n_arrived += 1;
+    }
+
+    /// Whether nodes that were wished for are still to come.
+    #[must_use]
+    pub fn is_loading(&self) -> bool {
+        !self.store.state().is_done()
+    }
+
+    /// Waits until nodes have arrived since this was asked last, there are no wishes left, or so much time has passed;
+    /// whether some have arrived.
+    ///
+    /// # Errors
+    /// That of a node that could not be read.
+    pub fn wait(&self, longest: Duration) -> Result<bool, PyramidError> {
+        let state = self.store.state();
+        let is_idle =
+            |state: &mut State| state.n_arrived == 0 && !state.is_done() && state.fault.is_none();
+        let waited = self.store.arrived.wait_timeout_while(state, longest, is_idle);
+        let (mut state, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        match state.fault.take() {
+            Some(fault) => Err(fault),
+            None => Ok(std::mem::take(&mut state.n_arrived) > 0),
+        }
     }
 
     /// These nodes, read where they are not in memory, on all threads. Others go where the budget is exceeded, those
@@ -88,44 +242,25 @@ impl Nodes {
     /// # Errors
     /// That of the first node that could not be read.
     pub fn get(&self, nodes: &[u32]) -> Result<Vec<Arc<Cloud>>, PyramidError> {
+        let store = &*self.store;
         let mut found: Vec<Option<Arc<Cloud>>> = {
-            let mut state = self.state();
+            let mut state = store.state();
             state.clock += 1;
-            let clock = state.clock;
-            nodes
-                .iter()
-                .map(|node| {
-                    let held = state.held.get_mut(node)?;
-                    held.last_used = clock;
-                    Some(Arc::clone(&held.cloud))
-                })
-                .collect()
+            store.touch(&mut state, nodes);
+            let held = |node: &u32| state.held.get(node).map(|held| Arc::clone(&held.cloud));
+            nodes.iter().map(held).collect()
         };
         let missing: Vec<usize> = (0..nodes.len()).filter(|&i| found[i].is_none()).collect();
         let read: Vec<(usize, Result<Cloud, PyramidError>)> =
-            missing.into_par_iter().map(|i| (i, self.read(nodes[i]))).collect();
-        let mut state = self.state();
-        let clock = state.clock;
-        // Those above stay, too: what is drawn is chosen from them down.
-        for above in nodes.iter().flat_map(|&node| self.pyramid.above(node)) {
-            if let Some(held) = state.held.get_mut(&above) {
-                held.last_used = clock;
-            }
-        }
+            missing.into_par_iter().map(|i| (i, store.read(nodes[i]))).collect();
+        let mut state = store.state();
         for (i, cloud) in read {
-            let cloud = Arc::new(cloud?);
-            let bytes = bytes_of(&cloud);
-            let record = &self.pyramid.nodes()[nodes[i] as usize];
-            state.counts.nodes_read += 1;
-            state.counts.bytes_read += record.stored_bytes();
-            let held = Held { cloud: Arc::clone(&cloud), bytes, last_used: clock };
-            if let Some(old) = state.held.insert(nodes[i], held) {
-                state.bytes -= old.bytes;
-            }
-            state.bytes += bytes;
-            found[i] = Some(cloud);
+            found[i] = Some(store.put(&mut state, nodes[i], cloud?));
         }
-        let_go(&mut state, self.budget, clock);
+        // What was read meanwhile by others is as new.
+        store.touch(&mut state, nodes);
+        let clock = state.clock;
+        let_go(&mut state, store.budget, clock);
         Ok(found.into_iter().flatten().collect())
     }
 }

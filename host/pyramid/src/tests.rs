@@ -9,6 +9,7 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 use surfelshop_api::columns::{CONTEXT, Element};
 use surfelshop_api::tool::{ColumnHeader, EditHeader};
 use surfelshop_api::{Camera, Projection, Scope, SurfaceSettings, View};
@@ -297,6 +298,25 @@ fn nodes_within_a_budget_are_kept_and_read_once() {
     let again = large.get(&cut.nodes).unwrap();
     assert!(first.iter().zip(&again).all(|(a, b)| Arc::ptr_eq(a, b)));
     assert_eq!(large.in_memory().nodes_read, cut.nodes.len() as u64);
+    // Wishes are read by another thread, the first first, and what fails is said once.
+    let wished = Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(Ok));
+    wished.wish(&[], cut.nodes.clone());
+    while wished.is_loading() {
+        wished.wait(Duration::from_secs(60)).unwrap();
+    }
+    assert_eq!(wished.in_memory().nodes, cut.nodes.len() as u64);
+    assert!(wished.wait(Duration::ZERO).is_ok());
+    let again = wished.get(&cut.nodes).unwrap();
+    assert_eq!(again.len(), cut.nodes.len());
+    assert_eq!(wished.in_memory().nodes_read, cut.nodes.len() as u64, "none is read twice");
+    let failing =
+        Nodes::new(Arc::clone(&pyramid), u64::MAX, Box::new(|_| Err("it is not shown".to_owned())));
+    failing.wish(&[], cut.nodes.clone());
+    let fault = failing.wait(Duration::from_secs(60)).unwrap_err();
+    assert!(fault.to_string().contains("it is not shown"), "{fault}");
+    while failing.is_loading() {
+        failing.wait(Duration::from_secs(60)).unwrap();
+    }
     let small = Nodes::new(pyramid, 1, Box::new(Ok));
     small.get(&cut.nodes).unwrap();
     small.get(&cut.nodes[..1]).unwrap();

@@ -137,7 +137,8 @@ fn tools_of_a_surfel_and_of_its_neighbours_do_what_they_do_in_memory() {
         .collect();
     let whole = read(&desk, "c.ply");
     let mut expected: Vec<Place> = (0..whole.len()).map(|i| place(&whole, i)).collect();
-    (kept.sort_unstable(), expected.sort_unstable());
+    kept.sort_unstable();
+    expected.sort_unstable();
     assert!(kept == expected, "{} and {} of 120000", kept.len(), expected.len());
     assert!((1_000..119_000).contains(&kept.len()), "{}", kept.len());
 }

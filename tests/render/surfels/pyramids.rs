@@ -1,4 +1,4 @@
-//! Pyramids: the same pictures as of clouds in memory, whatever is kept and who draws. Costs 4 s.
+//! Pyramids: the same pictures as of clouds in memory, whatever is kept and who draws. Costs 8 s.
 
 use glam::DVec3;
 use std::path::Path;
@@ -161,13 +161,66 @@ fn what_is_not_there_yet_is_stood_for_by_its_parents_until_all_is_loaded() {
     let before = covered(&first);
     let mut rounds = 0;
     while missing(&clouds) > 0 {
-        clouds.load(&view(), &surface, 0.0, std::time::Duration::from_millis(1)).unwrap();
+        clouds.wish((&view(), None), &surface, 0.0);
+        while !clouds.wait(std::time::Duration::from_secs(60)).unwrap() {}
         let now = covered(&lab.pictures(&clouds, view(), 0.0, Wait::ForNone));
         assert!(now * 50 > before * 49, "a hole: {now} of {before} pixels");
         rounds += 1;
         assert!(rounds < 100);
     }
+    while clouds.is_waited_for() {
+        clouds.wait(std::time::Duration::from_secs(60)).unwrap();
+    }
+    clouds.wait(std::time::Duration::ZERO).unwrap();
+    // Nothing is left to be read, so nobody waits.
+    clouds.wish((&view(), None), &surface, 0.0);
+    assert!(!clouds.is_waited_for() && !clouds.wait(std::time::Duration::from_secs(60)).unwrap());
     let all = lab.pictures(&clouds, view(), 0.0, Wait::ForNone);
     let waited = lab.pictures(&opened(&path, 1 << 32), view(), 0.0, Wait::ForAll);
     assert!(all.iter().zip(&waited).all(|(a, b)| a.data == b.data));
+}
+
+#[test]
+fn a_flight_of_two_thousand_frames_stays_within_its_memory() {
+    // 1.5 s: nodes are chosen and read for each frame, and some frames are drawn.
+    const BUDGET: u64 = 18_000_000;
+    const DETAIL: f32 = 0.4;
+    let folder = tempfile::tempdir().unwrap();
+    let clouds = opened(&pyramid(folder.path()), BUDGET);
+    let mut lab = Lab::new(SurfelDrawing::Processor);
+    let surface = lab.scene.surface;
+    let at = |frame: u32| {
+        let turn = f64::from(frame) * 0.01;
+        // From outside to within the waves and back, seven times.
+        let away = 1.5 + 0.4 * (f64::from(frame) * 0.022).cos();
+        stage::view(away * DVec3::new(turn.sin(), 0.3, turn.cos()), DVec3::ZERO, 300)
+    };
+    let (mut n_coarse, mut n_drawn, mut most) = (0, 0, 0);
+    for frame in 0..2000 {
+        let (view, next) = (at(frame), at(frame + 6));
+        clouds.wish((&view, Some(&next)), &surface, DETAIL);
+        // A frame's time, of which the test does not wait for all.
+        clouds.wait(std::time::Duration::from_millis(2)).unwrap();
+        let drawn = clouds.drawn(&view, &surface, DETAIL, Wait::ForNone).unwrap();
+        n_coarse += u32::from(drawn.n_missing() > 0);
+        let use_of = &drawn.pyramids()[0];
+        most = most.max(use_of.memory.bytes);
+        let bytes_drawn = 64 * use_of.surfels_drawn;
+        assert!(use_of.memory.bytes + bytes_drawn <= BUDGET, "frame {frame}: {use_of:?}");
+        drop(drawn);
+        if frame % 100 == 0 {
+            let image = &lab.pictures(&clouds, view, DETAIL, Wait::ForNone)[0];
+            let waited = &lab.pictures(&clouds, view, DETAIL, Wait::ForAll)[0];
+            let (_, apart) = difference(image, waited);
+            let covered = waited.data.chunks_exact(4).filter(|p| p[3] > 0.0).count();
+            assert!(apart * 50 < covered, "frame {frame}: a hole of {apart} in {covered} pixels");
+            n_drawn += 1;
+        }
+    }
+    let read = clouds.drawn(&at(0), &surface, DETAIL, Wait::ForNone).unwrap().pyramids()[0].memory;
+    assert_eq!(n_drawn, 20);
+    assert!(most > BUDGET / 8, "{most} bytes at most: the budget was no matter");
+    assert!(read.nodes_read > 2 * read.nodes, "nothing had to go: {read:?}");
+    // Most frames had all that they needed.
+    assert!(n_coarse < 1500, "{n_coarse} frames lacked nodes");
 }

@@ -84,8 +84,8 @@ impl Budget {
     }
 }
 
-/// Nodes that are read together: on all threads, and few enough that the next look at the clock comes soon.
-const AT_A_TIME: usize = 8;
+/// Nodes of a view that may come next, at most: so many that what is drawn now comes soon, too.
+const PREFETCHED: usize = 32;
 
 /// A pyramid that is open, as a scene places and displays it.
 pub struct OpenPyramid {
@@ -440,31 +440,43 @@ impl Clouds {
         Ok(drawn)
     }
 
-    /// Reads nodes that a view would be drawn from and that are not in memory, the coarsest first, for about so long.
+    /// Wishes for the nodes that a view would be drawn from and that are not in memory, the coarsest first, and behind
+    /// them for those of a view that may come next. They are read by threads of their own; returns at once.
+    pub fn wish(
+        &self,
+        (view, next): (&View, Option<&View>),
+        surface: &SurfaceSettings,
+        detail_px: f32,
+    ) {
+        for Loaded { cloud, .. } in &self.loaded {
+            let Some(pyramid) = self.pyramid_of(cloud) else { continue };
+            let at_hand = |node| pyramid.nodes.has(node);
+            let cut = pyramid.cut((view, surface), detail_px, at_hand);
+            let mut wishes = cut.missing;
+            if let Some(next) = next {
+                let later = pyramid.cut((next, surface), detail_px, at_hand);
+                wishes.extend(later.missing.into_iter().take(PREFETCHED));
+            }
+            pyramid.nodes.wish(&cut.nodes, wishes);
+        }
+    }
+
+    /// Whether nodes that were wished for are still to come.
+    pub fn is_waited_for(&self) -> bool {
+        self.pyramids.iter().any(|pyramid| pyramid.nodes.is_loading())
+    }
+
+    /// Waits until nodes that were wished for have arrived, there are no more to come, or so much time has passed;
+    /// whether some have arrived.
     ///
     /// # Errors
     /// Where a node cannot be read.
-    pub fn load(
-        &self,
-        view: &View,
-        surface: &SurfaceSettings,
-        detail_px: f32,
-        longest: Duration,
-    ) -> Result<(), PyramidError> {
-        let started = Instant::now();
-        for Loaded { cloud, .. } in &self.loaded {
-            let Some(pyramid) = self.pyramid_of(cloud) else { continue };
-            while started.elapsed() < longest {
-                let cut = pyramid.cut((view, surface), detail_px, |node| pyramid.nodes.has(node));
-                let next = &cut.missing[..cut.missing.len().min(AT_A_TIME)];
-                if next.is_empty() {
-                    break;
-                }
-                // What is drawn stays: it counts as used.
-                let all: Vec<u32> = cut.nodes.iter().chain(next).copied().collect();
-                pyramid.nodes.get(&all)?;
-            }
+    pub fn wait(&self, longest: Duration) -> Result<bool, PyramidError> {
+        let mut has_arrived = false;
+        let n = self.pyramids.len().max(1) as u32;
+        for pyramid in &self.pyramids {
+            has_arrived |= pyramid.nodes.wait(longest / n)?;
         }
-        Ok(())
+        Ok(has_arrived)
     }
 }

@@ -31,6 +31,7 @@ fn with_panel(renderer: &str) -> Screen {
     plugin.extend([reference.into(), faulty()]);
     let mut screen = Screen::with(&ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

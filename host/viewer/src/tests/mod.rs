@@ -56,6 +56,7 @@ impl Screen {
     fn open(files: &[&str]) -> Self {
         Self::with(&ViewerArguments {
             memory: None,
+            in_place: false,
             colors: Default::default(),
             files: files.iter().map(PathBuf::from).collect(),
             up: UpAxis::Y,

@@ -20,6 +20,7 @@ fn rebuilt_plugins_take_over_and_broken_ones_do_not() {
     }
     let arguments = ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
@@ -132,6 +133,7 @@ fn showing_fine(folder: &Path) -> (Screen, PathBuf) {
     plugin.push(file.clone());
     let mut screen = Screen::with(&ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
@@ -270,6 +272,7 @@ fn a_renderer_that_was_switched_off_comes_back_with_a_good_build() {
     plugin.push(file.clone());
     let mut screen = Screen::with(&ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

@@ -23,6 +23,7 @@ fn plugins() -> PluginFiles {
 fn screen() -> Screen {
     let mut screen = Screen::with(&ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

@@ -22,6 +22,7 @@ pub(super) fn with_tools(files: &[&str]) -> Screen {
     plugins.patience = Some(Duration::from_secs(5));
     let mut screen = Screen::with(&ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: files.iter().map(Into::into).collect(),
         up: UpAxis::Y,

@@ -26,6 +26,7 @@ fn with_untrusted_plugin(folder: &Path) -> Screen {
     plugin.push(path);
     let arguments = ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
@@ -101,6 +102,7 @@ fn with_a_link(folder: &Path) -> Screen {
     let plugin = vec![built[1].clone(), folder.join("link.so")];
     Screen::with(&ViewerArguments {
         memory: None,
+        in_place: false,
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,

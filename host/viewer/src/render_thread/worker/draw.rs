@@ -5,10 +5,11 @@ use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::RenderedView;
 use crate::render_thread::view_request::{EXPORT_SLOT, ViewRequest, ViewSlot};
 use anyhow::anyhow;
+use glam::DVec3;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
-use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
+use surfelshop_api::{Camera, UnitKind, View};
 use surfelshop_image::outputs;
 use surfelshop_render::{Explanation, RenderError, RenderRequest, RendererView};
 use surfelshop_runtime::plugins::{self, Contents, Origin};
@@ -16,8 +17,8 @@ use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::pyramids::{DETAIL_PX, Wait};
 use surfelshop_session::session::ConvergedFrame;
 
-/// Time for which nodes of a pyramid are read before each picture in motion: a part of what it may take.
-const LOADING_IN_MOTION: Duration = Duration::from_millis(10);
+/// Pictures that nodes of pyramids are read ahead for while something moves: so many steps as the last one.
+const STEPS_AHEAD: f64 = 6.0;
 
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 
@@ -66,10 +67,12 @@ impl RenderWorker {
             return Err(refusal.into());
         }
         self.watch_files_of(&active);
-        if request.in_motion
-            && let Err(error) = self.load_nodes(drawn, LOADING_IN_MOTION)
-        {
-            self.events.send(RenderEvent::Message(error.to_string()));
+        if request.in_motion {
+            self.wish_for_nodes(slot, drawn);
+            // What fails is said; the picture is drawn of what is there.
+            if let Err(error) = drawn.clouds.wait(Duration::ZERO) {
+                self.events.send(RenderEvent::Message(error.to_string()));
+            }
         }
         match self.render(&mut active.view, drawn, Frames::of(slot, request)) {
             Ok((frame, explained)) => {
@@ -199,16 +202,16 @@ impl RenderWorker {
         Ok((frame, explained))
     }
 
-    /// Reads nodes of pyramids that a picture would be drawn from, for about as long.
-    pub(super) fn load_nodes(
-        &self,
-        request: &ViewRequest,
-        longest: Duration,
-    ) -> Result<(), RenderError> {
+    /// Has nodes of pyramids read that a picture would be drawn from, and in motion those of the pictures to come.
+    pub(super) fn wish_for_nodes(&mut self, slot: ViewSlot, request: &ViewRequest) {
+        if request.clouds.pyramids.is_empty() {
+            return;
+        }
         let view = request.detail.view(request.view);
-        let (surface, detail) = (&request.scene.surface, node_detail(request));
-        let loaded = request.clouds.load(&view, surface, detail, longest);
-        loaded.map_err(|error| RenderError::Cloud(error.to_string()))
+        let before = self.last_views.insert(slot, view);
+        let next = before.filter(|_| request.in_motion).map(|before| ahead(&before, &view));
+        let surface = &request.scene.surface;
+        request.clouds.wish((&view, next.as_ref()), surface, node_detail(request));
     }
 
     /// The environment light; none where its map cannot be read, which is reported once.
@@ -218,6 +221,14 @@ impl RenderWorker {
             events.send(RenderEvent::Message(line));
         })
     }
+}
+
+/// Where a view will be some pictures from now, if it goes on as it did from the one before.
+fn ahead(before: &View, now: &View) -> View {
+    let (a, b) = (&before.camera, &now.camera);
+    let on = |a: DVec3, b: DVec3| b + STEPS_AHEAD * (b - a);
+    let camera = Camera { eye: on(a.eye, b.eye), target: on(a.target, b.target), ..*b };
+    View { camera, ..*now }
 }
 
 /// Radius in pixels of merged surfels of pyramids: in motion as much larger as fewer surfels are drawn.

@@ -7,6 +7,7 @@ use crate::render_thread::rendered_view::{RenderedView, ViewReply};
 use crate::render_thread::view_request::{ViewRequest, ViewSlot};
 use anyhow::anyhow;
 use std::time::{Duration, Instant};
+use surfelshop_render::RenderError;
 
 /// Time between two frames of a picture that are sent: showing one takes time, too.
 const SEND_INTERVAL: Duration = Duration::from_millis(50);
@@ -15,7 +16,7 @@ const SEND_INTERVAL: Duration = Duration::from_millis(50);
 /// what a graph left on the device after 64.
 const MOST_OTHER_FRAMES: u64 = 60;
 
-/// Time for which nodes of a pyramid are read before the picture is drawn with them.
+/// Time for which nodes of a pyramid are waited for before it is asked again what else there is to do.
 const LOADING: Duration = Duration::from_millis(80);
 
 /// Time after a picture in motion during which the device stays free for the next one.
@@ -85,7 +86,6 @@ impl RenderWorker {
         &mut self,
         refining: &RefiningView,
     ) -> anyhow::Result<(u32, bool, Option<RenderedView>)> {
-        let started = Instant::now();
         let present = self.active.remove(&refining.slot);
         let mut active = present.ok_or_else(|| anyhow!("nothing is drawn there any more"))?;
         if let Err(refusal) = self.health.check(&active.reference) {
@@ -93,9 +93,17 @@ impl RenderWorker {
             return Err(refusal.into());
         }
         let request = active.request.clone();
-        let loaded = self.load_nodes(&request, LOADING);
+        self.wish_for_nodes(refining.slot, &request);
+        let arrived = request.clouds.wait(LOADING);
+        let arrived = arrived.map_err(|error| RenderError::Cloud(error.to_string()));
+        if matches!(arrived, Ok(false)) && request.clouds.is_waited_for() {
+            // The picture would be the same.
+            self.active.insert(refining.slot, active);
+            return Ok((refining.n_frames, true, None));
+        }
+        let started = Instant::now();
         let frame = Frames::One(refining.n_frames);
-        let drawn = loaded.and_then(|()| self.render(&mut active.view, &request, frame));
+        let drawn = arrived.and_then(|_| self.render(&mut active.view, &request, frame));
         let result = match drawn {
             Ok((frame, explained)) => {
                 let refines = frame.refines();

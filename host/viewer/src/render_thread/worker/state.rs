@@ -8,6 +8,7 @@ use anyhow::Context as _;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::PathBuf;
 use std::time::Instant;
+use surfelshop_api::View;
 use surfelshop_api::params::{ParamKind, Value};
 use surfelshop_render::{RenderError, RendererView};
 use surfelshop_runtime::boundary::Fault;
@@ -85,6 +86,8 @@ pub(in crate::render_thread) struct RenderWorker {
     pub(super) upload: CloudUpload,
     /// Requests that were drawn with a subset of a large cloud, or wait for its upload.
     pub(super) unfinished: HashMap<ViewSlot, ViewRequest>,
+    /// The view of each slot's last picture of pyramids: where it goes tells which nodes come next.
+    pub(super) last_views: HashMap<ViewSlot, View>,
     /// The pictures being refined, the next one first.
     pub(super) refining: VecDeque<RefiningView>,
     /// When something in motion was drawn last.
@@ -142,6 +145,7 @@ impl RenderWorker {
                     queue: queue.clone(),
                     upload: CloudUpload::default(),
                     unfinished: HashMap::new(),
+                    last_views: HashMap::new(),
                     refining: VecDeque::new(),
                     moved: None,
                     n_drawn: 0,
