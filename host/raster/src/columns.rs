@@ -202,21 +202,17 @@ impl Columns {
 
     /// Makes the tree of blocks and the merged surfels.
     fn merge(&mut self, merged: bool, linear_of_srgb: &[f32; 256], report: &(dyn Fn(f32) + Sync)) {
-        let tree = level_of_detail::tree(self, merged, linear_of_srgb, &|done| report(0.8 * done));
-        let n_merged: usize = tree.merged.iter().map(|samples| padded(samples.len())).sum();
-        self.stands_for.reserve(n_merged);
         self.pad_albedo(self.n_places);
-        for samples in &tree.merged {
-            self.push(samples);
-        }
+        let tree = level_of_detail::tree(self, merged, linear_of_srgb, report);
         self.max_reach = tree.blocks.iter().map(|block| block.reach).fold(0.0, f32::max);
         self.blocks = tree.blocks;
         self.roots = tree.roots;
         report(1.0);
     }
 
-    /// Appends merged surfels, filled up to whole groups.
-    fn push(&mut self, samples: &[Sample]) {
+    /// Appends merged surfels, filled up to whole groups; the number of the first of these.
+    pub(crate) fn push(&mut self, samples: &[Sample]) -> usize {
+        let first = self.n_places / WIDTH;
         self.positions.push(samples.iter().map(|sample| sample.position));
         self.normals.push(samples.iter().map(|sample| sample.normal));
         if let Shape::Radius(radii) = &mut self.shape {
@@ -234,6 +230,7 @@ impl Columns {
         self.n_places += padded(samples.len());
         self.stands_for.resize(self.n_places - padded(self.len), 0);
         self.pad_albedo(self.n_places);
+        first
     }
 
     fn pad_albedo(&mut self, n: usize) {

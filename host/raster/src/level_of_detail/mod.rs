@@ -19,22 +19,22 @@ use block::{Block, Bounds, half_angle};
 use merge::{BRANCH, COARSEST, Sample, dot, gather, merged, typical_radius, unit_vector};
 use rayon::prelude::*;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Surfels of the smallest blocks.
 const BLOCK: usize = 16 * WIDTH;
 /// Merged surfels replace theirs where there are fewer than this share of them.
 const WORTHWHILE: f64 = 0.7;
 
-/// How often the progress of making the smallest blocks is reported.
-const STEPS: usize = 32;
+/// Levels of blocks that are made together, over `BRANCH` to this power of the smallest ones: what they are merged of
+/// takes more memory than the cloud itself, and lives no longer.
+const TOGETHER: u32 = 4;
+/// Parts of so many blocks that a thread makes before merged surfels are put to those of the cloud.
+const AT_A_TIME: usize = 4;
 
 /// What the blocks of a cloud are.
 pub(crate) struct Tree {
     pub(crate) blocks: Vec<Block>,
     pub(crate) roots: Range<usize>,
-    /// Merged surfels of blocks, in the order of their groups, from the first behind the cloud's.
-    pub(crate) merged: Vec<Vec<Sample>>,
 }
 
 /// A block being made.
@@ -45,69 +45,114 @@ struct Node {
     samples: Vec<Sample>,
 }
 
-/// Blocks, and merged surfels where these are asked for: they take memory and time. `tell` hears how far
-/// it is, in [0, 1].
+/// A part of the tree: blocks that count theirs from 0, and the one above all of them.
+struct Part {
+    blocks: Vec<Block>,
+    /// Merged surfels, with the number of the block that they are of.
+    merged: Vec<(usize, Vec<Sample>)>,
+    top: Node,
+}
+
+/// Makes blocks, and where there are to be `merged` surfels appends these to the columns: they take memory and time.
+/// `report` hears how far it is, in [0, 1].
 pub(crate) fn tree(
-    columns: &Columns,
+    columns: &mut Columns,
     merged: bool,
     linear_of_srgb: &[f32; 256],
     report: &(dyn Fn(f32) + Sync),
 ) -> Tree {
     let n = columns.len();
     let merges = merged && matches!(columns.shape, Shape::Radius(_));
-    let leaf = |first: usize| leaf(columns, first..(first + BLOCK).min(n), merges, linear_of_srgb);
-    let firsts: Vec<usize> = (0..n).step_by(BLOCK).collect();
-    let parts = |first: usize, i: usize, n: usize| {
-        [first + BRANCH * i, first + (BRANCH * (i + 1)).min(n)].map(|at| at as u32)
-    };
-    let (n_groups, n_done) = (firsts.len().div_ceil(BRANCH), AtomicUsize::new(0));
-    let one_done = || {
-        let done = 1 + n_done.fetch_add(1, Ordering::Relaxed);
-        if done.is_multiple_of(n_groups.div_ceil(STEPS)) {
-            // Each level above takes a quarter of the one below.
-            report(0.75 * done as f32 / n_groups as f32);
-        }
-    };
-    // The samples of the smallest blocks live until their four are joined: all of them at once would
-    // take more than the cloud itself.
-    let (leaves, mut level): (Vec<Vec<Block>>, Vec<Node>) = firsts
-        .par_chunks(BRANCH)
-        .enumerate()
-        .map(|(i, firsts)| {
-            let leaves: Vec<Node> = firsts.iter().map(|&first| leaf(first)).collect();
-            let blocks = leaves.iter().map(|leaf| leaf.block).collect();
-            let node = joined(&leaves, parts(0, i, n.div_ceil(BLOCK)));
-            one_done();
-            (blocks, node)
-        })
-        .unzip();
-    let blocks: Vec<Block> = leaves.into_iter().flatten().collect();
-    if blocks.len() <= 1 {
-        return Tree { roots: 0..blocks.len(), blocks, merged: Vec::new() };
+    let n_leaves = n.div_ceil(BLOCK);
+    if n_leaves <= 1 {
+        let leaf = (n > 0).then(|| leaf(columns, 0..n, merges, linear_of_srgb).block);
+        let blocks: Vec<Block> = leaf.into_iter().collect();
+        return Tree { roots: 0..blocks.len(), blocks };
     }
-    let mut tree = Tree { blocks, roots: 0..0, merged: Vec::new() };
-    let mut first_group = n.div_ceil(WIDTH);
+    let n_levels = (1..=TOGETHER).find(|&k| BRANCH.pow(k) >= n_leaves).unwrap_or(TOGETHER);
+    let per_part = BRANCH.pow(n_levels);
+    let firsts: Vec<usize> = (0..n_leaves).step_by(per_part).collect();
+    let mut tree = Tree { blocks: Vec::new(), roots: 0..0 };
+    let mut level: Vec<Node> = Vec::with_capacity(firsts.len());
+    for firsts in firsts.chunks(AT_A_TIME * rayon::current_num_threads()) {
+        let made = |&first: &usize| {
+            let leaves = first..(first + per_part).min(n_leaves);
+            part(columns, leaves, n_levels, merges, linear_of_srgb)
+        };
+        let parts: Vec<Part> = firsts.par_iter().map(made).collect();
+        for mut part in parts {
+            let base = tree.blocks.len();
+            for (number, samples) in part.merged {
+                part.blocks[number].first = columns.push(&samples);
+            }
+            let moved = |block: &mut Block| {
+                if block.parts[1] > block.parts[0] {
+                    block.parts = block.parts.map(|at| at + base as u32);
+                }
+            };
+            part.blocks.iter_mut().for_each(moved);
+            moved(&mut part.top.block);
+            tree.blocks.append(&mut part.blocks);
+            level.push(part.top);
+        }
+        // What is above is a small part of all.
+        report(0.95 * level.len() as f32 * per_part as f32 / n_leaves as f32);
+    }
     loop {
         for node in level.iter_mut().filter(|node| node.block.count > 0) {
-            node.block.first = first_group;
-            first_group += node.block.count;
+            node.block.first = columns.push(&node.samples);
         }
         let first = tree.blocks.len();
         tree.blocks.extend(level.iter().map(|node| node.block));
         tree.roots = first..tree.blocks.len();
-        let join = |(i, nodes): (usize, &[Node])| joined(nodes, parts(first, i, level.len()));
-        let above = match level.len() {
-            0 | 1 => Vec::new(),
-            _ => level.par_chunks(BRANCH).enumerate().map(join).collect(),
-        };
-        // Once those above are made, what they are made of need not be there twice.
-        let drawn = level.into_iter().filter(|node| node.block.count > 0);
-        tree.merged.extend(drawn.map(|node| node.samples));
-        if above.is_empty() {
+        if level.len() == 1 {
             return tree;
         }
+        let join = |(i, nodes): (usize, &[Node])| joined(nodes, places(first, i, level.len()));
+        level = level.par_chunks(BRANCH).enumerate().map(join).collect();
+    }
+}
+
+/// Where the parts of block `i` of a level are that begins at `first` and has `n` parts.
+fn places(first: usize, i: usize, n: usize) -> [u32; 2] {
+    [BRANCH * i, (BRANCH * (i + 1)).min(n)].map(|at| (first + at) as u32)
+}
+
+/// So many levels of blocks over some of the smallest ones.
+fn part(
+    columns: &Columns,
+    leaves: Range<usize>,
+    n_levels: u32,
+    merges: bool,
+    linear_of_srgb: &[f32; 256],
+) -> Part {
+    let n = columns.len();
+    let leaf = |number: usize| {
+        let first = number * BLOCK;
+        leaf(columns, first..(first + BLOCK).min(n), merges, linear_of_srgb)
+    };
+    let (mut blocks, mut level) =
+        (Vec::with_capacity(leaves.len() * BRANCH / (BRANCH - 1)), Vec::new());
+    let all: Vec<usize> = leaves.collect();
+    // The samples of the smallest blocks live until their four are joined.
+    for (i, numbers) in all.chunks(BRANCH).enumerate() {
+        let four: Vec<Node> = numbers.iter().map(|&number| leaf(number)).collect();
+        blocks.extend(four.iter().map(|leaf| leaf.block));
+        level.push(joined(&four, places(0, i, all.len())));
+    }
+    let mut merged = Vec::new();
+    for _ in 1..n_levels {
+        let first = blocks.len();
+        blocks.extend(level.iter().map(|node| node.block));
+        let join = |(i, nodes): (usize, &[Node])| joined(nodes, places(first, i, level.len()));
+        let above: Vec<Node> = level.chunks(BRANCH).enumerate().map(join).collect();
+        let drawn = level.into_iter().enumerate().filter(|(_, node)| node.block.count > 0);
+        merged.extend(drawn.map(|(i, node)| (first + i, node.samples)));
         level = above;
     }
+    // Each level has a quarter of the one below, so one is left.
+    let top = level.pop().unwrap_or_else(|| joined(&[], [0, 0]));
+    Part { blocks, merged, top }
 }
 
 fn leaf(
