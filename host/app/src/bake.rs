@@ -20,6 +20,7 @@ use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::pyramids;
 use surfelshop_session::input::scenes::Source;
+use surfelshop_session::options::values;
 use surfelshop_session::output::json::plain;
 use surfelshop_session::output::terminal::{self, Progress};
 use surfelshop_session::output::{files, provenance};
@@ -68,6 +69,13 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
         files::allow(&arguments.file);
         files::check_outputs(&[&arguments.out])?;
         return bake_pyramid::run(arguments, &steps, &options, stop);
+    }
+    if values::pyramid_file(&arguments.out.display().to_string()).is_ok() {
+        bail!(
+            "{}: expected a pyramid, which tools make another one of, found something else; `surfelshop index` makes \
+             one of it",
+            arguments.file.display()
+        );
     }
     let source = tool_run::source(&arguments.file)?;
     if !scene::is_scene(&arguments.file) {

@@ -1,22 +1,24 @@
 //! `surfelshop bake` over a pyramid: tools run part by part, a pyramid out.
 
 use crate::arguments::BakeArguments;
-use anyhow::{anyhow, bail};
+use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 use surfelshop_api::Scope;
-use surfelshop_pyramid::{Pyramid, PyramidError, RemakeOptions, RemakeSummary, remake};
+use surfelshop_pyramid::{Pyramid, PyramidError, RemakeOptions, RemakeSummary, Rule, remake};
 use surfelshop_runtime::tools::ToolOptions;
 use surfelshop_session::cpu_time::cpu_time;
 use surfelshop_session::options::values;
+use surfelshop_session::output::files;
 use surfelshop_session::output::json::plain;
 use surfelshop_session::output::terminal::{self, Progress};
 use surfelshop_session::tool_run::{LeftBehind, Step};
 
 /// What a tool did.
+#[derive(Clone, serde::Serialize, serde::Deserialize)]
 struct Baked {
     done: RemakeSummary,
     took: Duration,
@@ -41,35 +43,155 @@ pub(crate) fn run(
             arguments.file.display()
         );
     }
+    let mut work = Between::of(arguments, steps)?;
     let mut baked = Vec::new();
-    let mut source = arguments.file.clone();
-    let mut between: Option<Temporary> = None;
     for (number, step) in steps.iter().enumerate() {
+        let source = match number {
+            0 => arguments.file.clone(),
+            _ => work.path(number - 1),
+        };
         let is_last = number + 1 == steps.len();
-        let next = (!is_last).then(|| Temporary(beside(&arguments.out, number + 1)));
-        let output = next.as_ref().map_or(arguments.out.as_path(), |next| next.0.as_path());
-        baked.push(over(arguments, step, (&source, output), options, stop)?);
-        source = output.to_owned();
-        // What the step before made goes once the next is whole.
-        between = next;
+        let output = if is_last { arguments.out.clone() } else { work.path(number) };
+        let done = match work.known(number) {
+            Some(done) if !is_last => done,
+            _ => {
+                let done = over(arguments, step, (&source, &output), options, stop);
+                let done = done.inspect_err(|error| work.tell(arguments, error))?;
+                if !is_last {
+                    work.keep(number, &done)?;
+                }
+                done
+            }
+        };
+        baked.push(done);
     }
-    drop(between);
+    work.remove();
     said(arguments, steps, &baked)
 }
 
-/// A pyramid between two tools, removed when it is no longer needed.
-struct Temporary(PathBuf);
+/// The pyramids between several tools, in a folder beside the output until all is done: a bake that was ended goes on
+/// with the tool that it was at.
+struct Between {
+    folder: PathBuf,
+    /// What each of the tools works on and does, those before it included.
+    identities: Vec<String>,
+    done: Vec<(String, Baked)>,
+}
 
-impl Drop for Temporary {
-    fn drop(&mut self) {
-        // What cannot be removed does no harm.
-        drop(std::fs::remove_file(&self.0));
+/// The file in the folder that says what is done.
+const DONE: &str = "done.json";
+
+impl Between {
+    /// Finds the folder; of one tool there is none.
+    fn of(arguments: &BakeArguments, steps: &[Step]) -> anyhow::Result<Self> {
+        let mut name = arguments.out.as_os_str().to_owned();
+        name.push(".bake");
+        let folder = PathBuf::from(name);
+        let mut identity = identity_of(&arguments.file)?;
+        let mut identities = Vec::new();
+        for step in steps {
+            identity += &format!("; {} of {}", words(step), identity_of(&step.reference.path)?);
+            identities.push(identity.clone());
+        }
+        let mut work = Self { folder, identities, done: Vec::new() };
+        if steps.len() < 2 {
+            return Ok(work);
+        }
+        let text = std::fs::read(work.folder.join(DONE));
+        if text.is_err()
+            && std::fs::read_dir(&work.folder).is_ok_and(|mut all| all.next().is_some())
+        {
+            bail!(
+                "{}: expected no folder of this name, or one of a bake that was ended; remove it, or name \
+                 another output",
+                work.folder.display()
+            );
+        }
+        let known = text.ok().and_then(|text| serde_json::from_slice(&text).ok());
+        work.done = known.unwrap_or_default();
+        std::fs::create_dir_all(&work.folder)
+            .with_context(|| format!("{}: cannot be made", work.folder.display()))?;
+        work.save()?;
+        Ok(work)
+    }
+
+    fn path(&self, number: usize) -> PathBuf {
+        self.folder.join(format!("step-{}.surfels", number + 1))
+    }
+
+    /// What a tool did in an earlier run, where that is still there.
+    fn known(&self, number: usize) -> Option<Baked> {
+        let (identity, baked) = self.done.get(number)?;
+        let is_it = *identity == self.identities[number] && self.path(number).exists();
+        is_it.then(|| baked.clone())
+    }
+
+    fn keep(&mut self, number: usize, done: &Baked) -> anyhow::Result<()> {
+        self.done.truncate(number);
+        self.done.push((self.identities[number].clone(), done.clone()));
+        self.save()
+    }
+
+    fn save(&self) -> anyhow::Result<()> {
+        files::write_whole(&self.folder.join(DONE), &serde_json::to_vec(&self.done)?)
+    }
+
+    /// Says where the work so far is, where the system refused: what is cancelled says so itself.
+    fn tell(&self, arguments: &BakeArguments, error: &anyhow::Error) {
+        if !matches!(error.downcast_ref::<PyramidError>(), Some(PyramidError::Io { .. })) {
+            return;
+        }
+        let mut index = arguments.out.as_os_str().to_owned();
+        index.push(".index");
+        let left = [self.folder.clone(), PathBuf::from(index)];
+        let left: Vec<String> = left
+            .iter()
+            .filter(|folder| folder.exists())
+            .map(|folder| folder.display().to_string())
+            .collect();
+        if !left.is_empty() {
+            terminal::note(format!(
+                "the work so far stays in {}, and the same command goes on from there",
+                left.join(" and ")
+            ));
+        }
+    }
+
+    fn remove(self) {
+        if self.identities.len() > 1 {
+            // What cannot be removed does no harm.
+            drop(std::fs::remove_dir_all(&self.folder));
+        }
     }
 }
 
-/// The pyramid that a tool but the last makes.
-fn beside(out: &Path, number: usize) -> PathBuf {
-    out.with_extension(format!("step-{number}.surfels"))
+/// A file by its place, length, and when it was changed.
+fn identity_of(path: &Path) -> anyhow::Result<String> {
+    let failed = || format!("{}: cannot be read", path.display());
+    let place = path.canonicalize().with_context(failed)?;
+    let found = place.metadata().with_context(failed)?;
+    let changed = found.modified().with_context(failed)?;
+    Ok(format!("{} {} {changed:?}", place.display(), found.len()))
+}
+
+/// What a tool does, with every parameter.
+fn words(step: &Step) -> String {
+    let text = |value: Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let all = parameters(step).into_iter().map(|(id, value)| format!("{id} {}", text(value)));
+    let all: Vec<String> = all.collect();
+    format!(
+        "{}/{} {}: {}",
+        step.reference.package,
+        step.reference.id,
+        step.unit.manifest.version,
+        all.join(", ")
+    )
+}
+
+/// Every parameter with the value that the tool runs with.
+fn parameters(step: &Step) -> serde_json::Map<String, Value> {
+    let declared = step.unit.description.params.iter();
+    declared.map(|one| (one.id.clone(), plain(&one.sanitise(step.values.get(&one.id))))).collect()
 }
 
 /// A tool over a pyramid.
@@ -82,14 +204,7 @@ fn over(
 ) -> anyhow::Result<Baked> {
     let (started, cpu) = (Instant::now(), cpu_time());
     let pyramid = Pyramid::open(source)?;
-    let text = |value: Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    let typed = step.values.iter().map(|(id, value)| format!(" {id}={}", text(plain(value))));
-    let what = format!(
-        "{} {}{}",
-        step.reference.id,
-        step.unit.manifest.version,
-        typed.collect::<String>()
-    );
+    let what = words(step);
     let bar = Progress::new(step.reference.id.clone());
     let tell = |fraction: f64| {
         let flow = bar.tell(fraction);
@@ -100,6 +215,7 @@ fn over(
         what: &what,
         depends: &[&step.reference.path],
         memory: arguments.memory,
+        rule: Rule::Merged,
         progress: &tell,
     };
     let mut left_behind = None;
@@ -120,7 +236,7 @@ fn over(
         terminal::leave(&anyhow!("{error}; {why}"));
     }
     let done = match done {
-        Err(PyramidError::Points(line)) => bail!("{}: {line}", source.display()),
+        Err(PyramidError::Points(line)) => bail!("{}: {line}", arguments.file.display()),
         done => done?,
     };
     drop(bar);
@@ -170,17 +286,13 @@ fn said(arguments: &BakeArguments, steps: &[Step], baked: &[Baked]) -> anyhow::R
 
 /// A run in JSON.
 fn object(step: &Step, Baked { done, took, cpu }: &Baked) -> Value {
-    let declared = step.unit.description.params.iter();
-    let parameters: serde_json::Map<String, Value> = declared
-        .map(|one| (one.id.clone(), plain(&one.sanitise(step.values.get(&one.id)))))
-        .collect();
     json!({
         "tool": {
             "package": step.reference.package,
             "id": step.reference.id,
             "version": step.unit.manifest.version,
             "file": step.reference.path.display().to_string(),
-            "parameters": parameters,
+            "parameters": parameters(step),
         },
         "wall_seconds": took.as_secs_f64(),
         "cpu_seconds": cpu.map(|cpu| cpu.as_secs_f64()),

@@ -26,7 +26,7 @@ pub(crate) fn text(file: &Path) -> anyhow::Result<String> {
     row("columns", contents_info::columns(&CloudHeader { columns, ..CloudHeader::default() }))?;
     contents_info::source_rows(&directory.source.of_cloud(), &mut row)?;
     for note in notes {
-        row("note", note.clone())?;
+        row("note", note.split_whitespace().collect::<Vec<_>>().join(" "))?;
     }
     Ok(text)
 }

@@ -8,7 +8,7 @@
 use crate::error::PyramidError;
 use crate::layout::{Directory, NodeRecord};
 use glam::{DVec3, UVec3};
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::Arc;
 use surfelshop_api::columns::{Element, NORMAL, POSITION, RADIUS};
@@ -22,8 +22,8 @@ pub trait NodeReader: Send + Sync {
     fn with_options(&self, read: &mut dyn FnMut(&ReadOptions<'_>));
 }
 
-/// The most nodes: records of them stay in memory.
-const MOST_NODES: usize = 1 << 24;
+/// The most cells, which stay in memory at some 200 bytes each: ten thousand million points have a million.
+const MOST_NODES: usize = 1 << 21;
 
 /// Most halvings of the cube.
 const DEEPEST: u32 = 30;
@@ -34,8 +34,10 @@ type Key = (u32, UVec3);
 /// A node of the tree that is drawn.
 struct Drawn {
     key: Key,
-    /// Nodes of the file whose points are in it, from the root down.
-    above: Vec<u32>,
+    /// The cell above it, of the root itself.
+    parent: u32,
+    /// The file's node of this cell, where it has one.
+    own: Option<u32>,
 }
 
 /// An open file of points.
@@ -101,20 +103,37 @@ impl PointFile {
 
     /// The surfels of a node.
     pub(crate) fn read(&self, path: &Path, node: u32) -> Result<Cloud, PyramidError> {
-        let Some(Drawn { key, above }) = self.drawn.get(node as usize) else {
+        let Some(Drawn { key, .. }) = self.drawn.get(node as usize) else {
             return Err(PyramidError::file(path, format!("expected a node, found {node}")));
         };
-        let wanted: Vec<PointNode> =
-            above.iter().map(|&node| self.tree.nodes[node as usize]).collect();
+        let mut wanted: Vec<PointNode> =
+            points_of(&self.drawn, node).map(|node| self.tree.nodes[node as usize]).collect();
+        // From the root down.
+        wanted.reverse();
         let bytes: u64 = self.header.columns.iter().map(|column| column.point_bytes() as u64).sum();
         let points: u64 = wanted.iter().map(|node| node.points).sum();
         let fault = |line: String| PyramidError::file(path, line);
-        memory::ask(points.saturating_mul(bytes)).map_err(|out| fault(out.to_string()))?;
+        // Read, gathered, and with what is estimated.
+        memory::ask(points.saturating_mul(3 * bytes)).map_err(|out| fault(out.to_string()))?;
         let (header, columns) = read_with(&*self.read, |read| nodes_of(path, &wanted, read))?;
         let place = header.column(POSITION).map(|(place, _)| place);
         let positions = place.and_then(|place| columns.get(place));
         let n = positions.map_or(0, |positions| positions.len() / 3);
+        if n as u64 != points {
+            return Err(fault(format!(
+                "expected {points} points in the cells above {}, found {n}: the file is damaged; `surfelshop index` \
+                 takes what can be read",
+                key.1
+            )));
+        }
+        // Its own are those of the cell whatever rounding does at its border.
+        let own =
+            self.drawn[node as usize].own.map_or(0, |own| self.tree.nodes[own as usize].points);
+        let first_own = points - own;
         let is_inside = |row: &u32| {
+            if u64::from(*row) >= first_own {
+                return true;
+            }
             let at = |axis: usize| positions?.get_f64(3 * *row as usize + axis);
             let place = [at(0), at(1), at(2)].map(|x| x.unwrap_or(f64::NAN));
             cell(&self.tree, DVec3::from_array(place), key.0) == Some(key.1)
@@ -130,9 +149,11 @@ impl PointFile {
         let gathered = gathered.collect::<Result<Vec<Buffer>, _>>()?;
         drop(columns);
         let header = CloudHeader { rows: None, bounds: None, tree: None, ..header };
-        let mut made = None;
+        let (mut made, mut gathered) = (None, Some(gathered));
         self.read.with_options(&mut |read| {
-            made = Some(assembled(&header, gathered.clone(), self.source.clone(), read));
+            if let Some(columns) = gathered.take() {
+                made = Some(assembled(&header, columns, self.source.clone(), read));
+            }
         });
         match made {
             Some(Ok(loaded)) => Ok(loaded.cloud),
@@ -182,50 +203,57 @@ fn drawn(tree: &PointTree) -> Result<(Vec<Drawn>, Vec<[u32; 2]>), String> {
                 break;
             }
         }
-    }
-    let root = Drawn {
-        key: (0, UVec3::ZERO),
-        above: known.get(&(0, UVec3::ZERO)).into_iter().copied().collect(),
-    };
-    let (mut drawn, mut children) = (Vec::new(), Vec::new());
-    let mut open = VecDeque::from([root]);
-    let mut n_known = 1u32;
-    while let Some(node) = open.pop_front() {
-        let (level, cell) = node.key;
-        if inner.contains(&node.key) {
-            children.push([n_known, 8]);
-            n_known += 8;
-            for eighth in 0..8u32 {
-                let key =
-                    (level + 1, cell * 2 + UVec3::new(eighth & 1, eighth >> 1 & 1, eighth >> 2));
-                let mut above = node.above.clone();
-                above.extend(known.get(&key));
-                open.push_back(Drawn { key, above });
-            }
-        } else {
-            children.push([0, 0]);
+        if inner.len() > MOST_NODES {
+            break;
         }
-        drawn.push(node);
-        if drawn.len() + open.len() > MOST_NODES {
-            return Err(format!("expected an octree of at most {MOST_NODES} cells, found more"));
+    }
+    let own = |key: &Key| known.get(key).copied();
+    let key = (0, UVec3::ZERO);
+    let mut drawn = vec![Drawn { key, parent: 0, own: own(&key) }];
+    let mut children = Vec::new();
+    while let Some(&Drawn { key, .. }) = drawn.get(children.len()) {
+        if !inner.contains(&key) {
+            children.push([0, 0]);
+            continue;
+        }
+        if drawn.len() > MOST_NODES {
+            return Err(format!(
+                "expected an octree of at most {MOST_NODES} cells, found more; `surfelshop index` makes a pyramid"
+            ));
+        }
+        let (level, cell) = key;
+        let parent = children.len() as u32;
+        children.push([drawn.len() as u32, 8]);
+        for eighth in 0..8u32 {
+            let key = (level + 1, cell * 2 + UVec3::new(eighth & 1, eighth >> 1 & 1, eighth >> 2));
+            drawn.push(Drawn { key, parent, own: own(&key) });
         }
     }
     Ok((drawn, children))
+}
+
+/// The file's nodes whose points are in a cell: its own, and those above it up to the root.
+fn points_of(drawn: &[Drawn], cell: u32) -> impl Iterator<Item = u32> + '_ {
+    let above = move |&cell: &u32| {
+        let parent = drawn.get(cell as usize)?.parent;
+        (parent != cell).then_some(parent)
+    };
+    std::iter::successors(Some(cell), above).filter_map(|cell| drawn.get(cell as usize)?.own)
 }
 
 /// What is said of each node. Numbers of points are estimates: of those of nodes above a cell has a quarter a level,
 /// as surfaces do.
 fn records(tree: &PointTree, drawn: &[Drawn], children: &[[u32; 2]]) -> Vec<NodeRecord> {
     let mut records: Vec<NodeRecord> = Vec::with_capacity(drawn.len());
-    for (node, &children) in drawn.iter().zip(children) {
+    for ((number, node), &children) in (0..).zip(drawn).zip(children) {
         let (level, at) = node.key;
         let side = tree.side / f64::from(1u32 << level);
         let spacing = (tree.spacing / f64::from(1u32 << level)) as f32;
-        let share = |&above: &u32| {
+        let share = |above: u32| {
             let above = &tree.nodes[above as usize];
             above.points as f64 * 0.25f64.powi((level - above.level) as i32)
         };
-        let n = node.above.iter().map(share).sum::<f64>().ceil() as u32;
+        let n = points_of(drawn, number).map(share).sum::<f64>().ceil() as u32;
         let is_leaf = children[1] == 0;
         records.push(NodeRecord {
             children,
@@ -277,10 +305,11 @@ mod tests {
         assert_eq!(children[0], [1, 8]);
         let refined: Vec<usize> = (1..17).filter(|&i| children[i][1] > 0).collect();
         assert_eq!(refined, [2], "cell 1, 0, 0 is the second of eight");
-        assert_eq!(drawn[1].above, [0], "nothing is finer there");
-        assert_eq!(drawn[2].above, [0, 1]);
-        let finest = drawn.iter().find(|node| node.key == (2, UVec3::new(2, 1, 0))).unwrap();
-        assert_eq!(finest.above, [0, 1, 2]);
+        let points = |cell: u32| points_of(&drawn, cell).collect::<Vec<_>>();
+        assert_eq!(points(1), [0], "nothing is finer there");
+        assert_eq!(points(2), [1, 0]);
+        let finest = drawn.iter().position(|node| node.key == (2, UVec3::new(2, 1, 0))).unwrap();
+        assert_eq!(points(finest as u32), [2, 1, 0]);
         let records = records(&tree, &drawn, &children);
         assert_eq!(records[2].n_surfels, 125);
         assert!(records[2].grain > 0.0 && records[9].grain == 0.0);
@@ -295,7 +324,7 @@ mod tests {
     fn a_tree_without_a_root_or_with_a_node_twice_is_one_or_a_line() {
         let (drawn, _) = drawn(&tree(&[(1, [0, 0, 1])])).unwrap();
         assert_eq!(drawn.len(), 9);
-        assert!(drawn[0].above.is_empty());
+        assert!(drawn[0].own.is_none());
         let twice = super::drawn(&tree(&[(0, [0; 3]), (0, [0; 3])]));
         assert!(twice.err().is_some_and(|line| line.contains("twice")));
     }

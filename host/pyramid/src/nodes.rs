@@ -4,6 +4,7 @@ use crate::error::PyramidError;
 use crate::pyramid::Pyramid;
 use rayon::prelude::*;
 use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::Duration;
 use surfelshop_cloud::Cloud;
@@ -28,6 +29,8 @@ struct State {
     /// Nodes that were read since somebody waited for them.
     n_arrived: usize,
     fault: Option<PyramidError>,
+    /// Nodes that could not be read, and why not.
+    bad: HashMap<u32, String>,
     has_ended: bool,
 }
 
@@ -79,6 +82,8 @@ impl Drop for Nodes {
         let mut state = self.store.state();
         state.has_ended = true;
         state.wishes.clear();
+        // The thread may be at work for a moment, and keeps the rest.
+        state.held.clear();
         self.store.wished.notify_all();
     }
 }
@@ -136,9 +141,24 @@ impl NodeStore {
                 state.n_loading = n;
                 wishes
             };
-            let read: Vec<(u32, Result<Cloud, PyramidError>)> =
-                next.into_par_iter().map(|node| (node, self.read(node))).collect();
+            let read = |node: u32| {
+                if self.state().has_ended {
+                    return None;
+                }
+                // What goes wrong in here is one node's fault, and must not keep others waiting.
+                let read = catch_unwind(AssertUnwindSafe(|| self.read(node)));
+                let line = format!(
+                    "node {node} cannot be made ready; `surfelshop index` makes another pyramid"
+                );
+                let read = read
+                    .unwrap_or_else(|_panic| Err(PyramidError::file(self.pyramid.path(), line)));
+                Some((node, read))
+            };
+            let read: Vec<_> = next.into_par_iter().filter_map(read).collect();
             let mut state = self.state();
+            if state.has_ended {
+                return;
+            }
             for (node, cloud) in read {
                 match cloud {
                     Ok(cloud) => {
@@ -148,6 +168,7 @@ impl NodeStore {
                     Err(error) => {
                         // One that fails would fail again.
                         state.wishes.clear();
+                        state.bad.insert(node, error.to_string());
                         state.fault.get_or_insert(error);
                     }
                 }
@@ -200,6 +221,11 @@ impl Nodes {
             let mut state = self.store.state();
             state.clock += 1;
             self.store.touch(&mut state, in_use);
+            if let Some(line) = wishes.iter().find_map(|node| state.bad.get(node)) {
+                let fault = PyramidError::Points(line.clone());
+                state.fault.get_or_insert(fault);
+                return;
+            }
             if has_loader {
                 state.wishes = wishes;
                 self.store.wished.notify_all();
@@ -254,14 +280,21 @@ impl Nodes {
         let read: Vec<(usize, Result<Cloud, PyramidError>)> =
             missing.into_par_iter().map(|i| (i, store.read(nodes[i]))).collect();
         let mut state = store.state();
+        let mut fault = None;
         for (i, cloud) in read {
-            found[i] = Some(store.put(&mut state, nodes[i], cloud?));
+            match cloud {
+                Ok(cloud) => found[i] = Some(store.put(&mut state, nodes[i], cloud)),
+                Err(error) => fault = fault.or(Some(error)),
+            }
         }
         // What was read meanwhile by others is as new.
         store.touch(&mut state, nodes);
         let clock = state.clock;
         let_go(&mut state, store.budget, clock);
-        Ok(found.into_iter().flatten().collect())
+        match fault {
+            Some(fault) => Err(fault),
+            None => Ok(found.into_iter().flatten().collect()),
+        }
     }
 }
 

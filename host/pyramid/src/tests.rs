@@ -1,8 +1,8 @@
 //! From files to a pyramid and back.
 
 use crate::{
-    Cut, CutView, IndexOptions, Nodes, Pyramid, PyramidError, RemakeOptions, RemakeSummary, index,
-    remake,
+    Cut, CutView, IndexOptions, Nodes, Pyramid, PyramidError, RemakeOptions, RemakeSummary, Rule,
+    index, remake,
 };
 use glam::DVec3;
 use std::ops::ControlFlow;
@@ -238,7 +238,7 @@ fn two_at_a_time_are_refused_and_other_work_is_begun_anew() {
     let lock = std::fs::File::open(folder.path().join("a.surfels.index/lock")).unwrap();
     lock.lock().unwrap();
     let error = index(&inputs, &output, &options(SMALL)).unwrap_err().to_string();
-    assert!(error.contains("another index works on this output"), "{error}");
+    assert!(error.contains("another index or bake works on this output"), "{error}");
     drop(lock);
     // With other memory the same work goes on; of another file it is begun anew, and says so.
     let same = index(&inputs, &output, &options(1 << 33)).unwrap();
@@ -370,7 +370,8 @@ fn parted(folder: &Path) -> Pyramid {
 }
 
 fn remaking(scope: Scope) -> RemakeOptions<'static> {
-    RemakeOptions { scope, what: "test", depends: &[], memory: SMALL, progress: &silent }
+    let rule = Rule::Merged;
+    RemakeOptions { scope, what: "test", depends: &[], memory: SMALL, rule, progress: &silent }
 }
 
 /// What a tool would have staged.

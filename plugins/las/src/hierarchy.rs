@@ -15,13 +15,21 @@ const INFO: usize = 160;
 /// Bytes of an entry of a page.
 const ENTRY: u64 = 32;
 /// Most halvings of the root's cube.
-const DEEPEST: u32 = 31;
+const DEEPEST: u32 = 30;
 
-/// The octree; its nodes only where they are wanted.
+/// What to do about a damaged hierarchy.
+const INSTEAD: &str = "read the file as a whole (without --in-place), or write it again";
+
+/// The octree; its nodes only where they are wanted, which must have so many points together.
 ///
 /// # Errors
 /// Where the record or a page is damaged, or the system refuses.
-pub(crate) fn tree(file: &FileSource, info: &[u8], with_nodes: bool) -> Result<PointTree> {
+pub(crate) fn tree(
+    file: &FileSource,
+    info: &[u8],
+    with_nodes: bool,
+    n_points: u64,
+) -> Result<PointTree> {
     if info.len() < INFO {
         let found = info.len();
         return Err(Error::new(format!("expected a COPC record of {INFO} bytes, found {found}")));
@@ -32,7 +40,7 @@ pub(crate) fn tree(file: &FileSource, info: &[u8], with_nodes: bool) -> Result<P
     if !centre.is_finite() || !is_length(half) || !is_length(spacing) {
         return Err(Error::new(format!(
             "expected a COPC cube with a centre, a half side and a spacing above 0, found {centre}, {half} and \
-             {spacing}"
+             {spacing}; {INSTEAD}"
         )));
     }
     let (low, side) = (centre - half, 2.0 * half);
@@ -40,6 +48,12 @@ pub(crate) fn tree(file: &FileSource, info: &[u8], with_nodes: bool) -> Result<P
         true => nodes(file, (u64_at(info, 40), u64_at(info, 48)))?,
         false => Vec::new(),
     };
+    let found: u64 = nodes.iter().map(|node| node.points).sum();
+    if with_nodes && found != n_points {
+        return Err(Error::new(format!(
+            "expected a COPC hierarchy of {n_points} points, found one of {found}; {INSTEAD}"
+        )));
+    }
     Ok(PointTree { low, side, spacing, nodes })
 }
 
@@ -53,32 +67,35 @@ fn nodes(file: &FileSource, first: (u64, u64)) -> Result<Vec<PointNode>> {
         let is_within = at.checked_add(len).is_some_and(|end| end <= file.length());
         if len % ENTRY != 0 || !is_within || len > left {
             return Err(Error::new(format!(
-                "expected a page of the COPC hierarchy of whole entries in the file, found {len} bytes at {at}"
+                "expected a page of the COPC hierarchy of whole entries in the file, found {len} bytes at {at}; {INSTEAD}"
             )));
         }
         left -= len;
         let page = file.bytes_at(at, len)?;
         for entry in page.chunks_exact(ENTRY as usize) {
             let signed = |at: usize| u32_at(entry, at).cast_signed();
-            let key = [signed(0), signed(4), signed(8), signed(12)].map(|x| u32::try_from(x).ok());
-            let [Some(level), Some(x), Some(y), Some(z)] = key else { continue };
-            let (place, size, points) = (u64_at(entry, 16), signed(24), signed(28));
-            let cell = [x, y, z];
-            let is_cell = level <= DEEPEST && cell.iter().all(|&at| u64::from(at) < 1 << level);
-            let size = u64::try_from(size).unwrap_or(0);
-            match points {
-                -1 => pages.push((place, size)),
-                1.. if is_cell => {
-                    let points = u64::from(points.unsigned_abs());
-                    nodes.try_reserve(1)?;
-                    nodes.push(PointNode { level, cell, points, place: [place, size] });
-                }
-                0 if is_cell => {
-                    nodes.push(PointNode { level, cell, points: 0, place: [place, 0] });
-                }
-                // Cells that there are none of have no points.
-                _ => {}
+            let key = [0, 4, 8, 12].map(|at| u32_at(entry, at));
+            let ([level, cell @ ..], place) = (key, u64_at(entry, 16));
+            let (size, points) = (signed(24), signed(28));
+            if points == -1 {
+                pages.push((place, u64::from(size.unsigned_abs())));
+                continue;
             }
+            let is_cell =
+                level <= DEEPEST && cell.iter().all(|&at| u64::from(at) < 1 << level.min(DEEPEST));
+            let is_within = size >= 0
+                && place
+                    .checked_add(u64::from(size.unsigned_abs()))
+                    .is_some_and(|end| end <= file.length());
+            if !is_cell || points < 0 || (points > 0 && !is_within) {
+                return Err(Error::new(format!(
+                    "expected nodes of the COPC hierarchy with points in the file, found level {level}, cell {cell:?}, \
+                     {points} points in {size} bytes at {place}; {INSTEAD}"
+                )));
+            }
+            nodes.try_reserve(1)?;
+            let (points, size) = (u64::from(points.unsigned_abs()), u64::from(size.unsigned_abs()));
+            nodes.push(PointNode { level, cell, points, place: [place, size] });
         }
     }
     Ok(nodes)
@@ -102,7 +119,7 @@ pub(crate) fn read(
         let is_within = at.checked_add(len).is_some_and(|end| end <= file.length());
         if !is_within || node.points > len.saturating_mul(PLAUSIBLE) {
             return Err(Error::new(format!(
-                "expected a node of {} points in the file, found {len} bytes at {at}",
+                "expected a node of {} points in the file, found {len} bytes at {at}; {INSTEAD}",
                 node.points
             )));
         }

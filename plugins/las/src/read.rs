@@ -40,7 +40,8 @@ pub(crate) fn read(file: &FileSource, clouds: &mut CloudSink<'_>, job: &Job<'_>)
     let mut cloud = describe(&header, &records, projection, &layout, rows);
     let wanted = clouds.nodes().map(<[PointNode]>::to_vec);
     if let (Some(_), Body::Compressed(..), Some(copc)) = (&wanted, &body, &records.copc) {
-        cloud.tree = Some(hierarchy::tree(file, copc, wanted.as_ref().is_none_or(Vec::is_empty))?);
+        let with_nodes = wanted.as_ref().is_none_or(Vec::is_empty);
+        cloud.tree = Some(hierarchy::tree(file, copc, with_nodes, header.n_points)?);
     }
     for warning in &warnings {
         clouds.warn(warning);

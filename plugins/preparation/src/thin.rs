@@ -15,8 +15,8 @@
 //! keeps those that were larger; `scale` enlarges all by the root of how many fewer there are.
 //!
 //! Limits: distances are straight, so sides of a sheet thinner than the spacing thin each other.
-//! Over a pyramid parts are thinned by themselves: a `spacing` may be missed where two parts meet, and a `count` is
-//! refused. Other columns stay as they were: a colour is that of a point, not the mean around it.
+//! Over a pyramid parts are thinned by themselves: a `count` is refused, and where two parts meet some points may be
+//! closer than the `spacing`, the more of them the closer it is to 18 times the spacing of the points. Other columns stay as they were: a colour is that of a point, not the mean around it.
 //!
 //! Source: Cook 1986 for dart throwing; Yuksel, "Sample Elimination for Generating Poisson Disk
 //! Sample Sets", Eurographics 2015.
@@ -27,9 +27,9 @@
 
 use crate::surfels::{count, finite, normals, positions, progress_of, stage_radii};
 use surfelshop_api::columns::{CONTEXT, RADIUS};
-use surfelshop_api::glam::Vec3;
+use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::{areas, radii, spread, thinning};
+use surfelshop_geometry::{areas, hashing, radii, spread, thinning};
 
 choices! {
     /// Which surfels stay.
@@ -110,7 +110,14 @@ impl Tool for Thin {
             ));
         }
         let normals = normals(cloud);
-        let kept = chosen(&positions, &normals, params, spacing, job)?;
+        let kept = match cloud.column(CONTEXT) {
+            Some(_) if params.method == Method::BlueNoise && spacing > 0.0 => {
+                let progress = progress_of(job, 0.0..0.7, "choosing surfels");
+                let turn = by_place(cloud.origin, &positions, spacing, params.seed);
+                spread::apart_by(&positions, spacing, &turn, &progress)?
+            }
+            _ => chosen(&positions, &normals, params, spacing, job)?,
+        };
         let n_kept = count(&kept);
         if n_kept == 0 {
             return Err(Error::new("expected finite positions, found none"));
@@ -144,6 +151,25 @@ impl Tool for Thin {
 }
 
 /// Which surfels stay.
+/// An order that follows from where points lie in the world, and not from their numbers: parts of a cloud that have the
+/// same points around choose alike.
+fn by_place(
+    origin: DVec3,
+    positions: &[Vec3],
+    spacing: f64,
+    seed: u32,
+) -> impl Fn(u32) -> u64 + use<'_> {
+    // Positions are rounded differently from part to part, by far less than this.
+    let step = spacing / 1024.0;
+    move |index| {
+        let place = (origin + positions[index as usize].as_dvec3()) / step;
+        let numbers = place.to_array().map(|x| (x.round() as i64).cast_unsigned());
+        numbers.into_iter().fold(hashing::scattered(u64::from(seed)), |key, number| {
+            hashing::scattered(key ^ hashing::scattered(number))
+        })
+    }
+}
+
 fn chosen(
     positions: &[Vec3],
     normals: &[Vec3],

@@ -69,8 +69,9 @@ fn ambient_occlusion_of_parts_is_that_of_the_whole() {
     // Otherwise anything would do.
     assert!(darkest < 0.8 && sum / f64::from(n) < 0.99, "{darkest}, {}", sum / f64::from(n));
     let rms = (squares / f64::from(n)).sqrt();
-    // Far less than the 0.005 to 0.01 by which the method is off.
-    assert!(rms < 0.002 && worst < 0.05, "{rms}, at worst {worst}");
+    // Far less than the 0.005 to 0.01 by which the method is off. Where rays are traced both have a standard error of up
+    // to 0.03, by other rays: four of their difference.
+    assert!(rms < 0.002 && worst < 0.17, "{rms}, at worst {worst}");
 }
 
 #[test]
@@ -95,7 +96,8 @@ fn tools_of_a_surfel_and_of_its_neighbours_do_what_they_do_in_memory() {
         "radii:factor=1.5",
     ])
     .done();
-    assert!(!desk.files().iter().any(|name| name.contains("step") || name.contains("index")));
+    let is_left = |name: &String| name.contains(".bake") || name.contains(".index");
+    assert!(!desk.files().iter().any(is_left), "{:?}", desk.files());
     desk.run_with(&[
         "bake",
         "a.ply",
@@ -125,7 +127,7 @@ fn tools_of_a_surfel_and_of_its_neighbours_do_what_they_do_in_memory() {
     assert_eq!(n, 120_000);
     assert!(n_off < 30, "{n_off} differ");
     let told = desk.run("info b.surfels").done().stdout;
-    assert!(told.contains("orientation=keep") && told.contains("factor=1.5"), "{told}");
+    assert!(told.contains("orientation keep") && told.contains("factor 1.5"), "{told}");
 
     // Which have companions follows from what is around alone.
     let outliers = "-t outliers --set method=radius --set radius=0.012 --set companions=4";
@@ -206,6 +208,21 @@ fn a_bake_that_is_killed_goes_on_to_the_same_bytes() {
     let bytes = |name: &str| std::fs::read(desk.at(name)).unwrap();
     assert!(bytes("whole.surfels") == bytes("parts.surfels"));
     assert!(!desk.files().iter().any(|name| name.contains(".index")));
+    // Of several tools those that are done are not done again.
+    std::fs::create_dir(desk.at("two.surfels.bake")).unwrap();
+    std::fs::write(desk.at("two.surfels.bake/mine.txt"), "").unwrap();
+    let two =
+        "bake a.surfels -t radii -t outliers --set outliers:method=radius --set outliers:radius=";
+    desk.run(&format!("{two}1 -o two.surfels")).failed(&["two.surfels.bake", "remove it"]);
+    assert!(desk.at("two.surfels.bake/mine.txt").exists());
+    std::fs::remove_dir_all(desk.at("two.surfels.bake")).unwrap();
+    desk.run(&format!("{two}1e-9 -o two.surfels")).failed(&["a.surfels", "none left"]);
+    let step = desk.at("two.surfels.bake/step-1.surfels");
+    let made = step.metadata().unwrap().modified().unwrap();
+    desk.run(&format!("{two}1e-9 -o two.surfels")).failed(&["a.surfels", "none left"]);
+    assert_eq!(step.metadata().unwrap().modified().unwrap(), made);
+    desk.run(&format!("{two}1 -o two.surfels")).done();
+    assert!(!desk.at("two.surfels.bake").exists());
     // In its own place.
     desk.run("bake a.surfels -t normals -o a.surfels --memory 64MB").done();
     let n: usize = leaves(&desk, "a.surfels").iter().map(Cloud::len).sum();
@@ -217,6 +234,7 @@ fn what_tools_cannot_do_to_pyramids_is_one_line() {
     let desk = TestFolder::new();
     put(&desk, 70_000);
     desk.run("bake a.surfels -t normals -o b.ply").failed(&["b.ply", ".surfels"]);
+    desk.run("bake a.ply -t normals -o b.surfels").failed(&["a.ply", "pyramid", "index"]);
     desk.run("bake a.surfels -t sample -o b.surfels").failed(&["sample", "whole", "index"]);
     desk.run("bake a.surfels -t thin --set count=1000 -o b.surfels").failed(&[
         "a.surfels",

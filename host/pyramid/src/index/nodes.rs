@@ -36,8 +36,19 @@ pub(crate) struct Node {
     pub(crate) cloud: Cloud,
 }
 
+/// What stands for the surfels beneath a node.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rule {
+    /// Merged surfels.
+    #[default]
+    Merged,
+    /// As many of them as there would be merged ones, enlarged by as much as there are fewer: to compare with.
+    Sampled,
+}
+
 /// A file of columns.
 pub(crate) struct NodeFile {
+    pub(crate) rule: Rule,
     path: PathBuf,
     file: File,
     written: u64,
@@ -53,7 +64,7 @@ pub(crate) struct Coarse {
 impl NodeFile {
     pub(crate) fn create(path: &Path) -> Result<Self, PyramidError> {
         let file = File::create(path).map_err(PyramidError::io(path))?;
-        Ok(Self { path: path.to_owned(), file, written: 0 })
+        Ok(Self { rule: Rule::Merged, path: path.to_owned(), file, written: 0 })
     }
 
     /// Writes a node's columns.

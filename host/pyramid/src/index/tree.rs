@@ -2,12 +2,15 @@
 
 use super::cells::{Cell, Cube, LEVELS};
 use super::merged::{self, NODE};
-use super::nodes::{Coarse, Made, Node, NodeFile};
+use super::nodes::{Coarse, Made, Node, NodeFile, Rule};
 use crate::error::PyramidError;
+use crate::pyramid::{Missing, together};
 use glam::DVec3;
 use rayon::prelude::*;
 use std::ops::Range;
-use surfelshop_cloud::{Cloud, Column};
+use surfelshop_api::columns::RADIUS;
+use surfelshop_cloud::{Buffer, Cloud, CloudError, Column, silent};
+use surfelshop_geometry::{Cancelled, thinning};
 
 /// Divides the surfels of a cell into leaves, and merges those above them; the highest node.
 pub(crate) fn tree(
@@ -107,8 +110,29 @@ pub(crate) fn joined(
     let apart: Vec<f32> = made.iter().map(|made| made.record.apart).collect();
     let origin = clouds.first().map_or(DVec3::ZERO, Cloud::origin);
     let merged = merged::merged(&clouds, &apart, origin);
-    let merged = merged.map_err(|error| PyramidError::Points(error.to_string()))?;
-    drop(clouds);
+    let fault = |error: CloudError| PyramidError::Points(error.to_string());
+    let merged = merged.map_err(fault)?;
     let coarse = Coarse { grain: merged.grain, apart: merged.apart };
-    file.put(cell, merged.cloud, coarse, made)
+    let cloud = match file.rule {
+        Rule::Merged => merged.cloud,
+        Rule::Sampled => sampled(&clouds, merged.cloud.len(), origin).map_err(fault)?,
+    };
+    drop(clouds);
+    file.put(cell, cloud, coarse, made)
+}
+
+/// About so many surfels of several clouds, one of each cell of a grid, as large as they have to be to cover the same.
+fn sampled(clouds: &[Cloud], n: usize, origin: DVec3) -> Result<Cloud, CloudError> {
+    let all: Vec<&Cloud> = clouds.iter().collect();
+    let whole = together(&all, origin, Missing::Zero)?;
+    let stopped = |_stopped: Cancelled| CloudError::Edit {
+        expected: "an end".to_owned(),
+        found: "a wish to stop".to_owned(),
+    };
+    let edge = thinning::edge_for(whole.positions(), n, &silent).map_err(stopped)?;
+    let mask = thinning::one_per_cube(whole.positions(), edge, &silent).map_err(stopped)?;
+    let kept = whole.keep(&mask)?;
+    let factor = (whole.len() as f64 / kept.len().max(1) as f64).sqrt() as f32;
+    let radii = kept.radii().iter().map(|radius| radius * factor).collect();
+    kept.with_columns(vec![Column::new(RADIUS, 1, Buffer::F32(radii))])
 }

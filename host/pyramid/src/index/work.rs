@@ -116,7 +116,7 @@ impl Work {
             }
             Err(TryLockError::WouldBlock) => Err(PyramidError::file(
                 &self.folder,
-                "another index works on this output; wait until it has ended, or name another",
+                "another index or bake works on this output; wait until it has ended, or name another",
             )),
             // File systems without locks have them for nobody.
             Err(TryLockError::Error(_)) => Ok(()),

@@ -6,7 +6,8 @@ use crate::pyramid::Pyramid;
 use glam::DVec3;
 use std::collections::BinaryHeap;
 use surfelshop_api::Scope;
-use surfelshop_cloud::{Cloud, CloudError};
+use surfelshop_api::columns::RADIUS;
+use surfelshop_cloud::{Buffer, Cloud, CloudError, Column};
 use surfelshop_geometry::Bounds;
 
 /// The angle under which merged surfels are seen at most, as half the chord by the distance: a disc of the sky of
@@ -74,11 +75,23 @@ fn masked(cloud: &Cloud, mask: &[bool]) -> Result<Cloud, PyramidError> {
     kept.map_err(|error: CloudError| PyramidError::Points(error.to_string()))
 }
 
+/// The surfels that stand for so many each.
+fn enlarged(cloud: Cloud, one_of: usize) -> Result<Cloud, PyramidError> {
+    if one_of < 2 {
+        return Ok(cloud);
+    }
+    let factor = (one_of as f32).sqrt();
+    let radii = cloud.radii().iter().map(|radius| radius * factor).collect();
+    let radii = Column::new(RADIUS, 1, Buffer::F32(radii));
+    let enlarged = cloud.with_columns(vec![radii]);
+    enlarged.map_err(|error| PyramidError::Points(error.to_string()))
+}
+
 impl Context<'_> {
     /// How far away all of a node is at least.
     fn distance(&self, node: u32) -> f64 {
         let record = &self.pyramid.nodes()[node as usize];
-        // The largest coordinate of a difference is at least its length by the root of three.
+        // No coordinate of a difference exceeds its length.
         (away(&self.bounds, record.middle) - f64::from(record.spread)).max(0.0)
     }
 
@@ -162,12 +175,15 @@ impl Context<'_> {
             open.extend((first..first + count).map(coarse));
         }
         taken.sort_unstable();
+        // Where even the coarsest are too many for the memory, some stand for all.
+        let one_of = n_taken.div_ceil(self.most).max(1);
         let mut found = Vec::with_capacity(taken.len());
         for node in taken {
             let cloud = self.pyramid.read(node)?;
-            let mask: Vec<bool> =
-                self.aways(&cloud).iter().map(|&away| away > self.reach).collect();
-            found.push(masked(&cloud, &mask)?);
+            let aways = self.aways(&cloud);
+            let is_far = |i: usize| i.is_multiple_of(one_of) && aways[i] > self.reach;
+            let mask: Vec<bool> = (0..cloud.len()).map(is_far).collect();
+            found.push(enlarged(masked(&cloud, &mask)?, one_of)?);
         }
         found.retain(|cloud| !cloud.is_empty());
         Ok(found)

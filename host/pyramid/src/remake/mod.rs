@@ -14,15 +14,17 @@ use crate::error::PyramidError;
 use crate::index::chunk::kept_or_made;
 use crate::index::finish::{self, read_back};
 use crate::index::most_points;
-use crate::index::nodes::{Made, NodeFile};
+use crate::index::nodes::{Made, NodeFile, Rule};
 use crate::index::spool::OpenFiles;
 use crate::index::tree::joined;
 use crate::index::work::Work;
 use crate::layout::Directory;
 use crate::pyramid::Pyramid;
+use glam::DVec3;
 use part::{Part, cell};
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
-use surfelshop_api::Scope;
+use surfelshop_api::{ObjectFrame, Scope};
 use surfelshop_cloud::{Cloud, EditedCloud, Progress};
 use surfelshop_geometry::part as share;
 
@@ -37,6 +39,8 @@ pub struct RemakeOptions<'a> {
     pub depends: &'a [&'a Path],
     /// Memory that it takes at most, bytes, beside the program itself.
     pub memory: u64,
+    /// What stands for the surfels beneath a node.
+    pub rule: Rule,
     /// Is told how far it is, and may stop it.
     pub progress: Progress<'a>,
 }
@@ -47,7 +51,7 @@ pub type Change<'a> =
     &'a mut dyn FnMut(&Cloud, Progress<'_>) -> Result<Option<EditedCloud>, String>;
 
 /// What was made.
-#[derive(Clone, Debug, Default, serde::Serialize)]
+#[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 pub struct RemakeSummary {
     /// Surfels of the leaves before.
     pub n_before: u64,
@@ -70,9 +74,41 @@ pub struct RemakeSummary {
 /// What became of a part.
 #[derive(Clone, Debug, Default, serde::Serialize, serde::Deserialize)]
 struct Counts {
+    /// Centres of new surfels that reach over the border of the part.
+    at_border: Vec<DVec3>,
     n_surfels: u64,
     largest_radius: f32,
     columns: Vec<String>,
+}
+
+/// New surfels at the borders of parts that are made: where a neighbouring part has the same, one of both is enough.
+struct Known {
+    places: HashSet<[i64; 3]>,
+    /// Two are the same where they are so close, scene units: positions are rounded differently from part to part.
+    step: f64,
+}
+
+impl Known {
+    fn new(object: &ObjectFrame) -> Self {
+        Self { places: HashSet::new(), step: 1e-6 * object.size }
+    }
+
+    /// The steps that a place lies in, and those that it may be rounded to.
+    fn keys(&self, place: DVec3) -> [[i64; 3]; 2] {
+        let steps = place / self.step;
+        [steps.floor(), (steps + 0.5).floor() + 0.5]
+            .map(|steps| (2.0 * steps).to_array().map(|x| x as i64))
+    }
+
+    fn add(&mut self, places: &[DVec3]) {
+        for &place in places {
+            self.places.extend(self.keys(place));
+        }
+    }
+
+    fn has(&self, place: DVec3) -> bool {
+        !self.places.is_empty() && self.keys(place).iter().any(|key| self.places.contains(key))
+    }
 }
 
 /// Makes a pyramid of another one.
@@ -86,7 +122,7 @@ pub fn remake(
     options: &RemakeOptions<'_>,
     change: Change<'_>,
 ) -> Result<RemakeSummary, PyramidError> {
-    let what = format!("{} {:?}", options.what, options.scope);
+    let what = format!("{} {:?} {:?}", options.what, options.scope, options.rule);
     let inputs: Vec<&Path> =
         [pyramid.path()].into_iter().chain(options.depends.iter().copied()).collect();
     let mut work = Work::find(output, &inputs, what, most_points(options.memory))?;
@@ -99,7 +135,8 @@ pub fn remake(
         warnings: work.warning.iter().cloned().collect(),
         ..RemakeSummary::default()
     };
-    let (mut made, mut largest_radius, mut done) = (Vec::new(), 0f32, 0);
+    let (mut made, mut largest_radius, mut done) = (HashMap::new(), 0f32, 0);
+    let mut known = Known::new(&pyramid.object());
     for (number, &node) in parts.iter().enumerate() {
         let n_beneath = pyramid.nodes()[node as usize].n_beneath;
         let at = |done: u64| 0.95 * done as f64 / directory.n_surfels.max(1) as f64;
@@ -109,14 +146,20 @@ pub fn remake(
             return Err(stopped());
         }
         let path = work.folder.join(format!("part-{number}.bin"));
-        let part = Part { pyramid, node, scope: options.scope };
-        let found = kept_or_made(&path, |path| part.changed(path, &progress, change));
+        let part = Part { pyramid, node, scope: options.scope, rule: options.rule };
+        let found = kept_or_made(&path, |path| part.changed(path, &progress, &known, change));
         let (top, counts) = match found {
             // Whatever it says when it is stopped.
             Err(_) if progress(0.0).is_break() => return Err(stopped()),
+            // What cannot even begin leaves nothing behind.
+            Err(error @ PyramidError::Points(_)) if made.is_empty() => {
+                work.remove();
+                return Err(error);
+            }
             found => found?,
         };
-        made.push((node, top));
+        made.insert(node, top);
+        known.add(&counts.at_border);
         summary.n_surfels += counts.n_surfels;
         largest_radius = largest_radius.max(counts.largest_radius);
         for column in counts.columns {
@@ -128,11 +171,14 @@ pub fn remake(
     }
     let top = work.folder.join("top.bin");
     let (mut file, mut files) = (NodeFile::create(&top)?, OpenFiles::default());
+    file.rule = options.rule;
     let root = above(pyramid, 0, &mut made, (&mut file, &mut files))?;
     file.finish()?;
     let Some(root) = root else {
         work.remove();
-        return Err(PyramidError::Points("expected surfels to stay, found none left".to_owned()));
+        return Err(PyramidError::Points(
+            "expected surfels to stay, found none left; ask the tool to remove fewer".to_owned(),
+        ));
     };
     let mut notes = directory.notes.clone();
     notes.push(format!(
@@ -170,11 +216,11 @@ fn parts(pyramid: &Pyramid, most: u64) -> Vec<u32> {
 fn above(
     pyramid: &Pyramid,
     node: u32,
-    made: &mut Vec<(u32, Option<Made>)>,
+    made: &mut HashMap<u32, Option<Made>>,
     (file, files): (&mut NodeFile, &mut OpenFiles),
 ) -> Result<Option<Made>, PyramidError> {
-    if let Some(part) = made.iter_mut().find(|(part, _)| *part == node) {
-        return Ok(part.1.take());
+    if let Some(part) = made.remove(&node) {
+        return Ok(part);
     }
     let record = &pyramid.nodes()[node as usize];
     let [first, count] = record.children;

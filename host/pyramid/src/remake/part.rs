@@ -1,13 +1,14 @@
 //! A part of a pyramid: its surfels with those around it, and what they are changed to as nodes.
 
 use super::context;
-use super::{Change, Counts};
+use super::{Change, Counts, Known};
 use crate::error::PyramidError;
 use crate::index::cells::{Cell, Cube};
 use crate::index::merged::NODE;
-use crate::index::nodes::{Coarse, Made, Node, NodeFile};
+use crate::index::nodes::{Coarse, Made, Node, NodeFile, Rule};
 use crate::index::tree::{joined, tree};
 use crate::pyramid::{Missing, Pyramid, together};
+use glam::DVec3;
 use std::ops::Range;
 use std::path::Path;
 use surfelshop_api::Scope;
@@ -20,6 +21,7 @@ pub(super) struct Part<'a> {
     pub(super) pyramid: &'a Pyramid,
     pub(super) node: u32,
     pub(super) scope: Scope,
+    pub(super) rule: Rule,
 }
 
 /// A cell of a level: where nodes keep their places, the rest of it is not looked at.
@@ -43,6 +45,7 @@ impl Part<'_> {
         &self,
         path: &Path,
         progress: Progress<'_>,
+        known: &Known,
         change: Change<'_>,
     ) -> Result<(Option<Made>, Counts), PyramidError> {
         let leaves = self.leaves();
@@ -52,7 +55,8 @@ impl Part<'_> {
         let edited = change(&given, &share(progress, 0.05..0.85)).map_err(PyramidError::Points)?;
         drop(given);
         let mut file = NodeFile::create(path)?;
-        let (mut columns, mut largest_radius) = (Vec::new(), 0f32);
+        file.rule = self.rule;
+        let (mut columns, mut at_border, mut largest_radius) = (Vec::new(), Vec::new(), 0f32);
         let mut largest = |cloud: &Cloud| {
             largest_radius = cloud.radii().iter().copied().fold(largest_radius, f32::max);
         };
@@ -66,7 +70,8 @@ impl Part<'_> {
                 let is_moved = columns.iter().any(|name| name == POSITION);
                 if edited.whole == Some(How::Derived) || is_moved {
                     drop(leaves);
-                    let cloud = of_part(&edited, n_own, bounds)?;
+                    let cloud = of_part(&edited, n_own, bounds, known)?;
+                    at_border = over_border(&cloud, bounds);
                     largest(&cloud);
                     self.anew(&cloud, &mut file)?
                 } else {
@@ -81,7 +86,7 @@ impl Part<'_> {
         columns.retain(|name| name != CONTEXT);
         let made = top.map(|node| node.made);
         let n_surfels = made.as_ref().map_or(0, |made| made.record.n_beneath);
-        Ok((made, Counts { n_surfels, largest_radius, columns }))
+        Ok((made, Counts { at_border, n_surfels, largest_radius, columns }))
     }
 
     /// The leaves beneath, in their order.
@@ -193,16 +198,32 @@ fn lowered(made: &mut Made, levels: u32) {
     made.children.iter_mut().for_each(|child| lowered(child, levels));
 }
 
-/// The surfels of the part: of new ones those that reach into its box, since what a neighbouring part covers of the
-/// surface it need not cover in the same way.
-fn of_part(edited: &EditedCloud, n_own: usize, bounds: Bounds) -> Result<Cloud, PyramidError> {
+/// Centres of surfels that reach over the border of a part.
+fn over_border(cloud: &Cloud, bounds: Bounds) -> Vec<DVec3> {
+    let reaches_over = |(i, &radius): (usize, &f32)| {
+        let (place, radius) = (cloud.world_position(i)?, f64::from(radius));
+        let inner = Bounds { min: bounds.min + radius, max: bounds.max - radius };
+        (context::away(&inner, place) > 0.0).then_some(place)
+    };
+    cloud.radii().iter().enumerate().filter_map(reaches_over).collect()
+}
+
+/// The surfels of the part: of new ones those that reach into its box and that no part before has, since what a
+/// neighbouring part covers of the surface it need not cover in the same way.
+fn of_part(
+    edited: &EditedCloud,
+    n_own: usize,
+    bounds: Bounds,
+    known: &Known,
+) -> Result<Cloud, PyramidError> {
     let cloud = &edited.cloud;
     let mask: Vec<bool> = match (edited.whole, &edited.kept) {
         (Some(How::Derived), _) => {
             let radii = cloud.radii();
             let reaches = |i: usize| {
                 let radius = f64::from(radii.get(i).copied().unwrap_or_default());
-                cloud.world_position(i).is_some_and(|at| context::away(&bounds, at) <= radius)
+                let is_new = |at| context::away(&bounds, at) <= radius && !known.has(at);
+                cloud.world_position(i).is_some_and(is_new)
             };
             (0..cloud.len()).map(reaches).collect()
         }

@@ -124,11 +124,31 @@ pub struct PyramidUse {
     pub coarsest_px: Option<f64>,
     /// What is in memory, and what was read for it.
     pub memory: NodesInMemory,
+    /// Whether it is a file of points that is read in place: its nodes are cells, their points are not merged, and
+    /// how many there are of them is an estimate.
+    pub in_place: bool,
 }
 
 impl std::fmt::Display for PyramidUse {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { file, nodes_drawn, nodes, surfels_drawn, surfels, coarsest_px, memory } = self;
+        let Self {
+            file,
+            nodes_drawn,
+            nodes,
+            surfels_drawn,
+            surfels,
+            coarsest_px,
+            memory,
+            in_place,
+        } = self;
+        if *in_place {
+            let (n, read) = (surfels_drawn.min(surfels), memory.nodes_read);
+            return write!(
+                out,
+                "{file}: drawn in place from {nodes_drawn} of {nodes} cells, about {n} of {surfels} points; {read} cells \
+                 were read"
+            );
+        }
         let coarsest = match coarsest_px {
             Some(px) if *px > 0.0 => format!("merged ones have at most {px:.2} pixels"),
             Some(_) => "none of them merged".to_owned(),
@@ -179,6 +199,7 @@ impl Drawn<'_> {
                 surfels: file.directory().n_surfels,
                 coarsest_px: Some(cut.coarsest_px).filter(|px| px.is_finite()),
                 memory: pyramid.nodes.in_memory(),
+                in_place: file.is_in_place(),
             }
         };
         self.cuts.iter().map(of).collect()
@@ -357,7 +378,7 @@ pub fn note_traced(clouds: &Clouds) {
         let n = seen.map_or(0, |loaded| loaded.cloud.len() as u64);
         if n < pyramid.pyramid().directory().n_surfels {
             terminal::note(format!(
-                "{}: tracers see it as {n} merged surfels; renderers draw it as fine as --detail says",
+                "{}: tracers see it as {n} surfels; renderers draw it as fine as --detail says",
                 pyramid.pyramid().path().display()
             ));
         }
@@ -372,9 +393,12 @@ pub fn refuse(clouds: &Clouds, what: &str) -> anyhow::Result<()> {
     match clouds.pyramids.first() {
         None => Ok(()),
         Some(pyramid) => anyhow::bail!(
-            "{}: {what} works on clouds in memory, and this is a pyramid; run it on the files \
-             that it was made of",
-            pyramid.pyramid().path().display()
+            "{}: {what} works on clouds in memory, and this is {}",
+            pyramid.pyramid().path().display(),
+            match pyramid.pyramid().is_in_place() {
+                true => "read in place: leave out --in-place, or take a part that memory holds",
+                false => "a pyramid: run it on the files that it was made of",
+            }
         ),
     }
 }
@@ -390,7 +414,7 @@ pub fn note(drawn: &Drawn<'_>, detail_px: f32) {
         false => "close to the eye".to_owned(),
     };
     terminal::warn_once(format!(
-        "the picture has merged surfels {size}, coarser than the {detail_px} pixels that were asked \
+        "the picture has surfels {size}, coarser than the {detail_px} pixels that were asked \
          for: there is no memory for finer ones; --memory gives more"
     ));
 }

@@ -86,7 +86,8 @@ impl Tools {
         let base = open_cloud.loaded.cloud.clone();
         if open_clouds.clouds.pyramid_of(&base).is_some() {
             return Err(format!(
-                "{name} works on clouds in memory, and {} is a pyramid; open the files that it was made of",
+                "{name} works on clouds in memory, and {} is a pyramid: `surfelshop bake` makes another one of \
+                 it, or open the files that it was made of",
                 open_cloud.name()
             ));
         }

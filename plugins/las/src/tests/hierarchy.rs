@@ -114,10 +114,22 @@ fn damaged_trees_end_in_a_line() {
     }
     let line = refused(&|_, entries| entries[2].2 = 33);
     assert!(line.contains("found 33 bytes"), "{line}");
-    // Cells that there are none of are passed over.
-    let (_, bytes) = copc(|_, entries| entries[1].0 = [1, 2, 0, 0]);
+    // Cells that there are none of, and points that nobody has.
+    for (change, found) in [
+        (
+            &(|entries: &mut Vec<Entry>| entries[1].0 = [1, 2, 0, 0]) as &dyn Fn(&mut Vec<Entry>),
+            "[2, 0, 0]",
+        ),
+        (&|entries| entries[1].0 = [-1, 0, 0, 0], "level 4294967295"),
+        (&|entries| entries[1].1 = u64::MAX, "150 points"),
+        (&|entries| entries[1].3 = 10, "found one of 160"),
+        (&|entries| entries[1].3 = -7, "-7 points"),
+    ] {
+        let line = refused(&|_, entries| change(entries));
+        assert!(line.contains(found) && line.contains("as a whole"), "{line}");
+    }
+    let (_, bytes) = copc(|_, _| ());
     let tree = nodes(bytes.clone(), &[]).unwrap().clouds[0].header.tree.clone().unwrap();
-    assert_eq!(tree.nodes.len(), 2);
     let far = PointNode { place: [bytes.len() as u64, 100], ..tree.nodes[0] };
     let many = PointNode { points: u64::MAX, ..tree.nodes[0] };
     for node in [far, many] {

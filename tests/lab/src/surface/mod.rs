@@ -1,7 +1,7 @@
 //! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
 //!
 //! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`,
-//! `surface occlusion PYRAMID…`, `surface pictures FOLDER SCAN…` and
+//! `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
 
@@ -12,6 +12,7 @@ mod meshes;
 mod normals;
 mod occlusion;
 mod pictures;
+mod sampled;
 mod sides;
 mod speed;
 
@@ -28,6 +29,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         },
         "city" => city::run(rest),
         "occlusion" => occlusion::run(rest),
+        "sampled" => sampled::run(rest),
         "sides" => sides::run(rest.first()),
         "pictures" => match rest.split_first() {
             Some((folder, scans)) => pictures::run(folder, scans),
@@ -35,7 +37,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         },
         other => {
             anyhow::bail!(
-                "expected speed, normals, sides, radii, city, occlusion, dump or pictures, found `{other}`"
+                "expected speed, normals, sides, radii, city, occlusion, sampled, dump or pictures, found `{other}`"
             )
         }
     }

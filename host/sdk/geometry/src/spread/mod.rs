@@ -28,6 +28,24 @@ pub fn apart(
     seed: u64,
     progress: Progress<'_>,
 ) -> Result<Vec<bool>, Cancelled> {
+    apart_by(positions, distance, &in_turn(seed), progress)
+}
+
+/// A random order that follows from a seed.
+fn in_turn(seed: u64) -> impl Fn(u32) -> u64 {
+    move |index| hashing::bits(seed, u64::from(index))
+}
+
+/// The same in another order: of two points the one with the smaller `turn` takes its turn first.
+///
+/// # Errors
+/// Where `progress` asks to stop.
+pub fn apart_by(
+    positions: &[Vec3],
+    distance: f64,
+    turn: &dyn Fn(u32) -> u64,
+    progress: Progress<'_>,
+) -> Result<Vec<bool>, Cancelled> {
     report(progress, 0.0)?;
     if distance.is_nan() || distance <= 0.0 {
         report(progress, 1.0)?;
@@ -38,7 +56,7 @@ pub fn apart(
     let distance = distance.min(4.0 * extent).max(f64::MIN_POSITIVE);
     let points: Vec<DVec3> = positions.iter().map(|position| position.as_dvec3()).collect();
     let mut kept = vec![false; points.len()];
-    for index in thrown(&points, distance, seed, progress)? {
+    for index in thrown(&points, distance, turn, progress)? {
         kept[index as usize] = true;
     }
     Ok(kept)
@@ -48,12 +66,12 @@ pub fn apart(
 fn thrown(
     points: &[DVec3],
     distance: f64,
-    seed: u64,
+    turn: &dyn Fn(u32) -> u64,
     progress: Progress<'_>,
 ) -> Result<Vec<u32>, Cancelled> {
     let grid = Grid::build(points, distance, &part(progress, 0.0..0.4))?;
     let count = u32::try_from(points.len()).unwrap_or(u32::MAX);
-    let keys = (0..count).map(|index| (hashing::bits(seed, u64::from(index)), index)).collect();
+    let keys = (0..count).map(|index| (turn(index), index)).collect();
     let mut turns = sort(keys, &part(progress, 0.4..0.6))?.into_iter().flatten();
     let mut open: Vec<bool> = points.iter().map(|point| point.is_finite()).collect();
     let mut kept = Vec::new();
@@ -144,7 +162,8 @@ fn candidates(
     let mut done = 0.3;
     for _ in 0..HALVINGS {
         let next = done + 0.5 * (1.0 - done);
-        let found = thrown(points, TOO_CLOSE * crowding, seed, &part(progress, done..next))?;
+        let found =
+            thrown(points, TOO_CLOSE * crowding, &in_turn(seed), &part(progress, done..next))?;
         if found.len() >= count {
             report(progress, 1.0)?;
             return Ok((found, crowding));
