@@ -6,6 +6,7 @@ use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock};
 use surfelshop_cloud::{Cloud, ReadError, ReadOptions, WriteOptions, inspect, read, write};
+use surfelshop_pyramid::{NodeReader, Pyramid};
 use surfelshop_runtime::formats::PluginFormats;
 use surfelshop_runtime::plugins::{Origin, Place, Registry, SearchPath, Timeouts, Trust};
 
@@ -65,6 +66,15 @@ fn assert_of_file(line: &str) {
     }
 }
 
+/// Reads nodes with a format.
+struct InPlace(&'static str);
+
+impl NodeReader for InPlace {
+    fn with_options(&self, read: &mut dyn FnMut(&ReadOptions<'_>)) {
+        read(&ReadOptions { formats: &*FORMATS, format: Some(self.0), ..ReadOptions::default() });
+    }
+}
+
 impl Target {
     fn options(&self) -> ReadOptions<'static> {
         ReadOptions { formats: &*FORMATS, format: Some(self.id), ..ReadOptions::default() }
@@ -75,6 +85,7 @@ impl Target {
     fn run(&self, bytes: &[u8]) {
         let refused = |error: ReadError| assert_of_file(&error.fault.to_string());
         with_file(bytes, self.ending, |path| {
+            self.run_in_place(path);
             let looked = inspect(path, &self.options()).map_err(refused);
             let Ok(loaded) = read(path, &self.options()).map_err(refused) else { return };
             loaded.summary.warnings.iter().for_each(|line| assert!(!line.contains('\n'), "{line}"));
@@ -83,6 +94,20 @@ impl Target {
                 self.write_again(path, &loaded.cloud);
             }
         });
+    }
+
+    /// Reads cells of a file whose points lie in an octree.
+    fn run_in_place(&self, path: &Path) {
+        let file = match Pyramid::in_place(path, Arc::new(InPlace(self.id))) {
+            Ok(Some(file)) => file,
+            Ok(None) => return,
+            Err(error) => return assert_of_file(&error.to_string()),
+        };
+        for node in file.overview(1 << 16).into_iter().take(4) {
+            if let Err(error) = file.read(node) {
+                assert_of_file(&error.to_string());
+            }
+        }
     }
 
     fn write_again(&self, path: &Path, cloud: &Cloud) {
