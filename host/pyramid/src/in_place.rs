@@ -90,7 +90,7 @@ impl PointFile {
         let directory = Directory {
             generator: header.format.clone(),
             columns,
-            n_surfels: tree.nodes.iter().map(|node| node.points).sum(),
+            n_surfels: sum(&tree.nodes),
             n_leaves: records.iter().filter(|record| record.is_leaf()).count() as u64,
             n_nodes: records.len() as u64,
             bounds: [low, high],
@@ -111,7 +111,7 @@ impl PointFile {
         // From the root down.
         wanted.reverse();
         let bytes: u64 = self.header.columns.iter().map(|column| column.point_bytes() as u64).sum();
-        let points: u64 = wanted.iter().map(|node| node.points).sum();
+        let points = sum(&wanted);
         let fault = |line: String| PyramidError::file(path, line);
         // Read, gathered, and with what is estimated.
         memory::ask(points.saturating_mul(3 * bytes)).map_err(|out| fault(out.to_string()))?;
@@ -170,6 +170,11 @@ impl PointFile {
         let cloud = cloud.map_err(|error| PyramidError::file(path, error.to_string()))?;
         Ok(cloud.with_source(self.source.clone()))
     }
+}
+
+/// Points of several nodes; as many as can be counted where a file says that there are more.
+fn sum(nodes: &[PointNode]) -> u64 {
+    nodes.iter().map(|node| node.points).fold(0, u64::saturating_add)
 }
 
 /// The cell of a level that a place lies in; that at the border where it lies beyond, and none where it is no place.
