@@ -32,8 +32,8 @@
 //! "distant", flatness by the covariance of a node's normals, which has no scale, instead of a
 //! threshold on eigenvalues. `cone` adds an error of about 0.01 and is off.
 //!
-//! Over a pyramid each part is shaded by the surfels around it and by merged ones farther away, which are seen
-//! under less than 2.4 degrees.
+//! Over a pyramid each part is shaded by the surfels around it and by merged ones farther away, whose radii are
+//! seen under 2.4 degrees at most where memory allows.
 //!
 //! Not here: the octree as a compute shader, the thesis's future work. It was written and gave the same
 //! answer for 3.5 times the CPU time, on Mesa's software device, since the lanes here are as

@@ -10,8 +10,8 @@ use surfelshop_api::columns::RADIUS;
 use surfelshop_cloud::{Buffer, Cloud, CloudError, Column};
 use surfelshop_geometry::Bounds;
 
-/// The angle under which merged surfels are seen at most, as half the chord by the distance: a disc of the sky of
-/// 2.4 degrees, far less than what its occlusion is spread over.
+/// The radius of merged surfels by their distance, at most, where memory allows: 2.4 degrees of the sky, far less than
+/// what its occlusion is spread over.
 const FAR: f64 = 1.0 / 24.0;
 
 /// How far a place lies outside of a box, along the axis in which it is farthest.
