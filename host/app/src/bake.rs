@@ -1,6 +1,7 @@
 //! `surfelshop bake`: a cloud and tools in, a cloud out.
 
 use crate::arguments::BakeArguments;
+use crate::tool_object::tool_object;
 use crate::{bake_pyramid, info};
 use anyhow::{anyhow, bail};
 use glam::DQuat;
@@ -266,13 +267,7 @@ fn object(step: &Step, baked: &Baked) -> Value {
         })
     };
     json!({
-        "tool": {
-            "package": step.reference.package,
-            "id": step.reference.id,
-            "version": step.unit.manifest.version,
-            "file": step.reference.path.display().to_string(),
-            "parameters": parameters,
-        },
+        "tool": tool_object(step, parameters),
         "wall_seconds": done.took.as_secs_f64(),
         "cpu_seconds": cpu.map(|cpu| cpu.as_secs_f64()),
         "adapter": done.device,

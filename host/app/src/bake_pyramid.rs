@@ -1,6 +1,7 @@
 //! `surfelshop bake` over a pyramid: tools run part by part, a pyramid out.
 
 use crate::arguments::BakeArguments;
+use crate::tool_object::tool_object;
 use anyhow::{Context as _, anyhow, bail};
 use serde_json::{Value, json};
 use std::ops::ControlFlow;
@@ -287,13 +288,7 @@ fn said(arguments: &BakeArguments, steps: &[Step], baked: &[Baked]) -> anyhow::R
 /// A run in JSON.
 fn object(step: &Step, Baked { done, took, cpu }: &Baked) -> Value {
     json!({
-        "tool": {
-            "package": step.reference.package,
-            "id": step.reference.id,
-            "version": step.unit.manifest.version,
-            "file": step.reference.path.display().to_string(),
-            "parameters": parameters(step),
-        },
+        "tool": tool_object(step, parameters(step)),
         "wall_seconds": took.as_secs_f64(),
         "cpu_seconds": cpu.map(|cpu| cpu.as_secs_f64()),
         "parts": done.n_parts,

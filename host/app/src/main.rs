@@ -14,6 +14,7 @@ mod info;
 mod plugins;
 mod pyramid_info;
 mod scene_info;
+mod tool_object;
 
 use anyhow::Context as _;
 use arguments::{Cli, Command};

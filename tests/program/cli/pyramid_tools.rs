@@ -1,9 +1,8 @@
 //! Tools over pyramids through the program, beside the same tools in memory. Costs 14 s.
 
 use crate::cli::program::TestFolder;
+use crate::cli::pyramids::killed_at;
 use std::collections::HashMap;
-use std::process::Stdio;
-use std::time::Duration;
 use surfelshop_cloud::{Buffer, Cloud, Column, ReadOptions, WriteOptions};
 use surfelshop_pyramid::Pyramid;
 use surfelshop_tests::clouds;
@@ -188,23 +187,7 @@ fn a_bake_that_is_killed_goes_on_to_the_same_bytes() {
     put(&desk, 200_000);
     let bake = "bake a.surfels -t normals --memory 64MB -o";
     desk.run(&format!("{bake} whole.surfels")).done();
-    let mut n_killed = 0;
-    for milliseconds in [150, 400, 800] {
-        let mut child = desk.command();
-        child.args(bake.split(' ')).arg("parts.surfels");
-        let mut child = child.stdout(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(milliseconds));
-        if child.try_wait().unwrap().is_none() {
-            child.kill().unwrap();
-            n_killed += 1;
-        }
-        child.wait().unwrap();
-        if desk.at("parts.surfels").exists() {
-            break;
-        }
-    }
-    assert!(n_killed >= 1, "too quick to be killed");
-    desk.run(&format!("{bake} parts.surfels")).done();
+    killed_at(&desk, &format!("{bake} parts.surfels"), "parts.surfels", &[150, 400, 800]);
     let bytes = |name: &str| std::fs::read(desk.at(name)).unwrap();
     assert!(bytes("whole.surfels") == bytes("parts.surfels"));
     assert!(!desk.files().iter().any(|name| name.contains(".index")));

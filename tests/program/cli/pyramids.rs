@@ -19,29 +19,34 @@ fn put_points(desk: &TestFolder, name: &str, n: usize) {
     surfelshop_cloud::write(desk.at(name), &cloud, &WriteOptions::default()).unwrap();
 }
 
-#[test]
-fn an_index_that_is_killed_goes_on_to_the_same_bytes() {
-    let desk = TestFolder::new();
-    put_points(&desk, "a.ply", 150_000);
-    put_points(&desk, "b.ply", 120_000);
-    desk.run("index a.ply b.ply -o whole.surfels --memory 64MB").done();
+/// Runs a command again and again, killed after so many milliseconds each, until it has written a file; then to its end.
+pub(super) fn killed_at(desk: &TestFolder, command: &str, file: &str, times: &[u64]) {
     let mut n_killed = 0;
-    for milliseconds in [60, 250, 500, 900, 1500] {
+    for &milliseconds in times {
         let mut child = desk.command();
-        child.args(["index", "a.ply", "b.ply", "-o", "parts.surfels", "--memory", "64MB"]);
-        let mut child = child.stdout(Stdio::null()).spawn().unwrap();
+        let mut child = child.args(command.split(' ')).stdout(Stdio::null()).spawn().unwrap();
         std::thread::sleep(Duration::from_millis(milliseconds));
         if child.try_wait().unwrap().is_none() {
             child.kill().unwrap();
             n_killed += 1;
         }
         child.wait().unwrap();
-        if desk.at("parts.surfels").exists() {
+        if desk.at(file).exists() {
             break;
         }
     }
     assert!(n_killed >= 1, "too quick to be killed");
-    desk.run("index a.ply b.ply -o parts.surfels --memory 64MB").done();
+    desk.run(command).done();
+}
+
+#[test]
+fn an_index_that_is_killed_goes_on_to_the_same_bytes() {
+    let desk = TestFolder::new();
+    put_points(&desk, "a.ply", 150_000);
+    put_points(&desk, "b.ply", 120_000);
+    desk.run("index a.ply b.ply -o whole.surfels --memory 64MB").done();
+    let command = "index a.ply b.ply -o parts.surfels --memory 64MB";
+    killed_at(&desk, command, "parts.surfels", &[60, 250, 500, 900, 1500]);
     let bytes = |name: &str| std::fs::read(desk.at(name)).unwrap();
     assert!(bytes("whole.surfels") == bytes("parts.surfels"));
     let left: Vec<String> = desk.files();
