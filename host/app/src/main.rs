@@ -21,7 +21,7 @@ use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use std::process::ExitCode;
 use surfelshop_evaluate::{bench, check, compare, demo, explain, report};
-use surfelshop_session::input::pyramids;
+use surfelshop_session::input::{budget, pyramids};
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal;
 use surfelshop_session::{interrupt, manual, render};
@@ -48,7 +48,7 @@ fn main() -> ExitCode {
     // Plugins of formats are asked which axis points up, where files need one and nobody said it.
     let command = cli.command.map(upright);
     let (memory, in_place) = pyramids_of(command.as_ref(), &cli.viewer);
-    pyramids::use_memory(memory);
+    budget::use_memory(memory);
     pyramids::use_in_place(in_place);
     let done = match command {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),

@@ -11,8 +11,9 @@ use surfelshop_pyramid::{IndexOptions, index};
 use surfelshop_render::{
     Engine, EngineOptions, GpuOptions, RenderRequest, RendererView, SurfelDrawing,
 };
+use surfelshop_session::input::budget::Budget;
 use surfelshop_session::input::clouds::Clouds;
-use surfelshop_session::input::pyramids::{self, Budget, Wait};
+use surfelshop_session::input::pyramids::{self, Wait};
 use surfelshop_tests::{clouds, stage};
 
 const OUTPUTS: [Output; 3] = [Output::Color, Output::Depth, Output::Albedo];

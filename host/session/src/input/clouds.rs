@@ -1,7 +1,8 @@
 //! The clouds that are shown, read from files.
 
+use crate::input::budget::Budget;
 use crate::input::formats::SessionFormats;
-use crate::input::pyramids::{self, Budget, OpenPyramid};
+use crate::input::pyramids::{self, OpenPyramid};
 use crate::input::scenes::Source;
 use crate::options::camera::Extent;
 use crate::output::terminal::Progress;

@@ -1,5 +1,6 @@
 //! Clouds larger than memory: pyramids that are open, and the nodes that a view is drawn from.
 
+use crate::input::budget::Budget;
 use crate::input::clouds::Clouds;
 use crate::input::formats::SessionFormats;
 use crate::output::terminal;
@@ -22,27 +23,6 @@ const OVERVIEW_IN_PLACE: u64 = 100_000;
 /// Radius of merged surfels of pyramids in pixels, where nobody says another.
 pub const DETAIL_PX: f32 = 1.0;
 
-/// Bytes that a surfel takes while it is drawn, besides its columns: what is drawn of them, in drawing order.
-const DRAWN_BYTES: u64 = 64;
-
-/// Memory that is counted with where the system does not say what it has.
-const USUAL_MEMORY: u64 = 4 << 30;
-
-/// Memory that an open pyramid takes, bytes: all that is drawn at a time, and what is kept for the next pictures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Budget(pub u64);
-
-/// What was typed for all pyramids of this run.
-static TYPED: OnceLock<u64> = OnceLock::new();
-
-/// Sets the memory that each pyramid takes that is opened from now on; the first call counts.
-pub fn use_memory(bytes: Option<u64>) {
-    if let Some(bytes) = bytes {
-        // A second call changes nothing.
-        let _second = TYPED.set(bytes);
-    }
-}
-
 /// Whether files are read in place that memory would hold, too.
 static IN_PLACE: OnceLock<bool> = OnceLock::new();
 
@@ -52,37 +32,12 @@ pub fn use_in_place(wanted: bool) {
     let _second = IN_PLACE.set(wanted);
 }
 
-/// Bytes that a point takes while a file is read into memory and what it lacks is estimated; measured.
+/// Bytes that a point takes while a file is read into memory and what it lacks is estimated: 160 were measured of
+/// points with colours, and those of scanners have more columns.
 const READ_BYTES: u64 = 400;
 
 /// How files are called that say they can be read in place; of others only who asks for it finds out.
 const IN_PLACE_ENDING: &str = ".copc.laz";
-
-impl Default for Budget {
-    /// As typed, else half of what is free.
-    fn default() -> Self {
-        let free = || memory::available().unwrap_or(USUAL_MEMORY) / 2;
-        Self(TYPED.get().copied().unwrap_or_else(free))
-    }
-}
-
-impl Budget {
-    /// Bytes of nodes that are kept.
-    fn kept(self) -> u64 {
-        self.0 / 3
-    }
-
-    /// Surfels of so many bytes that are drawn at a time: less than are kept, so that those above them are, too.
-    fn drawn(self, surfel_bytes: u64) -> u64 {
-        (self.0 / 2 / (surfel_bytes + DRAWN_BYTES)).min(self.kept() / 2 / surfel_bytes.max(1))
-    }
-
-    /// The share of each of so many.
-    #[must_use]
-    pub fn divided(self, n: usize) -> Self {
-        Self(self.0 / n.max(1) as u64)
-    }
-}
 
 /// Nodes of a view that may come next, at most: so many that what is drawn now comes soon, too.
 const PREFETCHED: usize = 32;
