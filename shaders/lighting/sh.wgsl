@@ -41,3 +41,49 @@ fn order_4_alone(n: vec3<f32>, c: array<vec4<f32>, 9>) -> vec3<f32> {
         + c[7].xyz * (1.7701308 * n.x * n.z * (s.x - 3.0 * s.y))
         + c[8].xyz * (0.6258357 * (across * across - 4.0 * s.x * s.y));
 }
+
+// The only function of order 0.
+const ORDER_0: f32 = 0.28209479;
+
+// Three channels of order 1 alone: red, green and blue of each coefficient, by m from -1 to 1.
+fn rgb_of_order_1(n: vec3<f32>, a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
+    return 0.48860251 * (a * n.y + b * n.z + c * n.x);
+}
+
+// Three channels of order 2 alone, in the same way by m from -2 to 2.
+fn rgb_of_order_2(
+    n: vec3<f32>,
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    d: vec3<f32>,
+    e: vec3<f32>,
+) -> vec3<f32> {
+    return a * (1.0925484 * n.x * n.y)
+        + b * (1.0925484 * n.y * n.z)
+        + c * (0.31539157 * (3.0 * n.z * n.z - 1.0))
+        + d * (1.0925484 * n.x * n.z)
+        + e * (0.54627422 * (n.x * n.x - n.y * n.y));
+}
+
+// Three channels of order 3 alone, in the same way by m from -3 to 3.
+fn rgb_of_order_3(
+    n: vec3<f32>,
+    a: vec3<f32>,
+    b: vec3<f32>,
+    c: vec3<f32>,
+    d: vec3<f32>,
+    e: vec3<f32>,
+    f: vec3<f32>,
+    g: vec3<f32>,
+) -> vec3<f32> {
+    let s = n * n;
+    let five = 5.0 * s.z - 1.0;
+    return a * (0.59004359 * n.y * (3.0 * s.x - s.y))
+        + b * (2.8906114 * n.x * n.y * n.z)
+        + c * (0.45704580 * n.y * five)
+        + d * (0.37317633 * n.z * (five - 2.0))
+        + e * (0.45704580 * n.x * five)
+        + f * (1.4453057 * n.z * (s.x - s.y))
+        + g * (0.59004359 * n.x * (s.x - 3.0 * s.y));
+}

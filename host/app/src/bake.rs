@@ -11,6 +11,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::UnitKind;
+use surfelshop_api::columns::Role;
 use surfelshop_cloud::{
     Buffer, Cloud, Column, How, Loaded, ReadError, Transform, WriteOptions, scene,
 };
@@ -152,7 +153,8 @@ fn left_as_they_were(cloud: &Cloud, how: &Transform) -> Option<String> {
     };
     let may_be_meant = |column: &&Column| {
         let is_float = matches!(column.values(), Buffer::F32(_) | Buffer::F64(_));
-        is_float && !surfelshop_cloud::is_well_known(column.name())
+        let stays = column.role() == Role::Plain;
+        is_float && stays && !surfelshop_cloud::is_well_known(column.name())
     };
     let names: Vec<&str> = cloud.columns().iter().filter(may_be_meant).map(Column::name).collect();
     if names.is_empty() {

@@ -43,6 +43,7 @@ pub use cloud::column::{Column, is_well_known};
 pub use cloud::edit::{EditedCloud, StagedEdits};
 pub use cloud::provenance::{CloudEdit, How, ToolRun};
 pub use cloud::source::{Scan, Source};
+pub use cloud::splats::{SplatKind, splat_columns};
 pub use cloud::transform::{Rotation, Transform};
 pub use error::{CloudError, ReadError, ReadFault, WriteError};
 pub use formats::plugins::{FormatCall, Formats, NoFormats, SharedSink, WriteFault};

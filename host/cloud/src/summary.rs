@@ -1,6 +1,7 @@
 //! What loading did to the points of a file, counted.
 
 use crate::cloud::Cloud;
+use crate::cloud::splats::SplatKind;
 use serde::Serialize;
 use std::fmt;
 
@@ -26,6 +27,8 @@ pub struct NormalCounts {
     pub repaired: u64,
     /// Absent in the file; estimated from positions or, in a mesh, from normals nearby.
     pub estimated: u64,
+    /// Axes of Gaussian splats.
+    pub of_splats: u64,
     /// Estimated ones whose surroundings do not span a plane.
     pub degenerate: u64,
     /// Estimated ones of points whose surroundings are no surface.
@@ -45,6 +48,8 @@ pub struct NormalCounts {
 pub struct RadiusCounts {
     /// Radii of the file, kept as they are.
     pub given: u64,
+    /// Extents of Gaussian splats.
+    pub of_splats: u64,
     /// Absent in the file; they cover the triangles around.
     pub from_triangles: u64,
     /// Absent, zero, negative or not finite in the file; estimated from neighbours.
@@ -58,6 +63,8 @@ pub struct RadiusCounts {
 pub struct ColorCounts {
     /// Colours of the file, kept as they are.
     pub given: u64,
+    /// What Gaussian splats look like from all around.
+    pub of_splats: u64,
     /// Absent in the file; drawn in the neutral albedo.
     pub neutral: u64,
     /// Negative or not finite in the file; replaced by the neutral albedo.
@@ -80,6 +87,9 @@ pub struct Summary {
     /// Of these, points whose coordinates are finite and too large for single precision: beyond a quarter of
     /// its range, 8.5e37, so that differences and diagonals have numbers.
     pub n_too_large: u64,
+    /// What Gaussian splats the surfels are, where they are such.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub splats: Option<SplatKind>,
     /// Triangles between the surfels.
     pub n_triangles: u64,
     /// World position that the positions are relative to.
@@ -113,6 +123,19 @@ fn counts(parts: &[(u64, &str)]) -> String {
     if shown.is_empty() { "none".to_owned() } else { shown.join(", ") }
 }
 
+/// A number with a comma between thousands.
+fn in_groups(number: u64) -> String {
+    let digits = number.to_string();
+    let mut grouped = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
 impl Summary {
     /// Why points were left out, as it reads behind their number.
     #[must_use]
@@ -133,6 +156,9 @@ impl fmt::Display for Summary {
         if *n_dropped > 0 {
             write!(out, "\n  dropped {n_dropped} of {n_in_file} points, {}", self.why_dropped())?;
         }
+        if let Some(kind) = self.splats {
+            write!(out, "\n  {} {kind}", in_groups(*n_surfels))?;
+        }
         if self.n_triangles > 0 {
             write!(out, "\n  {} triangles", self.n_triangles)?;
         }
@@ -142,6 +168,7 @@ impl fmt::Display for Summary {
             (n.normalised, "made unit length"),
             (n.from_triangles, "from triangles"),
             (n.repaired, "repaired"),
+            (n.of_splats, "of splats"),
             (n.estimated, "estimated"),
             (n.degenerate, "without a plane"),
             (n.scattered, "of no surface"),
@@ -153,12 +180,17 @@ impl fmt::Display for Summary {
         let radii = counts(&[
             (r.given, "given"),
             (r.from_triangles, "from triangles"),
+            (r.of_splats, "of splats"),
             (r.estimated, "estimated"),
             (r.clamped, "clamped"),
         ]);
         let c = &self.colors;
-        let colors =
-            counts(&[(c.given, "given"), (c.neutral, "neutral"), (c.replaced, "replaced")]);
+        let colors = counts(&[
+            (c.given, "given"),
+            (c.of_splats, "of splats"),
+            (c.neutral, "neutral"),
+            (c.replaced, "replaced"),
+        ]);
         write!(out, "\n  normals {normals}; radii {radii}; colours {colors}")?;
         write!(out, "\n  columns {}", self.columns.join(", "))?;
         if self.origin != [0.0; 3] {

@@ -1,8 +1,10 @@
 //! A file's points as named columns, before they become a cloud.
 
 use crate::cloud::buffer::{Buffer, unweave};
+use crate::cloud::column::Column;
 use crate::faces;
 use glam::DVec3;
+use surfelshop_api::columns::Role;
 use surfelshop_geometry::Bounds;
 
 /// Spellings of normals.
@@ -87,6 +89,8 @@ pub(crate) struct Table {
     /// These are a part of the points, of which nothing is told that follows from all: 16-bit colours are such even
     /// where none is larger than 255, and normals keep the sides that they were estimated with unless a scanner says.
     pub(crate) is_part: bool,
+    /// Columns that have another role than their names say.
+    pub(crate) roles: Vec<(String, Role)>,
 }
 
 impl Table {
@@ -156,6 +160,12 @@ impl Table {
         }
         self.faces = faces::kept(&self.faces, mask);
         self.n_rows = mask.iter().filter(|&&keep| keep).count();
+    }
+
+    /// A column that has the role that is known of its name.
+    pub(crate) fn in_role(&self, column: Column) -> Column {
+        let known = self.roles.iter().find(|(name, _)| name == column.name());
+        known.map_or_else(|| column.clone(), |(_, role)| column.with_role(*role))
     }
 
     /// The words after a prefix in each comment that this program wrote into the file.

@@ -81,3 +81,20 @@ pub(crate) fn larger<S: Simd>(one: F<S>, other: F<S>) -> F<S> {
 pub(crate) fn smaller<S: Simd>(one: F<S>, other: F<S>) -> F<S> {
     one.simd_lt(other).select(one, other)
 }
+
+/// Two to the power of numbers from -126 to 127, relatively within 5e-7.
+#[inline(always)]
+pub(crate) fn power_of_2<S: Simd>(t: F<S>) -> F<S> {
+    // The whole part goes into the exponent, the rest into a polynomial, the series of the
+    // exponential around 0.
+    let whole = (t + 0.5).floor();
+    let x = (t - whole) * std::f32::consts::LN_2;
+    let mut series = x * (1.0 / 720.0) + 1.0 / 120.0;
+    series = series * x + 1.0 / 24.0;
+    series = series * x + 1.0 / 6.0;
+    series = series * x + 0.5;
+    series = series * x + 1.0;
+    series = series * x + 1.0;
+    let exponent = (whole.to_int::<I<S>>() + 127) << 23;
+    series * exponent.bitcast::<F<S>>()
+}

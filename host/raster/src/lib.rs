@@ -6,11 +6,14 @@
 //! rules are those of the shaders in `host/render`: a disc in its tangent plane, widened by the screen-space low-pass;
 //! the nearest one decides the depth, and those within the depth tolerance blend with it.
 //!
+//! Splats with footprints of their own are put together in the module [`composition`].
+//!
 //! Invariants: this crate knows no graphics API; a picture does not depend on the number of threads nor
 //! on the CPU's instructions; what is culled would not have been visible.
 
 mod cloud;
 mod columns;
+pub mod composition;
 mod cull;
 mod disc;
 mod fields;

@@ -6,7 +6,7 @@
 
 use crate::cloud::CloudInView;
 use crate::cull::VisibleBlock;
-use crate::lanes::{F, I, M, U, V, WIDTH};
+use crate::lanes::{F, M, U, V, WIDTH, power_of_2};
 use crate::local::Local;
 use crate::splat::{BACK, Splat, TileSplats, splats};
 use fearless_simd::prelude::*;
@@ -372,19 +372,7 @@ impl<S: Simd> Hit<S> {
 /// `exp(-4 r2)`, relatively within 5e-7, for r2 from 0 to 1.
 #[inline(always)]
 fn splat_weight<S: Simd>(r2: F<S>) -> F<S> {
-    // Powers of two: the whole part goes into the exponent, the rest into a polynomial, the
-    // series of the exponential around 0.
-    let t = r2 * (-4.0 * std::f32::consts::LOG2_E);
-    let whole = (t + 0.5).floor();
-    let x = (t - whole) * std::f32::consts::LN_2;
-    let mut series = x * (1.0 / 720.0) + 1.0 / 120.0;
-    series = series * x + 1.0 / 24.0;
-    series = series * x + 1.0 / 6.0;
-    series = series * x + 0.5;
-    series = series * x + 1.0;
-    series = series * x + 1.0;
-    let exponent = (whole.to_int::<I<S>>() + 127) << 23;
-    series * exponent.bitcast::<F<S>>()
+    power_of_2(r2 * (-4.0 * std::f32::consts::LOG2_E))
 }
 
 /// A vector of a square.

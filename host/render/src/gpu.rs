@@ -117,6 +117,8 @@ pub struct Gpu {
     pub blends_f32: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
+    /// Whether shaders can write into buffers that the CPU reads, without a copy: where both have one memory.
+    pub maps_storage: bool,
     /// Which atomic operations compute passes of the host use.
     pub atomics: Atomics,
     /// Why the device was lost, once it is.
@@ -217,6 +219,11 @@ impl Gpu {
             | wgpu::Features::SHADER_INT64
             | wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX
             | wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS;
+        // On cards it would move such buffers into slower memory.
+        let wanted = match info.device_type {
+            wgpu::DeviceType::Cpu => wanted | wgpu::Features::MAPPABLE_PRIMARY_BUFFERS,
+            _ => wanted,
+        };
         let features = adapter.features() & wanted;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("surfelshop"),
@@ -262,6 +269,7 @@ impl Gpu {
             usages,
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
+            maps_storage: features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS),
             atomics: Atomics::of(features),
             device,
             queue,

@@ -176,7 +176,7 @@ impl RenderSession {
         let hosted = unit
             .start(&self.host, &self.patience)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
-        let view = RendererView::new(hosted, unit.scope());
+        let view = RendererView::new(hosted, unit.scope()).needing(&unit.description.needs);
         Ok(LoadedRenderer { reference, unit, values, view })
     }
 

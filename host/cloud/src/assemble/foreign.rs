@@ -1,14 +1,16 @@
 //! Custom columns, which the host gives no meaning: kept under their own names and types.
 
 use crate::cloud::buffer::{Buffer, interleave};
-use crate::cloud::column::{Column, is_well_known};
+use crate::cloud::column::{Column, has_fixed_type};
 use crate::summary::Summary;
 use crate::table::Table;
 use std::collections::{HashMap, HashSet};
 
 /// Takes all columns that are left. Those of several components, which a file can only hold apart,
 /// are put together as the notes of this program's writer say.
-pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
+///
+/// Names that are `taken` are given to none of them.
+pub(super) fn take(table: &mut Table, taken: &[Column], summary: &mut Summary) -> Vec<Column> {
     let notes: Vec<(String, u32)> = table
         .notes("column")
         .filter_map(|words| match words[..] {
@@ -17,12 +19,13 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
         })
         .collect();
     table.split(|_| true);
-    let mut columns = grouped(table, &notes);
-    let mut names: HashSet<String> = columns.iter().map(|c| c.name().to_owned()).collect();
+    let mut names: HashSet<String> = taken.iter().map(|c| c.name().to_owned()).collect();
+    let mut columns = grouped(table, &notes, &names);
+    names.extend(columns.iter().map(|c| c.name().to_owned()));
     for mut field in std::mem::take(&mut table.fields) {
         let Some(own_name) = field.names.pop() else { continue };
         let mut name = own_name.clone();
-        while is_well_known(&name) || names.contains(&name) {
+        while has_fixed_type(&name) || names.contains(&name) {
             name.push('_');
         }
         if name != own_name {
@@ -32,7 +35,7 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
             ));
         }
         names.insert(name.clone());
-        columns.push(Column::new(name, 1, field.values));
+        columns.push(table.in_role(Column::new(name, 1, field.values)));
     }
     columns
 }
@@ -41,14 +44,19 @@ pub(super) fn take(table: &mut Table, summary: &mut Summary) -> Vec<Column> {
 ///
 /// No field is woven any more. A property belongs to one name only and each name is looked up once, so that a header full of
 /// notes takes no more time than a header full of properties.
-fn grouped(table: &mut Table, notes: &[(String, u32)]) -> Vec<Column> {
+fn grouped(
+    table: &mut Table,
+    notes: &[(String, u32)],
+    taken_names: &HashSet<String>,
+) -> Vec<Column> {
     let places: HashMap<String, usize> =
         table.names().enumerate().map(|(place, name)| (name.to_owned(), place)).collect();
     let mut taken = vec![false; table.fields.len()];
     let mut seen = HashSet::new();
     let mut columns = Vec::new();
     for (name, components) in notes {
-        if is_well_known(name) || *components < 2 || !seen.insert(name.as_str()) {
+        let is_usable = !has_fixed_type(name) && !taken_names.contains(name);
+        if !is_usable || *components < 2 || !seen.insert(name.as_str()) {
             continue;
         }
         let parts: Option<Vec<usize>> = (0..*components)
@@ -58,7 +66,7 @@ fn grouped(table: &mut Table, notes: &[(String, u32)]) -> Vec<Column> {
         let values: Vec<Buffer> = parts.iter().map(|&p| table.fields[p].values.clone()).collect();
         if let Some(values) = interleave(&values) {
             parts.iter().for_each(|&place| taken[place] = true);
-            columns.push(Column::new(name.as_str(), *components, values));
+            columns.push(table.in_role(Column::new(name.as_str(), *components, values)));
         }
     }
     let mut taken = taken.into_iter();

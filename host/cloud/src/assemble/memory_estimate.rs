@@ -1,5 +1,6 @@
 //! Memory that making a cloud takes, estimated before it is begun.
 
+use super::gaussians;
 use crate::memory::{self, OutOfMemory};
 use crate::options::ReadOptions;
 use crate::table::{COLORS, Field, NORMALS, RADII};
@@ -28,7 +29,11 @@ pub(crate) fn estimates(fields: &[Field], options: &ReadOptions<'_>) -> bool {
     };
     let normals = NORMALS.iter().any(|spelling| spelling.iter().all(|name| has(name)));
     let radii = options.radius.is_some() || RADII.iter().any(|[name]| has(name));
-    !(normals && radii)
+    !(may_be_splats(fields) || normals && radii)
+}
+
+fn may_be_splats(fields: &[Field]) -> bool {
+    gaussians::may_be_splats(fields.iter().flat_map(|field| &field.names).map(String::as_str))
 }
 
 /// Asks for the memory that making a cloud takes, and for so many bytes besides.
@@ -52,7 +57,8 @@ pub(crate) fn ask(
 /// Bytes that making a cloud of so many points with these columns takes besides the columns themselves.
 fn bytes(fields: &[Field], n_rows: u64, n_triangles: u64, options: &ReadOptions<'_>) -> u64 {
     let shape = if estimates(fields, options) { ESTIMATES } else { 0 };
-    let row = fields.iter().map(copies).sum::<u64>() + shape + SLACK;
+    let derived = if may_be_splats(fields) { gaussians::DERIVED } else { 0 };
+    let row = fields.iter().map(copies).sum::<u64>() + shape + derived + SLACK;
     n_rows.saturating_mul(row).saturating_add(n_triangles.saturating_mul(TRIANGLE))
 }
 

@@ -3,6 +3,7 @@
 
 mod appearance;
 mod foreign;
+mod gaussians;
 pub(crate) mod memory_estimate;
 mod mesh;
 mod position;
@@ -15,12 +16,13 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::cloud::provenance::of_comments;
 use crate::cloud::source::Source;
+use crate::cloud::splats::splat_columns;
 use crate::error::ReadFault;
 use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
 pub(crate) use appearance::NARROW_COLORS;
-use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
+use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use vectors::flat;
 
 /// Share of the work that is reading rather than estimating, for the progress bar, where a file
@@ -33,7 +35,7 @@ pub(crate) fn share_of_reading<'a>(
     let has = |name: &str| names.clone().any(|own| own.eq_ignore_ascii_case(name));
     let normals = NORMALS.iter().any(|spelling| spelling.iter().all(|name| has(name)));
     let radii = options.radius.is_some() || RADII.iter().any(|[name]| has(name));
-    match (normals && radii, has_faces) {
+    match ((normals && radii) || gaussians::may_be_splats(names.clone()), has_faces) {
         (true, _) => 0.9,
         // Points without a face need estimates, which only shows when all is read.
         (false, true) => 0.5,
@@ -58,8 +60,12 @@ pub(crate) fn cloud(
         .map_err(ReadFault::memory(table.n_rows))?;
     let placed = position::take(&mut table, &mut summary)?;
     mesh::turn_outwards(&mut table, &placed.positions, &mut summary);
-    let shape = shape::take(&mut table, &placed, &source, options, &mut summary)?;
-    if !table.is_part {
+    let splats = gaussians::take(&mut table, options, &mut summary)?;
+    let shape = match &splats {
+        Some(splats) => splats.shape(&mut table, &placed, &mut summary),
+        None => shape::take(&mut table, &placed, &source, options, &mut summary)?,
+    };
+    if !table.is_part && splats.is_none() {
         position::warn_if_coarse(&placed, &shape.radii, &mut summary);
     }
     let mut columns = vec![
@@ -69,7 +75,15 @@ pub(crate) fn cloud(
     ];
     columns.extend(appearance::take(&mut table, &mut summary));
     columns.extend(shape.others);
-    columns.extend(foreign::take(&mut table, &mut summary));
+    if let Some(splats) = splats {
+        let has_colors = columns.iter().any(|column| column.name() == COLOR);
+        if !has_colors {
+            columns.extend(splats.color(&mut summary));
+        }
+        columns.extend(splats.columns());
+    }
+    let foreign = foreign::take(&mut table, &columns, &mut summary);
+    columns.extend(foreign);
     // Every rule that `Cloud::new` checks is established above; were one missed, the load fails
     // with the column's name rather than hand out a cloud that cannot be drawn.
     let cloud = Cloud::new(placed.origin, columns);
@@ -81,6 +95,7 @@ pub(crate) fn cloud(
     })?;
     let cloud = with_provenance(&cloud, &table.comments, &summary).with_source(source);
     summary.n_surfels = cloud.len() as u64;
+    summary.splats = splat_columns(&cloud);
     summary.n_triangles = cloud.faces().len() as u64;
     summary.origin = placed.origin.to_array();
     summary.columns = cloud.columns().iter().map(|column| column.name().to_owned()).collect();

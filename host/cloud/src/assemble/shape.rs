@@ -25,7 +25,7 @@ pub(super) struct Shape {
 
 /// Squared length by which a normal may differ from 1 and keep its bits, so that files survive
 /// round trips: twice the error of components with four decimals, which text files have.
-const UNIT_TOLERANCE: f64 = 1e-4;
+pub(super) const UNIT_TOLERANCE: f64 = 1e-4;
 
 /// From where on, of the work on normals, those of no surface become soft.
 const SOFTENING: f64 = 0.98;
@@ -268,7 +268,7 @@ fn median(mut values: Vec<f32>) -> Option<f32> {
 }
 
 /// Reports progress; a request to stop becomes an error.
-fn report(progress: Progress<'_>, fraction: f64) -> Result<(), ReadFault> {
+pub(super) fn report(progress: Progress<'_>, fraction: f64) -> Result<(), ReadFault> {
     if progress(fraction).is_break() { Err(ReadFault::Cancelled) } else { Ok(()) }
 }
 
@@ -309,7 +309,7 @@ fn finish_radii(
 }
 
 /// Both tangents; one alone stays a foreign column.
-fn take_tangents(table: &mut Table) -> Option<[Vec<Vec3>; 2]> {
+pub(super) fn take_tangents(table: &mut Table) -> Option<[Vec<Vec3>; 2]> {
     let names = [
         ["tangent_u_x", "tangent_u_y", "tangent_u_z"],
         ["tangent_v_x", "tangent_v_y", "tangent_v_z"],
@@ -356,5 +356,9 @@ fn finish_tangents(
             "{replaced} tangents were zero or not finite and became circles of the radius"
         ));
     }
+    tangent_columns(u, v)
+}
+
+pub(super) fn tangent_columns(u: Vec<Vec3>, v: Vec<Vec3>) -> Vec<Column> {
     vec![Column::new(TANGENT_U, 3, flat(u)), Column::new(TANGENT_V, 3, flat(v))]
 }

@@ -2,12 +2,13 @@
 
 use crate::cloud::buffer::Buffer;
 use crate::cloud::provenance::ToolRun;
+use crate::cloud::roles::natural_role;
 use crate::error::CloudError;
 use crate::memory::OutOfMemory;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Weak};
 use surfelshop_api::ColumnView;
-use surfelshop_api::columns::{self, Element};
+use surfelshop_api::columns::{self, Element, OPACITY, Role, role_of};
 
 /// The generation the next column gets; one counter for the whole process, so that equal generations
 /// mean equal values whatever clouds they are found in.
@@ -21,14 +22,38 @@ pub struct Column {
     generation: u64,
     values: Arc<Buffer>,
     made: Option<Arc<ToolRun>>,
+    role: Role,
 }
 
 impl Column {
-    /// A column of new values, under a generation of its own.
+    /// A column of new values, under a generation of its own. It has the role of its name, where that goes with the
+    /// type of the values.
     #[must_use]
     pub fn new(name: impl Into<Arc<str>>, components: u32, values: Buffer) -> Self {
         let generation = NEXT_GENERATION.fetch_add(1, Ordering::Relaxed);
-        Self { name: name.into(), components, generation, values: Arc::new(values), made: None }
+        let name = name.into();
+        let role = natural_role(&name, values.element(), components);
+        Self { name, components, generation, values: Arc::new(values), made: None, role }
+    }
+
+    /// The column with another role; the values are shared.
+    #[must_use]
+    pub fn with_role(&self, role: Role) -> Self {
+        Self { role, ..self.clone() }
+    }
+
+    /// The column with new values of as many components, under a generation of its own.
+    pub(crate) fn with_values(&self, values: Buffer) -> Self {
+        let made = self.made.clone();
+        Self::new(Arc::clone(&self.name), self.components, values)
+            .made_by(made)
+            .with_role(self.role)
+    }
+
+    /// What becomes of the values where the cloud is scaled or turned.
+    #[must_use]
+    pub fn role(&self) -> Role {
+        self.role
     }
 
     /// The column as the work of a tool, or of nobody known; the values are shared.
@@ -80,14 +105,12 @@ impl Column {
 
     /// The column with the surfels whose entry in `mask` is true.
     pub(crate) fn select(&self, mask: &[bool]) -> Self {
-        let values = self.values.select(self.components as usize, mask);
-        Self::new(Arc::clone(&self.name), self.components, values).made_by(self.made.clone())
+        self.with_values(self.values.select(self.components as usize, mask))
     }
 
     /// The column with the surfels of these indices, each of which must be there.
     pub(crate) fn gather(&self, rows: &[u32]) -> Result<Self, OutOfMemory> {
-        let values = self.values.gather(self.components as usize, rows)?;
-        Ok(Self::new(Arc::clone(&self.name), self.components, values).made_by(self.made.clone()))
+        Ok(self.with_values(self.values.gather(self.components as usize, rows)?))
     }
 
     /// The column for as long as somebody else holds it.
@@ -178,8 +201,14 @@ fn well_known_type(name: &str) -> Option<&'static [(Element, u32)]> {
     })
 }
 
-/// Whether a name stands for a column that the host gives a meaning.
+/// Whether a name stands for a column that the host gives a meaning. Those of Gaussian splats have it only with their
+/// types: see [`splat_columns`](crate::splat_columns).
 #[must_use]
 pub fn is_well_known(name: &str) -> bool {
+    has_fixed_type(name) || name == OPACITY || role_of(name) != Role::Plain
+}
+
+/// Whether a column of this name must have one of the types that its meaning allows.
+pub(crate) fn has_fixed_type(name: &str) -> bool {
     well_known_type(name).is_some()
 }

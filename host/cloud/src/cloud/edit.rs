@@ -4,6 +4,7 @@ use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::cloud::provenance::{CloudEdit, How, ToolRun};
+use crate::cloud::roles::can_have;
 use crate::error::CloudError;
 use glam::DVec3;
 use std::sync::Arc;
@@ -65,7 +66,9 @@ impl StagedEdits {
         }
         match header {
             EditHeader::Columns(headers) => {
-                self.cloud = self.cloud.with_columns(columns(headers, values)?)?;
+                let columns = columns(headers, values)?;
+                let columns = columns.iter().map(|column| in_role(column, &self.cloud)).collect();
+                self.cloud = self.cloud.with_columns(columns)?;
                 self.columns.extend(headers.iter().map(|header| header.name.clone()));
             }
             EditHeader::Keep => {
@@ -81,7 +84,7 @@ impl StagedEdits {
                 return Err(wrong(expected, "one after columns of this cloud".to_owned()));
             }
             EditHeader::NewCloud { origin, columns: headers } => {
-                self.cloud = new_cloud(*origin, headers, values)?;
+                self.cloud = new_cloud(*origin, headers, values, &self.source)?;
                 self.whole = Some(How::Derived);
             }
         }
@@ -162,6 +165,16 @@ fn new_cloud(
     origin: DVec3,
     headers: &[ColumnHeader],
     values: &[&[u8]],
+    source: &Cloud,
 ) -> Result<Cloud, CloudError> {
-    Cloud::new(origin, columns(headers, values)?)
+    let columns = columns(headers, values)?;
+    Cloud::new(origin, columns.iter().map(|column| in_role(column, source)).collect())
+}
+
+/// A new column in the role of one of its name that is there, where it can have it.
+fn in_role(column: &Column, cloud: &Cloud) -> Column {
+    let (element, components) = (column.values().element(), column.components());
+    let known = cloud.column(column.name());
+    let known = known.filter(|known| can_have(known.role(), element, components));
+    known.map_or_else(|| column.clone(), |known| column.with_role(known.role()))
 }

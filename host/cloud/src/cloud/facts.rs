@@ -2,10 +2,11 @@
 
 use crate::cloud::Cloud;
 use crate::cloud::buffer::with_vec;
+use crate::cloud::column::Column;
 use glam::DVec3;
 use surfelshop_api::columns::COLOR;
 use surfelshop_api::columns::NEUTRAL_ALBEDO;
-use surfelshop_api::{CloudFacts, ObjectFrame};
+use surfelshop_api::{CloudFacts, CloudInfo, ColumnInfo, ObjectFrame};
 use surfelshop_geometry::Bounds;
 
 /// What can be said of a cloud as a whole.
@@ -30,7 +31,20 @@ pub(crate) fn of(cloud: &Cloud) -> CloudFacts {
         equal_color: equal_color(cloud),
         objects: vec![object],
         colored: vec![cloud.column(COLOR).is_some()],
+        clouds: vec![info(cloud)],
     }
+}
+
+/// The columns of a cloud without their values.
+fn info(cloud: &Cloud) -> CloudInfo {
+    let column = |column: &Column| ColumnInfo {
+        name: column.name().to_owned(),
+        components: column.components(),
+        element: column.values().element(),
+        role: column.role(),
+    };
+    let columns = cloud.columns().iter().map(column).collect();
+    CloudInfo { name: String::new(), n_surfels: cloud.len() as u64, columns }
 }
 
 /// Facts of a cloud whose colours changed, and nothing else.
@@ -41,6 +55,7 @@ pub(super) fn recolored(facts: &CloudFacts, cloud: &Cloud) -> CloudFacts {
     }
     facts.equal_color = equal_color(cloud);
     facts.colored = vec![true];
+    facts.clouds = vec![info(cloud)];
     facts
 }
 

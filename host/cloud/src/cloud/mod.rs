@@ -6,7 +6,9 @@ pub(crate) mod column;
 pub(crate) mod edit;
 mod facts;
 pub(crate) mod provenance;
+pub(crate) mod roles;
 pub(crate) mod source;
+pub(crate) mod splats;
 pub(crate) mod transform;
 
 use crate::error::CloudError;

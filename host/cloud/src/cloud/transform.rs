@@ -3,6 +3,7 @@
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
+use crate::cloud::roles::{Misfit, Motion};
 use crate::error::CloudError;
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use rayon::prelude::*;
@@ -74,15 +75,15 @@ const FAR: f64 = 256.0;
 impl Cloud {
     /// The cloud scaled, turned and moved.
     ///
-    /// Positions, normals, radii and tangents change, all other columns are shared, those of
-    /// vectors that the host does not know among them. To move a cloud changes its origin only, so
-    /// all columns are shared and none becomes less precise; without any change the result is a
-    /// clone.
+    /// Positions, normals, radii and tangents change, and columns whose [`Column::role`] says so; all
+    /// other columns are shared, vectors that have no role among them. To move a cloud changes its
+    /// origin only, so all columns are shared and none becomes less precise; without any change the
+    /// result is a clone.
     ///
     /// # Errors
     /// Where the translation is not finite, the rotation has no length, the scale is not above 0,
-    /// or the result cannot be held: coordinates beyond a quarter of f32's range, or radii or
-    /// tangents that become zero or infinite.
+    /// a column has a role that its type cannot have, or the result cannot be held: coordinates
+    /// beyond a quarter of f32's range, or radii or tangents that become zero or infinite.
     pub fn transformed(&self, transform: &Transform) -> Result<Self, CloudError> {
         let Transform { translation, scale, rotation } = *transform;
         let wrong = |expected, found: String| CloudError::Transform { expected, found };
@@ -100,7 +101,7 @@ impl Cloud {
             return Ok(self.clone());
         }
         let moved = match scaled_or_turned {
-            true => self.turned(DMat3::from_quat(quaternion), scale, translation)?,
+            true => self.turned(quaternion, scale, translation)?,
             false => self.with_origin(self.origin() + translation, self.columns().to_vec()),
         };
         let object = self.object();
@@ -113,13 +114,19 @@ impl Cloud {
     }
 
     /// The cloud under a linear map and a translation.
-    fn turned(&self, rotation: DMat3, scale: f64, translation: DVec3) -> Result<Self, CloudError> {
+    fn turned(
+        &self,
+        quaternion: DQuat,
+        scale: f64,
+        translation: DVec3,
+    ) -> Result<Self, CloudError> {
+        let (rotation, motion) = (DMat3::from_quat(quaternion), Motion::new(quaternion, scale));
         // f32 offsets far from their origin would be rounded coarsely once they are turned.
         let pivot = Bounds::of_positions(self.positions())
             .filter(|bounds| bounds.reach() > FAR * bounds.extent())
             .map_or(DVec3::ZERO, |bounds| bounds.centre());
         let linear = rotation * scale;
-        let turn = |column: &Column| match (column.name(), column.values()) {
+        let known = |column: &Column| match (column.name(), column.values()) {
             (POSITION, _) => {
                 vectors(self, column, |p| linear * (p - pivot), |_, turned| turned.is_finite())
             }
@@ -134,16 +141,19 @@ impl Cloud {
                 let scaled = radii.par_iter().map(|&r| (f64::from(r) * scale) as f32);
                 let fits = |r: f32| (r > 0.0 && r.is_finite()).then_some(r);
                 let scaled: Option<Vec<f32>> = scaled.map(fits).collect();
-                scaled.map(|scaled| Column::new(RADIUS, 1, Buffer::F32(scaled)))
+                scaled.map(Buffer::F32)
             }
-            _ => Some(column.clone()),
+            _ => None,
         };
-        let columns = self.columns().iter().map(|column| {
-            let turned = turn(column).map(|turned| turned.made_by(column.made().cloned()));
-            turned.ok_or_else(|| CloudError::Transform {
-                expected: "a scale that single precision can hold",
-                found: format!("{scale:e}, which column `{}` cannot hold", column.name()),
-            })
+        let too_large = |column: &Column| CloudError::Transform {
+            expected: "a scale that single precision can hold",
+            found: format!("{scale:e}, which column `{}` cannot hold", column.name()),
+        };
+        let columns = self.columns().iter().map(|column| match column.name() {
+            POSITION | NORMAL | TANGENT_U | TANGENT_V | RADIUS => {
+                Ok(column.with_values(known(column).ok_or_else(|| too_large(column))?))
+            }
+            _ => by_role(&motion, column),
         });
         let origin = linear * (self.origin() + pivot) + translation;
         Ok(self.with_origin(origin, columns.collect::<Result<_, _>>()?))
@@ -167,12 +177,25 @@ fn vectors(
     column: &Column,
     map: impl Fn(DVec3) -> DVec3 + Sync,
     fits: impl Fn(Vec3, Vec3) -> bool + Sync,
-) -> Option<Column> {
+) -> Option<Buffer> {
     let given = cloud.vectors(column.name()).par_iter();
     let turned = given.map(|&given| {
         let turned = map(given.as_dvec3()).as_vec3();
         fits(given, turned).then_some(turned)
     });
     let turned: Vec<Vec3> = turned.collect::<Option<_>>()?;
-    Some(Column::new(column.name(), 3, Buffer::F32(bytemuck::cast_vec(turned))))
+    Some(Buffer::F32(bytemuck::cast_vec(turned)))
+}
+
+/// A column under a scale and a rotation as its role says; shared where that changes nothing.
+fn by_role(motion: &Motion, column: &Column) -> Result<Column, CloudError> {
+    let what = (column.name(), column.role(), column.components());
+    let moved = motion.moved(what, column.values());
+    let Misfit { expected, found } = match moved {
+        Ok(moved) => {
+            return Ok(moved.map_or_else(|| column.clone(), |values| column.with_values(values)));
+        }
+        Err(misfit) => misfit,
+    };
+    Err(CloudError::Transform { expected, found })
 }

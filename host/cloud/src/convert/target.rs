@@ -4,7 +4,8 @@ use super::check::narrow_colors;
 use super::counts::SharedCounts;
 use super::select::Selection;
 use crate::cloud::buffer::Buffer;
-use crate::formats::table_sink::{absent, turn};
+use crate::cloud::roles::Motion;
+use crate::formats::table_sink::{absent, turn, turn_by_role};
 use glam::DVec3;
 use std::sync::atomic::Ordering;
 use surfelshop_api::CloudView;
@@ -158,6 +159,7 @@ impl Target {
         self.n_out += rows as u64;
         let all = rows == points.len();
         let pose = self.pose();
+        let motion = Motion::new(pose.rotation, 1.0);
         let mut made = Vec::with_capacity(self.out.columns.len());
         for column in &self.out.columns {
             let found =
@@ -175,6 +177,8 @@ impl Target {
                     let mut values = if all { values } else { values.select(components, &mask) };
                     if matches!(name, NORMAL | TANGENT_U | TANGENT_V) {
                         turn(&mut values, pose.rotation);
+                    } else {
+                        turn_by_role(&found, &mut values, &motion);
                     }
                     converted(values, &found, column, rows)
                 }

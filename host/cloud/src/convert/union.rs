@@ -2,7 +2,7 @@
 
 use super::select::{CropBox, Selection};
 use glam::DVec3;
-use surfelshop_api::columns::{COLOR, Element, POSITION};
+use surfelshop_api::columns::{COLOR, Element, POSITION, Role};
 use surfelshop_api::format::{CloudHeader, FileColumn, SCAN, UpAxis};
 use surfelshop_geometry::Bounds;
 
@@ -19,6 +19,9 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
             Some(known) => {
                 known.element = common(&known.name, known.element, column.element);
                 known.components = known.components.max(column.components);
+                if known.role != column.role {
+                    known.role = Role::Plain;
+                }
             }
         }
     }

@@ -3,13 +3,14 @@
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
+use crate::cloud::roles::{Misfit, Motion};
 use crate::formats::stream::slice;
 use surfelshop_api::columns::{
     ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V, Values,
 };
 use surfelshop_api::format::{BATCH, CloudHeader, CloudSourceHost, FileColumn, Pose, SCAN};
 use surfelshop_api::glam::{DQuat, DVec3};
-use surfelshop_api::{CloudView, Result};
+use surfelshop_api::{CloudView, Error, Result};
 
 /// A part of a cloud that is written as one cloud: the surfels of a scan, or all.
 struct Part {
@@ -76,7 +77,7 @@ fn part(cloud: &Cloud, scan: Option<(usize, Vec<u32>)>) -> Part {
     let columns = columns.map(|column| {
         let element =
             if column.name() == POSITION { Element::F64 } else { column.values().element() };
-        FileColumn::new(column.name(), column.components(), element)
+        FileColumn::new(column.name(), column.components(), element).with_role(column.role())
     });
     let (number, indices) = scan.map_or((None, None), |(number, list)| (Some(number), Some(list)));
     let facts = match (number, source.scans.as_slice()) {
@@ -147,6 +148,17 @@ fn turned_back(values: Buffer, rotation: DQuat) -> Buffer {
     }
 }
 
+/// Values turned as the role of their column says.
+fn by_role(column: &Column, values: Buffer, motion: &Motion) -> Result<Buffer> {
+    let what = (column.name(), column.role(), column.components());
+    match motion.moved(what, &values) {
+        Ok(turned) => Ok(turned.unwrap_or(values)),
+        Err(Misfit { expected, found }) => {
+            Err(Error::new(format!("expected {expected}, found {found}")))
+        }
+    }
+}
+
 impl CloudSourceHost for CloudBatches {
     fn next_cloud(&mut self) -> Result<Option<CloudHeader>> {
         self.current = self.parts.next();
@@ -175,13 +187,14 @@ impl CloudSourceHost for CloudBatches {
                 .extend(list.iter().flat_map(|&i| pose.back(world(i as usize)).to_array())),
         }
         if let Some(list) = surfels {
+            let back = Motion::new(pose.rotation.inverse(), 1.0);
             for (place, column) in self.cloud.columns().iter().enumerate() {
                 let values = match column.name() {
                     POSITION | SCAN => continue,
                     NORMAL | TANGENT_U | TANGENT_V => {
                         turned_back(gathered(column, list), pose.rotation)
                     }
-                    _ => gathered(column, list),
+                    _ => by_role(column, gathered(column, list), &back)?,
                 };
                 self.gathered.push((place, values));
             }

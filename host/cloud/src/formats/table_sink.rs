@@ -2,6 +2,7 @@
 
 use crate::assemble::memory_estimate;
 use crate::cloud::buffer::Buffer;
+use crate::cloud::roles::{Misfit, Motion, misfit, role_in_file};
 use crate::cloud::source::Source;
 use crate::error::ReadFault;
 use crate::faces;
@@ -12,7 +13,8 @@ use crate::table::{COLORS, Field, NORMALS, Table};
 use glam::{DQuat, DVec3};
 use std::collections::HashSet;
 use surfelshop_api::columns::{
-    AO, COLOR, Element, MATERIAL, NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V, Values,
+    AO, COLOR, Element, MATERIAL, NORMAL, POSITION, RADIUS, Role, TANGENT_U, TANGENT_V, Values,
+    role_of,
 };
 use surfelshop_api::format::{CloudHeader, CloudSinkHost, FileColumn, Pose, SCAN, check_batch};
 use surfelshop_api::{Error, Result};
@@ -103,6 +105,12 @@ pub(crate) fn check_header(header: &CloudHeader) -> Result<()> {
         return Err(Error::new(format!(
             "expected a pose of a rotation and a place, found {rotation} and {translation}"
         )));
+    }
+    let is_turned = rotation != DQuat::IDENTITY;
+    if let Some(Misfit { expected, found }) =
+        header.columns.iter().find_map(|column| misfit(column, is_turned))
+    {
+        return Err(Error::new(format!("expected {expected}, found {found}")));
     }
     if rows.is_some_and(|rows| rows > u64::from(u32::MAX)) {
         let rows = rows.unwrap_or_default();
@@ -232,6 +240,10 @@ impl TableSink {
             if n_components(column) > 1 && components_of(&column.name).is_none() {
                 comments.push(format!("surfelshop column {} {}", column.name, column.components));
             }
+            let role = role_in_file(column);
+            if role != Role::Plain && role != role_of(&column.name) {
+                table.roles.push((column.name.clone(), role));
+            }
             table.fields.push(Field { names: names_of(column), values });
         }
         table.element = "point".to_owned();
@@ -300,6 +312,7 @@ fn grid_up([width, height]: [u32; 2], positions: &Buffer) -> Option<DVec3> {
 
 /// Moves positions and directions by the pose.
 fn move_columns(header: &CloudHeader, columns: &mut [Buffer]) {
+    let motion = Motion::new(header.pose.rotation, 1.0);
     for (column, values) in header.columns.iter().zip(columns) {
         match column.name.as_str() {
             POSITION => {
@@ -309,8 +322,16 @@ fn move_columns(header: &CloudHeader, columns: &mut [Buffer]) {
                 *values = Buffer::F64(moved.flat_map(|point| point.to_array()).collect());
             }
             NORMAL | TANGENT_U | TANGENT_V => turn(values, header.pose.rotation),
-            _ => {}
+            _ => turn_by_role(column, values, &motion),
         }
+    }
+}
+
+/// Turns what its role says; a header whose columns cannot be turned was refused.
+pub(crate) fn turn_by_role(column: &FileColumn, values: &mut Buffer, motion: &Motion) {
+    let what = (column.name.as_str(), role_in_file(column), column.components);
+    if let Ok(Some(turned)) = motion.moved(what, values) {
+        *values = turned;
     }
 }
 
@@ -400,7 +421,8 @@ fn push_all(values: &mut Buffer, found: &Buffer) -> bool {
 /// A column that holds the values of both.
 fn common(a: &FileColumn, b: &FileColumn) -> FileColumn {
     let element = if a.element == b.element { a.element } else { Element::F64 };
-    FileColumn { element, components: a.components.max(b.components), ..a.clone() }
+    let role = if a.role == b.role { a.role } else { Role::Plain };
+    FileColumn { element, components: a.components.max(b.components), role, ..a.clone() }
 }
 
 /// What stands where a cloud does not have a column: no number, or zero of whole ones; white of colours.

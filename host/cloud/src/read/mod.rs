@@ -107,6 +107,9 @@ impl SourceFile {
     }
 }
 
+/// What a PLY file of packed splats is called, whatever it is called.
+const PACKED_PLY: &str = "splats.compressed.ply";
+
 /// Opens a file and finds out what format it has.
 pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile, ReadFault> {
     // Counts are checked against the length, which a pipe or a device does not have.
@@ -131,6 +134,12 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
     };
     if let Some(id) = options.format {
         return Ok(of_plugin(id.to_owned(), reader));
+    }
+    // Packed splats are in PLY files, too, which say nothing to those who read a value a property.
+    if ply::is_packed(head)
+        && let Some(id) = options.formats.by_name(PACKED_PLY, false)
+    {
+        return Ok(of_plugin(id, reader));
     }
     if ply::is_ply(head) {
         return Ok(SourceFile::Ply(Box::new(ply::File::open(reader, length)?)));

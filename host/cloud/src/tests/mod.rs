@@ -9,6 +9,7 @@ mod formats;
 mod meshes;
 mod objects;
 mod scene;
+mod splats;
 mod transforms;
 mod writing;
 
@@ -46,9 +47,10 @@ pub(crate) fn load(bytes: &[u8]) -> Loaded {
     assert_eq!(summary.n_surfels, len);
     assert_eq!(summary.n_in_file, len + summary.n_dropped);
     let (n, r, c) = (&summary.normals, &summary.radii, &summary.colors);
-    assert_eq!(n.given + n.normalised + n.repaired + n.from_triangles + n.estimated, len);
-    assert_eq!(r.given + r.from_triangles + r.estimated + r.clamped, len);
-    assert_eq!(c.given + c.neutral + c.replaced, len);
+    let of_file = n.given + n.normalised + n.repaired;
+    assert_eq!(of_file + n.from_triangles + n.of_splats + n.estimated, len);
+    assert_eq!(r.given + r.from_triangles + r.of_splats + r.estimated + r.clamped, len);
+    assert_eq!(c.given + c.of_splats + c.neutral + c.replaced, len);
     loaded
 }
 

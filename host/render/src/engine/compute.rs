@@ -2,8 +2,8 @@
 
 use crate::engine::Engine;
 use crate::graph::{
-    Frame, Lending, LivePasses, Node, Plan, Recorder, RenderError, Resources, checked, copy_buffer,
-    execute, map, touched,
+    Frame, Lending, LivePasses, Node, Plan, Recorder, RenderError, Resources, SplatScratch,
+    checked, copy_buffer, execute, map, touched,
 };
 use std::collections::BTreeMap;
 use surfelshop_api::abi::EncodedGraph;
@@ -60,7 +60,8 @@ impl Engine {
         let mut recorder = Recorder::new(&self.gpu);
         let host = BTreeMap::new();
         let frame = Frame { data, host: &host };
-        execute(&plan, &needed, &lent, &frame, &mut recorder, &mut self.pipelines)?;
+        let scratch = &mut SplatScratch::default();
+        execute(&plan, &needed, &lent, &frame, &mut recorder, &mut self.pipelines, scratch)?;
         let copies: Vec<_> = wanted
             .map(|buffer| {
                 let made = lent.buffers.get(buffer).and_then(Option::as_ref);
@@ -91,7 +92,7 @@ fn check(structure: &Structure, buffers: &[u32]) -> Result<(), RenderError> {
                 let name = &pass.name;
                 return refused(format!("has no pixels to count the groups of pass `{name}` by"));
             }
-            Work::Shading { .. } | Work::Fullscreen { .. } => {
+            Work::Shading { .. } | Work::Fullscreen { .. } | Work::Splats(_) => {
                 return refused(format!("has compute passes only; pass `{}` draws", pass.name));
             }
         }
@@ -110,6 +111,9 @@ fn check(structure: &Structure, buffers: &[u32]) -> Result<(), RenderError> {
     }
     if let Some(buffer) = structure.buffers.iter().find(|buffer| buffer.surfels.is_some()) {
         return refused(format!("has no scene to fill `{}` with surfels of", buffer.label));
+    }
+    if let Some(buffer) = structure.buffers.iter().find(|buffer| buffer.columns.is_some()) {
+        return refused(format!("has no scene to fill `{}` with columns of", buffer.label));
     }
     for texture in &structure.textures {
         if matches!(texture.extent, Extent::View { .. }) {

@@ -341,6 +341,7 @@ impl<'a> Graph<'a> {
             let node = Node::Buffer(i);
             let made = nodes.contains(&node);
             let what = match (buffer.surfels, &buffer.lifetime) {
+                _ if buffer.columns.is_some() => "buffer of columns of clouds",
                 (Some(_), _) => "buffer of the scene's surfels",
                 (None, Lifetime::History) => "buffer, kept from frame to frame",
                 (None, Lifetime::Persistent { .. }) => "buffer, kept under its key",

@@ -6,8 +6,8 @@ use crate::environment_map::{Bound, Environments};
 use crate::gpu::Gpu;
 use crate::graph::{
     Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
-    PassReport, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings, Stage,
-    SurfaceNeeds, SurfelShading, bind, copy, execute, needed, touched,
+    PassReport, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings, SplatScratch,
+    Stage, SurfaceNeeds, SurfelShading, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{
     ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,
@@ -31,6 +31,7 @@ pub(super) struct Submission<'a> {
     pub(super) request: &'a RenderRequest<'a>,
     pub(super) asked: OutputRequest,
     pub(super) clouds: &'a [DrawnCloud],
+    pub(super) scratch: &'a mut SplatScratch,
     /// How surfels are drawn.
     pub(super) drawing: SurfelDrawing,
 }
@@ -130,8 +131,15 @@ impl Submission<'_> {
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let resources = self.resources.lend(self.gpu, self.plan, &nodes, &self.lending);
         let frame = Frame { data: self.data, host: &host };
-        let written =
-            execute(self.plan, &needed, &resources, &frame, &mut recorder, self.pipelines)?;
+        let written = execute(
+            self.plan,
+            &needed,
+            &resources,
+            &frame,
+            &mut recorder,
+            self.pipelines,
+            self.scratch,
+        )?;
         let own = views.get(&PassCamera::View);
         let mut pending: Vec<Pending> = Vec::new();
         for source in &sources {
@@ -208,6 +216,10 @@ impl HostResources for PassView<'_> {
             HostBinding::Material => Some(texture(self.surface.as_ref()?.material.as_ref()?)),
             HostBinding::Object => Some(texture(self.surface.as_ref()?.object.as_ref()?)),
         }
+    }
+
+    fn view(&self) -> &View {
+        &self.request.view
     }
 
     fn shade_surfels(

@@ -1,9 +1,11 @@
 //! One frame from request to pictures.
 
 mod ablation;
+mod column_buffers;
 mod compute;
 mod explain;
 mod frame_pass;
+mod needs;
 mod options;
 mod prepared_view;
 mod release;
@@ -15,8 +17,10 @@ mod upload;
 
 use crate::environment_map::Environments;
 use crate::gpu::{Atomics, Gpu};
-use crate::graph::{Lending, Pipelines, Plan, RenderError, Resources, checked};
-use crate::surfels::{ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing};
+use crate::graph::{Lending, Pipelines, Plan, RenderError, Resources, SplatScratch, checked};
+use crate::surfels::{
+    ColumnDemand, Columns, DrawnCloud, GivenColumns, Samples, Surfaces, SurfelDrawing,
+};
 pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse};
 use frame_pass::{OutputRequest, Submission};
@@ -24,7 +28,7 @@ pub use options::{Counters, EngineOptions};
 pub use request::{PartOf, Parts, RenderRequest, Rendered};
 use std::time::Instant;
 use surfelshop_api::abi::EncodedGraph;
-use surfelshop_api::{CloudView, FrameRequest};
+use surfelshop_api::{CloudView, FrameRequest, Need};
 use surfelshop_runtime::boundary::decode;
 use surfelshop_runtime::plugins::Hosted;
 pub use upload::{ColumnUploader, PreparedColumns};
@@ -33,6 +37,8 @@ pub use upload::{ColumnUploader, PreparedColumns};
 pub struct RendererView {
     hosted: Hosted,
     scope: String,
+    /// The columns that it reads of clouds.
+    needs: Vec<Need>,
     /// What it described last.
     graph: EncodedGraph,
     plan: Option<Plan>,
@@ -48,8 +54,15 @@ impl RendererView {
     /// [`LoadedUnit::scope`](surfelshop_runtime::plugins::LoadedUnit::scope).
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
-        let (graph, scope) = (EncodedGraph::default(), scope.into());
-        Self { hosted, scope, graph, plan: None, planned_by: 0, serial: next_serial() }
+        let (graph, scope, needs) = (EncodedGraph::default(), scope.into(), Vec::new());
+        Self { hosted, scope, needs, graph, plan: None, planned_by: 0, serial: next_serial() }
+    }
+
+    /// The same of a renderer that reads these columns: frames of clouds that lack them are refused by name.
+    #[must_use]
+    pub fn needing(mut self, needs: &[Need]) -> Self {
+        self.needs = needs.to_vec();
+        self
     }
 
     /// The graph of the last frame.
@@ -70,6 +83,10 @@ pub struct Engine {
     resources: Resources,
     environments: Environments,
     samples: Samples,
+    given: GivenColumns,
+    scratch: SplatScratch,
+    /// Most splats whose columns are read at once.
+    part_len: u32,
     surfels: SurfelDrawing,
     /// Whether equal radii are a constant.
     constant_radii: bool,
@@ -107,6 +124,9 @@ impl Engine {
             resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
             samples: Samples::default(),
+            given: GivenColumns::default(),
+            scratch: SplatScratch::default(),
+            part_len: options.part_splats.max(1),
             surfels: options.surfels,
             constant_radii,
             keeping: ablation::Keeping::default(),
@@ -134,10 +154,12 @@ impl Engine {
             column_bytes: self.columns.bytes(),
             host_column_bytes: self.columns.host_bytes(),
             surfel_buffers: self.samples.made,
+            column_buffers: self.given.made,
+            given_column_bytes: self.given.bytes(),
             drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
             environment_bytes: self.environments.bytes(),
-            kept_bytes: self.surfaces.bytes() + self.resources.bytes(),
+            kept_bytes: self.surfaces.bytes() + self.resources.bytes() + self.scratch.bytes(),
             kept_pipelines: self.pipelines.n_pipelines(),
             kept_modules: self.pipelines.n_modules(),
         }
@@ -190,6 +212,9 @@ impl Engine {
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
+        if let Some(missing) = needs::missing(&renderer.needs, request.facts) {
+            return Err(RenderError::Needs(missing));
+        }
         let asked = FrameRequest {
             view: request.view,
             scene: request.scene.clone(),
@@ -221,6 +246,7 @@ impl Engine {
         let asked = OutputRequest::new(plan, request.outputs)?;
         self.resources.next_frame(request.view.size_px);
         self.pipelines.next_frame();
+        self.scratch.next_frame();
         let one_by_one = plan.shades_surfels();
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
         let drawing = if one_by_one { SurfelDrawing::Quads } else { self.surfels };
@@ -229,10 +255,12 @@ impl Engine {
         let merged = detailed || on_host && request.stride > 1;
         // As data surfels are as the scene has them, in previews, too.
         let given = self.surfel_buffers(&asked, plan, request)?;
+        let columns = self.column_buffers(&asked, plan, request)?;
         let mut scene = request.scene.clone();
         let request = &request.drawn(merged, &mut scene);
         let started = Instant::now();
-        let clouds = self.drawn_clouds(request, Some(asked.wanted()), on_host)?;
+        let taken = plan.structure.taken.clone();
+        let clouds = self.drawn_clouds(request, Some(asked.wanted()), on_host, &taken)?;
         let columns_ms = started.elapsed().as_secs_f64() * 1e3;
         let device = self.gpu.device.clone();
         let work = Submission {
@@ -242,11 +270,12 @@ impl Engine {
             resources: &mut self.resources,
             environments: &mut self.environments,
             plan,
-            lending: Lending { scope: &renderer.scope, view: renderer.serial, given },
+            lending: Lending { scope: &renderer.scope, view: renderer.serial, given, columns },
             data: &encoded.data,
             request,
             asked,
             clouds: &clouds,
+            scratch: &mut self.scratch,
             drawing,
         };
         let done = checked(&device, || work.run()).map_err(RenderError::Device);
@@ -278,6 +307,7 @@ impl Engine {
         request: &RenderRequest<'_>,
         wanted: Option<ColumnDemand>,
         on_host: bool,
+        taken: &[u32],
     ) -> Result<Vec<DrawnCloud>, RenderError> {
         self.columns.next_frame(wanted.map(|wanted| self.keeping.wanted(wanted)));
         for cloud in request.clouds {
@@ -294,7 +324,9 @@ impl Engine {
             };
             drawn.map(|drawn| DrawnCloud { object, ..drawn })
         };
-        let clouds = request.clouds.iter().enumerate().map(drawn).collect::<Result<Vec<_>, _>>()?;
+        let is_drawn = |(number, _): &(usize, _)| !taken.contains(&request.part_of(*number).object);
+        let clouds = request.clouds.iter().enumerate().filter(is_drawn).map(drawn);
+        let clouds = clouds.collect::<Result<Vec<_>, _>>()?;
         self.chunks = clouds.iter().map(DrawnCloud::n_chunks).sum();
         Ok(clouds)
     }

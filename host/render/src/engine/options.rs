@@ -17,6 +17,8 @@ pub struct EngineOptions {
     /// default on graphics cards. On software drivers the column takes no more: Mesa's llvmpipe was seen
     /// to take 2 bytes a surfel more while it draws without it.
     pub constant_radii: Option<bool>,
+    /// Most splats of a graph's own whose columns are read at once; fewer where the device's bindings are smaller.
+    pub part_splats: u32,
     /// Where textures that graphs want stored are kept for the next start, if anywhere.
     pub store: Option<DiskCache>,
 }
@@ -28,6 +30,7 @@ impl Default for EngineOptions {
             surfels: SurfelDrawing::default(),
             only_32_bit_atomics: false,
             constant_radii: None,
+            part_splats: u32::MAX,
             store: None,
         }
     }
@@ -52,6 +55,10 @@ pub struct Counters {
     pub host_column_bytes: u64,
     /// Buffers of surfels made for graphs that read them as data.
     pub surfel_buffers: u32,
+    /// Buffers of columns made for graphs that read them.
+    pub column_buffers: u32,
+    /// Bytes of these on the device now.
+    pub given_column_bytes: u64,
     /// Surfels that were drawn last, merged ones counting once. Where the CPU draws, or a detail
     /// is asked for, those left out with their blocks are not among them, and groups are filled up to
     /// sixteen.

@@ -31,7 +31,7 @@ impl Engine {
         let merged = request.detail_px > 0.0 || on_host;
         let request = &request.drawn(merged, &mut scene);
         let computes = self.surfels.computes(&self.gpu, request.view.size_px);
-        let clouds = self.drawn_clouds(request, None, on_host)?;
+        let clouds = self.drawn_clouds(request, None, on_host, &[])?;
         let device = self.gpu.device.clone();
         let made = checked(&device, || self.make_surface(request, &clouds, computes));
         let made = made.map_err(RenderError::Device).and_then(|made| made);

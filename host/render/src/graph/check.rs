@@ -5,6 +5,7 @@ use crate::graph::host_binding::HostBinding;
 use crate::graph::pipeline_desc::Shader;
 use crate::graph::plan::{Node, Plan, Planned, targets_of, wgpu_format};
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS, list};
+use crate::graph::splats::{SPLAT_FOOTPRINTS, SPLAT_PAYLOADS, SPLAT_RANGE};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::shader_compiler::{Binding, BindingKind};
 use naga::{Scalar, TypeInner};
@@ -15,6 +16,16 @@ const MAX_GROUPS: u32 = 65_535;
 /// Most workgroups of a pass: sixteen times those that give each pixel of the largest picture,
 /// 16,384 on a side, one invocation in groups of 64.
 const MAX_ALL_GROUPS: u64 = 1 << 26;
+
+/// Variables of the entry points that the host writes around an author's function.
+const OF_ENTRY_POINTS: [&str; 6] = [
+    SHADING_TARGET,
+    SURFEL_RECORDS,
+    SURFEL_RADIANCE,
+    SPLAT_FOOTPRINTS,
+    SPLAT_PAYLOADS,
+    SPLAT_RANGE,
+];
 
 impl Plan {
     /// Whether the camera of a pass is one of the graph's.
@@ -95,7 +106,7 @@ impl Plan {
             }
             return Ok(());
         }
-        if [SHADING_TARGET, SURFEL_RECORDS, SURFEL_RADIANCE].contains(&binding.name.as_str()) {
+        if OF_ENTRY_POINTS.contains(&binding.name.as_str()) {
             return Ok(());
         }
         let name = &binding.name;
@@ -138,6 +149,11 @@ impl Plan {
                     && self.structure.buffers[i].surfels.is_some()
                 {
                     return Err(format!("`{name}` holds the scene's surfels and is only read"));
+                }
+                if let Node::Buffer(i) = node
+                    && self.structure.buffers[i].columns.is_some()
+                {
+                    return Err(format!("`{name}` holds columns of clouds and is only read"));
                 }
                 planned.writes.push(node);
                 // What a storage resource held before may be part of what it holds after.
@@ -262,6 +278,7 @@ impl Plan {
                 }
                 return Ok(());
             }
+            Work::Splats(splats) => return self.check_splats(pass, splats, planned),
             _ if targets.is_empty() => return Err("it draws into no texture".to_owned()),
             _ => {}
         }

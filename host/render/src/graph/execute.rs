@@ -10,9 +10,10 @@ use crate::graph::recorder::{Attachment, PassState, Recorder};
 use crate::graph::resources::FrameResources;
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::graph::uniform_layout::UniformLayout;
-use crate::graph::{RenderError, bind};
+use crate::graph::{RenderError, SplatScratch, bind, splats};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use surfelshop_api::View;
 use surfelshop_api::graph::{Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work};
 
 /// What a frame's passes are bound to besides the graph's own resources.
@@ -43,6 +44,7 @@ pub(crate) fn execute(
     frame: &Frame<'_>,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
+    scratch: &mut SplatScratch,
 ) -> Result<Vec<Node>, RenderError> {
     upload_data(plan, resources, frame, recorder)?;
     let uniforms = Uniforms::new(plan, frame.data, recorder.gpu)?;
@@ -82,6 +84,11 @@ pub(crate) fn execute(
             let pipeline = plan.surfel_pipeline(i, shader, pipelines)?;
             variables.lit = Some(shade_surfels(&variables, &pipeline, recorder, pipelines)?);
         }
+        if let Work::Splats(splats) = &pass.work {
+            splats::draw(splats, &variables, &pipeline, recorder, pipelines, scratch)?;
+            written.extend(&planned.writes);
+            continue;
+        }
         let group = bind(recorder.gpu, &pipeline, |name| variables.resource(name))
             .map_err(|message| RenderError::pass(&pass.name, message))?;
         match &pipeline.stage {
@@ -111,12 +118,12 @@ pub(crate) fn execute(
 }
 
 /// What the variables of one pass are bound to.
-struct Variables<'a> {
-    plan: &'a Plan,
-    pass: &'a Pass,
+pub(super) struct Variables<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) pass: &'a Pass,
     planned: &'a Planned,
     frame: &'a Frame<'a>,
-    resources: &'a FrameResources,
+    pub(super) resources: &'a FrameResources,
     uniforms: Option<&'a Uniforms<'a>>,
     samplers: &'a HashMap<SamplerKind, wgpu::Sampler>,
     /// Textures by variable.
@@ -127,7 +134,7 @@ struct Variables<'a> {
 }
 
 impl Variables<'_> {
-    fn resource(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
+    pub(super) fn resource(&self, name: &str) -> Option<wgpu::BindingResource<'_>> {
         if let Some(given) = HostBinding::of(name) {
             return self.of_host(given);
         }
@@ -156,6 +163,11 @@ impl Variables<'_> {
                 Some(wgpu::BindingResource::Sampler(self.samplers.get(kind)?))
             }
         }
+    }
+
+    /// The view that the pass looks from; `None` where a graph computes without one.
+    pub(super) fn view(&self) -> Option<&View> {
+        self.frame.host.get(&self.planned.seat).map(|host| host.view())
     }
 
     /// A variable of the host's modules.
@@ -226,7 +238,10 @@ fn upload_data(
                 padded.resize(bytes.len().next_multiple_of(4), 0);
                 recorder.gpu.queue.write_buffer(made, 0, &padded);
             }
-            None if matches!(buffer.lifetime, Lifetime::Frame) && buffer.surfels.is_none() => {
+            None if matches!(buffer.lifetime, Lifetime::Frame)
+                && buffer.surfels.is_none()
+                && buffer.columns.is_none() =>
+            {
                 recorder.encoder.clear_buffer(made, 0, None);
             }
             None => {}
@@ -340,7 +355,9 @@ fn group_counts(plan: &Plan, index: usize) -> [u32; 3] {
         Work::Compute { groups: Groups::PerPixel { divisor }, .. } => {
             per_pixel(plan, index, divisor)
         }
-        Work::Shading { .. } | Work::Fullscreen { .. } => per_pixel(plan, index, 1),
+        Work::Shading { .. } | Work::Fullscreen { .. } | Work::Splats(_) => {
+            per_pixel(plan, index, 1)
+        }
     }
 }
 

@@ -4,6 +4,7 @@ use crate::graph::RenderError;
 use crate::graph::pipeline_desc::Pipeline;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::recorder::Recorder;
+use surfelshop_api::View;
 use surfelshop_api::graph::SurfaceMode;
 
 /// A variable that the host binds; authors bind all others.
@@ -67,6 +68,9 @@ pub(crate) trait HostResources {
         binding: HostBinding,
         surface: Option<SurfaceMode>,
     ) -> Option<wgpu::BindingResource<'_>>;
+
+    /// The view of the camera.
+    fn view(&self) -> &View;
 
     /// Calls a shading function for each surfel and blends the results into a packed surface.
     ///

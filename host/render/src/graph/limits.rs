@@ -2,7 +2,7 @@
 
 use crate::graph::RenderError;
 use crate::graph::plan::Plan;
-use surfelshop_api::graph::{Buffer, Lifetime};
+use surfelshop_api::graph::{Buffer, ColumnsOf, Lifetime};
 
 /// Most bytes of one texture or buffer of a graph.
 const MAX_RESOURCE_BYTES: u64 = 1 << 30;
@@ -12,6 +12,38 @@ const MAX_GRAPH_BYTES: u64 = 4 << 30;
 const MAX_CAMERAS: usize = 6 * surfelshop_api::Scene::MAX_LIGHTS;
 /// Bytes of a pixel that a camera sees: depth, number and distance of the nearest surfel, and a surface.
 const CAMERA_PIXEL_BYTES: u64 = 4 + 8 + 16;
+
+/// Most components of a column.
+const MAX_COMPONENTS: u32 = 1024;
+
+/// # Errors
+/// Where a column's name is none of WGSL, comes twice, or has too few or too many components.
+fn check_columns(columns: &ColumnsOf) -> Result<(), String> {
+    if columns.columns.is_empty() {
+        return Err("is to hold columns and names none".to_owned());
+    }
+    for (i, column) in columns.columns.iter().enumerate() {
+        let name = &column.name;
+        let plain = name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+        let begins = name.chars().next().is_some_and(|c| c.is_ascii_alphabetic());
+        if !(plain && begins) {
+            let name = name.escape_debug();
+            return Err(format!(
+                "holds a column `{name}`; expected a name of letters, digits and _"
+            ));
+        }
+        if !(1..=MAX_COMPONENTS).contains(&column.components) {
+            let n = column.components;
+            return Err(format!(
+                "holds `{name}` with {n} components; 1 to {MAX_COMPONENTS} are given"
+            ));
+        }
+        if columns.columns[..i].iter().any(|other| other.name == *name) {
+            return Err(format!("holds the column `{name}` twice"));
+        }
+    }
+    Ok(())
+}
 
 impl Plan {
     /// # Errors
@@ -78,14 +110,24 @@ impl Plan {
         for buffer in &self.structure.buffers {
             let refuse =
                 |what: String| Err(RenderError::Graph(format!("buffer `{}` {what}", buffer.label)));
-            let Buffer { size, upload, surfels, lifetime, .. } = buffer;
+            let Buffer { size, upload, surfels, lifetime, columns, .. } = buffer;
+            // Columns come in parts where they are larger than the device binds.
+            let most = if columns.is_some() { MAX_GRAPH_BYTES } else { most };
             if *size < 4 || *size > most {
                 return refuse(format!("has {size} bytes; 4 to {most} are allowed"));
             }
-            if surfels.is_some() && (upload.is_some() || *lifetime != Lifetime::Frame) {
+            if let Some(columns) = columns
+                && let Err(what) = check_columns(columns)
+            {
+                return refuse(what);
+            }
+            let is_filled = surfels.is_some() || columns.is_some();
+            if surfels.is_some() && columns.is_some() {
+                return refuse("is filled with surfels and with columns; fill it once".to_owned());
+            }
+            if is_filled && (upload.is_some() || *lifetime != Lifetime::Frame) {
                 return refuse(
-                    "is filled with surfels; it can neither be uploaded nor kept besides"
-                        .to_owned(),
+                    "is filled by the host; it can neither be uploaded nor kept besides".to_owned(),
                 );
             }
             total = total.saturating_add(*size);

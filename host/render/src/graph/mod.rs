@@ -13,6 +13,7 @@ mod readback;
 mod recorder;
 mod resources;
 mod shading;
+mod splats;
 mod texture_cache;
 mod uniform_layout;
 mod variants;
@@ -27,7 +28,8 @@ pub(crate) use plan::{Node, PassCamera, Plan};
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
-pub(crate) use resources::{FrameResources, Lending, Resources, texels, texture_bytes};
+pub(crate) use resources::{BufferPart, FrameResources, Lending, Resources, texels, texture_bytes};
+pub(crate) use splats::SplatScratch;
 pub(crate) use variants::Settings;
 
 use thiserror::Error;
@@ -57,6 +59,9 @@ pub enum RenderError {
         /// The outputs there are.
         offered: String,
     },
+    /// No cloud has the columns that the renderer reads.
+    #[error("{0}")]
+    Needs(String),
     /// A cloud cannot be drawn.
     #[error("the cloud cannot be drawn: {0}")]
     Cloud(String),

@@ -5,6 +5,7 @@ use crate::graph::RenderError;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
 use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
+use crate::graph::splats::{SPLAT_ENTRY, splat_source};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::graph::variants::Settings;
 use crate::shader_compiler::{SurfaceMembers, members_read, reflect};
@@ -163,6 +164,11 @@ impl Plan {
                 stage = naga::ShaderStage::Compute;
                 (pass.wgsl.clone(), pass.entry.clone(), *surface)
             }
+            Work::Splats(splats) => {
+                stage = naga::ShaderStage::Compute;
+                let source = splat_source(pass, splats.targets.len())?;
+                (source, SPLAT_ENTRY.to_owned(), splats.surface)
+            }
         };
         let shader = pipelines.shader_with(&source, &pass.modules, &[])?;
         let point = reflect(&shader.composed, stage, &entry).map_err(|error| error.message)?;
@@ -281,12 +287,12 @@ impl Plan {
     }
 }
 
-/// The textures a pass draws into.
+/// The textures that the device draws into in a pass.
 pub(crate) fn targets_of(pass: &Pass) -> Vec<Target> {
     match &pass.work {
         Work::Shading { target, .. } => vec![(*target).into()],
         Work::Fullscreen { targets, .. } => targets.clone(),
-        Work::Compute { .. } => Vec::new(),
+        Work::Compute { .. } | Work::Splats(_) => Vec::new(),
     }
 }
 

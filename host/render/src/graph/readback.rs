@@ -82,25 +82,46 @@ pub(crate) fn copy_buffer(
 /// # Errors
 /// One line where the device is lost.
 pub(crate) fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
+    let bytes = with_mapped(gpu, &[buffer], |bytes| bytes[0].to_vec())?;
+    Ok(bytes)
+}
+
+/// Waits for the device and looks at the bytes of buffers where they lie.
+///
+/// # Errors
+/// One line where the device is lost.
+pub(crate) fn with_mapped<T>(
+    gpu: &Gpu,
+    buffers: &[&wgpu::Buffer],
+    look: impl FnOnce(&[&[u8]]) -> T,
+) -> Result<T, String> {
     let (send, receive) = std::sync::mpsc::channel();
-    buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-        // The receiver is gone only where waiting failed already.
-        drop(send.send(result));
-    });
+    for buffer in buffers {
+        let send = send.clone();
+        buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver is gone only where waiting failed already.
+            drop(send.send(result));
+        });
+    }
     gpu.device
         .poll(wgpu::PollType::wait_indefinitely())
         .map_err(|error| format!("the graphics device did not answer: {error}"))?;
-    match receive.recv() {
-        Ok(Ok(())) => {}
-        _ => return Err("the graphics device was lost while reading back".to_owned()),
+    for _ in buffers {
+        match receive.recv() {
+            Ok(Ok(())) => {}
+            _ => return Err("the graphics device was lost while reading back".to_owned()),
+        }
     }
-    let bytes = buffer
-        .slice(..)
-        .get_mapped_range()
-        .map_err(|error| format!("the graphics device gave no data: {error}"))?
-        .to_vec();
-    buffer.unmap();
-    Ok(bytes)
+    let views = buffers.iter().map(|buffer| {
+        let view = buffer.slice(..).get_mapped_range();
+        view.map_err(|error| format!("the graphics device gave no data: {error}"))
+    });
+    let views = views.collect::<Result<Vec<_>, _>>()?;
+    let bytes: Vec<&[u8]> = views.iter().map(|view| &**view).collect();
+    let seen = look(&bytes);
+    drop(views);
+    buffers.iter().for_each(|buffer| buffer.unmap());
+    Ok(seen)
 }
 
 impl Pending {

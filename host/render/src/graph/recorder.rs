@@ -117,7 +117,7 @@ impl<'g> Recorder<'g> {
         let mut first = true;
         while let Some(record) = parts.next() {
             if !first {
-                self.finish_so_far();
+                self.finish();
             }
             let colors: Vec<_> = colors
                 .iter()
@@ -172,7 +172,7 @@ impl<'g> Recorder<'g> {
 
     /// Submits what is recorded and waits for it. A lost device is noticed when the frame is
     /// submitted.
-    fn finish_so_far(&mut self) {
+    pub(crate) fn finish(&mut self) {
         let next = self.gpu.device.create_command_encoder(&Default::default());
         let recorded = std::mem::replace(&mut self.encoder, next);
         self.gpu.queue.submit([recorded.finish()]);
@@ -183,7 +183,7 @@ impl<'g> Recorder<'g> {
     pub(crate) fn compute(&mut self, name: &str, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
         // Mesa's software OpenGL begins to compute while textures that it reads are still drawn.
         if self.drawn && self.gpu.computes_early() {
-            self.finish_so_far();
+            self.finish();
             self.drawn = false;
         }
         // Drivers in software compute while what is to be drawn before waits, and tell the time when they

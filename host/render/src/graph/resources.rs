@@ -122,12 +122,26 @@ pub(crate) struct Lending<'a> {
     pub(crate) view: u64,
     /// Buffers that the host has filled.
     pub(crate) given: HashMap<usize, wgpu::Buffer>,
+    /// Buffers of columns that the host has filled, in parts.
+    pub(crate) columns: HashMap<usize, Vec<BufferPart>>,
+}
+
+/// A part of a buffer that may be larger than the device binds.
+#[derive(Clone)]
+pub(crate) struct BufferPart {
+    /// The first surfel in it.
+    pub(crate) first: u32,
+    /// Surfels in it.
+    pub(crate) n: u32,
+    pub(crate) buffer: wgpu::Buffer,
 }
 
 /// A frame's resources, by node.
 pub(crate) struct FrameResources {
     pub(crate) textures: Vec<Option<wgpu::Texture>>,
     pub(crate) buffers: Vec<Option<wgpu::Buffer>>,
+    /// Buffers of columns, by their position; those of one part are among the buffers, too.
+    pub(crate) parts: HashMap<usize, Vec<BufferPart>>,
     /// Persistent resources that were filled before this frame.
     filled: Vec<Node>,
     keys: Vec<(Node, Identity)>,
@@ -166,7 +180,10 @@ impl FrameResources {
     pub(crate) fn bytes(&self) -> u64 {
         let textures = self.textures.iter().flatten().cloned().map(GpuResource::Texture);
         let buffers = self.buffers.iter().flatten().cloned().map(GpuResource::Buffer);
-        textures.chain(buffers).map(|made| made.bytes()).sum()
+        // Those of one part are among the buffers.
+        let parts = self.parts.values().filter(|parts| parts.len() > 1).flatten();
+        let in_parts: u64 = parts.map(|part| part.buffer.size()).sum();
+        in_parts + textures.chain(buffers).map(|made| made.bytes()).sum::<u64>()
     }
 
     /// Whether a persistent resource holds what its key names.
@@ -217,6 +234,7 @@ impl Resources {
         let mut frame = FrameResources {
             textures: vec![None; plan.structure.textures.len()],
             buffers: vec![None; plan.structure.buffers.len()],
+            parts: HashMap::new(),
             filled: Vec::new(),
             keys: Vec::new(),
             lent: Vec::new(),
@@ -226,6 +244,15 @@ impl Resources {
                 && let Some(buffer) = lending.given.get(&i)
             {
                 frame.buffers[i] = Some(buffer.clone());
+                continue;
+            }
+            if let Node::Buffer(i) = node
+                && let Some(parts) = lending.columns.get(&i)
+            {
+                if let [only] = parts.as_slice() {
+                    frame.buffers[i] = Some(only.buffer.clone());
+                }
+                frame.parts.insert(i, parts.clone());
                 continue;
             }
             let (shape, lifetime, label) = describe(plan, node);

@@ -26,7 +26,7 @@ pub(super) fn list(names: &[&str]) -> String {
     if names.is_empty() { "none".to_owned() } else { names.join(", ") }
 }
 
-fn check_function(pass: &Pass, function: &str) -> Result<(), String> {
+pub(super) fn check_function(pass: &Pass, function: &str) -> Result<(), String> {
     let plain = function.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
     if function.is_empty() || !plain {
         return Err(format!("`{function}` is no name of a WGSL function"));

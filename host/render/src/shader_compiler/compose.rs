@@ -55,6 +55,7 @@ const MODULES: &[(&str, &str)] = &[
     ("view.wgsl", include_str!("../../../../shaders/surface/view.wgsl")),
     ("packing.wgsl", include_str!("../../../../shaders/surface/packing.wgsl")),
     ("surfels.wgsl", include_str!("../../../../shaders/surface/surfels.wgsl")),
+    ("splat.wgsl", include_str!("../../../../shaders/surface/splat.wgsl")),
     ("surface.wgsl", include_str!("../../../../shaders/surface/surface.wgsl")),
     ("environment.wgsl", include_str!("../../../../shaders/lighting/environment.wgsl")),
     ("light.wgsl", include_str!("../../../../shaders/lighting/light.wgsl")),

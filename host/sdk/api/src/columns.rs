@@ -58,6 +58,60 @@ pub const NORMAL_FIELD: &str = "normal_field";
 /// Source: Botsch et al. 2004, "Phong Splatting", section 4, with erratum B9. ABI 3.4.
 pub const CLIP: &str = "clip";
 
+/// Opacity of a splat at its centre: one `f32` in [0, 1]. ABI 3.9.
+pub const OPACITY: &str = "opacity";
+/// Standard deviations of a Gaussian splat along its own axes: three `f32`, or two of a flat one, scene units.
+/// ABI 3.9.
+pub const SPLAT_SCALE: &str = "splat_scale";
+/// Rotation from a Gaussian splat's own axes to the cloud's: a unit quaternion, four `f32` x, y, z, w. Of a flat
+/// splat the third axis is its normal. ABI 3.9.
+pub const SPLAT_ROTATION: &str = "splat_rotation";
+/// What a splat radiates by direction, one column for each order 0 to 3 of the spherical harmonics: three `f32` (red,
+/// green, blue) for each coefficient, in the order m = -l to l.
+///
+/// The colour is 0.5 + Σ c Y(d), at least 0, of the unit direction d from the eye to the splat in the cloud's axes, in
+/// the space that it was trained in, which is sRGB-encoded. Y is real, orthonormal and without the Condon-Shortley
+/// sign: of order 1 it is 0.488603 (y, z, x). Columns of higher orders may be missing.
+///
+/// Source: Kerbl et al. 2023, "3D Gaussian Splatting for Real-Time Radiance Field Rendering", section 4; its files have
+/// the sign and are converted when they are read. ABI 3.9.
+pub const SH: [&str; 4] = ["sh_0", "sh_1", "sh_2", "sh_3"];
+
+/// What the values of a column are, and so what becomes of them where a cloud is scaled, turned or merged. ABI 3.9.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Numbers that stay as they are.
+    #[default]
+    Plain,
+    /// Lengths in scene units.
+    Length,
+    /// Natural logarithms of lengths in scene units.
+    LogLength,
+    /// Directions, three components each; any length.
+    Direction,
+    /// Rotations from own axes to the cloud's, quaternions x, y, z, w.
+    Quaternion,
+    /// Coefficients of real spherical harmonics of this one order, from m = -l to l, some channels each.
+    SphericalHarmonics(u8),
+    /// Colours that are radiance, linear Rec. 709.
+    Radiance,
+}
+
+/// The role of a column that has a meaning by its name; [`Role::Plain`] of others. ABI 3.9.
+#[must_use]
+pub fn role_of(column: &str) -> Role {
+    match column {
+        RADIUS | SPLAT_SCALE => Role::Length,
+        NORMAL => Role::Direction,
+        SPLAT_ROTATION => Role::Quaternion,
+        _ => match SH.iter().position(|name| *name == column) {
+            Some(order) => Role::SphericalHarmonics(order as u8),
+            None => Role::Plain,
+        },
+    }
+}
+
 /// Linear Rec. 709 albedo of clouds without colours: a grey that leaves room for highlights.
 pub const NEUTRAL_ALBEDO: [f32; 3] = [0.5; 3];
 

@@ -58,6 +58,7 @@ pub mod graph;
 pub mod guide;
 pub mod job;
 pub mod manifest;
+mod need;
 pub mod params;
 mod scene;
 pub mod tool;
@@ -72,8 +73,9 @@ pub use frame::{Frame, FrameRequest, HostInfo};
 pub use glam;
 pub use graph::Graph;
 pub use job::Job;
+pub use need::{Need, NeedInfo};
 pub use scene::camera::{Camera, Projection, View};
-pub use scene::cloud_facts::CloudFacts;
+pub use scene::cloud_facts::{CloudFacts, CloudInfo, ColumnInfo};
 pub use scene::environment::{Environment, EnvironmentFacts, EnvironmentView, Sun};
 pub use scene::light::{Arriving, Lamp, Light};
 pub use scene::object::ObjectFrame;
@@ -89,12 +91,13 @@ pub use unit_info::{UnitInfo, UnitKind};
 pub mod prelude {
     pub use crate::columns::{CloudView, ColumnView};
     pub use crate::graph::{
-        Buffer, Format, Graph, Groups, Output, Pass, SamplerKind, SurfaceMode, Texture,
+        Buffer, Composition, Footprint, Format, GivenColumn, Graph, Groups, Output, Pass,
+        SamplerKind, SplatDepth, SurfaceMode, Texture,
     };
     pub use crate::params::FilePath;
     pub use crate::{
         AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, LimitInfo,
-        Projection, Renderer, Result, Scope, Tile, Tool, Traced, Tracer, Uniform, UnitInfo,
-        choices, export_plugin, params,
+        NeedInfo, Projection, Renderer, Result, Scope, Tile, Tool, Traced, Tracer, Uniform,
+        UnitInfo, choices, export_plugin, params,
     };
 }

@@ -41,7 +41,11 @@ pub const ABI_MAJOR: u16 = 3;
 ///
 /// 8: plugins read and write files ([`Format`](crate::Format)); the table of their functions is a symbol of its
 /// own.
-pub const ABI_MINOR: u16 = 8;
+///
+/// 9: columns have roles ([`Role`](crate::columns::Role)), units say what they need of a cloud
+/// ([`Need`](crate::Need)), graphs read columns ([`Graph::columns`](crate::Graph::columns)) and draw splats of their own
+/// ([`Pass::splats`](crate::graph::Pass::splats)).
+pub const ABI_MINOR: u16 = 9;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

@@ -3,6 +3,7 @@ use crate::error::Result;
 use crate::frame::{Frame, HostInfo};
 use crate::graph::Graph;
 use crate::job::Job;
+use crate::need::NeedInfo;
 use crate::params::ParamSet;
 use crate::tool::{Tile, Traced};
 use crate::unit_info::UnitInfo;
@@ -77,6 +78,8 @@ pub trait Renderer: Send + Sized + 'static {
     type Params: ParamSet;
     /// What it cannot do: cases of `surfelshop check`, and why; see [`LimitInfo`].
     const LIMITS: &'static [LimitInfo] = &[];
+    /// The columns that it reads of the clouds that it draws itself; see [`NeedInfo`].
+    const NEEDS: &'static [NeedInfo] = &[];
 
     /// Makes an instance; one per view.
     ///

@@ -156,12 +156,13 @@ fn together<'a>(clouds: impl Iterator<Item = &'a CloudFacts>) -> CloudFacts {
         }
         whole.objects.extend(&facts.objects);
         whole.colored.extend(&facts.colored);
+        whole.clouds.extend(facts.clouds.iter().cloned());
         if facts.n_surfels == 0 {
             continue;
         }
         if whole.n_surfels == 0 {
-            let CloudFacts { columns, objects, colored, .. } = whole;
-            whole = CloudFacts { columns, objects, colored, ..facts.clone() };
+            let CloudFacts { columns, objects, colored, clouds, .. } = whole;
+            whole = CloudFacts { columns, objects, colored, clouds, ..facts.clone() };
             continue;
         }
         whole.n_surfels += facts.n_surfels;
@@ -188,6 +189,7 @@ mod tests {
             equal_color: Some([0.1; 3]),
             objects: vec![ObjectFrame { size: at, ..ObjectFrame::default() }],
             colored: vec![false],
+            clouds: vec![surfelshop_api::CloudInfo { n_surfels, ..Default::default() }],
         }
     }
 
@@ -200,6 +202,7 @@ mod tests {
         ];
         let whole = together(clouds.iter());
         assert_eq!(whole.n_surfels, 5);
+        assert_eq!(whole.clouds.iter().map(|cloud| cloud.n_surfels).collect::<Vec<_>>(), [2, 3]);
         assert_eq!(whole.bounds_min, DVec3::splat(-1.0));
         assert_eq!(whole.bounds_max, DVec3::splat(6.0));
         assert_eq!(whole.columns, ["ao", "color", "position"]);

@@ -7,6 +7,7 @@ mod element;
 mod faces;
 mod header;
 mod lists;
+mod splats;
 mod write;
 mod write_batches;
 
@@ -28,6 +29,12 @@ use surfelshop_geometry::{Progress, part};
 
 pub(crate) use write::write;
 pub(crate) use write_batches::write_batches;
+
+/// Whether a file begins like a PLY file of packed splats, of which only a plugin knows what the numbers mean.
+pub(crate) fn is_packed(head: &[u8]) -> bool {
+    const PROPERTY: &[u8] = b"packed_position";
+    is_ply(head) && head.windows(PROPERTY.len()).any(|bytes| bytes == PROPERTY)
+}
 
 /// Whether a file begins like a PLY file, a byte order mark aside.
 pub(crate) fn is_ply(head: &[u8]) -> bool {

@@ -1,8 +1,10 @@
 //! Writing: the header through `ply-rs-bw`, the records in bulk.
 
 use super::lists::scalar_type;
+use super::splats::SplatRecords;
 use crate::cloud::Cloud;
 use crate::cloud::buffer::{Buffer, with_vec};
+use crate::cloud::column::{Column, has_fixed_type};
 use crate::cloud::provenance;
 use crate::error::WriteError;
 use crate::options::WriteOptions;
@@ -15,6 +17,7 @@ use ply_rs_bw::writer::Writer;
 use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::Path;
+use surfelshop_api::CloudView;
 use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V};
 
 /// One property of the file.
@@ -49,10 +52,11 @@ pub(crate) fn write(
     cloud: &Cloud,
     options: &WriteOptions<'_>,
 ) -> Result<(), WriteError> {
-    let fields = fields(cloud);
-    check_names(&fields, path)?;
+    let records = Records::of(cloud);
+    let properties = records.properties();
+    check_names(&properties, path)?;
     let failed = |error: io::Error| WriteError::Io { path: path.to_owned(), error };
-    let header = header(cloud, &fields, options);
+    let header = header(cloud, &records, properties, options);
     Writer::<DefaultElement>::new().write_header(out, &header).map_err(failed)?;
     let mut block = Vec::new();
     let n_records = (cloud.len() + cloud.faces().len()) as f64;
@@ -64,11 +68,7 @@ pub(crate) fn write(
         report(start)?;
         block.clear();
         for surfel in start..(start + BLOCK).min(cloud.len()) {
-            if options.ascii {
-                text_record(&mut block, &fields, surfel).map_err(failed)?;
-            } else {
-                fields.iter().for_each(|field| binary_value(&mut block, &field.source, surfel));
-            }
+            records.append(&mut block, surfel, options.ascii).map_err(failed)?;
         }
         out.write_all(&block).map_err(failed)?;
     }
@@ -82,6 +82,73 @@ pub(crate) fn write(
         out.write_all(&block).map_err(failed)?;
     }
     out.flush().map_err(failed)
+}
+
+/// What is written of each surfel.
+enum Records<'a> {
+    /// The columns as they are.
+    Columns(Vec<Field<'a>>),
+    /// Gaussian splats.
+    Splats(SplatRecords, CloudView<'a>),
+}
+
+impl<'a> Records<'a> {
+    fn of(cloud: &'a Cloud) -> Self {
+        match SplatRecords::of_cloud(cloud) {
+            Some(splats) => Self::Splats(splats, cloud.view()),
+            None => Self::Columns(fields(cloud)),
+        }
+    }
+
+    /// Names and types of the properties.
+    fn properties(&self) -> Vec<(String, Element)> {
+        match self {
+            Self::Columns(fields) => {
+                let property = |field: &Field<'_>| (field.name.clone(), field.source.element());
+                fields.iter().map(property).collect()
+            }
+            Self::Splats(splats, _) => {
+                splats.properties().map(|(name, element)| (name.to_owned(), element)).collect()
+            }
+        }
+    }
+
+    /// Whether coordinates have the precision that brings the origin back.
+    fn keep_origin(&self) -> bool {
+        match self {
+            Self::Columns(_) => true,
+            Self::Splats(splats, _) => splats.are_wide,
+        }
+    }
+
+    /// Whether a column of this number is written under its own name.
+    fn has_column(&self, column: usize) -> bool {
+        match self {
+            Self::Columns(_) => true,
+            Self::Splats(splats, _) => splats.is_other(column),
+        }
+    }
+
+    /// The columns of which it is written who made them.
+    fn noted(&self, cloud: &Cloud) -> Vec<Column> {
+        let is_noted = |column: &&Column| match self {
+            Self::Columns(_) => true,
+            Self::Splats(..) => !SplatRecords::is_derived(column.name()),
+        };
+        cloud.columns().iter().filter(is_noted).cloned().collect()
+    }
+
+    /// Appends a surfel.
+    fn append(&self, block: &mut Vec<u8>, surfel: usize, ascii: bool) -> io::Result<()> {
+        match self {
+            Self::Columns(fields) if ascii => text_record(block, fields, surfel),
+            Self::Columns(fields) => {
+                fields.iter().for_each(|field| binary_value(block, &field.source, surfel));
+                Ok(())
+            }
+            Self::Splats(splats, view) => splats.append(block, view, surfel, ascii),
+        }
+    }
 }
 
 /// The properties in the order of the columns.
@@ -117,9 +184,9 @@ pub(super) fn property_name(column: &str, components: usize, component: usize) -
 }
 
 /// Refuses names that a reader could not tell apart or would split.
-fn check_names(fields: &[Field<'_>], path: &Path) -> Result<(), WriteError> {
+fn check_names(properties: &[(String, Element)], path: &Path) -> Result<(), WriteError> {
     let mut names = HashSet::new();
-    for Field { name, .. } in fields {
+    for (name, _) in properties {
         let breaks = |c: char| c.is_whitespace() || c.is_control();
         let reason = if name.is_empty() || name.contains(breaks) {
             "names in PLY files have no spaces"
@@ -137,29 +204,34 @@ fn check_names(fields: &[Field<'_>], path: &Path) -> Result<(), WriteError> {
     Ok(())
 }
 
-fn header(cloud: &Cloud, fields: &[Field<'_>], options: &WriteOptions<'_>) -> Header {
+fn header(
+    cloud: &Cloud,
+    records: &Records<'_>,
+    properties: Vec<(String, Element)>,
+    options: &WriteOptions<'_>,
+) -> Header {
     let mut header = Header::new();
     header.encoding = if options.ascii { Encoding::Ascii } else { Encoding::BinaryLittleEndian };
     header.version = Version { major: 1, minor: 0 };
     let lines = options.comments.iter().flat_map(|comment| comment.lines());
     header.comments.extend(lines.map(|line| line.replace('\r', " ")));
-    if cloud.origin() != DVec3::ZERO {
+    if cloud.origin() != DVec3::ZERO && records.keep_origin() {
         let DVec3 { x, y, z } = cloud.origin();
         header.comments.push(format!("surfelshop origin {x} {y} {z}"));
     }
-    for column in cloud.columns() {
-        let is_foreign = !crate::cloud::column::is_well_known(column.name());
+    for (i, column) in cloud.columns().iter().enumerate() {
+        let is_foreign = !has_fixed_type(column.name()) && records.has_column(i);
         if is_foreign && column.components() > 1 {
             let (name, components) = (column.name(), column.components());
             header.comments.push(format!("surfelshop column {name} {components}"));
         }
     }
-    header.comments.extend(provenance::comments(cloud.columns(), cloud.history()));
+    header.comments.extend(provenance::comments(&records.noted(cloud), cloud.history()));
     let mut vertex = ElementDef::new("vertex".to_owned());
     vertex.count = cloud.len();
-    for field in fields {
-        let kind = PropertyType::Scalar(scalar_type(field.source.element()));
-        vertex.properties.add(PropertyDef::new(field.name.clone(), kind));
+    for (name, element) in properties {
+        let kind = PropertyType::Scalar(scalar_type(element));
+        vertex.properties.add(PropertyDef::new(name, kind));
     }
     header.elements.add(vertex);
     if !cloud.faces().is_empty() {

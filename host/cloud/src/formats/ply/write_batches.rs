@@ -1,6 +1,7 @@
 //! Writing batch by batch: how many points there are is written into the header when all are there.
 
 use super::lists::scalar_type;
+use super::splats::SplatRecords;
 use super::write::property_name;
 use crate::error::WriteError;
 use ply_rs_bw::ply::ScalarType;
@@ -9,7 +10,7 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use surfelshop_api::CloudView;
 use surfelshop_api::columns::{Element, Values};
-use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileHost};
+use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileColumn, FileHost};
 
 /// Letters of a number that is written later: as many as the largest has, padded with spaces, which readers
 /// pass over.
@@ -39,16 +40,23 @@ pub(crate) fn write_batches(
     let io = |error: io::Error| WriteError::Io { path: path.to_owned(), error };
     let source = |error: surfelshop_api::Error| io(io::Error::other(error.message().to_owned()));
     let header = clouds.next_cloud().map_err(source)?.unwrap_or_default();
-    check_names(&header, path)?;
+    let splats = SplatRecords::of_header(&header);
+    let properties = properties(&header, splats.as_ref());
+    check_names(&properties, path)?;
     let mut out = Out { file, place: 0 };
-    let text = head(&header, ascii);
+    let text = head(&header, &properties, splats.as_ref(), ascii);
     let place_of = |element: &str| text.find(element).map(|at| (at + element.len()) as u64);
     out.append(text.as_bytes()).map_err(io)?;
     let (mut n_points, mut n_faces) = (0u64, 0u64);
     let mut block = Vec::new();
     while let Some(batch) = clouds.next_batch().map_err(source)? {
         block.clear();
-        points(&mut block, &batch, ascii).map_err(io)?;
+        match &splats {
+            Some(splats) => (0..batch.len)
+                .try_for_each(|row| splats.append(&mut block, &batch, row, ascii))
+                .map_err(io)?,
+            None => points(&mut block, &batch, ascii).map_err(io)?,
+        }
         n_points += batch.len as u64;
         for [a, b, c] in batch.faces {
             if ascii {
@@ -69,24 +77,32 @@ pub(crate) fn write_batches(
     Ok(header.without_system())
 }
 
+/// Names and types of the properties of points.
+fn properties(header: &CloudHeader, splats: Option<&SplatRecords>) -> Vec<(String, Element)> {
+    if let Some(splats) = splats {
+        return splats.properties().map(|(name, element)| (name.to_owned(), element)).collect();
+    }
+    let of_column = |column: &FileColumn| {
+        let (name, n, element) = (column.name.clone(), column.components as usize, column.element);
+        (0..n).map(move |component| (property_name(&name, n, component), element))
+    };
+    header.columns.iter().flat_map(of_column).collect()
+}
+
 /// Refuses names that a reader could not tell apart or would split.
-fn check_names(header: &CloudHeader, path: &Path) -> Result<(), WriteError> {
+fn check_names(properties: &[(String, Element)], path: &Path) -> Result<(), WriteError> {
     let mut names = HashSet::new();
-    for column in &header.columns {
-        let components = column.components as usize;
-        for component in 0..components {
-            let name = property_name(&column.name, components, component);
-            let breaks = |c: char| c.is_whitespace() || c.is_control();
-            let reason = if name.is_empty() || name.contains(breaks) {
-                "names in PLY files have no spaces"
-            } else if names.insert(name.to_ascii_lowercase()) {
-                continue;
-            } else {
-                "another column has a property of this name"
-            };
-            let column = name.escape_debug().to_string();
-            return Err(WriteError::ColumnName { path: path.to_owned(), column, reason });
-        }
+    for (name, _) in properties {
+        let breaks = |c: char| c.is_whitespace() || c.is_control();
+        let reason = if name.is_empty() || name.contains(breaks) {
+            "names in PLY files have no spaces"
+        } else if names.insert(name.to_ascii_lowercase()) {
+            continue;
+        } else {
+            "another column has a property of this name"
+        };
+        let column = name.escape_debug().to_string();
+        return Err(WriteError::ColumnName { path: path.to_owned(), column, reason });
     }
     Ok(())
 }
@@ -105,7 +121,12 @@ fn type_name(element: Element) -> &'static str {
     }
 }
 
-fn head(header: &CloudHeader, ascii: bool) -> String {
+fn head(
+    header: &CloudHeader,
+    properties: &[(String, Element)],
+    splats: Option<&SplatRecords>,
+    ascii: bool,
+) -> String {
     let encoding = if ascii { "ascii" } else { "binary_little_endian" };
     let mut text = format!("ply\nformat {encoding} 1.0\n");
     // Positions are those of the world now, and columns are noted anew.
@@ -117,20 +138,17 @@ fn head(header: &CloudHeader, ascii: bool) -> String {
             text += &format!("comment {}\n", comment.replace('\r', " "));
         }
     }
-    for column in &header.columns {
-        let is_foreign = !crate::cloud::column::is_well_known(&column.name);
+    for (i, column) in header.columns.iter().enumerate() {
+        let is_foreign = !crate::cloud::column::has_fixed_type(&column.name)
+            && splats.is_none_or(|splats| splats.is_other(i));
         if is_foreign && column.components > 1 {
             text += &format!("comment surfelshop column {} {}\n", column.name, column.components);
         }
     }
     let count = " ".repeat(COUNT);
     text += &format!("element vertex {count}\n");
-    for column in &header.columns {
-        let components = column.components as usize;
-        for component in 0..components {
-            let name = property_name(&column.name, components, component);
-            text += &format!("property {} {name}\n", type_name(column.element));
-        }
+    for (name, element) in properties {
+        text += &format!("property {} {name}\n", type_name(*element));
     }
     if header.has_faces {
         text += &format!("element face {count}\nproperty list uchar int vertex_indices\n");
@@ -161,7 +179,7 @@ fn points(block: &mut Vec<u8>, batch: &CloudView<'_>, ascii: bool) -> io::Result
     Ok(())
 }
 
-fn binary_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) {
+pub(super) fn binary_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) {
     macro_rules! append {
         ($($variant:ident),*) => {
             match values {
@@ -175,7 +193,7 @@ fn binary_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) {
 }
 
 /// Floats have as many digits as tell them from their neighbours.
-fn text_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) -> io::Result<()> {
+pub(super) fn text_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) -> io::Result<()> {
     macro_rules! append {
         ($($variant:ident),*) => {
             match values { $(Values::$variant(values) => write!(block, "{}", values[index]),)* }

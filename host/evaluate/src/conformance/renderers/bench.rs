@@ -162,7 +162,9 @@ impl<'a> Bench<'a> {
             let is_silent = matches!(fault, Fault::TimedOut(_));
             Failure { is_silent, ..Failure::fault(format!("it could not start: {fault}")) }
         })?;
-        Ok(Instance(RendererView::new(hosted, self.unit.scope())))
+        Ok(Instance(
+            RendererView::new(hosted, self.unit.scope()).needing(&self.unit.description.needs),
+        ))
     }
 
     /// The pictures of a shot by a new instance.

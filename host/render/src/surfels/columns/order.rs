@@ -59,7 +59,7 @@ pub(crate) fn drawing_order(cloud: &CloudView<'_>) -> Vec<u32> {
 }
 
 /// Columns that decide between surfels at one place.
-pub(crate) const TIE_BREAKERS: [&str; 10] = [
+pub(crate) const TIE_BREAKERS: [&str; 17] = [
     columns::NORMAL,
     columns::RADIUS,
     columns::ROUND,
@@ -70,6 +70,13 @@ pub(crate) const TIE_BREAKERS: [&str; 10] = [
     columns::MATERIAL,
     columns::NORMAL_FIELD,
     columns::CLIP,
+    columns::OPACITY,
+    columns::SPLAT_SCALE,
+    columns::SPLAT_ROTATION,
+    columns::SH[0],
+    columns::SH[1],
+    columns::SH[2],
+    columns::SH[3],
 ];
 
 /// Puts two empty bits in front of each of the lowest 21.

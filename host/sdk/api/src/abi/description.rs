@@ -1,5 +1,6 @@
 //! What a unit says of itself once it is loaded.
 
+use crate::need::Need;
 use crate::params::{ParamDecl, ParamKind, Value};
 use crate::unit::{Limit, Scope};
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,9 @@ pub struct Description {
     pub limits: Vec<Limit>,
     /// Of a tool: how much of a cloud it has to see.
     pub scope: Scope,
+    /// Of a renderer: the columns that it reads. ABI 3.9.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<Need>,
 }
 
 impl Description {

@@ -11,6 +11,7 @@ use crate::frame::{Frame, FrameRequest, HostInfo, InMotion};
 use crate::graph::Graph;
 use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
+use crate::need::Need;
 use crate::params::{ParamDecl, ParamSet, Values};
 use crate::scene::object::ObjectFrame;
 use crate::tool::{Tile, Traced};
@@ -144,7 +145,10 @@ impl Unit {
         Self {
             kind: UnitKind::Renderer,
             info: R::INFO,
-            describe: || description(R::Params::declare(), R::LIMITS),
+            describe: || Description {
+                needs: R::NEEDS.iter().map(Need::from).collect(),
+                ..description(R::Params::declare(), R::LIMITS)
+            },
             create: |host| Ok(Box::new(RendererInstance(R::new(host)?))),
         }
     }

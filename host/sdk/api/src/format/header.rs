@@ -1,7 +1,7 @@
 //! What a file says of a cloud before its points.
 
 use super::tree::PointTree;
-use crate::columns::Element;
+use crate::columns::{Element, Role, role_of};
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -82,14 +82,30 @@ pub struct FileColumn {
     /// What it holds, for people; may be empty.
     #[serde(default)]
     pub description: String,
+    /// What becomes of the values where the cloud is scaled or turned. A name that has a meaning has that of
+    /// [`role_of`] where this is [`Role::Plain`]. ABI 3.9.
+    #[serde(default, skip_serializing_if = "is_plain")]
+    pub role: Role,
+}
+
+fn is_plain(role: &Role) -> bool {
+    *role == Role::Plain
 }
 
 impl FileColumn {
-    /// A column.
+    /// A column, with the role that its name has.
     #[must_use]
     pub fn new(name: impl Into<String>, components: u32, element: Element) -> Self {
         let (unit, description) = Default::default();
-        Self { name: name.into(), components, element, unit, description }
+        let name = name.into();
+        let role = role_of(&name);
+        Self { name, components, element, unit, description, role }
+    }
+
+    /// The column with another role. ABI 3.9.
+    #[must_use]
+    pub fn with_role(self, role: Role) -> Self {
+        Self { role, ..self }
     }
 
     /// Bytes of a point's values.

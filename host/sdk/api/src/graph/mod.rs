@@ -5,12 +5,15 @@
 //! and uploads, so an unchanged structure is recognised by comparison.
 
 mod cameras;
+mod columns;
 mod members;
 mod passes;
 mod resources;
+mod splats;
 mod structure;
 
 pub use cameras::SeenFrom;
+pub use columns::{COLUMNS_HEADER_WORDS, Columns, ColumnsOf, GivenColumn, Stored};
 pub use passes::{Groups, Module, Pass, SurfaceMode, Target, Work};
 // Beside the list, which the listing of older revisions has as it is.
 pub use members::{Member, MemberType, Members};
@@ -19,6 +22,7 @@ pub use resources::{
     Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,
     UniformId,
 };
+pub use splats::{Composition, Footprint, MAX_PAYLOADS, SplatDepth, Splats};
 pub use structure::{Output, Structure};
 
 use crate::params::ParamSet;
@@ -113,6 +117,50 @@ impl Graph {
     #[must_use]
     pub fn surfels_per_given(n_surfels: u64, at_most: u32) -> u64 {
         n_surfels.div_ceil(u64::from(at_most.max(1))).max(1)
+    }
+
+    /// Declares a storage buffer that the host fills with columns of these clouds, by their number in
+    /// [`CloudFacts::clouds`](crate::CloudFacts::clouds): all surfels of the first, then those of the next, each cloud's
+    /// in an order that brings neighbours in space together and does not depend on that of its file. Passes that
+    /// [read](Pass::reads) it import `path`, with a function of each column's name from a surfel's number to its value,
+    /// `f32` or a vector of two to four; of more components `fn NAME(i: u32, k: u32)` gives the `k`-th word, an `f32`, a
+    /// `vec2` of 16-bit floats or a `vec4` of 8-bit numbers:
+    ///
+    /// ```
+    /// use surfelshop_api::graph::{Footprint, GivenColumn, Graph, Pass};
+    /// # let facts = surfelshop_api::CloudFacts::default();
+    /// let mut graph = Graph::new();
+    /// let (n, columns) = graph.columns("splats", &facts, &[0], &[
+    ///     GivenColumn::new("position", 3),
+    ///     GivenColumn::new("opacity", 1).or(1.0),
+    /// ]);
+    /// let pass = Pass::splats("draw", "... splats::opacity(i) ...", "splat", Footprint::Conic, n);
+    /// let pass = pass.reads(&columns);
+    /// ```
+    ///
+    /// It is filled when the clouds are new, shared by all views, and brought to the device where a pass that runs reads
+    /// it. Where it is larger than the device binds, passes of [splats](Pass::splats) are given it part by part; others
+    /// are refused. The first number says how many surfels there are. ABI 3.9.
+    pub fn columns(
+        &mut self,
+        path: &str,
+        facts: &crate::CloudFacts,
+        objects: &[u32],
+        columns: &[GivenColumn],
+    ) -> (u64, Columns) {
+        let of = ColumnsOf { objects: objects.to_vec(), columns: columns.to_vec() };
+        let n_of =
+            |object: &u32| facts.clouds.get(*object as usize).map_or(0, |cloud| cloud.n_surfels);
+        let n = objects.iter().map(n_of).fold(0, u64::saturating_add);
+        let size = of.bytes(n);
+        let given = Columns::new(BufferId(index(self.structure.buffers.len() + 1)), path, &of);
+        self.buffer(path, Buffer { columns: Some(of), ..Buffer::new(size) });
+        (n, given)
+    }
+
+    /// Says which clouds this graph draws itself: the host leaves them out of its surface. ABI 3.9.
+    pub fn take(&mut self, objects: &[u32]) {
+        self.structure.taken = objects.to_vec();
     }
 
     /// Declares a camera for passes that are [`seen_from`](Pass::seen_from) it: its picture has the

@@ -1,6 +1,7 @@
 //! Passes of a graph: what they do, with which resources.
 
 use crate::graph::resources::{CameraId, Resource, TextureId};
+use crate::graph::splats::Splats;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -81,6 +82,8 @@ pub enum Work {
         /// How many workgroups run.
         groups: Groups,
     },
+    /// Calls a WGSL function `fn(u32) -> Splat` for each of many splats and puts them together. ABI 3.9.
+    Splats(Splats),
 }
 
 /// A WGSL module that a pass brings along, for its shader and later modules to import.
@@ -127,7 +130,7 @@ pub struct Pass {
 }
 
 impl Pass {
-    fn new(name: &str, wgsl: &str, entry: &str, work: Work) -> Self {
+    pub(super) fn new(name: &str, wgsl: &str, entry: &str, work: Work) -> Self {
         Self {
             name: name.to_owned(),
             work,
@@ -169,13 +172,14 @@ impl Pass {
         Self::new(name, wgsl, entry, work)
     }
 
-    /// Draws into this texture; a fullscreen pass may have several, in order.
+    /// Draws into this texture; a fullscreen pass and one of splats may have several, in order.
     #[must_use]
     pub fn target(mut self, to: impl Into<Target>) -> Self {
         let to = to.into();
         match &mut self.work {
             Work::Shading { target, .. } => *target = to.texture,
             Work::Fullscreen { targets, .. } => targets.push(to),
+            Work::Splats(splats) => splats.add(to),
             Work::Compute { .. } => {}
         }
         self
@@ -230,6 +234,7 @@ impl Pass {
             Work::Shading { surface, .. }
             | Work::Fullscreen { surface, .. }
             | Work::Compute { surface, .. } => *surface = mode,
+            Work::Splats(splats) => splats.surface = mode,
         }
         self
     }

@@ -1,5 +1,6 @@
 //! Textures, buffers, samplers and uniforms of a graph.
 
+use crate::graph::columns::ColumnsOf;
 use serde::{Deserialize, Serialize};
 
 /// A texture of the graph.
@@ -213,13 +214,18 @@ pub struct Buffer {
     /// [`Graph::surfels`](crate::Graph::surfels). ABI 3.5.
     #[serde(default)]
     pub surfels: Option<u32>,
+    /// Whether the host fills it with columns of clouds, and with which; see [`Graph::columns`](crate::Graph::columns).
+    /// ABI 3.9.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub columns: Option<ColumnsOf>,
 }
 
 impl Buffer {
     /// A buffer of this many bytes that lives for the frame, zero at its start.
     #[must_use]
     pub fn new(size: u64) -> Self {
-        Self { label: String::new(), size, lifetime: Lifetime::Frame, upload: None, surfels: None }
+        let (label, lifetime) = (String::new(), Lifetime::Frame);
+        Self { label, size, lifetime, upload: None, surfels: None, columns: None }
     }
 
     /// Keeps what a frame leaves in it for the next frame of the same view. ABI 3.5.

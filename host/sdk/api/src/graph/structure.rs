@@ -82,4 +82,7 @@ pub struct Structure {
     /// packed in the uniform's, and the host lays them out. ABI 3.7.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub members: BTreeMap<u32, Vec<Member>>,
+    /// Clouds that the graph draws itself, by their number in [`CloudFacts::clouds`](crate::CloudFacts::clouds). ABI 3.9.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub taken: Vec<u32>,
 }

@@ -1,5 +1,7 @@
 //! What is known of the clouds in view.
 
+use crate::columns::{Element, Role};
+use crate::need::{Need, NeedInfo};
 use crate::scene::object::ObjectFrame;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -25,6 +27,50 @@ pub struct CloudFacts {
     pub objects: Vec<ObjectFrame>,
     /// Whether each of these clouds has colours of its own.
     pub colored: Vec<bool>,
+    /// What is known of each of these clouds. ABI 3.9.
+    pub clouds: Vec<CloudInfo>,
+}
+
+/// What is known of one of the clouds in view. ABI 3.9.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CloudInfo {
+    /// What the scene or its file calls it; may be empty.
+    pub name: String,
+    /// Number of surfels.
+    pub n_surfels: u64,
+    /// Its columns.
+    pub columns: Vec<ColumnInfo>,
+}
+
+/// A column of a cloud, without its values. ABI 3.9.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ColumnInfo {
+    /// The name.
+    pub name: String,
+    /// Elements of a surfel.
+    pub components: u32,
+    /// Type of an element.
+    pub element: Element,
+    /// What its values are.
+    #[serde(default)]
+    pub role: Role,
+}
+
+impl CloudInfo {
+    /// The column of this name.
+    #[must_use]
+    pub fn column(&self, name: &str) -> Option<&ColumnInfo> {
+        self.columns.iter().find(|column| column.name == name)
+    }
+
+    /// What is required and this cloud lacks. ABI 3.9.
+    pub fn lacks<'n>(&self, needs: &'n [Need]) -> impl Iterator<Item = &'n Need> {
+        let is_there = |need: &Need| {
+            self.column(&need.column).is_some_and(|column| column.components >= need.components)
+        };
+        needs.iter().filter(move |need| need.required && !is_there(need))
+    }
 }
 
 impl CloudFacts {
@@ -32,5 +78,13 @@ impl CloudFacts {
     #[must_use]
     pub fn has(&self, column: &str) -> bool {
         self.columns.iter().any(|name| name == column)
+    }
+
+    /// Numbers of the clouds that have all that is required. ABI 3.9.
+    #[must_use]
+    pub fn fulfilling(&self, needs: &[NeedInfo]) -> Vec<u32> {
+        let needs: Vec<Need> = needs.iter().map(Need::from).collect();
+        let fulfils = |cloud: &CloudInfo| cloud.lacks(&needs).next().is_none();
+        (0..).zip(&self.clouds).filter(|(_, cloud)| fulfils(cloud)).map(|(i, _)| i).collect()
     }
 }

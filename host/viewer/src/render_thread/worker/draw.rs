@@ -124,7 +124,7 @@ impl RenderWorker {
         };
         let parameters = unit.description.params.clone();
         self.events.send(RenderEvent::Declared { renderer: name.clone(), parameters });
-        let view = RendererView::new(hosted, unit.scope());
+        let view = RendererView::new(hosted, unit.scope()).needing(&unit.description.needs);
         Ok(ActiveRenderer { name, reference, unit, view, mark, request: request.clone() })
     }
 

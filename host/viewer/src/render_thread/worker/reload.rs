@@ -87,7 +87,8 @@ impl RenderWorker {
         let reloaded = reference.reload(&host, &frame_request, &timeouts)?;
         let (unit, carried) = (reloaded.unit, reloaded.kept);
         let request = ViewRequest { values: carried.values.clone(), ..request.clone() };
-        let mut view = RendererView::new(reloaded.hosted, unit.scope());
+        let mut view =
+            RendererView::new(reloaded.hosted, unit.scope()).needing(&unit.description.needs);
         let started = Instant::now();
         let (frame, explained) = self.render(&mut view, &request, Frames::of(slot, &request))?;
         let rendered = rendered_view(&frame, explained, &request, started)?;

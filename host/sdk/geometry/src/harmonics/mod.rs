@@ -10,7 +10,10 @@
 //! Maps", equations 3 to 8; errata T2, T3, T4 and T8 of the thesis that repeats them. Window:
 //! Sloan 2008, "Stupid Spherical Harmonics Tricks", section "Windowing".
 
+mod rotation;
+
 use glam::DVec3;
+pub use rotation::rotation;
 
 /// The highest order.
 pub const MAX_ORDER: usize = 5;

@@ -1,0 +1,269 @@
+//! Gaussian splats of trained radiance fields, in the form that the host gives them. Nothing of them is estimated:
+//! each splat says by itself what it looks like.
+
+mod plan;
+mod shape;
+
+use super::position::Positions;
+use super::shape::{Shape, report};
+use crate::cloud::buffer::Buffer;
+use crate::cloud::column::Column;
+use crate::error::ReadFault;
+use crate::memory::{OutOfMemory, with_room};
+use crate::options::ReadOptions;
+use crate::summary::Summary;
+use crate::table::{Field, Table};
+use glam::{DQuat, Quat};
+use plan::{Lane, Plan};
+use rayon::prelude::*;
+use std::borrow::Cow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use surfelshop_api::columns::{COLOR, OPACITY, SH, SPLAT_ROTATION, SPLAT_SCALE};
+
+pub(crate) use plan::may_be_splats;
+
+/// The largest scale of a splat: f32 holds its square. Larger ones, also those that overflow, become this.
+const MAX_SCALE: f32 = 1e18;
+
+/// The scale of a splat whose own scales are no numbers; it is not seen.
+const NO_SCALE: f32 = 1e-20;
+
+/// Bytes a splat for what is derived: normal, radius, tangents, colour, and marks.
+pub(super) const DERIVED: u64 = 48;
+
+/// The value of the spherical harmonic of order 0.
+const Y0: f32 = 0.282_094_79;
+
+/// Splats that are worked on together.
+const BLOCK: usize = 1024;
+
+/// Squared length by which a quaternion may differ from 1 and keep its bits.
+const UNIT_TOLERANCE: f64 = 1e-6;
+
+/// What splats consist of, besides their positions.
+pub(super) struct Gaussians {
+    opacity: Vec<f32>,
+    /// Two or three of each splat.
+    scales: Vec<f32>,
+    n_scales: usize,
+    /// x, y, z, w of each splat.
+    rotations: Vec<f32>,
+    /// Of each order from 0 on the coefficients of each splat.
+    harmonics: Vec<Vec<f32>>,
+}
+
+/// What was wrong with splats, counted on all threads.
+#[derive(Default)]
+struct Damage {
+    rotations: AtomicUsize,
+    splats: AtomicUsize,
+    scales: AtomicUsize,
+    opacities: AtomicUsize,
+}
+
+impl Damage {
+    fn tell(self, warnings: &mut Vec<String>) {
+        let mut tell = |n: AtomicUsize, line: &str| match n.into_inner() {
+            0 => {}
+            n => warnings.push(format!("{n} {line}")),
+        };
+        tell(self.rotations, "rotations of splats were zero or not finite and became the identity");
+        tell(
+            self.splats,
+            "splats have scales, opacities or harmonics that are no numbers; they got opacity 0",
+        );
+        tell(self.scales, "scales of splats exceeded 1e18 and became that");
+        tell(self.opacities, "opacities of splats were outside [0, 1]");
+    }
+}
+
+/// Counts one more.
+fn count(n: &AtomicUsize) {
+    n.fetch_add(1, Ordering::Relaxed);
+}
+
+/// Takes Gaussian splats out of the table; `None`, and nothing taken, where it holds none.
+///
+/// # Errors
+/// Where memory runs out or `progress` asks to stop.
+pub(super) fn take(
+    table: &mut Table,
+    options: &ReadOptions<'_>,
+    summary: &mut Summary,
+) -> Result<Option<Gaussians>, ReadFault> {
+    let Some(plan) = Plan::find(&table.fields, &mut summary.warnings) else { return Ok(None) };
+    let (n, damage) = (table.n_rows, Damage::default());
+    let out = |out| ReadFault::memory(n)(out);
+    let mut marks: Vec<bool> = with_room(n).map_err(out)?;
+    marks.resize(n, false);
+    let (fields, marks) = (&table.fields, &mut marks);
+    let mut harmonics = Vec::with_capacity(plan.harmonics.len());
+    for (order, lanes) in plan.harmonics.iter().enumerate() {
+        report(options.progress, 0.15 * order as f64)?;
+        let coefficients = match order {
+            0 => woven(fields, lanes, marks, finite_harmonics::<3>),
+            1 => woven(fields, lanes, marks, finite_harmonics::<9>),
+            2 => woven(fields, lanes, marks, finite_harmonics::<15>),
+            _ => woven(fields, lanes, marks, finite_harmonics::<21>),
+        };
+        harmonics.push(coefficients.map_err(out)?);
+    }
+    report(options.progress, 0.6)?;
+    let (is_raw, n_scales) = (plan.is_raw, plan.scales.len());
+    let scales = match n_scales {
+        2 => woven(fields, &plan.scales, marks, |s, mark| {
+            finite_scales::<2>(s, is_raw, mark, &damage)
+        }),
+        _ => woven(fields, &plan.scales, marks, |s, mark| {
+            finite_scales::<3>(s, is_raw, mark, &damage)
+        }),
+    };
+    let scales = scales.map_err(out)?;
+    let opacity = woven(fields, &[plan.opacity], marks, |[opacity], mark| {
+        [finite_opacity(opacity, is_raw, *mark, &damage)]
+    });
+    let opacity = opacity.map_err(out)?;
+    let rotations = woven(fields, &plan.rotation, marks, |q, _| unit_rotation(q, &damage));
+    let rotations = rotations.map_err(out)?;
+    damage.tell(&mut summary.warnings);
+    plan.remove_from(table);
+    Ok(Some(Gaussians { opacity, scales, n_scales, rotations, harmonics }))
+}
+
+impl Gaussians {
+    fn rotation(&self, splat: usize) -> Quat {
+        self.rotations
+            .as_chunks::<4>()
+            .0
+            .get(splat)
+            .map_or(Quat::IDENTITY, |q| Quat::from_array(*q))
+    }
+
+    /// Normals, radii and tangents, from the splats where the file does not have them.
+    pub(super) fn shape(
+        &self,
+        table: &mut Table,
+        placed: &Positions,
+        summary: &mut Summary,
+    ) -> Shape {
+        shape::take(self, table, placed, summary)
+    }
+
+    /// What the splats look like from all around, as 8-bit codes: harmonics stand for colours as they are encoded.
+    /// `None` where there are none.
+    pub(super) fn color(&self, summary: &mut Summary) -> Option<Column> {
+        let code = |c: f32| (255.0 * (0.5 + Y0 * c).clamp(0.0, 1.0)).round() as u8;
+        let codes = self.harmonics.first()?.par_iter().with_min_len(BLOCK).map(|&c| code(c));
+        summary.colors.of_splats = std::mem::take(&mut summary.colors.neutral);
+        Some(Column::new(COLOR, 3, Buffer::U8(codes.collect())))
+    }
+
+    /// The columns of the splats themselves.
+    pub(super) fn columns(self) -> impl Iterator<Item = Column> {
+        let column =
+            |name: &str, n: usize, values| Column::new(name, n as u32, Buffer::F32(values));
+        let own = [
+            column(OPACITY, 1, self.opacity),
+            column(SPLAT_SCALE, self.n_scales, self.scales),
+            column(SPLAT_ROTATION, 4, self.rotations),
+        ];
+        let orders = SH.iter().zip(self.harmonics).enumerate();
+        let harmonics = orders.map(move |(l, (name, c))| column(name, 3 * (2 * l + 1), c));
+        own.into_iter().chain(harmonics)
+    }
+}
+
+/// Lanes woven: the values of a splat together, as a function makes them, which may mark the splat as damaged.
+fn woven<const N: usize>(
+    fields: &[Field],
+    lanes: &[Lane],
+    marks: &mut [bool],
+    make: impl Fn([f32; N], &mut bool) -> [f32; N] + Sync,
+) -> Result<Vec<f32>, OutOfMemory> {
+    let values: Vec<Cow<'_, [f32]>> =
+        lanes.iter().map(|lane| floats(&fields[lane.field])).collect();
+    let column = |i: usize| {
+        let (lane, values) = (lanes.get(i)?, values.get(i)?);
+        let step = fields[lane.field].names.len();
+        Some((values.get(lane.place..).unwrap_or_default(), step, lane.factor))
+    };
+    let columns: [_; N] = std::array::from_fn(|i| column(i).unwrap_or((&[], 1, 1.0)));
+    let mut made: Vec<[f32; N]> = with_room(marks.len())?;
+    let rows = marks.par_iter_mut().enumerate().with_min_len(BLOCK);
+    let rows = rows.map(|(row, mark)| {
+        let value = |(values, step, factor): &(&[f32], usize, f32)| {
+            factor * values.get(row * step).copied().unwrap_or_default()
+        };
+        make(columns.each_ref().map(value), mark)
+    });
+    rows.collect_into_vec(&mut made);
+    Ok(made.into_flattened())
+}
+
+/// The values of a field of floats in single precision.
+fn floats(field: &Field) -> Cow<'_, [f32]> {
+    match &field.values {
+        Buffer::F32(values) => Cow::Borrowed(values),
+        other => Cow::Owned(other.to_f32()),
+    }
+}
+
+/// Coefficients, of which those are 0 that are not finite.
+fn finite_harmonics<const N: usize>(given: [f32; N], mark: &mut bool) -> [f32; N] {
+    if given.iter().fold(true, |all, c| all & c.is_finite()) {
+        return given;
+    }
+    *mark = true;
+    given.map(|c| if c.is_finite() { c } else { 0.0 })
+}
+
+/// Scales of at most [`MAX_SCALE`], from their logarithms where they are `raw`; all are tiny where one is no length.
+fn finite_scales<const N: usize>(
+    given: [f32; N],
+    raw: bool,
+    mark: &mut bool,
+    damage: &Damage,
+) -> [f32; N] {
+    // That of minus infinity is 0, which is a length; others may overflow.
+    let has_length = |s: &f32| *s < f32::INFINITY && (raw || *s >= 0.0);
+    if !given.iter().all(has_length) {
+        *mark = true;
+        return [NO_SCALE; N];
+    }
+    given.map(|s| {
+        let scale = if raw { s.exp() } else { s };
+        if scale > MAX_SCALE {
+            count(&damage.scales);
+        }
+        scale.min(MAX_SCALE)
+    })
+}
+
+/// An opacity in [0, 1], from its logit where it is `raw`; 0 for splats that are damaged.
+fn finite_opacity(given: f32, raw: bool, is_damaged: bool, damage: &Damage) -> f32 {
+    if is_damaged || !given.is_finite() {
+        count(&damage.splats);
+        return 0.0;
+    }
+    let opacity = if raw { 1.0 / (1.0 + (-given).exp()) } else { given };
+    if !(0.0..=1.0).contains(&opacity) {
+        count(&damage.opacities);
+    }
+    opacity.clamp(0.0, 1.0)
+}
+
+/// A quaternion of unit length, the identity where it has no direction.
+fn unit_rotation(given: [f32; 4], damage: &Damage) -> [f32; 4] {
+    let [x, y, z, w] = given.map(f64::from);
+    let wide = DQuat::from_xyzw(x, y, z, w);
+    let squared = wide.length_squared();
+    if (squared - 1.0).abs() <= UNIT_TOLERANCE {
+        return given;
+    }
+    // Squares of any f32 are numbers in f64, and above 0 but for zero.
+    if squared.is_finite() && squared > 0.0 {
+        return (wide / squared.sqrt()).as_quat().to_array();
+    }
+    count(&damage.rotations);
+    DQuat::IDENTITY.as_quat().to_array()
+}

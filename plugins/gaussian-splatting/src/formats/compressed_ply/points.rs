@@ -1,0 +1,113 @@
+//! Gaussians out of packed words.
+
+use super::super::{Gaussian, SH_0, rest_of, rotation};
+use super::header::Header;
+use std::f32::consts::SQRT_2;
+
+/// Gaussians of a chunk.
+pub(super) const CHUNK: usize = 256;
+
+/// Smallest and largest values of three numbers.
+type Bounds = [[f32; 3]; 2];
+
+/// The bounds of a chunk.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Chunk {
+    position: Bounds,
+    /// Logarithms.
+    scale: Bounds,
+    color: Bounds,
+}
+
+/// The bytes of a word in a row; zeros where there is none, which the header rules out.
+fn word(row: &[u8], offset: usize) -> [u8; 4] {
+    row.get(offset..).and_then(|rest| rest.first_chunk()).copied().unwrap_or_default()
+}
+
+impl Chunk {
+    /// The chunk of a row.
+    pub(super) fn of(header: &Header, row: &[u8]) -> Self {
+        let triple = |offsets: &[usize]| -> [f32; 3] {
+            std::array::from_fn(|axis| f32::from_le_bytes(word(row, offsets[axis])))
+        };
+        let bounds = &header.bounds;
+        Self {
+            position: [triple(&bounds[0..3]), triple(&bounds[3..6])],
+            scale: [triple(&bounds[6..9]), triple(&bounds[9..12])],
+            color: match &header.color_bounds {
+                Some(offsets) => [triple(&offsets[0..3]), triple(&offsets[3..6])],
+                None => [[0.0; 3], [1.0; 3]],
+            },
+        }
+    }
+}
+
+/// The packed words of a Gaussian.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Vertex {
+    position: u32,
+    rotation: u32,
+    scale: u32,
+    color: u32,
+}
+
+/// The share of its range of a number of so many bits.
+fn share(word: u32, shift: u32, bits: u32) -> f32 {
+    let most = (1u32 << bits) - 1;
+    ((word >> shift) & most) as f32 / most as f32
+}
+
+/// Numbers of 11, 10 and 11 bits between bounds.
+fn between(word: u32, bounds: &Bounds) -> [f32; 3] {
+    mixed([share(word, 21, 11), share(word, 11, 10), share(word, 0, 11)], bounds)
+}
+
+fn mixed(shares: [f32; 3], [low, high]: &Bounds) -> [f32; 3] {
+    std::array::from_fn(|axis| low[axis] * (1.0 - shares[axis]) + high[axis] * shares[axis])
+}
+
+impl Vertex {
+    /// The words of a row.
+    pub(super) fn of(header: &Header, row: &[u8]) -> Self {
+        let [position, rotation, scale, color] =
+            header.packed.map(|offset| u32::from_le_bytes(word(row, offset)));
+        Self { position, rotation, scale, color }
+    }
+
+    /// The Gaussian, with the bounds of its chunk.
+    pub(super) fn gaussian(&self, chunk: &Chunk) -> Gaussian {
+        let three = [20, 10, 0].map(|shift| (share(self.rotation, shift, 10) - 0.5) * SQRT_2);
+        let [w, x, y, z] = rotation::without_largest(three, (self.rotation >> 30) as usize);
+        let [red, green, blue, opacity] = [24, 16, 8, 0].map(|shift| share(self.color, shift, 8));
+        Gaussian {
+            position: between(self.position, &chunk.position),
+            opacity,
+            scale: between(self.scale, &chunk.scale).map(f32::exp),
+            rotation: [x, y, z, w],
+            color: mixed([red, green, blue], &chunk.color).map(|shown| (shown - 0.5) / SH_0),
+            ..Gaussian::default()
+        }
+    }
+}
+
+/// Puts the spherical harmonics of a row into a Gaussian.
+pub(super) fn add_harmonics(header: &Header, row: &[u8], gaussian: &mut Gaussian) {
+    let n = rest_of(header.degree());
+    for (k, value) in gaussian.rest.iter_mut().take(n).enumerate() {
+        *value = std::array::from_fn(|channel| {
+            let offset = header.rest.get(channel * n + k);
+            let byte = offset.and_then(|offset| row.get(*offset)).copied();
+            byte.map_or(0.0, harmonic)
+        });
+    }
+}
+
+/// A spherical harmonic between -4 and 4, of the middle of its step but at the ends.
+fn harmonic(byte: u8) -> f32 {
+    let share = match byte {
+        0 => 0.0,
+        255 => 1.0,
+        _ => (f32::from(byte) + 0.5) / 256.0,
+    };
+    8.0 * (share - 0.5)
+}

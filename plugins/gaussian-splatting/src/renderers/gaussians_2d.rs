@@ -1,0 +1,49 @@
+//! # `gaussians-2d`: Gaussians in planes (2DGS)
+//!
+//! The parameters are those of [`Drawing`](super::Drawing).
+//!
+//! Each Gaussian is a surfel without an edge: the ray of a pixel meets its plane exactly, and depth and normal are those
+//! of the plane. Of a Gaussian in space the third axis is left out, whichever it is.
+//!
+//! Limits: the order is that of the centres, not that of each pixel.
+//!
+//! Source: Huang et al. 2024, "2D Gaussian Splatting for Geometrically Accurate Radiance Fields".
+
+use super::{Drawing, Kind, NEEDS, draw};
+use surfelshop_api::graph::Members;
+use surfelshop_api::prelude::*;
+
+params! {
+    /// Settings of the renderer.
+    pub struct Settings {
+        /// How Gaussians are drawn.
+        drawing: Drawing { group: Drawing::default() },
+    }
+}
+
+/// The renderer.
+pub(crate) struct Gaussians2d;
+
+impl Renderer for Gaussians2d {
+    const INFO: UnitInfo = UnitInfo::new(
+        "gaussians-2d",
+        "Gaussians in planes",
+        "Gaussians in planes, met exactly by rays: 2D Gaussian splatting.",
+    );
+    type Params = Settings;
+    const NEEDS: &'static [NeedInfo] = NEEDS;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
+        let kind = Kind {
+            wgsl: include_str!("gaussians_2d.wgsl"),
+            footprint: Footprint::Planar,
+            settings: Members::new(),
+        };
+        draw(frame, &frame.params.drawing, kind, graph);
+        Ok(())
+    }
+}

@@ -1,0 +1,184 @@
+//! What both renderers share: columns of Gaussians, their colours, and what lies beside and behind them.
+
+pub(crate) mod gaussians;
+pub(crate) mod gaussians_2d;
+
+use surfelshop_api::columns::{OPACITY, POSITION, SH, SPLAT_ROTATION, SPLAT_SCALE};
+use surfelshop_api::graph::{Columns, Members, TextureId};
+use surfelshop_api::prelude::*;
+
+choices! {
+    /// How Gaussians that cover a pixel are put together.
+    pub enum Blend {
+        /// From near to far.
+        Sorted = "sorted",
+        /// By chance: without sorting, noisy.
+        Stochastic = "stochastic",
+        /// Added up, as if they glowed.
+        Additive = "additive",
+        /// The nearest that is at least half opaque.
+        Nearest = "nearest",
+    }
+}
+
+choices! {
+    /// What the numbers of colours mean.
+    pub enum Space {
+        /// As pictures have them: what nearly all programs train.
+        Srgb = "srgb",
+        /// Light.
+        Linear = "linear",
+    }
+}
+
+params! {
+    /// Settings of both renderers.
+    pub struct Drawing {
+        /// Highest order of spherical harmonics that is drawn; 0 is one colour for all directions.
+        order: u32 { default: 3, range: 0..=3 },
+        /// Factor on the size of every Gaussian.
+        size: f32 { default: 1.0, range: 0.01..=4.0 },
+        /// Gaussians of less opacity are left out.
+        least_opacity: f32 { default: 0.0, range: 0.0..=1.0 },
+        /// How Gaussians are put together.
+        blend: Blend { default: Blend::Sorted },
+        /// Tries of each pixel where chance decides.
+        samples: u32 { default: 16, range: 1..=64 },
+        /// The space of colours, in which they are blended.
+        space: Space { default: Space::Srgb },
+    }
+}
+
+/// What clouds have to have.
+pub(crate) const NEEDS: &[NeedInfo] = &[
+    NeedInfo::column(SPLAT_SCALE, 2),
+    NeedInfo::column(SPLAT_ROTATION, 4),
+    NeedInfo::column(OPACITY, 1).optional(),
+    NeedInfo::column(SH[0], 3).optional(),
+    NeedInfo::column(SH[1], 9).optional(),
+    NeedInfo::column(SH[2], 15).optional(),
+    NeedInfo::column(SH[3], 21).optional(),
+];
+
+/// A renderer's own part.
+pub(crate) struct Kind {
+    pub(crate) wgsl: &'static str,
+    pub(crate) footprint: Footprint,
+    /// Its settings besides size and least opacity.
+    pub(crate) settings: Members,
+}
+
+/// Describes a frame.
+pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Graph) {
+    let facts = &frame.cloud;
+    let taken = facts.fulfilling(NEEDS);
+    let has_surface = taken.len() < facts.clouds.len();
+    graph.take(&taken);
+    let (n, gaussians) = graph.columns(
+        "gaussian",
+        facts,
+        &taken,
+        &[
+            GivenColumn::new(POSITION, 3),
+            GivenColumn::new(SPLAT_SCALE, 3),
+            GivenColumn::new(SPLAT_ROTATION, 4),
+            GivenColumn::new(OPACITY, 1).or(1.0),
+        ],
+    );
+    let (bands, radiance) = radiance(frame, p.order, &taken, graph);
+    let settings = kind.settings.f32("size", p.size).f32("least_opacity", p.least_opacity);
+    let settings = graph.members(settings);
+    let pass = |name: &str, function: &str| {
+        let bands = bands.iter();
+        let pass = Pass::splats(name, kind.wgsl, function, kind.footprint, n).reads(&gaussians);
+        bands
+            .fold(pass, Pass::reads)
+            .module("radiance", "radiance of Gaussians", &radiance)
+            .bind("settings", settings)
+            .tested(has_surface)
+    };
+    let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
+    graph.pass(pass("splats", "colored").target(sums).composed(match p.blend {
+        Blend::Sorted => Composition::Over,
+        Blend::Stochastic => Composition::Stochastic { samples: p.samples },
+        Blend::Additive => Composition::Additive,
+        Blend::Nearest => Composition::Nearest,
+    }));
+    let behind = graph.texture("surface", Texture::view_sized(Format::Rgba32Float));
+    if has_surface {
+        let surface = Pass::shading("surface", include_str!("surface.wgsl"), "shade");
+        graph.pass(surface.target(behind));
+    }
+    let encoded = u32::from(p.space == Space::Srgb);
+    let shown = Members::new().u32("encoded", encoded).u32("has_surface", u32::from(has_surface));
+    let shown = graph.members(shown);
+    let color = resolved(graph, "color", sums);
+    graph.pass(color.1.bind("settings", shown).bind("behind", behind));
+    graph.output(Output::Color, color.0);
+
+    // Asked for by name; else neither these passes nor what they write is there.
+    let facing = graph.texture("sums of normals", Texture::view_sized(Format::Rgba32Float));
+    graph.pass(pass("normals of splats", "facing").target(facing));
+    let normal = resolved(graph, "normal", facing);
+    graph.pass(normal.1);
+    graph.output(Output::Normal, normal.0);
+    let unread = graph.texture("not read", Texture::view_sized(Format::Rgba32Float));
+    let median = graph.texture("median depth", Texture::view_sized(Format::R32Float));
+    let expected = graph.texture("expected depth", Texture::view_sized(Format::R32Float));
+    let depths = pass("depths of splats", "facing").target(unread);
+    graph.pass(depths.depth(SplatDepth::Median, median).depth(SplatDepth::Expected, expected));
+    graph.output(Output::Depth, median);
+    graph.output(Output::Debug("expected-depth".to_owned()), expected);
+}
+
+/// A pass that turns sums into a picture.
+fn resolved(graph: &mut Graph, entry: &str, sums: TextureId) -> (TextureId, Pass) {
+    let picture = graph.texture(entry, Texture::view_sized(Format::Rgba32Float));
+    let name = format!("{entry} of sums");
+    let pass = Pass::fullscreen(&name, include_str!("resolve.wgsl"), entry);
+    (picture, pass.bind("sums", sums).target(picture))
+}
+
+/// The columns of spherical harmonics up to an order, and the WGSL module that adds them up.
+fn radiance<P>(
+    frame: &Frame<P>,
+    order: u32,
+    taken: &[u32],
+    graph: &mut Graph,
+) -> (Vec<Columns>, String) {
+    let clouds = || taken.iter().filter_map(|i| frame.cloud.clouds.get(*i as usize));
+    let is_there = |band: &str| clouds().any(|cloud| cloud.column(band).is_some());
+    let (mut bands, mut imports) = (Vec::new(), String::new());
+    let (mut loads, mut terms) = (String::new(), String::new());
+    for (l, band) in SH.into_iter().enumerate().take(order as usize + 1) {
+        if l > 0 && !is_there(band) {
+            break;
+        }
+        let n = 3 * (2 * l as u32 + 1);
+        // Of higher orders eleven bits are more than a picture shows.
+        let given = GivenColumn::new(band, n);
+        let given = if l == 0 { given } else { given.f16() };
+        let path = ["band_a", "band_b", "band_c", "band_d"][l];
+        bands.push(graph.columns(path, &frame.cloud, taken, &[given]).1);
+        imports = format!("{imports}#import {path}\n");
+        if l == 0 {
+            terms = format!(" + sh::ORDER_0 * {path}::{band}(i)");
+            continue;
+        }
+        for k in 0..n.div_ceil(2) {
+            loads = format!("{loads}let {path}_{k}w = {path}::{band}(i, {k}u);\n");
+        }
+        let value = |at: u32| format!("{path}_{}w[{}]", at / 2, at % 2);
+        let vector = |c: u32| format!("vec3({}, {}, {})", value(c), value(c + 1), value(c + 2));
+        let vectors: Vec<String> = (0..n).step_by(3).map(vector).collect();
+        terms = format!("{terms} + sh::rgb_of_order_{l}(d, {})", vectors.join(", "));
+    }
+    let module = format!(
+        "#define_import_path radiance\n#import surfelshop::splat\n#import surfelshop::sh\n#import gaussian\n{imports}\
+         fn radiance(i: u32) -> vec3<f32> {{\n\
+             let d = splat::direction_to(gaussian::position(i));\n{loads}\
+             return max(vec3(0.5){terms}, vec3(0.0));\n\
+         }}\n"
+    );
+    (bands, module)
+}
