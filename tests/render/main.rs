@@ -5,6 +5,7 @@
 
 mod ablation;
 mod environment;
+mod gaussians;
 mod gi;
 mod graph;
 mod lights;

@@ -36,6 +36,7 @@ pub const PAGES: &[Page] = pages! {
     "Use", "environments", "Environment maps", "use/environments";
     "Use", "patterns", "Solid textures", "use/patterns";
     "Use", "splats", "Phong splats", "use/splats";
+    "Use", "gaussians", "Gaussian splats", "use/gaussians";
     "Use", "gi", "Global illumination", "use/gi";
     "Use", "reference", "The path tracer", "use/reference";
     "Clouds", "info", "What is in a file", "clouds/info";
@@ -66,6 +67,7 @@ pub const PAGES: &[Page] = pages! {
     "Plugins", "plugin-guide", "Writing plugins", "plugins/index";
     "Plugins", "shading", "A renderer of one WGSL function", "plugins/shading";
     "Plugins", "graphs", "A graph of your own", "plugins/graph";
+    "Plugins", "splat-function", "A splat function", "plugins/splats";
     "Plugins", "tools", "A tool", "plugins/tool";
     "Plugins", "tracers", "A tracer", "plugins/tracer";
     "Plugins", "new-format", "A file format", "plugins/format";

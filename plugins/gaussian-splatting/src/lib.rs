@@ -1,5 +1,12 @@
 //! # Gaussian splats
 //!
+//! | renderer       | what it draws                                                       |
+//! |----------------|---------------------------------------------------------------------|
+//! | `gaussians`    | Gaussians in space: 3D Gaussian splatting                           |
+//! | `gaussians-2d` | Gaussians in planes, met exactly by rays: 2D Gaussian splatting     |
+//!
+//! The tool `gaussians` makes a Gaussian of each surfel.
+//!
 //! | format           | files             | what it reads and writes                                              |
 //! |------------------|-------------------|-----------------------------------------------------------------------|
 //! | `spz`            | `.spz`            | reads versions 1 to 4 of Niantic's packed Gaussians; writes version 3   |
@@ -28,11 +35,13 @@ mod formats;
 mod renderers;
 #[cfg(test)]
 mod tests;
+mod tool;
 
 use surfelshop_api::export_plugin;
 
 export_plugin! {
     id: "org.surfelshop.gaussian-splatting",
     renderers: [renderers::gaussians::Gaussians, renderers::gaussians_2d::Gaussians2d],
+    tools: [tool::ToGaussians],
     formats: [formats::Spz, formats::Splat, formats::CompressedPly],
 }

@@ -5,8 +5,10 @@ use crate::versions::listing::listing;
 use std::fs;
 use std::path::{Path, PathBuf};
 use surfelshop_api::abi::EncodedGraph;
-use surfelshop_api::graph::{Format, Graph, Groups, Output, Pass, Texture};
-use surfelshop_api::{Scene, glam::DVec3};
+use surfelshop_api::graph::{
+    Footprint, Format, GivenColumn, Graph, Groups, Output, Pass, Texture, TextureId,
+};
+use surfelshop_api::{CloudFacts, CloudInfo, Scene, glam::DVec3};
 use surfelshop_render::{Engine, RendererView};
 use surfelshop_runtime::plugins::Hosted;
 use surfelshop_tests::clouds::sphere;
@@ -59,23 +61,60 @@ fn shaders(page: &str) -> Vec<(usize, String)> {
     found
 }
 
+/// The name of the first function behind a text.
+fn function_behind<'a>(wgsl: &'a str, text: &str) -> Option<&'a str> {
+    let behind = wgsl.split_once(text)?.1.split_once("fn ")?.1;
+    Some(behind.split_once('(')?.0)
+}
+
+/// The name of the function that makes splats.
+fn splat_function(wgsl: &str) -> Option<&str> {
+    let before = wgsl.split_once("-> splat::Splat")?.0;
+    Some(before.rsplit_once("fn ")?.1.split_once('(')?.0)
+}
+
+/// A pass of splats, with the columns that the pages read as the module `cloud`.
+fn splats(graph: &mut Graph, wgsl: &str, function: &str, n: u64, color: TextureId) -> Pass {
+    let clouds = vec![CloudInfo { n_surfels: n, ..CloudInfo::default() }];
+    let facts = CloudFacts { clouds, ..CloudFacts::default() };
+    let columns = [
+        GivenColumn::new("position", 3),
+        GivenColumn::new("normal", 3),
+        GivenColumn::new("radius", 1),
+        GivenColumn::new("color", 3),
+        GivenColumn::new("opacity", 1),
+        GivenColumn::new("splat_scale", 3),
+        GivenColumn::new("splat_rotation", 4),
+        GivenColumn::new("sh_0", 3),
+        GivenColumn::new("sh_1", 9).f16(),
+    ];
+    let (n, cloud) = graph.columns("cloud", &facts, &[0], &columns);
+    Pass::splats("splats", wgsl, function, Footprint::Conic, n).reads(&cloud).target(color)
+}
+
 /// Compiles a shader as the pass that it is of; what it wants bound is the affair of the pass.
 fn compile(engine: &mut Engine, wgsl: &str) -> Result<(), String> {
+    let cloud = sphere(10, 1.0).cloud();
     let mut graph = Graph::new();
     let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
     if wgsl.contains("fn shade(") {
         graph.pass(Pass::shading("shade", wgsl, "shade").target(color));
         graph.output(Output::Color, color);
+    } else if let Some(function) = splat_function(wgsl) {
+        let pass = splats(&mut graph, wgsl, function, cloud.len() as u64, color);
+        graph.pass(pass);
+        graph.output(Output::Color, color);
+    } else if let Some(entry) = function_behind(wgsl, "@fragment") {
+        graph.pass(Pass::fullscreen("fullscreen", wgsl, entry).target(color));
+        graph.output(Output::Color, color);
     } else {
-        let entry = wgsl.split("@compute").nth(1).and_then(|rest| rest.split("fn ").nth(1));
-        let entry = entry.and_then(|rest| rest.split('(').next()).ok_or("it has no entry point")?;
+        let entry = function_behind(wgsl, "@compute").ok_or("it has no entry point")?;
         graph.pass(Pass::compute("compute", wgsl, entry, Groups::Fixed([1; 3])));
     }
     let structure = rmp_serde::to_vec_named(graph.structure()).unwrap();
     let graph = EncodedGraph { structure, data: Vec::new() };
     let mut renderer = RendererView::new(Hosted::replaying(graph).unwrap(), "guide");
     let view = view(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, 8);
-    let cloud = sphere(10, 1.0).cloud();
     let drawn = render(engine, &mut renderer, &cloud, &Scene::default(), view, &[Output::Color]);
     match drawn.map_err(|error| error.to_string()) {
         Ok(_) => Ok(()),
@@ -99,5 +138,9 @@ fn shaders_of_the_guide_compile() {
     assert!(n_shaders >= 6, "{n_shaders}");
     // And what is wrong would be found.
     let wrong = compile(&mut engine, "fn shade(s: Surface) -> vec4<f32> { return vec4(1.0); }");
+    assert!(wrong.is_err(), "{wrong:?}");
+    let wrong = "#import surfelshop::splat\n#import cloud\n\
+                 fn a(i: u32) -> splat::Splat { return splat::planar(cloud::radius(i)); }";
+    let wrong = compile(&mut engine, wrong);
     assert!(wrong.is_err(), "{wrong:?}");
 }

@@ -69,6 +69,8 @@ pub(crate) enum NewKind {
     Shading,
     /// A renderer with a graph of its own: visibility, a buffer of its own and an effect over it.
     Graph,
+    /// A renderer of one WGSL function, called for each surfel, that says what a splat looks like.
+    Splat,
     /// A tool that edits columns of a cloud, with progress.
     Tool,
     /// A renderer that computes pixels itself, on all cores.
@@ -108,6 +110,7 @@ mod tests {
             " list --json",
             " new a/b --kind tool",
             " new a --kind format",
+            " new a --kind splat",
             " trust a.so --place",
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");

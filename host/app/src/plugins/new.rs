@@ -105,6 +105,11 @@ impl NewKind {
                 ("src/edges.wgsl", include_str!("template/graph/src/edges.wgsl")),
                 ("src/ink.wgsl", include_str!("template/graph/src/ink.wgsl")),
             ],
+            Self::Splat => &[
+                ("src/lib.rs", include_str!("template/splat/src/lib.rs")),
+                ("src/splat.wgsl", include_str!("template/splat/src/splat.wgsl")),
+                ("src/resolve.wgsl", include_str!("template/splat/src/resolve.wgsl")),
+            ],
             Self::Tool => &[("src/lib.rs", include_str!("template/tool/src/lib.rs"))],
             Self::Tracer => &[("src/lib.rs", include_str!("template/tracer/src/lib.rs"))],
             Self::Format => &[("src/lib.rs", include_str!("template/format/src/lib.rs"))],
@@ -114,7 +119,7 @@ impl NewKind {
     /// The crates of this project that it links.
     fn crates(self) -> &'static [&'static str] {
         match self {
-            Self::Shading | Self::Graph | Self::Tool | Self::Format => &["api"],
+            Self::Shading | Self::Graph | Self::Splat | Self::Tool | Self::Format => &["api"],
             Self::Tracer => &["api", "geometry"],
         }
     }
@@ -122,7 +127,7 @@ impl NewKind {
     /// What the name of its type ends with.
     fn word(self) -> &'static str {
         match self {
-            Self::Shading | Self::Graph => "Renderer",
+            Self::Shading | Self::Graph | Self::Splat => "Renderer",
             Self::Tool => "Tool",
             Self::Tracer => "Tracer",
             Self::Format => "Format",
@@ -133,6 +138,7 @@ impl NewKind {
         match self {
             Self::Shading => "A renderer of one WGSL function",
             Self::Graph => "A renderer with a graph of its own",
+            Self::Splat => "A renderer of one splat function",
             Self::Tool => "A tool",
             Self::Tracer => "A tracer, a renderer that computes pixels itself,",
             Self::Format => "A file format",
@@ -150,7 +156,7 @@ impl NewKind {
     /// The commands that show what it does.
     fn look(self, name: &str, library: &str) -> String {
         match self {
-            Self::Shading | Self::Graph => format!("surfelshop --plugin {library}"),
+            Self::Shading | Self::Graph | Self::Splat => format!("surfelshop --plugin {library}"),
             Self::Tool => {
                 format!("surfelshop bake scan.ply -t {name} --plugin {library} -o {name}.ply")
             }

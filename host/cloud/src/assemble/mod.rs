@@ -16,12 +16,13 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::cloud::provenance::of_comments;
 use crate::cloud::source::Source;
-use crate::cloud::splats::splat_columns;
+use crate::cloud::splat_columns;
 use crate::error::ReadFault;
 use crate::options::ReadOptions;
 use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
 pub(crate) use appearance::NARROW_COLORS;
+pub(crate) use gaussians::are_splats;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use vectors::flat;
 

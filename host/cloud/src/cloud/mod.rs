@@ -18,6 +18,7 @@ use column::Column;
 use glam::{DVec3, Vec3};
 use provenance::CloudEdit;
 use source::Source;
+use splats::{SplatKind, splat_kind};
 use std::collections::HashSet;
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::columns::{NORMAL, POSITION, RADIUS};
@@ -313,4 +314,15 @@ impl Cloud {
     pub fn world_position(&self, index: usize) -> Option<DVec3> {
         self.positions().get(index).map(|offset| self.origin + offset.as_dvec3())
     }
+}
+
+/// What kind of Gaussian splats a cloud consists of; `None` where it has not all their columns with their types:
+/// `opacity`, `splat_scale` and `splat_rotation` as [`surfelshop_api::columns`] describes them. Harmonics may be
+/// missing.
+#[must_use]
+pub fn splat_columns(cloud: &Cloud) -> Option<SplatKind> {
+    splat_kind(|name| {
+        let column = cloud.column(name)?;
+        Some((column.values().element(), column.components()))
+    })
 }

@@ -1,6 +1,5 @@
 //! Clouds of Gaussian splats: which columns make one, and how files of trained splats hold their harmonics.
 
-use crate::cloud::Cloud;
 use serde::Serialize;
 use std::fmt;
 use surfelshop_api::columns::{Element, NORMAL, OPACITY, RADIUS, SH, SPLAT_ROTATION, SPLAT_SCALE};
@@ -24,18 +23,8 @@ impl fmt::Display for SplatKind {
     }
 }
 
-/// What kind of Gaussian splats a cloud consists of; `None` where it has not all their columns with their types:
-/// `opacity`, `splat_scale` and `splat_rotation` as [`surfelshop_api::columns`] describes them. Harmonics may be
-/// missing.
-#[must_use]
-pub fn splat_columns(cloud: &Cloud) -> Option<SplatKind> {
-    splat_kind(|name| {
-        let column = cloud.column(name)?;
-        Some((column.values().element(), column.components()))
-    })
-}
-
-/// The same of columns that are found by their names.
+/// What kind of Gaussian splats columns are, which are found by their names; `None` where not all are there with their
+/// types.
 pub(crate) fn splat_kind(column: impl Fn(&str) -> Option<(Element, u32)>) -> Option<SplatKind> {
     let fits = |name: &str| {
         let (element, components) = column(name)?;

@@ -80,6 +80,13 @@ impl Collection {
         self.common.iter().any(|name| name == column)
     }
 
+    /// Whether every cloud of every file consists of Gaussian splats, of which nothing is estimated.
+    #[must_use]
+    pub fn are_splats(&self) -> bool {
+        let columns = self.header.columns.iter().filter(|column| self.all_have(&column.name));
+        assemble::are_splats(columns)
+    }
+
     /// Hands over the points of a file, in its order, with the columns of the header.
     ///
     /// # Errors

@@ -165,7 +165,7 @@ impl Chunks<'_> {
     fn lacks_nothing(&self) -> bool {
         let has = |name: &str| self.collection.all_have(name);
         let has_radius = has(surfelshop_api::columns::RADIUS) || self.read.radius.is_some();
-        has(surfelshop_api::columns::NORMAL) && has_radius
+        (has(surfelshop_api::columns::NORMAL) && has_radius) || self.collection.are_splats()
     }
 }
 

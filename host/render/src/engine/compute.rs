@@ -59,7 +59,7 @@ impl Engine {
         let lent = resources.lend(&self.gpu, &plan, &nodes, &Lending::default());
         let mut recorder = Recorder::new(&self.gpu);
         let host = BTreeMap::new();
-        let frame = Frame { data, host: &host };
+        let frame = Frame { data, host: &host, splats_on_host: true };
         let scratch = &mut SplatScratch::default();
         execute(&plan, &needed, &lent, &frame, &mut recorder, &mut self.pipelines, scratch)?;
         let copies: Vec<_> = wanted

@@ -32,6 +32,8 @@ pub(super) struct Submission<'a> {
     pub(super) asked: OutputRequest,
     pub(super) clouds: &'a [DrawnCloud],
     pub(super) scratch: &'a mut SplatScratch,
+    /// Whether the CPU puts splats together.
+    pub(super) splats_on_host: bool,
     /// How surfels are drawn.
     pub(super) drawing: SurfelDrawing,
 }
@@ -130,7 +132,7 @@ impl Submission<'_> {
         let host = views.iter().map(|(seat, view)| (*seat, view as &dyn HostResources)).collect();
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let resources = self.resources.lend(self.gpu, self.plan, &nodes, &self.lending);
-        let frame = Frame { data: self.data, host: &host };
+        let frame = Frame { data: self.data, host: &host, splats_on_host: self.splats_on_host };
         let written = execute(
             self.plan,
             &needed,

@@ -21,6 +21,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) data: &'a [u8],
     /// What the host gives for each camera; nothing where a graph computes without one.
     pub(crate) host: &'a BTreeMap<PassCamera, &'a dyn HostResources>,
+    /// Whether the CPU puts splats together.
+    pub(crate) splats_on_host: bool,
 }
 
 /// The resources that the needed passes touch.
@@ -122,7 +124,7 @@ pub(super) struct Variables<'a> {
     pub(super) plan: &'a Plan,
     pub(super) pass: &'a Pass,
     planned: &'a Planned,
-    frame: &'a Frame<'a>,
+    pub(super) frame: &'a Frame<'a>,
     pub(super) resources: &'a FrameResources,
     uniforms: Option<&'a Uniforms<'a>>,
     samplers: &'a HashMap<SamplerKind, wgpu::Sampler>,

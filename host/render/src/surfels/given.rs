@@ -205,7 +205,10 @@ impl<'a> Read<'a> {
             }
             Stored::F16 => {
                 for (i, word) in words.iter_mut().enumerate() {
-                    let half = |i: usize| u32::from(f16::from_f32(value(i)).to_bits());
+                    // Beyond its range are no infinities, whose differences would be no numbers.
+                    let most = f16::MAX.to_f32();
+                    let within = |i: usize| value(i).clamp(-most, most);
+                    let half = |i: usize| u32::from(f16::from_f32(within(i)).to_bits());
                     *word = half(2 * i) | half(2 * i + 1) << 16;
                 }
             }

@@ -122,15 +122,24 @@ impl Registry {
     /// The shortest names that [`find`](Self::find) finds the units of a kind by, sorted.
     #[must_use]
     pub fn names(&self, kind: UnitKind) -> Vec<String> {
-        let mut names: Vec<String> = self
-            .units(kind)
-            .map(|(_, manifest, unit)| match self.matching(kind, &unit.id).count() {
-                1 => unit.id.clone(),
-                _ => format!("{}/{}", manifest.id, unit.id),
-            })
-            .collect();
+        let units = self.units(kind);
+        let names = units.map(|(_, manifest, unit)| self.shortest(kind, &manifest.id, &unit.id));
+        let mut names: Vec<String> = names.collect();
         names.sort();
         names
+    }
+
+    /// The shortest name that [`find`](Self::find) finds a unit by.
+    #[must_use]
+    pub fn name(&self, unit: &UnitRef) -> String {
+        self.shortest(unit.kind, &unit.package, &unit.id)
+    }
+
+    fn shortest(&self, kind: UnitKind, package: &str, id: &str) -> String {
+        match self.matching(kind, id).count() {
+            1 => id.to_owned(),
+            _ => format!("{package}/{id}"),
+        }
     }
 
     fn matching(&self, kind: UnitKind, name: &str) -> impl Iterator<Item = UnitRef> {

@@ -185,7 +185,8 @@ impl LoadedUnit {
         }
         let title = format!("Captured graph {name}");
         let (id, kind, summary) = (name.to_owned(), UnitKind::Renderer, String::new());
-        let unit = UnitEntry { kind, id, title, summary, files: Default::default() };
+        let (files, needs) = Default::default();
+        let unit = UnitEntry { kind, id, title, summary, files, needs };
         let manifest = Manifest { id: "graph".to_owned(), ..Manifest::default() };
         let plugin = Plugin::of::<Nothing>();
         let (unit_index, description, contents, took) = Default::default();

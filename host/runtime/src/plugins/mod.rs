@@ -25,6 +25,7 @@ mod load;
 mod open;
 mod registry;
 mod reload;
+mod suited;
 mod trust;
 mod watch;
 mod watchdog;

@@ -83,7 +83,8 @@ macro_rules! static_plugin {
         const SURFELSHOP_UNITS: &[($crate::UnitKind, $crate::UnitInfo)] = &[
             $($((
                 $crate::UnitKind::Renderer,
-                <$renderer as $crate::Renderer>::INFO,
+                <$renderer as $crate::Renderer>::INFO
+                    .reading(<$renderer as $crate::Renderer>::NEEDS),
             ),)*)?
             $($(($crate::UnitKind::Tracer, <$tracer as $crate::Tracer>::INFO),)*)?
             $($(($crate::UnitKind::Tool, <$tool as $crate::Tool>::INFO),)*)?

@@ -11,6 +11,10 @@ pub mod graph {
     #![doc = include_str!("../../../manual/plugins/graph.md")]
 }
 
+pub mod splats {
+    #![doc = include_str!("../../../manual/plugins/splats.md")]
+}
+
 pub mod tool {
     #![doc = include_str!("../../../manual/plugins/tool.md")]
 }

@@ -4,7 +4,9 @@
 //! endian), length of the text (u32, little endian), then lines `key TAB value...`. It holds no
 //! pointers, so it can be read without relocating or running anything.
 
+use crate::columns::role_of;
 use crate::format::file_types::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
+use crate::need::{Need, NeedInfo};
 use crate::unit_info::{UnitInfo, UnitKind};
 use serde::Serialize;
 
@@ -75,7 +77,9 @@ const fn text_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usiz
     let mut i = 0;
     while i < units.len() {
         let (kind, info) = units[i];
-        len += line_len(kind.word(), &[info.id, info.title, info.summary]) + files_len(&info.files);
+        len += line_len(kind.word(), &[info.id, info.title, info.summary])
+            + files_len(&info.files)
+            + needs_len(info.needs);
         i += 1;
     }
     len
@@ -101,6 +105,22 @@ const fn files_len(files: &FileTypes) -> usize {
     }
     if files.several {
         len += line_len("several", &[]);
+    }
+    len
+}
+
+/// Most components that a manifest has digits for.
+const MOST_COMPONENTS: u32 = 9999;
+
+/// Length of the lines that [`Writer::needs`] writes.
+const fn needs_len(needs: &[NeedInfo]) -> usize {
+    let mut len = 0;
+    let mut i = 0;
+    while i < needs.len() {
+        if needs[i].required {
+            len += line_len("need", &[needs[i].column]) + 5;
+        }
+        i += 1;
     }
     len
 }
@@ -155,6 +175,27 @@ impl<const N: usize> Writer<N> {
             i += 1;
         }
         self.raw(b"\n")
+    }
+
+    /// The columns that a renderer cannot do without, in lines after its own: name, and components in four digits.
+    const fn needs(mut self, needs: &[NeedInfo]) -> Self {
+        let mut i = 0;
+        while i < needs.len() {
+            if needs[i].required {
+                let n = needs[i].components;
+                assert!(n <= MOST_COMPONENTS, "a column has at most 9999 components");
+                let digits = [n / 1000, n / 100 % 10, n / 10 % 10, n % 10];
+                self = self.raw(b"need\t").text(needs[i].column).raw(b"\t");
+                let mut place = 0;
+                while place < digits.len() {
+                    self = self.raw(&[b'0' + digits[place] as u8]);
+                    place += 1;
+                }
+                self = self.raw(b"\n");
+            }
+            i += 1;
+        }
+        self
     }
 
     /// The files of a format, in lines after its own.
@@ -214,7 +255,10 @@ pub const fn encode<const N: usize>(
     let mut i = 0;
     while i < units.len() {
         let (kind, info) = units[i];
-        out = out.line(kind.word(), &[info.id, info.title, info.summary]).files(&info.files);
+        out = out
+            .line(kind.word(), &[info.id, info.title, info.summary])
+            .files(&info.files)
+            .needs(info.needs);
         i += 1;
     }
     out.bytes
@@ -234,6 +278,9 @@ pub struct UnitEntry {
     /// Files that a format recognises; empty of other units.
     #[serde(skip_serializing_if = "is_empty")]
     pub files: Recognition,
+    /// The columns that a renderer cannot do without; empty of other units.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<Need>,
 }
 
 fn is_empty(files: &Recognition) -> bool {
@@ -357,6 +404,10 @@ fn read_line(manifest: &mut Manifest, line: &str) {
         "tracer" => UnitKind::Tracer,
         "tool" => UnitKind::Tool,
         "format" => UnitKind::Format,
+        "need" => {
+            let renderer = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Renderer);
+            return renderer.map_or((), |renderer| need_line(&mut renderer.needs, next));
+        }
         "ending" | "magic" | "written" | "several" => {
             let format = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Format);
             return format.map_or((), |format| files_line(&mut format.files, key, next));
@@ -364,7 +415,20 @@ fn read_line(manifest: &mut Manifest, line: &str) {
         _ => return,
     };
     let (id, title, summary) = (next(), next(), next());
-    manifest.units.push(UnitEntry { kind, id, title, summary, files: Recognition::default() });
+    let (files, needs) = Default::default();
+    manifest.units.push(UnitEntry { kind, id, title, summary, files, needs });
+}
+
+/// Reads one column that a renderer cannot do without; what is damaged is needed by nobody.
+fn need_line(needs: &mut Vec<Need>, mut next: impl FnMut() -> String) {
+    let (column, components) = (next(), next().parse::<u32>());
+    if let Ok(components) = components
+        && !column.is_empty()
+        && needs.len() < MOST_FILES
+    {
+        let role = role_of(&column);
+        needs.push(Need { column, components, role, required: true });
+    }
 }
 
 /// Most endings, and most first bytes, that are read of a format.
@@ -450,6 +514,17 @@ mod tests {
             files_line(&mut damaged, key, || values.next().unwrap_or_default().to_owned());
         }
         assert_eq!(damaged, Recognition::default());
+    }
+
+    #[test]
+    fn needs_of_renderers_are_read_back() {
+        const NEEDS: &[NeedInfo] =
+            &[NeedInfo::column("splat_scale", 2), NeedInfo::column("sh_3", 21).optional()];
+        const UNITS: &[(UnitKind, UnitInfo)] =
+            &[(UnitKind::Renderer, UnitInfo::new("one", "One", "The first.").reading(NEEDS))];
+        const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
+        let units = decode(&BYTES).unwrap().units;
+        assert_eq!(units[0].needs, [Need::from(&NEEDS[0])]);
     }
 
     #[test]

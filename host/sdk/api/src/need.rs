@@ -4,12 +4,12 @@ use crate::columns::{Role, role_of};
 use serde::{Deserialize, Serialize};
 
 /// A column that a unit reads, as its type states it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct NeedInfo {
-    column: &'static str,
-    components: u32,
+    pub(crate) column: &'static str,
+    pub(crate) components: u32,
     role: Option<Role>,
-    required: bool,
+    pub(crate) required: bool,
 }
 
 impl NeedInfo {

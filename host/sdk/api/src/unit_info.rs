@@ -1,6 +1,7 @@
 //! What units are called.
 
 use crate::format::file_types::FileTypes;
+use crate::need::NeedInfo;
 use serde::{Deserialize, Serialize};
 
 /// What a unit is.
@@ -41,6 +42,8 @@ pub struct UnitInfo {
     pub summary: &'static str,
     /// Files that a format recognises, for the manifest.
     pub(crate) files: FileTypes,
+    /// Columns that a renderer reads, for the manifest.
+    pub(crate) needs: &'static [NeedInfo],
 }
 
 impl UnitInfo {
@@ -61,7 +64,15 @@ impl UnitInfo {
             );
             i += 1;
         }
-        Self { id, title, summary, files: FileTypes::new() }
+        Self { id, title, summary, files: FileTypes::new(), needs: &[] }
+    }
+
+    /// The same with the columns that a renderer reads.
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn reading(mut self, needs: &'static [NeedInfo]) -> Self {
+        self.needs = needs;
+        self
     }
 
     /// The same with the files that a format recognises.

@@ -98,6 +98,14 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let (surroundings, displayed) = opened_scene(arguments, &inputs, &staging)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
+    // Nobody said what draws: what reads columns that only these clouds have.
+    let is_open = arguments.graph.is_none() && seen.is_none() && arguments.set.is_empty();
+    if is_open
+        && !given.has("renderer")
+        && let Some(suited) = registry.suited(&clouds.facts.clouds)
+    {
+        chosen = studio.choose_for(suited, None, &arguments.set)?;
+    }
 
     let view = view(&arguments.picture, &staging, clouds);
     let values = chosen.values.clone();

@@ -65,10 +65,13 @@ pub(crate) struct PaneSettings {
     pub(crate) unknown: Table,
 }
 
+/// What draws where nobody chooses.
+pub(crate) const USUAL_RENDERER: &str = "ewa-phong";
+
 impl PaneSettings {
     /// A pane with a renderer.
     pub(crate) fn new(id: u32, renderer: &str) -> Self {
-        let other = if renderer == "flat" { "ewa-phong" } else { "flat" };
+        let other = if renderer == "flat" { USUAL_RENDERER } else { "flat" };
         Self {
             id,
             renderers: [renderer.to_owned(), other.to_owned()],
@@ -122,7 +125,7 @@ impl Default for Settings {
             splats: SplatSettings::default(),
             shows_legend: true,
             shows_light_handles: true,
-            panes: vec![PaneSettings::new(0, "ewa-phong")],
+            panes: vec![PaneSettings::new(0, USUAL_RENDERER)],
         }
     }
 }

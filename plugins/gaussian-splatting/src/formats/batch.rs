@@ -90,8 +90,11 @@ impl Batch {
                 Column::Rotation => values.extend(rotation),
                 Column::Sh(0) => values.extend(color.iter().map(&mut number)),
                 Column::Sh(order) => {
-                    for i in rest_of(order - 1)..rest_of(order) {
-                        values.extend(rest[i].map(|value| sign(i) * value));
+                    let of_order = rest_of(order - 1)..rest_of(order);
+                    for (i, color) in
+                        rest.iter().enumerate().take(of_order.end).skip(of_order.start)
+                    {
+                        values.extend(color.map(|value| sign(i) * value));
                     }
                 }
             }

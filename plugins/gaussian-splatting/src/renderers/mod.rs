@@ -49,6 +49,9 @@ params! {
     }
 }
 
+/// The most that a Gaussian radiates, so that sums are finite: as much as albedos may be.
+const MOST_RADIANCE: f32 = 65504.0;
+
 /// What clouds have to have.
 pub(crate) const NEEDS: &[NeedInfo] = &[
     NeedInfo::column(SPLAT_SCALE, 2),
@@ -177,7 +180,7 @@ fn radiance<P>(
         "#define_import_path radiance\n#import surfelshop::splat\n#import surfelshop::sh\n#import gaussian\n{imports}\
          fn radiance(i: u32) -> vec3<f32> {{\n\
              let d = splat::direction_to(gaussian::position(i));\n{loads}\
-             return max(vec3(0.5){terms}, vec3(0.0));\n\
+             return clamp(vec3(0.5){terms}, vec3(0.0), vec3({MOST_RADIANCE:?}));\n\
          }}\n"
     );
     (bands, module)

@@ -20,7 +20,7 @@ use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use surfelshop_api::columns::{COLOR, OPACITY, SH, SPLAT_ROTATION, SPLAT_SCALE};
 
-pub(crate) use plan::may_be_splats;
+pub(crate) use plan::{are_splats, may_be_splats};
 
 /// The largest scale of a splat: f32 holds its square. Larger ones, also those that overflow, become this.
 const MAX_SCALE: f32 = 1e18;

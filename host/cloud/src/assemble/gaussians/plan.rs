@@ -1,9 +1,10 @@
 //! Where a table holds what Gaussian splats consist of.
 
-use crate::cloud::splats::{is_flipped, n_rest, rest_index};
+use crate::cloud::splats::{is_flipped, n_rest, rest_index, splat_kind};
 use crate::table::{Field, Table};
 use std::collections::{HashMap, HashSet};
 use surfelshop_api::columns::{Element, OPACITY, SH, SPLAT_ROTATION, SPLAT_SCALE};
+use surfelshop_api::format::FileColumn;
 
 /// What the properties of harmonics above order 0 begin with.
 const REST: &str = "f_rest_";
@@ -67,6 +68,23 @@ pub(crate) fn may_be_splats<'a>(names: impl Iterator<Item = &'a str> + Clone) ->
     let all_of = |columns: &[&str]| columns.iter().all(|name| has_first(name));
     let is_named = all_of(&["rot", "scale", "f_dc"]) || all_of(&[SPLAT_ROTATION, SPLAT_SCALE]);
     is_named && has(OPACITY)
+}
+
+/// Whether columns of a file are Gaussian splats without a doubt.
+pub(crate) fn are_splats<'a>(columns: impl Iterator<Item = &'a FileColumn> + Clone) -> bool {
+    let is_ready = splat_kind(|name| {
+        let column = columns.clone().find(|column| column.name == name)?;
+        Some((column.element, column.components))
+    });
+    let is_number = |name: &str| {
+        columns.clone().any(|column| {
+            let is_float = matches!(column.element, Element::F32 | Element::F64);
+            column.components == 1 && is_float && column.name.eq_ignore_ascii_case(name)
+        })
+    };
+    let all = |name: &str, n: usize| (0..n).all(|i| is_number(&format!("{name}_{i}")));
+    let is_raw = || is_number(OPACITY) && all("scale", 2) && all("rot", 4) && all("f_dc", 3);
+    is_ready.is_some() || is_raw()
 }
 
 impl Plan {
@@ -163,4 +181,30 @@ fn of_order(rest: &[Lane], order: usize) -> Vec<Lane> {
         ..rest[rest_index(rest.len(), order, k, channel)]
     };
     coefficients.map(lane).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_splats_are_known_by_all_of_them() {
+        let column = |(name, n): &(&str, u32)| FileColumn::new(*name, *n, Element::F32);
+        let are = |all: &[(&str, u32)]| {
+            let columns: Vec<FileColumn> = all.iter().map(column).collect();
+            are_splats(columns.iter())
+        };
+        let ready = [(OPACITY, 1), (SPLAT_SCALE, 3), (SPLAT_ROTATION, 4)];
+        let names = ["scale_0", "SCALE_1", "rot_0", "rot_1", "rot_2", "rot_3"];
+        let raw = names.iter().chain(&["f_dc_0", "f_dc_1", "f_dc_2", "opacity"]);
+        let raw: Vec<(&str, u32)> = raw.map(|name| (*name, 1)).collect();
+        assert!(are(&ready) && are(&raw));
+        assert!(!are(&[(OPACITY, 1), (SPLAT_SCALE, 3), (SPLAT_ROTATION, 3)]));
+        for missing in 0..raw.len() {
+            let mut others = raw.clone();
+            others.remove(missing);
+            assert!(!are(&others), "{missing}");
+        }
+        assert!(!are(&[]));
+    }
 }

@@ -7,6 +7,7 @@ mod element;
 mod faces;
 mod header;
 mod lists;
+mod properties;
 mod splats;
 mod write;
 mod write_batches;

@@ -3,8 +3,7 @@
 //!
 //! What follows from splats is left out: colours, radii and tangents. Other columns come behind.
 
-use super::write::property_name;
-use super::write_batches::{binary_value, text_value};
+use super::properties::{binary_value, property_name, text_value};
 use crate::cloud::Cloud;
 use crate::cloud::splats::{is_flipped, n_rest, rest_index, splat_kind};
 use glam::DVec3;

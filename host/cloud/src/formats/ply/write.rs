@@ -1,6 +1,7 @@
 //! Writing: the header through `ply-rs-bw`, the records in bulk.
 
 use super::lists::scalar_type;
+use super::properties::property_name;
 use super::splats::SplatRecords;
 use crate::cloud::Cloud;
 use crate::cloud::buffer::{Buffer, with_vec};
@@ -18,7 +19,7 @@ use std::collections::HashSet;
 use std::io::{self, Write};
 use std::path::Path;
 use surfelshop_api::CloudView;
-use surfelshop_api::columns::{COLOR, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V};
+use surfelshop_api::columns::{Element, POSITION};
 
 /// One property of the file.
 struct Field<'a> {
@@ -168,19 +169,6 @@ fn fields(cloud: &Cloud) -> Vec<Field<'_>> {
         }
     }
     fields
-}
-
-/// What a component of a column is called in a PLY file.
-pub(super) fn property_name(column: &str, components: usize, component: usize) -> String {
-    let axis = ["x", "y", "z"].get(component).copied().unwrap_or_default();
-    match column {
-        POSITION => axis.to_owned(),
-        NORMAL => format!("n{axis}"),
-        COLOR => ["red", "green", "blue", "alpha"][component.min(3)].to_owned(),
-        TANGENT_U | TANGENT_V => format!("{column}_{axis}"),
-        _ if components == 1 => column.to_owned(),
-        _ => format!("{column}_{component}"),
-    }
 }
 
 /// Refuses names that a reader could not tell apart or would split.

@@ -1,15 +1,15 @@
 //! Writing batch by batch: how many points there are is written into the header when all are there.
 
 use super::lists::scalar_type;
+use super::properties::{binary_value, property_name, text_value};
 use super::splats::SplatRecords;
-use super::write::property_name;
 use crate::error::WriteError;
 use ply_rs_bw::ply::ScalarType;
 use std::collections::HashSet;
 use std::io::{self, Write as _};
 use std::path::Path;
 use surfelshop_api::CloudView;
-use surfelshop_api::columns::{Element, Values};
+use surfelshop_api::columns::Element;
 use surfelshop_api::format::{CloudHeader, CloudSourceHost, FileColumn, FileHost};
 
 /// Letters of a number that is written later: as many as the largest has, padded with spaces, which readers
@@ -177,27 +177,4 @@ fn points(block: &mut Vec<u8>, batch: &CloudView<'_>, ascii: bool) -> io::Result
         }
     }
     Ok(())
-}
-
-pub(super) fn binary_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) {
-    macro_rules! append {
-        ($($variant:ident),*) => {
-            match values {
-                $(Values::$variant(values) => {
-                    block.extend_from_slice(&values[index].to_le_bytes());
-                })*
-            }
-        };
-    }
-    append!(I8, U8, I16, U16, I32, U32, F32, F64);
-}
-
-/// Floats have as many digits as tell them from their neighbours.
-pub(super) fn text_value(block: &mut Vec<u8>, values: &Values<'_>, index: usize) -> io::Result<()> {
-    macro_rules! append {
-        ($($variant:ident),*) => {
-            match values { $(Values::$variant(values) => write!(block, "{}", values[index]),)* }
-        };
-    }
-    append!(I8, U8, I16, U16, I32, U32, F32, F64)
 }

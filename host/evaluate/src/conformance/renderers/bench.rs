@@ -1,5 +1,6 @@
 //! A renderer at work: pictures of shots, each checked to be whole.
 
+use super::fitted::Fitting;
 use crate::conformance::Setup;
 use crate::conformance::verdict::Failure;
 use glam::DVec3;
@@ -82,10 +83,6 @@ impl DrawRequest<'_> {
             parts: None,
         }
     }
-
-    fn facts(&self) -> CloudFacts {
-        self.cloud.facts().clone()
-    }
 }
 
 /// A view from `eye` towards `target`, 46 degrees high.
@@ -113,6 +110,7 @@ pub(super) struct Bench<'a> {
     pub(super) unit: &'a LoadedUnit,
     setup: &'a Setup<'a>,
     engine: Engine,
+    fitting: Fitting,
 }
 
 /// An instance of the renderer.
@@ -121,13 +119,20 @@ pub(super) struct Instance(RendererView);
 impl<'a> Bench<'a> {
     pub(super) fn new(unit: &'a LoadedUnit, setup: &'a Setup<'a>) -> Result<Self, String> {
         let engine = (setup.engine)(&EngineOptions::default())?;
-        Ok(Self { unit, setup, engine })
+        let fitting = Fitting::new(&unit.description.needs);
+        Ok(Self { unit, setup, engine, fitting })
     }
 
     /// The same with an engine of its own.
     pub(super) fn with(&self, options: &EngineOptions) -> Result<Self, Failure> {
         let engine = (self.setup.engine)(options).map_err(Failure::new)?;
-        Ok(Self { unit: self.unit, setup: self.setup, engine })
+        let fitting = Fitting::new(self.fitting.needs());
+        Ok(Self { unit: self.unit, setup: self.setup, engine, fitting })
+    }
+
+    /// How clouds are made to fit the renderer.
+    pub(super) fn fitting(&self) -> &Fitting {
+        &self.fitting
     }
 
     pub(super) fn engine(&self) -> &Engine {
@@ -139,10 +144,10 @@ impl<'a> Bench<'a> {
         &self,
         Instance(view): &Instance,
         shot: &DrawRequest<'_>,
-    ) -> Vec<Restored> {
-        let (clouds, facts) = ([shot.cloud.view()], shot.facts());
-        let left_out = self.engine.left_out(view, &shot.request(&clouds, &facts, 0));
-        left_out.into_iter().filter(|kept| !matches!(kept, Restored::Output(_))).collect()
+    ) -> Result<Vec<Restored>, Failure> {
+        let cloud = self.fitting.fitted(&shot.cloud)?;
+        let left_out = self.engine.left_out(view, &shot.request(&[cloud.view()], cloud.facts(), 0));
+        Ok(left_out.into_iter().filter(|kept| !matches!(kept, Restored::Output(_))).collect())
     }
 
     /// Who makes a picture, for lines: nothing where the renderer itself does.
@@ -206,8 +211,9 @@ impl<'a> Bench<'a> {
         shot: &DrawRequest<'_>,
         frame_index: u32,
     ) -> Result<Rendered, Failure> {
-        let (clouds, facts) = ([shot.cloud.view()], shot.facts());
-        let request = shot.request(&clouds, &facts, frame_index);
+        let cloud = self.fitting.fitted(&shot.cloud)?;
+        let clouds = [cloud.view()];
+        let request = shot.request(&clouds, cloud.facts(), frame_index);
         let rendered = self.engine.render(view, &request).map_err(|error| refused(&error))?;
         for (output, image) in &rendered.images {
             whole(output, image, shot.view.size_px)?;

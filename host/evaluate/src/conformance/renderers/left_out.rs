@@ -47,7 +47,7 @@ pub(super) fn left_out(bench: &mut Bench<'_>) -> Judged {
                 };
                 let expected = picture(&drawn, &Output::Color)?;
                 n_pictures += 1;
-                for kept in bench.left_out(&instance, &shot) {
+                for kept in bench.left_out(&instance, &shot)? {
                     let what = format!("{cloud} {under}, {said}, {kept}");
                     // What was seen to change nothing is asked once with each cloud, light and parameter.
                     if !names.insert((cloud, under, of.clone(), kept.to_string())) {

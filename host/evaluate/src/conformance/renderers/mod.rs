@@ -2,6 +2,8 @@
 
 mod bench;
 mod columns;
+mod fitted;
+mod gaussians;
 mod growth;
 mod left_out;
 mod lights;

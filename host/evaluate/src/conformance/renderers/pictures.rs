@@ -1,10 +1,12 @@
 //! Pictures as such: their outputs, sizes and background.
 
 use super::bench::{Bench, DrawRequest, front, picture, same};
+use super::gaussians;
 use crate::conformance::clouds;
 use crate::conformance::verdict::{Failure, Judged, Said};
 use surfelshop_api::View;
 use surfelshop_api::graph::Output;
+use surfelshop_image::Image;
 
 const SIZE: u32 = 96;
 
@@ -49,14 +51,11 @@ pub(super) fn background(bench: &mut Bench<'_>) -> Judged {
     let drawn = bench.draw(&ball().of(&[Output::Color, Output::Depth]))?;
     let color = picture(&drawn, &Output::Color)?;
     let depth = picture(&drawn, &Output::Depth)?;
-    let n = (depth.components.max(1) as usize, color.components.max(1) as usize);
-    let pairs = depth.data.chunks_exact(n.0).zip(color.data.chunks_exact(n.1));
-    let empty = pairs.filter(|(depth, _)| depth[0] == 0.0);
-    let (mut n_empty, mut n_filled) = (0, 0);
-    for (_, color) in empty {
-        n_empty += 1;
-        n_filled += usize::from(color.iter().any(|value| *value != 0.0));
-    }
+    // Where Gaussians fade out there is a colour, and no depth yet.
+    let (n_empty, n_filled) = match bench.fitting().has_gaussians() {
+        true => gaussians::nothing(&ball().cloud, &ball().view, &color),
+        false => without_depth(&depth, &color),
+    };
     match n_filled {
         0 if n_empty > 0 => Ok(Said::Measured(format!("{n_empty} pixels show nothing"))),
         0 => Err(Failure::showing("depth covers the whole picture", [("depth", &depth)])),
@@ -65,6 +64,16 @@ pub(super) fn background(bench: &mut Bench<'_>) -> Judged {
             Err(Failure::showing(line, [("color", &color)]))
         }
     }
+}
+
+/// How many pixels have no depth, and how many of those a colour.
+fn without_depth(depth: &Image, color: &Image) -> (usize, usize) {
+    let n = (depth.components.max(1) as usize, color.components.max(1) as usize);
+    let pairs = depth.data.chunks_exact(n.0).zip(color.data.chunks_exact(n.1));
+    let empty: Vec<&[f32]> =
+        pairs.filter(|(depth, _)| depth[0] == 0.0).map(|(_, color)| color).collect();
+    let n_filled = empty.iter().filter(|color| color.iter().any(|value| *value != 0.0)).count();
+    (empty.len(), n_filled)
 }
 
 pub(super) fn viewport(bench: &mut Bench<'_>) -> Judged {

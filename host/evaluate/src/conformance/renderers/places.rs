@@ -2,12 +2,13 @@
 
 use super::bench::{Bench, DrawRequest, alike, front, parallel, picture, view};
 use crate::conformance::clouds::{self, Surfels};
-use crate::conformance::hard::{self, Hard};
+use crate::conformance::hard;
 use crate::conformance::verdict::{Failure, Judged, Said};
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::srgb_to_linear;
 use surfelshop_api::{Light, View};
+use surfelshop_cloud::Cloud;
 use surfelshop_image::Image;
 
 const SIZE: u32 = 96;
@@ -127,10 +128,10 @@ fn normals_turned(here: &Image, there: &Image) -> Result<(), Failure> {
 }
 
 /// Draws clouds of which nothing but finite pictures is expected.
-fn finite(bench: &mut Bench<'_>, clouds: Vec<Hard>) -> Judged {
-    let names: Vec<&str> = clouds.iter().map(|(what, _)| *what).collect();
-    let n = names.len();
+fn finite<S: AsRef<str>>(bench: &mut Bench<'_>, clouds: Vec<(S, Cloud)>) -> Judged {
+    let n = clouds.len();
     for (what, cloud) in clouds {
+        let what = what.as_ref();
         for view in [view(DVec3::new(0.3, 0.4, 3.0), DVec3::ZERO, 48), parallel(48)] {
             let shot = DrawRequest::new(cloud.clone(), view);
             bench.draw(&shot).map_err(|failure| failure.of(what))?;
@@ -144,7 +145,9 @@ pub(super) fn degenerate(bench: &mut Bench<'_>) -> Judged {
 }
 
 pub(super) fn damaged(bench: &mut Bench<'_>) -> Judged {
-    finite(bench, hard::damaged())
+    let usual = hard::damaged().into_iter().map(|(what, cloud)| (what.to_owned(), cloud));
+    let needed = bench.fitting().damaged(&clouds::sphere(400, 1.0).cloud())?;
+    finite(bench, usual.chain(needed).collect())
 }
 
 pub(super) fn occluded(bench: &mut Bench<'_>) -> Judged {
@@ -159,15 +162,20 @@ pub(super) fn equal_colours(bench: &mut Bench<'_>) -> Judged {
         surfels.colors.push(code);
     }
     let view = view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 32);
-    let shot = DrawRequest::new(surfels.cloud(), view).of(&[Output::Color, Output::Albedo]);
-    let albedo = picture(&bench.draw(&shot)?, &Output::Albedo)?;
+    // Gaussians radiate their colour and have no albedo.
+    let output = match bench.fitting().has_gaussians() {
+        true => Output::Color,
+        false => Output::Albedo,
+    };
+    let shot = DrawRequest::new(surfels.cloud(), view).of(&[Output::Color, output.clone()]);
+    let albedo = picture(&bench.draw(&shot)?, &output)?;
     let expected = code.map(|code| srgb_to_linear(f32::from(code) / 255.0));
     let found = albedo.pixel(16, 16);
-    let line = format!("albedo {:?}, expected {expected:?}", &found[..3]);
+    let line = format!("{} {:?}, expected {expected:?}", output.name(), &found[..3]);
     // Half precision on the way to the device and in the surface.
     let is_near = |(found, expected): (&f32, &f32)| (found / expected - 1.0).abs() < 3e-3;
     match found.iter().zip(&expected).all(is_near) {
         true => Ok(Said::Measured(line)),
-        false => Err(Failure::showing(line, [("albedo", &albedo)])),
+        false => Err(Failure::showing(line, [(output.name().as_str(), &albedo)])),
     }
 }

@@ -1,6 +1,7 @@
 //! Coverage, depth and normals against rays cast in f64.
 
 use super::bench::{Bench, DrawRequest, alike, front as front_view, parallel, picture, view};
+use super::gaussians;
 use crate::conformance::cast::{Agreement, cast};
 use crate::conformance::clouds::{self, Surfels};
 use crate::conformance::verdict::{Failure, Judged, Said};
@@ -15,7 +16,7 @@ const SIZE: u32 = 160;
 
 /// Vertices are snapped to 1/256 pixel, so that pixels whose centre lies that near to a disc's edge may
 /// fall either way: on these clouds fewer than one in 500.
-const COVERAGE: f64 = 0.998;
+pub(super) const COVERAGE: f64 = 0.998;
 
 /// Depth is interpolated in f32 over discs whose corners are snapped to 1/256 pixel.
 const DEPTH_FRACTION: f64 = 1e-3;
@@ -39,8 +40,11 @@ fn covered(color: &Image) -> impl Iterator<Item = f32> {
 
 /// Colour covers what rays meet.
 fn covers(bench: &mut Bench<'_>, cloud: Cloud, view: View) -> Judged {
+    let color = bench.color(&DrawRequest::new(cloud.clone(), view).without_low_pass())?;
+    if bench.fitting().has_gaussians() {
+        return gaussians::cover(&cloud, &view, &color);
+    }
     let reference = cast(&cloud, &view);
-    let color = bench.color(&DrawRequest::new(cloud, view).without_low_pass())?;
     let agreement = Agreement::new(covered(&color), &reference, f64::INFINITY);
     let line = format!(
         "rays meet discs at {} pixels, {} are covered, {} of them rightly",
@@ -127,11 +131,20 @@ pub(super) fn depth(bench: &mut Bench<'_>) -> Judged {
     ];
     let (mut said, mut whose) = (Vec::new(), "");
     for (what, cloud, view) in views {
-        let reference = cast(&cloud, &view);
-        let shot = DrawRequest::new(cloud, view).without_low_pass().of(&[Output::Depth]);
+        let shot = DrawRequest::new(cloud.clone(), view).without_low_pass().of(&[Output::Depth]);
         let mut instance = bench.start()?;
         let depth = picture(&bench.draw_by(&mut instance, &shot)?, &Output::Depth)?;
         whose = bench.whose(&instance, &Output::Depth);
+        if bench.fitting().has_gaussians() {
+            let (n, wrong) = gaussians::depths(&cloud, &view, &depth);
+            let line = format!("{what}: {wrong} of {n} pixels have depths of no Gaussian there");
+            if n < 100 || wrong as f64 > (1.0 - COVERAGE) * n as f64 {
+                return Err(Failure::showing(line, [("depth", &depth)]).counting(wrong, n));
+            }
+            said.push(line);
+            continue;
+        }
+        let reference = cast(&cloud, &view);
         let values = depth.data.chunks_exact(depth.components.max(1) as usize).map(|p| p[0]);
         let agreement = Agreement::new(values, &reference, DEPTH_FRACTION);
         let line = format!(

@@ -1,7 +1,7 @@
 //! The rules that passes of splats must keep.
 
 use crate::graph::plan::{Node, Plan, Planned};
-use surfelshop_api::graph::{Composition, Format, MAX_PAYLOADS, Pass, Splats, TextureId};
+use surfelshop_api::graph::{Composition, Format, Pass, Splats, TextureId};
 
 /// Most splats of a pass.
 const MAX_SPLATS: u64 = 1 << 28;
@@ -25,12 +25,6 @@ impl Plan {
             && !(1..=MAX_SAMPLES).contains(&samples)
         {
             return Err(format!("it takes {samples} samples; 1 to {MAX_SAMPLES} are taken"));
-        }
-        let n_targets = splats.targets.len();
-        if !(1..=MAX_PAYLOADS).contains(&n_targets) {
-            return Err(format!(
-                "it draws into {n_targets} targets; 1 to {MAX_PAYLOADS} are drawn"
-            ));
         }
         if splats.depths.len() > 2 {
             return Err(format!("it draws {} depths; at most 2 are drawn", splats.depths.len()));

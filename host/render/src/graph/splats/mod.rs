@@ -1,9 +1,11 @@
 //! Passes of splats: a shader tells footprints, and the CPU or the device puts them together.
 
 mod check;
+mod device;
 mod processor;
 mod scratch;
 mod source;
+mod surface;
 
 use crate::graph::execute::Variables;
 use crate::graph::pipeline_desc::{Pipeline, Stage};
@@ -44,7 +46,15 @@ pub(super) fn draw(
         let part = Part { splats: [first, n], number: k };
         made.push(footprints(splats, variables, pipeline, recorder, part, scratch).map_err(fail)?);
     }
-    let drawn = processor::compose(splats, variables, &made, recorder, pipelines, scratch);
+    let composed = match variables.frame.splats_on_host {
+        true => Ok(false),
+        false => device::compose(splats, variables, &made, recorder, pipelines, scratch),
+    };
+    // The CPU can, however many there are.
+    let drawn = composed.and_then(|composed| match composed {
+        true => Ok(()),
+        false => processor::compose(splats, variables, &made, recorder, pipelines, scratch),
+    });
     for Made { footprints, payloads, .. } in made {
         scratch.give(footprints);
         scratch.give(payloads);

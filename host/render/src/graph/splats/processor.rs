@@ -1,20 +1,16 @@
 //! The CPU puts splats together: footprints come from the device, pictures go there.
 
 use crate::gpu::Gpu;
-use crate::graph::bind;
 use crate::graph::execute::Variables;
-use crate::graph::pipeline_desc::Stage;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::readback::with_mapped;
 use crate::graph::recorder::Recorder;
-use crate::graph::splats::{Made, SplatScratch};
-use crate::graph::variants::Settings;
+use crate::graph::splats::scratch::SplatScratch;
+use crate::graph::splats::{Made, surface};
 use std::borrow::Cow;
 use surfelshop_api::Projection;
 use surfelshop_api::graph::{Composition, Footprint, SplatDepth, Splats, TextureId};
 use surfelshop_raster::composition::{self as raster, Depths, Kind, Pictures};
-
-const SURFACE_DEPTHS: &str = include_str!("surface_depths.wgsl");
 
 /// Puts splats together and brings the pictures to the device.
 ///
@@ -32,7 +28,7 @@ pub(super) fn compose(
     let n_payloads = splats.targets.len();
     let size = variables.plan.size_of(variables.pass);
     let surface = match splats.tested {
-        true => Some(surface_depths(variables, size, recorder, pipelines, scratch)?),
+        true => Some(surface::depths(variables, size, recorder, pipelines, scratch)?),
         false => None,
     };
     let mut copies = Vec::new();
@@ -112,35 +108,6 @@ fn joined<'a, T: bytemuck::AnyBitPattern>(
         [only] => Cow::Borrowed(*only),
         parts => Cow::Owned(parts.concat()),
     })
-}
-
-/// Distances of the surface, by pixel.
-fn surface_depths(
-    variables: &Variables<'_>,
-    size: [u32; 2],
-    recorder: &mut Recorder<'_>,
-    pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
-) -> Result<wgpu::Buffer, String> {
-    let shader = pipelines.shader(SURFACE_DEPTHS, &[])?;
-    let name = "host: distances for splats";
-    let pipeline =
-        pipelines.compute(name, &shader, "surface_depths", &Settings::default())?.pipeline;
-    let bytes = 4 * u64::from(size[0]) * u64::from(size[1]);
-    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-    let depths = scratch.take(recorder.gpu, name, bytes, usage);
-    let group = bind(recorder.gpu, &pipeline, |name| match name {
-        "depths" => Some(depths.as_entire_binding()),
-        _ => variables.resource(name),
-    })?;
-    recorder.compute(name, |pass| {
-        if let Stage::Compute(stage) = &pipeline.stage {
-            pass.set_pipeline(stage);
-            pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups(size[0].div_ceil(8), size[1].div_ceil(8), 1);
-        }
-    });
-    Ok(depths)
 }
 
 /// Brings pictures into the textures of a pass.

@@ -1,7 +1,7 @@
 //! The entry point around an author's splat function.
 
 use crate::graph::shading::check_function;
-use surfelshop_api::graph::Pass;
+use surfelshop_api::graph::{MAX_PAYLOADS, Pass};
 
 /// The entry point that goes over splats, and what it reads and writes.
 pub(crate) const SPLAT_ENTRY: &str = "surfelshop_make_splats";
@@ -16,8 +16,11 @@ pub(crate) const GROUP: u32 = 64;
 /// and so many vectors.
 ///
 /// # Errors
-/// Where the text has no such function.
+/// Where the text has no such function, or vectors are too few or too many.
 pub(crate) fn splat_source(pass: &Pass, n_payloads: usize) -> Result<String, String> {
+    if !(1..=MAX_PAYLOADS).contains(&n_payloads) {
+        return Err(format!("it draws into {n_payloads} targets; 1 to {MAX_PAYLOADS} are drawn"));
+    }
     check_function(pass, &pass.entry)?;
     let function = &pass.entry;
     let payloads: String = (0..n_payloads)

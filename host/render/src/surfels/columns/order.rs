@@ -99,15 +99,21 @@ fn compare(a: &[f32], b: &[f32]) -> Ordering {
         .unwrap_or(Ordering::Equal)
 }
 
-/// Compares two surfels' values in a column; types that no drawn column has count as equal.
+/// Compares two surfels' values in a column.
 fn compare_values(values: &Values<'_>, components: usize, a: u32, b: u32) -> Ordering {
     let range = |i: u32| components * i as usize..components * (i as usize + 1);
     match values {
         Values::F32(v) => compare(&v[range(a)], &v[range(b)]),
+        Values::F64(v) => {
+            let pairs = v[range(a)].iter().zip(&v[range(b)]);
+            pairs.map(|(a, b)| a.total_cmp(b)).find(|o| o.is_ne()).unwrap_or(Ordering::Equal)
+        }
+        Values::I8(v) => v[range(a)].cmp(&v[range(b)]),
         Values::U8(v) => v[range(a)].cmp(&v[range(b)]),
+        Values::I16(v) => v[range(a)].cmp(&v[range(b)]),
         Values::U16(v) => v[range(a)].cmp(&v[range(b)]),
+        Values::I32(v) => v[range(a)].cmp(&v[range(b)]),
         Values::U32(v) => v[range(a)].cmp(&v[range(b)]),
-        _ => Ordering::Equal,
     }
 }
 

@@ -9,6 +9,7 @@ use super::open_clouds::OpenClouds;
 use super::recovery::restored_clouds;
 use super::scene_file;
 use super::visible_clouds::VisibleClouds;
+use crate::document::settings::USUAL_RENDERER;
 use crate::render_thread::ViewSlot;
 use crate::views::initial_camera;
 use crate::window::Window;
@@ -173,6 +174,9 @@ impl Window {
         let of_scene = scene.and_then(|scene| scene.up).map(UpAxis::from);
         self.document.up = of_scene.unwrap_or(of_files);
         self.look_first();
+        if scene.is_none() {
+            self.choose_renderers();
+        }
         self.document.scene_file = None;
         self.document.scene_path = None;
         self.document.hidden_views.clear();
@@ -191,6 +195,24 @@ impl Window {
         self.views.walking = inside.is_some();
         lights::suit(&mut self.settings.scene.lights, inside.is_some());
         self.views.camera = inside.unwrap_or(outside);
+    }
+
+    /// Draws clouds by the renderer that reads what others do not, where the usual one drew, and by the usual one where a
+    /// renderer needs what they lack.
+    fn choose_renderers(&mut self) {
+        let Some(shown) = &self.document.clouds else { return };
+        let clouds = &shown.clouds.facts.clouds;
+        let registry = &self.plugins.registry;
+        let suited = registry.suited(clouds).map(|unit| registry.name(&unit));
+        let is_suited = |name: &str| registry.suits(name, clouds);
+        for pane in &mut self.settings.panes {
+            let [renderer, _] = &mut pane.renderers;
+            match &suited {
+                Some(suited) if renderer == USUAL_RENDERER => renderer.clone_from(suited),
+                _ if !is_suited(renderer) => USUAL_RENDERER.clone_into(renderer),
+                _ => {}
+            }
+        }
     }
 
     /// Applies a scene to the clouds.

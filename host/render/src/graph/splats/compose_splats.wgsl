@@ -1,0 +1,196 @@
+// Puts the splats of each tile together: a workgroup goes through the tile's list in batches.
+
+// N_PAYLOADS, vectors that each splat carries, is set where the text is put together.
+
+var<uniform> params: Params;
+var<storage, read> footprints: array<Footprint>;
+var<storage, read> payloads: array<vec4<f32>>;
+var<storage, read> entries: array<u32>;
+var<storage, read> ranges: array<vec2<u32>>;
+// Distances behind which nothing is seen, by pixel; 0 where there is no end.
+var<storage, read> surface: array<f32>;
+// Pictures of vectors, one behind the other.
+var<storage, read_write> sums: array<vec4<f32>>;
+// Expected depths, then median ones.
+var<storage, read_write> depths: array<f32>;
+
+const MOST_OPACITY = 0.99;
+const LEAST_LEFT = 1e-4;
+const BATCH = 64u;
+const N_BATCHED = BATCH * N_PAYLOADS;
+
+var<workgroup> batch: array<Footprint, 64>;
+var<workgroup> batch_payloads: array<vec4<f32>, N_BATCHED>;
+var<workgroup> batch_numbers: array<u32, 64>;
+var<workgroup> n_open: atomic<u32>;
+var<workgroup> is_open: u32;
+var<workgroup> of_tile: vec2<u32>;
+
+struct Hit {
+    inside: bool,
+    opacity: f32,
+    distance: f32,
+}
+
+fn met(f: Footprint, pixel: vec2<f32>) -> Hit {
+    let p = pixel - f.center.xy;
+    var r2: f32;
+    var distance = f.distance.z;
+    if params.planar == 1u {
+        let w = select(f.distance, vec3(0.0, 0.0, 1.0), params.orthographic == 1u);
+        let k = vec3(p.x * w.xy - f.shape.xy, p.x * w.z);
+        let l = vec3(p.y * w.xy - f.shape.zw, p.y * w.z);
+        let across = cross(k, l);
+        let place = across.xy / across.z;
+        let in_plane = dot(place, place);
+        let on_screen = LOW_PASS * dot(p, p);
+        r2 = select(on_screen, in_plane, in_plane < on_screen);
+        if in_plane <= on_screen {
+            distance = dot(f.distance, vec3(place, 1.0));
+        }
+    } else {
+        r2 = f.shape.x * p.x * p.x + 2.0 * f.shape.y * p.x * p.y + f.shape.z * p.y * p.y;
+    }
+    let inside = r2 >= 0.0 && r2 <= cutoff_of(f.opacity) && distance >= params.near;
+    return Hit(inside, min(min(f.opacity, 1.0) * exp(-0.5 * r2), MOST_OPACITY), distance);
+}
+
+fn hash(number: u32) -> u32 {
+    var h = number;
+    h = (h ^ (h >> 16u)) * 0x7feb352du;
+    h = (h ^ (h >> 15u)) * 0x846ca68bu;
+    return h ^ (h >> 16u);
+}
+
+// A number from 0 to 1 of a pixel, a splat and a sample.
+fn chance(pixel: vec2<u32>, number: u32, sample: u32) -> f32 {
+    let seed = hash(number ^ (sample * 0x9e3779b9u));
+    return f32(hash(((pixel.y << 16u) | pixel.x) ^ seed) >> 8u) / 16777216.0;
+}
+
+// Loads a batch of a tile's list; the number of splats in it.
+fn load(thread: u32, first: u32, end: u32) -> u32 {
+    workgroupBarrier();
+    if thread < BATCH && first + thread < end {
+        let number = entries[first + thread];
+        batch[thread] = footprints[number];
+        batch_numbers[thread] = number;
+        for (var k = 0u; k < N_PAYLOADS; k++) {
+            batch_payloads[thread * N_PAYLOADS + k] = payloads[number * N_PAYLOADS + k];
+        }
+    }
+    workgroupBarrier();
+    return min(end - first, BATCH);
+}
+
+@compute @workgroup_size(16, 16)
+fn compose(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) thread: u32,
+    @builtin(workgroup_id) tile: vec3<u32>,
+) {
+    if thread == 0u {
+        of_tile = ranges[tile.y * params.across + tile.x];
+    }
+    let range = workgroupUniformLoad(&of_tile);
+    let pixel = id.xy;
+    let is_pixel = all(pixel < params.size_px);
+    let at_px = vec2<f32>(pixel) + 0.5;
+    var end = 3.4e38;
+    if params.tested == 1u && is_pixel {
+        let found = surface[pixel.y * params.size_px.x + pixel.x];
+        end = select(end, found, found > 0.0);
+    }
+    var sum: array<vec4<f32>, N_PAYLOADS>;
+    for (var k = 0u; k < N_PAYLOADS; k++) {
+        sum[k] = vec4(0.0);
+    }
+    var left = select(0.0, 1.0, is_pixel);
+    var distances = 0.0;
+    var weights = 0.0;
+    var median = 0.0;
+    if params.composition < 2u {
+        for (var first = range.x; first < range.y; first += BATCH) {
+            let n = load(thread, first, range.y);
+            for (var i = 0u; i < n; i++) {
+                let hit = met(batch[i], at_px);
+                if !hit.inside || left <= 0.0 || hit.distance >= end {
+                    continue;
+                }
+                var weight = hit.opacity;
+                if params.composition == 0u {
+                    weight *= left;
+                    if left > 0.5 && left - weight <= 0.5 {
+                        median = hit.distance;
+                    }
+                    left -= weight;
+                    left = select(left, 0.0, left < LEAST_LEFT);
+                }
+                for (var k = 0u; k < N_PAYLOADS; k++) {
+                    sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
+                }
+                distances += weight * hit.distance;
+                weights += weight;
+            }
+            // All leave where nothing is let through any more.
+            if thread == 0u {
+                atomicStore(&n_open, 0u);
+            }
+            workgroupBarrier();
+            if left > 0.0 {
+                atomicAdd(&n_open, 1u);
+            }
+            workgroupBarrier();
+            if thread == 0u {
+                is_open = atomicLoad(&n_open);
+            }
+            if workgroupUniformLoad(&is_open) == 0u {
+                break;
+            }
+        }
+    } else {
+        let samples = select(1u, params.samples, params.composition == 3u);
+        let share = 1.0 / f32(samples);
+        for (var sample = 0u; sample < samples; sample++) {
+            var nearest = 3.4e38;
+            var shown = 0xffffffffu;
+            for (var first = range.x; first < range.y; first += BATCH) {
+                let n = load(thread, first, range.y);
+                for (var i = 0u; i < n; i++) {
+                    let hit = met(batch[i], at_px);
+                    var least = 0.5;
+                    if params.composition == 3u {
+                        least = chance(pixel, batch_numbers[i], sample);
+                    }
+                    let is_nearer = hit.distance < nearest
+                        || (hit.distance == nearest && batch_numbers[i] < shown);
+                    if hit.inside && hit.opacity >= least && is_nearer && hit.distance < end {
+                        nearest = hit.distance;
+                        shown = batch_numbers[i];
+                    }
+                }
+            }
+            if shown != 0xffffffffu && is_pixel {
+                for (var k = 0u; k < N_PAYLOADS; k++) {
+                    sum[k] += share * payloads[shown * N_PAYLOADS + k];
+                }
+                distances += share * nearest;
+                weights += share;
+                if left > 0.5 && left - share <= 0.5 {
+                    median = nearest;
+                }
+                left -= share;
+            }
+        }
+    }
+    if !is_pixel {
+        return;
+    }
+    let n_texels = params.stride * params.size_px.y;
+    for (var k = 0u; k < N_PAYLOADS; k++) {
+        sums[k * n_texels + pixel.y * params.stride + pixel.x] = sum[k];
+    }
+    let at = pixel.y * params.depth_stride + pixel.x;
+    depths[at] = select(0.0, distances / weights, weights > 0.0);
+    depths[params.depth_stride * params.size_px.y + at] = median;
+}

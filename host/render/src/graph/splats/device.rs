@@ -1,0 +1,467 @@
+//! The device puts splats together: it sorts them from near to far, lists them by the tiles that they touch, sorts that by
+//! tiles, and goes through each tile's list until nothing more is seen.
+
+use crate::gpu::Gpu;
+use crate::graph::bind;
+use crate::graph::execute::Variables;
+use crate::graph::pipeline_desc::Stage;
+use crate::graph::pipelines::Pipelines;
+use crate::graph::readback::map;
+use crate::graph::recorder::Recorder;
+use crate::graph::splats::scratch::SplatScratch;
+use crate::graph::splats::{Made, surface};
+use crate::graph::variants::Settings;
+use surfelshop_api::Projection;
+use surfelshop_api::graph::{Composition, Footprint, SplatDepth, Splats, TextureId};
+
+const FOOTPRINT: &str = include_str!("footprint.wgsl");
+const LIST_SPLATS: &str = include_str!("list_splats.wgsl");
+const FILL_LISTS: &str = include_str!("fill_lists.wgsl");
+const RADIX_SORT: &str = include_str!("radix_sort.wgsl");
+const PREFIX_SUMS: &str = include_str!("prefix_sums.wgsl");
+const COMPOSE_SPLATS: &str = include_str!("compose_splats.wgsl");
+
+/// Side of a tile, `TILE` of the shaders.
+const TILE: u32 = 16;
+/// Numbers that a workgroup sorts or sums up, `BLOCK` of the shaders.
+const BLOCK: u32 = 1024;
+/// Invocations of a workgroup that goes over splats or entries.
+const GROUP: u32 = 256;
+/// Bits of a digit.
+const DIGIT: u32 = 4;
+
+/// Puts splats together; `false` where there are more of them than the device binds at once.
+///
+/// # Errors
+/// Where a pipeline cannot be made or the device fails.
+pub(super) fn compose(
+    splats: &Splats,
+    variables: &Variables<'_>,
+    made: &[Made],
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+    scratch: &mut SplatScratch,
+) -> Result<bool, String> {
+    let [made] = made else { return Ok(false) };
+    let size = variables.plan.size_of(variables.pass);
+    let mut device = Device { recorder, pipelines, scratch, taken: Vec::new() };
+    let composed = device.compose(splats, variables, made, size);
+    for buffer in device.taken {
+        scratch.give(buffer);
+    }
+    composed
+}
+
+/// What the steps are recorded with, and the buffers that they use.
+struct Device<'a, 'g> {
+    recorder: &'a mut Recorder<'g>,
+    pipelines: &'a mut Pipelines,
+    scratch: &'a mut SplatScratch,
+    taken: Vec<wgpu::Buffer>,
+}
+
+/// Pairs to be sorted, with room for the result.
+struct Pairs {
+    keys: [wgpu::Buffer; 2],
+    values: [wgpu::Buffer; 2],
+}
+
+/// A variable of a shader, and what it is bound to.
+type Bound<'b> = (&'b str, &'b wgpu::Buffer);
+
+impl Device<'_, '_> {
+    fn gpu(&self) -> &Gpu {
+        self.recorder.gpu
+    }
+
+    /// Room for so many numbers.
+    fn numbers(&mut self, label: &str, n: u32) -> wgpu::Buffer {
+        let usage = wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST;
+        let bytes = 4 * u64::from(n.max(1));
+        let buffer = self.scratch.take(self.recorder.gpu, label, bytes, usage);
+        self.taken.push(buffer.clone());
+        buffer
+    }
+
+    fn pairs(&mut self, label: &str, n: u32) -> Pairs {
+        let mut two = || [self.numbers(label, n), self.numbers(label, n)];
+        Pairs { keys: two(), values: two() }
+    }
+
+    /// A uniform of these numbers.
+    fn uniform(&self, words: &[u32]) -> wgpu::Buffer {
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        self.gpu().filled_buffer("splats", &bytes, wgpu::BufferUsages::UNIFORM)
+    }
+
+    /// Runs an entry point in so many workgroups.
+    fn run(
+        &mut self,
+        text: &str,
+        entry: &str,
+        groups: [u32; 2],
+        bound: &[Bound<'_>],
+    ) -> Result<(), String> {
+        let shader = self.pipelines.shader(text, &[])?;
+        let name = format!("host: splats, {}", entry.replace('_', " "));
+        let found = self.pipelines.compute(&name, &shader, entry, &Settings::default())?;
+        let pipeline = found.pipeline;
+        let group = bind(self.recorder.gpu, &pipeline, |variable| {
+            let found = bound.iter().find(|(name, _)| *name == variable);
+            found.map(|(_, buffer)| buffer.as_entire_binding())
+        })?;
+        self.recorder.compute(&name, |pass| {
+            if let Stage::Compute(stage) = &pipeline.stage {
+                pass.set_pipeline(stage);
+                pass.set_bind_group(0, &group, &[]);
+                pass.dispatch_workgroups(groups[0], groups[1], 1);
+            }
+        });
+        Ok(())
+    }
+
+    fn compose(
+        &mut self,
+        splats: &Splats,
+        variables: &Variables<'_>,
+        made: &Made,
+        size: [u32; 2],
+    ) -> Result<bool, String> {
+        let seen = variables.view().ok_or("there is no view to draw splats in")?;
+        let [across, down] = size.map(|side| side.div_ceil(TILE));
+        let (composition, samples) = match splats.composition {
+            Composition::Over => (0, 1),
+            Composition::Additive => (1, 1),
+            Composition::Nearest => (2, 1),
+            Composition::Stochastic { samples } => (3, samples),
+        };
+        let view = Parameters {
+            across,
+            down,
+            planar: u32::from(splats.footprint == Footprint::Planar),
+            size,
+            near: (seen.near as f32).to_bits(),
+            orthographic: u32::from(matches!(
+                seen.camera.projection,
+                Projection::Orthographic { .. }
+            )),
+            composition,
+            samples,
+            // Rows that are copied begin at multiples of 256 bytes.
+            stride: size[0].next_multiple_of(16),
+            depth_stride: size[0].next_multiple_of(64),
+            tested: u32::from(splats.tested),
+        };
+        let ranges = self.numbers("ranges of tiles", 2 * across * down);
+        self.recorder.encoder.clear_buffer(&ranges, 0, None);
+        let entries = match self.lists(made, &view, &ranges, splats.composition)? {
+            Some(entries) => entries,
+            None => return Ok(false),
+        };
+        self.draw(splats, variables, made, &view, &entries, &ranges)?;
+        Ok(true)
+    }
+
+    /// Lists splats by the tiles that they touch: numbers of splats, tile by tile; `None` where they are too many.
+    fn lists(
+        &mut self,
+        made: &Made,
+        view: &Parameters,
+        ranges: &wgpu::Buffer,
+        composition: Composition,
+    ) -> Result<Option<wgpu::Buffer>, String> {
+        let n = made.n;
+        let pairs = self.pairs("splats by distance", n);
+        let tiles = self.numbers("tiles of splats", n.saturating_mul(2));
+        let counts = self.numbers("tiles of splats, counted", n);
+        let params = self.uniform(&view.words(n));
+        let list_splats = format!("{FOOTPRINT}\n{LIST_SPLATS}");
+        if n > 0 {
+            self.run(
+                &list_splats,
+                "measure",
+                groups_of(n, GROUP),
+                &[
+                    ("params", &params),
+                    ("footprints", &made.footprints),
+                    ("keys", &pairs.keys[0]),
+                    ("numbers", &pairs.values[0]),
+                    ("tiles", &tiles),
+                ],
+            )?;
+        }
+        let bits = if composition == Composition::Over { u32::BITS } else { 0 };
+        let sorted = self.sort(&pairs, n, bits)?;
+        let numbers = &pairs.values[sorted];
+        if n > 0 {
+            self.run(
+                &list_splats,
+                "count",
+                groups_of(n, GROUP),
+                &[
+                    ("params", &params),
+                    ("numbers", numbers),
+                    ("tiles", &tiles),
+                    ("counts", &counts),
+                ],
+            )?;
+        }
+        let total = self.sum_up(&counts, n)?;
+        let total = self.read(&total, n.div_ceil(BLOCK))?;
+        let most = self.gpu().device.limits().max_storage_buffer_binding_size / 4;
+        if u64::from(total) > most {
+            return Ok(None);
+        }
+        let entries = self.pairs("entries of tiles", total);
+        let fill_lists = format!("{FOOTPRINT}\n{FILL_LISTS}");
+        if total > 0 {
+            self.run(
+                &fill_lists,
+                "fill",
+                groups_of(n, GROUP),
+                &[
+                    ("params", &params),
+                    ("numbers", numbers),
+                    ("tiles", &tiles),
+                    ("offsets", &counts),
+                    ("entry_tiles", &entries.keys[0]),
+                    ("entry_numbers", &entries.values[0]),
+                ],
+            )?;
+        }
+        let bits = u32::BITS - (view.across * view.down).leading_zeros();
+        let sorted = self.sort(&entries, total, bits)?;
+        if total > 0 {
+            let params = self.uniform(&view.words(total));
+            self.run(
+                &fill_lists,
+                "bound",
+                groups_of(total, GROUP),
+                &[("params", &params), ("entry_tiles", &entries.keys[sorted]), ("ranges", ranges)],
+            )?;
+        }
+        Ok(Some(entries.values[sorted].clone()))
+    }
+
+    /// Sorts pairs by the lowest bits of their keys; says which of the buffers hold them then.
+    fn sort(&mut self, pairs: &Pairs, n: u32, bits: u32) -> Result<usize, String> {
+        if n < 2 {
+            return Ok(0);
+        }
+        let n_blocks = n.div_ceil(BLOCK);
+        let counts = self.numbers("counts of digits", 16 * n_blocks);
+        let mut from = 0;
+        for digit in 0..bits.div_ceil(DIGIT) {
+            let sort = self.uniform(&[n, DIGIT * digit, n_blocks, 0]);
+            let (keys, values) = (&pairs.keys[from], &pairs.values[from]);
+            let groups = groups_of(n_blocks, 1);
+            let bound = [("sort", &sort), ("keys", keys), ("counts", &counts)];
+            self.run(RADIX_SORT, "count_digits", groups, &bound)?;
+            self.sum_up(&counts, 16 * n_blocks)?;
+            self.run(
+                RADIX_SORT,
+                "scatter",
+                groups,
+                &[
+                    ("sort", &sort),
+                    ("keys", keys),
+                    ("values", values),
+                    ("counts", &counts),
+                    ("sorted_keys", &pairs.keys[1 - from]),
+                    ("sorted_values", &pairs.values[1 - from]),
+                ],
+            )?;
+            from = 1 - from;
+        }
+        Ok(from)
+    }
+
+    /// Makes of each number the sum of those before it; the sum of all stands behind those of blocks.
+    fn sum_up(&mut self, list: &wgpu::Buffer, n: u32) -> Result<wgpu::Buffer, String> {
+        let n_blocks = n.div_ceil(BLOCK);
+        let blocks = self.numbers("sums of blocks", n_blocks + 1);
+        let scan = self.uniform(&[n, n_blocks, 0, 0]);
+        let bound = [("scan", &scan), ("list", list), ("blocks", &blocks)];
+        let groups = groups_of(n_blocks, 1);
+        if n > 0 {
+            self.run(PREFIX_SUMS, "within_blocks", groups, &bound)?;
+        }
+        self.run(PREFIX_SUMS, "over_blocks", [1, 1], &[("scan", &scan), ("blocks", &blocks)])?;
+        if n > BLOCK {
+            self.run(PREFIX_SUMS, "together", groups, &bound)?;
+        }
+        Ok(blocks)
+    }
+
+    /// A number of a buffer, once all that was recorded is done.
+    fn read(&mut self, buffer: &wgpu::Buffer, at: u32) -> Result<u32, String> {
+        let gpu = self.recorder.gpu;
+        let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+        let read = self.scratch.take(gpu, "number of entries", 16, usage);
+        self.recorder.encoder.copy_buffer_to_buffer(buffer, 4 * u64::from(at), &read, 0, 4);
+        self.recorder.finish();
+        let bytes = map(gpu, &read)?;
+        self.scratch.give(read);
+        Ok(bytes.first_chunk().map_or(0, |word| u32::from_le_bytes(*word)))
+    }
+
+    /// Goes through all tiles' lists and brings the pictures into the pass's textures.
+    fn draw(
+        &mut self,
+        splats: &Splats,
+        variables: &Variables<'_>,
+        made: &Made,
+        view: &Parameters,
+        entries: &wgpu::Buffer,
+        ranges: &wgpu::Buffer,
+    ) -> Result<(), String> {
+        let height = view.size[1];
+        let n_payloads = splats.targets.len() as u32;
+        let surface = match splats.tested {
+            true => {
+                let Self { recorder, pipelines, scratch, .. } = self;
+                let depths = surface::depths(variables, view.size, recorder, pipelines, scratch)?;
+                self.taken.push(depths.clone());
+                depths
+            }
+            false => self.numbers("no surface", 1),
+        };
+        let sums = self.numbers("sums of splats", 4 * n_payloads * view.stride * height);
+        let depths = self.numbers("depths of splats", 2 * view.depth_stride * height);
+        let text = format!("const N_PAYLOADS = {n_payloads}u;\n{FOOTPRINT}\n{COMPOSE_SPLATS}");
+        let params = self.uniform(&view.words(made.n));
+        self.run(
+            &text,
+            "compose",
+            [view.across, view.down],
+            &[
+                ("params", &params),
+                ("footprints", &made.footprints),
+                ("payloads", &made.payloads),
+                ("entries", entries),
+                ("ranges", ranges),
+                ("surface", &surface),
+                ("sums", &sums),
+                ("depths", &depths),
+            ],
+        )?;
+        let mut copy = |target: TextureId, buffer: &wgpu::Buffer, picture: u32, row: u32| {
+            // One that nobody reads was not made.
+            let texture = variables.resources.textures.get(target.index());
+            let Some(Some(texture)) = texture else { return };
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: u64::from(picture) * u64::from(row) * u64::from(height),
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            };
+            self.recorder.encoder.copy_buffer_to_texture(
+                wgpu::TexelCopyBufferInfo { buffer, layout },
+                texture.as_image_copy(),
+                texture.size(),
+            );
+        };
+        for (k, target) in (0..).zip(&splats.targets) {
+            copy(*target, &sums, k, 16 * view.stride);
+        }
+        for (which, target) in &splats.depths {
+            let picture = match which {
+                SplatDepth::Expected => 0,
+                SplatDepth::Median => 1,
+            };
+            copy(*target, &depths, picture, 4 * view.depth_stride);
+        }
+        Ok(())
+    }
+}
+
+/// `Params` of the shaders, but for the number that differs from step to step.
+struct Parameters {
+    across: u32,
+    down: u32,
+    planar: u32,
+    size: [u32; 2],
+    /// Bits of a float.
+    near: u32,
+    orthographic: u32,
+    composition: u32,
+    samples: u32,
+    stride: u32,
+    depth_stride: u32,
+    tested: u32,
+}
+
+impl Parameters {
+    fn words(&self, n: u32) -> [u32; 16] {
+        let Self { across, down, planar, size, near, orthographic, .. } = *self;
+        let Self { composition, samples, stride, depth_stride, tested, .. } = *self;
+        let [width, height] = size;
+        [
+            n,
+            across,
+            down,
+            planar,
+            width,
+            height,
+            near,
+            orthographic,
+            composition,
+            samples,
+            stride,
+            depth_stride,
+            tested,
+            0,
+            0,
+            0,
+        ]
+    }
+}
+
+/// Workgroups of so many, in rows that are not longer than a device allows.
+fn groups_of(n: u32, group: u32) -> [u32; 2] {
+    let groups = n.div_ceil(group).max(1);
+    let across = groups.min(1 << 15);
+    [across, groups.div_ceil(across)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_step_compiles_for_any_device() {
+        let gpu = Gpu::noop().unwrap();
+        let mut pipelines = Pipelines::new(gpu.device.clone()).unwrap();
+        let lists = format!("{FOOTPRINT}\n{LIST_SPLATS}");
+        let fills = format!("{FOOTPRINT}\n{FILL_LISTS}");
+        let composes = |n: u32| format!("const N_PAYLOADS = {n}u;\n{FOOTPRINT}\n{COMPOSE_SPLATS}");
+        let steps = [
+            (lists.clone(), "measure"),
+            (lists, "count"),
+            (fills.clone(), "fill"),
+            (fills, "bound"),
+            (RADIX_SORT.to_owned(), "count_digits"),
+            (RADIX_SORT.to_owned(), "scatter"),
+            (PREFIX_SUMS.to_owned(), "within_blocks"),
+            (PREFIX_SUMS.to_owned(), "over_blocks"),
+            (PREFIX_SUMS.to_owned(), "together"),
+            (composes(1), "compose"),
+            (composes(4), "compose"),
+        ];
+        for (text, entry) in steps {
+            let shader = pipelines.shader(&text, &[]).unwrap_or_else(|e| panic!("{entry}: {e}"));
+            let made = pipelines.compute(entry, &shader, entry, &Settings::default());
+            made.map(|_| ()).unwrap_or_else(|e| panic!("{entry}: {e}"));
+        }
+    }
+
+    #[test]
+    fn workgroups_cover_all_and_rows_are_short() {
+        for n in [0, 1, 256, 257, 1 << 23, (1 << 24) + 1, u32::MAX] {
+            let [across, down] = groups_of(n, GROUP);
+            assert!(across <= 65_535 && down <= 65_535);
+            assert!(u64::from(across) * u64::from(down) * u64::from(GROUP) >= u64::from(n));
+        }
+    }
+}

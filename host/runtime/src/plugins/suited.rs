@@ -1,0 +1,40 @@
+//! Which renderer suits clouds, by what manifests say that it needs.
+
+use super::find::UnitRef;
+use super::registry::Registry;
+use surfelshop_api::manifest::UnitEntry;
+use surfelshop_api::{CloudInfo, UnitKind};
+
+/// Whether all clouds that have surfels have what a renderer cannot do without.
+fn fits(unit: &UnitEntry, clouds: &[CloudInfo]) -> bool {
+    let mut filled = clouds.iter().filter(|cloud| cloud.n_surfels > 0);
+    filled.all(|cloud| cloud.lacks(&unit.needs).next().is_none())
+}
+
+impl Registry {
+    /// The renderer for clouds that have columns which others do not read: the one that needs most of them, and the first
+    /// of equal ones. None of a file that nobody has trusted; `None` where there is none, and without a surfel.
+    #[must_use]
+    pub fn suited(&self, clouds: &[CloudInfo]) -> Option<UnitRef> {
+        if clouds.iter().all(|cloud| cloud.n_surfels == 0) {
+            return None;
+        }
+        let reads = |unit: &UnitEntry| !unit.needs.is_empty() && fits(unit, clouds);
+        let renderers = self.units(UnitKind::Renderer);
+        let found: Vec<_> =
+            renderers.filter(|(entry, _, unit)| !entry.asks_for_trust() && reads(unit)).collect();
+        // The last of equal ones is the largest.
+        let best = found.into_iter().rev().max_by_key(|(_, _, unit)| unit.needs.len());
+        best.map(|(entry, manifest, unit)| entry.unit(manifest, unit))
+    }
+
+    /// Whether clouds have what a renderer of this name cannot do without; yes where there is no such renderer.
+    #[must_use]
+    pub fn suits(&self, name: &str, clouds: &[CloudInfo]) -> bool {
+        let Ok(reference) = self.find(UnitKind::Renderer, name) else { return true };
+        let mut units = self.units(UnitKind::Renderer);
+        units
+            .find(|(_, manifest, unit)| manifest.id == reference.package && unit.id == reference.id)
+            .is_none_or(|(_, _, unit)| fits(unit, clouds))
+    }
+}
