@@ -16,8 +16,8 @@ struct Splat {
     // Of a conic (a, b, c, 0): the exponent is -(a x^2 + 2 b x y + c y^2) / 2 of pixels x, y from the centre. Of a plane
     // the rows (x, y) and (z, w) that take places in it to pixels from the centre, times their distance.
     shape: vec4<f32>,
-    // The distance along the viewing axis of a place (s, t) in the plane: dot(distance, (s, t, 1)). Of a conic
-    // (0, 0, distance).
+    // The distance along the viewing axis of a place (s, t) in the plane, in units of `view::view.unit` scene units, whose
+    // products neither overflow nor vanish: dot(distance, (s, t, 1)). Of a conic (0, 0, distance).
     distance: vec3<f32>,
     // At the centre, 0 to 1; 0 draws nothing.
     opacity: f32,
@@ -44,7 +44,8 @@ fn direction_to(position: vec3<f32>) -> vec3<f32> {
     if view::view.orthographic == 1u {
         return -view::view.world_from_view[2].xyz;
     }
-    return normalize(position - view::view.world_from_view[3].xyz);
+    // In a unit in which no scene's size can leave the range of squares.
+    return normalize((position - view::view.world_from_view[3].xyz) / view::view.unit);
 }
 
 // The rotation of a unit quaternion x, y, z, w.
@@ -114,11 +115,11 @@ fn gaussian(position: vec3<f32>, axes: mat3x3<f32>, low_pass: f32, keeps_sum: bo
     return s;
 }
 
-// A Gaussian in pixels, by its centre, the inverse covariance (xx, xy, yy) and its distance.
+// A Gaussian in pixels, by its centre, the inverse covariance (xx, xy, yy) and its distance, scene units.
 fn conic(center_px: vec2<f32>, inverse: vec3<f32>, distance: f32) -> Splat {
     var s = nothing();
     s.shape = vec4(inverse, 0.0);
-    s.distance = vec3(0.0, 0.0, distance);
+    s.distance = vec3(0.0, 0.0, distance / view::view.unit);
     s.opacity = 1.0;
     s.center_px = center_px;
     return s;
@@ -136,7 +137,7 @@ fn planar(position: vec3<f32>, u: vec3<f32>, v: vec3<f32>) -> Splat {
         return s;
     }
     s.center_px = seen_at(p);
-    s.distance = -vec3(a.z, b.z, p.z);
+    s.distance = -vec3(a.z, b.z, p.z) / view::view.unit;
     // From the centre instead of the picture's corner, large numbers do not cancel: the third entry of a row is 0.
     var slant = p.xy / -p.z;
     if view::view.orthographic == 1u {
@@ -144,7 +145,8 @@ fn planar(position: vec3<f32>, u: vec3<f32>, v: vec3<f32>) -> Splat {
     }
     let x = step.x * (vec2(a.x, b.x) + slant.x * vec2(a.z, b.z));
     let y = step.y * (vec2(a.y, b.y) + slant.y * vec2(a.z, b.z));
-    s.shape = vec4(x, y);
+    // Of parallel rays pixels are not multiplied by distances.
+    s.shape = vec4(x, y) / select(view::view.unit, 1.0, view::view.orthographic == 1u);
     s.opacity = 1.0;
     return s;
 }

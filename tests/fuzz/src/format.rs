@@ -14,7 +14,8 @@ use surfelshop_runtime::plugins::{Origin, Place, Registry, SearchPath, Timeouts,
 const FOLDER: &str = "SURFELSHOP_FUZZ_PLUGINS";
 
 /// The libraries that have formats.
-const LIBRARIES: [&str; 7] = ["e57", "gltf", "las", "pcd", "sfl", "stl", "text"];
+const LIBRARIES: [&str; 8] =
+    ["e57", "gaussian_splatting", "gltf", "las", "pcd", "sfl", "stl", "text"];
 
 static FORMATS: LazyLock<PluginFormats> = LazyLock::new(|| {
     let places = LIBRARIES.iter().map(|name| {
@@ -48,6 +49,8 @@ const fn target(id: &'static str, ending: &'static str, written: bool) -> Target
     Target { id, ending, written }
 }
 
+const COMPRESSED_PLY: Target =
+    target("org.surfelshop.gaussian-splatting/compressed-ply", "compressed.ply", false);
 const E57: Target = target("org.surfelshop.e57/e57", "e57", true);
 const GLTF: Target = target("org.surfelshop.gltf/gltf", "glb", false);
 const LAS: Target = target("org.surfelshop.las/las", "laz", true);
@@ -55,6 +58,8 @@ const PCD: Target = target("org.surfelshop.pcd/pcd", "pcd", true);
 const PTS: Target = target("org.surfelshop.text/pts", "pts", true);
 const PTX: Target = target("org.surfelshop.text/ptx", "ptx", true);
 const SFL: Target = target("org.surfelshop.sfl/sfl", "sfl", true);
+const SPLAT: Target = target("org.surfelshop.gaussian-splatting/splat", "splat", true);
+const SPZ: Target = target("org.surfelshop.gaussian-splatting/spz", "spz", true);
 const STL: Target = target("org.surfelshop.stl/stl", "stl", false);
 const XYZ: Target = target("org.surfelshop.text/xyz", "xyz", true);
 
@@ -173,12 +178,15 @@ fn crc32c(bytes: &[u8]) -> u32 {
 }
 
 functions! {
+    compressed_ply: COMPRESSED_PLY, "packed Gaussians, PLY";
     gltf: GLTF, "a scene, glTF";
     las: LAS, "airborne scans, LAS or LAZ";
     pcd: PCD, "the Point Cloud Library";
     pts: PTS, "lines of text behind their number";
     ptx: PTX, "scans as lines of text";
     sfl: SFL, "surfels of `Pointshop3D`";
+    splat: SPLAT, "Gaussians in records";
+    spz: SPZ, "packed Gaussians, SPZ";
     stl: STL, "triangles of solids, STL";
     xyz: XYZ, "lines of numbers";
 }

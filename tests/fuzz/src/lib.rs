@@ -19,7 +19,7 @@ mod scene;
 mod shader;
 
 pub use cloud::{cloud, probe};
-pub use format::{e57, gltf, las, pcd, pts, ptx, sfl, stl, xyz};
+pub use format::{compressed_ply, e57, gltf, las, pcd, pts, ptx, sfl, splat, spz, stl, xyz};
 pub use graph::graph;
 pub use manifest::manifest;
 pub use mutate::{Chance, mutated};
@@ -36,8 +36,9 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 17] = [
+pub const TARGETS: [(&str, Target); 20] = [
     ("cloud", cloud),
+    ("compressed-ply", compressed_ply),
     ("e57", e57),
     ("gltf", gltf),
     ("graph", graph),
@@ -52,12 +53,27 @@ pub const TARGETS: [(&str, Target); 17] = [
     ("scene", scene),
     ("sfl", sfl),
     ("shader", shader),
+    ("splat", splat),
+    ("spz", spz),
     ("stl", stl),
     ("xyz", xyz),
 ];
 
 /// The targets whose work is done by plugins, with an allocator of their own.
-pub const FORMATS: [&str; 9] = ["e57", "gltf", "las", "pcd", "pts", "ptx", "sfl", "stl", "xyz"];
+pub const FORMATS: [&str; 12] = [
+    "compressed-ply",
+    "e57",
+    "gltf",
+    "las",
+    "pcd",
+    "pts",
+    "ptx",
+    "sfl",
+    "splat",
+    "spz",
+    "stl",
+    "xyz",
+];
 
 /// Lets panics of shader compilers pass: they happen in code of others, on a thread that is there to
 /// contain them, and become a line. All others go to the hook that was there.

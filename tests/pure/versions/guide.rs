@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::graph::{
-    Footprint, Format, GivenColumn, Graph, Groups, Output, Pass, Texture, TextureId,
+    BufferColumn, Footprint, Format, Graph, Groups, Output, Pass, Texture, TextureId,
 };
 use surfelshop_api::{CloudFacts, CloudInfo, Scene, glam::DVec3};
 use surfelshop_render::{Engine, RendererView};
@@ -78,15 +78,15 @@ fn splats(graph: &mut Graph, wgsl: &str, function: &str, n: u64, color: TextureI
     let clouds = vec![CloudInfo { n_surfels: n, ..CloudInfo::default() }];
     let facts = CloudFacts { clouds, ..CloudFacts::default() };
     let columns = [
-        GivenColumn::new("position", 3),
-        GivenColumn::new("normal", 3),
-        GivenColumn::new("radius", 1),
-        GivenColumn::new("color", 3),
-        GivenColumn::new("opacity", 1),
-        GivenColumn::new("splat_scale", 3),
-        GivenColumn::new("splat_rotation", 4),
-        GivenColumn::new("sh_0", 3),
-        GivenColumn::new("sh_1", 9).f16(),
+        BufferColumn::new("position", 3),
+        BufferColumn::new("normal", 3),
+        BufferColumn::new("radius", 1),
+        BufferColumn::new("color", 3),
+        BufferColumn::new("opacity", 1),
+        BufferColumn::new("splat_scale", 3),
+        BufferColumn::new("splat_rotation", 4),
+        BufferColumn::new("sh_0", 3),
+        BufferColumn::new("sh_1", 9).f16(),
     ];
     let (n, cloud) = graph.columns("cloud", &facts, &[0], &columns);
     Pass::splats("splats", wgsl, function, Footprint::Conic, n).reads(&cloud).target(color)

@@ -84,7 +84,7 @@ fn harmonics_of_the_plain_renderer_are_those_of_the_host() {
     }
 }
 
-/// Costs 3 s.
+/// Costs 2 s.
 #[test]
 fn gaussians_in_space_look_as_the_formulas_say() {
     for (filter, kind) in FILTERS {
@@ -93,7 +93,7 @@ fn gaussians_in_space_look_as_the_formulas_say() {
     }
 }
 
-/// Costs 1 s.
+/// Costs 1.5 s.
 #[test]
 fn gaussians_in_planes_look_as_the_formulas_say() {
     agree("gaussians-2d", Kind::Plane, 3, &Values::new(), &views());
@@ -109,7 +109,7 @@ fn fewer_orders_of_harmonics_are_drawn_where_that_is_said() {
     }
 }
 
-/// A cloud that has fewer orders than are drawn. Costs 0.5 s.
+/// A cloud that has fewer orders than are drawn. Costs 0.3 s.
 #[test]
 fn orders_that_a_cloud_lacks_count_as_none() {
     let all = Gaussians::generated(600);
@@ -146,7 +146,7 @@ fn at(list: &[f64], share: f64) -> f64 {
 }
 
 /// Depths are right to rounding, which a plane seen from its side enlarges; where it decides which of the plane and the
-/// widened centre is met, or whether a splat counts, a few pixels have the depth of the other one. Costs 1 s.
+/// widened centre is met, or whether a splat counts, a few pixels have the depth of the other one. Costs 2.5 s.
 #[test]
 fn depths_and_normals_of_planes_are_those_that_rays_meet() {
     let all = Gaussians::generated(2500);
@@ -191,7 +191,7 @@ fn depths_and_normals_agree(name: &str, frame: &Rendered, expected: &[Pixel]) {
     assert!(at(&normals, 0.5) < 2e-5 && at(&normals, 0.99) < 1e-3, "{line}");
 }
 
-/// Pixels with nothing, or too little, in them have the depth 0. Costs no time.
+/// Pixels with nothing, or too little, in them have the depth 0. Costs 0.2 s.
 #[test]
 fn nothing_has_no_depth_and_no_normal() {
     let mut all = Gaussians::default();

@@ -1,5 +1,6 @@
 //! Several files as one cloud, handed over batch by batch: for who keeps the points elsewhere than in memory.
 
+use super::heads::Heads;
 use super::select::Selection;
 use super::target::Types;
 use super::transfer::transfer;
@@ -9,7 +10,6 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::source::Source;
 use crate::error::ReadFault;
 use crate::formats::table_sink::TableSink;
-use crate::inspect::heads;
 use crate::options::ReadOptions;
 use crate::summary::Loaded;
 use std::path::{Path, PathBuf};
@@ -18,7 +18,6 @@ use std::sync::atomic::Ordering;
 use surfelshop_api::CloudView;
 use surfelshop_api::columns::{Element, POSITION};
 use surfelshop_api::format::{CloudHeader, CloudSinkHost as _, CloudSourceHost as _};
-use surfelshop_geometry::silent;
 
 /// Files whose points are one cloud.
 #[derive(Clone, Debug)]
@@ -52,12 +51,9 @@ impl Collection {
     /// # Errors
     /// One line that names the file, what was expected and what was found.
     pub fn of(inputs: &[PathBuf], read: &ReadOptions<'_>) -> Result<Self, ConvertError> {
-        let mut headers: Vec<CloudHeader> = Vec::new();
-        let mut first_scans = Vec::with_capacity(inputs.len());
-        for input in inputs {
-            first_scans.push(u16::try_from(headers.len()).unwrap_or(u16::MAX));
-            headers.extend(heads(input, &ReadOptions { progress: &silent, ..*read })?);
-        }
+        let Heads { mut headers, first, .. } = Heads::of(inputs, read, false)?;
+        let scan = |first: usize| u16::try_from(first).unwrap_or(u16::MAX);
+        let first_scans = first.into_iter().map(scan).collect();
         let narrow_colors = check::colors_are_narrow(inputs, &headers, read)?;
         if narrow_colors {
             headers.iter_mut().for_each(check::narrow_colors);
@@ -97,7 +93,11 @@ impl Collection {
         read: &ReadOptions<'_>,
         take: &mut (dyn FnMut(&CloudView<'_>) -> Result<(), String> + Send),
     ) -> Result<Collected, ConvertError> {
-        let types = Types { wide_positions: true, narrow_colors: self.narrow_colors };
+        let types = Types {
+            wide_positions: true,
+            narrow_colors: self.narrow_colors,
+            trained_splats: false,
+        };
         let (sender, mut source) = transfer(Some(self.header.clone()), Selection::default(), types);
         source.count_scans_from(self.first_scans.get(number).copied().unwrap_or(0));
         let counts = Arc::clone(&source.counts);
@@ -113,7 +113,7 @@ impl Collection {
                 }
                 Ok(())
             });
-            let sent = send(&inputs, sender, read);
+            let sent = send(&inputs, &[], sender, read);
             let taken = taking.join().unwrap_or_else(|_panicked| {
                 Err("the work on the points ended before it was done".to_owned())
             });

@@ -1,5 +1,6 @@
 //! Files from format to format, batch by batch: memory does not grow with the file where neither format needs
-//! the whole. Nothing is estimated, and values keep their types.
+//! the whole. Nothing is estimated, and values keep their types; splats as trainers write them become the columns that
+//! the host has for them, but from PLY file to PLY file.
 //!
 //! The reader works on the caller's thread and hands batches over a short queue; the writer takes them on a
 //! thread of its own. Points whose coordinates are not finite are left out.
@@ -7,6 +8,7 @@
 mod check;
 mod collect;
 mod counts;
+mod heads;
 mod nodes;
 mod select;
 mod target;
@@ -18,9 +20,10 @@ use crate::error::{ReadError, ReadFault, WriteError};
 use crate::files::replace_at;
 use crate::formats::plugins::{FormatCall, SharedSink, WriteFault};
 use crate::formats::ply;
-use crate::inspect::{heads, stream};
+use crate::inspect::stream;
 use crate::options::{ReadOptions, WriteOptions};
 use crate::write::writer;
+use heads::Heads;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -91,10 +94,7 @@ pub fn convert(
     // A wrong ending is refused before anything is read.
     let id = writer(output, write)?;
     let several = id.as_ref().is_some_and(|id| write.formats.takes_several(id)) && !merge;
-    let mut headers = Vec::new();
-    for input in inputs {
-        headers.extend(heads(input, &ReadOptions { progress: &silent, ..*read })?);
-    }
+    let Heads { mut headers, whole, trained_splats, .. } = Heads::of(inputs, read, id.is_none())?;
     check::selection(&headers, selection).map_err(ConvertError::Selection)?;
     let narrow_colors = selection.keeps(COLOR) && check::colors_are_narrow(inputs, &headers, read)?;
     if narrow_colors {
@@ -106,7 +106,7 @@ pub fn convert(
         Some(header) => header.columns.clone(),
         None => union::header(&headers, selection).columns,
     };
-    let types = Types { wide_positions: id.is_some(), narrow_colors };
+    let types = Types { wide_positions: id.is_some(), narrow_colors, trained_splats };
     let (sender, source) = transfer(merged.clone(), selection.clone(), types);
     let counts = Arc::clone(&source.counts);
     let ended = std::thread::scope(|scope| {
@@ -117,7 +117,7 @@ pub fn convert(
             let options = WriteOptions { formats, ascii, values, ..WriteOptions::default() };
             write_clouds(output, id, source, &options)
         });
-        let read = send(inputs, sender, read);
+        let read = send(inputs, &whole, sender, read);
         let written = writing.join().unwrap_or_else(|_panicked| {
             let error = io::Error::other("the writer ended before it was done");
             Err(WriteError::Io { path: output.to_owned(), error })
@@ -165,9 +165,10 @@ enum Sending {
     WriterGone,
 }
 
-/// Sends the clouds of all files.
+/// Sends the clouds of all files, of those that are `whole` with all columns.
 fn send(
     inputs: &[PathBuf],
+    whole: &[bool],
     sender: TransferSink,
     options: &ReadOptions<'_>,
 ) -> Result<Vec<String>, Sending> {
@@ -179,11 +180,12 @@ fn send(
         let share = |i: usize| i as f64 / inputs.len() as f64;
         let progress = part(options.progress, share(i)..share(i + 1));
         let options = ReadOptions { progress: &progress, ..*options };
-        stream(input, &options, columns.as_deref(), &sink)
+        let is_whole = whole.get(i).copied().unwrap_or_default();
+        stream(input, &options, columns.as_deref().filter(|_| !is_whole), &sink)
     });
     match ended {
         Ok(()) => {
-            sender.lock().unwrap_or_else(PoisonError::into_inner).tell_missing();
+            sender.lock().unwrap_or_else(PoisonError::into_inner).end_cloud();
             state.finish();
             Ok(state.warnings())
         }

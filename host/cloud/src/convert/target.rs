@@ -28,6 +28,8 @@ pub(super) struct Types {
     pub(super) wide_positions: bool,
     /// 16-bit colours become the 8-bit ones that they hold.
     pub(super) narrow_colors: bool,
+    /// Splats stay as their trainer wrote them.
+    pub(super) trained_splats: bool,
 }
 
 /// Makes the batches of a cloud that is written out of those of one or several that are read.

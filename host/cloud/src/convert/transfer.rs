@@ -3,6 +3,7 @@
 use super::counts::SharedCounts;
 use super::select::Selection;
 use super::target::{Target, TargetBatch, Types};
+use crate::assemble::TrainedSplats;
 use crate::cloud::buffer::Buffer;
 use crate::error::ReadError;
 use crate::formats::table_sink::check_header;
@@ -68,6 +69,9 @@ impl Shared {
 pub(super) struct TransferSink {
     shared: Arc<Shared>,
     header: Option<CloudHeader>,
+    /// The cloud as splats that become what the host has for them.
+    splats: Option<TrainedSplats>,
+    keeps_trained: bool,
     columns: Option<Vec<String>>,
     /// Points of the cloud so far.
     n: u64,
@@ -99,7 +103,8 @@ pub(super) fn transfer(
     let target = Target::new(merged, selection, types, Arc::clone(&counts));
     let (next, ended, faces, batch) = Default::default();
     let source = TransferSource { receiver, target, next, ended, faces, batch, counts };
-    (TransferSink { shared, header: None, columns, n: 0 }, source)
+    let keeps_trained = types.trained_splats;
+    (TransferSink { shared, header: None, splats: None, keeps_trained, columns, n: 0 }, source)
 }
 
 impl TransferSink {
@@ -107,8 +112,13 @@ impl TransferSink {
         Arc::clone(&self.shared)
     }
 
-    /// Says where a cloud has fewer points than its head announced.
-    pub(super) fn tell_missing(&mut self) {
+    /// Says where a cloud has fewer points than its head announced, and what was wrong with its splats.
+    pub(super) fn end_cloud(&mut self) {
+        let mut warnings: Vec<String> = Vec::new();
+        if let Some(splats) = self.splats.take() {
+            splats.tell(&mut warnings);
+        }
+        warnings.iter().for_each(|line| self.warn(line));
         let announced = self.header.take().and_then(|header| header.rows);
         let n = std::mem::take(&mut self.n);
         if let Some(announced) = announced.filter(|&announced| announced > n) {
@@ -131,9 +141,15 @@ fn owned(values: &Values<'_>) -> Result<Buffer> {
 impl CloudSinkHost for TransferSink {
     fn begin(&mut self, header: &CloudHeader) -> Result<bool> {
         check_header(header)?;
-        self.tell_missing();
+        self.end_cloud();
         self.header = Some(header.clone());
-        self.shared.send(Message::Cloud(Box::new(header.clone())))?;
+        let mut warnings: Vec<String> = Vec::new();
+        if !self.keeps_trained {
+            self.splats = TrainedSplats::of(header, &mut warnings);
+        }
+        warnings.iter().for_each(|line| self.warn(line));
+        let sent = self.splats.as_ref().map_or(header, TrainedSplats::header);
+        self.shared.send(Message::Cloud(Box::new(sent.clone())))?;
         Ok(true)
     }
 
@@ -146,7 +162,12 @@ impl CloudSinkHost for TransferSink {
             return Ok(());
         }
         self.n += rows as u64;
-        let copies = values.iter().map(owned).collect::<Result<Vec<_>>>()?;
+        let copies = match &self.splats {
+            Some(splats) => {
+                splats.batch(values, rows).map_err(|fault| Error::new(fault.to_string()))?
+            }
+            None => values.iter().map(owned).collect::<Result<Vec<_>>>()?,
+        };
         self.shared.send(Message::Batch(copies))
     }
 

@@ -260,7 +260,7 @@ impl TableSink {
 }
 
 /// The names that a table has for a column.
-fn names_of(column: &FileColumn) -> Vec<String> {
+pub(crate) fn names_of(column: &FileColumn) -> Vec<String> {
     let owned = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect();
     let name = &column.name;
     match (name.as_str(), column.components) {

@@ -21,8 +21,8 @@ pub struct Footprint {
     /// Of a conic (a, b, c, 0): the exponent is -(a x² + 2 b x y + c y²) / 2 of pixels x, y from the centre. Of a plane
     /// the rows (a, b) and (c, d) that take places in it to pixels from the centre, times their distance.
     pub shape: [f32; 4],
-    /// The distance of a place (s, t) in the plane along the viewing axis, scene units: (s, t, 1) times this. Of a conic
-    /// (0, 0, distance).
+    /// The distance of a place (s, t) in the plane along the viewing axis, in a unit of the view: (s, t, 1) times this. Of
+    /// a conic (0, 0, distance).
     pub distance: [f32; 3],
     /// Opacity at the centre, 0 to 1.
     pub opacity: f32,

@@ -26,7 +26,7 @@ pub use view::{Composition, Depths, Kind, Splats, View, Words};
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
 use rayon::prelude::*;
-use sorting::Seen;
+use sorting::VisibleSplats;
 use tile::{List, Tile, TilePicture};
 
 /// Pictures, row by row from the top.
@@ -34,9 +34,9 @@ use tile::{List, Tile, TilePicture};
 pub struct Pictures {
     /// Sums of the vectors, by how much of each splat is seen; one picture for each vector of a splat.
     pub sums: Vec<Vec<[f32; 4]>>,
-    /// Expected depths, 0 where nothing is; empty unless asked for.
+    /// Expected depths, scene units, 0 where nothing is; empty unless asked for.
     pub expected: Vec<f32>,
-    /// Median depths, 0 where less than half of the light is kept off; empty unless asked for.
+    /// Median depths, scene units, 0 where less than half of the light is kept off; empty unless asked for.
     pub median: Vec<f32>,
     /// How much there was to do.
     pub counts: Counts,
@@ -54,7 +54,7 @@ pub struct Counts {
 /// Puts splats together, with memory that is used again.
 #[derive(Default)]
 pub struct Composer {
-    seen: Seen,
+    seen: VisibleSplats,
     lists: Lists,
     pictures: Pictures,
 }
@@ -149,7 +149,7 @@ struct Lists {
 }
 
 impl Lists {
-    fn fill(&mut self, seen: &Seen, view: &View) {
+    fn fill(&mut self, seen: &VisibleSplats, view: &View) {
         let [across, down] = view.size_px.map(|side| (side as usize).div_ceil(tile::SIZE));
         let Self { first, next, entries, .. } = self;
         self.across = across;
@@ -212,7 +212,8 @@ impl Pictures {
                     [(&mut self.expected, &tile.expected), (&mut self.median, &tile.median)]
                 {
                     if !depths.is_empty() && !own.is_empty() {
-                        depths[to.clone()].copy_from_slice(&own[from.clone()]);
+                        let pairs = depths[to.clone()].iter_mut().zip(&own[from.clone()]);
+                        pairs.for_each(|(depth, own)| *depth = view.unit * own);
                     }
                 }
             }

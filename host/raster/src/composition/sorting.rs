@@ -57,7 +57,7 @@ const BLOCK: usize = 1 << 14;
 
 /// The splats of a view, by number, and which of them touch the picture.
 #[derive(Debug, Default)]
-pub(super) struct Seen {
+pub(super) struct VisibleSplats {
     /// By number; those that do not touch the picture are as they were.
     pub(super) splats: Vec<Visible>,
     /// Those that do, in order.
@@ -66,7 +66,7 @@ pub(super) struct Seen {
     other: Vec<Keyed>,
 }
 
-impl Seen {
+impl VisibleSplats {
     /// Looks at all splats anew; those that touch the picture are in the order of their numbers.
     pub(super) fn look(&mut self, splats: &Splats<'_>, view: &View) {
         self.splats.resize(splats.footprints.len(), Visible::default());

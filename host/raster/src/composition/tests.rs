@@ -18,7 +18,7 @@ impl Random {
     }
 }
 
-const VIEW: View = View { size_px: [75, 50], near: 0.1, orthographic: false };
+const VIEW: View = View { size_px: [75, 50], near: 0.1, unit: 1.0, orthographic: false };
 
 fn conics(n: usize) -> (Vec<Words>, Vec<[f32; 4]>) {
     let mut random = Random(7);

@@ -39,8 +39,10 @@ pub struct Depths {
 pub struct View {
     /// Width and height in pixels, at most 65,535.
     pub size_px: [u32; 2],
-    /// The nearest distance that is drawn, scene units.
+    /// The nearest distance that is drawn, in units of footprints.
     pub near: f32,
+    /// Scene units of a unit of footprints' distances.
+    pub unit: f32,
     /// Whether rays are parallel.
     pub orthographic: bool,
 }
@@ -56,7 +58,8 @@ pub struct Splats<'a> {
     pub payloads: &'a [[f32; 4]],
     /// Vectors of a splat.
     pub n_payloads: usize,
-    /// Distances along the viewing axis, scene units, behind which nothing is seen, by pixel; 0 where there is no end.
+    /// Distances along the viewing axis, in units of footprints, behind which nothing is seen, by pixel; 0 where there is
+    /// no end.
     /// Empty where there is none at all.
     pub surface: &'a [f32],
 }

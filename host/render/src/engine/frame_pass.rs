@@ -224,6 +224,10 @@ impl HostResources for PassView<'_> {
         &self.request.view
     }
 
+    fn unit(&self) -> f64 {
+        self.prepared.drawn.unit
+    }
+
     fn shade_surfels(
         &self,
         shading: &SurfelShading<'_>,

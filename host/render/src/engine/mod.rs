@@ -19,7 +19,7 @@ use crate::environment_map::Environments;
 use crate::gpu::{Atomics, Gpu};
 use crate::graph::{Lending, Pipelines, Plan, RenderError, Resources, SplatScratch, checked};
 use crate::surfels::{
-    ColumnDemand, Columns, DrawnCloud, GivenColumns, Samples, Surfaces, SurfelDrawing,
+    ColumnBuffers, ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing,
 };
 pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse};
@@ -83,7 +83,7 @@ pub struct Engine {
     resources: Resources,
     environments: Environments,
     samples: Samples,
-    given: GivenColumns,
+    given: ColumnBuffers,
     scratch: SplatScratch,
     /// Most splats whose columns are read at once.
     part_len: u32,
@@ -124,7 +124,7 @@ impl Engine {
             resources: Resources::with_store(options.store.clone()),
             environments: Environments::default(),
             samples: Samples::default(),
-            given: GivenColumns::default(),
+            given: ColumnBuffers::default(),
             scratch: SplatScratch::default(),
             part_len: options.part_splats.max(1),
             surfels: options.surfels,

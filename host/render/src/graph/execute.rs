@@ -167,9 +167,9 @@ impl Variables<'_> {
         }
     }
 
-    /// The view that the pass looks from; `None` where a graph computes without one.
-    pub(super) fn view(&self) -> Option<&View> {
-        self.frame.host.get(&self.planned.seat).map(|host| host.view())
+    /// The view that the pass looks from, and scene units of a unit of drawing; `None` where a graph computes without one.
+    pub(super) fn view(&self) -> Option<(&View, f64)> {
+        self.frame.host.get(&self.planned.seat).map(|host| (host.view(), host.unit()))
     }
 
     /// A variable of the host's modules.

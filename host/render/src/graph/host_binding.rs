@@ -72,6 +72,9 @@ pub(crate) trait HostResources {
     /// The view of the camera.
     fn view(&self) -> &View;
 
+    /// Scene units of a unit of drawing.
+    fn unit(&self) -> f64;
+
     /// Calls a shading function for each surfel and blends the results into a packed surface.
     ///
     /// # Errors

@@ -2,10 +2,10 @@
 //! the same picture: quads, compute, and the CPU.
 
 mod chunk;
+mod column_buffers;
 mod columns;
 mod compute;
 mod cpu;
-mod given;
 mod quads;
 mod render_cloud;
 mod samples;
@@ -13,11 +13,11 @@ mod shading;
 mod strategy;
 mod surface;
 
+pub(crate) use column_buffers::{ColumnBuffers, Ordered};
 pub(crate) use columns::Columns;
 pub(crate) use columns::demand::ColumnDemand;
 pub use columns::usage::ColumnUse;
 pub(crate) use columns::usage::{DrawnHow, columns_used};
-pub(crate) use given::{GivenColumns, Ordered};
 pub(crate) use quads::RESOLVE;
 pub(crate) use render_cloud::DrawnCloud;
 pub(crate) use samples::{SURFEL_BYTES, Samples};

@@ -91,7 +91,7 @@ pub use unit_info::{UnitInfo, UnitKind};
 pub mod prelude {
     pub use crate::columns::{CloudView, ColumnView};
     pub use crate::graph::{
-        Buffer, Composition, Footprint, Format, GivenColumn, Graph, Groups, Output, Pass,
+        Buffer, BufferColumn, Composition, Footprint, Format, Graph, Groups, Output, Pass,
         SamplerKind, SplatDepth, SurfaceMode, Texture,
     };
     pub use crate::params::FilePath;

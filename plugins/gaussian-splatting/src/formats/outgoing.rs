@@ -12,6 +12,10 @@ use surfelshop_api::prelude::{CloudView, Error, Job, Result};
 /// Standard deviation of splats whose size nobody knows, in scene units.
 const UNKNOWN_SCALE: f32 = 0.01;
 
+/// Thickness of flat splats, in their smaller standard deviations: sizes of 0 have no logarithm, and no inverse where
+/// they are drawn.
+const FLAT: f32 = 1e-3;
+
 /// The columns of a batch.
 struct Columns<'a> {
     positions: &'a [f64],
@@ -69,7 +73,10 @@ impl<'a> Columns<'a> {
     fn scale(&self, i: usize) -> [f32; 3] {
         match (&self.scale, &self.radius) {
             (Some((3, scale)), _) => at(scale, i),
-            (Some((_, scale)), _) => [scale[2 * i], scale[2 * i + 1], 0.0],
+            (Some((_, scale)), _) => {
+                let [u, v] = at(scale, i);
+                [u, v, FLAT * u.min(v)]
+            }
             // A disc is as dark at its edge as a Gaussian at two standard deviations.
             (None, Some(radius)) => [0.5 * radius[i]; 3],
             (None, None) => [UNKNOWN_SCALE; 3],

@@ -2,8 +2,8 @@
 //!
 //! The parameters are those of [`Drawing`](super::Drawing).
 //!
-//! Each Gaussian is a surfel without an edge: the ray of a pixel meets its plane exactly, and depth and normal are those
-//! of the plane. Of a Gaussian in space the third axis is left out, whichever it is.
+//! Each Gaussian is a surfel without an edge: the ray of a pixel meets its plane exactly, and depth and normal are
+//! those of the plane. Of a Gaussian in space the third axis is left out, whichever it is.
 //!
 //! Limits: the order is that of the centres, not that of each pixel.
 //!

@@ -82,10 +82,10 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
         facts,
         &taken,
         &[
-            GivenColumn::new(POSITION, 3),
-            GivenColumn::new(SPLAT_SCALE, 3),
-            GivenColumn::new(SPLAT_ROTATION, 4),
-            GivenColumn::new(OPACITY, 1).or(1.0),
+            BufferColumn::new(POSITION, 3),
+            BufferColumn::new(SPLAT_SCALE, 3),
+            BufferColumn::new(SPLAT_ROTATION, 4),
+            BufferColumn::new(OPACITY, 1).or(1.0),
         ],
     );
     let (bands, radiance) = radiance(frame, p.order, &taken, graph);
@@ -159,7 +159,7 @@ fn radiance<P>(
         }
         let n = 3 * (2 * l as u32 + 1);
         // Of higher orders eleven bits are more than a picture shows.
-        let given = GivenColumn::new(band, n);
+        let given = BufferColumn::new(band, n);
         let given = if l == 0 { given } else { given.f16() };
         let path = ["band_a", "band_b", "band_c", "band_d"][l];
         bands.push(graph.columns(path, &frame.cloud, taken, &[given]).1);

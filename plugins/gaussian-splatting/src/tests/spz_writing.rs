@@ -102,3 +102,16 @@ fn plain_clouds_become_round_splats() {
     let (file, _) = write::<Spz>(TestCloud::at(Vec::new())).unwrap();
     assert_eq!(read::<Spz>(&file).unwrap().clouds[0].header.rows, Some(0));
 }
+
+#[test]
+fn flat_splats_become_thin() {
+    let cloud = TestCloud::at(vec![0.0, 1.0, 2.0])
+        .column("splat_scale", 2, Owned::F32(vec![2.0, 1.0]))
+        .column("sh_0", 3, Owned::F32(vec![0.0; 3]));
+    let (file, lines) = write::<Spz>(cloud).unwrap();
+    assert!(lines.is_empty(), "{lines:?}");
+    let found = read::<Spz>(&file).unwrap();
+    let scales = values(&found, "splat_scale").iter().zip([2.0, 1.0, 1e-3]);
+    // Steps are sixteenths of e.
+    assert!(scales.into_iter().all(|(a, b): (_, f64)| (a / b).ln().abs() < 0.04));
+}

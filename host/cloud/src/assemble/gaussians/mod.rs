@@ -3,6 +3,7 @@
 
 mod plan;
 mod shape;
+mod trained;
 
 use super::position::Positions;
 use super::shape::{Shape, report};
@@ -12,15 +13,17 @@ use crate::error::ReadFault;
 use crate::memory::{OutOfMemory, with_room};
 use crate::options::ReadOptions;
 use crate::summary::Summary;
-use crate::table::{Field, Table};
+use crate::table::Table;
 use glam::{DQuat, Quat};
 use plan::{Lane, Plan};
 use rayon::prelude::*;
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use surfelshop_api::columns::{COLOR, OPACITY, SH, SPLAT_ROTATION, SPLAT_SCALE};
+use surfelshop_api::columns::{COLOR, OPACITY, SH, SPLAT_ROTATION, SPLAT_SCALE, Values};
+use surfelshop_geometry::Progress;
 
 pub(crate) use plan::{are_splats, may_be_splats};
+pub(crate) use trained::TrainedSplats;
 
 /// The largest scale of a splat: f32 holds its square. Larger ones, also those that overflow, become this.
 const MAX_SCALE: f32 = 1e18;
@@ -92,45 +95,64 @@ pub(super) fn take(
     summary: &mut Summary,
 ) -> Result<Option<Gaussians>, ReadFault> {
     let Some(plan) = Plan::find(&table.fields, &mut summary.warnings) else { return Ok(None) };
-    let (n, damage) = (table.n_rows, Damage::default());
-    let out = |out| ReadFault::memory(n)(out);
-    let mut marks: Vec<bool> = with_room(n).map_err(out)?;
-    marks.resize(n, false);
-    let (fields, marks) = (&table.fields, &mut marks);
-    let mut harmonics = Vec::with_capacity(plan.harmonics.len());
-    for (order, lanes) in plan.harmonics.iter().enumerate() {
-        report(options.progress, 0.15 * order as f64)?;
-        let coefficients = match order {
-            0 => woven(fields, lanes, marks, finite_harmonics::<3>),
-            1 => woven(fields, lanes, marks, finite_harmonics::<9>),
-            2 => woven(fields, lanes, marks, finite_harmonics::<15>),
-            _ => woven(fields, lanes, marks, finite_harmonics::<21>),
-        };
-        harmonics.push(coefficients.map_err(out)?);
-    }
-    report(options.progress, 0.6)?;
-    let (is_raw, n_scales) = (plan.is_raw, plan.scales.len());
-    let scales = match n_scales {
-        2 => woven(fields, &plan.scales, marks, |s, mark| {
-            finite_scales::<2>(s, is_raw, mark, &damage)
-        }),
-        _ => woven(fields, &plan.scales, marks, |s, mark| {
-            finite_scales::<3>(s, is_raw, mark, &damage)
-        }),
-    };
-    let scales = scales.map_err(out)?;
-    let opacity = woven(fields, &[plan.opacity], marks, |[opacity], mark| {
-        [finite_opacity(opacity, is_raw, *mark, &damage)]
-    });
-    let opacity = opacity.map_err(out)?;
-    let rotations = woven(fields, &plan.rotation, marks, |q, _| unit_rotation(q, &damage));
-    let rotations = rotations.map_err(out)?;
+    let damage = Damage::default();
+    let given = table.fields.iter();
+    let given = given.map(|field| (field.values.as_values(), field.names.len()));
+    let given: Vec<Given<'_>> = given.collect();
+    let found = Gaussians::of(&plan, &given, table.n_rows, &damage, options.progress)?;
+    drop(given);
     damage.tell(&mut summary.warnings);
     plan.remove_from(table);
-    Ok(Some(Gaussians { opacity, scales, n_scales, rotations, harmonics }))
+    Ok(Some(found))
 }
 
+/// Values of a field, and how many of each splat.
+type Given<'a> = (Values<'a>, usize);
+
 impl Gaussians {
+    /// The splats of so many rows, from all the fields that a plan was made for.
+    fn of(
+        plan: &Plan,
+        given: &[Given<'_>],
+        n: usize,
+        damage: &Damage,
+        progress: Progress<'_>,
+    ) -> Result<Self, ReadFault> {
+        let out = |out| ReadFault::memory(n)(out);
+        let mut marks: Vec<bool> = with_room(n).map_err(out)?;
+        marks.resize(n, false);
+        let marks = &mut marks;
+        let mut harmonics = Vec::with_capacity(plan.harmonics.len());
+        for (order, lanes) in plan.harmonics.iter().enumerate() {
+            report(progress, 0.15 * order as f64)?;
+            let coefficients = match order {
+                0 => woven(given, lanes, marks, finite_harmonics::<3>),
+                1 => woven(given, lanes, marks, finite_harmonics::<9>),
+                2 => woven(given, lanes, marks, finite_harmonics::<15>),
+                _ => woven(given, lanes, marks, finite_harmonics::<21>),
+            };
+            harmonics.push(coefficients.map_err(out)?);
+        }
+        report(progress, 0.6)?;
+        let (is_raw, n_scales) = (plan.is_raw, plan.scales.len());
+        let scales = match n_scales {
+            2 => woven(given, &plan.scales, marks, |s, mark| {
+                finite_scales::<2>(s, is_raw, mark, damage)
+            }),
+            _ => woven(given, &plan.scales, marks, |s, mark| {
+                finite_scales::<3>(s, is_raw, mark, damage)
+            }),
+        };
+        let scales = scales.map_err(out)?;
+        let opacity = woven(given, &[plan.opacity], marks, |[opacity], mark| {
+            [finite_opacity(opacity, is_raw, *mark, damage)]
+        });
+        let opacity = opacity.map_err(out)?;
+        let rotations = woven(given, &plan.rotation, marks, |q, _| unit_rotation(q, damage));
+        let rotations = rotations.map_err(out)?;
+        Ok(Self { opacity, scales, n_scales, rotations, harmonics })
+    }
+
     fn rotation(&self, splat: usize) -> Quat {
         self.rotations
             .as_chunks::<4>()
@@ -161,31 +183,35 @@ impl Gaussians {
     /// The columns of the splats themselves.
     pub(super) fn columns(self) -> impl Iterator<Item = Column> {
         let column =
-            |name: &str, n: usize, values| Column::new(name, n as u32, Buffer::F32(values));
+            |(name, n, values): (&str, usize, _)| Column::new(name, n as u32, Buffer::F32(values));
+        self.values().map(column)
+    }
+
+    /// Of each of these columns the name, the components and the values.
+    fn values(self) -> impl Iterator<Item = (&'static str, usize, Vec<f32>)> {
         let own = [
-            column(OPACITY, 1, self.opacity),
-            column(SPLAT_SCALE, self.n_scales, self.scales),
-            column(SPLAT_ROTATION, 4, self.rotations),
+            (OPACITY, 1, self.opacity),
+            (SPLAT_SCALE, self.n_scales, self.scales),
+            (SPLAT_ROTATION, 4, self.rotations),
         ];
         let orders = SH.iter().zip(self.harmonics).enumerate();
-        let harmonics = orders.map(move |(l, (name, c))| column(name, 3 * (2 * l + 1), c));
+        let harmonics = orders.map(|(l, (name, c))| (*name, 3 * (2 * l + 1), c));
         own.into_iter().chain(harmonics)
     }
 }
 
 /// Lanes woven: the values of a splat together, as a function makes them, which may mark the splat as damaged.
 fn woven<const N: usize>(
-    fields: &[Field],
+    given: &[Given<'_>],
     lanes: &[Lane],
     marks: &mut [bool],
     make: impl Fn([f32; N], &mut bool) -> [f32; N] + Sync,
 ) -> Result<Vec<f32>, OutOfMemory> {
-    let values: Vec<Cow<'_, [f32]>> =
-        lanes.iter().map(|lane| floats(&fields[lane.field])).collect();
+    let of_lane = |lane: &Lane| given.get(lane.field).map_or((Cow::default(), 1), floats);
+    let values: Vec<(Cow<'_, [f32]>, usize)> = lanes.iter().map(of_lane).collect();
     let column = |i: usize| {
-        let (lane, values) = (lanes.get(i)?, values.get(i)?);
-        let step = fields[lane.field].names.len();
-        Some((values.get(lane.place..).unwrap_or_default(), step, lane.factor))
+        let (lane, (values, step)) = (lanes.get(i)?, values.get(i)?);
+        Some((values.get(lane.place..).unwrap_or_default(), *step, lane.factor))
     };
     let columns: [_; N] = std::array::from_fn(|i| column(i).unwrap_or((&[], 1, 1.0)));
     let mut made: Vec<[f32; N]> = with_room(marks.len())?;
@@ -201,11 +227,12 @@ fn woven<const N: usize>(
 }
 
 /// The values of a field of floats in single precision.
-fn floats(field: &Field) -> Cow<'_, [f32]> {
-    match &field.values {
-        Buffer::F32(values) => Cow::Borrowed(values),
-        other => Cow::Owned(other.to_f32()),
-    }
+fn floats<'a>((values, step): &Given<'a>) -> (Cow<'a, [f32]>, usize) {
+    let floats = match values {
+        Values::F32(values) => Cow::Borrowed(*values),
+        other => Cow::Owned(other.iter_f64().map(|value| value as f32).collect()),
+    };
+    (floats, *step)
 }
 
 /// Coefficients, of which those are 0 that are not finite.

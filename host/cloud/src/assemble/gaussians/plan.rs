@@ -153,7 +153,7 @@ impl Plan {
         Some(found)
     }
 
-    fn lanes(&self) -> impl Iterator<Item = &Lane> {
+    pub(super) fn lanes(&self) -> impl Iterator<Item = &Lane> {
         let harmonics = self.harmonics.iter().flatten();
         [&self.opacity].into_iter().chain(&self.scales).chain(&self.rotation).chain(harmonics)
     }

@@ -1,5 +1,6 @@
 //! Clouds of Gaussian splats: how they are read, moved and written.
 
+mod converting;
 mod files;
 mod motion;
 mod reading;

@@ -191,6 +191,6 @@ fn compose(
         sums[k * n_texels + pixel.y * params.stride + pixel.x] = sum[k];
     }
     let at = pixel.y * params.depth_stride + pixel.x;
-    depths[at] = select(0.0, distances / weights, weights > 0.0);
-    depths[params.depth_stride * params.size_px.y + at] = median;
+    depths[at] = params.unit * select(0.0, distances / weights, weights > 0.0);
+    depths[params.depth_stride * params.size_px.y + at] = params.unit * median;
 }

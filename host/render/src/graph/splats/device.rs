@@ -129,7 +129,7 @@ impl Device<'_, '_> {
         made: &Made,
         size: [u32; 2],
     ) -> Result<bool, String> {
-        let seen = variables.view().ok_or("there is no view to draw splats in")?;
+        let (seen, unit) = variables.view().ok_or("there is no view to draw splats in")?;
         let [across, down] = size.map(|side| side.div_ceil(TILE));
         let (composition, samples) = match splats.composition {
             Composition::Over => (0, 1),
@@ -142,7 +142,8 @@ impl Device<'_, '_> {
             down,
             planar: u32::from(splats.footprint == Footprint::Planar),
             size,
-            near: (seen.near as f32).to_bits(),
+            near: ((seen.near / unit) as f32).to_bits(),
+            unit: (unit as f32).to_bits(),
             orthographic: u32::from(matches!(
                 seen.camera.projection,
                 Projection::Orthographic { .. }
@@ -390,12 +391,14 @@ struct Parameters {
     stride: u32,
     depth_stride: u32,
     tested: u32,
+    /// Bits of a float.
+    unit: u32,
 }
 
 impl Parameters {
     fn words(&self, n: u32) -> [u32; 16] {
         let Self { across, down, planar, size, near, orthographic, .. } = *self;
-        let Self { composition, samples, stride, depth_stride, tested, .. } = *self;
+        let Self { composition, samples, stride, depth_stride, tested, unit, .. } = *self;
         let [width, height] = size;
         [
             n,
@@ -411,7 +414,7 @@ impl Parameters {
             stride,
             depth_stride,
             tested,
-            0,
+            unit,
             0,
             0,
         ]

@@ -26,9 +26,10 @@ struct Params {
     depth_stride: u32,
     // 1 where the surface hides what is behind it.
     tested: u32,
+    // Scene units of a unit of distance.
+    unit: f32,
     unused_a: u32,
     unused_b: u32,
-    unused_c: u32,
 }
 
 const TILE = 16u;

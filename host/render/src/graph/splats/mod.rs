@@ -1,8 +1,8 @@
 //! Passes of splats: a shader tells footprints, and the CPU or the device puts them together.
 
 mod check;
+mod cpu;
 mod device;
-mod processor;
 mod scratch;
 mod source;
 mod surface;
@@ -53,7 +53,7 @@ pub(super) fn draw(
     // The CPU can, however many there are.
     let drawn = composed.and_then(|composed| match composed {
         true => Ok(()),
-        false => processor::compose(splats, variables, &made, recorder, pipelines, scratch),
+        false => cpu::compose(splats, variables, &made, recorder, pipelines, scratch),
     });
     for Made { footprints, payloads, .. } in made {
         scratch.give(footprints);

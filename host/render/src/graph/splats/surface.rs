@@ -10,7 +10,7 @@ use crate::graph::variants::Settings;
 
 const SURFACE_DEPTHS: &str = include_str!("surface_depths.wgsl");
 
-/// Distances of the surface along the viewing axis, scene units, by pixel; 0 where nothing is.
+/// Distances of the surface along the viewing axis, in units of drawing, by pixel; 0 where nothing is.
 ///
 /// # Errors
 /// Where the pipeline cannot be made or bound.

@@ -1,5 +1,6 @@
-// Distances of the surface, by pixel: what splats are hidden by.
+// Distances of the surface, by pixel, in units of drawing: what splats are hidden by.
 #import surfelshop::surface
+#import surfelshop::view
 
 var<storage, read_write> depths: array<f32>;
 
@@ -10,5 +11,5 @@ fn surface_depths(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let s = surface::surface_at(id.xy);
-    depths[id.y * size.x + id.x] = select(0.0, s.depth, s.covered);
+    depths[id.y * size.x + id.x] = select(0.0, s.depth / view::view.unit, s.covered);
 }

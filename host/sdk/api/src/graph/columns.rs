@@ -30,7 +30,7 @@ impl Stored {
 
 /// A column of a buffer.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct GivenColumn {
+pub struct BufferColumn {
     /// The name. `position` is from the scene's origin, in world axes, three values.
     pub name: String,
     /// Values of a surfel: those that the cloud has more are left out.
@@ -44,7 +44,7 @@ pub struct GivenColumn {
     pub otherwise: f32,
 }
 
-impl PartialEq for GivenColumn {
+impl PartialEq for BufferColumn {
     /// Equal bit by bit: what is equal is filled alike.
     fn eq(&self, other: &Self) -> bool {
         (&self.name, self.components, self.stored, self.otherwise.to_bits())
@@ -52,15 +52,15 @@ impl PartialEq for GivenColumn {
     }
 }
 
-impl Eq for GivenColumn {}
+impl Eq for BufferColumn {}
 
-impl Hash for GivenColumn {
+impl Hash for BufferColumn {
     fn hash<H: Hasher>(&self, state: &mut H) {
         (&self.name, self.components, self.stored, self.otherwise.to_bits()).hash(state);
     }
 }
 
-impl GivenColumn {
+impl BufferColumn {
     /// A column of so many values, as 32-bit floats.
     #[must_use]
     pub fn new(name: &str, components: u32) -> Self {
@@ -102,7 +102,7 @@ pub struct ColumnsOf {
     /// ascending.
     pub objects: Vec<u32>,
     /// The columns of a surfel, one behind the other.
-    pub columns: Vec<GivenColumn>,
+    pub columns: Vec<BufferColumn>,
 }
 
 /// Words before the first surfel: the number of that surfel, which is not 0 in parts of a buffer, and three zeros.
@@ -112,7 +112,7 @@ impl ColumnsOf {
     /// Words of a surfel, all columns together.
     #[must_use]
     pub fn stride_words(&self) -> u32 {
-        self.columns.iter().map(GivenColumn::words).fold(0, u32::saturating_add)
+        self.columns.iter().map(BufferColumn::words).fold(0, u32::saturating_add)
     }
 
     /// Bytes of a buffer of so many surfels; as large as can be where it would be larger than all memory.
@@ -223,9 +223,9 @@ mod tests {
     #[test]
     fn columns_lie_behind_one_another_in_whole_words() {
         let columns = vec![
-            GivenColumn::new("position", 3),
-            GivenColumn::new("sh_1", 9).f16(),
-            GivenColumn::new("opacity", 1).unorm8().or(1.0),
+            BufferColumn::new("position", 3),
+            BufferColumn::new("sh_1", 9).f16(),
+            BufferColumn::new("opacity", 1).unorm8().or(1.0),
         ];
         let of = ColumnsOf { objects: vec![0], columns };
         assert_eq!((of.stride_words(), of.bytes(10)), (3 + 5 + 1, 16 + 10 * 36));

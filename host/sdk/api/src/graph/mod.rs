@@ -13,7 +13,7 @@ mod splats;
 mod structure;
 
 pub use cameras::SeenFrom;
-pub use columns::{COLUMNS_HEADER_WORDS, Columns, ColumnsOf, GivenColumn, Stored};
+pub use columns::{BufferColumn, COLUMNS_HEADER_WORDS, Columns, ColumnsOf, Stored};
 pub use passes::{Groups, Module, Pass, SurfaceMode, Target, Work};
 // Beside the list, which the listing of older revisions has as it is.
 pub use members::{Member, MemberType, Members};
@@ -127,12 +127,12 @@ impl Graph {
     /// `vec2` of 16-bit floats or a `vec4` of 8-bit numbers:
     ///
     /// ```
-    /// use surfelshop_api::graph::{Footprint, GivenColumn, Graph, Pass};
+    /// use surfelshop_api::graph::{Footprint, BufferColumn, Graph, Pass};
     /// # let facts = surfelshop_api::CloudFacts::default();
     /// let mut graph = Graph::new();
     /// let (n, columns) = graph.columns("splats", &facts, &[0], &[
-    ///     GivenColumn::new("position", 3),
-    ///     GivenColumn::new("opacity", 1).or(1.0),
+    ///     BufferColumn::new("position", 3),
+    ///     BufferColumn::new("opacity", 1).or(1.0),
     /// ]);
     /// let pass = Pass::splats("draw", "... splats::opacity(i) ...", "splat", Footprint::Conic, n);
     /// let pass = pass.reads(&columns);
@@ -146,7 +146,7 @@ impl Graph {
         path: &str,
         facts: &crate::CloudFacts,
         objects: &[u32],
-        columns: &[GivenColumn],
+        columns: &[BufferColumn],
     ) -> (u64, Columns) {
         let of = ColumnsOf { objects: objects.to_vec(), columns: columns.to_vec() };
         let n_of =

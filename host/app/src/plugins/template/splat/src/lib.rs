@@ -44,10 +44,10 @@ impl Renderer for {{Name}} {
         let all: Vec<u32> = (0..).take(frame.cloud.clouds.len()).collect();
         // Each column is a function of the module `cloud`, from a surfel's number to its value.
         let columns = [
-            GivenColumn::new(POSITION, 3),
-            GivenColumn::new(NORMAL, 3),
-            GivenColumn::new(RADIUS, 1),
-            GivenColumn::new(COLOR, 3).or(0.5),
+            BufferColumn::new(POSITION, 3),
+            BufferColumn::new(NORMAL, 3),
+            BufferColumn::new(RADIUS, 1),
+            BufferColumn::new(COLOR, 3).or(0.5),
         ];
         let (n, cloud) = graph.columns("cloud", &frame.cloud, &all, &columns);
         let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));

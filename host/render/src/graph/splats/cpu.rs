@@ -57,10 +57,11 @@ pub(super) fn compose(
         Composition::Nearest => raster::Composition::Nearest,
         Composition::Stochastic { samples } => raster::Composition::Stochastic(samples),
     };
-    let seen = variables.view().ok_or("there is no view to draw splats in")?;
+    let (seen, unit) = variables.view().ok_or("there is no view to draw splats in")?;
     let view = raster::View {
         size_px: size,
-        near: seen.near as f32,
+        near: (seen.near / unit) as f32,
+        unit: unit as f32,
         orthographic: matches!(seen.camera.projection, Projection::Orthographic { .. }),
     };
     let read: Vec<&wgpu::Buffer> = read.iter().collect();

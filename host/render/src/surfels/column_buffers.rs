@@ -8,7 +8,7 @@ use half::f16;
 use rayon::prelude::*;
 use std::cell::OnceCell;
 use surfelshop_api::columns::{self, CloudView, ColumnView, Values};
-use surfelshop_api::graph::{COLUMNS_HEADER_WORDS, ColumnsOf, GivenColumn, Stored};
+use surfelshop_api::graph::{BufferColumn, COLUMNS_HEADER_WORDS, ColumnsOf, Stored};
 use surfelshop_api::params::srgb_to_linear;
 
 /// Frames a buffer survives without being read.
@@ -16,7 +16,7 @@ const KEPT_FRAMES: u64 = 64;
 
 /// What a buffer is made of.
 #[derive(Clone, Debug, PartialEq)]
-struct Made {
+struct Contents {
     of: ColumnsOf,
     /// Of each cloud its origin, and generations of what its order follows from and of what is given.
     clouds: Vec<([u64; 3], Vec<u64>)>,
@@ -24,8 +24,8 @@ struct Made {
     part_len: u32,
 }
 
-struct Kept {
-    made: Made,
+struct CachedBuffer {
+    made: Contents,
     parts: Vec<BufferPart>,
     bytes: u64,
     last_used: u64,
@@ -33,8 +33,8 @@ struct Kept {
 
 /// Buffers of columns, by what they are made of.
 #[derive(Default)]
-pub(crate) struct GivenColumns {
-    kept: Vec<Kept>,
+pub(crate) struct ColumnBuffers {
+    kept: Vec<CachedBuffer>,
     frame: u64,
     /// Buffers made since the engine was made.
     pub(crate) made: u32,
@@ -56,7 +56,7 @@ impl<'a> Ordered<'a> {
     }
 }
 
-impl GivenColumns {
+impl ColumnBuffers {
     /// Drops what has not been read for a while; called once a frame.
     pub(crate) fn next_frame(&mut self) {
         self.frame += 1;
@@ -87,8 +87,12 @@ impl GivenColumns {
             let generations = cloud.columns.iter().map(|column| column.generation).collect();
             (bits(cloud.origin), generations)
         });
-        let made =
-            Made { of: of.clone(), clouds: clouds.collect(), scene_origin: bits(scene), part_len };
+        let made = Contents {
+            of: of.clone(),
+            clouds: clouds.collect(),
+            scene_origin: bits(scene),
+            part_len,
+        };
         if let Some(known) = self.kept.iter_mut().find(|kept| kept.made == made) {
             known.last_used = self.frame;
             return Ok(known.parts.clone());
@@ -114,7 +118,7 @@ impl GivenColumns {
         self.made += 1;
         let bytes = parts.iter().map(|part| part.buffer.size()).sum();
         let last_used = self.frame;
-        self.kept.push(Kept { made, parts: parts.clone(), bytes, last_used });
+        self.kept.push(CachedBuffer { made, parts: parts.clone(), bytes, last_used });
         Ok(parts)
     }
 }
@@ -146,14 +150,14 @@ fn words(ordered: &Ordered<'_>, chosen: &[usize], scene: DVec3, of: &ColumnsOf) 
 
 /// A column that is given.
 struct Read<'a> {
-    given: &'a GivenColumn,
+    given: &'a BufferColumn,
     column: Option<ColumnView<'a>>,
     /// Added to positions.
     offset: Vec3,
 }
 
 impl<'a> Read<'a> {
-    fn new(cloud: &CloudView<'a>, given: &'a GivenColumn, offset: Vec3) -> Self {
+    fn new(cloud: &CloudView<'a>, given: &'a BufferColumn, offset: Vec3) -> Self {
         let offset = if given.name == columns::POSITION { offset } else { Vec3::ZERO };
         Self { given, column: cloud.column(&given.name).copied(), offset }
     }
