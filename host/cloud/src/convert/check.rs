@@ -71,7 +71,7 @@ pub(super) fn remarks(
     if becomes_one && !partly.is_empty() {
         let names: Vec<String> = partly.iter().map(|name| format!("`{name}`")).collect();
         lines.push(format!(
-            "not every cloud has {}: their points get NaN, 0 where numbers are whole, and neutral grey as colour",
+            "not every cloud has {}: their points get NaN, 0 where numbers are whole or spherical harmonics, and neutral grey as colour",
             names.join(", ")
         ));
     }

@@ -425,12 +425,14 @@ fn common(a: &FileColumn, b: &FileColumn) -> FileColumn {
     FileColumn { element, components: a.components.max(b.components), role, ..a.clone() }
 }
 
-/// What stands where a cloud does not have a column: no number, or zero of whole ones; white of colours.
+/// What stands where a cloud does not have a column: no number, or zero of whole ones and of spherical harmonics, which
+/// vanish beyond a cloud's order; white of colours.
 pub(crate) fn absent(column: &FileColumn) -> f64 {
     match (column.name.as_str(), column.element) {
         (COLOR, Element::U8) => 188.0,
         (COLOR, Element::U16) => 48_316.0,
         (COLOR, _) => 0.5,
+        _ if matches!(column.role, Role::SphericalHarmonics(_)) => 0.0,
         (_, Element::F32 | Element::F64) => f64::NAN,
         _ => 0.0,
     }

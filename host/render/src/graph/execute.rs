@@ -91,7 +91,9 @@ pub(crate) fn execute(
             written.extend(&planned.writes);
             continue;
         }
-        let group = bind(recorder.gpu, &pipeline, |name| variables.resource(name))
+        let group = variables
+            .check_whole()
+            .and_then(|()| bind(recorder.gpu, &pipeline, |name| variables.resource(name)))
             .map_err(|message| RenderError::pass(&pass.name, message))?;
         match &pipeline.stage {
             Stage::Compute(stage) => {
@@ -165,6 +167,22 @@ impl Variables<'_> {
                 Some(wgpu::BindingResource::Sampler(self.samplers.get(kind)?))
             }
         }
+    }
+
+    /// # Errors
+    /// Where columns are larger than the device binds, which only passes of splats are given part by part.
+    fn check_whole(&self) -> Result<(), String> {
+        for (name, resource) in &self.pass.bindings {
+            let Resource::Buffer(id) = resource else { continue };
+            let n_parts = self.resources.parts.get(&id.index()).map_or(0, Vec::len);
+            if n_parts > 1 {
+                return Err(format!(
+                    "`{name}` holds columns that are larger than this device binds; only passes of splats are given \
+                     them in parts: ask for fewer or narrower columns, or store them as 16-bit floats"
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The view that the pass looks from, and scene units of a unit of drawing; `None` where a graph computes without one.

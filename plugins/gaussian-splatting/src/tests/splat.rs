@@ -85,8 +85,9 @@ fn spherical_harmonics_are_left_out_with_a_line() {
         .column("sh_1", 9, Owned::F32(vec![0.0; 9]));
     let (file, lines) = write::<Splat>(cloud).unwrap();
     assert_eq!(lines, ["SPLAT has no place for `sh_1`: left out"]);
-    // A half is between two steps; 0.6 is 77 of 128, 0.8 is 102.
-    let expected = record([1.0, 2.0, 3.0, 3.0, 4.0, 0.0], [128, 255, 0, 128, 230, 128, 128, 205]);
+    // A half is between two steps; 0.6 is 77 of 128, 0.8 is 102. Flat splats become thin.
+    let expected =
+        record([1.0, 2.0, 3.0, 3.0, 4.0, 1e-3 * 3.0], [128, 255, 0, 128, 230, 128, 128, 205]);
     assert_eq!(file, expected);
     let (file, lines) = write::<Splat>(TestCloud::at(vec![1.0, 2.0, 3.0])).unwrap();
     assert_eq!(file[12..24], [0.01f32; 3].map(f32::to_le_bytes).concat());
