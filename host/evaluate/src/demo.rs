@@ -53,12 +53,15 @@ const SHOWPIECE: &str = "ewa-phong";
 pub fn run(arguments: &DemoArguments) -> anyhow::Result<()> {
     let sample = find_sample()?;
     let registry = session::registry(&arguments.plugins)?;
-    let renderers = registry.names(UnitKind::Renderer);
-    if renderers.is_empty() {
+    let installed = registry.names(UnitKind::Renderer);
+    if installed.is_empty() {
         bail!("no renderer is installed; `surfelshop plugins` says where it looked");
     }
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
     let clouds = Clouds::read(&[Source::file(&sample)], &SessionFormats::new(&arguments.plugins))?;
+    // Some read columns that the sample does not have.
+    let suits = |name: &String| registry.suits(name, &clouds.facts.clouds);
+    let renderers: Vec<String> = installed.into_iter().filter(suits).collect();
     std::fs::create_dir_all(&arguments.out)
         .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
     let surroundings =

@@ -58,10 +58,14 @@ impl Window {
         self.render.serial
     }
 
-    /// The names of the renderers, as the settings use them.
+    /// The names of the renderers that can draw what is shown, as the settings use them.
     pub(crate) fn renderers(&self) -> Vec<String> {
-        let units = self.plugins.registry.units(UnitKind::Renderer);
-        let mut names: Vec<String> = units.map(|(_, _, unit)| unit.id.clone()).collect();
+        let registry = &self.plugins.registry;
+        let shown = self.document.clouds.as_ref().map(|shown| &shown.clouds.facts.clouds);
+        let suits = |name: &String| shown.is_none_or(|clouds| registry.suits(name, clouds));
+        let units = registry.units(UnitKind::Renderer);
+        let names = units.map(|(_, _, unit)| unit.id.clone());
+        let mut names: Vec<String> = names.filter(suits).collect();
         names.sort();
         names.dedup();
         names

@@ -121,14 +121,22 @@ impl Plan {
             {
                 return refuse(what);
             }
-            let is_filled = surfels.is_some() || columns.is_some();
-            if surfels.is_some() && columns.is_some() {
-                return refuse("is filled with surfels and with columns; fill it once".to_owned());
-            }
-            if is_filled && (upload.is_some() || *lifetime != Lifetime::Frame) {
-                return refuse(
-                    "is filled by the host; it can neither be uploaded nor kept besides".to_owned(),
-                );
+            let with = match (surfels, columns) {
+                (Some(_), Some(_)) => {
+                    return refuse(
+                        "is filled with surfels and with columns; fill it once".to_owned(),
+                    );
+                }
+                (Some(_), None) => Some("surfels"),
+                (None, Some(_)) => Some("columns"),
+                (None, None) => None,
+            };
+            if let Some(with) = with
+                && (upload.is_some() || *lifetime != Lifetime::Frame)
+            {
+                return refuse(format!(
+                    "is filled with {with}; it can neither be uploaded nor kept besides"
+                ));
             }
             total = total.saturating_add(*size);
         }

@@ -65,6 +65,26 @@ impl Timings {
     }
 }
 
+/// Chooses what reads columns that only these clouds have, where nobody said what draws.
+fn choose_suited(
+    arguments: &RenderArguments,
+    given: &ExplicitOptions,
+    inputs: &Inputs,
+    registry: &Registry,
+    clouds: &Clouds,
+    studio: &mut RenderSession,
+    chosen: &mut LoadedRenderer,
+) -> anyhow::Result<()> {
+    let is_said = given.has("renderer")
+        || arguments.graph.is_some()
+        || !arguments.set.is_empty()
+        || setup::first_view(inputs.opened.as_ref()).is_some();
+    if !is_said && let Some(suited) = registry.suited(&clouds.facts.clouds) {
+        *chosen = studio.choose_for(suited, None, &[])?;
+    }
+    Ok(())
+}
+
 /// Runs the command.
 pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
     let mut timings = Timings::default();
@@ -98,14 +118,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let (surroundings, displayed) = opened_scene(arguments, &inputs, &staging)?;
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
-    // Nobody said what draws: what reads columns that only these clouds have.
-    let is_open = arguments.graph.is_none() && seen.is_none() && arguments.set.is_empty();
-    if is_open
-        && !given.has("renderer")
-        && let Some(suited) = registry.suited(&clouds.facts.clouds)
-    {
-        chosen = studio.choose_for(suited, None, &arguments.set)?;
-    }
+    choose_suited(arguments, given, &inputs, &registry, clouds, &mut studio, &mut chosen)?;
 
     let view = view(&arguments.picture, &staging, clouds);
     let values = chosen.values.clone();

@@ -117,7 +117,7 @@ impl<'a> Columns<'a> {
 
 /// What a format keeps.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Kept {
+pub(super) struct FormatRange {
     /// The format's name.
     pub(super) name: &'static str,
     /// The highest degree of spherical harmonics.
@@ -126,7 +126,7 @@ pub(super) struct Kept {
     pub(super) up: UpAxis,
 }
 
-impl Kept {
+impl FormatRange {
     /// The degree of spherical harmonics that a cloud has and the format keeps: up to the first that is missing.
     pub(super) fn degree_of(self, header: &CloudHeader) -> usize {
         let has = |order: &usize| {

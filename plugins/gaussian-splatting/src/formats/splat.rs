@@ -15,7 +15,7 @@
 //! Source: the viewer and the converter of antimatter15/splat.
 
 use super::batch::{Batch, in_batches, resize};
-use super::outgoing::{Kept, byte};
+use super::outgoing::{FormatRange, byte};
 use super::{Gaussian, SH_0, rotation};
 use std::io::{BufWriter, Write};
 use surfelshop_api::format::{
@@ -26,7 +26,7 @@ use surfelshop_api::prelude::{Error, HostInfo, Job, LimitInfo, Result, UnitInfo}
 /// Bytes of a Gaussian.
 const RECORD: usize = 32;
 
-const KEPT: Kept = Kept { name: "SPLAT", degree: 0, up: UpAxis::Unknown };
+const RANGE: FormatRange = FormatRange { name: "SPLAT", degree: 0, up: UpAxis::Unknown };
 
 /// The format.
 pub(crate) struct Splat;
@@ -54,9 +54,9 @@ impl surfelshop_api::Format for Splat {
         job: &Job<'_>,
     ) -> Result<()> {
         let n = count(file)?;
-        let mut batch = Batch::new(clouds, KEPT.degree);
+        let mut batch = Batch::new(clouds, RANGE.degree);
         let header = CloudHeader {
-            format: KEPT.name.to_owned(),
+            format: RANGE.name.to_owned(),
             rows: Some(n),
             columns: batch.header(),
             ..CloudHeader::default()
@@ -88,10 +88,10 @@ impl surfelshop_api::Format for Splat {
         let header = clouds.next_cloud()?;
         let header = header.ok_or_else(|| Error::new("expected a cloud to write, found none"))?;
         let mut out = BufWriter::with_capacity(1 << 18, file.stream());
-        let n_placeless = KEPT
+        let n_placeless = RANGE
             .each(&header, clouds, 1.0, job, |gaussian, _| Ok(out.write_all(&record(gaussian))?))?;
         out.flush()?;
-        Ok(KEPT.notes(&header, n_placeless))
+        Ok(RANGE.notes(&header, n_placeless))
     }
 }
 

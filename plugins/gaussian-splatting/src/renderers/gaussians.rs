@@ -50,11 +50,6 @@ impl Renderer for Gaussians {
     );
     type Params = Settings;
     const NEEDS: &'static [NeedInfo] = NEEDS;
-    const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
-        "scaled",
-        "directions to Gaussians are told by squares of distances, which 32-bit floats do not hold below 1e-19",
-    )
-    .at_most(1.0)];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -32,11 +32,6 @@ impl Renderer for Gaussians2d {
     );
     type Params = Settings;
     const NEEDS: &'static [NeedInfo] = NEEDS;
-    const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
-        "scaled",
-        "rays meet planes by products of three lengths, which 32-bit floats do not hold below 1e-12 and above 1e12",
-    )
-    .at_most(1.0)];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

@@ -50,8 +50,6 @@ fn built_in_plugins_pass() {
         .map(|(unit, case, _)| (unit.as_str(), case.as_str()))
         .collect();
     let known = [
-        ("gaussians", "scaled"),
-        ("gaussians-2d", "scaled"),
         ("procedural", "neutral-columns"),
         ("procedural", "turned"),
         ("thin", "reordered"),

@@ -98,7 +98,7 @@ pub(super) fn take(
     let damage = Damage::default();
     let given = table.fields.iter();
     let given = given.map(|field| (field.values.as_values(), field.names.len()));
-    let given: Vec<Given<'_>> = given.collect();
+    let given: Vec<FileValues<'_>> = given.collect();
     let found = Gaussians::of(&plan, &given, table.n_rows, &damage, options.progress)?;
     drop(given);
     damage.tell(&mut summary.warnings);
@@ -107,13 +107,13 @@ pub(super) fn take(
 }
 
 /// Values of a field, and how many of each splat.
-type Given<'a> = (Values<'a>, usize);
+type FileValues<'a> = (Values<'a>, usize);
 
 impl Gaussians {
     /// The splats of so many rows, from all the fields that a plan was made for.
     fn of(
         plan: &Plan,
-        given: &[Given<'_>],
+        given: &[FileValues<'_>],
         n: usize,
         damage: &Damage,
         progress: Progress<'_>,
@@ -202,7 +202,7 @@ impl Gaussians {
 
 /// Lanes woven: the values of a splat together, as a function makes them, which may mark the splat as damaged.
 fn woven<const N: usize>(
-    given: &[Given<'_>],
+    given: &[FileValues<'_>],
     lanes: &[Lane],
     marks: &mut [bool],
     make: impl Fn([f32; N], &mut bool) -> [f32; N] + Sync,
@@ -227,7 +227,7 @@ fn woven<const N: usize>(
 }
 
 /// The values of a field of floats in single precision.
-fn floats<'a>((values, step): &Given<'a>) -> (Cow<'a, [f32]>, usize) {
+fn floats<'a>((values, step): &FileValues<'a>) -> (Cow<'a, [f32]>, usize) {
     let floats = match values {
         Values::F32(values) => Cow::Borrowed(*values),
         other => Cow::Owned(other.iter_f64().map(|value| value as f32).collect()),

@@ -2,7 +2,7 @@
 //! makes of them.
 
 use super::plan::Plan;
-use super::{Damage, Gaussians, Given};
+use super::{Damage, FileValues, Gaussians};
 use crate::cloud::buffer::{Buffer, unweave};
 use crate::error::ReadFault;
 use crate::formats::table_sink::names_of;
@@ -81,7 +81,7 @@ impl TrainedSplats {
     /// # Errors
     /// Where memory runs out.
     pub(crate) fn batch(&self, values: &[Values<'_>], n: usize) -> Result<Vec<Buffer>, ReadFault> {
-        let given: Vec<Given<'_>> =
+        let given: Vec<FileValues<'_>> =
             values.iter().copied().zip(self.components.iter().copied()).collect();
         let splats = Gaussians::of(&self.plan, &given, n, &self.damage, &silent)?;
         let mut made = Vec::with_capacity(self.header.columns.len());

@@ -16,9 +16,9 @@ use tempfile::TempDir;
 
 /// A format that keeps the columns it is given.
 #[derive(Default)]
-struct Kept(Mutex<Option<(CloudHeader, TableSink, usize)>>);
+struct Collected(Mutex<Option<(CloudHeader, TableSink, usize)>>);
 
-impl Formats for Kept {
+impl Formats for Collected {
     fn by_bytes(&self, _head: &[u8]) -> Option<String> {
         None
     }
@@ -73,7 +73,7 @@ fn kept(
     selection: &Selection,
 ) -> Result<(Converted, CloudHeader, Loaded, usize), ConvertError> {
     let folder = TempDir::new().unwrap();
-    let formats = Kept::default();
+    let formats = Collected::default();
     let writing = WriteOptions { formats: &formats, ..WriteOptions::default() };
     let (to, inputs) = (folder.path().join("out.kept"), inputs.iter().map(PathBuf::from));
     let inputs: Vec<PathBuf> = inputs.collect();

@@ -1,7 +1,7 @@
 //! What a file says before its points.
 
 use super::super::rest_of;
-use super::KEPT;
+use super::RANGE;
 use super::axes::Axes;
 use surfelshop_api::format::{CloudHeader, FileColumn, UpAxis};
 use surfelshop_api::glam::DVec3;
@@ -158,7 +158,7 @@ impl Header {
     /// What is doubtful.
     pub(super) fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::new();
-        if self.degree > KEPT.degree {
+        if self.degree > RANGE.degree {
             warnings.push("spherical harmonics of order 4 are left out".to_owned());
         }
         if self.extended && self.version < 4 {

@@ -21,12 +21,12 @@ mod write;
 mod zstd;
 
 use super::batch::{Batch, Column, in_batches, resize};
-use super::outgoing::Kept;
+use super::outgoing::FormatRange;
 use header::{ATTRIBUTES, Attribute, Header, MAGIC};
 use surfelshop_api::format::{CloudSink, CloudSource, FileSink, FileSource, FileTypes, UpAxis};
 use surfelshop_api::prelude::{Error, HostInfo, Job, LimitInfo, Result, UnitInfo};
 
-const KEPT: Kept = Kept { name: "SPZ", degree: 3, up: UpAxis::Y };
+const RANGE: FormatRange = FormatRange { name: "SPZ", degree: 3, up: UpAxis::Y };
 
 /// The format.
 pub(crate) struct Spz;

@@ -1,7 +1,7 @@
 //! Writing version 3. How far positions reach is known at the end, so attributes are kept in memory until then.
 
 use super::super::rest_of;
-use super::KEPT;
+use super::RANGE;
 use super::header::{ANTIALIASED, Header};
 use super::points::{bytes, harmonic, position};
 use flate2::Compression;
@@ -50,8 +50,8 @@ pub(super) fn write(
 ) -> Result<Vec<String>> {
     let header = clouds.next_cloud()?;
     let header = header.ok_or_else(|| Error::new("expected a cloud to write, found none"))?;
-    let (degree, mut store) = (KEPT.degree_of(&header), Store::default());
-    let n_placeless = KEPT.each(&header, clouds, SHARE, job, |gaussian, place| {
+    let (degree, mut store) = (RANGE.degree_of(&header), Store::default());
+    let n_placeless = RANGE.each(&header, clouds, SHARE, job, |gaussian, place| {
         store.reach = place.iter().fold(store.reach, |reach, number| reach.max(number.abs()));
         let (opacity, color, size, rotation, mut holds) = bytes(gaussian);
         add(&mut store.positions, place)?;
@@ -67,7 +67,7 @@ pub(super) fn write(
         store.n_cut += u64::from(!holds);
         Ok(())
     })?;
-    let mut notes = KEPT.notes(&header, n_placeless);
+    let mut notes = RANGE.notes(&header, n_placeless);
     if store.n_cut > 0 {
         notes.push(format!(
             "{} Gaussians have sizes or colours beyond what SPZ holds: they were cut off",
