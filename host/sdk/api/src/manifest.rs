@@ -45,7 +45,7 @@ pub const ABI_MAJOR: u16 = 3;
 /// own.
 ///
 /// 9: columns have roles ([`Role`](crate::columns::Role)), units say what they need of a cloud
-/// ([`Need`](crate::Need)), graphs read columns ([`Graph::columns`](crate::Graph::columns)) and draw splats of their own
+/// ([`Need`]), graphs read columns ([`Graph::columns`](crate::Graph::columns)) and draw splats of their own
 /// ([`Pass::splats`](crate::graph::Pass::splats)).
 pub const ABI_MINOR: u16 = 9;
 /// Bytes before the text.

@@ -85,6 +85,14 @@ fn choose_suited(
     Ok(())
 }
 
+/// Writes the graph that the renderer described, where that is asked for.
+fn save_graph(arguments: &RenderArguments, chosen: &LoadedRenderer) -> anyhow::Result<()> {
+    match &arguments.save_graph {
+        Some(path) => captured_graph::save(path, chosen.view.graph()),
+        None => Ok(()),
+    }
+}
+
 /// Runs the command.
 pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
     let mut timings = Timings::default();
@@ -109,8 +117,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let mut studio = open_studio(arguments, &registry)?;
     timings.device_ms = since(opening);
     let loading = Instant::now();
-    let choose = || studio.choose_for(reference, seen, &arguments.set);
-    let mut chosen = graph.map_or_else(choose, Ok)?;
+    let mut chosen =
+        graph.map_or_else(|| studio.choose_for(reference, seen, &arguments.set), Ok)?;
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
@@ -145,12 +153,10 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let started = Instant::now();
     let legend = legend_of(arguments, &displayed);
     let written = write_all(arguments, &staging, legend.as_ref(), &settled.rendered)?;
-    if let Some(path) = &arguments.save_graph {
-        captured_graph::save(path, chosen.view.graph())?;
-    }
+    save_graph(arguments, &chosen)?;
     timings.write_ms = since(started);
-    let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
     if !arguments.report.json {
+        let line = |file: &Written| terminal::line(file.line(&studio, &chosen, &settled));
         return written.iter().try_for_each(line);
     }
     terminal::json(&json!({

@@ -64,7 +64,8 @@ pub(super) fn run(arguments: &[String]) -> anyhow::Result<()> {
 fn place(random: &mut Random) -> (DVec3, DVec3) {
     match (random.next() * 3.0) as u32 {
         0 => {
-            let n = DVec3::new(random.normal(), random.normal(), random.normal()).normalize();
+            let n = DVec3::new(random.normal(), random.normal(), random.normal())
+                .normalize_or(DVec3::Z);
             (n, n)
         }
         1 => (DVec3::new(random.within(-3.0, 3.0), -1.0, random.within(-3.0, 3.0)), DVec3::Y),
