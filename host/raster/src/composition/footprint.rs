@@ -44,8 +44,8 @@ impl Footprint {
     }
 
     /// The words that stand for it.
-    #[must_use]
-    pub fn words(&self) -> Words {
+    #[cfg(test)]
+    pub(super) fn words(&self) -> Words {
         let ([a, b, c, d], [x, y, z], [i, j]) = (self.shape, self.distance, self.center);
         [a, b, c, d, x, y, z, self.opacity, i, j, 0.0, 0.0]
     }

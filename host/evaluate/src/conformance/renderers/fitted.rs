@@ -1,6 +1,5 @@
 //! Clouds with the columns that a renderer reads, made from what every cloud of a case has.
 
-use crate::conformance::hard;
 use crate::conformance::verdict::Failure;
 use glam::{DMat3, DQuat, DVec3};
 use std::cell::RefCell;
@@ -58,7 +57,10 @@ impl Fitting {
                 let values = Buffer::F32(values.collect());
                 let damaged = Column::new(column.name(), column.components(), values);
                 let what = format!("column `{}` of every size", column.name());
-                all.push((what, hard::with_column(&fitted, damaged)));
+                // What a renderer names may be a column that the host holds to a type.
+                let refused = |error| Failure::fault(format!("{what}: {error}"));
+                let damaged = fitted.with_columns(vec![damaged]).map_err(refused)?;
+                all.push((what, damaged));
             }
         }
         Ok(all)
@@ -199,7 +201,7 @@ impl Surfels<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::conformance::clouds;
+    use crate::conformance::{clouds, hard};
     use glam::{Quat, Vec3};
     use surfelshop_api::NeedInfo;
     use surfelshop_api::columns::{NORMAL, OPACITY, RADIUS};

@@ -35,7 +35,7 @@ pub struct CloudFacts {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CloudInfo {
-    /// What the scene or its file calls it; may be empty.
+    /// What it is called; may be empty, and is in hosts of 3.9.
     pub name: String,
     /// Number of surfels.
     pub n_surfels: u64,
