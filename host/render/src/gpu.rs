@@ -1,5 +1,6 @@
 //! The graphics device: which adapter is taken and what it can do.
 
+use crate::transfer::TransferBuffers;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
 use thiserror::Error;
@@ -121,6 +122,8 @@ pub struct Gpu {
     pub maps_storage: bool,
     /// Which atomic operations compute passes of the host use.
     pub atomics: Atomics,
+    /// Buffers through which pictures cross.
+    pub(crate) transfers: TransferBuffers,
     /// Why the device was lost, once it is.
     lost: Arc<OnceLock<String>>,
     /// What textures of a format may be used for, where less than WebGPU promises.
@@ -267,6 +270,7 @@ impl Gpu {
         Ok(Self {
             lost,
             usages,
+            transfers: TransferBuffers::default(),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             maps_storage: features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS),

@@ -19,6 +19,7 @@ mod host_uniform;
 mod resource_use;
 mod shader_compiler;
 mod surfels;
+mod transfer;
 
 pub use disk_cache::DiskCache;
 pub use engine::{

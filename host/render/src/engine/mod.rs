@@ -159,7 +159,10 @@ impl Engine {
             drawn_surfels: self.surfaces.n_drawn,
             environments: self.environments.uploads,
             environment_bytes: self.environments.bytes(),
-            kept_bytes: self.surfaces.bytes() + self.resources.bytes() + self.scratch.bytes(),
+            kept_bytes: self.surfaces.bytes()
+                + self.resources.bytes()
+                + self.scratch.bytes()
+                + self.gpu.transfers.bytes(),
             kept_pipelines: self.pipelines.n_pipelines(),
             kept_modules: self.pipelines.n_modules(),
         }

@@ -9,6 +9,7 @@ impl Engine {
     pub fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
         self.surfaces.keep_sizes(sizes);
         self.resources.keep_sizes(sizes);
+        self.gpu.transfers.clear();
         // What nobody holds any more goes when the device is asked the next time.
         if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("memory of the device was not let go: {error}");

@@ -2,17 +2,18 @@
 
 use crate::gpu::Gpu;
 use half::f16;
-use half::slice::HalfFloatSliceExt as _;
+use half::slice::{HalfBitsSliceExt as _, HalfFloatSliceExt as _};
 use surfelshop_image::Image;
 
 /// Half-precision floats as floats.
 fn halves(bytes: &[u8], values: &mut [f32]) {
-    let halves: Vec<f16> = bytes
-        .chunks_exact(2)
-        .take(values.len())
-        .map(|pair| f16::from_le_bytes([pair[0], pair[1]]))
-        .collect();
-    halves.convert_to_f32_slice(values);
+    // A row of a texture begins where halves may.
+    if let Ok(halves) = bytemuck::try_cast_slice::<u8, u16>(&bytes[..2 * values.len()]) {
+        return halves.reinterpret_cast::<f16>().convert_to_f32_slice(values);
+    }
+    for (value, pair) in values.iter_mut().zip(bytes.chunks_exact(2)) {
+        *value = f16::from_le_bytes([pair[0], pair[1]]).to_f32();
+    }
 }
 
 /// Words of 32 bits as floats.
@@ -40,12 +41,9 @@ pub(crate) fn copy(
     let (width, height, format) = (texture.width(), texture.height(), texture.format());
     let texel = format.block_copy_size(None).unwrap_or(16);
     let row_bytes = (width * texel).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("readback"),
-        size: u64::from(row_bytes) * u64::from(height),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
+    let n_bytes = u64::from(row_bytes) * u64::from(height);
+    let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+    let buffer = gpu.transfers.take(gpu, n_bytes, usage);
     encoder.copy_texture_to_buffer(
         texture.as_image_copy(),
         wgpu::TexelCopyBufferInfo {
@@ -130,8 +128,13 @@ impl Pending {
     /// # Errors
     /// One line where the device is lost.
     pub(crate) fn finish(self, gpu: &Gpu) -> Result<Image, String> {
+        let image = with_mapped(gpu, &[&self.buffer], |bytes| self.floats(bytes[0]))?;
+        gpu.transfers.keep([self.buffer]);
+        Ok(image)
+    }
+
+    fn floats(&self, bytes: &[u8]) -> Image {
         use wgpu::TextureFormat as F;
-        let bytes = map(gpu, &self.buffer)?;
         let components = u32::from(self.format.components());
         let values = self.width as usize * components as usize;
         let mut data = vec![0.0f32; values * self.height as usize];
@@ -149,6 +152,6 @@ impl Pending {
                 _ => words(row, data, f32::from_bits),
             }
         }
-        Ok(Image { width: self.width, height: self.height, components, data })
+        Image { width: self.width, height: self.height, components, data }
     }
 }

@@ -1,6 +1,7 @@
 //! Records a frame's passes, submits them and times each.
 
 use crate::gpu::Gpu;
+use crate::transfer;
 
 /// One pass of a frame, as reported.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -53,6 +54,8 @@ pub(crate) struct Recorder<'g> {
     timed: Vec<usize>,
     /// Whether anything was drawn that the device was not made to finish.
     drawn: bool,
+    /// Buffers that commands read which are not submitted yet.
+    uploads: Vec<wgpu::Buffer>,
     /// Which camera passes are recorded for, where that is not the view's own.
     pub(crate) seen_from: Option<String>,
 }
@@ -68,7 +71,15 @@ impl<'g> Recorder<'g> {
         });
         let encoder = gpu.device.create_command_encoder(&Default::default());
         let (passes, timed) = (Vec::new(), Vec::new());
-        Self { gpu, encoder, passes, queries, timed, drawn: false, seen_from: None }
+        let (drawn, uploads) = (false, Vec::new());
+        Self { gpu, encoder, passes, queries, timed, drawn, uploads, seen_from: None }
+    }
+
+    /// Brings a picture without gaps, so many bytes a pixel, into the first level of a texture.
+    pub(crate) fn upload(&mut self, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
+        let upload = transfer::upload(self.gpu, &mut self.encoder, texture, bytes, texel);
+        // Without one the device is lost, which submitting reports.
+        self.uploads.extend(upload);
     }
 
     /// Notes a pass that does not run.
@@ -176,6 +187,7 @@ impl<'g> Recorder<'g> {
         let next = self.gpu.device.create_command_encoder(&Default::default());
         let recorded = std::mem::replace(&mut self.encoder, next);
         self.gpu.queue.submit([recorded.finish()]);
+        self.gpu.transfers.keep(self.uploads.drain(..));
         drop(self.gpu.device.poll(wgpu::PollType::wait_indefinitely()));
     }
 
@@ -233,6 +245,7 @@ impl<'g> Recorder<'g> {
             read
         });
         self.gpu.queue.submit([self.encoder.finish()]);
+        self.gpu.transfers.keep(self.uploads);
         if let Some(times) = times {
             let ticks = crate::graph::readback::map(self.gpu, &times)?;
             let period_ms = f64::from(self.gpu.queue.get_timestamp_period()) * 1e-6;

@@ -127,12 +127,54 @@ impl SurfaceInput<'_> {
     }
 }
 
+/// Textures of surfaces that are dropped, for those that the CPU draws next, which fill all of them: the memory of new
+/// ones is cleared by the system page by page.
+#[derive(Default)]
+pub(crate) struct SpareTextures {
+    views: Vec<wgpu::TextureView>,
+}
+
+impl SpareTextures {
+    /// A texture with any contents.
+    pub(crate) fn take(
+        &mut self,
+        gpu: &Gpu,
+        label: &str,
+        size: [u32; 2],
+        format: wgpu::TextureFormat,
+    ) -> wgpu::TextureView {
+        let fits = |view: &wgpu::TextureView| {
+            let texture = view.texture();
+            [texture.width(), texture.height()] == size && texture.format() == format
+        };
+        match self.views.iter().position(fits) {
+            Some(at) => self.views.swap_remove(at),
+            None => texture(gpu, label, size, format),
+        }
+    }
+
+    /// Takes over the textures of a surface, in place of those of the one before: a frame drops one, and the next
+    /// makes one.
+    fn add(&mut self, dropped: Option<Surface>) {
+        let Some(dropped) = dropped else { return };
+        let Surface { nearest, blended, fields, material, object, .. } = dropped;
+        self.views.clear();
+        self.views.extend([nearest, blended, fields, material, object].into_iter().flatten());
+    }
+
+    fn bytes(&self) -> u64 {
+        self.views.iter().map(|view| texture_bytes(view.texture())).sum()
+    }
+}
+
 /// Surface buffers by key.
 #[derive(Default)]
 pub(crate) struct Surfaces {
     kept: Vec<(Vec<u8>, Surface)>,
     /// Memory that the CPU draws into.
     scratch: surfelshop_raster::Picture,
+    /// Textures for what it draws next.
+    spare: SpareTextures,
     pub(crate) counts: SurfaceCounts,
     /// Surfels that were drawn last.
     pub(crate) n_drawn: usize,
@@ -156,7 +198,8 @@ impl Surfaces {
 
     /// Lets go of all that is kept: where it is to be made anew, and after a frame that failed half way.
     pub(crate) fn forget(&mut self) {
-        self.kept.clear();
+        let last = self.kept.drain(..).next();
+        self.spare.add(last.map(|(_, surface)| surface));
     }
 
     /// Lets go of what was made for pictures of other sizes than these, and of what the CPU drew
@@ -164,12 +207,13 @@ impl Surfaces {
     pub(crate) fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
         self.kept.retain(|(_, surface)| sizes.contains(&surface.used_for));
         self.scratch = surfelshop_raster::Picture::default();
+        self.spare = SpareTextures::default();
     }
 
     /// Bytes of all that is kept for frames to come, without what the driver adds.
     pub(crate) fn bytes(&self) -> u64 {
         let kept: u64 = self.kept.iter().map(|(_, surface)| surface.bytes()).sum();
-        kept + self.scratch.bytes()
+        kept + self.scratch.bytes() + self.spare.bytes()
     }
 
     /// Textures of the surface that was drawn last.
@@ -219,7 +263,8 @@ impl Surfaces {
                 u32::from(surface.blended.is_some()) + u32::from(surface.fields.is_some())
             };
             let was = (surface.nearest.is_some(), n_blended(&surface));
-            let drawn = cpu::ensure(parts, input, &mut surface, &mut self.scratch, recorder);
+            let (scratch, spare) = (&mut self.scratch, &mut self.spare);
+            let drawn = cpu::ensure(parts, input, &mut surface, scratch, spare, recorder);
             self.counts.visibility += drawn;
             if drawn > 0 {
                 surface.n_drawn = self.scratch.drawn.surfels;
@@ -292,7 +337,9 @@ impl Surfaces {
     fn keep(&mut self, input: &SurfaceInput<'_>, mut surface: Surface) -> Surface {
         surface.used_for = self.size;
         self.kept.insert(0, (input.key.clone(), surface.clone()));
-        self.kept.truncate(KEPT_SURFACES + self.n_cameras);
+        while self.kept.len() > KEPT_SURFACES + self.n_cameras {
+            self.spare.add(self.kept.pop().map(|(_, surface)| surface));
+        }
         surface
     }
 }

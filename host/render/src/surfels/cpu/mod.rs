@@ -3,9 +3,8 @@
 
 pub(crate) mod columns;
 
-use crate::gpu::Gpu;
 use crate::graph::{PassState, Recorder};
-use crate::surfels::surface::{Surface, SurfaceInput, SurfaceParts};
+use crate::surfels::surface::{SpareTextures, Surface, SurfaceInput, SurfaceParts};
 use std::sync::LazyLock;
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::params::srgb_to_linear;
@@ -21,6 +20,7 @@ pub(crate) fn ensure(
     input: &SurfaceInput<'_>,
     surface: &mut Surface,
     picture: &mut Picture,
+    spare: &mut SpareTextures,
     recorder: &mut Recorder<'_>,
 ) -> u32 {
     let one = input.clouds.iter().all(|cloud| cloud.object == 0);
@@ -49,7 +49,7 @@ pub(crate) fn ensure(
     for mode in modes {
         draw(&clouds, input.raster_view, Parts { mode, ..looked_up }, &LINEAR_OF_SRGB, picture);
         recorder.note(NAME, PassState::Ran);
-        keep(picture, mode, looked_up, input.size, surface, recorder.gpu);
+        keep(picture, mode, looked_up, input.size, surface, spare, recorder);
         looked_up = Parts { mode, winners: false, material: false, object: false };
     }
     if parts.object && surface.object.is_none() {
@@ -98,19 +98,21 @@ fn keep(
     looked_up: Parts,
     size: [u32; 2],
     surface: &mut Surface,
-    gpu: &Gpu,
+    spare: &mut SpareTextures,
+    recorder: &mut Recorder<'_>,
 ) {
     use wgpu::TextureFormat as F;
-    let made = |label: &str, format, bytes: &[u8], texel: u32| {
-        let view = crate::surfels::surface::texture(gpu, label, size, format);
-        fill(gpu, &view, bytes, texel);
-        Some(view)
-    };
     if looked_up.winners {
-        fill(gpu, &surface.winners, bytemuck::cast_slice(&picture.winners), 8);
+        let winners = surface.winners.texture();
+        recorder.upload(winners, bytemuck::cast_slice(&picture.winners), 8);
         surface.visible = true;
     }
-    let packed = || made("surface", F::Rgba32Uint, bytemuck::cast_slice(&picture.packed), 16);
+    let mut made = |label: &str, format, bytes: &[u8], texel: u32| {
+        let view = spare.take(recorder.gpu, label, size, format);
+        recorder.upload(view.texture(), bytes, texel);
+        Some(view)
+    };
+    let mut packed = || made("surface", F::Rgba32Uint, bytemuck::cast_slice(&picture.packed), 16);
     match mode {
         Mode::Nearest => surface.nearest = packed(),
         Mode::Blended => surface.blended = packed(),
@@ -125,20 +127,4 @@ fn keep(
         let bytes = bytemuck::cast_slice(&picture.object);
         surface.object = made("object", F::R32Uint, bytes, 4);
     }
-}
-
-/// Fills a texture.
-fn fill(gpu: &Gpu, view: &wgpu::TextureView, bytes: &[u8], texel: u32) {
-    let texture = view.texture();
-    let size = texture.size();
-    gpu.queue.write_texture(
-        texture.as_image_copy(),
-        bytes,
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(size.width * texel),
-            rows_per_image: None,
-        },
-        size,
-    );
 }

@@ -1,0 +1,99 @@
+//! Buffers through which pictures cross to and from the device, used again from frame to frame: a new one is memory
+//! that the system clears page by page while it is written first, which takes longer than the copy itself.
+
+use crate::gpu::Gpu;
+use std::sync::Mutex;
+use std::sync::mpsc;
+
+/// Most buffers that wait for a frame to come: what goes up and what comes down, of two sizes of picture.
+const MAX_FREE: usize = 8;
+
+/// Buffers that no frame uses, those used last at the end.
+#[derive(Default)]
+pub(crate) struct TransferBuffers {
+    free: Mutex<Vec<wgpu::Buffer>>,
+}
+
+impl TransferBuffers {
+    /// A buffer of so many bytes, with what it held before. On a device that is lost or out of memory it is not one,
+    /// which using it reports.
+    pub(crate) fn take(&self, gpu: &Gpu, n_bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let fits = |free: &wgpu::Buffer| free.size() == n_bytes && free.usage() == usage;
+        let free = self.free.lock().ok().and_then(|mut free| {
+            let at = free.iter().rposition(fits)?;
+            Some(free.remove(at))
+        });
+        free.unwrap_or_else(|| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("transfer"),
+                size: n_bytes,
+                usage,
+                mapped_at_creation: false,
+            })
+        })
+    }
+
+    /// Keeps buffers for later frames: ones that nothing maps, and that no command reads which is not submitted yet.
+    pub(crate) fn keep(&self, buffers: impl IntoIterator<Item = wgpu::Buffer>) {
+        if let Ok(mut free) = self.free.lock() {
+            free.extend(buffers);
+            let excess = free.len().saturating_sub(MAX_FREE);
+            free.drain(..excess);
+        }
+    }
+
+    /// Lets go of all buffers.
+    pub(crate) fn clear(&self) {
+        if let Ok(mut free) = self.free.lock() {
+            free.clear();
+        }
+    }
+
+    /// Bytes of the buffers that wait.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.free.lock().map_or(0, |free| free.iter().map(wgpu::Buffer::size).sum())
+    }
+}
+
+/// Records the copy of a picture without gaps, so many bytes a pixel, into the first level of a texture. Returns the
+/// buffer that holds it until the commands are submitted; `None` where the device did not take it, as when it is lost.
+pub(crate) fn upload(
+    gpu: &Gpu,
+    encoder: &mut wgpu::CommandEncoder,
+    texture: &wgpu::Texture,
+    bytes: &[u8],
+    texel: u32,
+) -> Option<wgpu::Buffer> {
+    let size = wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() };
+    let row = size.width * texel;
+    let row_bytes = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
+    let n_bytes = u64::from(row_bytes) * u64::from(size.height);
+    let buffer = gpu.transfers.take(gpu, n_bytes, usage);
+    let (send, receive) = mpsc::channel();
+    buffer.slice(..).map_async(wgpu::MapMode::Write, move |result| {
+        // The receiver is gone only where waiting failed already.
+        drop(send.send(result));
+    });
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).ok()?;
+    receive.recv().ok()?.ok()?;
+    let mut mapped = buffer.get_mapped_range_mut(..).ok()?;
+    if row == row_bytes {
+        mapped.slice(..bytes.len()).copy_from_slice(bytes);
+    } else {
+        for (i, own) in bytes.chunks_exact(row as usize).enumerate() {
+            let start = i * row_bytes as usize;
+            mapped.slice(start..start + row as usize).copy_from_slice(own);
+        }
+    }
+    drop(mapped);
+    buffer.unmap();
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(row_bytes),
+        rows_per_image: None,
+    };
+    let from = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
+    encoder.copy_buffer_to_texture(from, texture.as_image_copy(), size);
+    Some(buffer)
+}
