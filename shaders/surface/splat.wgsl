@@ -28,6 +28,46 @@ struct Splat {
     payload: array<vec4<f32>, 4>,
 }
 
+// What a function of a pixel (`Pass::per_pixel`) is told: a splat that covers the pixel.
+struct Pixel {
+    // The number of the splat, with which the splat function was called.
+    index: u32,
+    // Centre of the pixel, y downwards.
+    pixel: vec2<f32>,
+    // Of a plane the place (s, t) in it that the pixel's ray meets, in standard deviations; (0, 0) where the splat is
+    // widened on the picture. Of a conic pixels from the centre, y downwards.
+    place: vec2<f32>,
+    // Of the Gaussian: 0 at the centre, -1/2 at one standard deviation.
+    exponent: f32,
+    // Distance along the viewing axis, scene units.
+    depth: f32,
+    // That of the splat times the Gaussian, at most 0.99.
+    opacity: f32,
+    // Those that are drawn, of the splat; 0 beyond.
+    payload: array<vec4<f32>, 4>,
+}
+
+// What such a function returns.
+struct Fragment {
+    // How much is hidden of what is behind, 0 to 1; with 0 the splat is not there.
+    opacity: f32,
+    // Vectors that are summed up, as those of a splat.
+    payload: array<vec4<f32>, 4>,
+}
+
+// The opacity of a splat that ends at so many standard deviations, at most 3.3 of them: for functions of pixels whose
+// kernels end there, which are asked of no more pixels then.
+fn ending_at(deviations: f32) -> f32 {
+    // A little more, so that rounding leaves none out.
+    return min(1.001 * exp(0.5 * deviations * deviations) / 255.0, 1.0);
+}
+
+// The place that is seen there.
+fn position_at(p: Pixel) -> vec3<f32> {
+    let from_eye = view::world_from_view_direction(view::position_in_view(p.pixel, p.depth));
+    return view::view.world_from_view[3].xyz + from_eye;
+}
+
 // A splat that draws nothing.
 fn nothing() -> Splat {
     let zero = vec4(0.0);

@@ -73,6 +73,12 @@ fn splat_function(wgsl: &str) -> Option<&str> {
     Some(before.rsplit_once("fn ")?.1.split_once('(')?.0)
 }
 
+/// The name of the function that tells pixels of splats, where there is one.
+fn function_of_pixels(wgsl: &str) -> Option<&str> {
+    let before = wgsl.split_once("-> splat::Fragment")?.0;
+    Some(before.rsplit_once("fn ")?.1.split_once('(')?.0)
+}
+
 /// A pass of splats, with the columns that the pages read as the module `cloud`.
 fn splats(graph: &mut Graph, wgsl: &str, function: &str, n: u64, color: TextureId) -> Pass {
     let clouds = vec![CloudInfo { n_surfels: n, ..CloudInfo::default() }];
@@ -101,7 +107,10 @@ fn compile(engine: &mut Engine, wgsl: &str) -> Result<(), String> {
         graph.pass(Pass::shading("shade", wgsl, "shade").target(color));
         graph.output(Output::Color, color);
     } else if let Some(function) = splat_function(wgsl) {
-        let pass = splats(&mut graph, wgsl, function, cloud.len() as u64, color);
+        let mut pass = splats(&mut graph, wgsl, function, cloud.len() as u64, color);
+        if let Some(function) = function_of_pixels(wgsl) {
+            pass = pass.per_pixel(function);
+        }
         graph.pass(pass);
         graph.output(Output::Color, color);
     } else if let Some(entry) = function_behind(wgsl, "@fragment") {

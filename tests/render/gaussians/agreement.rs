@@ -141,7 +141,7 @@ fn apart(found: &[f32], expected: &[Pixel], number: impl Fn(&Pixel) -> Option<f6
 }
 
 /// A share of a sorted list.
-fn at(list: &[f64], share: f64) -> f64 {
+pub(super) fn at(list: &[f64], share: f64) -> f64 {
     list[((list.len() - 1) as f64 * share) as usize]
 }
 

@@ -84,3 +84,26 @@ fn columns_are_brought_to_the_device_once_and_what_nobody_asked_for_does_not_run
     let (passes, _) = draw(1, Output::Depth);
     assert_eq!(passes, ["depths of splats"]);
 }
+
+/// Costs 0.2 s.
+#[test]
+fn distortion_is_paid_for_by_those_who_look_at_it() {
+    let cloud = Gaussians::generated(500).cloud();
+    let mut engine = host::fresh_engine();
+    let mut renderer = stage::renderer(&engine, "gaussians-2d");
+    let mut draw = |output: Output| {
+        let (view, none) = (views()[0].1, Values::new());
+        let frame =
+            stage::frame(&mut engine, &mut renderer, &[&cloud], view, &none, &[output]).unwrap();
+        let bytes = frame.graph_bytes;
+        let all = ran(&frame).into_iter().filter(|(_, state)| *state == PassState::Ran);
+        (all.map(|(name, _)| name).collect::<Vec<_>>(), bytes, engine.counters().compiled.pipelines)
+    };
+    let (depths, ..) = draw(Output::Depth);
+    assert_eq!(depths, ["depths of splats"]);
+    let (color, _, before) = draw(Output::Color);
+    assert_eq!(color, ["splats", "color of sums"]);
+    let (passes, _, after) = draw(stage::distortion());
+    assert_eq!(passes, ["distortion of splats"]);
+    assert_eq!(after, before + 1, "its pipeline was not made before");
+}

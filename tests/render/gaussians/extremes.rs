@@ -9,7 +9,7 @@ use surfelshop_api::params::Values;
 use surfelshop_cloud::Cloud;
 use surfelshop_tests::stage::{each_way, engine, view};
 
-const BLENDS: [&str; 4] = ["sorted", "stochastic", "additive", "nearest"];
+const BLENDS: [&str; 5] = ["sorted", "stochastic", "additive", "nearest", "normalized"];
 
 /// Draws a cloud from some views; the most of the picture that it covers, of each renderer.
 #[track_caller]
@@ -29,7 +29,10 @@ fn drawn(cloud: &Cloud, views: &[View], blends: &[&str], what: &str) -> [f32; 2]
         for blend in blends {
             let values = stage::values(&[("blend", stage::text(blend))]);
             for view in views {
-                let (clouds, outputs) = ([cloud], stage::outputs());
+                let (clouds, mut outputs) = ([cloud], stage::outputs().to_vec());
+                if unit == "gaussians-2d" {
+                    outputs.push(stage::distortion());
+                }
                 let frame =
                     stage::frame(&mut engine, &mut renderer, &clouds, *view, &values, &outputs)
                         .unwrap();

@@ -22,6 +22,14 @@ pub(crate) enum Kind {
     Plane,
 }
 
+/// How those of a pixel are put together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum How {
+    Over,
+    /// The mean of those that are at most this share of its distance off the nearest that is half opaque.
+    Mean(f64),
+}
+
 /// What a pixel shows.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pixel {
@@ -32,6 +40,8 @@ pub(crate) struct Pixel {
     pub(crate) median: f64,
     /// How near the light that is let through comes to a half, behind any splat.
     pub(crate) to_half: f64,
+    /// How far splats lie apart.
+    pub(crate) distortion: f64,
 }
 
 struct Splat {
@@ -232,39 +242,88 @@ impl Splat {
     }
 }
 
-fn shown(splats: &[Splat], eye: &Eye, px: DVec2) -> Pixel {
-    let mut pixel = Pixel { to_half: 0.5, ..Pixel::default() };
-    let (mut left, mut sum, mut distances) = (1.0, DVec3::ZERO, 0.0);
+/// A splat at a pixel.
+struct Hit<'a> {
+    splat: &'a Splat,
+    distance: f64,
+    /// Its opacity, then how much of it is seen.
+    share: f64,
+}
+
+/// How much of each is seen; those that are not are dropped.
+fn put_together(hits: &mut Vec<Hit<'_>>, how: How) {
+    match how {
+        How::Over => {
+            let mut left = 1.0;
+            for hit in hits {
+                hit.share *= left;
+                left -= hit.share;
+            }
+        }
+        How::Mean(tolerance) => {
+            let opaque = hits.iter().filter(|hit| hit.share >= 0.5);
+            let nearest = opaque.map(|hit| hit.distance).fold(f64::INFINITY, f64::min);
+            let reach = if nearest.is_finite() { tolerance * nearest } else { -1.0 };
+            hits.retain(|hit| (hit.distance - nearest).abs() <= reach);
+            let sum: f64 = hits.iter().map(|hit| hit.share).sum();
+            hits.iter_mut().for_each(|hit| hit.share /= sum.max(1.0));
+        }
+    }
+}
+
+fn shown(splats: &[Splat], eye: &Eye, px: DVec2, how: How) -> Pixel {
+    let mut hits = Vec::new();
     for splat in splats {
         let (exponent, distance) = splat.met(eye, px);
         // As much as an opacity of less than 1/255.
         if exponent.is_nan() || exponent > splat.cutoff || distance < eye.near {
             continue;
         }
-        let opacity = (splat.opacity * (-0.5 * exponent).exp()).min(0.99);
-        let weight = opacity * left;
-        sum += splat.color * weight;
-        pixel.normal += splat.normal * weight;
-        distances += distance * weight;
+        let share = (splat.opacity * (-0.5 * exponent).exp()).min(0.99);
+        hits.push(Hit { splat, distance, share });
+    }
+    put_together(&mut hits, how);
+    let mut pixel = Pixel { to_half: 0.5, ..Pixel::default() };
+    let (mut left, mut sum, mut moments) = (1.0, DVec3::ZERO, [0.0; 3]);
+    for Hit { splat, distance, share } in hits {
+        sum += splat.color * share;
+        pixel.normal += splat.normal * share;
+        // As the program of Huang et al. adds it up.
+        let [weights, distances, squares] = moments;
+        pixel.distortion +=
+            share * (distance * distance * weights + squares - 2.0 * distance * distances);
+        moments =
+            [weights + share, distances + share * distance, squares + share * distance * distance];
         let before = left;
-        left -= weight;
+        left -= share;
         if before > 0.5 && left <= 0.5 {
             pixel.median = distance;
         }
         pixel.to_half = pixel.to_half.min((left - 0.5f64).abs());
     }
-    let coverage = 1.0 - left;
+    let coverage = moments[0];
     let decoded = |c: f64| {
         if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
     };
     pixel.color = [decoded(sum.x), decoded(sum.y), decoded(sum.z), coverage];
     pixel.normal = pixel.normal.normalize_or_zero();
-    pixel.expected = if coverage > 0.0 { distances / coverage } else { 0.0 };
+    pixel.expected = if coverage > 0.0 { moments[1] / coverage } else { 0.0 };
     pixel
 }
 
 /// The picture, row by row from the top.
 pub(crate) fn draw(all: &Gaussians, view: &View, kind: Kind, order: usize) -> Vec<Pixel> {
+    draw_as(all, view, kind, order, How::Over)
+}
+
+/// The same, put together in this way.
+pub(crate) fn draw_as(
+    all: &Gaussians,
+    view: &View,
+    kind: Kind,
+    order: usize,
+    how: How,
+) -> Vec<Pixel> {
     let eye = Eye::new(view);
     let of = |i| Splat::new(all, i, &eye, kind, order);
     let mut splats: Vec<Splat> = (0..all.len()).into_par_iter().filter_map(of).collect();
@@ -272,7 +331,7 @@ pub(crate) fn draw(all: &Gaussians, view: &View, kind: Kind, order: usize) -> Ve
     let [width, height] = view.size_px;
     let of_pixel = |at: u32| {
         let px = DVec2::new(f64::from(at % width) + 0.5, f64::from(at / width) + 0.5);
-        shown(&splats, &eye, px)
+        shown(&splats, &eye, px, how)
     };
     (0..width * height).into_par_iter().map(of_pixel).collect()
 }

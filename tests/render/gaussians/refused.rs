@@ -77,6 +77,15 @@ fn numbers_that_no_pass_of_splats_has() {
         let composed = move |p: Pass| p.composed(Composition::Stochastic { samples });
         drawn(&mut engine, &[&cloud], pass(one_target, composed)).unwrap();
     }
+    for tolerance in [f32::NAN, -0.1, -0.0 - f32::MIN_POSITIVE, f32::INFINITY] {
+        let composed = move |p: Pass| p.composed(Composition::Normalized { tolerance });
+        let words = ["pass `splats`", &format!("tolerance is {tolerance};"), "0 or more"];
+        refused(&mut engine, &[&cloud], &words, pass(one_target, composed));
+    }
+    for tolerance in [0.0, -0.0, 1e-9, f32::MAX] {
+        let composed = move |p: Pass| p.composed(Composition::Normalized { tolerance });
+        drawn(&mut engine, &[&cloud], pass(one_target, composed)).unwrap();
+    }
     for n in [(1 << 28) + 1, u64::from(u32::MAX) + 1, u64::MAX] {
         let words = ["pass `many`", &format!("{n} splats"), "268435456"];
         refused(&mut engine, &[&cloud], &words, move |_, graph| {
@@ -112,8 +121,8 @@ fn depths_that_no_pass_of_splats_draws() {
     };
     let words = ["pass `splats`", "`depth 0`", "Rgba32Float", "R32Float"];
     refused(&mut engine, &[&cloud], &words, with_depths(Format::Rgba32Float, 1));
-    let words = ["pass `splats`", "3 depths", "at most 2"];
-    refused(&mut engine, &[&cloud], &words, with_depths(Format::R32Float, 3));
+    let words = ["pass `splats`", "4 depths", "at most 3"];
+    refused(&mut engine, &[&cloud], &words, with_depths(Format::R32Float, 4));
     let words = ["pass `splats`", "`missing`"];
     refused(&mut engine, &[&cloud], &words, |_, graph| {
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));

@@ -51,9 +51,9 @@ fn the_order_of_input_shows_in_no_bit() {
     let all = crowded(2000);
     let clouds = [all.cloud(), all.shuffled().cloud()];
     let views = [views()[1], views()[3]];
-    draw_alike(&clouds, &["sorted", "stochastic", "additive", "nearest"], &views);
+    draw_alike(&clouds, &["sorted", "stochastic", "additive", "nearest", "normalized"], &views);
     // Without a graphics card the others take long.
-    each_way(|| draw_alike(&clouds, &["sorted"], &views[..1]));
+    each_way(|| draw_alike(&clouds, &["sorted", "normalized"], &views[..1]));
 }
 
 /// Holds pictures of two clouds against each other.
@@ -66,7 +66,10 @@ fn draw_alike(clouds: &[Cloud; 2], blends: &[&str], views: &[(&str, View)]) {
             let values = stage::values(&[("blend", stage::text(blend))]);
             for (name, view) in views {
                 let [a, b] = clouds.each_ref().map(|cloud| {
-                    let (clouds, outputs) = ([cloud], stage::outputs());
+                    let (clouds, mut outputs) = ([cloud], stage::outputs().to_vec());
+                    if unit == "gaussians-2d" {
+                        outputs.push(stage::distortion());
+                    }
                     stage::frame(&mut engine, &mut renderer, &clouds, *view, &values, &outputs)
                         .unwrap()
                 });

@@ -23,6 +23,11 @@ pub(crate) fn expected_depth() -> Output {
     Output::Debug("expected-depth".to_owned())
 }
 
+/// Of `gaussians-2d` alone.
+pub(crate) fn distortion() -> Output {
+    Output::Debug("distortion".to_owned())
+}
+
 /// Numbers that look random.
 pub(crate) struct Random(pub(crate) u64);
 

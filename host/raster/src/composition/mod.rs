@@ -1,5 +1,5 @@
 //! Puts splats with footprints of their own together: Gaussians in pixels or in planes, one over the other from near to
-//! far, added up, the nearest alone, or by chance.
+//! far, added up, the nearest alone, by chance, or the mean of those about as far away as the nearest.
 //!
 //! Splats that are seen are sorted by the distances of their centres, those of equal ones by their number, and put into
 //! lists of the tiles that they touch; tiles go through their lists from near to far, sixteen pixels at once, until
@@ -13,6 +13,9 @@
 //! 2025, "Stochastic Splats".
 
 mod footprint;
+mod lines;
+mod moments;
+mod normalized;
 mod sorting;
 #[cfg(test)]
 mod tests;
@@ -38,6 +41,8 @@ pub struct Pictures {
     pub expected: Vec<f32>,
     /// Median depths, scene units, 0 where less than half of the light is kept off; empty unless asked for.
     pub median: Vec<f32>,
+    /// How far splats lie apart, squared scene units, 0 where nothing is; empty unless asked for.
+    pub distortion: Vec<f32>,
     /// How much there was to do.
     pub counts: Counts,
 }
@@ -81,7 +86,8 @@ impl Composer {
         view: &View,
     ) -> &Pictures {
         self.seen.look(splats, view);
-        if composition == Composition::Over {
+        // Sums of other ways do not depend on distances; a mean's rounding does on its order.
+        if matches!(composition, Composition::Over | Composition::Normalized(_)) {
             self.seen.sort();
         }
         self.lists.fill(&self.seen, view);
@@ -116,7 +122,7 @@ fn draw_tile<S: Simd>(
     corner: [usize; 2],
     list: List<'_>,
 ) -> TilePicture {
-    tile.begin(splats, view, corner);
+    tile.begin(splats, depths, view, corner);
     match (composition, splats.kind) {
         (Composition::Over, Kind::Conic) => {
             tile.blend::<S, false, true>(simd, splats, depths, list)
@@ -133,6 +139,9 @@ fn draw_tile<S: Simd>(
         (Composition::Nearest, _) => tile.nearest(simd, splats, depths, list, None),
         (Composition::Stochastic(samples), _) => {
             tile.nearest(simd, splats, depths, list, Some(samples.clamp(1, 64)))
+        }
+        (Composition::Normalized(tolerance), _) => {
+            tile.normalized(simd, splats, depths, list, tolerance)
         }
     }
     tile.picture(splats.n_payloads, depths)
@@ -194,6 +203,7 @@ impl Pictures {
         self.sums.iter_mut().for_each(|sums| sums.resize(n, [0.0; 4]));
         self.expected.resize(if depths.expected { n } else { 0 }, 0.0);
         self.median.resize(if depths.median { n } else { 0 }, 0.0);
+        self.distortion.resize(if depths.distortion { n } else { 0 }, 0.0);
     }
 
     /// Takes what tiles show.
@@ -215,6 +225,11 @@ impl Pictures {
                         let pairs = depths[to.clone()].iter_mut().zip(&own[from.clone()]);
                         pairs.for_each(|(depth, own)| *depth = view.unit * own);
                     }
+                }
+                if !self.distortion.is_empty() {
+                    let pairs = self.distortion[to].iter_mut().zip(&tile.distortion[from]);
+                    // Unit by unit: their product may leave the range of numbers where this does not.
+                    pairs.for_each(|(to, own)| *to = (own * view.unit * view.unit).min(f32::MAX));
                 }
             }
         }

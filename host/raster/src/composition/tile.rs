@@ -1,29 +1,25 @@
 //! One tile of a picture: goes through its list of splats, sixteen pixels at once.
 
-use super::footprint::LOW_PASS;
+use super::lines::{Lines, Place};
+use super::moments::{self, Moments};
 use super::sorting::Visible;
 use super::view::{Depths, Kind, Splats, View};
-use crate::lanes::{F, M, U, WIDTH, power_of_2, smaller};
+use crate::lanes::{F, U, WIDTH};
 use fearless_simd::prelude::*;
 
 /// Side of a tile in pixels.
 pub(super) const SIZE: usize = 32;
 /// Side of a square of pixels that are drawn at once.
-const SIDE: usize = 4;
-const ACROSS: usize = SIZE / SIDE;
-const N_SQUARES: usize = ACROSS * ACROSS;
-
-/// No splat hides more than this.
-///
-/// Source: Kerbl et al. 2023, appendix C.
-const MOST_OPACITY: f32 = 0.99;
+pub(super) const SIDE: usize = 4;
+pub(super) const ACROSS: usize = SIZE / SIDE;
+pub(super) const N_SQUARES: usize = ACROSS * ACROSS;
 
 /// Where less than this is let through nothing more is added: what is left out is at most as much of the largest value.
 ///
 /// Source: Kerbl et al. 2023, appendix C.
 const LEAST_LEFT: f32 = 1e-4;
 
-type Lanes = [f32; WIDTH];
+pub(super) type Lanes = [f32; WIDTH];
 
 /// The splats that touch a tile.
 #[derive(Clone, Copy)]
@@ -37,19 +33,19 @@ pub(super) struct List<'a> {
 /// Scratch memory of a thread.
 #[derive(Default)]
 pub(super) struct Tile {
-    corner: [usize; 2],
+    pub(super) place: Place,
     size: [usize; 2],
-    near: f32,
-    orthographic: bool,
     /// Share of the light that is let through.
     left: Vec<Lanes>,
     /// Sums of vectors, four components each.
-    sums: Vec<[Lanes; 4]>,
+    pub(super) sums: Vec<[Lanes; 4]>,
     /// Sums of distances and of weights.
-    distances: Vec<[Lanes; 2]>,
-    median: Vec<Lanes>,
+    pub(super) distances: Vec<[Lanes; 2]>,
+    pub(super) median: Vec<Lanes>,
+    /// Empty unless distortion is asked for.
+    pub(super) moments: Vec<Moments>,
     /// Distances behind which nothing is seen.
-    end: Vec<Lanes>,
+    pub(super) end: Vec<Lanes>,
     has_end: bool,
     /// Squares through which something is let.
     open: Vec<bool>,
@@ -61,6 +57,14 @@ pub(super) struct TilePicture {
     pub(super) sums: Vec<Vec<[f32; 4]>>,
     pub(super) expected: Vec<f32>,
     pub(super) median: Vec<f32>,
+    pub(super) distortion: Vec<f32>,
+}
+
+/// The nearest splats of the pixels of a tile.
+pub(super) struct Nearest {
+    /// Infinite where there is none.
+    pub(super) distances: [Lanes; N_SQUARES],
+    numbers: [[u32; WIDTH]; N_SQUARES],
 }
 
 /// The place of a lane of a square in the tile.
@@ -71,11 +75,16 @@ fn place(square: usize, lane: usize) -> [usize; 2] {
 
 impl Tile {
     /// Empties it for another part of the picture.
-    pub(super) fn begin(&mut self, splats: &Splats<'_>, view: &View, corner: [usize; 2]) {
+    pub(super) fn begin(
+        &mut self,
+        splats: &Splats<'_>,
+        depths: Depths,
+        view: &View,
+        corner: [usize; 2],
+    ) {
         let [width, height] = view.size_px.map(|side| side as usize);
-        self.corner = corner;
+        self.place = Place { corner, near: view.near, orthographic: view.orthographic };
         self.size = [SIZE.min(width - corner[0]), SIZE.min(height - corner[1])];
-        (self.near, self.orthographic) = (view.near, view.orthographic);
         let filled = |list: &mut Vec<Lanes>, value: f32| {
             list.clear();
             list.resize(N_SQUARES, [value; WIDTH]);
@@ -87,6 +96,8 @@ impl Tile {
         self.sums.resize(N_SQUARES * splats.n_payloads, [[0.0; WIDTH]; 4]);
         self.distances.clear();
         self.distances.resize(N_SQUARES, [[0.0; WIDTH]; 2]);
+        self.moments.clear();
+        self.moments.resize(if depths.distortion { N_SQUARES } else { 0 }, Moments::default());
         self.open.clear();
         self.open.resize(N_SQUARES, false);
         self.n_open = 0;
@@ -112,9 +123,9 @@ impl Tile {
 
     /// Columns and rows of squares that a splat touches.
     #[inline(always)]
-    fn squares(&self, splat: &Visible) -> [usize; 4] {
+    pub(super) fn squares(&self, splat: &Visible) -> [usize; 4] {
         let [left, top, right, bottom] = splat.pixels.map(usize::from);
-        let within = |at: usize, axis: usize| at.saturating_sub(self.corner[axis]).min(SIZE);
+        let within = |at: usize, axis: usize| at.saturating_sub(self.place.corner[axis]).min(SIZE);
         let [left, right] = [left, right].map(|x| within(x, 0));
         let [top, bottom] = [top, bottom].map(|y| within(y, 1));
         [left / SIDE, top / SIDE, right.div_ceil(SIDE), bottom.div_ceil(SIDE)]
@@ -137,7 +148,7 @@ impl Tile {
             let splat = &list.seen[number as usize];
             let payload = &splats.payloads[number as usize * n..][..n];
             let [x0, y0, x1, y1] = self.squares(splat);
-            let lines = Lines::new(simd, splat, self);
+            let lines = Lines::new(simd, splat, &self.place);
             let (mut column, mut row) = (x0, y0);
             while row < y1 {
                 let square = row * ACROSS + column;
@@ -175,13 +186,14 @@ impl Tile {
                     }
                 }
                 self.add(simd, square, weight, payload, depths.expected.then_some(hit.distance));
+                moments::add(simd, self.moments.get_mut(square), weight, hit.distance);
             }
         }
     }
 
     /// Adds a splat's vectors, and its distance, to a square.
     #[inline(always)]
-    fn add<S: Simd>(
+    pub(super) fn add<S: Simd>(
         &mut self,
         simd: S,
         square: usize,
@@ -215,44 +227,57 @@ impl Tile {
     ) {
         let n_samples = samples.unwrap_or(1);
         for sample in 0..n_samples {
-            let mut nearest = [[f32::INFINITY; WIDTH]; N_SQUARES];
-            let mut numbers = [[u32::MAX; WIDTH]; N_SQUARES];
-            for &number in list.of_tile {
-                let splat = &list.seen[number as usize];
-                let [x0, y0, x1, y1] = self.squares(splat);
-                let lines = Lines::new(simd, splat, self);
-                let (mut column, mut row) = (x0, y0);
-                while row < y1 {
-                    let square = row * ACROSS + column;
-                    column += 1;
-                    if column == x1 {
-                        (column, row) = (x0, row + 1);
-                    }
-                    let hit = match splats.kind {
-                        Kind::Planar => lines.hit::<true>(simd, square),
-                        Kind::Conic => lines.hit::<false>(simd, square),
-                    };
-                    let known = F::load_array_ref(simd, &nearest[square]);
-                    let end = F::load_array_ref(simd, &self.end[square]);
-                    // Of equal distances the first by number, as lists have them.
-                    let nearer = hit.distance.simd_lt(known) & hit.distance.simd_lt(end);
-                    let counts = hit.inside & nearer;
-                    if !counts.any_true() {
-                        continue;
-                    }
-                    let least = match samples {
-                        None => F::splat(simd, 0.5),
-                        Some(_) => self.chance(simd, square, number, sample),
-                    };
-                    let opacity = lines.opacity(simd, counts, hit.r2);
-                    let wins = counts & opacity.simd_ge(least);
-                    wins.select(hit.distance, known).store_array(&mut nearest[square]);
-                    let own = U::load_array_ref(simd, &numbers[square]);
-                    wins.select(U::splat(simd, number), own).store_array(&mut numbers[square]);
-                }
-            }
-            self.count(splats, depths, &nearest, &numbers, 1.0 / n_samples as f32);
+            let nearest = self.find_nearest(simd, splats.kind, list, samples.map(|_| sample));
+            self.count(splats, depths, &nearest, 1.0 / n_samples as f32);
         }
+    }
+
+    /// The nearest splats that are at least half opaque, or, in a sample, that chance leaves.
+    #[inline(always)]
+    pub(super) fn find_nearest<S: Simd>(
+        &self,
+        simd: S,
+        kind: Kind,
+        list: List<'_>,
+        sample: Option<u32>,
+    ) -> Nearest {
+        let mut nearest = [[f32::INFINITY; WIDTH]; N_SQUARES];
+        let mut numbers = [[u32::MAX; WIDTH]; N_SQUARES];
+        for &number in list.of_tile {
+            let splat = &list.seen[number as usize];
+            let [x0, y0, x1, y1] = self.squares(splat);
+            let lines = Lines::new(simd, splat, &self.place);
+            let (mut column, mut row) = (x0, y0);
+            while row < y1 {
+                let square = row * ACROSS + column;
+                column += 1;
+                if column == x1 {
+                    (column, row) = (x0, row + 1);
+                }
+                let hit = match kind {
+                    Kind::Planar => lines.hit::<true>(simd, square),
+                    Kind::Conic => lines.hit::<false>(simd, square),
+                };
+                let known = F::load_array_ref(simd, &nearest[square]);
+                let end = F::load_array_ref(simd, &self.end[square]);
+                // Of equal distances the first by number, as lists have them.
+                let nearer = hit.distance.simd_lt(known) & hit.distance.simd_lt(end);
+                let counts = hit.inside & nearer;
+                if !counts.any_true() {
+                    continue;
+                }
+                let least = match sample {
+                    None => F::splat(simd, 0.5),
+                    Some(sample) => self.chance(simd, square, number, sample),
+                };
+                let opacity = lines.opacity(simd, counts, hit.r2);
+                let wins = counts & opacity.simd_ge(least);
+                wins.select(hit.distance, known).store_array(&mut nearest[square]);
+                let own = U::load_array_ref(simd, &numbers[square]);
+                wins.select(U::splat(simd, number), own).store_array(&mut numbers[square]);
+            }
+        }
+        Nearest { distances: nearest, numbers }
     }
 
     /// A number from 0 to 1 for each pixel of a square, of a splat and a sample.
@@ -260,7 +285,7 @@ impl Tile {
     fn chance<S: Simd>(&self, simd: S, square: usize, number: u32, sample: u32) -> F<S> {
         let pixel: [u32; WIDTH] = std::array::from_fn(|lane| {
             let [x, y] = place(square, lane);
-            ((self.corner[1] + y) as u32) << 16 | (self.corner[0] + x) as u32
+            ((self.place.corner[1] + y) as u32) << 16 | (self.place.corner[0] + x) as u32
         });
         let seed = hash(number ^ sample.wrapping_mul(0x9e37_79b9));
         let mut h = U::load_array(simd, pixel) ^ seed;
@@ -271,18 +296,11 @@ impl Tile {
     }
 
     /// Adds the share of a sample to what pixels show.
-    fn count(
-        &mut self,
-        splats: &Splats<'_>,
-        depths: Depths,
-        nearest: &[Lanes; N_SQUARES],
-        numbers: &[[u32; WIDTH]; N_SQUARES],
-        share: f32,
-    ) {
+    fn count(&mut self, splats: &Splats<'_>, depths: Depths, nearest: &Nearest, share: f32) {
         let n = splats.n_payloads;
         for square in 0..N_SQUARES {
             for lane in 0..WIDTH {
-                let number = numbers[square][lane];
+                let number = nearest.numbers[square][lane];
                 if number == u32::MAX {
                     continue;
                 }
@@ -292,10 +310,13 @@ impl Tile {
                         sum[lane] += share * value;
                     }
                 }
-                let distance = nearest[square][lane];
+                let distance = nearest.distances[square][lane];
                 if depths.expected {
                     self.distances[square][0][lane] += share * distance;
                     self.distances[square][1][lane] += share;
+                }
+                if let Some(moments) = self.moments.get_mut(square) {
+                    moments.add_to_lane(lane, share, distance);
                 }
                 if depths.median {
                     let before = self.left[square][lane];
@@ -316,6 +337,7 @@ impl Tile {
             sums: vec![vec![[0.0; 4]; n]; n_payloads],
             expected: wanted(depths.expected),
             median: wanted(depths.median),
+            distortion: wanted(depths.distortion),
         };
         for square in 0..N_SQUARES {
             for lane in 0..WIDTH {
@@ -331,6 +353,9 @@ impl Tile {
                 if depths.median {
                     picture.median[to] = self.median[square][lane];
                 }
+                if let Some(moments) = self.moments.get(square) {
+                    picture.distortion[to] = moments.distortion(lane);
+                }
             }
         }
         picture
@@ -345,89 +370,4 @@ fn hash(number: u32) -> u32 {
     h = (h ^ (h >> 16)).wrapping_mul(0x7feb_352d);
     h = (h ^ (h >> 15)).wrapping_mul(0x846c_a68b);
     h ^ (h >> 16)
-}
-
-/// Columns and rows of the pixels of a square.
-const COLUMNS: Lanes =
-    [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
-const ROWS: Lanes =
-    [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
-
-/// A footprint as pixels of a tile meet it.
-struct Lines<S: Simd> {
-    shape: [f32; 4],
-    /// Distances, and what they are divided by.
-    distance: [f32; 3],
-    divisor: [f32; 3],
-    opacity: f32,
-    cutoff: F<S>,
-    near: F<S>,
-    /// Pixels of the first square from the centre.
-    x: F<S>,
-    y: F<S>,
-}
-
-/// What of a splat a square of pixels meets.
-struct Hit<S: Simd> {
-    inside: M<S>,
-    /// Twice the exponent.
-    r2: F<S>,
-    distance: F<S>,
-}
-
-impl<S: Simd> Lines<S> {
-    #[inline(always)]
-    fn new(simd: S, splat: &Visible, tile: &Tile) -> Self {
-        let footprint = &splat.footprint;
-        let [x, y] = [0, 1].map(|i| tile.corner[i] as f32 + 0.5 - footprint.center[i]);
-        let distance = footprint.distance;
-        Self {
-            shape: footprint.shape,
-            distance,
-            divisor: if tile.orthographic { [0.0, 0.0, 1.0] } else { distance },
-            opacity: footprint.opacity.min(1.0),
-            cutoff: F::splat(simd, splat.cutoff),
-            near: F::splat(simd, tile.near),
-            x: F::load_array_ref(simd, &COLUMNS) + x,
-            y: F::load_array_ref(simd, &ROWS) + y,
-        }
-    }
-
-    #[inline(always)]
-    fn hit<const PLANAR: bool>(&self, simd: S, square: usize) -> Hit<S> {
-        let x = self.x + (square % ACROSS * SIDE) as f32;
-        let y = self.y + (square / ACROSS * SIDE) as f32;
-        let [a, b, c, d] = self.shape;
-        let (r2, distance) = if PLANAR {
-            // The ray of a pixel is where two planes meet; the plane of the splat is met where both are.
-            let [w0, w1, w2] = self.divisor;
-            let k = [x * w0 - a, x * w1 - b, x * w2];
-            let l = [y * w0 - c, y * w1 - d, y * w2];
-            let across = k[0] * l[1] - k[1] * l[0];
-            let one = F::splat(simd, 1.0) / across;
-            let s = (k[1] * l[2] - k[2] * l[1]) * one;
-            let t = (k[2] * l[0] - k[0] * l[2]) * one;
-            let in_plane = s * s + t * t;
-            let on_screen = (x * x + y * y) * LOW_PASS;
-            let met = s * self.distance[0] + t * self.distance[1] + self.distance[2];
-            let r2 = smaller(in_plane, on_screen);
-            let of_plane = in_plane.simd_le(on_screen);
-            (r2, of_plane.select(met, F::splat(simd, self.distance[2])))
-        } else {
-            let r2 = x * x * a + x * y * (2.0 * b) + y * y * c;
-            (r2, F::splat(simd, self.distance[2]))
-        };
-        let zero = F::splat(simd, 0.0);
-        let inside = r2.simd_le(self.cutoff) & r2.simd_ge(zero) & distance.simd_ge(self.near);
-        Hit { inside, r2, distance }
-    }
-
-    /// How much of what is behind is hidden where pixels count; 0 elsewhere.
-    #[inline(always)]
-    fn opacity(&self, simd: S, counts: M<S>, r2: F<S>) -> F<S> {
-        let zero = F::splat(simd, 0.0);
-        let exponent = counts.select(r2, zero) * (-0.5 * std::f32::consts::LOG2_E);
-        let opacity = smaller(power_of_2(exponent) * self.opacity, F::splat(simd, MOST_OPACITY));
-        counts.select(opacity, zero)
-    }
 }

@@ -13,7 +13,7 @@ pub enum Kind {
 }
 
 /// How splats of a pixel are put together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Composition {
     /// From near to far, each over those behind it.
     Over,
@@ -23,6 +23,9 @@ pub enum Composition {
     Nearest,
     /// The mean of so many tries, each of the nearest that chance leaves.
     Stochastic(u32),
+    /// The mean of those whose distance differs from that of the nearest which is at least half opaque by at most this
+    /// share of it.
+    Normalized(f32),
 }
 
 /// Which depths are wanted.
@@ -32,6 +35,8 @@ pub struct Depths {
     pub expected: bool,
     /// That of the splat with which half of the light is kept off.
     pub median: bool,
+    /// How far splats lie apart.
+    pub distortion: bool,
 }
 
 /// Where splats are seen from.

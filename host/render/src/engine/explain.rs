@@ -292,6 +292,13 @@ impl<'a> Graph<'a> {
                     format!("feeds output {} alone, not asked for", listed(&outputs))
                 }
             };
+            let told = at.is_some_and(|at| self.plan.passes[at].per_pixel.is_some());
+            let why = match told && report.state == PassState::Ran {
+                true => format!(
+                    "{why}; composed by the device, which alone calls a function of each pixel"
+                ),
+                false => why,
+            };
             let constants = at.and_then(|at| own.get(at)).map(|pass| {
                 pass.constants.iter().map(|(name, value)| (name.clone(), *value)).collect()
             });

@@ -5,7 +5,7 @@ use crate::graph::RenderError;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
 use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
-use crate::graph::splats::{SPLAT_ENTRY, splat_source};
+use crate::graph::splats::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::graph::variants::Settings;
 use crate::shader_compiler::{SurfaceMembers, members_read, reflect};
@@ -69,6 +69,8 @@ pub(crate) struct Planned {
     pub(crate) stood_in: Cell<bool>,
     /// What shades surfels one by one, where that is asked for.
     pub(crate) surfels: Option<Arc<Shader>>,
+    /// What puts splats together where a function of the pass tells each pixel.
+    pub(crate) per_pixel: Option<Arc<Shader>>,
     /// Uniforms that are given by name, by variable.
     pub(crate) layouts: BTreeMap<String, UniformLayout>,
 }
@@ -191,6 +193,7 @@ impl Plan {
             pipeline: OnceCell::new(),
             stood_in: Cell::new(false),
             surfels: None,
+            per_pixel: None,
             layouts: BTreeMap::new(),
         };
         for binding in &point.bindings {
@@ -213,6 +216,9 @@ impl Plan {
             // It has a surface of its own, for which the nearest surfels must be known.
             planned.surface = None;
             planned.surfels = Some(shader);
+        }
+        if let Work::Splats(splats) = &pass.work {
+            self.plan_per_pixel(pass, splats, gpu, pipelines, &mut planned)?;
         }
         self.check_targets(pass, gpu, &mut planned)?;
         Ok(planned)
@@ -265,11 +271,33 @@ impl Plan {
         shader: &Arc<Shader>,
         pipelines: &mut Pipelines,
     ) -> Result<Arc<Pipeline>, RenderError> {
+        self.second_pipeline(index, shader, SURFEL_ENTRY, pipelines)
+    }
+
+    /// The pipeline that puts splats together by a function of the pass; none where it has no such function.
+    pub(crate) fn per_pixel_pipeline(
+        &self,
+        index: usize,
+        pipelines: &mut Pipelines,
+    ) -> Result<Option<Arc<Pipeline>>, RenderError> {
+        let shader = self.passes[index].per_pixel.as_ref();
+        let made = |shader| self.second_pipeline(index, shader, COMPOSE_PER_PIXEL, pipelines);
+        shader.map(made).transpose()
+    }
+
+    /// A pipeline of a pass besides its own.
+    fn second_pipeline(
+        &self,
+        index: usize,
+        shader: &Arc<Shader>,
+        entry: &str,
+        pipelines: &mut Pipelines,
+    ) -> Result<Arc<Pipeline>, RenderError> {
         let pass = &self.structure.passes[index];
         let overrides = &shader.composed.module.overrides;
         let known = |name: &str| overrides.iter().any(|(_, o)| o.name.as_deref() == Some(name));
         let settings = self.passes[index].settings.only(known);
-        let made = pipelines.compute(&pass.name, shader, SURFEL_ENTRY, &settings);
+        let made = pipelines.compute(&pass.name, shader, entry, &settings);
         let ReadyPipeline { pipeline, is_it } =
             made.map_err(|message| RenderError::pass(&pass.name, message))?;
         let planned = &self.passes[index];

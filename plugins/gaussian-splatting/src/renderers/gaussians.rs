@@ -66,6 +66,8 @@ impl Renderer for Gaussians {
             wgsl: include_str!("gaussians.wgsl"),
             footprint: Footprint::Conic,
             settings: Members::new().f32("low_pass", low_pass).u32("keeps_sum", keeps_sum),
+            // Centres alone have distances: what training shrinks is how far apart planes are met.
+            shows_distortion: false,
         };
         draw(frame, &frame.params.drawing, kind, graph);
         Ok(())

@@ -5,6 +5,8 @@
 //! Each Gaussian is a surfel without an edge: the ray of a pixel meets its plane exactly, and depth and normal are
 //! those of the plane. Of a Gaussian in space the third axis is left out, whichever it is.
 //!
+//! The output `debug.distortion` shows how far the Gaussians of a pixel lie apart along its ray.
+//!
 //! Limits: the order is that of the centres, not that of each pixel.
 //!
 //! Source: Huang et al. 2024, "2D Gaussian Splatting for Geometrically Accurate Radiance Fields".
@@ -42,6 +44,7 @@ impl Renderer for Gaussians2d {
             wgsl: include_str!("gaussians_2d.wgsl"),
             footprint: Footprint::Planar,
             settings: Members::new(),
+            shows_distortion: true,
         };
         draw(frame, &frame.params.drawing, kind, graph);
         Ok(())

@@ -18,6 +18,8 @@ choices! {
         Additive = "additive",
         /// The nearest that is at least half opaque.
         Nearest = "nearest",
+        /// The mean of those about as far away as the nearest: as surfels are blended.
+        Normalized = "normalized",
     }
 }
 
@@ -44,6 +46,8 @@ params! {
         blend: Blend { default: Blend::Sorted },
         /// Tries of each pixel where chance decides.
         samples: u32 { default: 16, range: 1..=64 },
+        /// How much nearer or farther than the nearest those may be that are averaged, as a share of its distance.
+        tolerance: f32 { default: 0.02, range: 0.0..=1.0 },
         /// The space of colours, in which they are blended.
         space: Space { default: Space::Srgb },
     }
@@ -69,6 +73,8 @@ pub(crate) struct Kind {
     pub(crate) footprint: Footprint,
     /// Its settings besides size and least opacity.
     pub(crate) settings: Members,
+    /// Whether it shows how far Gaussians lie apart along rays.
+    pub(crate) shows_distortion: bool,
 }
 
 /// Describes a frame.
@@ -106,6 +112,7 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
         Blend::Stochastic => Composition::Stochastic { samples: p.samples },
         Blend::Additive => Composition::Additive,
         Blend::Nearest => Composition::Nearest,
+        Blend::Normalized => Composition::Normalized { tolerance: p.tolerance },
     }));
     let behind = graph.texture("surface", Texture::view_sized(Format::Rgba32Float));
     if has_surface {
@@ -132,6 +139,13 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
     graph.pass(depths.depth(SplatDepth::Median, median).depth(SplatDepth::Expected, expected));
     graph.output(Output::Depth, median);
     graph.output(Output::Debug("expected-depth".to_owned()), expected);
+    if kind.shows_distortion {
+        let distortion = graph.texture("distortion", Texture::view_sized(Format::R32Float));
+        let unread = graph.texture("not read either", Texture::view_sized(Format::Rgba32Float));
+        let apart = pass("distortion of splats", "footprint").target(unread);
+        graph.pass(apart.depth(SplatDepth::Distortion, distortion));
+        graph.output(Output::Debug("distortion".to_owned()), distortion);
+    }
 }
 
 /// A pass that turns sums into a picture.

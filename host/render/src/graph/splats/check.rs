@@ -1,6 +1,12 @@
 //! The rules that passes of splats must keep.
 
+use crate::gpu::Gpu;
+use crate::graph::pipelines::Pipelines;
 use crate::graph::plan::{Node, Plan, Planned};
+use crate::graph::splats::source::{
+    COMPOSE_PER_PIXEL, compose_defines, is_of_composing, per_pixel_source,
+};
+use crate::shader_compiler::{members_read, reflect};
 use surfelshop_api::graph::{Composition, Format, Pass, Splats, TextureId};
 
 /// Most splats of a pass.
@@ -8,6 +14,9 @@ const MAX_SPLATS: u64 = 1 << 28;
 
 /// Most tries of a stochastic composition.
 const MAX_SAMPLES: u32 = 64;
+
+/// Most pictures of depths: one of each kind.
+const MAX_DEPTHS: usize = 3;
 
 impl Plan {
     /// # Errors
@@ -26,8 +35,16 @@ impl Plan {
         {
             return Err(format!("it takes {samples} samples; 1 to {MAX_SAMPLES} are taken"));
         }
-        if splats.depths.len() > 2 {
-            return Err(format!("it draws {} depths; at most 2 are drawn", splats.depths.len()));
+        if let Composition::Normalized { tolerance } = splats.composition
+            && !(tolerance.is_finite() && tolerance >= 0.0)
+        {
+            return Err(format!(
+                "its tolerance is {tolerance}; a share of the distance is expected, finite and 0 or more"
+            ));
+        }
+        if splats.depths.len() > MAX_DEPTHS {
+            let n = splats.depths.len();
+            return Err(format!("it draws {n} depths; at most {MAX_DEPTHS} are drawn"));
         }
         for target in &splats.targets {
             self.check_splat_target(pass, *target, Format::Rgba32Float, planned)?;
@@ -38,6 +55,40 @@ impl Plan {
         if splats.tested {
             planned.surface = Some(splats.surface);
         }
+        Ok(())
+    }
+
+    /// Adds what puts splats together by a function of the pass, where it has one.
+    ///
+    /// # Errors
+    /// What is wrong with the function, or the first rule that what it reads breaks.
+    pub(in crate::graph) fn plan_per_pixel(
+        &self,
+        pass: &Pass,
+        splats: &Splats,
+        gpu: &Gpu,
+        pipelines: &mut Pipelines,
+        planned: &mut Planned,
+    ) -> Result<(), String> {
+        let Some(function) = &splats.per_pixel else { return Ok(()) };
+        let source = per_pixel_source(pass, splats.targets.len(), function)?;
+        let shader = pipelines.shader_with(&source, &pass.modules, &compose_defines(splats))?;
+        let stage = naga::ShaderStage::Compute;
+        let point =
+            reflect(&shader.composed, stage, COMPOSE_PER_PIXEL).map_err(|error| error.message)?;
+        for binding in point.bindings.iter().filter(|binding| !is_of_composing(&binding.name)) {
+            if binding.kind.writes() {
+                return Err(format!(
+                    "`{}` is stored into by `{function}`, which is called for pixels in no order; it only reads",
+                    binding.name
+                ));
+            }
+            self.check_binding(pass, binding, splats.surface, gpu, planned)?;
+        }
+        let flags = planned.settings.flags();
+        let members = members_read(&shader.composed, stage, COMPOSE_PER_PIXEL, &flags);
+        planned.members = planned.members.or(members);
+        planned.per_pixel = Some(shader);
         Ok(())
     }
 

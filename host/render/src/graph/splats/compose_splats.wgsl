@@ -1,6 +1,9 @@
 // Puts the splats of each tile together: a workgroup goes through the tile's list in batches.
 
-// N_PAYLOADS, vectors that each splat carries, is set where the text is put together.
+// N_PAYLOADS, vectors that each splat carries, is set where the text is put together. PER_PIXEL, where it is defined,
+// stands for a pass with a function of its own for each pixel, NORMALIZED for means within a tolerance instead of the
+// other compositions, DISTORTION for a third picture of depths. Devices bind few buffers, of which authors need some:
+// NO_SURFACE and NO_DEPTHS leave out what a pass of the former kind does not look at.
 
 var<uniform> params: Params;
 var<storage, read> footprints: array<Footprint>;
@@ -11,7 +14,7 @@ var<storage, read> ranges: array<vec2<u32>>;
 var<storage, read> surface: array<f32>;
 // Pictures of vectors, one behind the other.
 var<storage, read_write> sums: array<vec4<f32>>;
-// Expected depths, then median ones.
+// Expected depths, then median ones, then distortion where it is asked for.
 var<storage, read_write> depths: array<f32>;
 
 const MOST_OPACITY = 0.99;
@@ -30,12 +33,20 @@ struct Hit {
     inside: bool,
     opacity: f32,
     distance: f32,
+#ifdef PER_PIXEL
+    // Of a plane where the ray meets it, of a conic pixels from the centre.
+    place: vec2<f32>,
+    exponent: f32,
+#endif
 }
 
 fn met(f: Footprint, pixel: vec2<f32>) -> Hit {
     let p = pixel - f.center.xy;
     var r2: f32;
     var distance = f.distance.z;
+#ifdef PER_PIXEL
+    var at = p;
+#endif
     if params.planar == 1u {
         let w = select(f.distance, vec3(0.0, 0.0, 1.0), params.orthographic == 1u);
         let k = vec3(p.x * w.xy - f.shape.xy, p.x * w.z);
@@ -48,12 +59,72 @@ fn met(f: Footprint, pixel: vec2<f32>) -> Hit {
         if in_plane <= on_screen {
             distance = dot(f.distance, vec3(place, 1.0));
         }
+#ifdef PER_PIXEL
+        at = select(vec2(0.0), place, in_plane <= on_screen);
+#endif
     } else {
         r2 = f.shape.x * p.x * p.x + 2.0 * f.shape.y * p.x * p.y + f.shape.z * p.y * p.y;
     }
     let inside = r2 >= 0.0 && r2 <= cutoff_of(f.opacity) && distance >= params.near;
-    return Hit(inside, min(min(f.opacity, 1.0) * exp(-0.5 * r2), MOST_OPACITY), distance);
+    let opacity = min(min(f.opacity, 1.0) * exp(-0.5 * r2), MOST_OPACITY);
+#ifdef PER_PIXEL
+    return Hit(inside, opacity, distance, at, -0.5 * r2);
+#else
+    return Hit(inside, opacity, distance);
+#endif
 }
+
+#ifdef DISTORTION
+// The distance of the first splat of a pixel; sums of weights, of weights times distances from that, and of weights times
+// their squares, with another splat.
+fn with_moments(m: vec4<f32>, weight: f32, distance: f32) -> vec4<f32> {
+    let first = select(m.x, distance, m.y == 0.0);
+    let apart = distance - first;
+    let moment = weight * apart;
+    return vec4(first, m.y + weight, m.z + moment, m.w + moment * apart);
+}
+
+const LARGEST = 0x1.fffffep+127f;
+
+// The sum over pairs of splats of their weights times the square of what they are apart, squared scene units.
+fn distortion_of(m: vec4<f32>) -> f32 {
+    let sum = m.y * m.w - m.z * m.z;
+    let of_units = select(LARGEST, max(sum, 0.0), is_finite_number(sum));
+    return min(of_units * params.unit * params.unit, LARGEST);
+}
+#endif
+
+#ifdef PER_PIXEL
+fn finite(v: vec4<f32>) -> vec4<f32> {
+    return vec4(
+        select(0.0, v.x, is_finite_number(v.x)),
+        select(0.0, v.y, is_finite_number(v.y)),
+        select(0.0, v.z, is_finite_number(v.z)),
+        select(0.0, v.w, is_finite_number(v.w)),
+    );
+}
+
+// What the pass's function makes of a splat of the batch at a pixel: an opacity from 0 to 1, and finite vectors.
+fn told(hit: Hit, in_batch: u32, at_px: vec2<f32>) -> surfelshop_splat::Fragment {
+    var p: surfelshop_splat::Pixel;
+    p.index = batch_numbers[in_batch];
+    p.pixel = at_px;
+    p.place = hit.place;
+    p.exponent = hit.exponent;
+    p.depth = params.unit * hit.distance;
+    p.opacity = hit.opacity;
+    for (var k = 0u; k < N_PAYLOADS; k++) {
+        p.payload[k] = batch_payloads[in_batch * N_PAYLOADS + k];
+    }
+    var f = FUNCTION_PER_PIXEL(p);
+    let is_number = (bitcast<u32>(f.opacity) & 0x7fffffffu) <= 0x7f800000u;
+    f.opacity = select(0.0, clamp(f.opacity, 0.0, 1.0), is_number);
+    for (var k = 0u; k < N_PAYLOADS; k++) {
+        f.payload[k] = finite(f.payload[k]);
+    }
+    return f;
+}
+#endif
 
 fn hash(number: u32) -> u32 {
     var h = number;
@@ -97,10 +168,12 @@ fn compose(
     let is_pixel = all(pixel < params.size_px);
     let at_px = vec2<f32>(pixel) + 0.5;
     var end = 3.4e38;
+#ifndef NO_SURFACE
     if params.tested == 1u && is_pixel {
         let found = surface[pixel.y * params.size_px.x + pixel.x];
         end = select(end, found, found > 0.0);
     }
+#endif
     var sum: array<vec4<f32>, N_PAYLOADS>;
     for (var k = 0u; k < N_PAYLOADS; k++) {
         sum[k] = vec4(0.0);
@@ -109,6 +182,71 @@ fn compose(
     var distances = 0.0;
     var weights = 0.0;
     var median = 0.0;
+#ifdef DISTORTION
+    var moments = vec4(0.0);
+#endif
+#ifdef NORMALIZED
+    // The nearest that is at least half opaque, then all about as far away.
+    var nearest = 3.4e38;
+    var is_shown = false;
+    for (var first = range.x; first < range.y; first += BATCH) {
+        let n = load(thread, first, range.y);
+        for (var i = 0u; i < n; i++) {
+            let hit = met(batch[i], at_px);
+            if !is_pixel || !hit.inside || hit.distance >= min(nearest, end) {
+                continue;
+            }
+#ifdef PER_PIXEL
+            let opacity = told(hit, i, at_px).opacity;
+#else
+            let opacity = hit.opacity;
+#endif
+            if opacity >= 0.5 {
+                nearest = hit.distance;
+                is_shown = true;
+            }
+        }
+    }
+    median = select(0.0, nearest, is_shown);
+    let reach = abs(nearest) * params.tolerance;
+    for (var first = range.x; first < range.y; first += BATCH) {
+        let n = load(thread, first, range.y);
+        for (var i = 0u; i < n; i++) {
+            let hit = met(batch[i], at_px);
+            let is_near = abs(hit.distance - nearest) <= reach;
+            if !is_shown || !hit.inside || !is_near || hit.distance >= end {
+                continue;
+            }
+#ifdef PER_PIXEL
+            let shown = told(hit, i, at_px);
+            let weight = shown.opacity;
+            if weight <= 0.0 {
+                continue;
+            }
+            for (var k = 0u; k < N_PAYLOADS; k++) {
+                sum[k] += weight * shown.payload[k];
+            }
+#else
+            let weight = hit.opacity;
+            for (var k = 0u; k < N_PAYLOADS; k++) {
+                sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
+            }
+#endif
+            distances += weight * hit.distance;
+            weights += weight;
+#ifdef DISTORTION
+            moments = with_moments(moments, weight, hit.distance);
+#endif
+        }
+    }
+    let divisor = max(weights, 1.0);
+    for (var k = 0u; k < N_PAYLOADS; k++) {
+        sum[k] /= divisor;
+    }
+#ifdef DISTORTION
+    moments = vec4(moments.x, moments.yzw / divisor);
+#endif
+#else
     if params.composition < 2u {
         for (var first = range.x; first < range.y; first += BATCH) {
             let n = load(thread, first, range.y);
@@ -117,7 +255,15 @@ fn compose(
                 if !hit.inside || left <= 0.0 || hit.distance >= end {
                     continue;
                 }
+#ifdef PER_PIXEL
+                let shown = told(hit, i, at_px);
+                if shown.opacity <= 0.0 {
+                    continue;
+                }
+                var weight = shown.opacity;
+#else
                 var weight = hit.opacity;
+#endif
                 if params.composition == 0u {
                     weight *= left;
                     if left > 0.5 && left - weight <= 0.5 {
@@ -127,10 +273,17 @@ fn compose(
                     left = select(left, 0.0, left < LEAST_LEFT);
                 }
                 for (var k = 0u; k < N_PAYLOADS; k++) {
+#ifdef PER_PIXEL
+                    sum[k] += weight * shown.payload[k];
+#else
                     sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
+#endif
                 }
                 distances += weight * hit.distance;
                 weights += weight;
+#ifdef DISTORTION
+                moments = with_moments(moments, weight, hit.distance);
+#endif
             }
             // All leave where nothing is let through any more.
             if thread == 0u {
@@ -154,6 +307,9 @@ fn compose(
         for (var sample = 0u; sample < samples; sample++) {
             var nearest = 3.4e38;
             var shown = 0xffffffffu;
+#ifdef PER_PIXEL
+            var shown_payload: array<vec4<f32>, 4>;
+#endif
             for (var first = range.x; first < range.y; first += BATCH) {
                 let n = load(thread, first, range.y);
                 for (var i = 0u; i < n; i++) {
@@ -164,18 +320,36 @@ fn compose(
                     }
                     let is_nearer = hit.distance < nearest
                         || (hit.distance == nearest && batch_numbers[i] < shown);
+#ifdef PER_PIXEL
+                    if is_pixel && hit.inside && is_nearer && hit.distance < end {
+                        let made = told(hit, i, at_px);
+                        if made.opacity > 0.0 && made.opacity >= least {
+                            nearest = hit.distance;
+                            shown = batch_numbers[i];
+                            shown_payload = made.payload;
+                        }
+                    }
+#else
                     if hit.inside && hit.opacity >= least && is_nearer && hit.distance < end {
                         nearest = hit.distance;
                         shown = batch_numbers[i];
                     }
+#endif
                 }
             }
             if shown != 0xffffffffu && is_pixel {
                 for (var k = 0u; k < N_PAYLOADS; k++) {
+#ifdef PER_PIXEL
+                    sum[k] += share * shown_payload[k];
+#else
                     sum[k] += share * payloads[shown * N_PAYLOADS + k];
+#endif
                 }
                 distances += share * nearest;
                 weights += share;
+#ifdef DISTORTION
+                moments = with_moments(moments, share, nearest);
+#endif
                 if left > 0.5 && left - share <= 0.5 {
                     median = nearest;
                 }
@@ -183,6 +357,7 @@ fn compose(
             }
         }
     }
+#endif
     if !is_pixel {
         return;
     }
@@ -190,7 +365,12 @@ fn compose(
     for (var k = 0u; k < N_PAYLOADS; k++) {
         sums[k * n_texels + pixel.y * params.stride + pixel.x] = sum[k];
     }
+#ifndef NO_DEPTHS
     let at = pixel.y * params.depth_stride + pixel.x;
     depths[at] = params.unit * select(0.0, distances / weights, weights > 0.0);
     depths[params.depth_stride * params.size_px.y + at] = params.unit * median;
+#ifdef DISTORTION
+    depths[2u * params.depth_stride * params.size_px.y + at] = distortion_of(moments);
+#endif
+#endif
 }

@@ -49,13 +49,17 @@ pub(super) fn compose(
     read.extend(surface.iter().map(|depths| readable(depths, recorder)));
     recorder.finish();
     let wants = |which| splats.depths.iter().any(|(depth, _)| *depth == which);
-    let depths =
-        Depths { expected: wants(SplatDepth::Expected), median: wants(SplatDepth::Median) };
+    let depths = Depths {
+        expected: wants(SplatDepth::Expected),
+        median: wants(SplatDepth::Median),
+        distortion: wants(SplatDepth::Distortion),
+    };
     let composition = match splats.composition {
         Composition::Over => raster::Composition::Over,
         Composition::Additive => raster::Composition::Additive,
         Composition::Nearest => raster::Composition::Nearest,
         Composition::Stochastic { samples } => raster::Composition::Stochastic(samples),
+        Composition::Normalized { tolerance } => raster::Composition::Normalized(tolerance),
     };
     let (seen, unit) = variables.view().ok_or("there is no view to draw splats in")?;
     let view = raster::View {
@@ -131,6 +135,7 @@ fn upload(splats: &Splats, variables: &Variables<'_>, gpu: &Gpu, pictures: &Pict
         let depths = match which {
             SplatDepth::Expected => &pictures.expected,
             SplatDepth::Median => &pictures.median,
+            SplatDepth::Distortion => &pictures.distortion,
         };
         write(*target, 4, bytemuck::cast_slice(depths));
     }

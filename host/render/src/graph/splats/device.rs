@@ -4,25 +4,24 @@
 use crate::gpu::Gpu;
 use crate::graph::bind;
 use crate::graph::execute::Variables;
-use crate::graph::pipeline_desc::Stage;
+use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
 use crate::graph::readback::map;
 use crate::graph::recorder::Recorder;
+use crate::graph::splats::Made;
+use crate::graph::splats::parameters::Parameters;
 use crate::graph::splats::scratch::SplatScratch;
-use crate::graph::splats::{Made, surface};
 use crate::graph::variants::Settings;
-use surfelshop_api::Projection;
-use surfelshop_api::graph::{Composition, Footprint, SplatDepth, Splats, TextureId};
+use surfelshop_api::graph::{Composition, Splats};
 
 const FOOTPRINT: &str = include_str!("footprint.wgsl");
 const LIST_SPLATS: &str = include_str!("list_splats.wgsl");
 const FILL_LISTS: &str = include_str!("fill_lists.wgsl");
 const RADIX_SORT: &str = include_str!("radix_sort.wgsl");
 const PREFIX_SUMS: &str = include_str!("prefix_sums.wgsl");
-const COMPOSE_SPLATS: &str = include_str!("compose_splats.wgsl");
 
 /// Side of a tile, `TILE` of the shaders.
-const TILE: u32 = 16;
+pub(super) const TILE: u32 = 16;
 /// Numbers that a workgroup sorts or sums up, `BLOCK` of the shaders.
 const BLOCK: u32 = 1024;
 /// Invocations of a workgroup that goes over splats or entries.
@@ -38,13 +37,14 @@ pub(super) fn compose(
     splats: &Splats,
     variables: &Variables<'_>,
     made: &[Made],
+    per_pixel: Option<&Pipeline>,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
     scratch: &mut SplatScratch,
 ) -> Result<bool, String> {
     let [made] = made else { return Ok(false) };
     let size = variables.plan.size_of(variables.pass);
-    let mut device = Device { recorder, pipelines, scratch, taken: Vec::new() };
+    let mut device = Device { recorder, pipelines, scratch, per_pixel, taken: Vec::new() };
     let composed = device.compose(splats, variables, made, size);
     for buffer in device.taken {
         scratch.give(buffer);
@@ -53,11 +53,13 @@ pub(super) fn compose(
 }
 
 /// What the steps are recorded with, and the buffers that they use.
-struct Device<'a, 'g> {
-    recorder: &'a mut Recorder<'g>,
-    pipelines: &'a mut Pipelines,
-    scratch: &'a mut SplatScratch,
-    taken: Vec<wgpu::Buffer>,
+pub(super) struct Device<'a, 'g> {
+    pub(super) recorder: &'a mut Recorder<'g>,
+    pub(super) pipelines: &'a mut Pipelines,
+    pub(super) scratch: &'a mut SplatScratch,
+    /// What puts splats together where the pass has a function of pixels.
+    pub(super) per_pixel: Option<&'a Pipeline>,
+    pub(super) taken: Vec<wgpu::Buffer>,
 }
 
 /// Pairs to be sorted, with room for the result.
@@ -75,7 +77,7 @@ impl Device<'_, '_> {
     }
 
     /// Room for so many numbers.
-    fn numbers(&mut self, label: &str, n: u32) -> wgpu::Buffer {
+    pub(super) fn numbers(&mut self, label: &str, n: u32) -> wgpu::Buffer {
         let usage = wgpu::BufferUsages::STORAGE
             | wgpu::BufferUsages::COPY_SRC
             | wgpu::BufferUsages::COPY_DST;
@@ -91,7 +93,7 @@ impl Device<'_, '_> {
     }
 
     /// A uniform of these numbers.
-    fn uniform(&self, words: &[u32]) -> wgpu::Buffer {
+    pub(super) fn uniform(&self, words: &[u32]) -> wgpu::Buffer {
         let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
         self.gpu().filled_buffer("splats", &bytes, wgpu::BufferUsages::UNIFORM)
     }
@@ -104,22 +106,44 @@ impl Device<'_, '_> {
         groups: [u32; 2],
         bound: &[Bound<'_>],
     ) -> Result<(), String> {
-        let shader = self.pipelines.shader(text, &[])?;
-        let name = format!("host: splats, {}", entry.replace('_', " "));
+        self.run_with(text, &[], entry, groups, bound)
+    }
+
+    /// The same of a text for which these names are defined.
+    pub(super) fn run_with(
+        &mut self,
+        text: &str,
+        defines: &[&str],
+        entry: &str,
+        groups: [u32; 2],
+        bound: &[Bound<'_>],
+    ) -> Result<(), String> {
+        let shader = self.pipelines.shader(text, defines)?;
+        let name = name_of(entry);
         let found = self.pipelines.compute(&name, &shader, entry, &Settings::default())?;
         let pipeline = found.pipeline;
         let group = bind(self.recorder.gpu, &pipeline, |variable| {
             let found = bound.iter().find(|(name, _)| *name == variable);
             found.map(|(_, buffer)| buffer.as_entire_binding())
         })?;
-        self.recorder.compute(&name, |pass| {
+        self.dispatch(&name, &pipeline, &group, groups);
+        Ok(())
+    }
+
+    pub(super) fn dispatch(
+        &mut self,
+        name: &str,
+        pipeline: &Pipeline,
+        group: &wgpu::BindGroup,
+        groups: [u32; 2],
+    ) {
+        self.recorder.compute(name, |pass| {
             if let Stage::Compute(stage) = &pipeline.stage {
                 pass.set_pipeline(stage);
-                pass.set_bind_group(0, &group, &[]);
+                pass.set_bind_group(0, group, &[]);
                 pass.dispatch_workgroups(groups[0], groups[1], 1);
             }
         });
-        Ok(())
     }
 
     fn compose(
@@ -129,32 +153,8 @@ impl Device<'_, '_> {
         made: &Made,
         size: [u32; 2],
     ) -> Result<bool, String> {
-        let (seen, unit) = variables.view().ok_or("there is no view to draw splats in")?;
-        let [across, down] = size.map(|side| side.div_ceil(TILE));
-        let (composition, samples) = match splats.composition {
-            Composition::Over => (0, 1),
-            Composition::Additive => (1, 1),
-            Composition::Nearest => (2, 1),
-            Composition::Stochastic { samples } => (3, samples),
-        };
-        let view = Parameters {
-            across,
-            down,
-            planar: u32::from(splats.footprint == Footprint::Planar),
-            size,
-            near: ((seen.near / unit) as f32).to_bits(),
-            unit: (unit as f32).to_bits(),
-            orthographic: u32::from(matches!(
-                seen.camera.projection,
-                Projection::Orthographic { .. }
-            )),
-            composition,
-            samples,
-            // Rows that are copied begin at multiples of 256 bytes.
-            stride: size[0].next_multiple_of(16),
-            depth_stride: size[0].next_multiple_of(64),
-            tested: u32::from(splats.tested),
-        };
+        let view = Parameters::of(splats, variables, size)?;
+        let Parameters { across, down, .. } = view;
         let ranges = self.numbers("ranges of tiles", 2 * across * down);
         self.recorder.encoder.clear_buffer(&ranges, 0, None);
         let entries = match self.lists(made, &view, &ranges, splats.composition)? {
@@ -193,7 +193,9 @@ impl Device<'_, '_> {
                 ],
             )?;
         }
-        let bits = if composition == Composition::Over { u32::BITS } else { 0 };
+        // Rounding of a mean depends on the order, which must not be that of the input.
+        let in_order = matches!(composition, Composition::Over | Composition::Normalized { .. });
+        let bits = if in_order { u32::BITS } else { 0 };
         let sorted = self.sort(&pairs, n, bits)?;
         let numbers = &pairs.values[sorted];
         if n > 0 {
@@ -307,118 +309,11 @@ impl Device<'_, '_> {
         self.scratch.give(read);
         Ok(bytes.first_chunk().map_or(0, |word| u32::from_le_bytes(*word)))
     }
-
-    /// Goes through all tiles' lists and brings the pictures into the pass's textures.
-    fn draw(
-        &mut self,
-        splats: &Splats,
-        variables: &Variables<'_>,
-        made: &Made,
-        view: &Parameters,
-        entries: &wgpu::Buffer,
-        ranges: &wgpu::Buffer,
-    ) -> Result<(), String> {
-        let height = view.size[1];
-        let n_payloads = splats.targets.len() as u32;
-        let surface = match splats.tested {
-            true => {
-                let Self { recorder, pipelines, scratch, .. } = self;
-                let depths = surface::depths(variables, view.size, recorder, pipelines, scratch)?;
-                self.taken.push(depths.clone());
-                depths
-            }
-            false => self.numbers("no surface", 1),
-        };
-        let sums = self.numbers("sums of splats", 4 * n_payloads * view.stride * height);
-        let depths = self.numbers("depths of splats", 2 * view.depth_stride * height);
-        let text = format!("const N_PAYLOADS = {n_payloads}u;\n{FOOTPRINT}\n{COMPOSE_SPLATS}");
-        let params = self.uniform(&view.words(made.n));
-        self.run(
-            &text,
-            "compose",
-            [view.across, view.down],
-            &[
-                ("params", &params),
-                ("footprints", &made.footprints),
-                ("payloads", &made.payloads),
-                ("entries", entries),
-                ("ranges", ranges),
-                ("surface", &surface),
-                ("sums", &sums),
-                ("depths", &depths),
-            ],
-        )?;
-        let mut copy = |target: TextureId, buffer: &wgpu::Buffer, picture: u32, row: u32| {
-            // One that nobody reads was not made.
-            let texture = variables.resources.textures.get(target.index());
-            let Some(Some(texture)) = texture else { return };
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: u64::from(picture) * u64::from(row) * u64::from(height),
-                bytes_per_row: Some(row),
-                rows_per_image: Some(height),
-            };
-            self.recorder.encoder.copy_buffer_to_texture(
-                wgpu::TexelCopyBufferInfo { buffer, layout },
-                texture.as_image_copy(),
-                texture.size(),
-            );
-        };
-        for (k, target) in (0..).zip(&splats.targets) {
-            copy(*target, &sums, k, 16 * view.stride);
-        }
-        for (which, target) in &splats.depths {
-            let picture = match which {
-                SplatDepth::Expected => 0,
-                SplatDepth::Median => 1,
-            };
-            copy(*target, &depths, picture, 4 * view.depth_stride);
-        }
-        Ok(())
-    }
 }
 
-/// `Params` of the shaders, but for the number that differs from step to step.
-struct Parameters {
-    across: u32,
-    down: u32,
-    planar: u32,
-    size: [u32; 2],
-    /// Bits of a float.
-    near: u32,
-    orthographic: u32,
-    composition: u32,
-    samples: u32,
-    stride: u32,
-    depth_stride: u32,
-    tested: u32,
-    /// Bits of a float.
-    unit: u32,
-}
-
-impl Parameters {
-    fn words(&self, n: u32) -> [u32; 16] {
-        let Self { across, down, planar, size, near, orthographic, .. } = *self;
-        let Self { composition, samples, stride, depth_stride, tested, unit, .. } = *self;
-        let [width, height] = size;
-        [
-            n,
-            across,
-            down,
-            planar,
-            width,
-            height,
-            near,
-            orthographic,
-            composition,
-            samples,
-            stride,
-            depth_stride,
-            tested,
-            unit,
-            0,
-            0,
-        ]
-    }
+/// What a step is called.
+pub(super) fn name_of(entry: &str) -> String {
+    format!("host: splats, {}", entry.replace('_', " "))
 }
 
 /// Workgroups of so many, in rows that are not longer than a device allows.
@@ -438,7 +333,6 @@ mod tests {
         let mut pipelines = Pipelines::new(gpu.device.clone()).unwrap();
         let lists = format!("{FOOTPRINT}\n{LIST_SPLATS}");
         let fills = format!("{FOOTPRINT}\n{FILL_LISTS}");
-        let composes = |n: u32| format!("const N_PAYLOADS = {n}u;\n{FOOTPRINT}\n{COMPOSE_SPLATS}");
         let steps = [
             (lists.clone(), "measure"),
             (lists, "count"),
@@ -449,8 +343,6 @@ mod tests {
             (PREFIX_SUMS.to_owned(), "within_blocks"),
             (PREFIX_SUMS.to_owned(), "over_blocks"),
             (PREFIX_SUMS.to_owned(), "together"),
-            (composes(1), "compose"),
-            (composes(4), "compose"),
         ];
         for (text, entry) in steps {
             let shader = pipelines.shader(&text, &[]).unwrap_or_else(|e| panic!("{entry}: {e}"));

@@ -18,7 +18,7 @@ struct Params {
     size_px: vec2<u32>,
     near: f32,
     orthographic: u32,
-    // 0 over, 1 additive, 2 nearest, 3 stochastic.
+    // 0 over, 1 additive, 2 nearest, 3 stochastic, 4 normalized.
     composition: u32,
     samples: u32,
     // Texels from row to row of the pictures of vectors, and of depths.
@@ -28,8 +28,9 @@ struct Params {
     tested: u32,
     // Scene units of a unit of distance.
     unit: f32,
-    unused_a: u32,
-    unused_b: u32,
+    // Of normalized: a share of the distance.
+    tolerance: f32,
+    unused: u32,
 }
 
 const TILE = 16u;

@@ -3,6 +3,8 @@
 mod check;
 mod cpu;
 mod device;
+mod parameters;
+mod pictures;
 mod scratch;
 mod source;
 mod surface;
@@ -14,7 +16,8 @@ use crate::graph::recorder::Recorder;
 use crate::graph::resources::BufferPart;
 use crate::graph::{RenderError, bind};
 pub(crate) use scratch::SplatScratch;
-pub(super) use source::{SPLAT_ENTRY, SPLAT_FOOTPRINTS, SPLAT_PAYLOADS, SPLAT_RANGE, splat_source};
+pub(super) use source::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
+pub(super) use source::{SPLAT_FOOTPRINTS, SPLAT_PAYLOADS, SPLAT_RANGE};
 use surfelshop_api::graph::{Resource, Splats};
 use surfelshop_raster::composition::FOOTPRINT_BYTES;
 
@@ -28,7 +31,7 @@ pub(super) struct Made {
     pub(super) payloads: wgpu::Buffer,
 }
 
-/// Draws a pass of splats into its targets.
+/// Draws a pass of splats into its targets; `per_pixel` puts them together where the pass has a function of pixels.
 ///
 /// # Errors
 /// Where a pipeline cannot be made or bound, or the device fails.
@@ -36,6 +39,7 @@ pub(super) fn draw(
     splats: &Splats,
     variables: &Variables<'_>,
     pipeline: &Pipeline,
+    per_pixel: Option<&Pipeline>,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
     scratch: &mut SplatScratch,
@@ -46,14 +50,21 @@ pub(super) fn draw(
         let part = Part { splats: [first, n], number: k };
         made.push(footprints(splats, variables, pipeline, recorder, part, scratch).map_err(fail)?);
     }
-    let composed = match variables.frame.splats_on_host {
+    // The CPU cannot call a function of a shader.
+    let composed = match variables.frame.splats_on_host && per_pixel.is_none() {
         true => Ok(false),
-        false => device::compose(splats, variables, &made, recorder, pipelines, scratch),
+        false => device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch),
     };
     // The CPU can, however many there are.
-    let drawn = composed.and_then(|composed| match composed {
-        true => Ok(()),
-        false => cpu::compose(splats, variables, &made, recorder, pipelines, scratch),
+    let drawn = composed.and_then(|composed| match (composed, &splats.per_pixel) {
+        (true, _) => Ok(()),
+        (false, None) => cpu::compose(splats, variables, &made, recorder, pipelines, scratch),
+        (false, Some(function)) => Err(format!(
+            "its {} splats, with the tiles that they touch, are more than this device binds at once, and the CPU, which \
+             composes so many, cannot call `{function}` of each pixel: draw fewer or smaller ones, or leave \
+             `per_pixel` out",
+            splats.n
+        )),
     });
     for Made { footprints, payloads, .. } in made {
         scratch.give(footprints);

@@ -1,7 +1,7 @@
-//! The entry point around an author's splat function.
+//! The entry points around an author's splat function, and around what puts splats together.
 
 use crate::graph::shading::check_function;
-use surfelshop_api::graph::{MAX_PAYLOADS, Pass};
+use surfelshop_api::graph::{Composition, MAX_PAYLOADS, Pass, SplatDepth, Splats};
 
 /// The entry point that goes over splats, and what it reads and writes.
 pub(crate) const SPLAT_ENTRY: &str = "surfelshop_make_splats";
@@ -50,4 +50,214 @@ pub(crate) fn splat_source(pass: &Pass, n_payloads: usize) -> Result<String, Str
          }}\n",
         pass.wgsl
     ))
+}
+
+const FOOTPRINT: &str = include_str!("footprint.wgsl");
+const COMPOSE_SPLATS: &str = include_str!("compose_splats.wgsl");
+
+/// The entry point that puts splats together.
+pub(super) const COMPOSE: &str = "compose";
+
+/// The same of a pass with a function of its own for each pixel.
+pub(crate) const COMPOSE_PER_PIXEL: &str = "surfelshop_compose";
+
+/// What names of the host's text begin with where it stands behind an author's.
+pub(super) const PREFIX: &str = "surfelshop_";
+
+/// The text that puts splats together, but for the functions that are the host's.
+fn composing(n_payloads: usize) -> String {
+    format!("const N_PAYLOADS = {n_payloads}u;\n{FOOTPRINT}\n{COMPOSE_SPLATS}")
+}
+
+/// The text that puts splats of a pass together by opacities that fall off as Gaussians.
+pub(super) fn compose_source(splats: &Splats) -> String {
+    composing(splats.targets.len())
+}
+
+/// The author's text with what puts splats together behind it, which calls their function for each splat of a pixel.
+///
+/// # Errors
+/// Where the text has no such function.
+pub(crate) fn per_pixel_source(
+    pass: &Pass,
+    n_payloads: usize,
+    function: &str,
+) -> Result<String, String> {
+    check_function(pass, function)?;
+    let text = composing(n_payloads);
+    let names = declared(&text);
+    let word = |word: &str| match word {
+        "FUNCTION_PER_PIXEL" => function.to_owned(),
+        _ if names.contains(&word) => format!("{PREFIX}{word}"),
+        _ => word.to_owned(),
+    };
+    let text = with_words(&text, word);
+    Ok(format!("{}\n#import surfelshop::splat as surfelshop_splat\n{text}", pass.wgsl))
+}
+
+/// What is defined while the text that puts splats together is preprocessed.
+pub(crate) fn compose_defines(splats: &Splats) -> Vec<&'static str> {
+    let is_mean = matches!(splats.composition, Composition::Normalized { .. });
+    let is_wide = splats.depths.iter().any(|(which, _)| *which == SplatDepth::Distortion);
+    let told = splats.per_pixel.is_some();
+    let all = [
+        (told, "PER_PIXEL"),
+        (told && !splats.tested, "NO_SURFACE"),
+        (told && splats.depths.is_empty(), "NO_DEPTHS"),
+        (is_mean, "NORMALIZED"),
+        (is_wide, "DISTORTION"),
+    ];
+    all.into_iter().filter(|(is_set, _)| *is_set).map(|(_, name)| name).collect()
+}
+
+/// Whether a variable is the host's in such a text.
+pub(crate) fn is_of_composing(name: &str) -> bool {
+    let own = name.strip_prefix(PREFIX).unwrap_or_default();
+    declared(FOOTPRINT).iter().chain(&declared(COMPOSE_SPLATS)).any(|declared| *declared == own)
+}
+
+/// Names that lines of a text declare at its top level.
+fn declared(text: &str) -> Vec<&str> {
+    let declares =
+        |line: &&str| ["fn ", "struct ", "const ", "var"].iter().any(|word| line.starts_with(word));
+    text.lines()
+        .filter(declares)
+        .filter_map(|line| {
+            let rest = match line.split_once("> ") {
+                Some((before, rest)) if before.starts_with("var") => rest,
+                _ => line.split_once(' ')?.1,
+            };
+            rest.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_')).next()
+        })
+        .collect()
+}
+
+/// A text whose words are replaced.
+fn with_words(text: &str, replaced: impl Fn(&str) -> String) -> String {
+    let is_of_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    let mut result = String::with_capacity(2 * text.len());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let end = match is_of_word(first) {
+            true => rest.find(|c| !is_of_word(c)),
+            false => rest.find(is_of_word),
+        };
+        let (part, behind) = rest.split_at(end.unwrap_or(rest.len()));
+        match is_of_word(first) {
+            true => result.push_str(&replaced(part)),
+            false => result.push_str(part),
+        }
+        rest = behind;
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::Gpu;
+    use crate::graph::pipelines::Pipelines;
+    use crate::graph::variants::Settings;
+    use surfelshop_api::graph::{Footprint, Format, Graph, Texture, Work};
+
+    fn pass(with: impl Fn(Pass) -> Pass) -> (Pass, Splats) {
+        let wgsl = "fn round(i: u32) -> u32 { return i; }";
+        let mut graph = Graph::new();
+        let target = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
+        let pass = with(Pass::splats("splats", wgsl, "round", Footprint::Conic, 3).target(target));
+        let Work::Splats(splats) = pass.work.clone() else { panic!("{:?}", pass.work) };
+        (pass, splats)
+    }
+
+    /// What it was before there were functions of pixels.
+    const PLAIN: &str = "fn round(i: u32) -> u32 { return i; }
+#import surfelshop::splat as surfelshop_splat
+struct SurfelshopFootprint {
+shape: vec4<f32>, distance: vec3<f32>, opacity: f32, center: vec4<f32>
+}
+var<storage, read_write> surfelshop_footprints: array<SurfelshopFootprint>;
+var<storage, read_write> surfelshop_payloads: array<vec4<f32>>;
+var<uniform> surfelshop_range: vec4<u32>;
+@compute @workgroup_size(64)
+fn surfelshop_make_splats(
+@builtin(global_invocation_id) id: vec3<u32>,
+@builtin(num_workgroups) groups: vec3<u32>,
+) {
+let k = id.x + id.y * groups.x * 64u;
+if k >= surfelshop_range.y { return; }
+let s = round(surfelshop_range.x + k);
+surfelshop_footprints[k] = SurfelshopFootprint(
+s.shape, s.distance, s.opacity, vec4(s.center_px, 0.0, 0.0)
+);
+surfelshop_payloads[k * 1u + 0u] = s.payload[0];
+}
+";
+
+    #[test]
+    fn a_pass_without_a_function_of_pixels_has_the_text_it_had() {
+        let (plain, splats) = pass(|pass| pass);
+        assert_eq!(splat_source(&plain, 1).unwrap(), PLAIN);
+        assert!(compose_defines(&splats).is_empty());
+        // And the function that makes footprints is the same beside one of pixels.
+        let (told, splats) = pass(|pass| pass.per_pixel("round"));
+        assert_eq!(splat_source(&told, 1).unwrap(), PLAIN);
+        assert_eq!(compose_defines(&splats), ["PER_PIXEL", "NO_SURFACE", "NO_DEPTHS"]);
+    }
+
+    /// Of each number of vectors and each kind of composition, with three buffers of the author's: eight of storage, as
+    /// many as WebGPU promises, where neither a surface nor depths are asked for.
+    #[test]
+    fn what_puts_splats_together_compiles_for_any_device() {
+        let gpu = Gpu::noop().unwrap();
+        let mut pipelines = Pipelines::new(gpu.device.clone()).unwrap();
+        let wgsl = "#import surfelshop::splat
+            var<storage, read> hash: array<f32>;
+            var<storage, read> sums: array<f32>;
+            var<storage, read> params: array<f32>;
+            fn chance(i: u32) -> splat::Splat { return splat::nothing(); }
+            fn met(p: splat::Pixel) -> splat::Fragment {
+                let more = hash[0] + sums[1] + params[p.index] + splat::position_at(p).x;
+                return splat::Fragment(p.opacity + more, p.payload);
+            }";
+        for composition in [Composition::Over, Composition::Normalized { tolerance: 0.1 }] {
+            for told in [None, Some("met")] {
+                for depth in [None, Some(SplatDepth::Distortion)] {
+                    let (plain, mut splats) = pass(|pass| pass.composed(composition));
+                    let plain = Pass { wgsl: wgsl.to_owned(), ..plain };
+                    splats.per_pixel = told.map(str::to_owned);
+                    splats.depths =
+                        depth.map(|which| (which, splats.targets[0])).into_iter().collect();
+                    let (source, entry) = match told {
+                        Some(function) => {
+                            (per_pixel_source(&plain, 4, function).unwrap(), COMPOSE_PER_PIXEL)
+                        }
+                        None => (compose_source(&splats), COMPOSE),
+                    };
+                    let defines = compose_defines(&splats);
+                    let shader = pipelines.shader(&source, &defines).unwrap();
+                    let made = pipelines.compute(entry, &shader, entry, &Settings::default());
+                    // With depths there is one more.
+                    let fits = told.is_none() || depth.is_none();
+                    assert_eq!(made.is_ok(), fits, "{defines:?}: {:?}", made.err());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_name_of_the_host_is_told_apart_from_those_of_authors() {
+        let text = composing(2);
+        let names = declared(&text);
+        for name in ["N_PAYLOADS", "Footprint", "params", "batch", "told", "compose", "chance"] {
+            assert!(names.contains(&name), "{name} is missing in {names:?}");
+        }
+        let (told, _) = pass(|pass| pass);
+        let source = per_pixel_source(&told, 2, "round").unwrap();
+        let behind = &source[told.wgsl.len()..];
+        assert_eq!(declared(behind).len(), names.len());
+        assert!(declared(behind).iter().all(|name| name.starts_with(PREFIX)), "{behind}");
+        assert!(behind.contains("= round(p);") && !behind.contains("FUNCTION_PER_PIXEL"));
+        let line = per_pixel_source(&told, 2, "square").unwrap_err();
+        assert_eq!(line, "the shader has no function `square`; it has: round");
+    }
 }

@@ -3,6 +3,7 @@
 use crate::graph::passes::{Pass, SurfaceMode, Target, Work};
 use crate::graph::resources::TextureId;
 use serde::{Deserialize, Serialize};
+use std::hash::{Hash, Hasher};
 
 /// Most pictures of a pass of splats: vectors that a splat carries to the pixels.
 pub const MAX_PAYLOADS: usize = 4;
@@ -20,7 +21,7 @@ pub enum Footprint {
 }
 
 /// How splats that cover one pixel are put together.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Composition {
     /// One over the other, from near to far in the order of the depths of their centres.
@@ -35,9 +36,45 @@ pub enum Composition {
         /// Tries, 1 to 64.
         samples: u32,
     },
+    /// The mean, by opacity, of all that are about as far away as the nearest that is at least half opaque: surfaces
+    /// that splats overlap on, as EWA splatting shows them. Nothing where no splat is half opaque. ABI 3.10.
+    ///
+    /// Source: Zwicker et al. 2001, "EWA Volume Splatting"; Botsch et al. 2005, "High-Quality Surface Splatting on
+    /// Today's GPUs".
+    Normalized {
+        /// How much nearer or farther than the nearest they may be, as a share of its distance; finite, 0 or more.
+        tolerance: f32,
+    },
 }
 
-/// Which distance a picture of depths shows, along the viewing axis in scene units; 0 where nothing is.
+impl Composition {
+    /// What tells one from another: tolerances by their bits, so that equality is one even of those that are refused.
+    fn key(self) -> (u8, u32) {
+        match self {
+            Self::Over => (0, 0),
+            Self::Additive => (1, 0),
+            Self::Nearest => (2, 0),
+            Self::Stochastic { samples } => (3, samples),
+            Self::Normalized { tolerance } => (4, tolerance.to_bits()),
+        }
+    }
+}
+
+impl PartialEq for Composition {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Composition {}
+
+impl Hash for Composition {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key().hash(state);
+    }
+}
+
+/// What a picture of depths shows of distances along the viewing axis, in scene units; 0 where nothing is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SplatDepth {
@@ -45,6 +82,12 @@ pub enum SplatDepth {
     Expected,
     /// That of the splat with which half of the light is kept off.
     Median,
+    /// How far the splats of a pixel lie apart: the sum over all pairs of them of the product of their shares and the
+    /// square of the difference of their distances, in squared scene units. ABI 3.10.
+    ///
+    /// Source: Huang et al. 2024, "2D Gaussian Splatting", equation 13, with each pair once and squares as in their
+    /// program, which however maps distances to 0 to 1 between its near and far plane.
+    Distortion,
 }
 
 /// What a pass of splats draws. ABI 3.9.
@@ -68,6 +111,10 @@ pub struct Splats {
     /// Which surface that is.
     #[serde(default)]
     pub surface: SurfaceMode,
+    /// The function that tells opacity and vectors pixel by pixel; none where opacity falls off as a Gaussian and
+    /// vectors are the same everywhere. ABI 3.10.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_pixel: Option<String>,
 }
 
 impl Splats {
@@ -91,6 +138,7 @@ impl Pass {
             depths: Vec::new(),
             tested: false,
             surface: SurfaceMode::Blended,
+            per_pixel: None,
         });
         Self::new(name, wgsl, function, work)
     }
@@ -100,6 +148,17 @@ impl Pass {
     pub fn composed(mut self, composition: Composition) -> Self {
         if let Work::Splats(splats) = &mut self.work {
             splats.composition = composition;
+        }
+        self
+    }
+
+    /// Asks a function of the pass's WGSL for the opacity and the vectors of each splat at each pixel that it covers:
+    /// `fn NAME(p: splat::Pixel) -> splat::Fragment`, in the module `surfelshop::splat`. The splat function still tells
+    /// which pixels these are. Such passes are always composed by the device. ABI 3.10.
+    #[must_use]
+    pub fn per_pixel(mut self, function: &str) -> Self {
+        if let Work::Splats(splats) = &mut self.work {
+            splats.per_pixel = Some(function.to_owned());
         }
         self
     }

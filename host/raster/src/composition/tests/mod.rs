@@ -1,5 +1,7 @@
 //! Pictures against a slow reference: every splat at every pixel, sorted, in f64.
 
+mod means;
+
 use super::*;
 use fearless_simd::Level;
 
@@ -17,6 +19,8 @@ impl Random {
         low + (high - low) * self.next()
     }
 }
+
+const ALL_DEPTHS: Depths = Depths { expected: true, median: true, distortion: true };
 
 const VIEW: View = View { size_px: [75, 50], near: 0.1, unit: 1.0, orthographic: false };
 
@@ -148,7 +152,7 @@ fn differences(
     };
     let splats =
         Splats { kind, footprints: &footprints, payloads: &payloads, n_payloads: 1, surface };
-    let depths = Depths { expected: true, median: true };
+    let depths = ALL_DEPTHS;
     let found =
         Composer::default().compose_with(level, &splats, composition, depths, &VIEW).clone();
     let (mut most, mut wrong) = (0.0f64, 0);
@@ -244,7 +248,7 @@ fn opacities_compose_as_theory_says() {
     let kind = Kind::Conic;
     let splats =
         Splats { kind, footprints: &footprints, payloads: &payloads, n_payloads: 1, surface: &[] };
-    let depths = Depths { expected: true, median: true };
+    let depths = ALL_DEPTHS;
     let found = compose(&splats, Composition::Over, depths, &VIEW);
     let expected = [0.75 * 0.2 * 0.5, 0.25, 0.75 * 0.8, 1.0 - 0.75 * 0.2 * 0.5];
     for (found, expected) in found.sums[0][75 * 10 + 10].iter().zip(expected) {
@@ -278,18 +282,51 @@ fn what_is_no_footprint_draws_nothing() {
             Composition::Additive,
             Composition::Nearest,
             Composition::Stochastic(2),
+            Composition::Normalized(0.1),
         ] {
             let payloads = vec![[1.0; 4]; bad.len()];
             let splats =
                 Splats { kind, footprints: &bad, payloads: &payloads, n_payloads: 1, surface: &[] };
-            let depths = Depths { expected: true, median: true };
+            let depths = ALL_DEPTHS;
             let found = compose(&splats, composition, depths, &VIEW);
             let all = found.sums[0].as_flattened().iter().chain(&found.expected);
-            assert!(all.chain(&found.median).all(|value| value.is_finite()));
+            let all = all.chain(&found.median).chain(&found.distortion);
+            assert!(all.into_iter().all(|value| value.is_finite()));
         }
     }
     let none =
         Splats { kind: Kind::Conic, footprints: &[], payloads: &[], n_payloads: 1, surface: &[] };
     let found = compose(&none, Composition::Over, Depths::default(), &VIEW);
     assert!(found.sums[0].as_flattened().iter().all(|value| *value == 0.0));
+}
+
+/// A number that stands for all bits of pictures but that of distortion.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+fn bits(pictures: &Pictures) -> u64 {
+    let sums = pictures.sums.iter().flat_map(|sums| sums.as_flattened());
+    let all = sums.chain(&pictures.expected).chain(&pictures.median);
+    // FNV-1a.
+    all.fold(0xcbf2_9ce4_8422_2325, |hash: u64, value| {
+        (hash ^ u64::from(value.to_bits())).wrapping_mul(0x0100_0000_01b3)
+    })
+}
+
+/// What these splats looked like before there were other compositions than these, in each bit. Only where the
+/// platform's sine and logarithm, of which the splats are made, are those of then.
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+#[test]
+fn pictures_are_in_each_bit_what_they_were() {
+    for (kind, composition, expected) in [
+        (Kind::Conic, Composition::Over, 0x4c72_02be_274d_ce0f),
+        (Kind::Conic, Composition::Additive, 0x17d1_603f_1ff1_26e4),
+        (Kind::Conic, Composition::Nearest, 0x1bb1_f2a2_936a_eb6b),
+        (Kind::Conic, Composition::Stochastic(5), 0x2ce1_1d4c_693b_d3e8),
+        (Kind::Planar, Composition::Over, 0x797c_cedd_8d30_4823),
+        (Kind::Planar, Composition::Additive, 0x8741_0da8_8786_1a91),
+        (Kind::Planar, Composition::Nearest, 0xda73_f0f0_e9af_8502),
+        (Kind::Planar, Composition::Stochastic(5), 0x3b10_f7a0_f28c_b4d6),
+    ] {
+        let found = differences(kind, composition, &[], 1.0, Level::new()).2;
+        assert_eq!(bits(&found), expected, "{kind:?} {composition:?}");
+    }
 }
