@@ -4,5 +4,7 @@ mod cameras;
 mod counters;
 mod device;
 mod opengl;
+mod primitives;
 mod refused;
+mod resident;
 mod uniform_members;

@@ -298,6 +298,16 @@ impl<'a> Graph<'a> {
             let features = at.and_then(|at| own.get(at)).map(|pass| {
                 pass.features.iter().map(|(name, there)| (name.clone(), *there)).collect()
             });
+            let chosen = at.and_then(|at| self.plan.passes[at].instead_of.as_deref());
+            let why = match chosen {
+                Some(instead_of) => format!("{why}; runs instead of {instead_of}"),
+                None => why,
+            };
+            let needs = at.map(|at| own[at].needs.as_slice()).unwrap_or_default();
+            let why = match needs.is_empty() {
+                true => why,
+                false => format!("{why}; needs {}", listed(needs)),
+            };
             let stood_in = at.is_some_and(|at| self.plan.passes[at].stood_in.get());
             let why = match stood_in {
                 true => {
@@ -342,6 +352,7 @@ impl<'a> Graph<'a> {
             let made = nodes.contains(&node);
             let what = match (buffer.surfels, &buffer.lifetime) {
                 _ if buffer.columns.is_some() => "buffer of columns of clouds",
+                _ if buffer.resident.is_some() => "buffer, sent once and resident under its key",
                 (Some(_), _) => "buffer of the scene's surfels",
                 (None, Lifetime::History) => "buffer, kept from frame to frame",
                 (None, Lifetime::Persistent { .. }) => "buffer, kept under its key",

@@ -137,6 +137,20 @@ impl Plan {
             planned.layouts.insert(name.clone(), layout);
             return Ok(());
         }
+        if let BindingKind::StorageTexture { format, access, .. } = binding.kind
+            && !gpu.stores(format, access)
+        {
+            let how = match access {
+                wgpu::StorageTextureAccess::ReadWrite => "read and stored into",
+                wgpu::StorageTextureAccess::ReadOnly => "read as storage",
+                _ => "stored into",
+            };
+            return Err(format!(
+                "`{name}` is {}, which this device does not let be {how}; {}",
+                binding.kind.describe(),
+                "r32float and r32uint can be both, others read as a texture in another pass"
+            ));
+        }
         let node = self.check_resource(name, &binding.kind, resource)?;
         if let Some(node) = node {
             let used_already = planned.writes.contains(&node)
@@ -154,6 +168,11 @@ impl Plan {
                     && self.structure.buffers[i].columns.is_some()
                 {
                     return Err(format!("`{name}` holds columns of clouds and is only read"));
+                }
+                if let Node::Buffer(i) = node
+                    && self.structure.buffers[i].resident.is_some()
+                {
+                    return Err(format!("`{name}` holds resident bytes and is only read"));
                 }
                 planned.writes.push(node);
                 // What a storage resource held before may be part of what it holds after.
@@ -267,6 +286,9 @@ impl Plan {
         let targets = targets_of(pass);
         match &pass.work {
             Work::Compute { groups, .. } => {
+                if let Groups::Counted { buffer, offset, at_most } = groups {
+                    return self.check_counted((*buffer, *offset), *at_most, gpu, planned);
+                }
                 if let Groups::Fixed(groups) = groups {
                     let all = groups.iter().fold(1u64, |n, g| n.saturating_mul(u64::from(*g)));
                     if groups.iter().any(|n| *n > MAX_GROUPS) || all > MAX_ALL_GROUPS {
@@ -279,6 +301,7 @@ impl Plan {
                 return Ok(());
             }
             Work::Splats(splats) => return self.check_splats(pass, splats, planned),
+            Work::Sort(_) | Work::Scan(_) => return Ok(()),
             _ if targets.is_empty() => return Err("it draws into no texture".to_owned()),
             _ => {}
         }

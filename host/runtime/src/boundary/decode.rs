@@ -7,6 +7,8 @@ use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 
 /// Most passes of a graph, and most modules that one brings along.
 const MAX_PASSES: usize = 1024;
+/// Most messages within each other. A graph's deepest are passes instead of others, of which there are few.
+const MAX_DEPTH: usize = 128;
 /// Most textures, buffers, uniforms and outputs of a graph, each.
 const MAX_RESOURCES: usize = 4096;
 
@@ -26,7 +28,9 @@ pub fn decode(graph: &EncodedGraph) -> Result<Structure, Fault> {
     if graph.structure.is_empty() {
         return misbehaved("it wrote no graph".to_owned());
     }
-    let structure: Structure = match rmp_serde::from_slice(&graph.structure) {
+    let mut decoder = rmp_serde::Deserializer::from_read_ref(&graph.structure);
+    decoder.set_max_depth(MAX_DEPTH);
+    let structure: Structure = match serde::Deserialize::deserialize(&mut decoder) {
         Ok(structure) => structure,
         Err(error) => {
             let line = error.to_string();

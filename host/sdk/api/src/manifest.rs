@@ -47,7 +47,13 @@ pub const ABI_MAJOR: u16 = 3;
 /// 9: columns have roles ([`Role`](crate::columns::Role)), units say what they need of a cloud
 /// ([`Need`]), graphs read columns ([`Graph::columns`](crate::Graph::columns)) and draw splats of their own
 /// ([`Pass::splats`](crate::graph::Pass::splats)).
-pub const ABI_MINOR: u16 = 9;
+///
+/// 10: graphs sort and sum up ([`Pass::sort`](crate::graph::Pass::sort), [`Pass::scan`](crate::graph::Pass::scan)), run
+/// as many invocations as a buffer says ([`Groups::Counted`](crate::graph::Groups)), say what they need of a device
+/// ([`Pass::needs`](crate::graph::Pass::needs)) and send bytes that stay once
+/// ([`Graph::resident`](crate::Graph::resident)); hosts say how much a device takes
+/// ([`DeviceLimits`](crate::DeviceLimits)).
+pub const ABI_MINOR: u16 = 10;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.

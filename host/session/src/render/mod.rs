@@ -127,6 +127,9 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let clouds = &displayed.clouds;
     timings.load_ms = since(started);
     choose_suited(arguments, given, &inputs, &registry, clouds, &mut studio, &mut chosen)?;
+    if arguments.save_graph.is_some() {
+        chosen.view.send_all();
+    }
 
     let view = view(&arguments.picture, &staging, clouds);
     let values = chosen.values.clone();

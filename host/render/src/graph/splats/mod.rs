@@ -3,17 +3,16 @@
 mod check;
 mod cpu;
 mod device;
-mod scratch;
 mod source;
 mod surface;
 
 use crate::graph::execute::Variables;
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
+use crate::graph::primitives::PassScratch;
 use crate::graph::recorder::Recorder;
 use crate::graph::resources::BufferPart;
 use crate::graph::{RenderError, bind};
-pub(crate) use scratch::SplatScratch;
 pub(super) use source::{SPLAT_ENTRY, SPLAT_FOOTPRINTS, SPLAT_PAYLOADS, SPLAT_RANGE, splat_source};
 use surfelshop_api::graph::{Resource, Splats};
 use surfelshop_raster::composition::FOOTPRINT_BYTES;
@@ -38,7 +37,7 @@ pub(super) fn draw(
     pipeline: &Pipeline,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<(), RenderError> {
     let fail = |message: String| RenderError::pass(&variables.pass.name, message);
     let mut made = Vec::new();
@@ -103,7 +102,7 @@ fn footprints(
     pipeline: &Pipeline,
     recorder: &mut Recorder<'_>,
     part: Part,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<Made, String> {
     let gpu = recorder.gpu;
     let [first, n] = part.splats;
