@@ -3,6 +3,7 @@
 mod cameras;
 mod counters;
 mod device;
+mod needs;
 mod opengl;
 mod primitives;
 mod refused;

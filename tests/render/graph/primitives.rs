@@ -78,6 +78,7 @@ fn assert_sorted(found: &[Vec<u32>; 2], expected: &[Vec<u32>; 2], what: &str) {
     }
 }
 
+/// Invariant: the device sorts as the processor does, and keeps equal keys in their order
 #[test]
 fn pairs_are_sorted_in_their_order_and_what_lies_behind_stays() {
     let mut engine = stage::engine();
@@ -213,6 +214,7 @@ const MARK: &str = "
         }
     }";
 
+/// Invariant: what a buffer says counts for no more invocations than the graph says
 #[test]
 fn as_many_invocations_run_as_a_buffer_says_and_never_more_than_was_said() {
     let mut engine = stage::engine();

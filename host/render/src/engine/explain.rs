@@ -3,6 +3,7 @@
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
 use crate::graph::{LivePasses, Node, PassState, Plan, needed, texels, touched};
 use crate::resource_use::ResourceUse;
+use crate::shader_features::ShaderFeature;
 use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
 use serde::Serialize;
 use surfelshop_api::graph::{Lifetime, Output};
@@ -183,7 +184,7 @@ impl Engine {
             means: if here { with } else { without },
             counts,
         };
-        vec![
+        let mut all = vec![
             feature(
                 "blending of 32-bit floats",
                 gpu.blends_f32,
@@ -238,7 +239,30 @@ impl Engine {
                 ],
                 true,
             ),
-        ]
+        ];
+        all.extend(renderer.plan.as_ref().map(|plan| self.needed(plan)).unwrap_or_default());
+        all
+    }
+
+    /// What passes of a graph need of the device, and what it lacks of that.
+    fn needed(&self, plan: &Plan) -> Vec<FeatureUse> {
+        let has = self.gpu.device.features();
+        let is_needed = |feature: &ShaderFeature| {
+            let quoted = format!("`{}`", feature.word);
+            let mut lacks = plan.passes.iter().filter_map(|pass| pass.instead_of.as_deref());
+            let mut needs = plan.structure.passes.iter().flat_map(|pass| &pass.needs);
+            needs.any(|word| word == feature.word) || lacks.any(|why| why.contains(&quoted))
+        };
+        let use_of = |feature: ShaderFeature| FeatureUse {
+            name: feature.word,
+            here: feature.is_of(has),
+            means: match feature.is_of(has) {
+                true => "passes that need it run",
+                false => "passes that need it are left to others that run instead",
+            },
+            counts: true,
+        };
+        ShaderFeature::ALL.into_iter().filter(is_needed).map(use_of).collect()
     }
 }
 

@@ -18,13 +18,13 @@ use surfelshop_api::frame::OnDevice;
 use surfelshop_api::{FrameRequest, HostInfo};
 use surfelshop_cloud::files::return_to_folder;
 
-/// What an instance is asked with.
-type Asked = (FrameRequest, u32, OnDevice);
+/// A request for a frame: with of how many surfels one is drawn, and what is on the device.
+type FrameMessage = (FrameRequest, u32, OnDevice);
 
 /// An instance of a renderer that runs on a thread of its own.
 pub struct Hosted {
     /// With of how many surfels one is drawn, and what is on the device.
-    requests: Sender<Asked>,
+    requests: Sender<FrameMessage>,
     answers: Receiver<Result<EncodedGraph, Fault>>,
     limit: Duration,
     /// Why it is not asked any more.
@@ -48,7 +48,7 @@ impl Hosted {
         host: &HostInfo,
         patience: &Timeouts,
     ) -> Result<Self, Fault> {
-        let (requests, asked) = mpsc::channel::<Asked>();
+        let (requests, asked) = mpsc::channel::<FrameMessage>();
         let (answer, answers) = mpsc::channel();
         let (start, started) = mpsc::channel();
         let host = host.clone();
@@ -79,7 +79,7 @@ impl Hosted {
     /// # Errors
     /// Where the system gives no thread.
     pub fn replaying(graph: EncodedGraph) -> Result<Self, Fault> {
-        let (requests, asked) = mpsc::channel::<Asked>();
+        let (requests, asked) = mpsc::channel::<FrameMessage>();
         let (answer, answers) = mpsc::channel();
         on_own_thread(move || {
             for _request in asked {
