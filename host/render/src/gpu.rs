@@ -260,17 +260,12 @@ impl Gpu {
             // Only the first reason is the cause.
             drop(tell.set(text));
         });
-        let is_noop = info.backend == wgpu::Backend::Noop;
-        let stores = FORMATS.map(|format| {
-            let promised = format.guaranteed_format_features(features).flags;
-            let here = adapter.get_texture_format_features(format).flags;
-            (format, if is_noop { promised } else { promised & here })
-        });
         let usages = FORMATS
             .map(|format| {
                 let promised = format.guaranteed_format_features(features).allowed_usages;
                 let here = adapter.get_texture_format_features(format).allowed_usages;
                 // The no-op device names none and takes all.
+                let is_noop = info.backend == wgpu::Backend::Noop;
                 (format, if is_noop { promised } else { promised & here })
             })
             .into_iter()
@@ -278,7 +273,7 @@ impl Gpu {
         Ok(Self {
             lost,
             usages,
-            stores: stores.into_iter().collect(),
+            stores: storage_flags(adapter, features),
             dispatches_counted: downlevel.flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
@@ -396,6 +391,20 @@ impl Gpu {
             format!("{} on {backend} ({})", self.info.name, driver.join(" "))
         }
     }
+}
+
+/// How shaders may use textures of each format as storage, as wgpu judges it.
+fn storage_flags(
+    adapter: &wgpu::Adapter,
+    features: wgpu::Features,
+) -> HashMap<wgpu::TextureFormat, wgpu::TextureFormatFeatureFlags> {
+    let promised = wgpu::DownlevelFlags::WEBGPU_TEXTURE_FORMAT_SUPPORT;
+    let by_promise = adapter.get_downlevel_capabilities().flags.contains(promised);
+    let flags_of = |format: wgpu::TextureFormat| match by_promise {
+        true => format.guaranteed_format_features(features).flags,
+        false => adapter.get_texture_format_features(format).flags,
+    };
+    FORMATS.into_iter().map(|format| (format, flags_of(format))).collect()
 }
 
 fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {
