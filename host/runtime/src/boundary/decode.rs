@@ -92,6 +92,20 @@ mod tests {
     }
 
     #[test]
+    fn passes_instead_of_passes_go_so_deep() {
+        let deep = |n: usize| {
+            let pass = || Pass::compute("a", "", "b", Groups::Fixed([1; 3]));
+            let within = |within: Pass, _| Pass { instead: Some(Box::new(within)), ..pass() };
+            let mut graph = Graph::new();
+            graph.pass((0..n).fold(pass(), within));
+            encoded(&graph)
+        };
+        assert!(decode(&deep(16)).is_ok());
+        let line = refusal(&deep(200));
+        assert!(line.contains("its graph is unreadable") && line.contains("depth"), "{line}");
+    }
+
+    #[test]
     fn graphs_beyond_all_measure_are_refused() {
         let mut graph = Graph::new();
         for _ in 0..=MAX_PASSES {
