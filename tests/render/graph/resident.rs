@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use surfelshop_api::graph::Output;
+use surfelshop_api::params::Value;
 use surfelshop_api::prelude::*;
 use surfelshop_api::{Scene, static_plugin};
 use surfelshop_render::{Engine, RendererView};
@@ -81,7 +82,7 @@ impl Renderer for Plain {
 fn frame(engine: &mut Engine, renderer: &mut RendererView, number: i64) -> (usize, f32) {
     let cloud = clouds::sphere(50, 1.0).cloud();
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 8);
-    let values = [("number".to_owned(), surfelshop_api::params::Value::Int(number))].into();
+    let values = [("number".to_owned(), Value::Int(number))].into();
     let outputs = [Output::Color];
     let scene = Scene::default();
     let drawn =
