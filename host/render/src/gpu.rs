@@ -1,5 +1,6 @@
 //! The graphics device: which adapter is taken and what it can do.
 
+use crate::shader_features::ShaderFeature;
 use crate::transfer::TransferBuffers;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -128,6 +129,10 @@ pub struct Gpu {
     lost: Arc<OnceLock<String>>,
     /// What textures of a format may be used for, where less than WebGPU promises.
     usages: HashMap<wgpu::TextureFormat, wgpu::TextureUsages>,
+    /// How shaders may store into textures of a format.
+    stores: HashMap<wgpu::TextureFormat, wgpu::TextureFormatFeatureFlags>,
+    /// Whether dispatches take their size from a buffer.
+    pub(crate) dispatches_counted: bool,
 }
 
 impl Gpu {
@@ -221,7 +226,8 @@ impl Gpu {
             | wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::SHADER_INT64
             | wgpu::Features::SHADER_INT64_ATOMIC_MIN_MAX
-            | wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS;
+            | wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS
+            | ShaderFeature::wanted();
         // On cards it would move such buffers into slower memory.
         let wanted = match info.device_type {
             wgpu::DeviceType::Cpu => wanted | wgpu::Features::MAPPABLE_PRIMARY_BUFFERS,
@@ -271,6 +277,8 @@ impl Gpu {
             lost,
             usages,
             transfers: TransferBuffers::default(),
+            stores: storage_flags(adapter, features),
+            dispatches_counted: downlevel.flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             maps_storage: features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS),
@@ -326,6 +334,22 @@ impl Gpu {
         self.allowed_usages(format).contains(wgpu::TextureUsages::RENDER_ATTACHMENT)
     }
 
+    /// Whether shaders can use textures of this format as storage in this way.
+    pub(crate) fn stores(
+        &self,
+        format: wgpu::TextureFormat,
+        access: wgpu::StorageTextureAccess,
+    ) -> bool {
+        use wgpu::TextureFormatFeatureFlags as Flags;
+        let wanted = match access {
+            wgpu::StorageTextureAccess::WriteOnly => Flags::STORAGE_WRITE_ONLY,
+            wgpu::StorageTextureAccess::ReadOnly => Flags::STORAGE_READ_ONLY,
+            wgpu::StorageTextureAccess::ReadWrite => Flags::STORAGE_READ_WRITE,
+            wgpu::StorageTextureAccess::Atomic => Flags::STORAGE_ATOMIC,
+        };
+        self.stores.get(&format).is_some_and(|flags| flags.contains(wanted))
+    }
+
     /// Whether shaders can store into all slices of a volume: through OpenGL, wgpu binds the first one
     /// alone.
     pub(crate) fn stores_into_volumes(&self) -> bool {
@@ -371,27 +395,20 @@ impl Gpu {
             format!("{} on {backend} ({})", self.info.name, driver.join(" "))
         }
     }
+}
 
-    /// What plugins are told of the device.
-    #[must_use]
-    pub fn host_info(&self) -> surfelshop_api::HostInfo {
-        let mut features = Vec::new();
-        if self.stores_into_volumes() {
-            features.push("volume-storage".to_owned());
-        }
-        if self.blends_f32 {
-            features.push("float32-blendable".to_owned());
-        }
-        if self.device.features().contains(wgpu::Features::FLOAT32_FILTERABLE) {
-            features.push("float32-filterable".to_owned());
-        }
-        surfelshop_api::HostInfo {
-            host_version: env!("CARGO_PKG_VERSION").to_owned(),
-            adapter: self.describe(),
-            software_adapter: self.is_software(),
-            features,
-        }
-    }
+/// How shaders may use textures of each format as storage, as wgpu judges it.
+fn storage_flags(
+    adapter: &wgpu::Adapter,
+    features: wgpu::Features,
+) -> HashMap<wgpu::TextureFormat, wgpu::TextureFormatFeatureFlags> {
+    let promised = wgpu::DownlevelFlags::WEBGPU_TEXTURE_FORMAT_SUPPORT;
+    let by_promise = adapter.get_downlevel_capabilities().flags.contains(promised);
+    let flags_of = |format: wgpu::TextureFormat| match by_promise {
+        true => format.guaranteed_format_features(features).flags,
+        false => adapter.get_texture_format_features(format).flags,
+    };
+    FORMATS.into_iter().map(|format| (format, flags_of(format))).collect()
 }
 
 fn adapters(backends: wgpu::Backends) -> Vec<wgpu::Adapter> {

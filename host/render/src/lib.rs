@@ -14,10 +14,11 @@ mod engine;
 mod environment_map;
 mod gpu;
 mod graph;
+mod host_info;
 mod host_uniform;
-
 mod resource_use;
 mod shader_compiler;
+mod shader_features;
 mod surfels;
 mod transfer;
 

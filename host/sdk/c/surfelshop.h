@@ -90,7 +90,8 @@ enum {
     /**
      * The bytes of a graph's uniforms and uploads, which the structure names by offset and length.
      * Uniforms start at multiples of 256 bytes, uploads at multiples of 4. They are laid out as the
-     * WGSL structure is, little-endian.
+     * WGSL structure is, little-endian. Bytes of a buffer with a key `resident` are left out, and its
+     * `upload` is nil, where the request lists that key with their number; since ABI 3.10.
      */
     SURFELSHOP_CHANNEL_DATA = 4,
     /** The header of a cloud that is written, from the host, see `next_cloud`. ABI 3.8. */
@@ -263,7 +264,8 @@ typedef struct surfelshop_plugin_table {
     int32_t (*describe)(uint32_t unit, surfelshop_sink sink);
     /**
      * Makes an instance of a unit, one for each view, run or file: reads HostInfo of
-     * host/sdk/api/src/frame.rs and puts a pointer that is not NULL into `out`. The host does nothing
+     * host/sdk/api/src/frame.rs (`features` and, since ABI 3.10, `limits` say what the device has and
+     * takes; passes name the features that they need in `needs`) and puts a pointer that is not NULL into `out`. The host does nothing
      * with the pointer but to pass it back.
      */
     int32_t (*create)(uint32_t unit, surfelshop_bytes host, void **out, surfelshop_sink sink);
@@ -274,7 +276,9 @@ typedef struct surfelshop_plugin_table {
      * of its graph. Parameters are in the map `values` by their ids, such as {"Float": 3.0}. Where
      * one is missing, of another kind or no number, the plugin takes the default, and where it is
      * out of range, the nearer end. The host compiles nothing where a structure has the same bytes
-     * as the one before, so what changes from frame to frame belongs into the data.
+     * as the one before, so what changes from frame to frame belongs into the data. Since ABI 3.10 a
+     * request may have `resident`, an array of {"key": "brdf", "len": 4000}: bytes of this unit that
+     * are on the device.
      */
     int32_t (*frame)(void *instance, surfelshop_bytes request, surfelshop_sink sink);
     /**

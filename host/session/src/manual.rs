@@ -71,6 +71,7 @@ pub const PAGES: &[Page] = pages! {
     "Plugins", "tools", "A tool", "plugins/tool";
     "Plugins", "tracers", "A tracer", "plugins/tracer";
     "Plugins", "new-format", "A file format", "plugins/format";
+    "Plugins", "may-use", "What a shader may use", "plugins/may-use";
     "Plugins", "shaders", "Reference of the WGSL modules", "plugins/shaders";
     "Plugins", "boundary", "What crosses the boundary", "plugins/wire";
     "Plugins", "versions", "Versions", "plugins/versions";

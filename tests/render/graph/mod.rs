@@ -3,6 +3,9 @@
 mod cameras;
 mod counters;
 mod device;
+mod needs;
 mod opengl;
+mod primitives;
 mod refused;
+mod resident;
 mod uniform_members;

@@ -77,10 +77,15 @@ impl Keeping {
 
     /// Has a graph do what is kept.
     pub(super) fn restore(&self, structure: &mut Structure) {
-        let features = structure.passes.iter_mut().flat_map(|pass| &mut pass.features);
-        for (name, is_there) in features {
-            *is_there |=
-                self.all.iter().any(|kept| matches!(kept, Restored::Feature(own) if own == name));
+        for pass in &mut structure.passes {
+            let mut next = Some(pass);
+            while let Some(pass) = next {
+                for (name, is_there) in &mut pass.features {
+                    *is_there |= (self.all.iter())
+                        .any(|kept| matches!(kept, Restored::Feature(own) if own == name));
+                }
+                next = pass.instead.as_deref_mut();
+            }
         }
     }
 

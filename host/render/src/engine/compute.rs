@@ -2,12 +2,12 @@
 
 use crate::engine::Engine;
 use crate::graph::{
-    Frame, Lending, LivePasses, Node, Plan, Recorder, RenderError, Resources, SplatScratch,
-    checked, copy_buffer, execute, map, touched,
+    Frame, Lending, LivePasses, Node, PassScratch, Plan, Recorder, RenderError, Resources, checked,
+    copy_buffer, execute, map, touched,
 };
 use std::collections::BTreeMap;
 use surfelshop_api::abi::EncodedGraph;
-use surfelshop_api::graph::{Extent, Groups, Lifetime, Structure, Work};
+use surfelshop_api::graph::{Extent, Groups, Lifetime, Pass, Structure, Work};
 use surfelshop_runtime::boundary::decode;
 
 /// Stands for the size of a view, which no part of such a graph depends on.
@@ -60,7 +60,7 @@ impl Engine {
         let mut recorder = Recorder::new(&self.gpu);
         let host = BTreeMap::new();
         let frame = Frame { data, host: &host, splats_on_host: true };
-        let scratch = &mut SplatScratch::default();
+        let scratch = &mut PassScratch::default();
         execute(&plan, &needed, &lent, &frame, &mut recorder, &mut self.pipelines, scratch)?;
         let copies: Vec<_> = wanted
             .map(|buffer| {
@@ -82,12 +82,19 @@ impl Engine {
     }
 }
 
+/// A pass and those that may run instead.
+fn with_alternatives(pass: &Pass) -> impl Iterator<Item = &Pass> {
+    std::iter::successors(Some(pass), |pass| pass.instead.as_deref())
+}
+
 /// Refuses what only pictures have, and what would stay on the device.
 fn check(structure: &Structure, buffers: &[u32]) -> Result<(), RenderError> {
     let refused = |what: String| Err(RenderError::Graph(format!("a tool's graph {what}")));
-    for pass in &structure.passes {
+    for pass in structure.passes.iter().flat_map(with_alternatives) {
         match &pass.work {
-            Work::Compute { groups: Groups::Fixed(_), .. } => {}
+            Work::Compute { groups: Groups::Fixed(_) | Groups::Counted { .. }, .. }
+            | Work::Sort(_)
+            | Work::Scan(_) => {}
             Work::Compute { groups: Groups::PerPixel { .. }, .. } => {
                 let name = &pass.name;
                 return refused(format!("has no pixels to count the groups of pass `{name}` by"));

@@ -3,6 +3,7 @@
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
 use crate::graph::{LivePasses, Node, PassState, Plan, needed, texels, touched};
 use crate::resource_use::ResourceUse;
+use crate::shader_features::ShaderFeature;
 use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
 use serde::Serialize;
 use surfelshop_api::graph::{Lifetime, Output};
@@ -183,7 +184,7 @@ impl Engine {
             means: if here { with } else { without },
             counts,
         };
-        vec![
+        let mut all = vec![
             feature(
                 "blending of 32-bit floats",
                 gpu.blends_f32,
@@ -238,7 +239,30 @@ impl Engine {
                 ],
                 true,
             ),
-        ]
+        ];
+        all.extend(renderer.plan.as_ref().map(|plan| self.needed(plan)).unwrap_or_default());
+        all
+    }
+
+    /// What passes of a graph need of the device, and what it lacks of that.
+    fn needed(&self, plan: &Plan) -> Vec<FeatureUse> {
+        let has = self.gpu.device.features();
+        let is_needed = |feature: &ShaderFeature| {
+            let quoted = format!("`{}`", feature.word);
+            let mut lacks = plan.passes.iter().filter_map(|pass| pass.instead_of.as_deref());
+            let mut needs = plan.structure.passes.iter().flat_map(|pass| &pass.needs);
+            needs.any(|word| word == feature.word) || lacks.any(|why| why.contains(&quoted))
+        };
+        let use_of = |feature: ShaderFeature| FeatureUse {
+            name: feature.word,
+            here: feature.is_of(has),
+            means: match feature.is_of(has) {
+                true => "passes that need it run",
+                false => "passes that need it are left to others that run instead",
+            },
+            counts: true,
+        };
+        ShaderFeature::ALL.into_iter().filter(is_needed).map(use_of).collect()
     }
 }
 
@@ -305,6 +329,16 @@ impl<'a> Graph<'a> {
             let features = at.and_then(|at| own.get(at)).map(|pass| {
                 pass.features.iter().map(|(name, there)| (name.clone(), *there)).collect()
             });
+            let chosen = at.and_then(|at| self.plan.passes[at].instead_of.as_deref());
+            let why = match chosen {
+                Some(instead_of) => format!("{why}; runs instead of {instead_of}"),
+                None => why,
+            };
+            let needs = at.map(|at| own[at].needs.as_slice()).unwrap_or_default();
+            let why = match needs.is_empty() {
+                true => why,
+                false => format!("{why}; needs {}", listed(needs)),
+            };
             let stood_in = at.is_some_and(|at| self.plan.passes[at].stood_in.get());
             let why = match stood_in {
                 true => {
@@ -349,6 +383,7 @@ impl<'a> Graph<'a> {
             let made = nodes.contains(&node);
             let what = match (buffer.surfels, &buffer.lifetime) {
                 _ if buffer.columns.is_some() => "buffer of columns of clouds",
+                _ if buffer.resident.is_some() => "buffer, sent once and resident under its key",
                 (Some(_), _) => "buffer of the scene's surfels",
                 (None, Lifetime::History) => "buffer, kept from frame to frame",
                 (None, Lifetime::Persistent { .. }) => "buffer, kept under its key",

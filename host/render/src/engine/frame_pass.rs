@@ -6,7 +6,7 @@ use crate::environment_map::{Bound, Environments};
 use crate::gpu::Gpu;
 use crate::graph::{
     Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
-    PassReport, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings, SplatScratch,
+    PassReport, PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
     Stage, SurfaceNeeds, SurfelShading, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{
@@ -31,7 +31,7 @@ pub(super) struct Submission<'a> {
     pub(super) request: &'a RenderRequest<'a>,
     pub(super) asked: OutputRequest,
     pub(super) clouds: &'a [DrawnCloud],
-    pub(super) scratch: &'a mut SplatScratch,
+    pub(super) scratch: &'a mut PassScratch,
     /// Whether the CPU puts splats together.
     pub(super) splats_on_host: bool,
     /// How surfels are drawn.

@@ -17,7 +17,7 @@ mod upload;
 
 use crate::environment_map::Environments;
 use crate::gpu::{Atomics, Gpu};
-use crate::graph::{Lending, Pipelines, Plan, RenderError, Resources, SplatScratch, checked};
+use crate::graph::{Lending, PassScratch, Pipelines, Plan, RenderError, Resources, checked};
 use crate::surfels::{
     ColumnBuffers, ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing,
 };
@@ -28,6 +28,7 @@ pub use options::{Counters, EngineOptions};
 pub use request::{PartOf, Parts, RenderRequest, Rendered};
 use std::time::Instant;
 use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::frame::OnDevice;
 use surfelshop_api::{CloudView, FrameRequest, Need};
 use surfelshop_runtime::boundary::decode;
 use surfelshop_runtime::plugins::Hosted;
@@ -46,6 +47,8 @@ pub struct RendererView {
     planned_by: u64,
     /// Tells this view from all others.
     serial: u64,
+    /// Whether each graph has the bytes that stay on the device.
+    sends_all: bool,
 }
 
 impl RendererView {
@@ -55,7 +58,8 @@ impl RendererView {
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
         let (graph, scope, needs) = (EncodedGraph::default(), scope.into(), Vec::new());
-        Self { hosted, scope, needs, graph, plan: None, planned_by: 0, serial: next_serial() }
+        let (plan, planned_by, serial) = (None, 0, next_serial());
+        Self { hosted, scope, needs, graph, plan, planned_by, serial, sends_all: false }
     }
 
     /// The same of a renderer that reads these columns: frames of clouds that lack them are refused by name.
@@ -63,6 +67,12 @@ impl RendererView {
     pub fn needing(mut self, needs: &[Need]) -> Self {
         self.needs = needs.to_vec();
         self
+    }
+
+    /// Has the bytes of [resident](surfelshop_api::Graph::resident) buffers sent in every frame, so that the graph
+    /// holds all that it needs.
+    pub fn send_all(&mut self) {
+        self.sends_all = true;
     }
 
     /// The graph of the last frame.
@@ -84,7 +94,7 @@ pub struct Engine {
     environments: Environments,
     samples: Samples,
     given: ColumnBuffers,
-    scratch: SplatScratch,
+    scratch: PassScratch,
     /// Most splats whose columns are read at once.
     part_len: u32,
     surfels: SurfelDrawing,
@@ -125,7 +135,7 @@ impl Engine {
             environments: Environments::default(),
             samples: Samples::default(),
             given: ColumnBuffers::default(),
-            scratch: SplatScratch::default(),
+            scratch: PassScratch::default(),
             part_len: options.part_splats.max(1),
             surfels: options.surfels,
             constant_radii,
@@ -157,6 +167,8 @@ impl Engine {
             column_buffers: self.given.made,
             given_column_bytes: self.given.bytes(),
             drawn_surfels: self.surfaces.n_drawn,
+            resident_uploads: self.resources.resident().0,
+            resident_bytes: self.resources.resident().1,
             environments: self.environments.uploads,
             environment_bytes: self.environments.bytes(),
             kept_bytes: self.surfaces.bytes()
@@ -226,7 +238,12 @@ impl Engine {
             values: request.values.clone(),
             environment: request.environment.map(|given| given.environment.clone()),
         };
-        let encoded = renderer.hosted.frame_in_motion(asked, request.stride);
+        let resident = match renderer.sends_all {
+            true => Vec::new(),
+            false => self.resources.resident_of(&renderer.scope),
+        };
+        let on_device = OnDevice { resident };
+        let encoded = renderer.hosted.frame_on_device(asked, request.stride, on_device);
         let encoded = encoded.map_err(RenderError::Plugin)?;
         let drawn = self.draw(renderer, &encoded, request);
         renderer.graph = encoded;
@@ -286,7 +303,7 @@ impl Engine {
         match done.and_then(|done| done) {
             Ok(mut frame) => {
                 frame.images.truncate(n_outputs);
-                self.resources.give_back(frame.resources, &frame.written);
+                self.resources.give_back(frame.resources, &frame.written, plan);
                 self.resources.save(&self.gpu);
                 Ok(Rendered {
                     images: frame.images,

@@ -63,6 +63,10 @@ pub struct Counters {
     /// is asked for, those left out with their blocks are not among them, and groups are filled up to
     /// sixteen.
     pub drawn_surfels: usize,
+    /// Buffers whose bytes were sent to stay.
+    pub resident_uploads: u32,
+    /// Bytes of these on the device now.
+    pub resident_bytes: u64,
     /// Environment maps uploaded.
     pub environments: u32,
     /// Bytes of environment maps on the device now.

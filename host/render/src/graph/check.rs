@@ -137,6 +137,7 @@ impl Plan {
             planned.layouts.insert(name.clone(), layout);
             return Ok(());
         }
+        check_stored(name, &binding.kind, gpu)?;
         let node = self.check_resource(name, &binding.kind, resource)?;
         if let Some(node) = node {
             let used_already = planned.writes.contains(&node)
@@ -145,16 +146,7 @@ impl Plan {
                 return Err(format!("`{name}` stores into what the pass reads by another name"));
             }
             if binding.kind.writes() {
-                if let Node::Buffer(i) = node
-                    && self.structure.buffers[i].surfels.is_some()
-                {
-                    return Err(format!("`{name}` holds the scene's surfels and is only read"));
-                }
-                if let Node::Buffer(i) = node
-                    && self.structure.buffers[i].columns.is_some()
-                {
-                    return Err(format!("`{name}` holds columns of clouds and is only read"));
-                }
+                self.check_written(name, node)?;
                 planned.writes.push(node);
                 // What a storage resource held before may be part of what it holds after.
                 planned.reads.push(node);
@@ -163,6 +155,19 @@ impl Plan {
             }
         }
         Ok(())
+    }
+
+    /// Whether a pass may write a resource.
+    fn check_written(&self, name: &str, node: Node) -> Result<(), String> {
+        let Node::Buffer(i) = node else { return Ok(()) };
+        let buffer = &self.structure.buffers[i];
+        let holds = match buffer {
+            _ if buffer.surfels.is_some() => "the scene's surfels",
+            _ if buffer.columns.is_some() => "columns of clouds",
+            _ if buffer.resident.is_some() => "resident bytes",
+            _ => return Ok(()),
+        };
+        Err(format!("`{name}` holds {holds} and is only read"))
     }
 
     /// Whether a resource fits a variable; its node, where passes can depend on it.
@@ -267,6 +272,9 @@ impl Plan {
         let targets = targets_of(pass);
         match &pass.work {
             Work::Compute { groups, .. } => {
+                if let Groups::Counted { buffer, offset, at_most } = groups {
+                    return self.check_counted((*buffer, *offset), *at_most, gpu, planned);
+                }
                 if let Groups::Fixed(groups) = groups {
                     let all = groups.iter().fold(1u64, |n, g| n.saturating_mul(u64::from(*g)));
                     if groups.iter().any(|n| *n > MAX_GROUPS) || all > MAX_ALL_GROUPS {
@@ -279,6 +287,7 @@ impl Plan {
                 return Ok(());
             }
             Work::Splats(splats) => return self.check_splats(pass, splats, planned),
+            Work::Sort(_) | Work::Scan(_) => return Ok(()),
             _ if targets.is_empty() => return Err("it draws into no texture".to_owned()),
             _ => {}
         }
@@ -344,6 +353,24 @@ impl Plan {
         }
         Ok(())
     }
+}
+
+/// Whether the device lets a texture be stored into, and read, as a variable says.
+fn check_stored(name: &str, kind: &BindingKind, gpu: &Gpu) -> Result<(), String> {
+    let BindingKind::StorageTexture { format, access, .. } = *kind else { return Ok(()) };
+    if gpu.stores(format, access) {
+        return Ok(());
+    }
+    let how = match access {
+        wgpu::StorageTextureAccess::ReadWrite => "read and stored into",
+        wgpu::StorageTextureAccess::ReadOnly => "read as storage",
+        _ => "stored into",
+    };
+    Err(format!(
+        "`{name}` is {}, which this device does not let be {how}; r32float and r32uint can be both, others read as \
+         a texture in another pass",
+        kind.describe()
+    ))
 }
 
 fn is_uint(format: Format) -> bool {

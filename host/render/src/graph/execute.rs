@@ -6,15 +6,18 @@ use crate::graph::live_passes::LivePasses;
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
 use crate::graph::plan::{Node, PassCamera, Plan, Planned, targets_of};
+use crate::graph::primitives::{PassScratch, Steps, counted_groups};
 use crate::graph::recorder::{Attachment, PassState, Recorder};
 use crate::graph::resources::FrameResources;
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::graph::uniform_layout::UniformLayout;
-use crate::graph::{RenderError, SplatScratch, bind, splats};
+use crate::graph::{RenderError, bind, primitives, splats};
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use surfelshop_api::View;
-use surfelshop_api::graph::{Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work};
+use surfelshop_api::graph::{
+    Buffer, Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work,
+};
 
 /// What a frame's passes are bound to besides the graph's own resources.
 pub(crate) struct Frame<'a> {
@@ -46,7 +49,7 @@ pub(crate) fn execute(
     frame: &Frame<'_>,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<Vec<Node>, RenderError> {
     upload_data(plan, resources, frame, recorder)?;
     let uniforms = Uniforms::new(plan, frame.data, recorder.gpu)?;
@@ -61,6 +64,11 @@ pub(crate) fn execute(
         let kept = |node: &Node| plan.persistent(*node) && resources.is_filled(*node);
         if !planned.writes.is_empty() && planned.writes.iter().all(kept) {
             recorder.note(&pass.name, PassState::Reused);
+            continue;
+        }
+        if matches!(pass.work, Work::Sort(_) | Work::Scan(_)) {
+            primitives::run(pass, resources, recorder, pipelines, scratch)?;
+            written.extend(&planned.writes);
             continue;
         }
         let pipeline = plan.pipeline(i, pipelines)?;
@@ -99,12 +107,10 @@ pub(crate) fn execute(
             .map_err(|message| RenderError::pass(&pass.name, message))?;
         match &pipeline.stage {
             Stage::Compute(stage) => {
-                let groups = group_counts(plan, i);
-                recorder.compute(&pass.name, |pass| {
-                    pass.set_pipeline(stage);
-                    pass.set_bind_group(0, &group, &[]);
-                    pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
-                });
+                let bound = (stage, &group);
+                let at = Place { plan, resources, index: i };
+                dispatch(&at, bound, recorder, pipelines, scratch)
+                    .map_err(|message| RenderError::pass(&pass.name, message))?;
             }
             Stage::Render(stage) => {
                 let colors: Vec<Attachment<'_>> = targets
@@ -243,8 +249,8 @@ fn upload_data(
             )));
         }
     }
-    for (buffer, made) in plan.structure.buffers.iter().zip(&resources.buffers) {
-        let Some(made) = made else { continue };
+    for (i, buffer) in plan.structure.buffers.iter().enumerate() {
+        let Some(made) = &resources.buffers[i] else { continue };
         match buffer.upload {
             Some(span) => {
                 let bytes = usize::try_from(span.offset)
@@ -252,6 +258,7 @@ fn upload_data(
                     .zip(usize::try_from(end(span.offset, span.len)).ok())
                     .and_then(|(first, end)| frame.data.get(first..end))
                     .filter(|bytes| bytes.len() as u64 <= made.size())
+                    .filter(|_| buffer.resident.is_none() || fills(buffer, span))
                     .ok_or_else(|| {
                         let label = &buffer.label;
                         RenderError::Graph(format!("buffer `{label}` has no such data to upload"))
@@ -259,6 +266,15 @@ fn upload_data(
                 let mut padded = bytes.to_vec();
                 padded.resize(bytes.len().next_multiple_of(4), 0);
                 recorder.gpu.queue.write_buffer(made, 0, &padded);
+            }
+            None if resources.is_resident(i) => {}
+            None if let Some(key) = &buffer.resident => {
+                return Err(RenderError::Graph(format!(
+                    "the bytes of buffer `{}` are not on the device under `{}`; a frame whose request does not \
+                     list that key sends them",
+                    buffer.label,
+                    key.escape_debug()
+                )));
             }
             None if matches!(buffer.lifetime, Lifetime::Frame)
                 && buffer.surfels.is_none()
@@ -270,6 +286,11 @@ fn upload_data(
         }
     }
     Ok(())
+}
+
+/// Whether a range is as long as a buffer, but for what lacks of a word.
+fn fills(buffer: &Buffer, span: Span) -> bool {
+    span.len.next_multiple_of(4).max(4) == buffer.size.next_multiple_of(4)
 }
 
 /// Uniforms start at multiples of this many bytes, as any device takes it.
@@ -371,16 +392,55 @@ fn target_views(
     targets_of(&plan.structure.passes[index]).iter().filter_map(view_of).collect()
 }
 
-fn group_counts(plan: &Plan, index: usize) -> [u32; 3] {
-    match plan.structure.passes[index].work {
+/// A pass of a plan, with what it is bound to.
+struct Place<'a> {
+    plan: &'a Plan,
+    resources: &'a FrameResources,
+    index: usize,
+}
+
+/// Records a compute pass.
+fn dispatch(
+    at: &Place<'_>,
+    (stage, group): (&wgpu::ComputePipeline, &wgpu::BindGroup),
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+    scratch: &mut PassScratch,
+) -> Result<(), String> {
+    let &Place { plan, resources, index } = at;
+    let pass = &plan.structure.passes[index];
+    let groups = match pass.work {
         Work::Compute { groups: Groups::Fixed(groups), .. } => groups,
+        Work::Compute { groups: Groups::Counted { buffer, offset, at_most }, .. } => {
+            let of_group = plan.passes[index].workgroup_size.iter().product();
+            let mut steps = Steps::new(recorder.gpu, pipelines, scratch);
+            let most = [at_most, of_group];
+            let (step, groups) = counted_groups(&mut steps, resources, (buffer, offset), most)?;
+            let taken = steps.taken;
+            recorder.compute(&pass.name, |pass| {
+                step.record(pass);
+                pass.set_pipeline(stage);
+                pass.set_bind_group(0, group, &[]);
+                pass.dispatch_workgroups_indirect(&groups, 0);
+            });
+            taken.into_iter().for_each(|buffer| scratch.give(buffer));
+            return Ok(());
+        }
         Work::Compute { groups: Groups::PerPixel { divisor }, .. } => {
             per_pixel(plan, index, divisor)
         }
-        Work::Shading { .. } | Work::Fullscreen { .. } | Work::Splats(_) => {
-            per_pixel(plan, index, 1)
-        }
-    }
+        Work::Shading { .. }
+        | Work::Fullscreen { .. }
+        | Work::Splats(_)
+        | Work::Sort(_)
+        | Work::Scan(_) => per_pixel(plan, index, 1),
+    };
+    recorder.compute(&pass.name, |pass| {
+        pass.set_pipeline(stage);
+        pass.set_bind_group(0, group, &[]);
+        pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+    });
+    Ok(())
 }
 
 /// Workgroups that give each pixel of the view, divided, one invocation.

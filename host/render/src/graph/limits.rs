@@ -2,16 +2,20 @@
 
 use crate::graph::RenderError;
 use crate::graph::plan::Plan;
+use crate::shader_compiler::{Binding, BindingKind};
 use surfelshop_api::graph::{Buffer, ColumnsOf, Lifetime};
 
 /// Most bytes of one texture or buffer of a graph.
-const MAX_RESOURCE_BYTES: u64 = 1 << 30;
+pub(crate) const MAX_RESOURCE_BYTES: u64 = 1 << 30;
 /// Most bytes of all textures and buffers of a graph, and of what its cameras see.
-const MAX_GRAPH_BYTES: u64 = 4 << 30;
+pub(crate) const MAX_GRAPH_BYTES: u64 = 4 << 30;
 /// Most cameras of a graph: six for each of a scene's lights.
 const MAX_CAMERAS: usize = 6 * surfelshop_api::Scene::MAX_LIGHTS;
 /// Bytes of a pixel that a camera sees: depth, number and distance of the nearest surfel, and a surface.
 const CAMERA_PIXEL_BYTES: u64 = 4 + 8 + 16;
+
+/// Most bytes of a key that bytes stay under.
+const MAX_KEY_BYTES: usize = 1024;
 
 /// Most components of a column.
 const MAX_COMPONENTS: u32 = 1024;
@@ -46,6 +50,49 @@ fn check_columns(columns: &ColumnsOf) -> Result<(), String> {
 }
 
 impl Plan {
+    /// # Errors
+    /// Where an entry point binds more of something than the device does.
+    pub(super) fn check_bound(
+        &self,
+        bindings: &[Binding],
+        limits: &wgpu::Limits,
+    ) -> Result<(), String> {
+        let count = |is_one: fn(&BindingKind) -> bool| {
+            bindings.iter().filter(|binding| is_one(&binding.kind)).count() as u64
+        };
+        let kinds = [
+            (
+                "storage buffers",
+                count(|kind| matches!(kind, BindingKind::Storage { .. })),
+                limits.max_storage_buffers_per_shader_stage,
+            ),
+            (
+                "storage textures",
+                count(|kind| matches!(kind, BindingKind::StorageTexture { .. })),
+                limits.max_storage_textures_per_shader_stage,
+            ),
+            (
+                "textures to read",
+                count(|kind| matches!(kind, BindingKind::Texture { .. })),
+                limits.max_sampled_textures_per_shader_stage,
+            ),
+            (
+                "samplers",
+                count(|kind| matches!(kind, BindingKind::Sampler { .. })),
+                limits.max_samplers_per_shader_stage,
+            ),
+            (
+                "uniforms",
+                count(|kind| matches!(kind, BindingKind::Uniform { .. })),
+                limits.max_uniform_buffers_per_shader_stage,
+            ),
+        ];
+        match kinds.into_iter().find(|(_, n, most)| *n > u64::from(*most)) {
+            Some((what, n, most)) => Err(format!("it has {n} {what}; this device binds {most}")),
+            None => Ok(()),
+        }
+    }
+
     /// # Errors
     /// The first resource that is too large, of no size, or contradicts itself.
     pub(super) fn check_resources(&self, limits: &wgpu::Limits) -> Result<(), RenderError> {
@@ -110,7 +157,7 @@ impl Plan {
         for buffer in &self.structure.buffers {
             let refuse =
                 |what: String| Err(RenderError::Graph(format!("buffer `{}` {what}", buffer.label)));
-            let Buffer { size, upload, surfels, lifetime, columns, .. } = buffer;
+            let Buffer { size, upload, surfels, lifetime, columns, resident, .. } = buffer;
             // Columns come in parts where they are larger than the device binds.
             let most = if columns.is_some() { MAX_GRAPH_BYTES } else { most };
             if *size < 4 || *size > most {
@@ -137,6 +184,19 @@ impl Plan {
                 return refuse(format!(
                     "is filled with {with}; it can neither be uploaded nor kept besides"
                 ));
+            }
+            if let Some(key) = resident
+                && key.len() > MAX_KEY_BYTES
+            {
+                let n = key.len();
+                return refuse(format!(
+                    "has a key of {n} bytes; at most {MAX_KEY_BYTES} are taken"
+                ));
+            }
+            if resident.is_some() && (with.is_some() || *lifetime != Lifetime::Frame) {
+                return refuse(
+                    "is resident; it can be neither filled by the host nor kept besides".to_owned(),
+                );
             }
             total = total.saturating_add(*size);
         }

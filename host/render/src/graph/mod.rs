@@ -1,5 +1,6 @@
 //! Checks, compiles, culls, runs and times graphs.
 
+mod alternatives;
 mod background;
 mod check;
 mod execute;
@@ -9,27 +10,28 @@ mod live_passes;
 mod pipeline_desc;
 mod pipelines;
 mod plan;
+mod primitives;
 mod readback;
 mod recorder;
 mod resources;
 mod shading;
 mod splats;
-mod texture_cache;
 mod uniform_layout;
 mod variants;
 
 pub(crate) use execute::{Frame, execute, touched};
 pub(crate) use host_binding::{HostBinding, HostResources, SurfelShading};
+pub(crate) use limits::{MAX_GRAPH_BYTES, MAX_RESOURCE_BYTES};
 pub(crate) use live_passes::{LivePasses, SurfaceNeeds, needed};
 pub(crate) use pipeline_desc::{DrawKind, Pipeline, Stage, checked};
 pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, Pipelines};
 pub(crate) use plan::{Node, PassCamera, Plan};
+pub(crate) use primitives::PassScratch;
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
 pub(crate) use resources::{BufferPart, FrameResources, Lending, Resources, texels, texture_bytes};
-pub(crate) use splats::SplatScratch;
 pub(crate) use variants::Settings;
 
 use thiserror::Error;

@@ -66,6 +66,24 @@ impl Recipe {
         }
     }
 
+    /// The layouts of what is bound: what the device does not bind is told here, and not by all that is made of it.
+    fn layouts(
+        &self,
+        device: &wgpu::Device,
+        bindings: &[Binding],
+        visibility: wgpu::ShaderStages,
+    ) -> Result<(wgpu::BindGroupLayout, wgpu::PipelineLayout), String> {
+        let layout = checked(device, || layout(device, &self.label, bindings, visibility))?;
+        let of_pipeline = checked(device, || {
+            device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(&self.label),
+                bind_group_layouts: &[Some(&layout)],
+                immediate_size: 0,
+            })
+        })?;
+        Ok((layout, of_pipeline))
+    }
+
     fn make_compute(
         &self,
         device: &wgpu::Device,
@@ -73,12 +91,8 @@ impl Recipe {
     ) -> Result<Pipeline, String> {
         let point = reflect(&shader.composed, naga::ShaderStage::Compute, entry)
             .map_err(|error| error.message)?;
-        let layout = layout(device, &self.label, &point.bindings, wgpu::ShaderStages::COMPUTE);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(&self.label),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let (layout, pipeline_layout) =
+            self.layouts(device, &point.bindings, wgpu::ShaderStages::COMPUTE)?;
         let values = self.settings.values();
         let stage = checked(device, || {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -119,12 +133,7 @@ impl Recipe {
             }
         }
         let visibility = wgpu::ShaderStages::VERTEX_FRAGMENT;
-        let layout = layout(device, &self.label, &bindings, visibility);
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(&self.label),
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let (layout, pipeline_layout) = self.layouts(device, &bindings, visibility)?;
         let constants = self.settings.values();
         let options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };

@@ -2,13 +2,15 @@
 
 use crate::gpu::Gpu;
 use crate::graph::RenderError;
+use crate::graph::alternatives::{Chosen, choose};
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
 use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
 use crate::graph::splats::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
 use crate::graph::uniform_layout::UniformLayout;
 use crate::graph::variants::Settings;
-use crate::shader_compiler::{SurfaceMembers, members_read, reflect};
+use crate::shader_compiler::{EntryPoint, SurfaceMembers, members_read, reflect};
+use crate::shader_features::ShaderFeature;
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -73,6 +75,36 @@ pub(crate) struct Planned {
     pub(crate) per_pixel: Option<Arc<Shader>>,
     /// Uniforms that are given by name, by variable.
     pub(crate) layouts: BTreeMap<String, UniformLayout>,
+    /// What it runs instead of, and why, in words.
+    pub(crate) instead_of: Option<String>,
+}
+
+impl Planned {
+    /// A pass of which nothing is known but its shader.
+    pub(super) fn new(pass: &Pass, shader: Arc<Shader>, entry: String) -> Self {
+        Self {
+            seat: PassCamera::of(pass),
+            shader,
+            entry,
+            reads: Vec::new(),
+            writes: Vec::new(),
+            surface: None,
+            members: SurfaceMembers::default(),
+            material: false,
+            object: false,
+            environment: false,
+            of_host: None,
+            workgroup_size: [1; 3],
+            computes: false,
+            settings: Settings::of(pass),
+            pipeline: OnceCell::new(),
+            stood_in: Cell::new(false),
+            surfels: None,
+            per_pixel: None,
+            layouts: BTreeMap::new(),
+            instead_of: None,
+        }
+    }
 }
 
 /// A checked graph.
@@ -111,10 +143,15 @@ impl Plan {
         let mut plan = Self { structure, passes: Vec::new(), size };
         plan.check_resources(&gpu.device.limits())?;
         for i in 0..plan.structure.passes.len() {
-            let pass = &plan.structure.passes[i];
-            let planned = plan
-                .plan_pass(pass, gpu, pipelines)
-                .map_err(|message| RenderError::pass(&pass.name, message))?;
+            let Chosen { pass, instead_of, others } = choose(&plan.structure.passes[i], gpu)?;
+            let mut plan_one = |pass: &Pass| {
+                plan.plan_pass(pass, gpu, pipelines)
+                    .map_err(|message| RenderError::pass(&pass.name, message))
+            };
+            let planned = Planned { instead_of, ..plan_one(&pass)? };
+            // They run on other devices, and their mistakes are to be seen here.
+            others.iter().try_for_each(|other| plan_one(other).map(|_| ()))?;
+            plan.structure.passes[i] = pass;
             plan.passes.push(planned);
         }
         for (output, texture) in &plan.structure.outputs {
@@ -171,38 +208,23 @@ impl Plan {
                 let source = splat_source(pass, splats.targets.len())?;
                 (source, SPLAT_ENTRY.to_owned(), splats.surface)
             }
+            Work::Sort(_) | Work::Scan(_) => return self.plan_primitive(pass, gpu, pipelines),
         };
-        let shader = pipelines.shader_with(&source, &pass.modules, &[])?;
+        let needs = defines_of(pass);
+        let shader = pipelines.shader_with(&source, &pass.modules, &needs)?;
         let point = reflect(&shader.composed, stage, &entry).map_err(|error| error.message)?;
         self.check_names(pass, &shader)?;
-        let mut planned = Planned {
-            seat: PassCamera::of(pass),
-            shader,
-            entry,
-            reads: Vec::new(),
-            writes: Vec::new(),
-            surface: None,
-            members: SurfaceMembers::default(),
-            material: false,
-            object: false,
-            environment: false,
-            of_host: None,
-            workgroup_size: point.workgroup_size,
-            computes: stage == naga::ShaderStage::Compute,
-            settings: Settings::of(pass),
-            pipeline: OnceCell::new(),
-            stood_in: Cell::new(false),
-            surfels: None,
-            per_pixel: None,
-            layouts: BTreeMap::new(),
-        };
-        for binding in &point.bindings {
+        let computes = stage == naga::ShaderStage::Compute;
+        let EntryPoint { bindings, workgroup_size } = point;
+        self.check_bound(&bindings, &gpu.device.limits())?;
+        let mut planned = Planned { workgroup_size, computes, ..Planned::new(pass, shader, entry) };
+        for binding in &bindings {
             self.check_binding(pass, binding, surface, gpu, &mut planned)?;
         }
         let flags = planned.settings.flags();
         planned.members = members_read(&planned.shader.composed, stage, &planned.entry, &flags);
         if matches!(pass.work, Work::Shading { per_surfel: true, .. }) {
-            let shader = pipelines.shader_with(&surfel_source(pass), &pass.modules, &[])?;
+            let shader = pipelines.shader_with(&surfel_source(pass), &pass.modules, &needs)?;
             let stage = naga::ShaderStage::Compute;
             let point =
                 reflect(&shader.composed, stage, SURFEL_ENTRY).map_err(|error| error.message)?;
@@ -320,8 +342,14 @@ pub(crate) fn targets_of(pass: &Pass) -> Vec<Target> {
     match &pass.work {
         Work::Shading { target, .. } => vec![(*target).into()],
         Work::Fullscreen { targets, .. } => targets.clone(),
-        Work::Compute { .. } | Work::Splats(_) => Vec::new(),
+        Work::Compute { .. } | Work::Splats(_) | Work::Sort(_) | Work::Scan(_) => Vec::new(),
     }
+}
+
+/// The names that are set while the shader of a pass is composed, by what it needs.
+fn defines_of(pass: &Pass) -> Vec<&'static str> {
+    let features = pass.needs.iter().filter_map(|word| ShaderFeature::of_word(word));
+    features.map(|feature| feature.define).collect()
 }
 
 /// The device's name of a format.

@@ -4,8 +4,10 @@
 //! here, after composing, in the order of the variables. Names of imported variables, which the
 //! composer decorates, are turned back into `module::name` everywhere a person can see them.
 
+use crate::shader_compiler::directives::{Headed, headed};
 use crate::shader_compiler::numbered::{member_with_digit, numbered};
 use crate::shader_compiler::{bound_loops, expanded, loops, text};
+use crate::shader_features::ShaderFeature;
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue, ShaderLanguage,
 };
@@ -62,6 +64,7 @@ const MODULES: &[(&str, &str)] = &[
     ("sh.wgsl", include_str!("../../../../shaders/lighting/sh.wgsl")),
     ("filtered.wgsl", include_str!("../../../../shaders/noise/filtered.wgsl")),
     ("noise.wgsl", include_str!("../../../../shaders/noise/noise.wgsl")),
+    ("numbers.wgsl", include_str!("../../../../shaders/numbers/numbers.wgsl")),
     ("occlusion.wgsl", include_str!("../../../../shaders/lighting/occlusion.wgsl")),
     ("phong.wgsl", include_str!("../../../../shaders/lighting/phong.wgsl")),
 ];
@@ -88,7 +91,9 @@ impl Library {
     /// Where a host module is broken, which the tests exclude.
     pub(crate) fn new(on_cpu: bool) -> Result<Self, ShaderError> {
         let mut composer = Composer::non_validating();
-        composer.capabilities = capabilities();
+        // What a text may use is checked when all of it is composed.
+        let of_features = ShaderFeature::ALL.iter().map(|feature| feature.capabilities);
+        composer.capabilities = of_features.fold(capabilities(), |all, of| all | of);
         for (file, source) in MODULES {
             let added = composer.add_composable_module(ComposableModuleDescriptor {
                 source,
@@ -97,7 +102,7 @@ impl Library {
                 ..Default::default()
             });
             if let Err(error) = added.map(|_| ()) {
-                return Err(one_line(&error.emit_to_string(&composer)));
+                return Err(one_line(&error.emit_to_string(&composer), &[]));
             }
         }
         let max_loops = if on_cpu { loops::MAX_ON_CPU } else { loops::MAX_ON_CARD };
@@ -117,7 +122,10 @@ impl Library {
     ) -> Result<Composed, ShaderError> {
         text::check(source, modules)?;
         check_imports(source, modules)?;
-        let composed = self.add(modules).and_then(|()| self.compose_checked(source, defines));
+        let needs: Vec<ShaderFeature> = ShaderFeature::set_in(defines).collect();
+        let composed = self
+            .add(modules, &needs)
+            .and_then(|shifted| self.compose_checked(source, defines, &needs, shifted));
         let composed = composed.map_err(|error| error.in_file(modules));
         // They belong to this text alone; another may bring others of the same path.
         for module in modules {
@@ -126,8 +134,13 @@ impl Library {
         composed
     }
 
-    /// Adds the modules of a text, each of which may import those before it.
-    fn add(&mut self, modules: &[Module]) -> Result<(), ShaderError> {
+    /// Adds the modules of a text, each of which may import those before it; the files that a line was put before.
+    fn add<'a>(
+        &mut self,
+        modules: &'a [Module],
+        needs: &[ShaderFeature],
+    ) -> Result<Vec<&'a str>, ShaderError> {
+        let mut shifted_files = Vec::new();
         for (i, module) in modules.iter().enumerate() {
             let words = module.path.split("::").collect::<Vec<_>>();
             let is_word = |word: &&str| {
@@ -152,32 +165,44 @@ impl Library {
                     module.file
                 )));
             }
+            let Headed { text, shifted } = headed(&module.wgsl, needs)
+                .map_err(|error| ShaderError::new(format!("{}, {error}", module.file)))?;
+            shifted_files.extend(shifted.then_some(module.file.as_str()));
             let added = self.composer.add_composable_module(ComposableModuleDescriptor {
-                source: &numbered(&module.wgsl, i),
+                source: &numbered(&text, i),
                 file_path: &module.file,
                 language: ShaderLanguage::Wgsl,
                 as_name: Some(module.path.clone()),
                 ..Default::default()
             });
             if let Err(error) = added.map(|_| ()) {
-                return Err(one_line(&error.emit_to_string(&self.composer)));
+                return Err(one_line(&error.emit_to_string(&self.composer), &shifted_files));
             }
         }
-        Ok(())
+        Ok(shifted_files)
     }
 
-    fn compose_checked(&mut self, source: &str, defines: &[&str]) -> Result<Composed, ShaderError> {
-        let allowed = capabilities() | wide_atomics(defines);
+    fn compose_checked(
+        &mut self,
+        source: &str,
+        defines: &[&str],
+        needs: &[ShaderFeature],
+        mut shifted_files: Vec<&str>,
+    ) -> Result<Composed, ShaderError> {
+        let of_needs = needs.iter().map(|feature| feature.capabilities);
+        let allowed = of_needs.fold(capabilities() | wide_atomics(defines), |all, of| all | of);
+        let Headed { text, shifted } = headed(source, needs)?;
+        shifted_files.extend(shifted.then_some(OWN_FILE));
         let defines = defines.iter().map(|name| ((*name).to_owned(), ShaderDefValue::Bool(true)));
         let composer = &mut self.composer;
         let composed = composer
             .make_naga_module(NagaModuleDescriptor {
-                source,
+                source: &text,
                 file_path: OWN_FILE,
                 shader_defs: defines.collect(),
                 ..Default::default()
             })
-            .map_err(|error| one_line(&error.emit_to_string(composer)))?;
+            .map_err(|error| one_line(&error.emit_to_string(composer), &shifted_files))?;
         let mut module = composed;
         restore_names(&mut module);
         number_bindings(&mut module);
@@ -192,7 +217,7 @@ impl Library {
                 message.push_str(&inner.to_string());
                 cause = inner.source();
             }
-            ShaderError::new(undecorated_text(&message))
+            ShaderError::new(format!("{}{}", undecorated_text(&message), missing_need(&message)))
         })?;
         check_variables(&module)?;
         let n_operations = expanded::check(&module, &info)?;
@@ -278,14 +303,34 @@ fn wide_atomics(defines: &[&str]) -> naga::valid::Capabilities {
     allowed
 }
 
-/// The composer's many-line report as one line: `line 3: what (token)`.
-fn one_line(report: &str) -> ShaderError {
+/// What a text that uses something without saying so is told besides.
+fn missing_need(message: &str) -> String {
+    let told_by = [
+        ("ubgroup", "subgroups"),
+        ("SHADER_FLOAT16 ", "f16"),
+        ("SHADER_INT64 ", "64-bit-integers"),
+        ("SHADER_INT64_ATOMIC_MIN_MAX", "64-bit-atomic-max"),
+        ("SHADER_INT64_ATOMIC_ALL_OPS", "64-bit-atomics"),
+        ("SHADER_FLOAT32_ATOMIC", "float32-atomics"),
+    ];
+    let missing = told_by.iter().find(|(told_by, _)| {
+        message.contains(told_by) && (message.contains("requir") || message.contains("Support"))
+    });
+    missing.map_or_else(String::new, |(_, word)| {
+        format!("; a pass that uses it says so with `.needs(\"{word}\")`")
+    })
+}
+
+/// The composer's many-line report as one line: `line 3: what (token)`. A line was put before some files.
+fn one_line(report: &str, shifted_files: &[&str]) -> ShaderError {
     let what = report.lines().next().unwrap_or_default().trim_start_matches("error: ").trim();
     let place = report
         .lines()
         .find_map(|line| line.trim_start().strip_prefix("┌─ "))
         .and_then(|place| {
             let (file, line) = place.rsplit_once(':')?.0.rsplit_once(':')?;
+            let above = u32::from(shifted_files.contains(&file));
+            let line = line.parse::<u32>().ok()?.saturating_sub(above);
             // The pass's own text has no name but the pass's.
             let file = if file == OWN_FILE { String::new() } else { format!("{file}, ") };
             Some(format!("{file}line {line}: "))
@@ -401,6 +446,46 @@ mod tests {
         let types = "@fragment fn f() -> @location(0) vec4<f32> {\n  return vec4<u32>(1u);\n}";
         let message = library.compose(types, &[], &[]).err().unwrap().message;
         assert!(message.contains('f') && !message.contains('\n'), "{message}");
+    }
+
+    #[test]
+    fn what_a_pass_needs_is_allowed_in_its_text_and_its_modules() {
+        let mut library = Library::new(true).unwrap();
+        let module = |wgsl: &str| {
+            let (path, file) = ("own::half".to_owned(), "half.wgsl".to_owned());
+            vec![Module { path, file, wgsl: wgsl.to_owned() }]
+        };
+        let head = "#import own::half\nvar<storage, read_write> x: array<u32>;\n";
+        let entry = "@compute @workgroup_size(64) fn go() {";
+        let half = module("enable f16;\nfn twice(h: f16) -> f16 { return h * 2.0h; }");
+        let text = format!("{head}{entry} x[0] = u32(half::twice(f16(x[0]))); }}");
+        library.compose(&text, &half, &["NEEDS_F16"]).unwrap();
+        let line = library.compose(&text, &half, &[]).err().unwrap().message;
+        assert!(line.starts_with("half.wgsl, line 1: `enable f16;`"), "{line}");
+        // A line is put before the text, and none is counted for it.
+        let wrong = format!("{head}{entry}\n x[0] = nothing; }}");
+        let line = library.compose(&wrong, &half, &["NEEDS_F16"]).err().unwrap().message;
+        assert!(line.starts_with("line 4: "), "{line}");
+        let wrong = module("fn twice(h: f16) -> f16 {\n return nothing; }");
+        let line = library.compose(&text, &wrong, &["NEEDS_F16"]).err().unwrap().message;
+        assert!(line.contains("half.wgsl, line 2: "), "{line}");
+
+        let all = module("fn sum(x: u32) -> u32 { return subgroupAdd(x); }");
+        let text = format!("{head}{entry} x[0] = half::sum(x[0]); }}");
+        library.compose(&text, &all, &["NEEDS_SUBGROUPS"]).unwrap();
+        let line = library.compose(&text, &all, &[]).err().unwrap().message;
+        assert!(line.contains(".needs(\"subgroups\")"), "{line}");
+
+        let wide = "var<storage, read_write> best: array<atomic<u64>>;\n";
+        let text = format!("{wide}{entry} atomicMax(&best[0], 7lu); }}");
+        library.compose(&text, &[], &["NEEDS_ATOMIC64_MAX"]).unwrap();
+        let text = format!("{wide}{entry} atomicAdd(&best[0], 7lu); }}");
+        library.compose(&text, &[], &["NEEDS_ATOMIC64"]).unwrap();
+        let text = "var<storage, read_write> sum: array<atomic<f32>>;\n";
+        let text = format!("{text}{entry} atomicAdd(&sum[0], 1.0); }}");
+        library.compose(&text, &[], &["NEEDS_FLOAT32_ATOMICS"]).unwrap();
+        let line = library.compose(&text, &[], &[]).err().unwrap().message;
+        assert!(line.contains(".needs(\"float32-atomics\")"), "{line}");
     }
 
     #[test]

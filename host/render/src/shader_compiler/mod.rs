@@ -2,6 +2,7 @@
 
 mod bound_loops;
 mod compose;
+mod directives;
 mod expanded;
 mod large_stack;
 mod loops;
@@ -15,4 +16,4 @@ mod weights;
 pub(crate) use compose::{Composed, Library, fingerprint};
 pub(crate) use large_stack::{STACK_BYTES, on_large_stack};
 pub(crate) use members::{SurfaceMembers, members_read};
-pub(crate) use reflect::{Binding, BindingKind, UniformMember, reflect};
+pub(crate) use reflect::{Binding, BindingKind, EntryPoint, UniformMember, reflect};

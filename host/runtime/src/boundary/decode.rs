@@ -7,6 +7,8 @@ use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 
 /// Most passes of a graph, and most modules that one brings along.
 const MAX_PASSES: usize = 1024;
+/// Most messages within each other. A graph's deepest are passes instead of others, of which there are few.
+const MAX_DEPTH: usize = 128;
 /// Most textures, buffers, uniforms and outputs of a graph, each.
 const MAX_RESOURCES: usize = 4096;
 
@@ -26,7 +28,9 @@ pub fn decode(graph: &EncodedGraph) -> Result<Structure, Fault> {
     if graph.structure.is_empty() {
         return misbehaved("it wrote no graph".to_owned());
     }
-    let structure: Structure = match rmp_serde::from_slice(&graph.structure) {
+    let mut decoder = rmp_serde::Deserializer::from_read_ref(&graph.structure);
+    decoder.set_max_depth(MAX_DEPTH);
+    let structure: Structure = match serde::Deserialize::deserialize(&mut decoder) {
         Ok(structure) => structure,
         Err(error) => {
             let line = error.to_string();
@@ -85,6 +89,20 @@ mod tests {
         newer.structure[at..at + 7].copy_from_slice(b"RayTest");
         let line = refusal(&newer);
         assert!(line.contains("`RayTest`") && line.contains("update Surfelshop"), "{line}");
+    }
+
+    #[test]
+    fn passes_instead_of_passes_go_so_deep() {
+        let deep = |n: usize| {
+            let pass = || Pass::compute("a", "", "b", Groups::Fixed([1; 3]));
+            let within = |within: Pass, _| Pass { instead: Some(Box::new(within)), ..pass() };
+            let mut graph = Graph::new();
+            graph.pass((0..n).fold(pass(), within));
+            encoded(&graph)
+        };
+        assert!(decode(&deep(16)).is_ok());
+        let line = refusal(&deep(200));
+        assert!(line.contains("its graph is unreadable") && line.contains("depth"), "{line}");
     }
 
     #[test]

@@ -9,6 +9,7 @@ use core::ffi::c_void;
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::abi::format_table::FormatTable;
 use surfelshop_api::abi::table::{Bytes, PluginTable, RawCloud, RawColumn, channel};
+use surfelshop_api::frame::OnDevice;
 use surfelshop_api::job::JobHost;
 use surfelshop_api::params::Values;
 use surfelshop_api::{CloudView, FrameRequest, Tile, Traced};
@@ -63,8 +64,21 @@ impl Instance {
         request: &FrameRequest,
         stride: u32,
     ) -> Result<EncodedGraph, Fault> {
+        self.frame_on_device(request, stride, &OnDevice::default())
+    }
+
+    /// The same where bytes of [resident](surfelshop_api::Graph::resident) buffers are on the device already. ABI 3.10.
+    ///
+    /// # Errors
+    /// Where the plugin fails.
+    pub fn frame_on_device(
+        &mut self,
+        request: &FrameRequest,
+        stride: u32,
+        on_device: &OnDevice,
+    ) -> Result<EncodedGraph, Fault> {
         check_known(self.table.abi_minor, request)?;
-        let request = encode(&FrameCall::new(request, stride))?;
+        let request = encode(&FrameCall::new(request, stride, on_device))?;
         let mut outputs = Outputs::default();
         // SAFETY: the instance is alive and used by this call alone; bytes and sink live for it.
         let status =

@@ -2,7 +2,7 @@
 
 use super::fault::Fault;
 use surfelshop_api::FrameRequest;
-use surfelshop_api::frame::InMotion;
+use surfelshop_api::frame::{InMotion, OnDevice};
 use surfelshop_api::manifest::ABI_MAJOR;
 
 /// A request for a frame as it is written: one map of all fields.
@@ -12,12 +12,14 @@ pub(super) struct FrameCall<'a> {
     request: &'a FrameRequest,
     #[serde(flatten)]
     moves: InMotion,
+    #[serde(flatten)]
+    on_device: &'a OnDevice,
 }
 
 impl<'a> FrameCall<'a> {
-    /// A request while one surfel of `stride` is drawn.
-    pub(super) fn new(request: &'a FrameRequest, stride: u32) -> Self {
-        Self { request, moves: InMotion { stride } }
+    /// A request while one surfel of `stride` is drawn and some bytes are on the device already.
+    pub(super) fn new(request: &'a FrameRequest, stride: u32, on_device: &'a OnDevice) -> Self {
+        Self { request, moves: InMotion { stride }, on_device }
     }
 }
 

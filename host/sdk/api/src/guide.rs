@@ -35,6 +35,10 @@ pub mod versions {
     #![doc = include_str!("../../../manual/plugins/versions.md")]
 }
 
+pub mod may_use {
+    #![doc = include_str!("../../../manual/plugins/may-use.md")]
+}
+
 pub mod shaders {
     #![doc = include_str!("../../../manual/plugins/shaders.md")]
 }

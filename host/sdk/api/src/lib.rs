@@ -69,7 +69,7 @@ mod unit_info;
 pub use columns::{CloudView, ColumnView};
 pub use error::{Error, Result};
 pub use format::Format;
-pub use frame::{Frame, FrameRequest, HostInfo};
+pub use frame::{DeviceLimits, Frame, FrameRequest, HostInfo};
 pub use glam;
 pub use graph::Graph;
 pub use job::Job;

@@ -50,7 +50,12 @@ pub const ABI_MAJOR: u16 = 3;
 ///
 /// 10: splats are told pixel by pixel ([`Pass::per_pixel`](crate::graph::Pass::per_pixel)), are averaged within a
 /// tolerance ([`Composition::Normalized`](crate::graph::Composition)) and say how far they lie apart
-/// ([`SplatDepth::Distortion`](crate::graph::SplatDepth)).
+/// ([`SplatDepth::Distortion`](crate::graph::SplatDepth)); graphs sort and sum up
+/// ([`Pass::sort`](crate::graph::Pass::sort), [`Pass::scan`](crate::graph::Pass::scan)), run as many invocations as a
+/// buffer says ([`Groups::Counted`](crate::graph::Groups)), say what they need of a device
+/// ([`Pass::needs`](crate::graph::Pass::needs)) and send bytes that stay once
+/// ([`Graph::resident`](crate::Graph::resident)); hosts say how much a device takes
+/// ([`DeviceLimits`](crate::DeviceLimits)).
 pub const ABI_MINOR: u16 = 10;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;

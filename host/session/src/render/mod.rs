@@ -65,7 +65,8 @@ impl Timings {
     }
 }
 
-/// Chooses what reads columns that only these clouds have, where nobody said what draws.
+/// Chooses what reads columns that only these clouds have, where nobody said what draws. A graph that is to be saved has
+/// all bytes in it.
 fn choose_suited(
     arguments: &RenderArguments,
     given: &ExplicitOptions,
@@ -81,6 +82,9 @@ fn choose_suited(
         || setup::first_view(inputs.opened.as_ref()).is_some();
     if !is_said && let Some(suited) = registry.suited(&clouds.facts.clouds) {
         *chosen = studio.choose_for(suited, None, &[])?;
+    }
+    if arguments.save_graph.is_some() {
+        chosen.view.send_all();
     }
     Ok(())
 }

@@ -3,9 +3,9 @@
 use crate::gpu::Gpu;
 use crate::graph::execute::Variables;
 use crate::graph::pipelines::Pipelines;
+use crate::graph::primitives::PassScratch;
 use crate::graph::readback::with_mapped;
 use crate::graph::recorder::Recorder;
-use crate::graph::splats::scratch::SplatScratch;
 use crate::graph::splats::{Made, surface};
 use std::borrow::Cow;
 use surfelshop_api::Projection;
@@ -22,7 +22,7 @@ pub(super) fn compose(
     made: &[Made],
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<(), String> {
     let gpu = recorder.gpu;
     let n_payloads = splats.targets.len();

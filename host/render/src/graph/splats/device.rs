@@ -6,28 +6,23 @@ use crate::graph::bind;
 use crate::graph::execute::Variables;
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
+use crate::graph::primitives::{
+    BLOCK, Numbers, Pairs, PassScratch, Step, Steps, groups_of, whole_masks_of,
+};
 use crate::graph::readback::map;
 use crate::graph::recorder::Recorder;
 use crate::graph::splats::Made;
 use crate::graph::splats::parameters::Parameters;
-use crate::graph::splats::scratch::SplatScratch;
 use crate::graph::variants::Settings;
 use surfelshop_api::graph::{Composition, Splats};
 
 const FOOTPRINT: &str = include_str!("footprint.wgsl");
 const LIST_SPLATS: &str = include_str!("list_splats.wgsl");
 const FILL_LISTS: &str = include_str!("fill_lists.wgsl");
-const RADIX_SORT: &str = include_str!("radix_sort.wgsl");
-const PREFIX_SUMS: &str = include_str!("prefix_sums.wgsl");
-
 /// Side of a tile, `TILE` of the shaders.
 pub(super) const TILE: u32 = 16;
-/// Numbers that a workgroup sorts or sums up, `BLOCK` of the shaders.
-const BLOCK: u32 = 1024;
 /// Invocations of a workgroup that goes over splats or entries.
 const GROUP: u32 = 256;
-/// Bits of a digit.
-const DIGIT: u32 = 4;
 
 /// Puts splats together; `false` where there are more of them than the device binds at once.
 ///
@@ -40,7 +35,7 @@ pub(super) fn compose(
     per_pixel: Option<&Pipeline>,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<bool, String> {
     let [made] = made else { return Ok(false) };
     let size = variables.plan.size_of(variables.pass);
@@ -56,16 +51,10 @@ pub(super) fn compose(
 pub(super) struct Device<'a, 'g> {
     pub(super) recorder: &'a mut Recorder<'g>,
     pub(super) pipelines: &'a mut Pipelines,
-    pub(super) scratch: &'a mut SplatScratch,
+    pub(super) scratch: &'a mut PassScratch,
     /// What puts splats together where the pass has a function of pixels.
     pub(super) per_pixel: Option<&'a Pipeline>,
     pub(super) taken: Vec<wgpu::Buffer>,
-}
-
-/// Pairs to be sorted, with room for the result.
-struct Pairs {
-    keys: [wgpu::Buffer; 2],
-    values: [wgpu::Buffer; 2],
 }
 
 /// A variable of a shader, and what it is bound to.
@@ -250,52 +239,29 @@ impl Device<'_, '_> {
 
     /// Sorts pairs by the lowest bits of their keys; says which of the buffers hold them then.
     fn sort(&mut self, pairs: &Pairs, n: u32, bits: u32) -> Result<usize, String> {
-        if n < 2 {
-            return Ok(0);
-        }
-        let n_blocks = n.div_ceil(BLOCK);
-        let counts = self.numbers("counts of digits", 16 * n_blocks);
-        let mut from = 0;
-        for digit in 0..bits.div_ceil(DIGIT) {
-            let sort = self.uniform(&[n, DIGIT * digit, n_blocks, 0]);
-            let (keys, values) = (&pairs.keys[from], &pairs.values[from]);
-            let groups = groups_of(n_blocks, 1);
-            let bound = [("sort", &sort), ("keys", keys), ("counts", &counts)];
-            self.run(RADIX_SORT, "count_digits", groups, &bound)?;
-            self.sum_up(&counts, 16 * n_blocks)?;
-            self.run(
-                RADIX_SORT,
-                "scatter",
-                groups,
-                &[
-                    ("sort", &sort),
-                    ("keys", keys),
-                    ("values", values),
-                    ("counts", &counts),
-                    ("sorted_keys", &pairs.keys[1 - from]),
-                    ("sorted_values", &pairs.values[1 - from]),
-                ],
-            )?;
-            from = 1 - from;
-        }
+        let mut steps = Steps::new(self.recorder.gpu, self.pipelines, self.scratch);
+        let from = steps.sort(pairs, Numbers::Known(n), &whole_masks_of(bits))?;
+        let Steps { steps, taken, .. } = steps;
+        self.record(steps, taken);
         Ok(from)
     }
 
     /// Makes of each number the sum of those before it; the sum of all stands behind those of blocks.
     fn sum_up(&mut self, list: &wgpu::Buffer, n: u32) -> Result<wgpu::Buffer, String> {
-        let n_blocks = n.div_ceil(BLOCK);
-        let blocks = self.numbers("sums of blocks", n_blocks + 1);
-        let scan = self.uniform(&[n, n_blocks, 0, 0]);
-        let bound = [("scan", &scan), ("list", list), ("blocks", &blocks)];
-        let groups = groups_of(n_blocks, 1);
-        if n > 0 {
-            self.run(PREFIX_SUMS, "within_blocks", groups, &bound)?;
-        }
-        self.run(PREFIX_SUMS, "over_blocks", [1, 1], &[("scan", &scan), ("blocks", &blocks)])?;
-        if n > BLOCK {
-            self.run(PREFIX_SUMS, "together", groups, &bound)?;
-        }
+        let mut steps = Steps::new(self.recorder.gpu, self.pipelines, self.scratch);
+        let (blocks, _) = steps.scan(list, Numbers::Known(n))?;
+        let Steps { steps, taken, .. } = steps;
+        self.record(steps, taken);
         Ok(blocks)
+    }
+
+    /// Records steps, a pass each.
+    fn record(&mut self, steps: Vec<Step>, taken: Vec<wgpu::Buffer>) {
+        for step in steps {
+            let name = format!("host: splats, {}", step.name.replace('_', " "));
+            self.recorder.compute(&name, |pass| step.record(pass));
+        }
+        self.taken.extend(taken);
     }
 
     /// A number of a buffer, once all that was recorded is done.
@@ -316,13 +282,6 @@ pub(super) fn name_of(entry: &str) -> String {
     format!("host: splats, {}", entry.replace('_', " "))
 }
 
-/// Workgroups of so many, in rows that are not longer than a device allows.
-fn groups_of(n: u32, group: u32) -> [u32; 2] {
-    let groups = n.div_ceil(group).max(1);
-    let across = groups.min(1 << 15);
-    [across, groups.div_ceil(across)]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -338,25 +297,11 @@ mod tests {
             (lists, "count"),
             (fills.clone(), "fill"),
             (fills, "bound"),
-            (RADIX_SORT.to_owned(), "count_digits"),
-            (RADIX_SORT.to_owned(), "scatter"),
-            (PREFIX_SUMS.to_owned(), "within_blocks"),
-            (PREFIX_SUMS.to_owned(), "over_blocks"),
-            (PREFIX_SUMS.to_owned(), "together"),
         ];
         for (text, entry) in steps {
             let shader = pipelines.shader(&text, &[]).unwrap_or_else(|e| panic!("{entry}: {e}"));
             let made = pipelines.compute(entry, &shader, entry, &Settings::default());
             made.map(|_| ()).unwrap_or_else(|e| panic!("{entry}: {e}"));
-        }
-    }
-
-    #[test]
-    fn workgroups_cover_all_and_rows_are_short() {
-        for n in [0, 1, 256, 257, 1 << 23, (1 << 24) + 1, u32::MAX] {
-            let [across, down] = groups_of(n, GROUP);
-            assert!(across <= 65_535 && down <= 65_535);
-            assert!(u64::from(across) * u64::from(down) * u64::from(GROUP) >= u64::from(n));
         }
     }
 }

@@ -5,17 +5,16 @@ mod cpu;
 mod device;
 mod parameters;
 mod pictures;
-mod scratch;
 mod source;
 mod surface;
 
 use crate::graph::execute::Variables;
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
+use crate::graph::primitives::PassScratch;
 use crate::graph::recorder::Recorder;
 use crate::graph::resources::BufferPart;
 use crate::graph::{RenderError, bind};
-pub(crate) use scratch::SplatScratch;
 pub(super) use source::{COMPOSE_PER_PIXEL, SPLAT_ENTRY, splat_source};
 pub(super) use source::{SPLAT_FOOTPRINTS, SPLAT_PAYLOADS, SPLAT_RANGE};
 use surfelshop_api::graph::{Resource, Splats};
@@ -42,7 +41,7 @@ pub(super) fn draw(
     per_pixel: Option<&Pipeline>,
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<(), RenderError> {
     let fail = |message: String| RenderError::pass(&variables.pass.name, message);
     let mut made = Vec::new();
@@ -114,7 +113,7 @@ fn footprints(
     pipeline: &Pipeline,
     recorder: &mut Recorder<'_>,
     part: Part,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<Made, String> {
     let gpu = recorder.gpu;
     let [first, n] = part.splats;

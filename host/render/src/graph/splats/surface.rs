@@ -4,8 +4,8 @@ use crate::graph::bind;
 use crate::graph::execute::Variables;
 use crate::graph::pipeline_desc::Stage;
 use crate::graph::pipelines::Pipelines;
+use crate::graph::primitives::PassScratch;
 use crate::graph::recorder::Recorder;
-use crate::graph::splats::scratch::SplatScratch;
 use crate::graph::variants::Settings;
 
 const SURFACE_DEPTHS: &str = include_str!("surface_depths.wgsl");
@@ -19,7 +19,7 @@ pub(super) fn depths(
     size: [u32; 2],
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
-    scratch: &mut SplatScratch,
+    scratch: &mut PassScratch,
 ) -> Result<wgpu::Buffer, String> {
     let shader = pipelines.shader(SURFACE_DEPTHS, &[])?;
     let name = "host: distances for splats";

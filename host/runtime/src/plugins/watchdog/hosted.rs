@@ -14,13 +14,17 @@ use std::fmt;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
 use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::frame::OnDevice;
 use surfelshop_api::{FrameRequest, HostInfo};
 use surfelshop_cloud::files::return_to_folder;
 
+/// A request for a frame: with of how many surfels one is drawn, and what is on the device.
+type FrameMessage = (FrameRequest, u32, OnDevice);
+
 /// An instance of a renderer that runs on a thread of its own.
 pub struct Hosted {
-    /// With of how many surfels one is drawn.
-    requests: Sender<(FrameRequest, u32)>,
+    /// With of how many surfels one is drawn, and what is on the device.
+    requests: Sender<FrameMessage>,
     answers: Receiver<Result<EncodedGraph, Fault>>,
     limit: Duration,
     /// Why it is not asked any more.
@@ -44,7 +48,7 @@ impl Hosted {
         host: &HostInfo,
         patience: &Timeouts,
     ) -> Result<Self, Fault> {
-        let (requests, asked) = mpsc::channel();
+        let (requests, asked) = mpsc::channel::<FrameMessage>();
         let (answer, answers) = mpsc::channel();
         let (start, started) = mpsc::channel();
         let host = host.clone();
@@ -55,8 +59,8 @@ impl Hosted {
                 Err(fault) => drop(start.send(Err(fault))),
                 Ok(mut instance) => {
                     drop(start.send(Ok(())));
-                    for (request, stride) in asked {
-                        let described = instance.frame_in_motion(&request, stride);
+                    for (request, stride, on_device) in asked {
+                        let described = instance.frame_on_device(&request, stride, &on_device);
                         return_to_folder();
                         // Nobody receives where the host stopped waiting; then it asks no more, too.
                         drop(answer.send(described));
@@ -75,7 +79,7 @@ impl Hosted {
     /// # Errors
     /// Where the system gives no thread.
     pub fn replaying(graph: EncodedGraph) -> Result<Self, Fault> {
-        let (requests, asked) = mpsc::channel::<(FrameRequest, u32)>();
+        let (requests, asked) = mpsc::channel::<FrameMessage>();
         let (answer, answers) = mpsc::channel();
         on_own_thread(move || {
             for _request in asked {
@@ -102,11 +106,24 @@ impl Hosted {
         request: FrameRequest,
         stride: u32,
     ) -> Result<EncodedGraph, Fault> {
+        self.frame_on_device(request, stride, OnDevice::default())
+    }
+
+    /// The same where bytes of [resident](surfelshop_api::Graph::resident) buffers are on the device already.
+    ///
+    /// # Errors
+    /// Where the plugin fails or does not answer in time, and at once ever after the latter.
+    pub fn frame_on_device(
+        &mut self,
+        request: FrameRequest,
+        stride: u32,
+        on_device: OnDevice,
+    ) -> Result<EncodedGraph, Fault> {
         if let Some(fault) = &self.given_up {
             return Err(Fault::NotAsked(format!("it {fault}")));
         }
         // Where the thread has ended, there is no answer either.
-        drop(self.requests.send((request, stride)));
+        drop(self.requests.send((request, stride, on_device)));
         self.answers.recv_timeout(self.limit).unwrap_or_else(|error| {
             let fault = missing(error, self.limit);
             self.given_up = Some(fault.clone());

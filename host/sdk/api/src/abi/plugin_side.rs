@@ -7,7 +7,7 @@ use crate::abi::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, chann
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
 use crate::error::{Error, Result};
 use crate::format::{CloudSink, CloudSource, FileSink, FileSource, Format};
-use crate::frame::{Frame, FrameRequest, HostInfo, InMotion};
+use crate::frame::{Frame, FrameRequest, HostInfo, InMotion, OnDevice};
 use crate::graph::Graph;
 use crate::job::Job;
 use crate::manifest::{ABI_MAJOR, ABI_MINOR};
@@ -48,7 +48,7 @@ pub trait Package {
 
 /// An instance of a unit behind its `void` pointer.
 pub(super) trait Instance {
-    fn frame(&mut self, _request: FrameRequest, _moves: InMotion) -> Result<Graph> {
+    fn frame(&mut self, _request: FrameRequest, _graph: Graph) -> Result<Graph> {
         Err(Error::new("this unit is not a renderer"))
     }
     fn tile(
@@ -90,8 +90,7 @@ struct ToolInstance<T>(T);
 struct FormatInstance<F>(F);
 
 impl<R: Renderer> Instance for RendererInstance<R> {
-    fn frame(&mut self, request: FrameRequest, moves: InMotion) -> Result<Graph> {
-        let mut graph = Graph::drawing_one_of(moves.stride);
+    fn frame(&mut self, request: FrameRequest, mut graph: Graph) -> Result<Graph> {
         self.0.frame(&Frame::from(request), &mut graph)?;
         Ok(graph)
     }
@@ -250,12 +249,14 @@ unsafe extern "C" fn frame(instance: *mut c_void, request: Bytes, sink: Sink) ->
     guarded(sink, || {
         // SAFETY: the host keeps the bytes alive and unchanged for the duration of the call.
         let bytes = unsafe { request.as_slice() };
-        // Each reads its own fields, and passes over those of the other.
+        // Each reads its own fields, and passes over those of the others.
         let request: FrameRequest = rmp_serde::from_slice(bytes)?;
         let moves: InMotion = rmp_serde::from_slice(bytes)?;
+        let on_device: OnDevice = rmp_serde::from_slice(bytes)?;
+        let graph = Graph::drawing_one_of(moves.stride).with_on_device(on_device.resident);
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
         let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
-        let graph = instance.frame(request, moves)?;
+        let graph = instance.frame(request, graph)?;
         write(sink, channel::STRUCTURE, &rmp_serde::to_vec_named(graph.structure())?);
         write(sink, channel::DATA, graph.data());
         Ok(())

@@ -8,6 +8,7 @@ mod cameras;
 mod columns;
 mod members;
 mod passes;
+mod primitives;
 mod resources;
 mod splats;
 mod structure;
@@ -17,6 +18,7 @@ pub use columns::{BufferColumn, COLUMNS_HEADER_WORDS, Columns, ColumnsOf, Stored
 pub use passes::{Groups, Module, Pass, SurfaceMode, Target, Work};
 // Beside the list, which the listing of older revisions has as it is.
 pub use members::{Member, MemberType, Members};
+pub use primitives::{Count, Scan, Sort, f32_from_ordered, ordered_from_f32};
 pub use resources::CameraId;
 pub use resources::{
     Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,
@@ -25,6 +27,7 @@ pub use resources::{
 pub use splats::{Composition, Footprint, MAX_PAYLOADS, SplatDepth, Splats};
 pub use structure::{Output, Structure};
 
+use crate::frame::ResidentBytes;
 use crate::params::ParamSet;
 use crate::uniform::Uniform;
 
@@ -35,6 +38,8 @@ pub struct Graph {
     data: Vec<u8>,
     /// One less than [`stride`](Self::stride).
     left_out: u32,
+    /// What is on the device already of [`resident`](Self::resident) buffers.
+    on_device: Vec<ResidentBytes>,
 }
 
 /// Bytes of a `surfelshop::surfels::Record`.
@@ -54,12 +59,17 @@ impl Graph {
     /// A graph from its parts, as they crossed the boundary.
     #[must_use]
     pub fn from_parts(structure: Structure, data: Vec<u8>) -> Self {
-        Self { structure, data, left_out: 0 }
+        Self { structure, data, ..Self::default() }
     }
 
     /// An empty graph of a frame in which one surfel of `stride` is drawn.
     pub(crate) fn drawing_one_of(stride: u32) -> Self {
         Self { left_out: stride.saturating_sub(1), ..Self::default() }
+    }
+
+    /// The same where these bytes are on the device already.
+    pub(crate) fn with_on_device(self, on_device: Vec<ResidentBytes>) -> Self {
+        Self { on_device, ..self }
     }
 
     /// One surfel of so many is drawn in this frame, and so much larger that they cover the same, or they
@@ -91,6 +101,34 @@ impl Graph {
         let size = (bytes.len() as u64).next_multiple_of(4).max(4);
         let upload = Some(self.append(bytes, 4));
         self.buffer(label, Buffer { upload, ..Buffer::new(size) })
+    }
+
+    /// Declares a storage buffer of `len` bytes that stay on the device: `bytes` is called, and they are sent, only
+    /// where the host does not have them there. `key` names them: everything that they are made of belongs into it,
+    /// such as the name and the time of a file, since other bytes under the same key and length are never asked for.
+    /// The host keeps the keys of units apart and shares them among the views of one. It drops what no frame has used
+    /// for 64 frames, and what was not used for longest where there is too much; then `bytes` is called again, as it is
+    /// on another device. Passes only read the buffer. Hosts before 3.10 are sent the bytes in every frame. ABI 3.10.
+    ///
+    /// ```
+    /// use surfelshop_api::graph::Graph;
+    /// let table: Vec<f32> = (0..1000).map(|i| (i as f32).sqrt()).collect();
+    /// let to_bytes = || table.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<u8>>();
+    /// let mut graph = Graph::new();
+    /// graph.resident("roots", "roots of 0 to 999", 4 * 1000, to_bytes);
+    /// assert_eq!(graph.data().len(), 4000, "nothing is said to be on the device");
+    /// ```
+    pub fn resident<B: AsRef<[u8]>>(
+        &mut self,
+        label: &str,
+        key: &str,
+        len: u64,
+        bytes: impl FnOnce() -> B,
+    ) -> BufferId {
+        let is_there = self.on_device.iter().any(|there| there.key == key && there.len == len);
+        let upload = (!is_there).then(|| self.append(bytes().as_ref(), 4));
+        let (size, resident) = (len.next_multiple_of(4).max(4), Some(key.to_owned()));
+        self.buffer(label, Buffer { upload, resident, ..Buffer::new(size) })
     }
 
     /// Declares a storage buffer that the host fills with the scene's surfels, `n_surfels` of them

@@ -1,6 +1,7 @@
 //! Passes of a graph: what they do, with which resources.
 
-use crate::graph::resources::{CameraId, Resource, TextureId};
+use crate::graph::primitives::{Scan, Sort};
+use crate::graph::resources::{BufferId, CameraId, Resource, TextureId};
 use crate::graph::splats::Splats;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -49,6 +50,18 @@ pub enum Groups {
         /// Divisor of the view's size, at least 1.
         divisor: u32,
     },
+    /// Enough for as many invocations as a `u32` of a buffer says when the pass runs, and never for more than
+    /// `at_most`: what is larger counts as `at_most`. The groups lie in rows where they are more than 65,535;
+    /// `invocation_of` of the WGSL module `surfelshop::numbers` counts their invocations, and those beyond the number
+    /// must return. ABI 3.10.
+    Counted {
+        /// The buffer.
+        buffer: BufferId,
+        /// Bytes before the number, a multiple of 4.
+        offset: u64,
+        /// Most invocations, at least 1.
+        at_most: u32,
+    },
 }
 
 /// What a pass does.
@@ -84,6 +97,10 @@ pub enum Work {
     },
     /// Calls a WGSL function `fn(u32) -> Splat` for each of many splats and puts them together. ABI 3.9.
     Splats(Splats),
+    /// Sorts pairs of numbers. ABI 3.10.
+    Sort(Sort),
+    /// Puts the sum of those before it in the place of each number. ABI 3.10.
+    Scan(Scan),
 }
 
 /// A WGSL module that a pass brings along, for its shader and later modules to import.
@@ -127,6 +144,13 @@ pub struct Pass {
     /// The camera that it looks from, where that is not the view's own. ABI 3.5.
     #[serde(default)]
     pub camera: Option<CameraId>,
+    /// Features of the device that it cannot do without, as [`HostInfo::features`](crate::HostInfo::features) names
+    /// them. ABI 3.10.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<String>,
+    /// The pass that runs where the device lacks one of these. ABI 3.10.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instead: Option<Box<Self>>,
 }
 
 impl Pass {
@@ -142,6 +166,8 @@ impl Pass {
             merges: false,
             features: BTreeMap::new(),
             camera: None,
+            needs: Vec::new(),
+            instead: None,
         }
     }
 
@@ -180,7 +206,7 @@ impl Pass {
             Work::Shading { target, .. } => *target = to.texture,
             Work::Fullscreen { targets, .. } => targets.push(to),
             Work::Splats(splats) => splats.add(to),
-            Work::Compute { .. } => {}
+            Work::Compute { .. } | Work::Sort(_) | Work::Scan(_) => {}
         }
         self
     }
@@ -227,6 +253,28 @@ impl Pass {
         self
     }
 
+    /// Says that the pass cannot do without a feature of the device, one of
+    /// [`HostInfo::features`](crate::HostInfo::features): its shader may then use `subgroups`, `f16` and what else
+    /// only some devices have. Where one is missing, the pass [`instead`](Self::instead) of it runs, or the graph is
+    /// refused in a line that names pass, feature and device. ABI 3.10.
+    #[must_use]
+    pub fn needs(mut self, feature: &str) -> Self {
+        self.needs.push(feature.to_owned());
+        self
+    }
+
+    /// The pass that runs in place of this one where the device lacks what it [`needs`](Self::needs). It may need
+    /// something itself, and have another instead; 16 at most, one behind the other. ABI 3.10.
+    #[must_use]
+    pub fn instead(mut self, pass: Self) -> Self {
+        let pass = match self.instead.take() {
+            Some(before) => before.instead(pass),
+            None => pass,
+        };
+        self.instead = Some(Box::new(pass));
+        self
+    }
+
     /// Reads this kind of surface buffer.
     #[must_use]
     pub fn surface(mut self, mode: SurfaceMode) -> Self {
@@ -235,6 +283,7 @@ impl Pass {
             | Work::Fullscreen { surface, .. }
             | Work::Compute { surface, .. } => *surface = mode,
             Work::Splats(splats) => splats.surface = mode,
+            Work::Sort(_) | Work::Scan(_) => {}
         }
         self
     }

@@ -218,6 +218,10 @@ pub struct Buffer {
     /// ABI 3.9.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub columns: Option<ColumnsOf>,
+    /// What names the bytes that it was filled with once and that stay on the device; see
+    /// [`Graph::resident`](crate::Graph::resident). ABI 3.10.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub resident: Option<String>,
 }
 
 impl Buffer {
@@ -225,7 +229,8 @@ impl Buffer {
     #[must_use]
     pub fn new(size: u64) -> Self {
         let (label, lifetime) = (String::new(), Lifetime::Frame);
-        Self { label, size, lifetime, upload: None, surfels: None, columns: None }
+        let (upload, surfels, columns, resident) = (None, None, None, None);
+        Self { label, size, lifetime, upload, surfels, columns, resident }
     }
 
     /// Keeps what a frame leaves in it for the next frame of the same view. ABI 3.5.

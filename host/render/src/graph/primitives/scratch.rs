@@ -1,4 +1,4 @@
-//! Memory for passes of splats that is used again from frame to frame.
+//! Memory for passes of splats, sorts and sums that is used again from frame to frame.
 
 use crate::gpu::Gpu;
 use surfelshop_raster::composition::Composer;
@@ -12,15 +12,15 @@ struct Waiting {
     last_used: u64,
 }
 
-/// What passes of splats need besides resources of graphs.
+/// What passes of splats, sorts and sums need besides resources of graphs.
 #[derive(Default)]
-pub(crate) struct SplatScratch {
-    pub(super) composer: Composer,
+pub(crate) struct PassScratch {
+    pub(in crate::graph) composer: Composer,
     waiting: Vec<Waiting>,
     frame: u64,
 }
 
-impl SplatScratch {
+impl PassScratch {
     /// Drops what has not been used for a while; called once a frame.
     pub(crate) fn next_frame(&mut self) {
         self.frame += 1;
@@ -34,7 +34,7 @@ impl SplatScratch {
     }
 
     /// A buffer of so many bytes, with anything in it.
-    pub(super) fn take(
+    pub(in crate::graph) fn take(
         &mut self,
         gpu: &Gpu,
         label: &str,
@@ -55,7 +55,7 @@ impl SplatScratch {
     }
 
     /// Takes a buffer back that the device is done with, or that is used in its order.
-    pub(super) fn give(&mut self, buffer: wgpu::Buffer) {
+    pub(in crate::graph) fn give(&mut self, buffer: wgpu::Buffer) {
         self.waiting.push(Waiting { buffer, last_used: self.frame });
     }
 }

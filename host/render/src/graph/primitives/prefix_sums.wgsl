@@ -1,6 +1,6 @@
 // Sums of what stands before each number of a list: within blocks, over blocks, and together.
 
-struct Scan {
+struct Amount {
     n: u32,
     n_blocks: u32,
     unused_a: u32,
@@ -10,10 +10,13 @@ struct Scan {
 const OF_THREAD = 4u;
 const BLOCK = 1024u;
 
-var<uniform> scan: Scan;
+var<uniform> amount: Amount;
 var<storage, read_write> list: array<u32>;
 // Of each block; behind them the sum of all.
 var<storage, read_write> blocks: array<u32>;
+// Where the sum of all goes, in words.
+var<uniform> place: vec4<u32>;
+var<storage, read_write> totals: array<u32>;
 
 var<workgroup> sums: array<u32, 256>;
 
@@ -45,20 +48,20 @@ fn within_blocks(
     let first = block * BLOCK + thread * OF_THREAD;
     var own = 0u;
     for (var k = 0u; k < OF_THREAD; k++) {
-        if first + k < scan.n {
+        if first + k < amount.n {
             own += list[first + k];
         }
     }
     let found = before(thread, own);
     var sum = found.x;
     for (var k = 0u; k < OF_THREAD; k++) {
-        if first + k < scan.n {
+        if first + k < amount.n {
             let here = list[first + k];
             list[first + k] = sum;
             sum += here;
         }
     }
-    if thread == 0u && block < scan.n_blocks {
+    if thread == 0u && block < amount.n_blocks {
         blocks[block] = found.y;
     }
 }
@@ -67,20 +70,20 @@ fn within_blocks(
 @compute @workgroup_size(256)
 fn over_blocks(@builtin(local_invocation_index) thread: u32) {
     var carry = 0u;
-    for (var first = 0u; first < scan.n_blocks; first += 256u) {
+    for (var first = 0u; first < amount.n_blocks; first += 256u) {
         let i = first + thread;
         var own = 0u;
-        if i < scan.n_blocks {
+        if i < amount.n_blocks {
             own = blocks[i];
         }
         let found = before(thread, own);
-        if i < scan.n_blocks {
+        if i < amount.n_blocks {
             blocks[i] = carry + found.x;
         }
         carry += found.y;
     }
     if thread == 0u {
-        blocks[scan.n_blocks] = carry;
+        blocks[amount.n_blocks] = carry;
     }
 }
 
@@ -91,13 +94,18 @@ fn together(
     @builtin(num_workgroups) groups: vec3<u32>,
 ) {
     let block = group.x + group.y * groups.x;
-    if block >= scan.n_blocks {
+    if block >= amount.n_blocks {
         return;
     }
     for (var k = 0u; k < OF_THREAD; k++) {
         let i = block * BLOCK + thread * OF_THREAD + k;
-        if i < scan.n {
+        if i < amount.n {
             list[i] += blocks[block];
         }
     }
+}
+
+@compute @workgroup_size(1)
+fn write_total() {
+    totals[place.x] = blocks[amount.n_blocks];
 }

@@ -3,19 +3,28 @@
 //
 // Source: Merrill & Grimshaw 2010, "Revisiting Sorting for GPGPU Stream Architectures": counts, scan, scatter.
 
-struct Sort {
+struct Amount {
     n: u32,
-    // Bits below the digit.
-    shift: u32,
     n_blocks: u32,
-    unused: u32,
+    unused_a: u32,
+    unused_b: u32,
+}
+
+struct Digit {
+    // Bits below it.
+    shift: u32,
+    // 15, or less where fewer bits are looked at.
+    mask: u32,
+    unused_a: u32,
+    unused_b: u32,
 }
 
 // Pairs of a thread and of a block of 256 threads.
 const OF_THREAD = 4u;
 const BLOCK = 1024u;
 
-var<uniform> sort: Sort;
+var<uniform> amount: Amount;
+var<uniform> digit: Digit;
 var<storage, read> keys: array<u32>;
 var<storage, read> values: array<u32>;
 var<storage, read_write> sorted_keys: array<u32>;
@@ -29,7 +38,7 @@ var<workgroup> of_threads: array<u32, 2048>;
 var<workgroup> sums: array<u32, 256>;
 
 fn digit_of(key: u32) -> u32 {
-    return (key >> sort.shift) & 15u;
+    return (key >> digit.shift) & digit.mask;
 }
 
 @compute @workgroup_size(256)
@@ -45,13 +54,13 @@ fn count_digits(
     workgroupBarrier();
     for (var k = 0u; k < OF_THREAD; k++) {
         let i = block * BLOCK + thread * OF_THREAD + k;
-        if i < sort.n {
+        if i < amount.n {
             atomicAdd(&of_block[digit_of(keys[i])], 1u);
         }
     }
     workgroupBarrier();
-    if thread < 16u && block < sort.n_blocks {
-        counts[thread * sort.n_blocks + block] = atomicLoad(&of_block[thread]);
+    if thread < 16u && block < amount.n_blocks {
+        counts[thread * amount.n_blocks + block] = atomicLoad(&of_block[thread]);
     }
 }
 
@@ -67,9 +76,9 @@ fn scatter(
         of_threads[row * 256u + thread] = 0u;
     }
     for (var k = 0u; k < OF_THREAD; k++) {
-        if first + k < sort.n {
-            let digit = digit_of(keys[first + k]);
-            of_threads[(digit >> 1u) * 256u + thread] += 1u << (16u * (digit & 1u));
+        if first + k < amount.n {
+            let of_key = digit_of(keys[first + k]);
+            of_threads[(of_key >> 1u) * 256u + thread] += 1u << (16u * (of_key & 1u));
         }
     }
     workgroupBarrier();
@@ -99,15 +108,15 @@ fn scatter(
     workgroupBarrier();
     for (var k = 0u; k < OF_THREAD; k++) {
         let i = first + k;
-        if i >= sort.n {
+        if i >= amount.n {
             break;
         }
         let key = keys[i];
-        let digit = digit_of(key);
-        var at = counts[digit * sort.n_blocks + block];
-        at += (of_threads[(digit >> 1u) * 256u + thread] >> (16u * (digit & 1u))) & 0xffffu;
+        let of_key = digit_of(key);
+        var at = counts[of_key * amount.n_blocks + block];
+        at += (of_threads[(of_key >> 1u) * 256u + thread] >> (16u * (of_key & 1u))) & 0xffffu;
         for (var j = 0u; j < k; j++) {
-            at += select(0u, 1u, digit_of(keys[first + j]) == digit);
+            at += select(0u, 1u, digit_of(keys[first + j]) == of_key);
         }
         sorted_keys[at] = key;
         sorted_values[at] = values[i];

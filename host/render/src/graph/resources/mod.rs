@@ -1,13 +1,17 @@
 //! Textures and buffers of graphs: reused from frame to frame, or kept by key.
 
+mod resident;
+mod texture_cache;
+
 use crate::disk_cache::DiskCache;
 use crate::gpu::Gpu;
 use crate::graph::plan::{Node, Plan, wgpu_format};
-use crate::graph::texture_cache;
+use crate::graph::resources::resident::{ResidentBuffers, ResidentId};
 use crate::shader_compiler::fingerprint;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
-use surfelshop_api::graph::Lifetime;
+use surfelshop_api::frame::ResidentBytes;
+use surfelshop_api::graph::{Lifetime, Pass, Work};
 
 /// Frames an unused resource survives.
 const KEPT_FRAMES: u64 = 64;
@@ -43,12 +47,22 @@ fn made_by(plan: &Plan, node: Node) -> u64 {
     for (pass, planned) in plan.structure.passes.iter().zip(&plan.passes) {
         if planned.writes.contains(&node) {
             (&pass.wgsl, &pass.modules, &pass.entry).hash(&mut hasher);
+            hash_primitive(pass, &mut hasher);
             for (name, value) in &pass.constants {
                 (name, value.to_bits()).hash(&mut hasher);
             }
         }
     }
     hasher.finish()
+}
+
+/// What a pass of the host's own shaders does.
+fn hash_primitive(pass: &Pass, hasher: &mut DefaultHasher) {
+    match &pass.work {
+        Work::Sort(sort) => sort.hash(hasher),
+        Work::Scan(scan) => scan.hash(hasher),
+        _ => {}
+    }
 }
 
 /// To be raised with every change to what the host's own part of a stored texture is made of and
@@ -64,7 +78,7 @@ struct CachedResource {
 }
 
 /// The last frame that used a resource.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Use {
     frame: u64,
     /// The picture's size in pixels.
@@ -107,6 +121,7 @@ pub(crate) struct Resources {
     persistent: HashMap<Identity, CachedResource>,
     /// What the last frames of views left, by which buffer of which view's graph it is.
     history: HashMap<Left, (Identity, CachedResource)>,
+    resident: ResidentBuffers,
     /// The frame that is drawn.
     now: Use,
     /// Where contents are kept for the next start.
@@ -145,6 +160,8 @@ pub(crate) struct FrameResources {
     /// Persistent resources that were filled before this frame.
     filled: Vec<Node>,
     keys: Vec<(Node, Identity)>,
+    /// Resident buffers by their position, and whether their bytes are in them.
+    resident: HashMap<usize, (ResidentId, bool)>,
     lent: Vec<(Shape, GpuResource)>,
 }
 
@@ -186,6 +203,11 @@ impl FrameResources {
         in_parts + textures.chain(buffers).map(|made| made.bytes()).sum::<u64>()
     }
 
+    /// Whether the bytes of a resident buffer are in it.
+    pub(crate) fn is_resident(&self, buffer: usize) -> bool {
+        self.resident.get(&buffer).is_some_and(|(_, filled)| *filled)
+    }
+
     /// Whether a persistent resource holds what its key names.
     pub(crate) fn is_filled(&self, node: Node) -> bool {
         self.filled.contains(&node)
@@ -198,11 +220,24 @@ impl Resources {
         self.now = Use { frame: self.now.frame + 1, size };
         let oldest = self.now.frame.saturating_sub(KEPT_FRAMES);
         self.keep(|last| last.frame >= oldest);
+        self.resident.keep(|last| last.frame >= oldest);
+    }
+
+    /// The bytes of a unit that are on the device and will be in the next frame.
+    pub(crate) fn resident_of(&self, scope: &str) -> Vec<ResidentBytes> {
+        self.resident.of(scope, (self.now.frame + 1).saturating_sub(KEPT_FRAMES))
+    }
+
+    /// How often bytes were sent that stay, and how many are there.
+    pub(crate) fn resident(&self) -> (u32, u64) {
+        (self.resident.sent, self.resident.bytes())
     }
 
     /// Drops what was used last for a picture of another size than these.
     pub(crate) fn keep_sizes(&mut self, sizes: &[[u32; 2]]) {
         self.keep(|last| sizes.contains(&last.size));
+        // Bytes that stay are of no size; without any picture nothing is to stay.
+        self.resident.keep(|_| !sizes.is_empty());
     }
 
     fn keep(&mut self, is_kept: impl Fn(&Use) -> bool) {
@@ -219,7 +254,8 @@ impl Resources {
         let persistent = self.persistent.values().map(|kept| &kept.made);
         let history = self.history.values().map(|(_, kept)| &kept.made);
         let free = self.free.values().flatten().map(|(made, _)| made);
-        persistent.chain(history).chain(free).map(GpuResource::bytes).sum()
+        let all = persistent.chain(history).chain(free).map(GpuResource::bytes);
+        all.sum::<u64>() + self.resident.bytes()
     }
 
     /// Lends the resources that these passes touch.
@@ -237,9 +273,16 @@ impl Resources {
             parts: HashMap::new(),
             filled: Vec::new(),
             keys: Vec::new(),
+            resident: HashMap::new(),
             lent: Vec::new(),
         };
+        self.lend_resident(gpu, plan, scope, &mut frame);
         for &node in nodes {
+            if let Node::Buffer(i) = node
+                && frame.buffers[i].is_some()
+            {
+                continue;
+            }
             if let Node::Buffer(i) = node
                 && let Some(buffer) = lending.given.get(&i)
             {
@@ -305,6 +348,20 @@ impl Resources {
         frame
     }
 
+    /// Lends the buffers whose bytes stay: those that no pass touches, too, since their bytes were sent.
+    fn lend_resident(&mut self, gpu: &Gpu, plan: &Plan, scope: &str, frame: &mut FrameResources) {
+        for (i, buffer) in plan.structure.buffers.iter().enumerate() {
+            let Some(key) = &buffer.resident else { continue };
+            let (size, label) = (buffer.size.next_multiple_of(4), buffer.label.as_str());
+            let id = ResidentId { scope: scope.to_owned(), key: key.clone(), size };
+            let new = || make_buffer(gpu, size, label);
+            let (made, filled) = self.resident.lend(&id, self.now, new);
+            frame.buffers[i] = Some(made);
+            frame.resident.insert(i, (id, filled));
+        }
+        self.resident.make_room(self.now);
+    }
+
     /// What the last frame of a view left in a buffer: zeros where there was none, or where the buffer
     /// had another size or was filled by other passes then.
     fn left(&mut self, gpu: &Gpu, place: Left, id: Identity) -> GpuResource {
@@ -337,7 +394,12 @@ impl Resources {
 
     /// Takes a submitted frame's resources back; `written` persistent ones now hold what their
     /// key names.
-    pub(crate) fn give_back(&mut self, frame: FrameResources, written: &[Node]) {
+    pub(crate) fn give_back(&mut self, frame: FrameResources, written: &[Node], plan: &Plan) {
+        for (i, (id, _)) in &frame.resident {
+            if let Some(sent) = plan.structure.buffers[*i].upload {
+                self.resident.filled(id, sent.len);
+            }
+        }
         for (shape, made) in frame.lent {
             self.free.entry(shape).or_default().push((made, self.now));
         }
@@ -395,15 +457,17 @@ fn make(gpu: &Gpu, shape: &Shape, label: &str) -> GpuResource {
                 view_formats: &[],
             }))
         }
-        Shape::Buffer { size } => {
-            GpuResource::Buffer(gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage: wgpu::BufferUsages::STORAGE
-                    | wgpu::BufferUsages::COPY_DST
-                    | wgpu::BufferUsages::COPY_SRC,
-                mapped_at_creation: false,
-            }))
-        }
+        Shape::Buffer { size } => GpuResource::Buffer(make_buffer(gpu, size, label)),
     }
+}
+
+fn make_buffer(gpu: &Gpu, size: u64, label: &str) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::COPY_DST
+            | wgpu::BufferUsages::COPY_SRC,
+        mapped_at_creation: false,
+    })
 }
