@@ -7,6 +7,7 @@ use peak_alloc::PeakAlloc;
 
 mod convert;
 mod corpus;
+mod gaussians;
 mod mutations;
 mod resident;
 mod size;

@@ -2,6 +2,7 @@
 
 use crate::accessor::{Accessor, Shape};
 use crate::buffers::Buffers;
+use crate::splats;
 use gltf::json::Root;
 use gltf::json::accessor::ComponentType;
 use gltf::json::mesh::{Primitive, Semantic};
@@ -19,7 +20,8 @@ pub(crate) struct Attribute {
     pub accessor: Accessor,
 }
 
-fn say(lines: &mut Vec<String>, line: String) {
+/// Adds a line that is new, where there are not too many.
+pub(crate) fn say(lines: &mut Vec<String>, line: String) {
     if lines.len() < MAX_LINES && !lines.contains(&line) {
         lines.push(line);
     }
@@ -70,6 +72,8 @@ pub(crate) fn own(
         let own = match semantic {
             Checked::Valid(Semantic::Extras(own)) => own,
             Checked::Valid(_) => continue,
+            // Those of splats are read by themselves.
+            Checked::Invalid if splats::are_in(primitive) => continue,
             Checked::Invalid => {
                 say(lines, "attributes whose names glTF does not have were left out".to_owned());
                 continue;

@@ -4,6 +4,7 @@ use crate::Colors;
 use crate::accessor::Shape;
 use crate::mesh::{Mesh, Vertices};
 use crate::scene::Instance;
+use crate::splats::{Part, Splats};
 use gltf::json::accessor::ComponentType;
 use std::collections::HashMap;
 use surfelshop_api::columns::{
@@ -21,6 +22,7 @@ pub(crate) enum Content {
     Position,
     Normal,
     Color,
+    Splat(Part),
     /// The attribute of this name.
     Own(String),
 }
@@ -87,7 +89,14 @@ impl Columns {
             if vertices().any(|vertices| vertices.normal.is_some()) {
                 found.push(Content::Normal, FileColumn::new(NORMAL, 3, Element::F32));
             }
-            if let Some((element, components)) = color(vertices, colors) {
+            let splats: Vec<&Splats> =
+                vertices().filter_map(|vertices| vertices.splats.as_ref()).collect();
+            if let Some(n_orders) = splats.iter().map(|splats| splats.n_orders()).max() {
+                let own = [Part::Opacity, Part::Scale, Part::Rotation];
+                for part in own.into_iter().chain((0..n_orders).map(Part::Harmonics)) {
+                    found.push(Content::Splat(part), part.column());
+                }
+            } else if let Some((element, components)) = color(vertices, colors) {
                 found.push(Content::Color, FileColumn::new(COLOR, components, element));
             }
             found.own(vertices());

@@ -1,5 +1,7 @@
 //! The JSON of a file, and where its binary chunk lies.
 
+use crate::names::AllNames;
+use crate::splats;
 use gltf::json::Root;
 use std::ops::Range;
 use surfelshop_api::format::FileSource;
@@ -15,6 +17,7 @@ const CHUNK_HEADER: u64 = 8;
 /// What a file consists of.
 pub(crate) struct Container {
     pub root: Root,
+    pub names: AllNames,
     /// The binary chunk, in bytes of the file.
     pub binary: Option<Range<u64>>,
     pub is_glb: bool,
@@ -44,7 +47,8 @@ pub(crate) fn open(file: &FileSource) -> Result<Container> {
             version.escape_debug()
         )));
     }
-    Ok(Container { root, binary, is_glb })
+    let names = AllNames::of(text, splats::EXTENSION)?;
+    Ok(Container { root, names, binary, is_glb })
 }
 
 fn words(file: &FileSource, place: u64) -> Result<[u32; 2]> {

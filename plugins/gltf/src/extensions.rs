@@ -3,17 +3,24 @@
 use gltf::json::Root;
 use surfelshop_api::prelude::{Error, Result};
 
+/// What to do about packed splats.
+pub(crate) const PACKED_SPLATS: &str =
+    "save the splats without compression, or as an .spz file of their own";
+
 /// Those that change how meshes are stored or shown, and are not read.
-const REFUSED: [(&str, &str); 4] = [
+const REFUSED: [(&str, &str); 6] = [
     ("KHR_draco_mesh_compression", "save the file without compression"),
     ("EXT_meshopt_compression", "save the file without compression"),
     ("KHR_meshopt_compression", "save the file without compression"),
     ("EXT_mesh_gpu_instancing", "save the file without instances"),
+    ("KHR_gaussian_splatting_compression_spz", PACKED_SPLATS),
+    ("KHR_gaussian_splatting_compression_spz_2", PACKED_SPLATS),
 ];
 
 /// Those that change nothing of points and triangles, by how they begin.
-const HARMLESS: [&str; 11] = [
+const HARMLESS: [&str; 12] = [
     "KHR_materials_",
+    "KHR_gaussian_splatting",
     "KHR_texture_",
     "KHR_lights_",
     "KHR_mesh_quantization",

@@ -1,4 +1,4 @@
-//! # `gltf`: points and triangles of glTF scenes
+//! # `gltf`: points, triangles and Gaussian splats of glTF scenes
 //!
 //! | parameter | type   | default   | meaning                                                         |
 //! |-----------|--------|-----------|-----------------------------------------------------------------|
@@ -21,10 +21,16 @@
 //! glTF says that colours are linear in whole numbers, too. Some programs, such as trimesh, write sRGB there as it is,
 //! which is what such columns hold here; `colors=linear` reads them by the book, as f32.
 //!
+//! Points of the extension `KHR_gaussian_splatting` are Gaussians: columns `opacity`, `splat_scale`, `splat_rotation` and
+//! `sh_0` to `sh_3`, moved, scaled and turned as nodes say, their spherical harmonics, too. Their colours are those of the
+//! harmonics, not `COLOR_0` or materials. In a scene with Gaussians all else is left out, since it would be of none.
+//! Those that another extension packs (`KHR_gaussian_splatting_compression_spz` and others, which are drafts) are
+//! refused.
+//!
 //! Not read: textures, lines, skins, morph targets, animations; buffers in other files, which a format cannot
 //! open; meshes that Draco or meshopt compressed.
 //!
-//! Source: Khronos Group, "glTF 2.0 Specification".
+//! Source: Khronos Group, "glTF 2.0 Specification" and "KHR_gaussian_splatting".
 
 mod accessor;
 mod attributes;
@@ -34,8 +40,10 @@ mod container;
 mod decode;
 mod extensions;
 mod mesh;
+mod names;
 mod read;
 mod scene;
+mod splats;
 #[cfg(test)]
 mod tests;
 mod triangles;
@@ -68,8 +76,11 @@ params! {
 struct Gltf;
 
 impl Format for Gltf {
-    const INFO: UnitInfo =
-        UnitInfo::new("gltf", "glTF", "Reads points and triangles of scenes (.glb, .gltf).");
+    const INFO: UnitInfo = UnitInfo::new(
+        "gltf",
+        "glTF",
+        "Reads points, triangles and Gaussian splats of scenes (.glb, .gltf).",
+    );
     const FILES: FileTypes = FileTypes::new().ending("glb").ending("gltf").magic(0, b"glTF");
     type Params = Settings;
 

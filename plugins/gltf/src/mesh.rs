@@ -3,6 +3,9 @@
 use crate::accessor::Accessor;
 use crate::attributes::{self, Attribute};
 use crate::buffers::Buffers;
+use crate::extensions::PACKED_SPLATS;
+use crate::names::{AllNames, Names};
+use crate::splats::{self, Splats};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
@@ -26,6 +29,8 @@ pub(crate) struct Vertices {
     pub normal: Option<Accessor>,
     pub color: Option<Accessor>,
     pub base: Base,
+    /// What is Gaussians of them.
+    pub splats: Option<Splats>,
     /// Those of own names.
     pub own: Vec<Attribute>,
 }
@@ -52,13 +57,19 @@ pub(crate) struct Doubts {
     n_without_positions: usize,
     n_lines: usize,
     has_textures: bool,
-    has_gaussians: bool,
+    /// Primitives beside Gaussians.
+    pub n_beside_splats: usize,
     has_point_indices: bool,
     /// Attributes that are not read, and why.
     pub attributes: Vec<String>,
 }
 
 impl Doubts {
+    /// Adds a line about attributes.
+    pub(crate) fn say(&mut self, line: String) {
+        attributes::say(&mut self.attributes, line);
+    }
+
     /// A line for each.
     pub(crate) fn lines(self) -> Vec<String> {
         let mut lines = Vec::new();
@@ -76,8 +87,11 @@ impl Doubts {
                 "textures are not read: colours are those of materials and points".to_owned(),
             );
         }
-        if self.has_gaussians {
-            lines.push("Gaussians (KHR_gaussian_splatting) were read as points".to_owned());
+        if self.n_beside_splats > 0 {
+            lines.push(format!(
+                "{} primitives beside Gaussians were left out: they are none",
+                self.n_beside_splats
+            ));
         }
         if self.has_point_indices {
             lines.push("points that are listed by index were all read".to_owned());
@@ -87,16 +101,24 @@ impl Doubts {
     }
 }
 
-/// What tells points of a mesh from others: the attributes and the material.
-type Key = (Vec<(Checked<Semantic>, usize)>, Option<usize>);
+/// What tells points of a mesh from others: the attributes, those of extensions too, and the material.
+type Key = (Vec<(Checked<Semantic>, usize)>, Names, Option<usize>);
 
 impl Mesh {
+    /// Leaves what is no splats out; returns how many primitives' points these were.
+    pub(crate) fn keep_splats(&mut self) -> usize {
+        let before = self.vertices.len();
+        self.vertices.retain(|vertices| vertices.splats.is_some());
+        self.topologies.clear();
+        before - self.vertices.len()
+    }
+
     /// Finds the accessors of a mesh.
     ///
     /// # Errors
     /// Where something that it refers to is not there.
     pub(crate) fn find(
-        root: &Root,
+        (root, names): (&Root, &AllNames),
         buffers: &Buffers,
         index: usize,
         doubts: &mut Doubts,
@@ -104,7 +126,7 @@ impl Mesh {
         let missing = || Error::new(format!("expected a mesh {index}, found none"));
         let json = root.meshes.get(index).ok_or_else(missing)?;
         let (mut mesh, mut known) = (Self::default(), HashMap::<Key, usize>::new());
-        for primitive in &json.primitives {
+        for (number, primitive) in json.primitives.iter().enumerate() {
             let Checked::Valid(mode) = primitive.mode else {
                 return Err(Error::new(format!(
                     "mesh {index}: expected a mode of glTF, found another"
@@ -117,11 +139,14 @@ impl Mesh {
             let attributes = primitive.attributes.iter();
             let key: Vec<_> =
                 attributes.map(|(name, accessor)| (name.clone(), accessor.value())).collect();
-            let key = (key, primitive.material.map(|material| material.value()));
+            let names = names.of_primitive(index, number);
+            let key = (key, names.clone(), primitive.material.map(|material| material.value()));
             let vertices = match known.get(&key) {
                 Some(&vertices) => vertices,
                 None => {
-                    let Some(found) = vertices(root, buffers, primitive, doubts)? else { continue };
+                    let Some(found) = vertices((root, buffers), primitive, &names, doubts)? else {
+                        continue;
+                    };
                     mesh.vertices.push(found);
                     known.insert(key, mesh.vertices.len() - 1);
                     mesh.vertices.len() - 1
@@ -141,14 +166,13 @@ impl Mesh {
 
 /// The points of a primitive; `None` where it has none.
 fn vertices(
-    root: &Root,
-    buffers: &Buffers,
+    (root, buffers): (&Root, &Buffers),
     primitive: &Primitive,
+    names: &Names,
     doubts: &mut Doubts,
 ) -> Result<Option<Vertices>> {
     let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
     let has = |name: &str| extensions.is_some_and(|others| others.contains_key(name));
-    doubts.has_gaussians |= has("KHR_gaussian_splatting");
     let find = |semantic: Semantic| {
         let index = primitive.attributes.get(&Checked::Valid(semantic));
         index.map(|index| Accessor::find(root, buffers, index.value())).transpose()
@@ -162,11 +186,24 @@ fn vertices(
             "a mesh is compressed by Draco, which is not read; save the file without compression",
         ));
     }
+    if let Some(name) = splats::compression(primitive).filter(|_| position.is_empty_inside()) {
+        let name: String = name.escape_debug().take(80).collect();
+        return Err(Error::new(format!(
+            "Gaussians are compressed by {name}, which is not read; {PACKED_SPLATS}"
+        )));
+    }
     let count = position.count;
     if position.shape.components != 3 {
         let found = position.shape.components;
         return Err(Error::new(format!("POSITION: expected 3 components, found {found}")));
     }
+    let is_points = primitive.mode == Checked::Valid(Mode::Points);
+    let found = is_points
+        .then(|| Splats::find((root, buffers), primitive, names, count, doubts))
+        .transpose()?;
+    let splats = found.flatten();
+    // Of splats these follow from the rest.
+    let find = |semantic| if splats.is_some() { Ok(None) } else { find(semantic) };
     let normal = find(Semantic::Normals)?;
     let color = find(Semantic::Colors(0))?;
     let checked = |name: &str, accessor: Option<Accessor>, doubts: &mut Doubts| {
@@ -176,7 +213,7 @@ fn vertices(
     let color = checked("COLOR_0", color, doubts);
     let own = attributes::own(root, buffers, primitive, count, &mut doubts.attributes)?;
     let base = base(root, primitive, doubts)?;
-    Ok(Some(Vertices { count, position, normal, color, base, own }))
+    Ok(Some(Vertices { count, position, normal, color, base, splats, own }))
 }
 
 fn base(root: &Root, primitive: &Primitive, doubts: &mut Doubts) -> Result<Base> {

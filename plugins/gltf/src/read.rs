@@ -22,7 +22,7 @@ pub(crate) fn read(
     clouds: &mut CloudSink<'_>,
     job: &Job<'_>,
 ) -> Result<()> {
-    let Container { mut root, binary, is_glb } = container::open(file)?;
+    let Container { mut root, names, binary, is_glb } = container::open(file)?;
     let unknown = extensions::check(&root)?;
     let buffers = Buffers::new(file, &mut root, binary)?;
     let scene = Scene::of(&root)?;
@@ -32,9 +32,14 @@ pub(crate) fn read(
     let mut doubts = Doubts::default();
     for Instance { mesh, .. } in &scene.instances {
         if !matches!(meshes.get(*mesh), Some(Some(_))) {
-            let found = Mesh::find(&root, &buffers, *mesh, &mut doubts)?;
+            let found = Mesh::find((&root, &names), &buffers, *mesh, &mut doubts)?;
             meshes[*mesh] = Some(found);
         }
+    }
+    let mut found = meshes.iter().flatten().flat_map(|mesh| &mesh.vertices);
+    if found.any(|vertices| vertices.splats.is_some()) {
+        let counts = meshes.iter_mut().flatten().map(Mesh::keep_splats);
+        doubts.n_beside_splats = counts.sum();
     }
     let Columns { columns, left_out } =
         Columns::new(&scene.instances, &meshes, params.colors, clouds);

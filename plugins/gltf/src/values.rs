@@ -6,6 +6,7 @@ use crate::buffers::Buffers;
 use crate::columns::{Column, Content};
 use crate::decode::{floats, numbers};
 use crate::mesh::{Base, Vertices};
+use crate::splats::SplatReader;
 use gltf::json::accessor::ComponentType;
 use surfelshop_api::columns::{Element, NEUTRAL_ALBEDO, Values};
 use surfelshop_api::glam::{DMat3, DMat4, DVec3};
@@ -71,6 +72,7 @@ pub(crate) struct Source<'a> {
     columns: &'a [Column],
     /// For each column, the accessor of its values.
     readers: Vec<Option<Reader<'a>>>,
+    splats: Option<SplatReader<'a>>,
 }
 
 impl<'a> Source<'a> {
@@ -90,6 +92,7 @@ impl<'a> Source<'a> {
                 Content::Position => Some(&vertices.position),
                 Content::Normal => vertices.normal.as_ref(),
                 Content::Color => vertices.color.as_ref(),
+                Content::Splat(_) => None,
                 Content::Own(name) => {
                     let own = vertices.own.iter().find(|own| own.name == *name);
                     own.map(|own| &own.accessor)
@@ -98,7 +101,10 @@ impl<'a> Source<'a> {
             accessor.map(|accessor| accessor.reader(buffers)).transpose()
         };
         let readers = columns.iter().map(reader).collect::<Result<_>>()?;
-        Ok(Self { vertices, movement, colors, columns, readers })
+        let splats = vertices.splats.as_ref();
+        let matrix = DMat3::from_mat4(movement.matrix);
+        let splats = splats.map(|splats| SplatReader::new(splats, matrix, buffers)).transpose()?;
+        Ok(Self { vertices, movement, colors, columns, readers, splats })
     }
 
     /// The values of `n` points from the `first` on, for each column.
@@ -108,6 +114,10 @@ impl<'a> Source<'a> {
     pub(crate) fn batch(&self, first: u32, n: usize) -> Result<Vec<Decoded>> {
         let mut batch = Vec::with_capacity(self.columns.len());
         for (column, reader) in self.columns.iter().zip(&self.readers) {
+            if let (Content::Splat(part), Some(splats)) = (&column.content, &self.splats) {
+                batch.push(Decoded::F32(splats.values(*part, column, first, n)?));
+                continue;
+            }
             let read = |reader: &Reader<'_>| -> Result<_> {
                 Ok((reader.elements(first, n)?, reader.shape()))
             };

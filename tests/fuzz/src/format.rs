@@ -58,6 +58,7 @@ const PCD: Target = target("org.surfelshop.pcd/pcd", "pcd", true);
 const PTS: Target = target("org.surfelshop.text/pts", "pts", true);
 const PTX: Target = target("org.surfelshop.text/ptx", "ptx", true);
 const SFL: Target = target("org.surfelshop.sfl/sfl", "sfl", true);
+const SOG: Target = target("org.surfelshop.gaussian-splatting/sog", "sog", false);
 const SPLAT: Target = target("org.surfelshop.gaussian-splatting/splat", "splat", true);
 const SPZ: Target = target("org.surfelshop.gaussian-splatting/spz", "spz", true);
 const STL: Target = target("org.surfelshop.stl/stl", "stl", false);
@@ -170,11 +171,50 @@ fn with_checksums(bytes: &[u8]) -> Vec<u8> {
 
 /// CRC-32C, bit by bit: inputs are small.
 fn crc32c(bytes: &[u8]) -> u32 {
+    crc(bytes, 0x82f6_3b78)
+}
+
+/// A checksum of a polynomial, whose lowest power is the highest bit.
+fn crc(bytes: &[u8], polynomial: u32) -> u32 {
     let of_byte = |crc: u32, byte: &u8| {
-        let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0x82f6_3b78 } else { crc >> 1 };
+        let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ polynomial } else { crc >> 1 };
         (0..8).fold(crc ^ u32::from(*byte), step)
     };
     !bytes.iter().fold(u32::MAX, of_byte)
+}
+
+/// Takes the bytes as a file of Gaussians in images, SOG; and once more with the checksums that its files should have.
+///
+/// # Panics
+/// Where it finds what must not be: that is a finding.
+pub fn sog(bytes: &[u8]) {
+    SOG.run(bytes);
+    let repaired = with_checksums_of_archive(bytes);
+    if repaired != bytes {
+        SOG.run(&repaired);
+    }
+}
+
+/// The same with a right checksum in each entry of a zip archive's table, of files that are stored.
+fn with_checksums_of_archive(bytes: &[u8]) -> Vec<u8> {
+    let mut repaired = bytes.to_vec();
+    let number = |place: usize, n: usize| {
+        let bytes = bytes.get(place..place + n)?;
+        Some(bytes.iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte)))
+    };
+    let entries = bytes.windows(4).enumerate().filter(|(_, magic)| magic == b"PK\x01\x02");
+    for (entry, _) in entries {
+        let facts = number(entry + 20, 4).zip(number(entry + 42, 4));
+        let start = facts.and_then(|(len, start)| {
+            let names = number(start + 26, 2)? + number(start + 28, 2)?;
+            Some((start + 30 + names, len))
+        });
+        let contents = start.and_then(|(start, len)| bytes.get(start..start + len));
+        if let (Some(contents), Some(place)) = (contents, repaired.get_mut(entry + 16..entry + 20)) {
+            place.copy_from_slice(&crc(contents, 0xedb8_8320).to_le_bytes());
+        }
+    }
+    repaired
 }
 
 functions! {
@@ -198,6 +238,7 @@ mod tests {
     #[test]
     fn checksums_are_those_of_the_polynomial_of_castagnoli() {
         assert_eq!(crc32c(b"123456789"), 0xe306_9283);
+        assert_eq!(crc(b"123456789", 0xedb8_8320), 0xcbf4_3926);
         let good = with_checksums(&[7; 2100]);
         assert_eq!(good[1020..1024], crc32c(&[7; 1020]).to_be_bytes());
         assert_eq!((&good[2048..], with_checksums(&good)), (&[7u8; 52][..], good.clone()));

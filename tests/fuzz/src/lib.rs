@@ -36,7 +36,7 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 20] = [
+pub const TARGETS: [(&str, Target); 21] = [
     ("cloud", cloud),
     ("compressed-ply", compressed_ply),
     ("e57", e57),
@@ -53,6 +53,7 @@ pub const TARGETS: [(&str, Target); 20] = [
     ("scene", scene),
     ("sfl", sfl),
     ("shader", shader),
+    ("sog", sog),
     ("splat", splat),
     ("spz", spz),
     ("stl", stl),
@@ -60,7 +61,7 @@ pub const TARGETS: [(&str, Target); 20] = [
 ];
 
 /// The targets whose work is done by plugins, with an allocator of their own.
-pub const FORMATS: [&str; 12] = [
+pub const FORMATS: [&str; 13] = [
     "compressed-ply",
     "e57",
     "gltf",
@@ -69,6 +70,7 @@ pub const FORMATS: [&str; 12] = [
     "pts",
     "ptx",
     "sfl",
+    "sog",
     "splat",
     "spz",
     "stl",

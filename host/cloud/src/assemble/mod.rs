@@ -23,7 +23,7 @@ use crate::summary::{Loaded, Summary};
 use crate::table::{NORMALS, RADII, Table};
 pub(crate) use appearance::NARROW_COLORS;
 pub(crate) use gaussians::TrainedSplats;
-pub(crate) use gaussians::are_splats;
+pub(crate) use gaussians::{are_splats, woven as woven_splats};
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use vectors::flat;
 

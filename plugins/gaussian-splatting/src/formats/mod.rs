@@ -4,15 +4,20 @@ mod batch;
 mod compressed_ply;
 mod outgoing;
 mod rotation;
+mod sog;
 mod splat;
 mod spz;
 
 pub(crate) use compressed_ply::CompressedPly;
+pub(crate) use sog::Sog;
 pub(crate) use splat::Splat;
 pub(crate) use spz::Spz;
 
 /// The spherical harmonic of order 0, which is constant.
 const SH_0: f32 = 0.282_094_8;
+
+/// The comment on scenes that were trained with antialiasing.
+const ANTIALIASED: &str = "trained with antialiasing";
 
 /// Spherical harmonics of the orders 1 to 3.
 const MOST_REST: usize = 15;

@@ -2,12 +2,14 @@
 
 mod compressed_ply;
 mod packed;
+mod sog;
+mod sog_file;
 mod splat;
 mod spz;
 mod spz_damage;
 mod spz_writing;
 
-use crate::formats::{CompressedPly, Splat, Spz};
+use crate::formats::{CompressedPly, Sog, Splat, Spz};
 use std::io;
 use std::sync::{Arc, Mutex};
 use surfelshop_api::columns::{ColumnView, Values};
@@ -255,5 +257,6 @@ fn work_that_is_stopped_ends_in_a_line() {
         stopped::<Spz>(packed::Packed::noise(version, 1, 5).file());
     }
     stopped::<Splat>(vec![0; 64]);
+    stopped::<Sog>(sog_file::Pixels::noise(5, 1).file());
     stopped::<CompressedPly>(compressed_ply::file(1, true));
 }

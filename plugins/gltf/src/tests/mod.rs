@@ -4,6 +4,7 @@ mod colors;
 mod damage;
 mod elements;
 mod scenes;
+mod splats;
 mod triangles;
 
 use crate::{Colors, Gltf, Settings};

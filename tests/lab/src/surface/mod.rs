@@ -1,6 +1,7 @@
 //! From bare points to a surface: time and memory, normals against truth, and discs against the mesh.
 //!
 //! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`, `surface gaussians COUNT OUT.ply`,
+//! `surface gaussian-reading FILE.ply [ROUNDS]`,
 //! `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
@@ -8,6 +9,7 @@
 mod city;
 mod cloud;
 mod discs;
+mod gaussian_reading;
 mod gaussians;
 mod meshes;
 mod normals;
@@ -30,6 +32,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         },
         "city" => city::run(rest),
         "gaussians" => gaussians::run(rest),
+        "gaussian-reading" => gaussian_reading::run(rest),
         "occlusion" => occlusion::run(rest),
         "sampled" => sampled::run(rest),
         "sides" => sides::run(rest.first()),
@@ -39,7 +42,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
         },
         other => {
             anyhow::bail!(
-                "expected speed, normals, sides, radii, city, gaussians, occlusion, sampled, dump or pictures, found `{other}`"
+                "expected speed, normals, sides, radii, city, gaussians, gaussian-reading, occlusion, sampled, dump or pictures, found `{other}`"
             )
         }
     }

@@ -1,6 +1,7 @@
 //! Gaussian splats of trained radiance fields, in the form that the host gives them. Nothing of them is estimated:
 //! each splat says by itself what it looks like.
 
+mod lanes;
 mod plan;
 mod shape;
 mod trained;
@@ -10,19 +11,19 @@ use super::shape::{Shape, report};
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
 use crate::error::ReadFault;
-use crate::memory::{OutOfMemory, with_room};
+use crate::memory::with_room;
 use crate::options::ReadOptions;
 use crate::summary::Summary;
 use crate::table::Table;
 use glam::{DQuat, Quat};
-use plan::{Lane, Plan};
+use lanes::{FileColumns, values};
+use plan::Plan;
 use rayon::prelude::*;
-use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use surfelshop_api::columns::{COLOR, OPACITY, SH, SPLAT_ROTATION, SPLAT_SCALE, Values};
 use surfelshop_geometry::Progress;
 
-pub(crate) use plan::{are_splats, may_be_splats};
+pub(crate) use plan::{are_splats, may_be_splats, woven};
 pub(crate) use trained::TrainedSplats;
 
 /// The largest scale of a splat: f32 holds its square. Larger ones, also those that overflow, become this.
@@ -96,11 +97,9 @@ pub(super) fn take(
 ) -> Result<Option<Gaussians>, ReadFault> {
     let Some(plan) = Plan::find(&table.fields, &mut summary.warnings) else { return Ok(None) };
     let damage = Damage::default();
-    let given = table.fields.iter();
-    let given = given.map(|field| (field.values.as_values(), field.names.len()));
-    let given: Vec<FileValues<'_>> = given.collect();
-    let found = Gaussians::of(&plan, &given, table.n_rows, &damage, options.progress)?;
-    drop(given);
+    let n_rows = table.n_rows;
+    let given = FileColumns::Own(&mut table.fields);
+    let found = Gaussians::of(&plan, given, n_rows, &damage, options.progress)?;
     damage.tell(&mut summary.warnings);
     plan.remove_from(table);
     Ok(Some(found))
@@ -110,10 +109,10 @@ pub(super) fn take(
 type FileValues<'a> = (Values<'a>, usize);
 
 impl Gaussians {
-    /// The splats of so many rows, from all the fields that a plan was made for.
+    /// The splats of so many rows, from all the fields that a plan was made for. What is taken of them is empty then.
     fn of(
         plan: &Plan,
-        given: &[FileValues<'_>],
+        mut given: FileColumns<'_>,
         n: usize,
         damage: &Damage,
         progress: Progress<'_>,
@@ -121,34 +120,38 @@ impl Gaussians {
         let out = |out| ReadFault::memory(n)(out);
         let mut marks: Vec<bool> = with_room(n).map_err(out)?;
         marks.resize(n, false);
-        let marks = &mut marks;
+        let (marks, given) = (&mut marks[..], &mut given);
         let mut harmonics = Vec::with_capacity(plan.harmonics.len());
         for (order, lanes) in plan.harmonics.iter().enumerate() {
             report(progress, 0.15 * order as f64)?;
             let coefficients = match order {
-                0 => woven(given, lanes, marks, finite_harmonics::<3>),
-                1 => woven(given, lanes, marks, finite_harmonics::<9>),
-                2 => woven(given, lanes, marks, finite_harmonics::<15>),
-                _ => woven(given, lanes, marks, finite_harmonics::<21>),
+                0 => values(given, lanes, marks, finite_harmonics::<3>),
+                1 => values(given, lanes, marks, finite_harmonics::<9>),
+                2 => values(given, lanes, marks, finite_harmonics::<15>),
+                _ => values(given, lanes, marks, finite_harmonics::<21>),
             };
             harmonics.push(coefficients.map_err(out)?);
         }
         report(progress, 0.6)?;
         let (is_raw, n_scales) = (plan.is_raw, plan.scales.len());
         let scales = match n_scales {
-            2 => woven(given, &plan.scales, marks, |s, mark| {
-                finite_scales::<2>(s, is_raw, mark, damage)
+            2 => values(given, &plan.scales, marks, |rows: &mut [[f32; 2]], marks| {
+                finite_scales(rows, is_raw, marks, damage);
             }),
-            _ => woven(given, &plan.scales, marks, |s, mark| {
-                finite_scales::<3>(s, is_raw, mark, damage)
+            _ => values(given, &plan.scales, marks, |rows: &mut [[f32; 3]], marks| {
+                finite_scales(rows, is_raw, marks, damage);
             }),
         };
         let scales = scales.map_err(out)?;
-        let opacity = woven(given, &[plan.opacity], marks, |[opacity], mark| {
-            [finite_opacity(opacity, is_raw, *mark, damage)]
+        let opacity = values(given, &[plan.opacity], marks, |rows: &mut [[f32; 1]], marks| {
+            for ([opacity], mark) in rows.iter_mut().zip(marks) {
+                *opacity = finite_opacity(*opacity, is_raw, *mark, damage);
+            }
         });
         let opacity = opacity.map_err(out)?;
-        let rotations = woven(given, &plan.rotation, marks, |q, _| unit_rotation(q, damage));
+        let rotations = values(given, &plan.rotation, marks, |rows: &mut [[f32; 4]], _| {
+            rows.iter_mut().for_each(|q| *q = unit_rotation(*q, damage));
+        });
         let rotations = rotations.map_err(out)?;
         Ok(Self { opacity, scales, n_scales, rotations, harmonics })
     }
@@ -200,70 +203,43 @@ impl Gaussians {
     }
 }
 
-/// Lanes woven: the values of a splat together, as a function makes them, which may mark the splat as damaged.
-fn woven<const N: usize>(
-    given: &[FileValues<'_>],
-    lanes: &[Lane],
-    marks: &mut [bool],
-    make: impl Fn([f32; N], &mut bool) -> [f32; N] + Sync,
-) -> Result<Vec<f32>, OutOfMemory> {
-    let of_lane = |lane: &Lane| given.get(lane.field).map_or((Cow::default(), 1), floats);
-    let values: Vec<(Cow<'_, [f32]>, usize)> = lanes.iter().map(of_lane).collect();
-    let column = |i: usize| {
-        let (lane, (values, step)) = (lanes.get(i)?, values.get(i)?);
-        Some((values.get(lane.place..).unwrap_or_default(), *step, lane.factor))
-    };
-    let columns: [_; N] = std::array::from_fn(|i| column(i).unwrap_or((&[], 1, 1.0)));
-    let mut made: Vec<[f32; N]> = with_room(marks.len())?;
-    let rows = marks.par_iter_mut().enumerate().with_min_len(BLOCK);
-    let rows = rows.map(|(row, mark)| {
-        let value = |(values, step, factor): &(&[f32], usize, f32)| {
-            factor * values.get(row * step).copied().unwrap_or_default()
-        };
-        make(columns.each_ref().map(value), mark)
-    });
-    rows.collect_into_vec(&mut made);
-    Ok(made.into_flattened())
-}
-
-/// The values of a field of floats in single precision.
-fn floats<'a>((values, step): &FileValues<'a>) -> (Cow<'a, [f32]>, usize) {
-    let floats = match values {
-        Values::F32(values) => Cow::Borrowed(*values),
-        other => Cow::Owned(other.iter_f64().map(|value| value as f32).collect()),
-    };
-    (floats, *step)
-}
-
 /// Coefficients, of which those are 0 that are not finite.
-fn finite_harmonics<const N: usize>(given: [f32; N], mark: &mut bool) -> [f32; N] {
-    if given.iter().fold(true, |all, c| all & c.is_finite()) {
-        return given;
+fn finite_harmonics<const N: usize>(rows: &mut [[f32; N]], marks: &mut [bool]) {
+    // A loop without a way out looks at several numbers at a time.
+    if rows.as_flattened().iter().fold(true, |all, c| all & c.is_finite()) {
+        return;
     }
-    *mark = true;
-    given.map(|c| if c.is_finite() { c } else { 0.0 })
+    for (row, mark) in rows.iter_mut().zip(marks) {
+        for c in row.iter_mut().filter(|c| !c.is_finite()) {
+            *mark = true;
+            *c = 0.0;
+        }
+    }
 }
 
 /// Scales of at most [`MAX_SCALE`], from their logarithms where they are `raw`; all are tiny where one is no length.
 fn finite_scales<const N: usize>(
-    given: [f32; N],
+    rows: &mut [[f32; N]],
     raw: bool,
-    mark: &mut bool,
+    marks: &mut [bool],
     damage: &Damage,
-) -> [f32; N] {
+) {
     // That of minus infinity is 0, which is a length; others may overflow.
     let has_length = |s: &f32| *s < f32::INFINITY && (raw || *s >= 0.0);
-    if !given.iter().all(has_length) {
-        *mark = true;
-        return [NO_SCALE; N];
-    }
-    given.map(|s| {
-        let scale = if raw { s.exp() } else { s };
-        if scale > MAX_SCALE {
-            count(&damage.scales);
+    for (row, mark) in rows.iter_mut().zip(marks) {
+        if !row.iter().all(has_length) {
+            *mark = true;
+            *row = [NO_SCALE; N];
+            continue;
         }
-        scale.min(MAX_SCALE)
-    })
+        for s in row {
+            let scale = if raw { s.exp() } else { *s };
+            if scale > MAX_SCALE {
+                count(&damage.scales);
+            }
+            *s = scale.min(MAX_SCALE);
+        }
+    }
 }
 
 /// An opacity in [0, 1], from its logit where it is `raw`; 0 for splats that are damaged.

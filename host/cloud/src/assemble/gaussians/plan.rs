@@ -87,6 +87,15 @@ pub(crate) fn are_splats<'a>(columns: impl Iterator<Item = &'a FileColumn> + Clo
     is_ready.is_some() || is_raw()
 }
 
+/// The columns of splats that these fields hold, each as its components in the host's order: fields, and which of their
+/// names. What is put together so when it is read is taken into the cloud without a copy.
+pub(crate) fn woven(fields: &[Field]) -> Vec<Vec<(usize, usize)>> {
+    let Some(plan) = Plan::find(fields, &mut Vec::new()) else { return Vec::new() };
+    let columns = [&plan.scales, &plan.rotation].into_iter().chain(&plan.harmonics);
+    let places = |lanes: &Vec<Lane>| lanes.iter().map(|lane| (lane.field, lane.place)).collect();
+    columns.map(places).collect()
+}
+
 impl Plan {
     /// Where a table has Gaussian splats; `None` where it does not have all of them. What is odd about their
     /// harmonics becomes a warning.

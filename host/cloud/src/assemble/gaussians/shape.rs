@@ -3,7 +3,7 @@
 use super::{BLOCK, Gaussians};
 use crate::assemble::position::Positions;
 use crate::assemble::shape::{Shape, UNIT_TOLERANCE, take_tangents, tangent_columns};
-use crate::assemble::vectors::take_vectors;
+use crate::assemble::vectors::{take_vectors, whole_vectors};
 use crate::summary::Summary;
 use crate::table::{NORMALS, RADII, Table};
 use glam::{Mat3, Vec3};
@@ -37,7 +37,11 @@ fn ellipse(gaussians: &Gaussians, splat: usize, shortest: f32) -> Ellipse {
     };
     let mut order = [0, 1, 2];
     // The longest first; of equal ones the first, so that a ball has the third as its normal.
-    order.sort_by(|&a, &b| scale(b).total_cmp(&scale(a)));
+    for [i, j] in [[0, 1], [1, 2], [0, 1]] {
+        if scale(order[i]).total_cmp(&scale(order[j])).is_lt() {
+            order.swap(i, j);
+        }
+    }
     let opacity = gaussians.opacity.get(splat).copied().unwrap_or_default();
     // Where the logarithm is below 0 or of 0, the larger of both is the least.
     let squared = 2.0 * (2.0 * opacity).ln();
@@ -122,8 +126,9 @@ pub(super) fn take(
     let shortest = if diagonal > 0.0 { SHORTEST * diagonal } else { SHORTEST };
     let shortest = shortest.clamp(f64::from(f32::MIN_POSITIVE), f64::from(super::MAX_SCALE)) as f32;
     let in_file = InFile::take(table);
-    let mut normals = vec![Vec3::ZERO; n];
-    let (mut u, mut v, mut radii) = (normals.clone(), normals.clone(), vec![0f32; n]);
+    // Zeros of plain numbers come from the system, which does not write them.
+    let zeros = || -> Vec<Vec3> { whole_vectors(vec![[0f32; 3]; n]) };
+    let (mut normals, mut u, mut v, mut radii) = (zeros(), zeros(), zeros(), vec![0f32; n]);
     let places = (&mut normals, &mut u, &mut v, &mut radii).into_par_iter().enumerate();
     let counts = places.with_min_len(BLOCK).map(|(splat, (normal, u, v, radius))| {
         let mut made = ellipse(gaussians, splat, shortest);

@@ -1,6 +1,7 @@
 //! Splats as trainers write them, or in properties, that go from file to file: batch by batch they become what a load
 //! makes of them.
 
+use super::lanes::FileColumns;
 use super::plan::Plan;
 use super::{Damage, FileValues, Gaussians};
 use crate::cloud::buffer::{Buffer, unweave};
@@ -83,7 +84,8 @@ impl TrainedSplats {
     pub(crate) fn batch(&self, values: &[Values<'_>], n: usize) -> Result<Vec<Buffer>, ReadFault> {
         let given: Vec<FileValues<'_>> =
             values.iter().copied().zip(self.components.iter().copied()).collect();
-        let splats = Gaussians::of(&self.plan, &given, n, &self.damage, &silent)?;
+        let splats =
+            Gaussians::of(&self.plan, FileColumns::Lent(&given), n, &self.damage, &silent)?;
         let mut made = Vec::with_capacity(self.header.columns.len());
         for &(column, component) in &self.others {
             let Some((values, step)) = given.get(column) else { continue };

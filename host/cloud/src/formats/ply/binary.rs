@@ -4,6 +4,7 @@ use super::element::{at_end, empty_fields, fields_of, has_lists, least_size, shr
 use super::faces::{self, Corners};
 use super::header::ElementDef;
 use super::lists;
+use super::records::record_fields_with_room;
 use crate::error::ReadFault;
 use crate::faces::Faces;
 use crate::formats::body::Body;
@@ -13,6 +14,9 @@ use surfelshop_geometry::Progress;
 
 /// Records decoded together; a block of 4096 usual records stays in the second-level cache.
 const BLOCK: usize = 4096;
+
+/// Bytes of such a block of large records.
+const BLOCK_BYTES: usize = 1 << 17;
 
 /// Bytes a block may have, however long a hostile header makes its records; also bytes passed over
 /// between two questions whether to stop.
@@ -111,9 +115,9 @@ pub(super) fn read<R: Read>(
         lists::read(body, element, big, &mut fields, progress)?;
         return Ok(fields);
     }
-    let mut fields = empty_fields(element, true)?;
+    let mut fields = record_fields_with_room(element)?;
     let stride = usize::try_from(least_size(element)).ok().ok_or_else(|| shrunk(element))?;
-    let block = (MAX_BLOCK / stride.max(1)).clamp(1, BLOCK);
+    let block = (BLOCK_BYTES / stride.max(1)).clamp(1, BLOCK);
     let mut bytes = vec![0; block * stride];
     let mut left = usize::try_from(element.count).ok().ok_or_else(|| shrunk(element))?;
     while left > 0 {
@@ -121,13 +125,8 @@ pub(super) fn read<R: Read>(
         let records = left.min(block);
         let bytes = &mut bytes[..records * stride];
         body.read_exact(bytes).map_err(|error| at_end(error, element))?;
-        let mut offset = 0;
-        for field in &mut fields {
-            let end = offset + field.names.len() * field.values.element().size();
-            field.values.extend_records(bytes, stride, offset..end, big);
-            offset = end;
-        }
+        fields.iter_mut().for_each(|field| field.append(bytes, stride, big));
         left -= records;
     }
-    Ok(fields)
+    Ok(fields.into_iter().map(|made| made.field).collect())
 }

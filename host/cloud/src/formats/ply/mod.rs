@@ -8,6 +8,7 @@ mod faces;
 mod header;
 mod lists;
 mod properties;
+mod records;
 mod splats;
 mod write;
 mod write_batches;

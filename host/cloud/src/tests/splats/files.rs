@@ -209,3 +209,30 @@ fn trained_files_are_converted_as_they_are() {
     let n = one.floats(SH[3], 21).len();
     assert_eq!(two.floats(SH[3], 21)[..n], *one.floats(SH[3], 21));
 }
+
+/// What nobody changed keeps its bits, of rotations of any length and opacities that single precision rounds to 1, too.
+#[test]
+fn trained_files_are_converted_bit_for_bit() {
+    let folder = TempDir::new().unwrap();
+    let (from, to) = (folder.path().join("in.ply"), folder.path().join("out.ply"));
+    for (n_scales, order) in [(3, 3), (3, 0), (2, 3), (2, 1)] {
+        let mut trained = Trained::new(500, n_scales, order);
+        for (splat, logit) in [(0, 40.0), (1, -120.0), (2, 17.3)] {
+            trained.set(splat, "opacity", logit);
+            trained.set(splat, "scale_0", -logit);
+        }
+        let written = trained.ply("binary_little_endian", "float").bytes();
+        std::fs::write(&from, &written).unwrap();
+        let (reading, writing) = (ReadOptions::default(), WriteOptions::default());
+        let inputs = [from.clone()];
+        convert(&inputs, &to, &Selection::default(), false, &reading, &writing).unwrap();
+        let found = std::fs::read(&to).unwrap();
+        let [a, b] = [&written, &found].map(|bytes| {
+            let text = header(bytes);
+            let declared = text.lines().filter_map(|line| line.strip_prefix("property "));
+            (declared.map(str::to_owned).collect::<Vec<_>>(), bytes[text.len()..].to_vec())
+        });
+        assert_eq!(a.0, b.0);
+        assert!(a.1 == b.1, "{n_scales} scales, order {order}");
+    }
+}

@@ -1,6 +1,6 @@
 //! What a file says before its points.
 
-use super::super::rest_of;
+use super::super::{ANTIALIASED, rest_of};
 use super::RANGE;
 use super::axes::Axes;
 use surfelshop_api::format::{CloudHeader, FileColumn, UpAxis};
@@ -15,9 +15,6 @@ pub(super) const LEN: usize = 16;
 
 /// The flag of scenes that were trained with antialiasing.
 const ANTIALIASED_FLAG: u8 = 1;
-
-/// The comment on such scenes.
-pub(super) const ANTIALIASED: &str = "trained with antialiasing";
 
 /// The flag of files with extensions.
 const EXTENDED: u8 = 2;

@@ -1,8 +1,8 @@
 //! Writing version 3. How far positions reach is known at the end, so attributes are kept in memory until then.
 
-use super::super::rest_of;
+use super::super::{ANTIALIASED, rest_of};
 use super::RANGE;
-use super::header::{ANTIALIASED, Header};
+use super::header::Header;
 use super::points::{bytes, harmonic, position};
 use flate2::Compression;
 use flate2::write::GzEncoder;
