@@ -58,7 +58,7 @@
  * larger minor version than their own.
  */
 #define SURFELSHOP_ABI_MAJOR 3
-#define SURFELSHOP_ABI_MINOR 9
+#define SURFELSHOP_ABI_MINOR 10
 
 #ifdef __cplusplus
 extern "C" {
