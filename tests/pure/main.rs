@@ -12,6 +12,7 @@ mod invariants;
 mod names;
 mod plugins;
 mod preparation;
+mod prelude;
 mod reference;
 mod repository;
 mod shader_constants;

@@ -3,8 +3,8 @@
 //!
 //! It was built outside this tree, against `host/sdk/api` of the revision, with
 //! `opt-level = "z"`, `lto = true`, `codegen-units = 1` and `strip = true`, and with
-//! `--remap-path-prefix` for the folders of the tree and of cargo: those of 3.0 and 3.4 by rustc 1.95, the
-//! others, and later ones, by Debian's rustc 1.85, so that the newest is another compiler's.
+//! `--remap-path-prefix` for the folders of the tree and of cargo: those of 3.0, 3.4 and 3.9 by rustc 1.95, the
+//! others by Debian's rustc 1.85, so that some are another compiler's.
 //! Its package has version 1.2.3 and the authors "A. Author" and "B. Author".
 
 use surfelshop_api::columns::{AO, Values};

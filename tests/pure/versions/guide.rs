@@ -6,9 +6,10 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::graph::{
-    BufferColumn, Footprint, Format, Graph, Groups, Output, Pass, Texture, TextureId,
+    BufferColumn, Footprint, Format, Graph, Groups, Members, Output, Pass, Texture, TextureId,
 };
-use surfelshop_api::{CloudFacts, CloudInfo, Scene, glam::DVec3};
+use surfelshop_api::glam::{DVec3, Vec3};
+use surfelshop_api::{CloudFacts, CloudInfo, Scene};
 use surfelshop_render::{Engine, RendererView};
 use surfelshop_runtime::plugins::Hosted;
 use surfelshop_tests::clouds::sphere;
@@ -98,19 +99,32 @@ fn splats(graph: &mut Graph, wgsl: &str, function: &str, n: u64, color: TextureI
     Pass::splats("splats", wgsl, function, Footprint::Conic, n).reads(&cloud).target(color)
 }
 
+/// A pass with the settings that the pages have as the module `params`.
+fn with_params(graph: &mut Graph, pass: Pass, wgsl: &str) -> Pass {
+    if !wgsl.contains("#import params::settings") {
+        return pass;
+    }
+    let members = Members::new().vec3("rim", Vec3::ONE).f32("sharpness", 1.0);
+    let members = members.f32("opacity", 1.0).f32("ink", 1.0).u32("width", 1);
+    pass.settings(&graph.settings("params", members))
+}
+
 /// Compiles a shader as the pass that it is of; what it wants bound is the affair of the pass.
 fn compile(engine: &mut Engine, wgsl: &str) -> Result<(), String> {
     let cloud = sphere(10, 1.0).cloud();
     let mut graph = Graph::new();
     let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
     if wgsl.contains("fn shade(") {
-        graph.pass(Pass::shading("shade", wgsl, "shade").target(color));
+        let pass = Pass::shading("shade", wgsl, "shade").target(color);
+        let pass = with_params(&mut graph, pass, wgsl);
+        graph.pass(pass);
         graph.output(Output::Color, color);
     } else if let Some(function) = splat_function(wgsl) {
         let mut pass = splats(&mut graph, wgsl, function, cloud.len() as u64, color);
         if let Some(function) = function_of_pixels(wgsl) {
             pass = pass.per_pixel(function);
         }
+        let pass = with_params(&mut graph, pass, wgsl);
         graph.pass(pass);
         graph.output(Output::Color, color);
     } else if let Some(entry) = function_behind(wgsl, "@fragment") {
@@ -118,7 +132,9 @@ fn compile(engine: &mut Engine, wgsl: &str) -> Result<(), String> {
         graph.output(Output::Color, color);
     } else {
         let entry = function_behind(wgsl, "@compute").ok_or("it has no entry point")?;
-        graph.pass(Pass::compute("compute", wgsl, entry, Groups::Fixed([1; 3])));
+        let pass = Pass::compute("compute", wgsl, entry, Groups::Fixed([1; 3]));
+        let pass = with_params(&mut graph, pass, wgsl);
+        graph.pass(pass);
     }
     let structure = rmp_serde::to_vec_named(graph.structure()).unwrap();
     let graph = EncodedGraph { structure, data: Vec::new() };

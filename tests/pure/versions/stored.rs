@@ -20,7 +20,7 @@ use surfelshop_tests::clouds::sphere;
 use surfelshop_tests::recording_host::RecordingHost;
 use surfelshop_tests::stage::{engine, render, view};
 
-const VERSIONS: [&str; 5] = ["3.0", "3.3", "3.4", "3.5", "3.6"];
+const VERSIONS: [&str; 6] = ["3.0", "3.3", "3.4", "3.5", "3.6", "3.9"];
 
 /// The units of the stored library of a revision, in a folder that must outlive them.
 struct Library {

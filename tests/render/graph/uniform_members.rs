@@ -1,7 +1,7 @@
 //! Uniforms that are given by name: their order does not count, and what does not fit is refused by name.
 
 use glam::{DVec3, Vec3};
-use surfelshop_api::graph::{Members, Output};
+use surfelshop_api::graph::Output;
 use surfelshop_api::prelude::*;
 use surfelshop_api::{Scene, static_plugin};
 use surfelshop_render::RenderError;
@@ -9,7 +9,7 @@ use surfelshop_tests::{clouds, stage};
 
 static_plugin! {
     id: "org.surfelshop.test.members",
-    renderers: [InOrder, Exchanged, ByPosition, Missing, Extra, Mistyped, Shared],
+    renderers: [InOrder, Exchanged, ByPosition, Missing, Extra, Mistyped, Shared, Declared, Forgotten],
 }
 
 params! {
@@ -116,6 +116,77 @@ impl Renderer for Shared {
     }
 }
 
+/// Two passes and a module that read the same settings, whose structure no text of theirs has.
+struct Declared;
+
+impl Renderer for Declared {
+    const INFO: UnitInfo = UnitInfo::new("declared", "Declared", "Imports its parameters.");
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
+        let settings = graph.settings("params", Members::of(&frame.params));
+        let other = graph.settings("other", Members::new().f32("gain", 1.0));
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        let shade = "
+            #import surfelshop::surface::Surface
+            #import params::settings
+            #import other::settings as others
+            #import tinted
+            fn shade(s: Surface) -> vec4<f32> {
+                let steps: i32 = settings.steps;
+                let more = vec3(settings.shininess, 0.0, f32(steps));
+                return vec4(others.gain * tinted::tinted() + more, 1.0);
+            }";
+        let tinted = "
+            #define_import_path tinted
+            #import params::settings
+            fn tinted() -> vec3<f32> { return settings.tint * settings.specular; }";
+        graph.pass(
+            Pass::shading("shade", shade, "shade")
+                .module("tinted", "tinted.wgsl", tinted)
+                .settings(&settings)
+                .settings(&other)
+                .target(color),
+        );
+        graph.output(Output::Color, color);
+        // Settings that a shader imports, of which nothing that runs is read.
+        let unread = "
+            #import surfelshop::surface::Surface
+            #import params::settings
+            fn other() -> f32 { return settings.shininess; }
+            fn shade(s: Surface) -> vec4<f32> { return vec4(1.0); }";
+        let one = graph.texture("one", Texture::view_sized(Format::Rgba32Float));
+        graph.pass(Pass::shading("unread", unread, "shade").settings(&settings).target(one));
+        graph.output(Output::Debug("one".to_owned()), one);
+        Ok(())
+    }
+}
+
+/// Settings that a pass imports and does not bring along.
+struct Forgotten;
+
+impl Renderer for Forgotten {
+    const INFO: UnitInfo = UnitInfo::new("forgotten", "Forgotten", "Imports what is not there.");
+    type Params = Settings;
+
+    fn new(_host: &HostInfo) -> Result<Self> {
+        Ok(Self)
+    }
+
+    fn frame(&mut self, _frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
+        let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
+        let shade = "#import surfelshop::surface::Surface\n#import params::settings\n
+            fn shade(s: Surface) -> vec4<f32> { return vec4(settings.specular); }";
+        graph.pass(Pass::shading("shade", shade, "shade").target(color));
+        graph.output(Output::Color, color);
+        Ok(())
+    }
+}
+
 /// The pictures of a renderer of this package.
 fn pictures(unit: u32, outputs: &[Output]) -> Result<Vec<Vec<f32>>, RenderError> {
     let mut engine = stage::engine();
@@ -139,6 +210,15 @@ fn exchanged_members_draw_the_same_picture() {
     assert!(expected[0].iter().any(is_red), "the numbers are in the picture");
     assert_eq!(pictures(0, &color).unwrap(), expected);
     assert_eq!(pictures(1, &color).unwrap(), expected);
+}
+
+#[test]
+fn settings_are_declared_by_the_graph_alone() {
+    let expected = pictures(2, &[Output::Color]).unwrap();
+    let outputs = [Output::Color, Output::Debug("one".to_owned())];
+    assert_eq!(pictures(7, &outputs).unwrap()[0], expected[0]);
+    let line = refusal(8);
+    assert!(line.contains("line 2: there is no module `params::settings`"), "{line}");
 }
 
 #[test]

@@ -347,7 +347,7 @@ pub(crate) fn targets_of(pass: &Pass) -> Vec<Target> {
 }
 
 /// The names that are set while the shader of a pass is composed, by what it needs.
-fn defines_of(pass: &Pass) -> Vec<&'static str> {
+pub(super) fn defines_of(pass: &Pass) -> Vec<&'static str> {
     let features = pass.needs.iter().filter_map(|word| ShaderFeature::of_word(word));
     features.map(|feature| feature.define).collect()
 }

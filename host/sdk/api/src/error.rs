@@ -1,4 +1,5 @@
 use std::fmt;
+use std::path::Path;
 
 /// Why a plugin could not do what it was asked for: one readable line.
 ///
@@ -17,10 +18,45 @@ impl Error {
         Self { message: message.into() }
     }
 
+    /// The same with the file in front that it is about: `snail.xyz: permission denied`. ABI 3.10.
+    #[must_use]
+    pub fn at(self, path: impl AsRef<Path>) -> Self {
+        Self { message: format!("{}: {}", path.as_ref().display(), self.message) }
+    }
+
     /// The line shown to the user.
     #[must_use]
     pub fn message(&self) -> &str {
         &self.message
+    }
+}
+
+/// Says which file an error is about, where the error itself does not: those of the standard library do not.
+///
+/// ```
+/// use surfelshop_api::prelude::*;
+///
+/// fn first_line(path: &FilePath) -> Result<String> {
+///     let text = std::fs::read_to_string(path).at(path)?;
+///     Ok(text.lines().next().unwrap_or_default().to_owned())
+/// }
+///
+/// let line = first_line(&FilePath("gone.txt".to_owned())).unwrap_err().to_string();
+/// assert!(line.starts_with("gone.txt: "));
+/// ```
+///
+/// ABI 3.10.
+pub trait ResultExt<T> {
+    /// The same, with the file in front of an error.
+    ///
+    /// # Errors
+    /// Where it was one.
+    fn at(self, path: impl AsRef<Path>) -> Result<T>;
+}
+
+impl<T, E: Into<Error>> ResultExt<T> for std::result::Result<T, E> {
+    fn at(self, path: impl AsRef<Path>) -> Result<T> {
+        self.map_err(|error| error.into().at(path))
     }
 }
 

@@ -12,6 +12,10 @@
 ///
 /// Lists that are empty can be left out; their order is fixed. The package's version, authors and
 /// licence are taken from its `Cargo.toml`.
+///
+/// `minor: 7,` behind the id says that hosts from ABI 3.7 on will do, though the crate is newer: such hosts load the
+/// library, and what of a frame they would not know is refused with a line by every host. Formats need 8 and columns
+/// in `NEEDS` 9, or they do not compile. Without it hosts have to be as new as the crate. ABI 3.10.
 #[macro_export]
 macro_rules! export_plugin {
     ($($body:tt)*) => {
@@ -41,7 +45,7 @@ macro_rules! export_plugin {
         // SAFETY: the name is the interface's own; nothing else defines it.
         #[unsafe(no_mangle)]
         pub static SURFELSHOP_FORMATS: $crate::abi::format_table::FormatTable =
-            $crate::abi::plugin_format::format_table();
+            $crate::abi::plugin_format::package_format_table::<SurfelshopPackage>();
     };
 }
 
@@ -53,6 +57,7 @@ macro_rules! export_plugin {
 macro_rules! static_plugin {
     (
         id: $id:literal
+        $(, minor: $minor:literal)?
         $(, renderers: [$($renderer:ty),* $(,)?])?
         $(, tracers: [$($tracer:ty),* $(,)?])?
         $(, tools: [$($tool:ty),* $(,)?])?
@@ -69,6 +74,7 @@ macro_rules! static_plugin {
                 $($($crate::abi::plugin_side::Unit::tool::<$tool>(),)*)?
                 $($($crate::abi::plugin_side::Unit::format::<$format>(),)*)?
             ];
+            const MINOR: u16 = SURFELSHOP_PACKAGE_INFO.abi.1;
         }
 
         const SURFELSHOP_PACKAGE_INFO: $crate::manifest::PackageInfo =
@@ -77,7 +83,10 @@ macro_rules! static_plugin {
                 version: env!("CARGO_PKG_VERSION"),
                 authors: env!("CARGO_PKG_AUTHORS"),
                 license: env!("CARGO_PKG_LICENSE"),
-                abi: ($crate::manifest::ABI_MAJOR, $crate::manifest::ABI_MINOR),
+                abi: (
+                    $crate::manifest::ABI_MAJOR,
+                    $crate::manifest::least_minor(&[$($minor)?], SURFELSHOP_UNITS),
+                ),
             };
 
         const SURFELSHOP_UNITS: &[($crate::UnitKind, $crate::UnitInfo)] = &[

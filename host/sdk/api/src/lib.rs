@@ -67,7 +67,7 @@ mod unit;
 mod unit_info;
 
 pub use columns::{CloudView, ColumnView};
-pub use error::{Error, Result};
+pub use error::{Error, Result, ResultExt};
 pub use format::Format;
 pub use frame::{DeviceLimits, Frame, FrameRequest, HostInfo};
 pub use glam;
@@ -89,15 +89,16 @@ pub use unit_info::{UnitInfo, UnitKind};
 
 /// Everything a plugin usually needs.
 pub mod prelude {
-    pub use crate::columns::{CloudView, ColumnView};
+    pub use crate::columns::{self, CloudView, ColumnView, Values};
     pub use crate::graph::{
-        Buffer, BufferColumn, Composition, Footprint, Format, Graph, Groups, Output, Pass,
-        SamplerKind, SplatDepth, SurfaceMode, Texture,
+        Buffer, BufferColumn, Columns, Composition, Footprint, Format, Graph, Groups, Members,
+        Output, Pass, SamplerKind, SplatDepth, SurfaceMode, Target, Texture, TextureId,
     };
     pub use crate::params::FilePath;
+    pub use crate::tool::NewColumn;
     pub use crate::{
-        AoAffects, Camera, Edit, Environment, Error, Frame, HostInfo, Job, Light, LimitInfo,
-        NeedInfo, Projection, Renderer, Result, Scope, Tile, Tool, Traced, Tracer, Uniform,
-        UnitInfo, choices, export_plugin, params,
+        AoAffects, Camera, CloudFacts, CloudInfo, Edit, Environment, Error, Frame, HostInfo, Job,
+        Light, LimitInfo, NeedInfo, Projection, Renderer, Result, ResultExt, Scope, Tile, Tool,
+        Traced, Tracer, Uniform, UnitInfo, View, choices, export_plugin, params,
     };
 }

@@ -55,7 +55,9 @@ pub const ABI_MAJOR: u16 = 3;
 /// buffer says ([`Groups::Counted`](crate::graph::Groups)), say what they need of a device
 /// ([`Pass::needs`](crate::graph::Pass::needs)) and send bytes that stay once
 /// ([`Graph::resident`](crate::Graph::resident)); hosts say how much a device takes
-/// ([`DeviceLimits`](crate::DeviceLimits)).
+/// ([`DeviceLimits`](crate::DeviceLimits)); uniforms bring the WGSL module that declares them
+/// ([`Graph::settings`](crate::Graph::settings)); packages name the oldest minor version that will do (`minor` of
+/// [`export_plugin!`](crate::export_plugin)).
 pub const ABI_MINOR: u16 = 10;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
@@ -75,6 +77,25 @@ pub struct PackageInfo {
     pub license: &'static str,
     /// ABI the plugin speaks: major and minor.
     pub abi: (u16, u16),
+}
+
+/// The oldest minor version that a package says will do: the one number that is given, else the crate's own.
+///
+/// # Panics
+/// At compile time, where it is newer than the crate, or older than what the units are.
+#[doc(hidden)]
+#[must_use]
+pub const fn least_minor(said: &[u16], units: &[(UnitKind, UnitInfo)]) -> u16 {
+    let minor = if said.is_empty() { ABI_MINOR } else { said[0] };
+    assert!(minor <= ABI_MINOR, "`minor` is newer than this surfelshop-api: build with a newer one");
+    let mut i = 0;
+    while i < units.len() {
+        let (kind, info) = units[i];
+        assert!(minor >= 8 || !matches!(kind, UnitKind::Format), "formats came with ABI 3.8: `minor` is too low");
+        assert!(minor >= 9 || info.needs.is_empty(), "NEEDS came with ABI 3.9: `minor` is too low");
+        i += 1;
+    }
+    minor
 }
 
 const fn text_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usize {
@@ -534,6 +555,22 @@ mod tests {
         const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
         let units = decode(&BYTES).unwrap().units;
         assert_eq!(units[0].needs, [Need::from(&NEEDS[0])]);
+    }
+
+    #[test]
+    fn a_package_names_the_oldest_version_that_will_do() {
+        assert_eq!(least_minor(&[], UNITS), ABI_MINOR);
+        assert_eq!(least_minor(&[4], UNITS), 4);
+        const FORMAT: &[(UnitKind, UnitInfo)] =
+            &[(UnitKind::Format, UnitInfo::new("las", "LAS", "Reads LAS."))];
+        assert_eq!(least_minor(&[8], FORMAT), 8);
+        for (said, units) in [(ABI_MINOR + 1, UNITS), (7, FORMAT)] {
+            assert!(std::panic::catch_unwind(|| least_minor(&[said], units)).is_err(), "{said}");
+        }
+        const PACKAGE_4: PackageInfo =
+            PackageInfo { abi: (ABI_MAJOR, least_minor(&[4], UNITS)), ..PACKAGE };
+        const BYTES_4: [u8; encoded_len(&PACKAGE_4, UNITS)] = encode(&PACKAGE_4, UNITS);
+        assert_eq!(decode(&BYTES_4).unwrap().abi_minor, 4);
     }
 
     #[test]

@@ -3,7 +3,9 @@
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::fmt;
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 /// A parameter's value on its way across the boundary.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -277,11 +279,19 @@ pub trait ParamType: Sized {
     fn to_value(&self) -> Value;
     /// The Rust value; `None` for a value of another kind.
     fn from_value(value: &Value) -> Option<Self>;
+    /// Whether it is a whole number that is never negative: a `u32` in shaders. ABI 3.10.
+    #[must_use]
+    fn is_unsigned() -> bool {
+        false
+    }
 }
 
 macro_rules! param_type {
     ($type:ty, $kind:ident, $value:pat => $from:expr, $self:ident => $to:expr) => {
         impl ParamType for $type {
+            fn is_unsigned() -> bool {
+                stringify!($type) == "u32"
+            }
             fn kind() -> ParamKind {
                 ParamKind::$kind
             }
@@ -307,9 +317,42 @@ param_type!(i32, Int, Value::Int(v) => Self::try_from(*v).ok(), v => Value::Int(
 param_type!(String, Text, Value::Text(v) => Some(v.clone()), v => Value::Text(v.clone()));
 param_type!([f32; 3], Color, Value::Color(v) => Some(*v), v => Value::Color(*v));
 
+/// Whether a value's type is unsigned, where a macro has the value alone.
+#[doc(hidden)]
+#[must_use]
+pub fn is_unsigned<T: ParamType>(_value: &T) -> bool {
+    T::is_unsigned()
+}
+
 /// The path of a file that a parameter names; empty where it names none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FilePath(pub String);
+
+impl FilePath {
+    /// The path, for functions of the standard library. ABI 3.10.
+    #[must_use]
+    pub fn as_path(&self) -> &Path {
+        Path::new(&self.0)
+    }
+
+    /// Whether it names no file. ABI 3.10.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}
+
+impl AsRef<Path> for FilePath {
+    fn as_ref(&self) -> &Path {
+        self.as_path()
+    }
+}
+
+impl fmt::Display for FilePath {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
 
 impl ParamType for FilePath {
     fn kind() -> ParamKind {
@@ -345,6 +388,10 @@ pub trait ParamSet: Default + Clone + Send + 'static {
     /// The values by id. ABI 3.7.
     fn values(&self) -> Values {
         Values::new()
+    }
+    /// The ids of the parameters that are `u32` in shaders, of all whole numbers. ABI 3.10.
+    fn unsigned(&self) -> Vec<String> {
+        Vec::new()
     }
 }
 
@@ -436,6 +483,14 @@ macro_rules! params {
                 );)*
                 values
             }
+
+            fn unsigned(&self) -> ::std::vec::Vec<::std::string::String> {
+                let mut ids = ::std::vec::Vec::new();
+                $($crate::__param_field!(
+                    @unsigned $key, ids, self.$field, stringify!($field), $($more, $value),*
+                );)*
+                ids
+            }
         }
     };
 }
@@ -466,6 +521,15 @@ macro_rules! __param_field {
     };
     (@values group, $values:ident, $place:expr, $name:expr,) => {
         $values.extend($crate::params::ParamSet::values(&$place));
+    };
+    (@unsigned default, $ids:ident, $place:expr, $name:expr, $($more:ident, $value:expr),*) => {
+        if $crate::params::is_unsigned(&$place) {
+            let declared = $crate::params::ParamDecl::new($name, &$place, "") $( .$more($value) )*;
+            $ids.push(declared.id);
+        }
+    };
+    (@unsigned group, $ids:ident, $place:expr, $name:expr,) => {
+        $ids.extend($crate::params::ParamSet::unsigned(&$place));
     };
 }
 

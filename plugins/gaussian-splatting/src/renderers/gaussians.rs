@@ -14,7 +14,6 @@
 //! "Mip-Splatting"; Kheradmand et al. 2025, "Stochastic Splats".
 
 use super::{Drawing, Kind, NEEDS, draw};
-use surfelshop_api::graph::Members;
 use surfelshop_api::prelude::*;
 
 choices! {

@@ -2,15 +2,7 @@
 #import surfelshop::splat
 #import gaussian
 #import radiance
-
-struct Settings {
-    size: f32,
-    least_opacity: f32,
-    low_pass: f32,
-    keeps_sum: u32,
-}
-
-var<uniform> settings: Settings;
+#import drawing::settings
 
 fn footprint(i: u32) -> splat::Splat {
     let turned = splat::rotation(gaussian::splat_rotation(i));

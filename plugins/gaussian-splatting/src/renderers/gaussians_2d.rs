@@ -12,7 +12,6 @@
 //! Source: Huang et al. 2024, "2D Gaussian Splatting for Geometrically Accurate Radiance Fields".
 
 use super::{Drawing, Kind, NEEDS, draw};
-use surfelshop_api::graph::Members;
 use surfelshop_api::prelude::*;
 
 params! {

@@ -4,7 +4,6 @@ pub(crate) mod gaussians;
 pub(crate) mod gaussians_2d;
 
 use surfelshop_api::columns::{OPACITY, POSITION, SH, SPLAT_ROTATION, SPLAT_SCALE};
-use surfelshop_api::graph::{Columns, Members, TextureId};
 use surfelshop_api::prelude::*;
 
 choices! {
@@ -96,14 +95,14 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
     );
     let (bands, radiance) = radiance(frame, p.order, &taken, graph);
     let settings = kind.settings.f32("size", p.size).f32("least_opacity", p.least_opacity);
-    let settings = graph.members(settings);
+    let settings = graph.settings("drawing", settings);
     let pass = |name: &str, function: &str| {
         let bands = bands.iter();
         let pass = Pass::splats(name, kind.wgsl, function, kind.footprint, n).reads(&gaussians);
         bands
             .fold(pass, Pass::reads)
             .module("radiance", "radiance of Gaussians", &radiance)
-            .bind("settings", settings)
+            .settings(&settings)
             .tested(has_surface)
     };
     let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));

@@ -1,17 +1,7 @@
 // The scene's lights, computed for each pixel as by `ewa-phong`.
 #import surfelshop::surface::Surface
 #import surfelshop::phong
-
-struct Settings {
-    diffuse: f32,
-    specular: f32,
-    shininess: f32,
-    ambient: f32,
-    ao_strength: f32,
-    ao_affects: u32,
-}
-
-var<uniform> settings: Settings;
+#import phong_splats::settings
 
 fn shade(s: Surface) -> vec4<f32> {
     let p = settings;

@@ -3,17 +3,8 @@
 #import surfelshop::occlusion
 #import surfelshop::packing
 #import surfelshop::phong
+#import phong_splats::settings
 
-struct Settings {
-    diffuse: f32,
-    specular: f32,
-    shininess: f32,
-    ambient: f32,
-    ao_strength: f32,
-    ao_affects: u32,
-}
-
-var<uniform> settings: Settings;
 // See map.wgsl.
 var diffuse_map: texture_2d<f32>;
 var highlight_map: texture_2d<f32>;

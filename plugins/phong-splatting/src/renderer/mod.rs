@@ -46,7 +46,6 @@
 //! surfelshop render splats.ply -r phong-splatting -o scan.png
 //! ```
 
-use surfelshop_api::graph::Members;
 use surfelshop_api::prelude::*;
 use surfelshop_api::{Occlusion, Phong};
 use surfelshop_shading::{Model, NaturalLight, NaturalLighting};
@@ -150,15 +149,15 @@ impl Renderer for PhongSplatting {
                 .occluded(p.occlusion.ao_strength, &frame.cloud)
                 .feature("surfelshop::phong::HIGHLIGHTS", p.phong.specular > 0.0);
         }
-        let settings = graph.members(p.members(frame));
-        graph.pass(pass.bind("settings", settings));
+        let settings = graph.settings("phong_splats", p.members(frame));
+        graph.pass(pass.settings(&settings));
         graph.output(Output::Color, color);
         Ok(())
     }
 }
 
 impl Settings {
-    /// The members of the shaders' `Settings`.
+    /// The settings of the shader.
     fn members(&self, frame: &Frame<Self>) -> Members {
         let members = Members::new().f32("diffuse", self.phong.diffuse);
         match self.lighting {

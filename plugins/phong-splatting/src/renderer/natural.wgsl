@@ -2,14 +2,7 @@
 #import surfelshop::surface::Surface
 #import shading::natural::Material
 #import shading::natural
-
-struct Settings {
-    diffuse: f32,
-    roughness: f32,
-    metallic: f32,
-}
-
-var<uniform> settings: Settings;
+#import phong_splats::settings
 
 // A dielectric, which reflects 4 % at a right angle.
 const IOR = 1.5;

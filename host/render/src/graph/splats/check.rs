@@ -2,7 +2,7 @@
 
 use crate::gpu::Gpu;
 use crate::graph::pipelines::Pipelines;
-use crate::graph::plan::{Node, Plan, Planned};
+use crate::graph::plan::{Node, Plan, Planned, defines_of};
 use crate::graph::splats::source::{
     COMPOSE_PER_PIXEL, compose_defines, is_of_composing, per_pixel_source,
 };
@@ -72,10 +72,12 @@ impl Plan {
     ) -> Result<(), String> {
         let Some(function) = &splats.per_pixel else { return Ok(()) };
         let source = per_pixel_source(pass, splats.targets.len(), function)?;
-        let shader = pipelines.shader_with(&source, &pass.modules, &compose_defines(splats))?;
+        let defines = [defines_of(pass), compose_defines(splats)].concat();
+        let shader = pipelines.shader_with(&source, &pass.modules, &defines)?;
         let stage = naga::ShaderStage::Compute;
         let point =
             reflect(&shader.composed, stage, COMPOSE_PER_PIXEL).map_err(|error| error.message)?;
+        self.check_bound(&point.bindings, &gpu.device.limits())?;
         for binding in point.bindings.iter().filter(|binding| !is_of_composing(&binding.name)) {
             if binding.kind.writes() {
                 return Err(format!(

@@ -23,6 +23,7 @@ mod bytes;
 mod description;
 mod encoded_graph;
 pub mod format_table;
+mod needed_minor;
 pub mod plugin_format;
 mod plugin_job;
 pub mod plugin_side;

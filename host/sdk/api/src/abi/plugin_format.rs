@@ -5,7 +5,7 @@ use crate::abi::format_table::{
     ReadCall,
 };
 use crate::abi::plugin_job::{RemoteJob, Written};
-use crate::abi::plugin_side::{Instance, cloud_view, guarded, write};
+use crate::abi::plugin_side::{Created, Package, cloud_view, guarded, write};
 use crate::abi::table::{Bytes, RawCloud, RawJob, Sink, status};
 use crate::columns::{CloudView, Values};
 use crate::error::Result;
@@ -23,11 +23,21 @@ use std::sync::{Arc, PoisonError, RwLock};
 /// The table of any package's formats.
 #[must_use]
 pub const fn format_table() -> FormatTable {
+    table_of(ABI_MINOR)
+}
+
+/// The table of the formats of a package that names the oldest minor version that will do. ABI 3.10.
+#[must_use]
+pub const fn package_format_table<P: Package>() -> FormatTable {
+    table_of(P::MINOR)
+}
+
+const fn table_of(abi_minor: u16) -> FormatTable {
     FormatTable {
         magic: MAGIC,
         size: size_of::<FormatTable>() as u32,
         abi_major: ABI_MAJOR,
-        abi_minor: ABI_MINOR,
+        abi_minor,
         read,
         write: write_file,
     }
@@ -47,13 +57,14 @@ unsafe extern "C" fn read(
         // SAFETY: the host passes a valid file, sink and job for the duration of the call.
         let (file, raw, job) = unsafe { (*file, *clouds, *job) };
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
-        let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
+        let created = unsafe { &mut *instance.cast::<Created>() };
         let lent = Lent::new(file)?;
         let mut remote = RemoteSink(raw);
         let mut clouds =
             CloudSink::new(&mut remote, call.columns.as_deref()).with_nodes(call.nodes.as_deref());
         let source = FileSource::new(lent.file(), &lent.name);
-        instance.read(&call.values, &source, &mut clouds, &Job::new(&RemoteJob(job)))
+        let remote_job = RemoteJob { raw: job, minor: created.minor };
+        created.unit.read(&call.values, &source, &mut clouds, &Job::new(&remote_job))
     })
 }
 
@@ -71,12 +82,13 @@ unsafe extern "C" fn write_file(
         // SAFETY: the host passes a valid file, source and job for the duration of the call.
         let (file, raw, job) = unsafe { (*file, *clouds, *job) };
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
-        let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
+        let created = unsafe { &mut *instance.cast::<Created>() };
         let lent = Lent::new(file)?;
         let mut remote = RemoteSource(raw);
         let mut clouds = CloudSource::new(&mut remote);
         let file = FileSink::new(lent.file(), &lent.name);
-        let lines = instance.write(&values, &mut clouds, &file, &Job::new(&RemoteJob(job)))?;
+        let remote_job = RemoteJob { raw: job, minor: created.minor };
+        let lines = created.unit.write(&values, &mut clouds, &file, &Job::new(&remote_job))?;
         write(sink, LINES_CHANNEL, &rmp_serde::to_vec_named(&lines)?);
         Ok(())
     })

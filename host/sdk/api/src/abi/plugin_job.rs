@@ -1,10 +1,12 @@
 //! A job inside a plugin: what the author calls, passed on to the host's C functions.
 
 use crate::abi::encoded_graph::EncodedGraph;
+use crate::abi::needed_minor::check_minor;
 use crate::abi::plugin_side::{Panicked, aside};
 use crate::abi::table::{Bytes, RawJob, Sink, channel, status};
 use crate::error::{Error, Result};
 use crate::job::JobHost;
+use crate::manifest::ABI_MINOR;
 use crate::tool::EditHeader;
 use core::ffi::c_void;
 use std::cell::RefCell;
@@ -13,17 +15,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// The host's side of a job, called through its C functions.
-pub(super) struct RemoteJob(pub(super) RawJob);
+pub(super) struct RemoteJob {
+    pub(super) raw: RawJob,
+    /// The oldest minor version of the ABI that the package says will do.
+    pub(super) minor: u16,
+}
 
 impl JobHost for RemoteJob {
     fn progress(&self, fraction: f64, message: &str) {
         // SAFETY: the host's function takes its own context and borrows the message.
-        unsafe { (self.0.progress)(self.0.context, fraction, Bytes::of(message.as_bytes())) };
+        unsafe { (self.raw.progress)(self.raw.context, fraction, Bytes::of(message.as_bytes())) };
     }
 
     fn cancelled(&self) -> bool {
         // SAFETY: the host's function takes its own context.
-        unsafe { (self.0.cancelled)(self.0.context) != 0 }
+        unsafe { (self.raw.cancelled)(self.raw.context) != 0 }
     }
 
     fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<()> {
@@ -32,8 +38,8 @@ impl JobHost for RemoteJob {
         let written = Written::default();
         // SAFETY: the host's function takes its own context and borrows header, slices and sink.
         let status = unsafe {
-            (self.0.stage)(
-                self.0.context,
+            (self.raw.stage)(
+                self.raw.context,
                 Bytes::of(&header),
                 slices.as_ptr(),
                 slices.len(),
@@ -58,7 +64,7 @@ impl JobHost for RemoteJob {
         let left_out = unsafe {
             let context = (&raw const body).cast();
             let (from, to) = (share.start, share.end);
-            (self.0.parallel)(self.0.context, count, from, to, call_body, context)
+            (self.raw.parallel)(self.raw.context, count, from, to, call_body, context)
         };
         let panicked = body.panicked.into_inner().unwrap_or_else(PoisonError::into_inner);
         if let Some(panicked) = panicked {
@@ -68,12 +74,15 @@ impl JobHost for RemoteJob {
     }
 
     fn compute(&self, graph: &EncodedGraph, buffers: &[u32]) -> Result<Vec<Vec<u8>>> {
+        if self.minor < ABI_MINOR {
+            check_minor(&rmp_serde::from_slice(&graph.structure)?, self.minor)?;
+        }
         let written = Written::default();
         // SAFETY: the host's function takes its own context and borrows bytes, positions and sink.
         let status = unsafe {
             let (structure, data) = (Bytes::of(&graph.structure), Bytes::of(&graph.data));
             let (first, count) = (buffers.as_ptr(), buffers.len());
-            (self.0.compute)(self.0.context, structure, data, first, count, written.sink())
+            (self.raw.compute)(self.raw.context, structure, data, first, count, written.sink())
         };
         match status {
             status::OK => {

@@ -2,6 +2,7 @@
 //! writes the results to the host's sink.
 
 pub use crate::abi::description::Description;
+use crate::abi::needed_minor::check_minor;
 use crate::abi::plugin_job::RemoteJob;
 use crate::abi::table::{Bytes, MAGIC, PluginTable, RawCloud, RawJob, Sink, channel, status};
 use crate::columns::{CloudView, ColumnView, Element, Values as ColumnValues};
@@ -44,9 +45,18 @@ pub struct Unit {
 pub trait Package {
     /// The units in the order of the manifest.
     const UNITS: &'static [Unit];
+    /// The oldest minor version of the ABI that will do. ABI 3.10.
+    const MINOR: u16 = ABI_MINOR;
 }
 
-/// An instance of a unit behind its `void` pointer.
+/// What a host holds of a unit, behind its `void` pointer.
+pub(super) struct Created {
+    pub(super) unit: Box<dyn Instance>,
+    /// [`Package::MINOR`].
+    pub(super) minor: u16,
+}
+
+/// An instance of a unit.
 pub(super) trait Instance {
     fn frame(&mut self, _request: FrameRequest, _graph: Graph) -> Result<Graph> {
         Err(Error::new("this unit is not a renderer"))
@@ -197,7 +207,7 @@ pub const fn table<P: Package>() -> PluginTable {
         magic: MAGIC,
         size: size_of::<PluginTable>() as u32,
         abi_major: ABI_MAJOR,
-        abi_minor: ABI_MINOR,
+        abi_minor: P::MINOR,
         describe: describe::<P>,
         create: create::<P>,
         destroy,
@@ -230,9 +240,10 @@ unsafe extern "C" fn create<P: Package>(
     guarded(sink, || {
         // SAFETY: the host keeps the bytes alive and unchanged for the duration of the call.
         let host: HostInfo = rmp_serde::from_slice(unsafe { host.as_slice() })?;
-        let instance: Box<Box<dyn Instance>> = Box::new((unit::<P>(index)?.create)(&host)?);
+        let unit = (unit::<P>(index)?.create)(&host)?;
+        let created = Box::new(Created { unit, minor: P::MINOR });
         // SAFETY: the host passes a valid place for one pointer.
-        unsafe { *out = Box::into_raw(instance).cast() };
+        unsafe { *out = Box::into_raw(created).cast() };
         Ok(())
     })
 }
@@ -240,7 +251,7 @@ unsafe extern "C" fn create<P: Package>(
 unsafe extern "C" fn destroy(instance: *mut c_void, sink: Sink) -> i32 {
     guarded(sink, || {
         // SAFETY: the host passes a pointer that `create` gave out and passes it here only once.
-        drop(unsafe { Box::from_raw(instance.cast::<Box<dyn Instance>>()) });
+        drop(unsafe { Box::from_raw(instance.cast::<Created>()) });
         Ok(())
     })
 }
@@ -255,8 +266,9 @@ unsafe extern "C" fn frame(instance: *mut c_void, request: Bytes, sink: Sink) ->
         let on_device: OnDevice = rmp_serde::from_slice(bytes)?;
         let graph = Graph::drawing_one_of(moves.stride).with_on_device(on_device.resident);
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
-        let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
-        let graph = instance.frame(request, graph)?;
+        let created = unsafe { &mut *instance.cast::<Created>() };
+        let graph = created.unit.frame(request, graph)?;
+        check_minor(graph.structure(), created.minor)?;
         write(sink, channel::STRUCTURE, &rmp_serde::to_vec_named(graph.structure())?);
         write(sink, channel::DATA, graph.data());
         Ok(())
@@ -294,11 +306,12 @@ unsafe extern "C" fn tile(
         // SAFETY: the host lends `n_floats` initialised floats to this call alone.
         let pixels = unsafe { std::slice::from_raw_parts_mut(pixels, n_floats) };
         // SAFETY: the pointer comes from `create`; tracers are `Sync`, so calls may overlap.
-        let instance = unsafe { &*instance.cast::<Box<dyn Instance>>() };
+        let created = unsafe { &*instance.cast::<Created>() };
         // SAFETY: the host passes a valid job and a valid tile for the duration of the call.
         let (job, tile) = unsafe { (*job, *tile) };
         let scene = Traced { clouds: &clouds, texels };
-        instance.tile(request, &scene, tile, pixels, &Job::new(&RemoteJob(job)))
+        let remote = RemoteJob { raw: job, minor: created.minor };
+        created.unit.tile(request, &scene, tile, pixels, &Job::new(&remote))
     })
 }
 
@@ -315,10 +328,10 @@ unsafe extern "C" fn run(
         // SAFETY: the host passes a valid cloud whose columns live for the duration of the call.
         let cloud = unsafe { cloud_view(&*cloud) }?;
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
-        let instance = unsafe { &mut *instance.cast::<Box<dyn Instance>>() };
+        let created = unsafe { &mut *instance.cast::<Created>() };
         // SAFETY: the host passes a valid job for the duration of the call.
-        let job = unsafe { *job };
-        instance.run(&values, &cloud, &Job::new(&RemoteJob(job)))
+        let remote = RemoteJob { raw: unsafe { *job }, minor: created.minor };
+        created.unit.run(&values, &cloud, &Job::new(&remote))
     })
 }
 

@@ -27,6 +27,20 @@ pub enum MemberType {
 }
 
 impl MemberType {
+    /// The type in WGSL; of [`Int`](Self::Int) `i32`. ABI 3.10.
+    #[must_use]
+    pub const fn wgsl(self) -> &'static str {
+        match self {
+            Self::F32 => "f32",
+            Self::U32 => "u32",
+            Self::I32 | Self::Int => "i32",
+            Self::Vec2 => "vec2<f32>",
+            Self::Vec3 => "vec3<f32>",
+            Self::Vec4 => "vec4<f32>",
+            Self::Mat4 => "mat4x4<f32>",
+        }
+    }
+
     /// Bytes of a value.
     #[must_use]
     pub const fn size(self) -> u64 {
@@ -62,6 +76,8 @@ pub struct Member {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Members {
     list: Vec<(Member, Vec<u8>)>,
+    /// Names of parameters that are `u32` where nothing else says what they are.
+    unsigned: Vec<String>,
 }
 
 impl Members {
@@ -77,9 +93,11 @@ impl Members {
     #[must_use]
     pub fn of(params: &impl ParamSet) -> Self {
         let values = params.values();
-        let mut members = Self::new();
+        let name_of = |id: &str| id.replace('-', "_");
+        let unsigned = params.unsigned().iter().map(|id| name_of(id)).collect();
+        let mut members = Self { unsigned, ..Self::new() };
         for declared in params.declared() {
-            let name = declared.id.replace('-', "_");
+            let name = name_of(&declared.id);
             let choices: &[String] = match &declared.kind {
                 ParamKind::Choice(ids) => ids,
                 _ => &[],
@@ -169,6 +187,16 @@ impl Members {
         self
     }
 
+    /// The members of a structure in WGSL, a line each.
+    pub(super) fn declarations(&self) -> String {
+        let line = |(member, _): &(Member, Vec<u8>)| {
+            let is_unsigned = member.kind == MemberType::Int && self.unsigned.contains(&member.name);
+            let kind = if is_unsigned { MemberType::U32 } else { member.kind };
+            format!("    {}: {},\n", member.name, kind.wgsl())
+        };
+        self.list.iter().map(line).collect()
+    }
+
     /// The members and, behind one another, the bytes of their values.
     pub(super) fn into_parts(self) -> (Vec<Member>, Vec<u8>) {
         let (members, bytes): (Vec<Member>, Vec<Vec<u8>>) = self.list.into_iter().unzip();
@@ -225,5 +253,12 @@ mod tests {
         let twice = Members::new().f32("a", 1.0).u32("b", 2).u32("a", 3);
         assert_eq!(twice, Members::new().u32("a", 3).u32("b", 2));
         assert_eq!(twice.without("a").without("c"), Members::new().u32("b", 2));
+    }
+
+    #[test]
+    fn declarations_have_the_types_of_the_parameters() {
+        let members = Members::of(&Settings::default()).without("tint").i32("offset", -1);
+        let expected = "    gain: f32,\n    n_steps: u32,\n    filter: u32,\n    model: u32,\n    offset: i32,\n";
+        assert_eq!(members.declarations(), expected);
     }
 }

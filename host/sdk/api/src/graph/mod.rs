@@ -10,6 +10,7 @@ mod members;
 mod passes;
 mod primitives;
 mod resources;
+mod settings;
 mod splats;
 mod structure;
 
@@ -24,6 +25,7 @@ pub use resources::{
     Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,
     UniformId,
 };
+pub use settings::Settings;
 pub use splats::{Composition, Footprint, MAX_PAYLOADS, SplatDepth, Splats};
 pub use structure::{Output, Structure};
 
@@ -231,6 +233,34 @@ impl Graph {
     /// Gives parameters as a uniform, each as the member of its name ([`Members::of`]). ABI 3.7.
     pub fn parameters(&mut self, params: &impl ParamSet) -> UniformId {
         self.members(Members::of(params))
+    }
+
+    /// Gives members as a uniform, and the WGSL module `path` that declares it. Passes that read these
+    /// [settings](Pass::settings) import them and write no structure of their own, so that all agree about names and
+    /// types:
+    ///
+    /// ```
+    /// use surfelshop_api::graph::{Graph, Members, Pass};
+    /// # surfelshop_api::params! {
+    /// #     /// Settings.
+    /// #     struct Settings {
+    /// #         /// A number.
+    /// #         gain: f32 { default: 0.5 },
+    /// #     }
+    /// # }
+    /// # let params = Settings::default();
+    /// let mut graph = Graph::new();
+    /// let settings = graph.settings("rim", Members::of(&params).u32("n_steps", 8));
+    /// let wgsl = "#import rim::settings
+    ///     ... settings.gain * f32(settings.n_steps) ...";
+    /// let pass = Pass::shading("shade", wgsl, "shade").settings(&settings);
+    /// ```
+    ///
+    /// Parameters have the types of their Rust fields: `f32`, `u32`, `i32`, `vec3<f32>`, and `u32` of switches and
+    /// choices. No name may end in a digit. ABI 3.10, and hosts from 3.7 on run it.
+    pub fn settings(&mut self, path: &str, members: Members) -> Settings {
+        let declared = members.clone();
+        Settings::new(self.members(members), path, &declared)
     }
 
     fn append(&mut self, bytes: &[u8], align: usize) -> Span {

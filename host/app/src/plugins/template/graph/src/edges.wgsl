@@ -1,10 +1,5 @@
-struct Settings {
-    ambient: f32,
-    ink: f32,
-    width: u32,
-}
+#import params::settings
 
-var<uniform> settings: Settings;
 var measured: texture_2d<f32>;
 var found: texture_storage_2d<rgba32float, write>;
 

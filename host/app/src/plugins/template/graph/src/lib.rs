@@ -41,9 +41,9 @@ impl Renderer for {{Name}} {
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
-        let p = &frame.params;
-        let settings = Uniform::new().f32(p.ambient).f32(p.ink).u32(p.width);
-        let settings = graph.uniform(settings);
+        // The module `params` that all shaders here import: each parameter is a member of
+        // `params::settings`.
+        let settings = graph.settings("params", Members::of(&frame.params));
         let view_sized = || Texture::view_sized(Format::Rgba32Float);
         let lit = graph.texture("lit", view_sized());
         let measured = graph.texture("measured", view_sized());
@@ -53,7 +53,7 @@ impl Renderer for {{Name}} {
         // Visibility is the host's: a shading pass is called for the pixels that surfels cover.
         graph.pass(
             Pass::shading("shade", include_str!("shade.wgsl"), "shade")
-                .bind("settings", settings)
+                .settings(&settings)
                 .target(lit),
         );
         graph.pass(
@@ -67,13 +67,13 @@ impl Renderer for {{Name}} {
         );
         graph.pass(
             Pass::compute("edges", include_str!("edges.wgsl"), "find", per_pixel)
-                .bind("settings", settings)
+                .settings(&settings)
                 .bind("measured", measured)
                 .bind("found", edges),
         );
         graph.pass(
             Pass::compute("ink", include_str!("ink.wgsl"), "blend", per_pixel)
-                .bind("settings", settings)
+                .settings(&settings)
                 .bind("lit", lit)
                 .bind("edges", edges)
                 .bind("color", color),

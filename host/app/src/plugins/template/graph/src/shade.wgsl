@@ -1,13 +1,6 @@
 #import surfelshop::surface::Surface
 #import surfelshop::light
-
-struct Settings {
-    ambient: f32,
-    ink: f32,
-    width: u32,
-}
-
-var<uniform> settings: Settings;
+#import params::settings
 
 // Linear radiance of a covered pixel, before exposure and tone mapping.
 fn shade(s: Surface) -> vec4<f32> {

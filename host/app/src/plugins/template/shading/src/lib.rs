@@ -35,12 +35,12 @@ impl Renderer for {{Name}} {
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
-        // Each parameter is the member of its name in the shader's `struct Settings`.
-        let settings = graph.parameters(&frame.params);
+        // The module `params` of shaders: each parameter is a member of `params::settings`.
+        let settings = graph.settings("params", Members::of(&frame.params));
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::shading("shade", include_str!("shade.wgsl"), "shade")
-                .bind("settings", settings)
+                .settings(&settings)
                 .merges(true)
                 .target(color),
         );

@@ -10,7 +10,6 @@
 //! | `size`    | float | 1       | factor on standard deviations, which are half of radii  |
 //! | `ambient` | float | 0.08    | radiance of an unlit white surface                      |
 
-use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use surfelshop_api::prelude::*;
 
 params! {
@@ -40,16 +39,17 @@ impl Renderer for {{Name}} {
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
-        let settings = graph.parameters(&frame.params);
+        // The module `params` of shaders: each parameter is a member of `params::settings`.
+        let settings = graph.settings("params", Members::of(&frame.params));
         let all: Vec<u32> = (0..).take(frame.cloud.clouds.len()).collect();
         // Each column is a function of the module `cloud`, from a surfel's number to its value.
-        let columns = [
-            BufferColumn::new(POSITION, 3),
-            BufferColumn::new(NORMAL, 3),
-            BufferColumn::new(RADIUS, 1),
-            BufferColumn::new(COLOR, 3).or(0.5),
+        let read = [
+            BufferColumn::new(columns::POSITION, 3),
+            BufferColumn::new(columns::NORMAL, 3),
+            BufferColumn::new(columns::RADIUS, 1),
+            BufferColumn::new(columns::COLOR, 3).or(0.5),
         ];
-        let (n, cloud) = graph.columns("cloud", &frame.cloud, &all, &columns);
+        let (n, cloud) = graph.columns("cloud", &frame.cloud, &all, &read);
         let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
         graph.pass(
             Pass::splats(
@@ -60,7 +60,7 @@ impl Renderer for {{Name}} {
                 n,
             )
             .reads(&cloud)
-            .bind("settings", settings)
+            .settings(&settings)
             .target(sums),
         );
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));

@@ -2,14 +2,7 @@
 #import surfelshop::splat
 #import surfelshop::view
 #import cloud
-
-struct Settings {
-    opacity: f32,
-    size: f32,
-    ambient: f32,
-}
-
-var<uniform> settings: Settings;
+#import params::settings
 
 // The largest albedo that the host's own surface holds.
 const BRIGHTEST: f32 = 65504.0;

@@ -11,10 +11,8 @@
 //! | `high`    | colour | 1,0.8,0.3     | colour of the highest surfel, linear        |
 //! | `own`     | float  | 0             | how much of the surfel's own colour is kept |
 
-use surfelshop_api::columns::{COLOR, POSITION, Values};
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::prelude::*;
-use surfelshop_api::tool::NewColumn;
 
 choices! {
     /// Which way is up.
@@ -61,7 +59,7 @@ impl Tool for {{Name}} {
         let axis = params.axis as usize;
         // In f64, where no two f32 differ by more than there are numbers.
         let heights: Vec<f64> = cloud
-            .vectors(POSITION)
+            .vectors(columns::POSITION)
             .map(|at| f64::from(at[axis]))
             .collect();
         if heights.len() != cloud.len {
@@ -95,7 +93,7 @@ impl Tool for {{Name}} {
         // Staged now, committed when this function returns `Ok`: a failure or a stop changes nothing.
         let values: Vec<f32> = colors.iter().flat_map(|color| color.to_array()).collect();
         let column = NewColumn {
-            name: COLOR,
+            name: columns::COLOR,
             components: 3,
             values: Values::F32(&values),
         };
