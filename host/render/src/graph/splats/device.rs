@@ -20,8 +20,6 @@ const FILL_LISTS: &str = include_str!("fill_lists.wgsl");
 const RADIX_SORT: &str = include_str!("radix_sort.wgsl");
 const PREFIX_SUMS: &str = include_str!("prefix_sums.wgsl");
 
-/// Side of a tile, `TILE` of the shaders.
-pub(super) const TILE: u32 = 16;
 /// Numbers that a workgroup sorts or sums up, `BLOCK` of the shaders.
 const BLOCK: u32 = 1024;
 /// Invocations of a workgroup that goes over splats or entries.
