@@ -1,17 +1,15 @@
 //! How a square of pixels meets a footprint.
 
 use super::footprint::LOW_PASS;
+use super::grid::{ACROSS, Lanes, SIDE};
 use super::sorting::Visible;
-use super::tile::{ACROSS, SIDE};
-use crate::lanes::{F, M, WIDTH, power_of_2, smaller};
+use crate::lanes::{F, M, power_of_2, smaller};
 use fearless_simd::prelude::*;
 
 /// No splat hides more than this.
 ///
 /// Source: Kerbl et al. 2023, appendix C.
 const MOST_OPACITY: f32 = 0.99;
-
-type Lanes = [f32; WIDTH];
 
 /// Where a tile lies, and how it is looked at.
 #[derive(Clone, Copy, Debug, Default)]

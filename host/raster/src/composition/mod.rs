@@ -13,6 +13,7 @@
 //! 2025, "Stochastic Splats".
 
 mod footprint;
+mod grid;
 mod lines;
 mod moments;
 mod normalized;
@@ -159,7 +160,7 @@ struct Lists {
 
 impl Lists {
     fn fill(&mut self, seen: &VisibleSplats, view: &View) {
-        let [across, down] = view.size_px.map(|side| (side as usize).div_ceil(tile::SIZE));
+        let [across, down] = view.size_px.map(|side| (side as usize).div_ceil(grid::SIZE));
         let Self { first, next, entries, .. } = self;
         self.across = across;
         first.clear();
@@ -190,7 +191,7 @@ impl Lists {
 
     /// The first pixel of a tile.
     fn corner(&self, tile: usize) -> [usize; 2] {
-        [tile % self.across * tile::SIZE, tile / self.across * tile::SIZE]
+        [tile % self.across * grid::SIZE, tile / self.across * grid::SIZE]
     }
 }
 
@@ -211,9 +212,9 @@ impl Pictures {
         let [width, height] = view.size_px.map(|side| side as usize);
         for (at, tile) in tiles.iter().enumerate() {
             let [left, top] = lists.corner(at);
-            let (columns, rows) = (tile::SIZE.min(width - left), tile::SIZE.min(height - top));
+            let (columns, rows) = (grid::SIZE.min(width - left), grid::SIZE.min(height - top));
             for row in 0..rows {
-                let (to, from) = ((top + row) * width + left, row * tile::SIZE);
+                let (to, from) = ((top + row) * width + left, row * grid::SIZE);
                 let (to, from) = (to..to + columns, from..from + columns);
                 for (sums, own) in self.sums.iter_mut().zip(&tile.sums) {
                     sums[to.clone()].copy_from_slice(&own[from.clone()]);

@@ -1,8 +1,9 @@
 //! The mean of splats that are about as far away as the nearest.
 
+use super::grid::{ACROSS, N_SQUARES};
 use super::lines::Lines;
 use super::moments;
-use super::tile::{ACROSS, List, N_SQUARES, Tile};
+use super::tile::{List, Tile};
 use super::view::{Depths, Kind, Splats};
 use crate::lanes::{F, WIDTH};
 use fearless_simd::prelude::*;

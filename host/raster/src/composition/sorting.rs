@@ -1,7 +1,7 @@
 //! Which splats touch the picture, from near to far.
 
 use super::footprint::Footprint;
-use super::tile;
+use super::grid::SIZE;
 use super::view::{Kind, Splats, View, Words};
 use rayon::prelude::*;
 
@@ -36,7 +36,7 @@ pub(super) struct Keyed {
 
 impl Keyed {
     fn new(splat: &Visible, number: usize) -> Self {
-        let size = tile::SIZE as u16;
+        let size = SIZE as u16;
         let [left, top, right, bottom] = splat.pixels;
         let tiles = [left / size, top / size, right.div_ceil(size), bottom.div_ceil(size)];
         Self { key: ordered(splat.footprint.distance[2]), number: number as u32, tiles }

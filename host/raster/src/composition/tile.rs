@@ -1,5 +1,6 @@
 //! One tile of a picture: goes through its list of splats, sixteen pixels at once.
 
+use super::grid::{ACROSS, Lanes, N_SQUARES, SIDE, SIZE};
 use super::lines::{Lines, Place};
 use super::moments::{self, Moments};
 use super::sorting::Visible;
@@ -7,19 +8,10 @@ use super::view::{Depths, Kind, Splats, View};
 use crate::lanes::{F, U, WIDTH};
 use fearless_simd::prelude::*;
 
-/// Side of a tile in pixels.
-pub(super) const SIZE: usize = 32;
-/// Side of a square of pixels that are drawn at once.
-pub(super) const SIDE: usize = 4;
-pub(super) const ACROSS: usize = SIZE / SIDE;
-pub(super) const N_SQUARES: usize = ACROSS * ACROSS;
-
 /// Where less than this is let through nothing more is added: what is left out is at most as much of the largest value.
 ///
 /// Source: Kerbl et al. 2023, appendix C.
 const LEAST_LEFT: f32 = 1e-4;
-
-pub(super) type Lanes = [f32; WIDTH];
 
 /// The splats that touch a tile.
 #[derive(Clone, Copy)]

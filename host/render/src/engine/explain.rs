@@ -316,8 +316,8 @@ impl<'a> Graph<'a> {
                     format!("feeds output {} alone, not asked for", listed(&outputs))
                 }
             };
-            let told = at.is_some_and(|at| self.plan.passes[at].per_pixel.is_some());
-            let why = match told && report.state == PassState::Ran {
+            let has_function = at.is_some_and(|at| self.plan.passes[at].per_pixel.is_some());
+            let why = match has_function && report.state == PassState::Ran {
                 true => format!(
                     "{why}; composed by the device, which alone calls a function of each pixel"
                 ),

@@ -95,9 +95,9 @@ pub(crate) fn execute(
             variables.lit = Some(shade_surfels(&variables, &pipeline, recorder, pipelines)?);
         }
         if let Work::Splats(splats) = &pass.work {
-            let told = plan.per_pixel_pipeline(i, pipelines)?;
-            let told = told.as_deref();
-            splats::draw(splats, &variables, &pipeline, told, recorder, pipelines, scratch)?;
+            let composing = plan.per_pixel_pipeline(i, pipelines)?;
+            let composing = composing.as_deref();
+            splats::draw(splats, &variables, &pipeline, composing, recorder, pipelines, scratch)?;
             written.extend(&planned.writes);
             continue;
         }

@@ -105,7 +105,7 @@ fn finite(v: vec4<f32>) -> vec4<f32> {
 }
 
 // What the pass's function makes of a splat of the batch at a pixel: an opacity from 0 to 1, and finite vectors.
-fn told(hit: Hit, in_batch: u32, at_px: vec2<f32>) -> surfelshop_splat::Fragment {
+fn shaded(hit: Hit, in_batch: u32, at_px: vec2<f32>) -> surfelshop_splat::Fragment {
     var p: surfelshop_splat::Pixel;
     p.index = batch_numbers[in_batch];
     p.pixel = at_px;
@@ -197,7 +197,7 @@ fn compose(
                 continue;
             }
 #ifdef PER_PIXEL
-            let opacity = told(hit, i, at_px).opacity;
+            let opacity = shaded(hit, i, at_px).opacity;
 #else
             let opacity = hit.opacity;
 #endif
@@ -218,7 +218,7 @@ fn compose(
                 continue;
             }
 #ifdef PER_PIXEL
-            let shown = told(hit, i, at_px);
+            let shown = shaded(hit, i, at_px);
             let weight = shown.opacity;
             if weight <= 0.0 {
                 continue;
@@ -256,7 +256,7 @@ fn compose(
                     continue;
                 }
 #ifdef PER_PIXEL
-                let shown = told(hit, i, at_px);
+                let shown = shaded(hit, i, at_px);
                 if shown.opacity <= 0.0 {
                     continue;
                 }
@@ -322,7 +322,7 @@ fn compose(
                         || (hit.distance == nearest && batch_numbers[i] < shown);
 #ifdef PER_PIXEL
                     if is_pixel && hit.inside && is_nearer && hit.distance < end {
-                        let made = told(hit, i, at_px);
+                        let made = shaded(hit, i, at_px);
                         if made.opacity > 0.0 && made.opacity >= least {
                             nearest = hit.distance;
                             shown = batch_numbers[i];

@@ -19,8 +19,6 @@ use surfelshop_api::graph::{Composition, Splats};
 const FOOTPRINT: &str = include_str!("footprint.wgsl");
 const LIST_SPLATS: &str = include_str!("list_splats.wgsl");
 const FILL_LISTS: &str = include_str!("fill_lists.wgsl");
-/// Side of a tile, `TILE` of the shaders.
-pub(super) const TILE: u32 = 16;
 /// Invocations of a workgroup that goes over splats or entries.
 const GROUP: u32 = 256;
 

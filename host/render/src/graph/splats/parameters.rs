@@ -1,9 +1,11 @@
 //! What the shaders that put splats together are told.
 
 use crate::graph::execute::Variables;
-use crate::graph::splats::device::TILE;
 use surfelshop_api::Projection;
 use surfelshop_api::graph::{Composition, Footprint, Splats};
+
+/// Side of a tile, `TILE` of the shaders.
+const TILE: u32 = 16;
 
 /// `Params` of the shaders, but for the number that differs from step to step.
 pub(super) struct Parameters {

@@ -99,11 +99,11 @@ pub(crate) fn per_pixel_source(
 pub(crate) fn compose_defines(splats: &Splats) -> Vec<&'static str> {
     let is_mean = matches!(splats.composition, Composition::Normalized { .. });
     let is_wide = splats.depths.iter().any(|(which, _)| *which == SplatDepth::Distortion);
-    let told = splats.per_pixel.is_some();
+    let has_function = splats.per_pixel.is_some();
     let all = [
-        (told, "PER_PIXEL"),
-        (told && !splats.tested, "NO_SURFACE"),
-        (told && splats.depths.is_empty(), "NO_DEPTHS"),
+        (has_function, "PER_PIXEL"),
+        (has_function && !splats.tested, "NO_SURFACE"),
+        (has_function && splats.depths.is_empty(), "NO_DEPTHS"),
         (is_mean, "NORMALIZED"),
         (is_wide, "DISTORTION"),
     ];
@@ -199,8 +199,8 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
         assert_eq!(splat_source(&plain, 1).unwrap(), PLAIN);
         assert!(compose_defines(&splats).is_empty());
         // And the function that makes footprints is the same beside one of pixels.
-        let (told, splats) = pass(|pass| pass.per_pixel("round"));
-        assert_eq!(splat_source(&told, 1).unwrap(), PLAIN);
+        let (changed, splats) = pass(|pass| pass.per_pixel("round"));
+        assert_eq!(splat_source(&changed, 1).unwrap(), PLAIN);
         assert_eq!(compose_defines(&splats), ["PER_PIXEL", "NO_SURFACE", "NO_DEPTHS"]);
     }
 
@@ -220,14 +220,14 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
                 return splat::Fragment(p.opacity + more, p.payload);
             }";
         for composition in [Composition::Over, Composition::Normalized { tolerance: 0.1 }] {
-            for told in [None, Some("met")] {
+            for changed in [None, Some("met")] {
                 for depth in [None, Some(SplatDepth::Distortion)] {
                     let (plain, mut splats) = pass(|pass| pass.composed(composition));
                     let plain = Pass { wgsl: wgsl.to_owned(), ..plain };
-                    splats.per_pixel = told.map(str::to_owned);
+                    splats.per_pixel = changed.map(str::to_owned);
                     splats.depths =
                         depth.map(|which| (which, splats.targets[0])).into_iter().collect();
-                    let (source, entry) = match told {
+                    let (source, entry) = match changed {
                         Some(function) => {
                             (per_pixel_source(&plain, 4, function).unwrap(), COMPOSE_PER_PIXEL)
                         }
@@ -237,7 +237,7 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
                     let shader = pipelines.shader(&source, &defines).unwrap();
                     let made = pipelines.compute(entry, &shader, entry, &Settings::default());
                     // With depths there is one more.
-                    let fits = told.is_none() || depth.is_none();
+                    let fits = changed.is_none() || depth.is_none();
                     assert_eq!(made.is_ok(), fits, "{defines:?}: {:?}", made.err());
                 }
             }
@@ -248,16 +248,16 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
     fn every_name_of_the_host_is_told_apart_from_those_of_authors() {
         let text = composing(2);
         let names = declared(&text);
-        for name in ["N_PAYLOADS", "Footprint", "params", "batch", "told", "compose", "chance"] {
+        for name in ["N_PAYLOADS", "Footprint", "params", "batch", "shaded", "compose", "chance"] {
             assert!(names.contains(&name), "{name} is missing in {names:?}");
         }
-        let (told, _) = pass(|pass| pass);
-        let source = per_pixel_source(&told, 2, "round").unwrap();
-        let behind = &source[told.wgsl.len()..];
+        let (changed, _) = pass(|pass| pass);
+        let source = per_pixel_source(&changed, 2, "round").unwrap();
+        let behind = &source[changed.wgsl.len()..];
         assert_eq!(declared(behind).len(), names.len());
         assert!(declared(behind).iter().all(|name| name.starts_with(PREFIX)), "{behind}");
         assert!(behind.contains("= round(p);") && !behind.contains("FUNCTION_PER_PIXEL"));
-        let line = per_pixel_source(&told, 2, "square").unwrap_err();
+        let line = per_pixel_source(&changed, 2, "square").unwrap_err();
         assert_eq!(line, "the shader has no function `square`; it has: round");
     }
 }
