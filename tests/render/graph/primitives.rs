@@ -381,6 +381,7 @@ fn the_first_pass_that_the_device_can_run_runs() {
 fn what_the_device_has_can_be_used() {
     let mut engine = stage::engine();
     let here = engine.gpu().host_info().features;
+    println!("{} has {}", engine.gpu().describe(), here.join(", "));
     let body = [
         ("subgroups", "enable subgroups;", "x[0] = subgroupAdd(1u);"),
         ("f16", "enable f16;", "let h = f16(x[0]) + 3.0h; x[0] = u32(h);"),
