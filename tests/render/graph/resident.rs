@@ -70,9 +70,9 @@ impl Renderer for Plain {
 
     fn frame(&mut self, _frame: &Frame<()>, graph: &mut Graph) -> Result<()> {
         let color = graph.texture("color", Texture::view_sized(Format::Rgba32Float));
-        let wgsl = "fn shade(s: surfelshop_surface::Surface) -> vec4<f32> { return vec4(0.0); }";
-        let wgsl = format!("#import surfelshop::surface as surfelshop_surface\n{wgsl}");
-        graph.pass(Pass::shading("shade", &wgsl, "shade").target(color));
+        let wgsl = "#import surfelshop::surface::Surface
+            fn shade(s: Surface) -> vec4<f32> { return vec4(0.0); }";
+        graph.pass(Pass::shading("shade", wgsl, "shade").target(color));
         graph.output(Output::Color, color);
         Ok(())
     }

@@ -306,19 +306,21 @@ fn wide_atomics(defines: &[&str]) -> naga::valid::Capabilities {
 /// What a text that uses something without saying so is told besides.
 fn missing_need(message: &str) -> String {
     let told_by = [
-        ("ubgroup", "subgroups"),
-        ("SHADER_FLOAT16 ", "f16"),
-        ("SHADER_INT64 ", "64-bit-integers"),
+        ("SUBGROUP", "subgroups"),
+        ("SHADER_FLOAT16", "f16"),
+        ("SHADER_INT64", "64-bit-integers"),
         ("SHADER_INT64_ATOMIC_MIN_MAX", "64-bit-atomic-max"),
         ("SHADER_INT64_ATOMIC_ALL_OPS", "64-bit-atomics"),
         ("SHADER_FLOAT32_ATOMIC", "float32-atomics"),
     ];
-    let missing = told_by.iter().find(|(told_by, _)| {
-        message.contains(told_by) && (message.contains("requir") || message.contains("Support"))
-    });
-    missing.map_or_else(String::new, |(_, word)| {
-        format!("; a pass that uses it says so with `.needs(\"{word}\")`")
-    })
+    let mut words = message.split(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
+    let of_word = |word: &str| {
+        told_by.iter().find(|(told_by, _)| *told_by == word).map(|(_, feature)| *feature)
+    };
+    match words.find_map(of_word) {
+        Some(feature) => format!("; a pass that uses it says so with `.needs(\"{feature}\")`"),
+        None => String::new(),
+    }
 }
 
 /// The composer's many-line report as one line: `line 3: what (token)`. A line was put before some files.

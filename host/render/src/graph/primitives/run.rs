@@ -104,5 +104,6 @@ fn numbers(resources: &FrameResources, count: Count) -> Result<Numbers<'_>, Stri
 
 /// Words before a byte.
 fn word(offset: u64) -> Result<u32, String> {
-    u32::try_from(offset / 4).map_err(|_| format!("{offset} bytes lie beyond every buffer"))
+    let word = u32::try_from(offset / 4).ok();
+    word.ok_or_else(|| format!("{offset} bytes lie beyond every buffer"))
 }

@@ -8,7 +8,7 @@ use crate::gpu::Gpu;
 use crate::graph::plan::{Node, Plan, wgpu_format};
 use crate::graph::resources::resident::{ResidentBuffers, ResidentId};
 use crate::shader_compiler::fingerprint;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use surfelshop_api::frame::ResidentBytes;
 use surfelshop_api::graph::{Lifetime, Pass, Work};
@@ -161,7 +161,7 @@ pub(crate) struct FrameResources {
     filled: Vec<Node>,
     keys: Vec<(Node, Identity)>,
     /// Resident buffers by their position, and whether their bytes are in them.
-    resident: HashMap<usize, (ResidentId, bool)>,
+    resident: BTreeMap<usize, (ResidentId, bool)>,
     lent: Vec<(Shape, GpuResource)>,
 }
 
@@ -273,7 +273,7 @@ impl Resources {
             parts: HashMap::new(),
             filled: Vec::new(),
             keys: Vec::new(),
-            resident: HashMap::new(),
+            resident: BTreeMap::new(),
             lent: Vec::new(),
         };
         self.lend_resident(gpu, plan, scope, &mut frame);
