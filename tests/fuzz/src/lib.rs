@@ -19,7 +19,7 @@ mod scene;
 mod shader;
 
 pub use cloud::{cloud, probe};
-pub use format::{compressed_ply, e57, gltf, las, pcd, pts, ptx, sfl, splat, spz, stl, xyz};
+pub use format::{compressed_ply, e57, gltf, las, pcd, pts, ptx, sfl, sog, splat, spz, stl, xyz};
 pub use graph::graph;
 pub use manifest::manifest;
 pub use mutate::{Chance, mutated};
