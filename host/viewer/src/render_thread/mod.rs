@@ -21,5 +21,7 @@ pub(crate) use command::RenderCommand;
 pub(crate) use event::{RenderEvent, UnitHealth};
 pub(crate) use level_of_detail::{Detail, Governor};
 pub(crate) use rendered_view::{RenderedView, ViewReply};
+#[cfg(test)]
+pub(crate) use rendered_view::TracedState;
 pub(crate) use thread::RenderThread;
 pub(crate) use view_request::{EXPORT_SLOT, MEASURE_PANE, ViewRequest, ViewSlot};
