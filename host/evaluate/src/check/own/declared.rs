@@ -133,7 +133,7 @@ fn read(file: &Path) -> anyhow::Result<Vec<OwnCase>> {
     let name = file.display();
     let bytes = files::read_short(file, LONGEST)?;
     let text = std::str::from_utf8(&bytes)
-        .map_err(|_| anyhow!("{name}: expected text in UTF-8, found other bytes"))?;
+        .map_err(|_other| anyhow!("{name}: expected text in UTF-8, found other bytes"))?;
     let parsed: CaseFile = toml::from_str(text).map_err(|error| {
         let start = error.span().map_or(0, |span| span.start);
         let line = text.get(..start).unwrap_or_default().matches('\n').count() + 1;

@@ -26,7 +26,7 @@ impl<'a> OwnCases<'a> {
     pub(super) fn find(
         arguments: &'a CheckArguments,
         units: &[UnitRef],
-    ) -> anyhow::Result<OwnCases<'a>> {
+    ) -> anyhow::Result<Self> {
         let cases = declared::all(arguments, units)?;
         Ok(Self { arguments, cases, bench: Bench::default() })
     }
