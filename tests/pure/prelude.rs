@@ -22,7 +22,8 @@ fn read(facts: &CloudFacts, graph: &mut Graph) -> (u64, Columns) {
     let is_large = |cloud: &CloudInfo| cloud.n_surfels > 1;
     let mine = facts.fulfilling(NEEDS);
     assert!(facts.clouds.iter().all(is_large));
-    let read = [BufferColumn::new(columns::POSITION, 3), BufferColumn::new(columns::SPLAT_SCALE, 3)];
+    let read =
+        [BufferColumn::new(columns::POSITION, 3), BufferColumn::new(columns::SPLAT_SCALE, 3)];
     graph.columns("cloud", facts, &mine, &read)
 }
 
@@ -79,7 +80,8 @@ impl Tracer for Table {
         job.check()?;
         let path = &frame.params.file;
         let text = std::fs::read_to_string(path).at(path)?;
-        let value = text.trim().parse::<f32>().map_err(|_other| Error::new("no number").at(path))?;
+        let value =
+            text.trim().parse::<f32>().map_err(|_other| Error::new("no number").at(path))?;
         pixels.fill(value);
         Ok(())
     }

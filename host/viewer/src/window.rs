@@ -75,9 +75,11 @@ impl Window {
     pub(crate) fn drawers(&self) -> Vec<String> {
         let mut names = self.renderers();
         let tracers = self.plugins.registry.names(UnitKind::Tracer);
-        names.extend(tracers.into_iter().filter(|name| {
-            self.plugins.registry.find(UnitKind::Renderer, name).is_err()
-        }));
+        names.extend(
+            tracers
+                .into_iter()
+                .filter(|name| self.plugins.registry.find(UnitKind::Renderer, name).is_err()),
+        );
         names
     }
 

@@ -103,7 +103,8 @@ fn gaussians_in_c_look_as_those_of_the_built_in_renderer() {
     // What it needs is known before it is loaded, and a cloud without it is refused.
     let sample = root().join("assets/sample.ply");
     let png = folder("gaussians-c.png");
-    let line = ["render", sample.to_str().unwrap(), "-r", "gaussians-c", "--trust", "--plugin", library];
+    let line =
+        ["render", sample.to_str().unwrap(), "-r", "gaussians-c", "--trust", "--plugin", library];
     let refused = surfelshop(&[&line[..], &["-o", png.to_str().unwrap()]].concat());
     let told = String::from_utf8_lossy(&refused.stderr);
     assert!(!refused.status.success() && told.contains("splat_scale"), "{told}");

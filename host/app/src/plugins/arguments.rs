@@ -129,7 +129,15 @@ mod tests {
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
         }
-        for line in [" eat", " new", " trust", " add", " new a --kind window", " new a --tag v1", " new a --minor 99"] {
+        for line in [
+            " eat",
+            " new",
+            " trust",
+            " add",
+            " new a --kind window",
+            " new a --tag v1",
+            " new a --minor 99",
+        ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_err(), "{line}");
         }
     }

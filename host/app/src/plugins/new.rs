@@ -444,7 +444,8 @@ mod tests {
     fn folders_are_named_from_the_project() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().canonicalize().unwrap();
-        let named = |project: &str| from_project(&root.join("sdk/api"), &root.join(project)).unwrap();
+        let named =
+            |project: &str| from_project(&root.join("sdk/api"), &root.join(project)).unwrap();
         assert_eq!(named("rim"), Path::new("../sdk/api"));
         assert_eq!(named("plugins/rim"), Path::new("../../sdk/api"));
         assert_eq!(named("sdk/rim"), Path::new("../api"));

@@ -200,7 +200,10 @@ fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> Strin
         }
         words.push(word);
     }
-    words.extend(["--case".to_owned(), outcome.case.name.to_owned()]);
+    // A scene that was typed is the only case.
+    if arguments.scene.is_none() {
+        words.extend(["--case".to_owned(), outcome.case.name.to_owned()]);
+    }
     words.extend(["-o".to_owned(), "checked".to_owned()]);
     command_line::words("surfelshop", words)
 }

@@ -235,8 +235,7 @@ impl TracingWork {
             let tile = Tile { sample, ..*tile };
             pixels.clear();
             pixels.resize(4 * (tile.width * tile.height) as usize, 0.0);
-            if let Err(fault) =
-                instance.tile(&self.order.request, &scene, tile, &mut pixels, self)
+            if let Err(fault) = instance.tile(&self.order.request, &scene, tile, &mut pixels, self)
             {
                 return self.fail(fault);
             }

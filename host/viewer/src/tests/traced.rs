@@ -27,7 +27,12 @@ fn screen() -> Screen {
         colors: Default::default(),
         files: vec![SAMPLE.into()],
         up: UpAxis::Y,
-        plugins: PluginFiles { plugin, trust: true, patience: Some(std::time::Duration::from_secs(2)), ..PluginFiles::default() },
+        plugins: PluginFiles {
+            plugin,
+            trust: true,
+            patience: Some(std::time::Duration::from_secs(2)),
+            ..PluginFiles::default()
+        },
         device: DeviceArguments::default(),
     });
     screen.settle();
@@ -86,8 +91,19 @@ fn a_traced_view_gets_better_until_it_is_the_picture_that_render_makes() {
     let expected = trace(&unit, order, &patience, |_| true).unwrap();
     assert_eq!(shown.rendered.color.data, expected.color.data);
     assert!(shown.rendered.depth.is_some(), "the pointer finds surfels");
+    assert_eq!(shown.rendered.traced.as_ref().unwrap().describe(), "6 samples");
+}
+
+#[test]
+fn the_status_line_says_how_far_a_picture_is() {
+    let mut screen = screen();
+    trace_view(&mut screen, 4096);
+    screen.until("some samples", |window| {
+        state(window).is_some_and(|(_, state, _)| state.samples > 0)
+    });
     screen.frames();
-    assert!(screen.harness.query_all_by_label_contains("6 samples").count() <= 1);
+    let said = screen.harness.query_all_by_label_contains("% traced, ").count();
+    assert_eq!(said, 1);
 }
 
 #[test]
@@ -132,7 +148,10 @@ fn a_tracer_that_fails_leaves_a_line_and_the_window() {
             });
         } else {
             screen.until("a line", |window| {
-                window.messages.last().is_some_and(|line| line.contains(name) && line.contains(words))
+                window
+                    .messages
+                    .last()
+                    .is_some_and(|line| line.contains(name) && line.contains(words))
             });
         }
         screen.window().settings.pane_mut(0).unwrap().renderers[0] = "flat".to_owned();

@@ -20,7 +20,10 @@ fn verdicts(told: &str) -> Vec<(String, String, String)> {
     let told: Value = serde_json::from_str(told).unwrap();
     let cases = told["units"][0]["cases"].as_array().unwrap().clone();
     let text = |case: &Value, key: &str| case[key].as_str().unwrap().to_owned();
-    cases.iter().map(|case| (text(case, "case"), text(case, "verdict"), text(case, "said"))).collect()
+    cases
+        .iter()
+        .map(|case| (text(case, "case"), text(case, "verdict"), text(case, "said")))
+        .collect()
 }
 
 #[test]
@@ -51,10 +54,14 @@ fn pictures_are_accepted_once_and_held_against_what_is_drawn() {
     let found = verdicts(&ended.stdout);
     assert_eq!(ended.code, 1);
     for (name, verdict, said) in &found {
-        assert!(verdict == "failed" && said.contains("PSNR") && said.contains("below 40 dB"), "{name}: {said}");
+        assert!(
+            verdict == "failed" && said.contains("PSNR") && said.contains("below 40 dB"),
+            "{name}: {said}"
+        );
     }
     let files = desk.files();
-    for name in ["ball.found.exr", "ball.difference.png", "shown.found.png", "shown.difference.png"] {
+    for name in ["ball.found.exr", "ball.difference.png", "shown.found.png", "shown.difference.png"]
+    {
         assert!(files.iter().any(|file| file == name), "{name} is not among {files:?}");
     }
     let ended = run("--case ball -o told");

@@ -89,7 +89,8 @@ pub(super) fn all(
     for (file, units) in case_files(arguments, units) {
         for case in read(&file)? {
             let drawer = drawer(&case, &units)?;
-            let is_taken = all.iter().any(|(other, unit)| other.name == case.name && *unit == drawer);
+            let is_taken =
+                all.iter().any(|(other, unit)| other.name == case.name && *unit == drawer);
             ensure!(
                 !is_taken,
                 "{}: there is another case `{}` of {}; give each a `name` of its own",
@@ -219,7 +220,9 @@ fn drawer(case: &OwnCase, units: &[UnitRef]) -> anyhow::Result<UnitRef> {
         }
     }
     match drawers.is_empty() {
-        true => Err(anyhow!("{place}: case `{name}` needs a renderer or tracer, of which none is checked")),
+        true => Err(anyhow!(
+            "{place}: case `{name}` needs a renderer or tracer, of which none is checked"
+        )),
         false => Err(anyhow!(
             "{place}: case `{name}` can be drawn by {}; name the one to check, or have a view of the \
              scene or `renderer` name it",
@@ -247,7 +250,10 @@ mod tests {
         let cases = read(&file).unwrap();
         assert_eq!((cases[0].name.as_str(), cases[0].psnr, cases[0].size), ("ball", PSNR, None));
         assert_eq!(cases[0].expect, folder.path().join("cases/ball.exr"));
-        assert_eq!((cases[1].name.as_str(), cases[1].psnr, cases[1].size), ("edge", 30.0, Some([64, 32])));
+        assert_eq!(
+            (cases[1].name.as_str(), cases[1].psnr, cases[1].size),
+            ("edge", 30.0, Some([64, 32]))
+        );
     }
 
     #[test]
@@ -256,7 +262,10 @@ mod tests {
             ("[[case]]\nscene = \"a.ply\"\n", "check.toml:1: missing field `expect`"),
             ("[[case]]\nscene = \"a.ply\"\nexpect = \"a.exr\"\nsnr = 3\n", "unknown field `snr`"),
             ("[[case]]\nscene = \"a.ply\"\nexpect = \"a.jpg\"\n", "ends in .exr or .png"),
-            ("[[case]]\nscene = \"a b.ply\"\nexpect = \"a.exr\"\n", "letters, digits, - and _, found `a b`"),
+            (
+                "[[case]]\nscene = \"a b.ply\"\nexpect = \"a.exr\"\n",
+                "letters, digits, - and _, found `a b`",
+            ),
             ("[[case]]\nscene = \"a.ply\"\nexpect = \"a.exr\"\npsnr = -1.0\n", "0 to 1000 dB"),
             ("[[case]]\nscene = \"a.ply\"\nexpect = \"a.exr\"\nsize = [0, 4]\n", "found 0 x 4"),
         ] {

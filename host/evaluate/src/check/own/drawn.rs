@@ -15,8 +15,8 @@ use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::scenes::Inputs;
-use surfelshop_session::options::explicit;
 use surfelshop_session::options::PictureArguments;
+use surfelshop_session::options::explicit;
 use surfelshop_session::render;
 use surfelshop_session::session::RenderSession;
 use surfelshop_session::setup::{self, RenderSetup};
@@ -63,7 +63,9 @@ impl Bench {
         let staging = RenderSetup::new(&picture, &given, opened, seen.as_ref())?;
         if let Some(output) = &staging.output {
             let (scene, output) = (case.scene.display(), output.name());
-            bail!("{scene}: its view shows `{output}`; cases judge `color`, so leave `output` out of it");
+            bail!(
+                "{scene}: its view shows `{output}`; cases judge `color`, so leave `output` out of it"
+            );
         }
         let named = Named { name: unit.id.clone(), reference: unit.clone() };
         let patience = arguments.plugins.patience();

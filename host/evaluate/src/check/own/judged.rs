@@ -81,12 +81,17 @@ pub(super) fn judge(case: &OwnCase, drawn: &Drawn, is_written: bool) -> anyhow::
 
 /// The radiance of a picture that a screen shows.
 fn decoded(shown: &Image) -> Image {
-    let decode = |(i, value): (usize, &f32)| if i % 4 == 3 { *value } else { srgb_to_linear(*value) };
+    let decode =
+        |(i, value): (usize, &f32)| if i % 4 == 3 { *value } else { srgb_to_linear(*value) };
     Image { data: shown.data.iter().enumerate().map(decode).collect(), ..*shown }
 }
 
 /// Pictures of radiance, developed alike.
-fn linear(color: &Image, expected: &Image, development: DisplayTransform) -> anyhow::Result<Distance> {
+fn linear(
+    color: &Image,
+    expected: &Image,
+    development: DisplayTransform,
+) -> anyhow::Result<Distance> {
     let settings = metrics::Settings { development, ..metrics::Settings::default() };
     let (comparison, maps) = metrics::compare_with_maps(color, expected, &settings)?;
     let errors = comparison
@@ -94,7 +99,9 @@ fn linear(color: &Image, expected: &Image, development: DisplayTransform) -> any
         .ok_or_else(|| anyhow!("{} pixels are not finite", comparison.n_not_finite))?;
     let psnr = errors.psnr.unwrap_or(f64::INFINITY);
     let said = match errors.psnr {
-        Some(_) => format!("PSNR {psnr:.2} dB, RMSE {:.6}, FLIP {:.4}", errors.rmse, errors.flip.mean),
+        Some(_) => {
+            format!("PSNR {psnr:.2} dB, RMSE {:.6}, FLIP {:.4}", errors.rmse, errors.flip.mean)
+        }
         None => "equal as they are shown".to_owned(),
     };
     Ok(Distance { psnr, said, map: maps.flip.context("there is no map of differences")? })
@@ -139,9 +146,7 @@ pub(super) fn accept(case: &OwnCase, drawn: &Drawn) -> anyhow::Result<String> {
 fn write_picture(path: &Path, color: &Image, how: DisplayTransform) -> anyhow::Result<()> {
     let bytes = match is_exr(path) {
         true => exr::encode(&[&(Output::Color, color.clone())])?,
-        false => {
-            png::encode(&outputs::visible(&Output::Color, color, &how), png::Bits::Eight)?
-        }
+        false => png::encode(&outputs::visible(&Output::Color, color, &how), png::Bits::Eight)?,
     };
     files::write_whole(path, &bytes)
 }
@@ -166,7 +171,10 @@ mod tests {
         let how = DisplayTransform::default();
         assert!(linear(&flat(0.5), &flat(0.5), how).unwrap().psnr.is_infinite());
         let shown = outputs::visible(&Output::Color, &flat(0.5), &how);
-        let png = Image { data: to_8_bit(&shown).iter().map(|&l| f32::from(l) / 255.0).collect(), ..shown };
+        let png = Image {
+            data: to_8_bit(&shown).iter().map(|&l| f32::from(l) / 255.0).collect(),
+            ..shown
+        };
         assert!(displayed(&flat(0.5), &png, how).unwrap().psnr.is_infinite());
         let far = displayed(&flat(0.0), &png, how).unwrap();
         // Level 188 of 255 is what sRGB makes of a half.

@@ -23,10 +23,7 @@ pub(super) struct OwnCases<'a> {
 
 impl<'a> OwnCases<'a> {
     /// Finds the cases and who draws each of them, of the units that are checked.
-    pub(super) fn find(
-        arguments: &'a CheckArguments,
-        units: &[UnitRef],
-    ) -> anyhow::Result<Self> {
+    pub(super) fn find(arguments: &'a CheckArguments, units: &[UnitRef]) -> anyhow::Result<Self> {
         let cases = declared::all(arguments, units)?;
         Ok(Self { arguments, cases, bench: Bench::default() })
     }

@@ -61,9 +61,10 @@ impl RenderWorker {
 
     /// The same request for the renderer that stands in: the last one of the slot, or the usual one.
     pub(super) fn stand_in(&self, slot: ViewSlot, request: &ViewRequest) -> ViewRequest {
-        let last = self.active.get(&slot).filter(|active| {
-            self.registry.suits(&active.name, &request.clouds.facts.clouds)
-        });
+        let last = self
+            .active
+            .get(&slot)
+            .filter(|active| self.registry.suits(&active.name, &request.clouds.facts.clouds));
         let (renderer, values) = match last {
             Some(active) => (active.name.clone(), active.request.values.clone()),
             None => {
@@ -203,7 +204,8 @@ impl RenderWorker {
             None => {
                 let [width, height] = request.detail.view(request.view).size_px;
                 let empty = || vec![0.0; 4 * width as usize * height as usize];
-                let four = |behind: &RenderedView| outputs::four_components(&Output::Color, &behind.color);
+                let four =
+                    |behind: &RenderedView| outputs::four_components(&Output::Color, &behind.color);
                 let empty = || Image { width, height, components: 4, data: empty() };
                 let mut color = view.behind.as_ref().map_or_else(empty, four);
                 tracing.put_over(&mut color);
