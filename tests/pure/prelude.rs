@@ -22,7 +22,8 @@ fn read(facts: &CloudFacts, graph: &mut Graph) -> (u64, Columns) {
     let is_large = |cloud: &CloudInfo| cloud.n_surfels > 1;
     let mine = facts.fulfilling(NEEDS);
     assert!(facts.clouds.iter().all(is_large));
-    let read = [BufferColumn::new(columns::POSITION, 3), BufferColumn::new(columns::SPLAT_SCALE, 3)];
+    let read =
+        [BufferColumn::new(columns::POSITION, 3), BufferColumn::new(columns::SPLAT_SCALE, 3)];
     graph.columns("cloud", facts, &mine, &read)
 }
 
@@ -79,7 +80,8 @@ impl Tracer for Table {
         job.check()?;
         let path = &frame.params.file;
         let text = std::fs::read_to_string(path).at(path)?;
-        let value = text.trim().parse::<f32>().map_err(|_| Error::new("no number").at(path))?;
+        let value =
+            text.trim().parse::<f32>().map_err(|_other| Error::new("no number").at(path))?;
         pixels.fill(value);
         Ok(())
     }
@@ -109,6 +111,14 @@ surfelshop_api::static_plugin! {
     renderers: [Drawn],
     tracers: [Table],
     tools: [Ones],
+}
+
+#[test]
+fn units_of_each_kind_are_written_with_the_prelude_alone() {
+    use surfelshop_api::abi::plugin_side::Package as _;
+    assert_eq!(SurfelshopPackage::UNITS.len(), 3);
+    let manifest = surfelshop_api::manifest::decode(&SURFELSHOP_STATIC_MANIFEST).unwrap();
+    assert_eq!(manifest.units[0].needs.len(), 1);
 }
 
 #[test]

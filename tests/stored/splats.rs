@@ -80,7 +80,8 @@ impl Renderer for Splats {
                 .target(sums)
                 .depth(SplatDepth::Expected, depth),
         );
-        graph.pass(Pass::fullscreen("resolve", RESOLVE, "resolve").bind("sums", sums).target(color));
+        graph
+            .pass(Pass::fullscreen("resolve", RESOLVE, "resolve").bind("sums", sums).target(color));
         graph.output(Output::Color, color);
         graph.output(Output::Depth, depth);
         Ok(())

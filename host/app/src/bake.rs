@@ -289,7 +289,7 @@ fn line(step: &Step, baked: &Baked) -> String {
         None => parts.push("changed nothing".to_owned()),
         Some(Some(How::Kept)) => parts.push(format!("kept {n_after} of {n_before} surfels")),
         Some(Some(How::Derived)) => {
-            parts.push(format!("made a cloud of {n_after} surfels from {n_before}"));
+            parts.push(format!("made a cloud of {n_after} surfels, given {n_before}"));
         }
         Some(None) => {}
     }

@@ -76,6 +76,20 @@ impl SampleSums {
         }
     }
 
+    /// Radiance and straight coverage of so many samples, four values a pixel.
+    #[must_use]
+    pub fn color(&self, samples: u32) -> Image {
+        let n = f64::from(samples.max(1));
+        let [even, odd] = &self.halves;
+        let color = |i: usize| {
+            let [r, g, b, a] = [0, 1, 2, 3].map(|c| (even[i][c] + odd[i][c]) / n);
+            if a > 0.0 { [r / a, g / a, b / a, a] } else { [0.0; 4] }
+        };
+        let data = (0..self.squares.len()).flat_map(|i| color(i).map(|v| v as f32)).collect();
+        let [width, height] = self.size;
+        Image { width, height, components: 4, data }
+    }
+
     /// The picture of so many samples.
     pub fn picture(&self, samples: u32, took: Duration) -> TracedPicture {
         let n = f64::from(samples.max(1));
@@ -92,13 +106,9 @@ impl SampleSums {
             let of = |c: usize| (self.squares[i][c] / n - mean[c] * mean[c]).max(0.0) / (n - 1.0);
             if samples < 2 { [0.0; 4] } else { [0, 1, 2, 3].map(of) }
         };
-        let color = |i: usize| {
-            let [r, g, b, a] = mean(i);
-            if a > 0.0 { [r / a, g / a, b / a, a] } else { [0.0; 4] }
-        };
         let counts = [samples.div_ceil(2), samples / 2].map(|n| f64::from(n.max(1)));
         TracedPicture {
-            color: image(&color),
+            color: self.color(samples),
             variance: image(&variance),
             halves: [
                 image(&|i| even[i].map(|sum| sum / counts[0])),

@@ -8,6 +8,10 @@
 //! Invariants: nobody waits for a tracer longer than its patience after it was asked to stop; a
 //! tracer has all the time it needs while it works; one that fails ends the picture with its fault.
 
+mod progressive;
+
+pub use progressive::{TraceProgress, Tracing};
+
 use crate::boundary::{Fault, Instance};
 use crate::plugins::{LoadedUnit, Timeouts, on_own_thread};
 use std::sync::Arc;

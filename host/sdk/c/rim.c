@@ -40,13 +40,7 @@ static const float RIM_DEFAULT[3] = {0.2f, 0.4f, 1.0f};
 static const char SHADER[] =
     "#import surfelshop::surface::Surface\n"
     "#import surfelshop::light\n"
-    "\n"
-    "struct Settings {\n"
-    "    rim: vec3<f32>,\n"
-    "    sharpness: f32,\n"
-    "}\n"
-    "\n"
-    "var<uniform> settings: Settings;\n"
+    "#import params::settings\n"
     "\n"
     "// Linear radiance of a covered pixel, before exposure and tone mapping.\n"
     "fn shade(s: Surface) -> vec4<f32> {\n"
@@ -54,6 +48,15 @@ static const char SHADER[] =
     "    let turned_away = 1.0 - clamp(dot(s.normal, s.to_eye), 0.0, 1.0);\n"
     "    return vec4(s.albedo * arriving + settings.rim * pow(turned_away, settings.sharpness), 1.0);\n"
     "}\n";
+
+/* The module `params`, which declares the parameters for all shaders of a plugin. */
+static const char PARAMS[] =
+    "#define_import_path params\n"
+    "struct Settings {\n"
+    "    rim: vec3<f32>,\n"
+    "    sharpness: f32,\n"
+    "}\n"
+    "var<uniform> settings: Settings;\n";
 
 /** The values of the parameters. */
 typedef struct settings {
@@ -220,11 +223,14 @@ static void put_structure(sm_builder *b)
     sm_str(b, "elsewhere"), sm_nil(b);
     sm_str(b, "per_surfel"), sm_bool(b, 0);
     sm_str(b, "wgsl"), sm_str(b, SHADER);
-    sm_str(b, "modules"), sm_array(b, 0);
+    sm_str(b, "modules"), sm_array(b, 1), sm_map(b, 3);
+    sm_str(b, "path"), sm_str(b, "params");
+    sm_str(b, "file"), sm_str(b, "settings `params`");
+    sm_str(b, "wgsl"), sm_str(b, PARAMS);
     sm_str(b, "entry"), sm_str(b, "shade");
     sm_str(b, "constants"), sm_map(b, 0);
     sm_str(b, "bindings"), sm_map(b, 1);
-    sm_str(b, "settings"), sm_map(b, 1), sm_str(b, "Uniform"), sm_u64(b, 0);
+    sm_str(b, "params::settings"), sm_map(b, 1), sm_str(b, "Uniform"), sm_u64(b, 0);
     sm_str(b, "merges"), sm_bool(b, 1);
     sm_str(b, "features"), sm_map(b, 0);
     sm_str(b, "camera"), sm_nil(b);

@@ -4,9 +4,11 @@
  * A plugin is a shared library that exports two objects: SURFELSHOP_MANIFEST, bytes that say what
  * the library is, which the host reads before it loads any code, and SURFELSHOP_PLUGIN, a table of
  * functions; one that reads or writes files exports SURFELSHOP_FORMATS, too. rim.c beside this file is
- * a whole renderer and xyzb.c a whole file format. They are built with
+ * a whole renderer, gaussians.c one that reads columns and draws splats, and xyzb.c a whole file format.
+ * They are built with
  *
  *     cc -shared -fPIC -O2 -o librim_c.so rim.c
+ *     cc -shared -fPIC -O2 -o libgaussians_c.so gaussians.c -lm
  *     cc -shared -fPIC -O2 -o libxyzb_c.so xyzb.c -lm
  *
  * and used like any other plugin. This header is plain C99 and compiles as C++, too; it

@@ -71,6 +71,18 @@ impl Window {
         names
     }
 
+    /// The names of all that draws in views: renderers, and tracers behind them.
+    pub(crate) fn drawers(&self) -> Vec<String> {
+        let mut names = self.renderers();
+        let tracers = self.plugins.registry.names(UnitKind::Tracer);
+        names.extend(
+            tracers
+                .into_iter()
+                .filter(|name| self.plugins.registry.find(UnitKind::Renderer, name).is_err()),
+        );
+        names
+    }
+
     /// The camera of a pane.
     pub(crate) fn camera_of(&self, pane: u32) -> Camera {
         let own = self.settings.pane(pane).filter(|pane| !pane.linked);

@@ -31,7 +31,8 @@ fn graphs_of_earlier_revisions_draw_what_they_drew_then() {
     let cloud = stored("3.9/splats.ply").display().to_string();
     for name in ["3.9/gaussians", "3.9/gaussians-2d", "3.9/splats"] {
         let graph = stored(&format!("{name}.graph")).display().to_string();
-        desk.run_with(&["render", &cloud, "--size", "64", "-o", "now.png", "--graph", &graph]).done();
+        desk.run_with(&["render", &cloud, "--size", "64", "-o", "now.png", "--graph", &graph])
+            .done();
         assert_looks_as_then(&desk, name);
     }
 }

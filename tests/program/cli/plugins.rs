@@ -154,5 +154,21 @@ fn a_project_is_whole_or_not_there() {
     let manifest = std::fs::read_to_string(desk.at("deep/er/tint/Cargo.toml")).unwrap();
     let line = "surfelshop-api = { git = \"https://example.org/s.git\" }";
     assert!(manifest.contains(line), "{manifest}");
-    assert_eq!(desk.files(), ["deep", "rim-light"]);
+    // What builds elsewhere: a tag, or a path from the project.
+    let tagged = "--api https://example.org/s.git --tag abi-3.10 --minor 9";
+    desk.run(&format!("plugins new deep/tagged {tagged}")).done();
+    let manifest = std::fs::read_to_string(desk.at("deep/tagged/Cargo.toml")).unwrap();
+    let line = "surfelshop-api = { git = \"https://example.org/s.git\", tag = \"abi-3.10\" }";
+    assert!(manifest.contains(line), "{manifest}");
+    let code = std::fs::read_to_string(desk.at("deep/tagged/src/lib.rs")).unwrap();
+    assert!(code.contains("id: \"org.example.tagged\", minor: 9, renderers:"), "{code}");
+    let api = desk.at("checkout/host/sdk/api");
+    std::fs::create_dir_all(&api).unwrap();
+    std::fs::write(api.join("Cargo.toml"), "name = \"surfelshop-api\"\n").unwrap();
+    desk.run("plugins new deep/near --api checkout").done();
+    let manifest = std::fs::read_to_string(desk.at("deep/near/Cargo.toml")).unwrap();
+    assert!(manifest.contains("path = \"../../checkout/host/sdk/api\""), "{manifest}");
+    desk.run("plugins new deep/far --api checkout --tag v1").failed(&["--tag", "this is a folder"]);
+    desk.run("plugins new deep/old --kind splat --minor 7").failed(&["--minor 7", "ABI 3.9"]);
+    assert_eq!(desk.files(), ["checkout", "deep", "rim-light"]);
 }

@@ -77,6 +77,47 @@ fn the_renderer_in_c_passes_every_case() {
     assert!(checked.status.success() && told.contains(", 0 failed, 0 limited"), "{told}");
 }
 
+/// The renderer of Gaussians, compiled as its header says.
+fn gaussians() -> PathBuf {
+    static GAUSSIANS: LazyLock<PathBuf> = LazyLock::new(|| {
+        let library = folder("libgaussians_c.so");
+        cc(&root().join("host/sdk/c/gaussians.c"), &library, &["-shared", "-fPIC"]);
+        library
+    });
+    GAUSSIANS.clone()
+}
+
+#[test]
+fn gaussians_in_c_look_as_those_of_the_built_in_renderer() {
+    let (cloud, library) = (root().join("tests/stored/3.9/splats.ply"), gaussians());
+    let (cloud, library) = (cloud.to_str().unwrap(), library.to_str().unwrap());
+    let expected = folder("gaussians-built-in.exr");
+    let expected = expected.to_str().unwrap();
+    let line = ["render", cloud, "--size", "128", "-r", "gaussians", "--set", "order=0"];
+    let drawn = surfelshop(&[&line[..], &["-o", expected]].concat());
+    assert!(drawn.status.success(), "{}", String::from_utf8_lossy(&drawn.stderr));
+    let line = ["check", library, "--trust", "--scene", cloud, "--expect", expected];
+    let checked = surfelshop(&[&line[..], &["--psnr", "100"]].concat());
+    let told = String::from_utf8_lossy(&checked.stdout);
+    assert!(checked.status.success() && told.contains("1 passed, 0 failed"), "{told}");
+    // What it needs is known before it is loaded, and a cloud without it is refused.
+    let sample = root().join("assets/sample.ply");
+    let png = folder("gaussians-c.png");
+    let line =
+        ["render", sample.to_str().unwrap(), "-r", "gaussians-c", "--trust", "--plugin", library];
+    let refused = surfelshop(&[&line[..], &["-o", png.to_str().unwrap()]].concat());
+    let told = String::from_utf8_lossy(&refused.stderr);
+    assert!(!refused.status.success() && told.contains("splat_scale"), "{told}");
+}
+
+#[test]
+fn gaussians_in_c_pass_every_case() {
+    let library = gaussians();
+    let checked = surfelshop(&["check", library.to_str().unwrap(), "--trust"]);
+    let told = String::from_utf8_lossy(&checked.stdout);
+    assert!(checked.status.success() && told.contains(", 0 failed, 0 limited"), "{told}");
+}
+
 /// Invariant: the C header declares what the Rust structures and their constants are
 #[test]
 fn the_header_declares_the_structures_of_the_boundary() {

@@ -5,10 +5,10 @@ use crate::versions::listing::listing;
 use std::fs;
 use std::path::{Path, PathBuf};
 use surfelshop_api::abi::EncodedGraph;
+use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::graph::{
     BufferColumn, Footprint, Format, Graph, Groups, Members, Output, Pass, Texture, TextureId,
 };
-use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::{CloudFacts, CloudInfo, Scene};
 use surfelshop_render::{Engine, RendererView};
 use surfelshop_runtime::plugins::Hosted;

@@ -201,7 +201,7 @@ impl Renderer for Multiple {
         );
         let fill = Pass::compute("fill", wgsl, "fill", Groups::Fixed([4, 4, 1]));
         graph.pass(fill.bind("ramp", ramp));
-        let target = |texture, mip, layer| surfelshop_api::graph::Target { texture, mip, layer };
+        let target = |texture, mip, layer| Target { texture, mip, layer };
         for (to, value) in [
             (target(levels, 0, 0), 0.25),
             (target(levels, 1, 0), 0.75),
@@ -263,7 +263,7 @@ fn materials_are_those_of_the_nearest_surfel() {
     surfels.push(Vec3::new(0.0, 0.0, 0.2), Vec3::Z, 0.2);
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 64);
     let plain = surfels.cloud();
-    let column = Column::new(surfelshop_api::columns::MATERIAL, 1, Buffer::U32(vec![7, 9]));
+    let column = Column::new(columns::MATERIAL, 1, Buffer::U32(vec![7, 9]));
     let with = plain.with_columns(vec![column]).unwrap();
     let mut at_center_and_side = |cloud| {
         let mut renderer = stage::static_renderer::<SurfelshopPackage>(&engine, 12);
@@ -307,7 +307,7 @@ impl Renderer for FailsFirst {
             // Reads all levels of a texture while it draws into one of them: only the device
             // notices, when the frame is handed to it.
             let levels = graph.texture("levels", Texture::fixed(Format::Rgba32Float, 8, 8).mips(2));
-            let to = surfelshop_api::graph::Target { texture: levels, mip: 1, layer: 0 };
+            let to = Target { texture: levels, mip: 1, layer: 0 };
             graph.pass(Pass::fullscreen("bad", wgsl, "show").bind("kept", levels).target(to));
             graph.output(Output::Debug("levels".into()), color);
             let after = "

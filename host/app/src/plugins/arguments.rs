@@ -92,8 +92,21 @@ pub(crate) struct NewArguments {
     pub(crate) id: Option<String>,
     /// Where `surfelshop-api` is: a folder, or the address of a git repository [default: the checkout that
     /// this program was built in].
+    ///
+    /// A folder that is not typed from the root is written from the project's folder, so that both can be
+    /// moved together.
     #[arg(long, value_name = "PATH|URL")]
     pub(crate) api: Option<String>,
+    /// The tag of that repository to build with.
+    #[arg(long, value_name = "NAME", requires = "api", conflicts_with = "rev")]
+    pub(crate) tag: Option<String>,
+    /// The commit of that repository to build with.
+    #[arg(long, value_name = "COMMIT", requires = "api")]
+    pub(crate) rev: Option<String>,
+    /// The oldest minor version of the ABI whose hosts the plugin is to run in [default: that of
+    /// `surfelshop-api`].
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(0..=i64::from(surfelshop_api::manifest::ABI_MINOR)))]
+    pub(crate) minor: Option<u16>,
 }
 
 #[cfg(test)]
@@ -111,11 +124,20 @@ mod tests {
             " new a/b --kind tool",
             " new a --kind format",
             " new a --kind splat",
+            " new a --api https://example.org/s.git --tag v1 --minor 7",
             " trust a.so --place",
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
         }
-        for line in [" eat", " new", " trust", " add", " new a --kind window"] {
+        for line in [
+            " eat",
+            " new",
+            " trust",
+            " add",
+            " new a --kind window",
+            " new a --tag v1",
+            " new a --minor 99",
+        ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_err(), "{line}");
         }
     }

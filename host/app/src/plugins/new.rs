@@ -6,6 +6,7 @@ use serde_json::json;
 use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
 use std::path::{Path, PathBuf};
 use surfelshop_api::format::MAX_ENDING_LEN;
+use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 use surfelshop_runtime::plugins::is_package_id;
 use surfelshop_session::output::{command_line, terminal};
 
@@ -206,6 +207,8 @@ struct Project {
     name: String,
     package: String,
     dependencies: String,
+    /// The oldest minor version of the ABI, where one is said.
+    minor: Option<u16>,
 }
 
 impl Project {
@@ -219,8 +222,9 @@ impl Project {
             is_package_id(&package),
             "--id {package}: expected letters, digits, '.', '-' and '_', as in org.example.{name}"
         );
-        let dependencies = dependencies(arguments.api.as_deref(), arguments.kind.crates())?;
-        Ok(Self { kind: arguments.kind, name, package, dependencies })
+        check_minor(arguments.kind, arguments.minor)?;
+        let dependencies = dependencies(arguments)?;
+        Ok(Self { kind: arguments.kind, name, package, dependencies, minor: arguments.minor })
     }
 
     /// Where Cargo puts the library.
@@ -261,6 +265,7 @@ impl Project {
             .replace("{{title}}", &title)
             .replace("{{ending}}", &ending(&self.name))
             .replace("{{package}}", &self.package)
+            .replace("{{minor}}", &self.minor.map(|n| format!(" minor: {n},")).unwrap_or_default())
             .replace("{{dependencies}}", &self.dependencies)
             .replace("{{what}}", what)
             .replace("{{shader}}", &shaders)
@@ -315,12 +320,41 @@ fn check_name(name: &str) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Refuses a minor version that the templates of a kind do not run in.
+fn check_minor(kind: NewKind, minor: Option<u16>) -> anyhow::Result<()> {
+    let least = match kind {
+        NewKind::Shading | NewKind::Graph => 7,
+        NewKind::Splat => 9,
+        NewKind::Format => 8,
+        NewKind::Tool | NewKind::Tracer => 0,
+    };
+    let minor = minor.unwrap_or(ABI_MINOR);
+    ensure!(
+        minor >= least,
+        "--minor {minor}: {} needs hosts of ABI {ABI_MAJOR}.{least} at least",
+        kind.what().to_lowercase().trim_end_matches(',')
+    );
+    Ok(())
+}
+
 /// Lines of `Cargo.toml` that name this project's crates.
-fn dependencies(api: Option<&str>, crates: &[&str]) -> anyhow::Result<String> {
+fn dependencies(arguments: &NewArguments) -> anyhow::Result<String> {
+    let (api, crates) = (arguments.api.as_deref(), arguments.kind.crates());
     let is_address = |text: &str| text.contains("://") || text.starts_with("git@");
+    let revision = match (&arguments.tag, &arguments.rev) {
+        (Some(tag), _) => format!(", tag = {}", quoted(tag)),
+        (None, Some(rev)) => format!(", rev = {}", quoted(rev)),
+        (None, None) => String::new(),
+    };
+    if let Some(path) = api.filter(|api| !is_address(api)) {
+        ensure!(
+            revision.is_empty(),
+            "--api {path}: --tag and --rev are of the address of a repository, and this is a folder"
+        );
+    }
     let line = |name: &str| -> anyhow::Result<String> {
         let source = match api {
-            Some(address) if is_address(address) => format!("git = {}", quoted(address)),
+            Some(address) if is_address(address) => format!("git = {}{revision}", quoted(address)),
             _ => {
                 let sdk = match api {
                     Some(path) => sdk_folder(Path::new(path)).with_context(|| {
@@ -332,6 +366,10 @@ fn dependencies(api: Option<&str>, crates: &[&str]) -> anyhow::Result<String> {
                     )?,
                 };
                 let folder = sdk.join(name);
+                let folder = match api.is_some_and(|api| Path::new(api).is_relative()) {
+                    true => from_project(&folder, &arguments.path)?,
+                    false => folder,
+                };
                 let folder = folder.to_str().with_context(|| {
                     format!("{}: the path is not UTF-8; rename it", folder.display())
                 })?;
@@ -342,6 +380,22 @@ fn dependencies(api: Option<&str>, crates: &[&str]) -> anyhow::Result<String> {
     };
     let lines = crates.iter().map(|name| line(name)).collect::<anyhow::Result<Vec<_>>>()?;
     Ok(lines.join("\n"))
+}
+
+/// A folder as it is named from the folder of a project that is to be made.
+fn from_project(folder: &Path, project: &Path) -> anyhow::Result<PathBuf> {
+    let absolute = std::path::absolute(project)
+        .with_context(|| format!("{}: there is no current folder", project.display()))?;
+    // What is there of it without links, as the folder is.
+    let known = absolute.ancestors().find_map(|there| Some((there, there.canonicalize().ok()?)));
+    let project = match known {
+        Some((there, real)) => real.join(absolute.strip_prefix(there).unwrap_or(Path::new(""))),
+        None => absolute,
+    };
+    let shared = project.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    let up = project.components().skip(shared).map(|_| "..");
+    let down = folder.components().skip(shared).map(|part| part.as_os_str().to_owned());
+    Ok(up.map(std::ffi::OsString::from).chain(down).collect())
 }
 
 fn quoted(text: &str) -> String {
@@ -387,6 +441,17 @@ mod tests {
     }
 
     #[test]
+    fn folders_are_named_from_the_project() {
+        let folder = tempfile::tempdir().unwrap();
+        let root = folder.path().canonicalize().unwrap();
+        let named =
+            |project: &str| from_project(&root.join("sdk/api"), &root.join(project)).unwrap();
+        assert_eq!(named("rim"), Path::new("../sdk/api"));
+        assert_eq!(named("plugins/rim"), Path::new("../../sdk/api"));
+        assert_eq!(named("sdk/rim"), Path::new("../api"));
+    }
+
+    #[test]
     fn endings_of_files_are_short_and_of_letters_and_digits() {
         assert_eq!(ending("rim-light"), "rimlight");
         assert_eq!(ending("a-name-that-is-longer-than-endings"), "anamethatislonge");
@@ -396,12 +461,14 @@ mod tests {
     fn nothing_of_a_template_is_left_unfilled() {
         for kind in NewKind::value_variants().iter().copied() {
             let (name, package) = ("rim-light".to_owned(), "org.example.rim-light".to_owned());
-            let project = Project { kind, name, package, dependencies: "a = 1".to_owned() };
+            let dependencies = "a = 1".to_owned();
+            let project = Project { kind, name, package, dependencies, minor: Some(9) };
             for (file, text) in project.files() {
                 assert!(!text.contains("{{"), "{file} of {kind:?}: {text}");
             }
             let (_, code) = project.files().find(|(file, _)| *file == "src/lib.rs").unwrap();
             assert!(code.contains("struct RimLight") && code.contains("\"Rim light\""), "{code}");
+            assert!(code.contains("id: \"org.example.rim-light\", minor: 9, "), "{code}");
         }
     }
 }

@@ -1,12 +1,14 @@
 //! `surfelshop check`: plugins against scenes with known answers, extreme cases and symmetries.
 
 mod arguments;
+mod own;
 mod report;
 
 pub use arguments::CheckArguments;
 
 use crate::conformance::{Case, Outcome, Setup, Verdict, cases, check};
 use anyhow::{Context as _, bail};
+use own::OwnCases;
 use report::CheckOutput;
 use std::path::{Path, PathBuf};
 use surfelshop_api::UnitKind;
@@ -25,9 +27,8 @@ struct Checked {
 
 /// Runs the command.
 pub fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
-    check_names(&arguments.case)?;
-    if arguments.list {
-        return report::list(arguments);
+    if arguments.list && arguments.wanted.is_empty() {
+        return report::list(arguments, &[]);
     }
     if let Some(folder) = &arguments.out {
         std::fs::create_dir_all(folder)
@@ -39,8 +40,21 @@ pub fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
     given.plugin.extend(files);
     let registry = session::registry(&given)?;
     let mut wanted = wanted(&registry, &arguments.wanted)?;
+    let mut own = OwnCases::find(arguments, &wanted)?;
+    check_names(&arguments.case, &own)?;
+    if arguments.list {
+        return report::list(arguments, &own.names().collect::<Vec<_>>());
+    }
+    let is_own_alone = arguments.scene.is_some() || arguments.accept;
+    if arguments.accept && own.is_empty() {
+        bail!(
+            "--accept: these plugins have no cases of their own; declare some in a file check.toml, or \
+             name one with --scene and --expect"
+        );
+    }
     // A kind without such a case has nothing to say.
-    wanted.retain(|unit| cases(unit.kind).iter().any(|case| is_wanted(arguments, case)));
+    let has_case = |unit: &UnitRef| cases(unit.kind).iter().any(|case| is_wanted(arguments, case));
+    wanted.retain(|unit| own.has(unit) || !is_own_alone && has_case(unit));
     let refused: Vec<String> = match arguments.wanted.is_empty() {
         // What was named is there, or was refused in a line already.
         true => registry.entries().iter().filter_map(Entry::refusal).collect(),
@@ -51,7 +65,14 @@ pub fn run(arguments: &CheckArguments) -> anyhow::Result<()> {
     told.refusals()?;
     for reference in wanted {
         told.begin(&reference)?;
-        let outcomes = unit(arguments, &reference, &mut told);
+        let outcomes = match is_own_alone {
+            true => Ok(Vec::new()),
+            false => unit(arguments, &reference, &mut told),
+        };
+        let outcomes = outcomes.map(|mut outcomes| {
+            outcomes.extend(own.run(&reference, &mut telling(&reference, &mut told)));
+            outcomes
+        });
         if let Err(line) = &outcomes {
             told.not_checked(line)?;
         }
@@ -103,13 +124,21 @@ fn unit(
         Setup { engine: &engine, device: session::gpu_options(&arguments.device), patience };
     let is_wanted = |case: &Case| is_wanted(arguments, case);
     // Ctrl-C ends the program.
-    check(&unit, &setup, &is_wanted, &mut |outcome| match told.outcome(reference, outcome) {
+    check(&unit, &setup, &is_wanted, &mut telling(reference, told))
+}
+
+/// Tells of outcomes until that fails.
+fn telling<'a, 'b>(
+    reference: &'a UnitRef,
+    told: &'a mut CheckOutput<'b>,
+) -> impl FnMut(&Outcome) -> bool + use<'a, 'b> {
+    move |outcome| match told.outcome(reference, outcome) {
         Ok(()) => true,
         Err(error) => {
             told.failure = Some(error);
             false
         }
-    })
+    }
 }
 
 /// Whether a case is among those that were typed, or all are wanted.
@@ -118,8 +147,9 @@ fn is_wanted(arguments: &CheckArguments, case: &Case) -> bool {
 }
 
 /// Refuses names that no kind of unit has a case of.
-fn check_names(typed: &[String]) -> anyhow::Result<()> {
+fn check_names(typed: &[String], own: &OwnCases<'_>) -> anyhow::Result<()> {
     let mut known: Vec<&str> = KINDS.into_iter().flat_map(cases).map(|case| case.name).collect();
+    known.extend(own.names());
     known.sort_unstable();
     known.dedup();
     match typed.iter().find(|name| !known.contains(&name.as_str())) {

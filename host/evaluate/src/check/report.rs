@@ -14,7 +14,7 @@ use surfelshop_runtime::plugins::UnitRef;
 use surfelshop_session::output::{command_line, terminal};
 
 /// Lists all cases.
-pub(super) fn list(arguments: &CheckArguments) -> anyhow::Result<()> {
+pub(super) fn list(arguments: &CheckArguments, own: &[&str]) -> anyhow::Result<()> {
     let all = || KINDS.into_iter().flat_map(cases);
     if arguments.report.json {
         let object = |case: crate::conformance::Case| json!({ "kind": case.kind.word(), "name": case.name, "about": case.about });
@@ -22,6 +22,7 @@ pub(super) fn list(arguments: &CheckArguments) -> anyhow::Result<()> {
             "command": "check",
             "version": env!("CARGO_PKG_VERSION"),
             "cases": all().map(object).collect::<Vec<_>>(),
+            "own_cases": own,
         }));
     }
     for kind in KINDS {
@@ -30,7 +31,10 @@ pub(super) fn list(arguments: &CheckArguments) -> anyhow::Result<()> {
             terminal::line(format!("  {:<16} {}", case.name, case.about))?;
         }
     }
-    Ok(())
+    if !own.is_empty() {
+        terminal::line("cases of their own:")?;
+    }
+    own.iter().try_for_each(|name| terminal::line(format!("  {name}")))
 }
 
 /// Tells as it goes.
@@ -196,7 +200,10 @@ fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> Strin
         }
         words.push(word);
     }
-    words.extend(["--case".to_owned(), outcome.case.name.to_owned()]);
+    // A scene that was typed is the only case.
+    if arguments.scene.is_none() {
+        words.extend(["--case".to_owned(), outcome.case.name.to_owned()]);
+    }
     words.extend(["-o".to_owned(), "checked".to_owned()]);
     command_line::words("surfelshop", words)
 }

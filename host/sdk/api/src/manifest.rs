@@ -87,11 +87,17 @@ pub struct PackageInfo {
 #[must_use]
 pub const fn least_minor(said: &[u16], units: &[(UnitKind, UnitInfo)]) -> u16 {
     let minor = if said.is_empty() { ABI_MINOR } else { said[0] };
-    assert!(minor <= ABI_MINOR, "`minor` is newer than this surfelshop-api: build with a newer one");
+    assert!(
+        minor <= ABI_MINOR,
+        "`minor` is newer than this surfelshop-api: build with a newer one"
+    );
     let mut i = 0;
     while i < units.len() {
         let (kind, info) = units[i];
-        assert!(minor >= 8 || !matches!(kind, UnitKind::Format), "formats came with ABI 3.8: `minor` is too low");
+        assert!(
+            minor >= 8 || !matches!(kind, UnitKind::Format),
+            "formats came with ABI 3.8: `minor` is too low"
+        );
         assert!(minor >= 9 || info.needs.is_empty(), "NEEDS came with ABI 3.9: `minor` is too low");
         i += 1;
     }

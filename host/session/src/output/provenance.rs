@@ -47,7 +47,8 @@ pub fn lines(cloud: &Cloud) -> Vec<String> {
         let made = text(made);
         match how {
             How::Kept => format!("{n_surfels} of {n_before} surfels kept by {made}"),
-            How::Derived => format!("{n_surfels} surfels from {n_before} by {made}"),
+            // Whether it made them of the cloud that it was given, only the tool knows.
+            How::Derived => format!("{n_surfels} surfels made by {made}; it was given {n_before}"),
         }
     };
     let columns = cloud.columns().iter().filter_map(of_column);

@@ -102,7 +102,15 @@ fn edit(ui: &mut Ui, parameter: &ParamDecl, value: &mut Value) -> egui::Response
             None => ui.add(egui::DragValue::new(value).speed(0.01).suffix(suffix(parameter))),
         },
         (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value),
-        (ParamKind::Color, Value::Color(value)) => ui.color_edit_button_rgb(value),
+        (ParamKind::Color, Value::Color(value)) => {
+            // The widget rounds on its way through another space: what nobody touches stays.
+            let mut edited = *value;
+            let response = ui.color_edit_button_rgb(&mut edited);
+            if response.changed() {
+                *value = edited;
+            }
+            response
+        }
         (ParamKind::Choice(ids), Value::Text(value)) => {
             let combo = egui::ComboBox::from_id_salt(&parameter.id).selected_text(value.as_str());
             combo
@@ -119,4 +127,26 @@ fn edit(ui: &mut Ui, parameter: &ParamDecl, value: &mut Value) -> egui::Response
 
 fn suffix(parameter: &ParamDecl) -> String {
     if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::{NodeT as _, Queryable as _};
+
+    #[test]
+    fn a_color_that_nobody_touches_stays_the_default() {
+        for color in [[0.0, 0.1, 0.9], [0.2, 0.4, 1.0], [1.0, 1.0 / 3.0, 1e-4], [2.0, 0.5, 0.1]] {
+            let declared = [ParamDecl::new("paint", &color, "A colour.")];
+            let mut harness = Harness::new_ui_state(
+                |ui, values: &mut Values| drop(show(ui, &declared, values)),
+                Values::new(),
+            );
+            harness.run_steps(4);
+            assert_eq!(*harness.state(), Values::new(), "{color:?}");
+            let reset = harness.get_by_label("reset");
+            assert!(reset.accesskit_node().is_disabled(), "{color:?}");
+        }
+    }
 }

@@ -193,7 +193,7 @@ fn commit(
             format!("{name} kept {n_now} of {n_before} surfels of {cloud} in {took:.1} s{said}")
         }
         Some(How::Derived) => format!(
-            "{name} made a cloud of {n_now} surfels from {n_before} in {took:.1} s; {cloud} is \
+            "{name} made a cloud of {n_now} surfels, given {n_before}, in {took:.1} s; {cloud} is \
              hidden now, the list of clouds shows it again{said}"
         ),
     });

@@ -26,6 +26,8 @@ pub(crate) enum RenderCommand {
     Trust(Option<Contents>),
     /// Do not use a renderer.
     Avoid(String),
+    /// There is more to see of the traced picture of this number.
+    TraceProgress(ViewSlot, u64),
     /// Stop refining the picture of a slot.
     StopRefining(ViewSlot),
     /// Drop everything of a slot.

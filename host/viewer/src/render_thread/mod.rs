@@ -20,6 +20,8 @@ pub(crate) use command::CommandQueue;
 pub(crate) use command::RenderCommand;
 pub(crate) use event::{RenderEvent, UnitHealth};
 pub(crate) use level_of_detail::{Detail, Governor};
+#[cfg(test)]
+pub(crate) use rendered_view::TracedState;
 pub(crate) use rendered_view::{RenderedView, ViewReply};
 pub(crate) use thread::RenderThread;
 pub(crate) use view_request::{EXPORT_SLOT, MEASURE_PANE, ViewRequest, ViewSlot};

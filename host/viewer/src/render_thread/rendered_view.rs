@@ -35,6 +35,38 @@ pub(crate) struct RenderedView {
     pub(crate) explained: Option<Arc<Explanation>>,
     /// Stride of the surfels that stand in for a large cloud during its upload; 1 without one.
     pub(crate) upload_stride: u32,
+    /// How far it is, where a tracer makes it.
+    pub(crate) traced: Option<TracedState>,
+}
+
+/// How far a traced picture is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct TracedState {
+    /// The renderer whose picture is shown, or stands behind tiles that are not traced yet.
+    pub(crate) stand_in: Option<String>,
+    /// The share that is traced, 0 to 1.
+    pub(crate) fraction: f64,
+    /// Samples that every pixel has, and will have; 0 before it began.
+    pub(crate) samples: u32,
+    pub(crate) of: u32,
+}
+
+impl TracedState {
+    /// In a few words.
+    pub(crate) fn describe(&self) -> String {
+        let traced = match (self.of, self.fraction >= 1.0) {
+            (0, _) => "not traced yet".to_owned(),
+            (1, true) => "1 sample".to_owned(),
+            (n, true) => format!("{n} samples"),
+            (of, false) => {
+                format!("{:.0} % traced, {} of {of} samples", 100.0 * self.fraction, self.samples)
+            }
+        };
+        match &self.stand_in {
+            Some(stand_in) => format!("{traced}, {stand_in} stands in"),
+            None => traced,
+        }
+    }
 }
 
 impl RenderedView {

@@ -11,6 +11,7 @@ mod previews;
 mod refining;
 mod scenes;
 mod tools;
+mod traced;
 mod trust;
 mod views;
 

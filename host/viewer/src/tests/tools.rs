@@ -211,7 +211,7 @@ fn undo_holds_no_more_than_it_may() {
 fn a_new_cloud_stands_beside_its_source_which_is_hidden() {
     let mut screen = with_tools(&[SAMPLE]);
     run(&mut screen, "Makes a cloud");
-    screen.until_said("made a cloud of 1 surfels from 119051");
+    screen.until_said("made a cloud of 1 surfels, given 119051");
     let window = screen.window();
     let visible: Vec<bool> = items(window).iter().map(|item| item.visible).collect();
     assert_eq!(visible, [false, true]);

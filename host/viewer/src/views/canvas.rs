@@ -68,7 +68,7 @@ impl Behavior<u32> for Panes<'_> {
 impl Panes<'_> {
     /// The tool row above the picture; returns whether the pane is dragged by its handle.
     fn tools(&mut self, ui: &mut Ui, id: u32) -> UiResponse {
-        let renderers = self.window.renderers();
+        let renderers = self.window.drawers();
         let several = self.window.settings.panes.len() > 1;
         let mut response = UiResponse::None;
         let Some(settings) = self.window.settings.pane_mut(id) else { return response };

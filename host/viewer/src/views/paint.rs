@@ -95,7 +95,9 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
         true => format!(", frame {n_frames}"),
         false => String::new(),
     };
-    format!("{}  {milliseconds:.0} ms{reused}{detail}{frame}", shown.renderer)
+    let traced = shown.rendered.traced.as_ref().map(|traced| format!(", {}", traced.describe()));
+    let traced = traced.unwrap_or_default();
+    format!("{}  {milliseconds:.0} ms{reused}{detail}{frame}{traced}", shown.renderer)
 }
 
 fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {

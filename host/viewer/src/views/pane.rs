@@ -181,13 +181,19 @@ impl Side {
                 let is_of_this =
                     self.last_request.as_ref().is_some_and(|last| last.inputs.renderer == renderer);
                 // In motion the first frame is the only one.
+                // What a tracer takes says nothing of what is drawn in motion; its stand-in does.
+                let is_traced = rendered.traced.as_ref().is_some_and(|traced| traced.of > 0);
+                let is_of_this = is_of_this && !is_traced;
                 if is_of_this && rendered.n_frames == 1 {
                     self.governor.adapt(rendered.detail, rendered.milliseconds);
                 } else if is_of_this {
                     self.governor.record_full_frame(rendered.detail, rendered.milliseconds);
                 }
                 self.error = None;
-                self.timings.add(&renderer, &rendered);
+                // Medians are of pictures of one kind; each traced one has more samples.
+                if rendered.traced.is_none() {
+                    self.timings.add(&renderer, &rendered);
+                }
                 let size = rendered.size.map(|side| side as usize);
                 let image = ColorImage::from_rgba_unmultiplied(size, &rendered.levels);
                 // Pixels stay pixels where sizes agree; coarser pictures are smoothed.

@@ -4,4 +4,5 @@ mod bench;
 mod check;
 mod compare;
 mod explain;
+mod own_cases;
 mod report;

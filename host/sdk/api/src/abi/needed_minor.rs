@@ -64,7 +64,11 @@ impl Needed {
             }
         }
         self.add(5, "a camera of its own", !cameras.is_empty());
-        self.add(7, "a uniform by name (`settings`, `members` or `parameters`)", !members.is_empty());
+        self.add(
+            7,
+            "a uniform by name (`settings`, `members` or `parameters`)",
+            !members.is_empty(),
+        );
         self.add(9, "clouds that it takes from the host", !taken.is_empty());
     }
 
@@ -136,7 +140,9 @@ impl Needed {
         }
         for resource in bindings.values() {
             match resource {
-                Resource::Uniform(_) | Resource::Texture { id: _, mip: _ } | Resource::Buffer(_) => {}
+                Resource::Uniform(_)
+                | Resource::Texture { id: _, mip: _ }
+                | Resource::Buffer(_) => {}
                 Resource::Sampler(kind) => match kind {
                     SamplerKind::Nearest | SamplerKind::Linear | SamplerKind::LinearRepeat => {}
                 },

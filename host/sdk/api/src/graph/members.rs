@@ -190,7 +190,8 @@ impl Members {
     /// The members of a structure in WGSL, a line each.
     pub(super) fn declarations(&self) -> String {
         let line = |(member, _): &(Member, Vec<u8>)| {
-            let is_unsigned = member.kind == MemberType::Int && self.unsigned.contains(&member.name);
+            let is_unsigned =
+                member.kind == MemberType::Int && self.unsigned.contains(&member.name);
             let kind = if is_unsigned { MemberType::U32 } else { member.kind };
             format!("    {}: {},\n", member.name, kind.wgsl())
         };

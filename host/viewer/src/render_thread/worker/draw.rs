@@ -6,6 +6,7 @@ use crate::render_thread::rendered_view::RenderedView;
 use crate::render_thread::view_request::{EXPORT_SLOT, ViewRequest, ViewSlot};
 use anyhow::anyhow;
 use glam::DVec3;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use surfelshop_api::graph::Output;
@@ -66,7 +67,7 @@ impl RenderWorker {
             self.active.extend(before.map(|before| (slot, before)));
             return Err(refusal.into());
         }
-        self.watch_files_of(&active);
+        self.watch_files(active.files().collect());
         if request.in_motion {
             self.wish_for_nodes(slot, drawn);
             // What fails is said; the picture is drawn of what is there.
@@ -128,9 +129,9 @@ impl RenderWorker {
         Ok(ActiveRenderer { name, reference, unit, view, mark, request: request.clone() })
     }
 
-    /// Watches the files that a renderer's parameters name.
-    fn watch_files_of(&mut self, active: &ActiveRenderer) {
-        for path in active.files() {
+    /// Watches files that parameters name.
+    pub(super) fn watch_files(&mut self, paths: Vec<PathBuf>) {
+        for path in paths {
             if let Some(watcher) = &self.watcher
                 && self.watched_files.insert(path.clone())
             {
@@ -267,5 +268,6 @@ pub(super) fn rendered_view(
         detail: request.detail,
         explained: explained.map(Arc::new),
         upload_stride: 1,
+        traced: None,
     })
 }

@@ -10,5 +10,6 @@ mod release;
 mod reload;
 mod run;
 mod state;
+mod traced;
 
 pub(super) use state::RenderWorker;

@@ -39,8 +39,9 @@ impl RenderWorker {
         }
     }
 
-    /// Stops refining the picture of a slot.
+    /// Stops refining the picture of a slot, or tracing it.
     pub(super) fn stop_refining(&mut self, slot: ViewSlot) {
+        self.stop_tracing(slot);
         self.refining.retain(|refining| refining.slot != slot);
     }
 

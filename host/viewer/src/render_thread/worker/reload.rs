@@ -17,11 +17,13 @@ impl RenderWorker {
         if !changed.exists {
             return;
         }
+        self.trace_again(|view| view.reference.path == changed.path);
         let same_file = |active: &ActiveRenderer| active.reference.path == changed.path;
         let slots: Vec<ViewSlot> = self
             .active
             .iter()
-            .filter(|(_, active)| same_file(active))
+            // A stand-in of a tracer is made anew with the next picture that it stands in for.
+            .filter(|(slot, active)| same_file(active) && !self.traced.contains_key(slot))
             .map(|(slot, _)| *slot)
             .collect();
         for slot in slots {
@@ -53,6 +55,7 @@ impl RenderWorker {
             // The scan lists an invalid file of the command line and does not fail.
             Ok(search) => {
                 self.registry = Registry::scan(&search);
+                self.tracers.clear();
                 self.events.send(RenderEvent::Plugins(self.registry.clone()));
             }
             Err(error) => self.events.send(RenderEvent::Message(format!("{error:#}"))),

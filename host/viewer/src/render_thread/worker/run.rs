@@ -3,7 +3,7 @@
 use super::state::{ActiveRenderer, RenderWorker};
 use crate::render_thread::command::{CommandQueue, RenderCommand, UploadedCloud};
 use crate::render_thread::event::RenderEvent;
-use crate::render_thread::rendered_view::ViewReply;
+use crate::render_thread::rendered_view::{RenderedView, ViewReply};
 use crate::render_thread::view_request::{EXPORT_SLOT, ViewRequest, ViewSlot};
 use std::path::Path;
 use std::time::Instant;
@@ -35,6 +35,7 @@ impl RenderWorker {
                 }
                 RenderCommand::UploadFinished(uploaded) => self.finish_upload(*uploaded),
                 RenderCommand::StopRefining(slot) => self.stop_refining(slot),
+                RenderCommand::TraceProgress(slot, serial) => self.show_traced(slot, serial),
                 RenderCommand::Release(slot) => {
                     self.active.remove(&slot);
                     self.drawn = Some(Instant::now());
@@ -45,8 +46,10 @@ impl RenderWorker {
                 RenderCommand::LoseDevice => self.session.engine.gpu().device.destroy(),
                 RenderCommand::SwitchOn(renderer) => {
                     self.avoided.retain(|other| *other != renderer);
-                    if let Ok(unit) = self.registry.find(UnitKind::Renderer, &renderer) {
-                        self.health.switch_on(&unit);
+                    for kind in [UnitKind::Renderer, UnitKind::Tracer] {
+                        if let Ok(unit) = self.registry.find(kind, &renderer) {
+                            self.health.switch_on(&unit);
+                        }
                     }
                     self.send_plugin_health();
                 }
@@ -56,6 +59,12 @@ impl RenderWorker {
 
     fn draw_request(&mut self, slot: ViewSlot, request: ViewRequest) {
         self.stop_refining(slot);
+        let tracer = self.tracer_of(&request.renderer);
+        if let Some(tracer) = &tracer
+            && Self::is_sent_whole(slot, &request)
+        {
+            return self.trace_whole(slot, request, tracer.clone());
+        }
         let was_running = self.upload.is_running();
         let subset =
             self.upload.substitute(&request, &self.session.engine).unwrap_or_else(|error| {
@@ -71,30 +80,60 @@ impl RenderWorker {
             return self.continue_upload();
         }
         let (serial, renderer) = (request.serial, request.renderer.clone());
-        let drawn = subset.as_ref().map_or(&request, |(subset, _)| subset);
-        let outcome = self.draw(slot, &request, drawn).map(|mut rendered| {
-            rendered.upload_stride = subset.as_ref().map_or(1, |(_, stride)| *stride);
+        let stride = subset.as_ref().map_or(1, |(_, stride)| *stride);
+        let drawn = subset.map(|(subset, _)| subset);
+        let is_whole = drawn.is_none();
+        let outcome = self.draw_by(slot, &request, drawn, tracer.is_some()).map(|mut rendered| {
+            rendered.upload_stride = stride;
             rendered
         });
-        match subset {
-            Some(_) => drop(self.unfinished.insert(slot, request)),
-            None => {
+        let outcome = match (is_whole, tracer) {
+            (false, _) => {
+                self.unfinished.insert(slot, request);
+                Some(outcome)
+            }
+            (true, tracer) => {
                 self.unfinished.remove(&slot);
-                if let Ok(rendered) = &outcome {
+                if tracer.is_none()
+                    && let Ok(rendered) = &outcome
+                {
                     self.start_refining(slot, &request, rendered);
                 }
+                match tracer {
+                    Some(tracer) => self.start_tracing(slot, &request, tracer, outcome),
+                    None => Some(outcome),
+                }
             }
-        }
-        let outcome = outcome.map_err(|error| format!("{error:#}"));
+        };
         self.events.send(RenderEvent::Counters(self.session.engine.counters()));
-        self.events.send(RenderEvent::Reply(Box::new(ViewReply {
-            slot,
-            serial,
-            renderer,
-            outcome,
-        })));
+        if let Some(outcome) = outcome {
+            let outcome = outcome.map_err(|error| format!("{error:#}"));
+            let reply = ViewReply { slot, serial, renderer, outcome };
+            self.events.send(RenderEvent::Reply(Box::new(reply)));
+        }
         // After the first picture, which would otherwise share the CPU with the upload.
         self.continue_upload();
+    }
+
+    /// Draws a request, or a copy of it with subsets of large clouds; of a tracer by the renderer that stands in.
+    fn draw_by(
+        &mut self,
+        slot: ViewSlot,
+        request: &ViewRequest,
+        drawn: Option<ViewRequest>,
+        by_stand_in: bool,
+    ) -> anyhow::Result<RenderedView> {
+        let drawn = drawn.as_ref();
+        if !by_stand_in {
+            return self.draw(slot, request, drawn.unwrap_or(request));
+        }
+        let stand_in = self.stand_in(slot, request);
+        let drawn = drawn.map(|drawn| ViewRequest {
+            renderer: stand_in.renderer.clone(),
+            values: stand_in.values.clone(),
+            ..drawn.clone()
+        });
+        self.draw(slot, &stand_in, drawn.as_ref().unwrap_or(&stand_in))
     }
 
     /// Starts the next upload, where a cloud is missing.
@@ -130,8 +169,13 @@ impl RenderWorker {
 
     /// Draws the pictures again that depend on a file.
     fn redraw_file(&mut self, path: &Path) {
+        self.trace_again(|view| view.files().iter().any(|file| file == path));
         let uses_file = |active: &ActiveRenderer| active.files().any(|file| file == path);
-        let affected = self.active.iter().filter(|(_, active)| uses_file(active));
+        let traced = &self.traced;
+        let affected = self
+            .active
+            .iter()
+            .filter(|(slot, active)| uses_file(active) && !traced.contains_key(slot));
         let affected: Vec<(ViewSlot, ViewRequest)> =
             affected.map(|(slot, active)| (*slot, active.request.clone())).collect();
         for (slot, request) in affected {

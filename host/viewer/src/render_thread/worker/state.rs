@@ -1,5 +1,6 @@
 //! The worker's state, and how failures of renderers are recorded.
 
+use super::traced::{LeavingTracer, TracedView};
 use crate::render_thread::cloud_upload::{CloudUpload, LARGE};
 use crate::render_thread::command::{CommandQueue, RenderCommand};
 use crate::render_thread::event::{EventSender, RenderEvent, UnitHealth};
@@ -9,7 +10,7 @@ use std::collections::{HashMap, HashSet, VecDeque};
 use std::path::PathBuf;
 use std::time::Instant;
 use surfelshop_api::View;
-use surfelshop_api::params::{ParamKind, Value};
+use surfelshop_api::params::{ParamKind, Value, Values};
 use surfelshop_render::{RenderError, RendererView};
 use surfelshop_runtime::boundary::Fault;
 use surfelshop_runtime::plugins::{
@@ -45,13 +46,18 @@ impl ActiveRenderer {
 
     /// The files that its parameters name.
     pub(super) fn files(&self) -> impl Iterator<Item = PathBuf> {
-        let declared = self.unit.description.params.iter();
-        let paths = declared.filter(|p| matches!(p.kind, ParamKind::File { .. }));
-        paths.filter_map(|parameter| match self.request.values.get(&parameter.id)? {
-            Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
-            _ => None,
-        })
+        files_of(&self.unit, &self.request.values)
     }
+}
+
+/// The files that parameters of a unit name.
+pub(super) fn files_of(unit: &LoadedUnit, values: &Values) -> impl Iterator<Item = PathBuf> {
+    let declared = unit.description.params.iter();
+    let paths = declared.filter(|p| matches!(p.kind, ParamKind::File { .. }));
+    paths.filter_map(|parameter| match values.get(&parameter.id)? {
+        Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
+        _ => None,
+    })
 }
 
 /// A picture that is refined frame by frame.
@@ -90,6 +96,12 @@ pub(in crate::render_thread) struct RenderWorker {
     pub(super) last_views: HashMap<ViewSlot, View>,
     /// The pictures being refined, the next one first.
     pub(super) refining: VecDeque<RefiningView>,
+    /// Views that tracers draw.
+    pub(super) traced: HashMap<ViewSlot, TracedView>,
+    /// Tracers in memory, by name.
+    pub(super) tracers: HashMap<String, LoadedUnit>,
+    /// Tracers that were asked to stop and have not.
+    pub(super) leaving: Vec<LeavingTracer>,
     /// When something in motion was drawn last.
     pub(super) moved: Option<Instant>,
     /// Frames drawn.
@@ -147,6 +159,9 @@ impl RenderWorker {
                     unfinished: HashMap::new(),
                     last_views: HashMap::new(),
                     refining: VecDeque::new(),
+                    traced: HashMap::new(),
+                    tracers: HashMap::new(),
+                    leaving: Vec::new(),
                     moved: None,
                     n_drawn: 0,
                     drawn: None,

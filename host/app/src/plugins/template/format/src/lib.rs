@@ -220,7 +220,7 @@ fn what_is_lost(header: &CloudHeader) -> Vec<String> {
     lines
 }
 
-export_plugin! { id: "{{package}}", formats: [{{Name}}] }
+export_plugin! { id: "{{package}}",{{minor}} formats: [{{Name}}] }
 
 #[cfg(test)]
 mod tests {

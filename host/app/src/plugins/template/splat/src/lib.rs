@@ -76,4 +76,4 @@ impl Renderer for {{Name}} {
     }
 }
 
-export_plugin! { id: "{{package}}", renderers: [{{Name}}] }
+export_plugin! { id: "{{package}}",{{minor}} renderers: [{{Name}}] }

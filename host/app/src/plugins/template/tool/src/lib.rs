@@ -108,4 +108,4 @@ impl Tool for {{Name}} {
     }
 }
 
-export_plugin! { id: "{{package}}", tools: [{{Name}}] }
+export_plugin! { id: "{{package}}",{{minor}} tools: [{{Name}}] }

@@ -201,4 +201,4 @@ impl Scenery {
     }
 }
 
-export_plugin! { id: "{{package}}", tracers: [{{Name}}] }
+export_plugin! { id: "{{package}}",{{minor}} tracers: [{{Name}}] }
