@@ -11,3 +11,4 @@ mod refused;
 mod same;
 mod scripted;
 mod stage;
+mod together;

@@ -54,7 +54,7 @@ impl RenderWorker {
         }
     }
 
-    fn draw_request(&mut self, slot: ViewSlot, request: ViewRequest) {
+    pub(super) fn draw_request(&mut self, slot: ViewSlot, request: ViewRequest) {
         self.stop_refining(slot);
         let was_running = self.upload.is_running();
         let subset =
