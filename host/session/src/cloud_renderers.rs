@@ -78,8 +78,7 @@ pub fn suit(
         if named.is_none()
             && let Some(suited) = registry.suited(std::slice::from_ref(info))
         {
-            let renderer =
-                CloudRenderer { name: registry.name(&suited), values: Values::new() };
+            let renderer = CloudRenderer { name: registry.name(&suited), values: Values::new() };
             let (place, folder) = (place.clone(), PathBuf::new());
             *named = Some(NamedRenderer { renderer, place, folder });
         }

@@ -89,10 +89,17 @@ pub struct LoadedRenderer {
 }
 
 impl LoadedRenderer {
+    /// All that draw.
+    pub fn references(&self) -> Vec<UnitRef> {
+        let beside = self.beside.iter().map(|other| other.reference.clone());
+        std::iter::once(self.reference.clone()).chain(beside).collect()
+    }
+
     /// The ids of all that draw, for people.
     pub fn ids(&self) -> String {
         let beside = self.beside.iter().map(|other| other.reference.id.as_str());
-        let mut ids: Vec<&str> = std::iter::once(self.reference.id.as_str()).chain(beside).collect();
+        let mut ids: Vec<&str> =
+            std::iter::once(self.reference.id.as_str()).chain(beside).collect();
         ids.dedup();
         ids.join(" + ")
     }

@@ -17,7 +17,8 @@ static_plugin! { id: "org.surfelshop.test.together", renderers: [Lambert] }
 struct Lambert;
 
 impl Renderer for Lambert {
-    const INFO: UnitInfo = UnitInfo::new("lambert", "Lambert", "Shades as Gaussians' renderers do.");
+    const INFO: UnitInfo =
+        UnitInfo::new("lambert", "Lambert", "Shades as Gaussians' renderers do.");
     type Params = ();
 
     fn new(_host: &HostInfo) -> Result<Self> {
@@ -108,9 +109,8 @@ fn apart(a: &Rendered, b: &Rendered) -> f64 {
     let of = |frame: &Rendered| stage::pixels(frame, &Output::Color);
     let channel = |value: f32| stage::encoded(f64::from(value.max(0.0)));
     let both = of(a).into_iter().zip(of(b));
-    let differences = both.flat_map(|(a, b)| {
-        (0..4).map(move |k| (channel(a[k]) - channel(b[k])).abs())
-    });
+    let differences =
+        both.flat_map(|(a, b)| (0..4).map(move |k| (channel(a[k]) - channel(b[k])).abs()));
     differences.fold(0.0, f64::max)
 }
 
@@ -160,28 +160,13 @@ fn the_order_of_clouds_and_of_renderers_shows_in_no_bit() {
         let mut engine = engine();
         let (ball, slab) = (ball(), slab());
         let outputs = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
-        let a = together(
-            &mut engine,
-            &[&ball, &slab],
-            "ewa-phong",
-            &[("gaussians", &[1])],
-            &outputs,
-        );
-        let b = together(
-            &mut engine,
-            &[&slab, &ball],
-            "ewa-phong",
-            &[("gaussians", &[0])],
-            &outputs,
-        );
+        let a =
+            together(&mut engine, &[&ball, &slab], "ewa-phong", &[("gaussians", &[1])], &outputs);
+        let b =
+            together(&mut engine, &[&slab, &ball], "ewa-phong", &[("gaussians", &[0])], &outputs);
         stage::equal_bits(&a, &b, "clouds");
-        let c = together(
-            &mut engine,
-            &[&ball, &slab],
-            "gaussians",
-            &[("ewa-phong", &[0])],
-            &outputs,
-        );
+        let c =
+            together(&mut engine, &[&ball, &slab], "gaussians", &[("ewa-phong", &[0])], &outputs);
         stage::equal_bits(&a, &c, "renderers");
     });
 }

@@ -78,7 +78,10 @@ impl Session<'_> {
     fn file(&mut self, name: &str, file: &Path) -> anyhow::Result<()> {
         let arguments = self.arguments;
         let inputs = Inputs::open(&[file.to_owned()])?;
-        cloud_renderers::note_left_out(&inputs.sources, "each of those named here draws the whole scene");
+        cloud_renderers::note_left_out(
+            &inputs.sources,
+            "each of those named here draws the whole scene",
+        );
         let opened = inputs.opened.as_ref();
         let seen = setup::first_view(opened);
         let picture = |size| arguments.picture(size);

@@ -52,7 +52,10 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         );
     }
     let inputs = Inputs::open(&arguments.files)?;
-    cloud_renderers::note_left_out(&inputs.sources, "each of those named here draws the whole scene");
+    cloud_renderers::note_left_out(
+        &inputs.sources,
+        "each of those named here draws the whole scene",
+    );
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
     let mut named = requests::named(&registry, &arguments.renderer)?;

@@ -13,6 +13,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest, RendererUse};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::cloud_renderers;
+use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
@@ -52,10 +53,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let deal = || cloud_renderers::dealt(&registry, &named, infos);
     studio.share(&mut chosen, deal()?, &arguments.set, infos)?;
     let values = chosen.values.clone();
-    let outputs = match arguments.output.as_slice() {
-        [] => vec![Output::Color],
-        outputs => outputs.to_vec(),
-    };
+    let outputs = outputs(arguments);
     let request = RenderRequest {
         clouds: drawn.clouds(),
         facts: &clouds.facts,
@@ -72,8 +70,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let explained = studio.explain(&mut chosen, &request)?;
     let adapter = json::adapter(&studio);
     let drawn_by = studio.engine.gpu().describe();
-    let beside = chosen.beside.iter().map(|other| other.reference.clone());
-    let drawing: Vec<UnitRef> = std::iter::once(chosen.reference.clone()).chain(beside).collect();
+    let drawing = chosen.references();
     let others = not_loaded(&registry, &drawing);
     let savings = match arguments.measure {
         Some(n_frames) => {
@@ -102,11 +99,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             "plugins_not_loaded": others,
         }));
     }
-    let drawing: Vec<String> = drawing.iter().map(ToString::to_string).collect();
-    terminal::line(format!("{} on {drawn_by}", drawing.join(" and ")))?;
-    let names: Vec<&str> =
-        clouds.loaded.iter().map(|loaded| loaded.summary.file.as_str()).collect();
-    who_draws(&explained, &names).iter().try_for_each(terminal::line)?;
+    tell_who(&explained, &drawing, &drawn_by, clouds)?;
     terminal::line(text(&explained))?;
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
@@ -118,6 +111,27 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
         Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
         None => Ok(()),
     }
+}
+
+/// The outputs that are asked for.
+fn outputs(arguments: &ExplainArguments) -> Vec<Output> {
+    match arguments.output.as_slice() {
+        [] => vec![Output::Color],
+        outputs => outputs.to_vec(),
+    }
+}
+
+/// Says what draws on which device, and where several do which clouds each draws.
+fn tell_who(
+    explained: &Explanation,
+    drawing: &[UnitRef],
+    drawn_by: &str,
+    clouds: &Clouds,
+) -> anyhow::Result<()> {
+    let drawing: Vec<String> = drawing.iter().map(ToString::to_string).collect();
+    terminal::line(format!("{} on {drawn_by}", drawing.join(" and ")))?;
+    let files = clouds.loaded.iter().map(|loaded| loaded.summary.file.as_str());
+    who_draws(explained, &files.collect::<Vec<_>>()).iter().try_for_each(terminal::line)
 }
 
 /// Packages of which nothing is used.
@@ -134,7 +148,8 @@ pub fn who_draws(explained: &Explanation, clouds: &[&str]) -> Vec<String> {
         let part = &renderer.part;
         let names: Vec<String> = part.clouds.iter().map(name).collect();
         let how = if part.taken.is_empty() { "surfels" } else { "splats of its own" };
-        let ms = renderer.gpu_ms.map_or_else(String::new, |ms| format!(", {ms:.2} ms in its passes"));
+        let ms =
+            renderer.gpu_ms.map_or_else(String::new, |ms| format!(", {ms:.2} ms in its passes"));
         format!(
             "`{}` draws {} as {how}; its graph takes {:.2} MB{ms}",
             part.renderer,

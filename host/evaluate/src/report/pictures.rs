@@ -43,7 +43,10 @@ pub(super) fn report(
     unit: &UnitRef,
 ) -> anyhow::Result<()> {
     let inputs = Inputs::open(&arguments.files)?;
-    cloud_renderers::note_left_out(&inputs.sources, "each of those named here draws the whole scene");
+    cloud_renderers::note_left_out(
+        &inputs.sources,
+        "each of those named here draws the whole scene",
+    );
     let opened = inputs.opened.as_ref();
     let patience = arguments.plugins.patience();
     let subject = Subject::load(unit, &patience)?;

@@ -1,7 +1,7 @@
 //! What a frame was made of, what was left out of it, and why.
 
-use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
 use crate::engine::several::{RendererPart, is_of_host};
+use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
 use crate::graph::{LivePasses, Node, PassReport, PassState, Plan, needed, texels, touched};
 use crate::resource_use::ResourceUse;
 use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
@@ -112,7 +112,8 @@ impl Engine {
     #[must_use]
     pub fn makes(&self, renderer: &RendererView, output: &Output) -> bool {
         let others = renderer.others.iter().map(|other| &other.view);
-        let mut plans = std::iter::once(renderer).chain(others).filter_map(|view| view.plan.as_ref());
+        let mut plans =
+            std::iter::once(renderer).chain(others).filter_map(|view| view.plan.as_ref());
         plans.any(|plan| plan.structure.outputs.iter().any(|(own, _)| own == output))
     }
 
@@ -300,10 +301,12 @@ fn explain_several(
             ..resource
         };
         explained.resources.extend(graph.resources().into_iter().map(named));
-        explained.outputs.extend(graph.outputs_used().into_iter().map(|output| OutputUse {
-            name: format!("{prefix}{}", output.name),
-            ..output
-        }));
+        explained.outputs.extend(
+            graph
+                .outputs_used()
+                .into_iter()
+                .map(|output| OutputUse { name: format!("{prefix}{}", output.name), ..output }),
+        );
         explained.renderers.push(RendererUse { part: part.clone(), gpu_ms });
     }
 }

@@ -1,8 +1,8 @@
 //! One frame's commands: which passes, over which surface, into which pictures.
 
 use crate::engine::RenderRequest;
-use crate::engine::several::masked;
 use crate::engine::prepared_view::{PreparedView, lights_uniform, uniform, view_uniform};
+use crate::engine::several::masked;
 use crate::environment_map::{Bound, Environments};
 use crate::gpu::Gpu;
 use crate::graph::{

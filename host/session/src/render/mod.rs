@@ -21,7 +21,7 @@ use crate::options::{Bits, PictureArguments, camera};
 use crate::output::json::{self, Written};
 use crate::output::{files, legend, terminal};
 use crate::session::{self, ConvergedFrame, LoadedRenderer, RenderSession};
-use crate::setup::{self, RenderSetup};
+use crate::setup::{self, RenderSetup, SelectedView};
 use anyhow::{Context as _, anyhow, ensure};
 use serde::Serialize;
 use serde_json::json;
@@ -33,7 +33,7 @@ use surfelshop_cloud::display::Legend;
 use surfelshop_image::display::{Background, DisplayTransform};
 use surfelshop_image::{exr, outputs, png};
 use surfelshop_render::{RenderRequest, Rendered};
-use surfelshop_runtime::plugins::Registry;
+use surfelshop_runtime::plugins::{Registry, UnitRef};
 
 /// What an EXR file holds unless one output was asked for.
 const EXR_LAYERS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
@@ -88,9 +88,7 @@ fn choose_suited(
         || setup::first_view(inputs.opened.as_ref()).is_some();
     let places: Vec<String> =
         inputs.sources.iter().map(|source| source.path.display().to_string()).collect();
-    if !is_said
-        && let Some(suited) = cloud_renderers::suit(registry, infos, &mut named, &places)
-    {
+    if !is_said && let Some(suited) = cloud_renderers::suit(registry, infos, &mut named, &places) {
         *chosen = studio.choose_for(suited, None, &[])?;
     }
     let dealt = cloud_renderers::dealt(registry, &named, infos)?;
@@ -98,6 +96,19 @@ fn choose_suited(
     let alone = chosen.beside.is_empty() || arguments.save_graph.is_none();
     ensure!(alone, "--save-graph: {} draw the clouds, and one graph is saved", chosen.ids());
     Ok(())
+}
+
+/// Loads the renderer of the view, with the parameters that are meant for it.
+fn choose(
+    arguments: &RenderArguments,
+    inputs: &Inputs,
+    studio: &RenderSession,
+    reference: UnitRef,
+    seen: Option<&SelectedView<'_>>,
+) -> anyhow::Result<LoadedRenderer> {
+    let named = cloud_renderers::named(&inputs.sources);
+    let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
+    studio.choose_for(reference, seen, &of_view)
 }
 
 /// Writes the graph that the renderer described, where that is asked for.
@@ -132,10 +143,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let mut studio = open_studio(arguments, &registry)?;
     timings.device_ms = since(opening);
     let loading = Instant::now();
-    let named = cloud_renderers::named(&inputs.sources);
-    let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
     let mut chosen =
-        graph.map_or_else(|| studio.choose_for(reference, seen, &of_view), Ok)?;
+        graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok)?;
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 

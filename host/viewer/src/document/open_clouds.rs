@@ -3,8 +3,8 @@
 use super::recovery::CloudRow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 use surfelshop_cloud::scene::SceneFile;
+use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
 

@@ -5,8 +5,8 @@ use crate::display::{
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
-    CloudRenderer, Axis, Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, Table,
-    ToneMap, read,
+    Axis, Backdrop, CloudRenderer, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile,
+    SceneView, Table, ToneMap, read,
 };
 use crate::{Rotation, Transform};
 use glam::{DQuat, DVec3, Vec3};

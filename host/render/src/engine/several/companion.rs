@@ -44,9 +44,8 @@ pub(super) fn drawers<'a>(
     others: &'a mut [Companion],
     facts: &CloudFacts,
 ) -> Vec<Drawer<'a>> {
-    let is_there = |cloud: &u32| {
-        facts.clouds.get(*cloud as usize).is_some_and(|info| info.n_surfels > 0)
-    };
+    let is_there =
+        |cloud: &u32| facts.clouds.get(*cloud as usize).is_some_and(|info| info.n_surfels > 0);
     let filled = |clouds: &[u32]| clouds.iter().copied().filter(is_there).collect::<Vec<_>>();
     // The same renderer with the same parameters draws its clouds together.
     let is_own = |other: &Companion| other.view.scope == own.scope && other.values == *own_values;
@@ -58,12 +57,8 @@ pub(super) fn drawers<'a>(
     others.sort_by_cached_key(|other| (other.view.scope.clone(), format!("{:?}", other.values)));
     let rest: Vec<u32> =
         (0..facts.clouds.len() as u32).filter(|cloud| !named.contains(cloud)).collect();
-    let first = Drawer {
-        name: own.name.clone(),
-        view: own,
-        values: own_values,
-        clouds: filled(&rest),
-    };
+    let first =
+        Drawer { name: own.name.clone(), view: own, values: own_values, clouds: filled(&rest) };
     let others = others.into_iter().map(|other| Drawer {
         name: other.name.clone(),
         view: &mut other.view,

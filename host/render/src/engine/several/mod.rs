@@ -107,9 +107,8 @@ impl Engine {
         let is_own = structure.is_some_and(|structure| {
             !structure.taken.is_empty() && structure.outputs.iter().any(|(own, _)| *own == depth)
         });
-        let is_surface = |(i, cloud): (u32, &CloudInfo)| {
-            cloud.n_surfels > 0 && !shared.taken.contains(&i)
-        };
+        let is_surface =
+            |(i, cloud): (u32, &CloudInfo)| cloud.n_surfels > 0 && !shared.taken.contains(&i);
         let has_surface = (0..).zip(&request.facts.clouds).any(is_surface);
         if self.whole_depths && is_own && has_surface && request.outputs.contains(&depth) {
             shared.entries = entry_of(&depth).into_iter().collect();
@@ -276,8 +275,7 @@ fn part_of(
     let lies_over = !structure.taken.is_empty();
     let of_splats = |work: &Work| matches!(work, Work::Splats(_));
     let is_hidden_by_surface = structure.passes.iter().any(|pass| of_splats(&pass.work));
-    let is_made =
-        |wanted: &&Output| offers(wanted) || !lies_over && entry_of(wanted).is_some();
+    let is_made = |wanted: &&Output| offers(wanted) || !lies_over && entry_of(wanted).is_some();
     let mut outputs: Vec<Output> = request.outputs.iter().filter(is_made).cloned().collect();
     if !offers(&Output::Color) && request.outputs.contains(&Output::Color) {
         let offered: Vec<String> = structure.outputs.iter().map(|(own, _)| own.name()).collect();

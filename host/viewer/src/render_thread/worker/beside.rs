@@ -72,7 +72,9 @@ impl RenderWorker {
     ) -> anyhow::Result<()> {
         let named = active.request.named.clone();
         let infos = active.request.clouds.facts.clouds.clone();
-        if active.beside.named == named && (named.iter().all(Option::is_none) || active.beside.infos == infos) {
+        if active.beside.named == named
+            && (named.iter().all(Option::is_none) || active.beside.infos == infos)
+        {
             return Ok(());
         }
         let dealt = cloud_renderers::dealt(&self.registry, &named, &infos)?;
