@@ -24,8 +24,9 @@ mod transfer;
 
 pub use disk_cache::DiskCache;
 pub use engine::{
-    ColumnUploader, Counters, Engine, EngineOptions, Explanation, FeatureUse, OutputUse, PartOf,
-    Parts, PassUse, PreparedColumns, RenderRequest, Rendered, RendererView, Restored,
+    ColumnUploader, Companion, Counters, Engine, EngineOptions, Explanation, FeatureUse, OutputUse,
+    PartOf, Parts, PassUse, PreparedColumns, RenderRequest, Rendered, RendererPart, RendererUse,
+    RendererView, Restored,
 };
 pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use graph::{CompileCounts, PassReport, PassState, RenderError};

@@ -35,5 +35,6 @@ pub fn renderer(path: &Path) -> anyhow::Result<LoadedRenderer> {
     let id = path.file_stem().unwrap_or_default().to_string_lossy();
     let reference = UnitRef::named(UnitKind::Renderer, "graph", &id, path);
     let view = RendererView::new(hosted, reference.to_string());
-    Ok(LoadedRenderer { unit: LoadedUnit::of_graph(&id), reference, values: Values::new(), view })
+    let (unit, values, beside) = (LoadedUnit::of_graph(&id), Values::new(), Vec::new());
+    Ok(LoadedRenderer { unit, reference, values, view, beside })
 }

@@ -11,6 +11,7 @@
 )]
 
 pub mod captured_graph;
+pub mod cloud_renderers;
 pub mod cpu_time;
 pub mod input;
 pub mod interrupt;

@@ -84,6 +84,45 @@ pub struct LoadedRenderer {
     pub values: Values,
     /// The view.
     pub view: RendererView,
+    /// Renderers that draw some clouds beside it.
+    pub beside: Vec<LoadedCompanion>,
+}
+
+impl LoadedRenderer {
+    /// All that draw.
+    pub fn references(&self) -> Vec<UnitRef> {
+        let beside = self.beside.iter().map(|other| other.reference.clone());
+        std::iter::once(self.reference.clone()).chain(beside).collect()
+    }
+
+    /// The ids of all that draw, for people.
+    pub fn ids(&self) -> String {
+        let beside = self.beside.iter().map(|other| other.reference.id.as_str());
+        let mut ids: Vec<&str> =
+            std::iter::once(self.reference.id.as_str()).chain(beside).collect();
+        ids.dedup();
+        ids.join(" + ")
+    }
+
+    /// The renderer that a frame failed by.
+    fn failed_by(&self) -> String {
+        let name = self.view.at_fault();
+        let other = self.view.others().iter().position(|other| Some(other.name.as_str()) == name);
+        let other = other.and_then(|at| self.beside.get(at));
+        other.map_or(&self.reference, |other| &other.reference).to_string()
+    }
+}
+
+/// A renderer that draws clouds beside another, in memory.
+pub struct LoadedCompanion {
+    /// The unit as it was named.
+    pub reference: UnitRef,
+    /// The unit, loaded.
+    pub unit: LoadedUnit,
+    /// Its parameters.
+    pub values: Values,
+    /// Its clouds.
+    pub clouds: Vec<u32>,
 }
 
 /// A frame that does not change any more, or one on the way there.
@@ -177,7 +216,7 @@ impl RenderSession {
             .start(&self.host, &self.patience)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
         let view = RendererView::new(hosted, unit.scope()).needing(&unit.description.needs);
-        Ok(LoadedRenderer { reference, unit, values, view })
+        Ok(LoadedRenderer { reference, unit, values, view, beside: Vec::new() })
     }
 
     /// Renders until the picture does not change any more.
@@ -187,7 +226,7 @@ impl RenderSession {
         request: &RenderRequest<'_>,
     ) -> anyhow::Result<ConvergedFrame> {
         let settled = self.settle_view(&mut chosen.view, request);
-        settled.with_context(|| chosen.reference.to_string())
+        settled.with_context(|| chosen.failed_by())
     }
 
     /// The same for a renderer in a view.
@@ -264,7 +303,7 @@ impl RenderSession {
                 }
             }
         });
-        let settled = settled.with_context(|| chosen.reference.to_string())?;
+        let settled = settled.with_context(|| chosen.failed_by())?;
         Ok(self.engine.explain(&chosen.view, request, &settled.rendered))
     }
 }

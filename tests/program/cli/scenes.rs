@@ -225,6 +225,87 @@ fn a_scene_without_clouds_is_an_empty_picture() {
     assert!(info.contains("camera    none"), "{info}");
 }
 
+/// Two discs beside each other, the second by a renderer of its own.
+const OWN_RENDERER: &str = "format = 1
+[camera]
+eye = [0.0, 0.0, 9.0]
+target = [0.0, 0.0, 0.0]
+[[clouds]]
+path = 'left.ply'
+[[clouds]]
+path = 'right.ply'
+renderer = 'flat'
+values = { ambient = 0.5 }
+[[views]]
+renderer = 'ewa-phong'
+";
+
+#[test]
+fn each_cloud_is_drawn_by_the_renderer_that_it_names() {
+    let desk = desk();
+    desk.put("own.scene.toml", OWN_RENDERER);
+    desk.put(
+        "plain.scene.toml",
+        &OWN_RENDERER.replace("renderer = 'flat'\nvalues = { ambient = 0.5 }\n", ""),
+    );
+    let both = pixels(&desk, &["own.scene.toml"]);
+    let phong = pixels(&desk, &["plain.scene.toml"]);
+    let flat = pixels(&desk, &["plain.scene.toml", "-r", "flat", "--set", "ambient=0.5"]);
+    assert!(phong != flat);
+    // The discs lie left and right of the middle.
+    let halves = |shown: &[u8], left: &[u8], right: &[u8]| {
+        for (i, shown) in shown.chunks(4).enumerate() {
+            let expected = if i % 96 < 48 { left } else { right };
+            assert_eq!(shown, &expected[4 * i..4 * i + 4], "pixel {i}");
+        }
+    };
+    halves(&both, &phong, &flat);
+    // What is typed for the renderer of a cloud reaches it.
+    let typed = pixels(&desk, &["own.scene.toml", "--set", "flat:ambient=0.1"]);
+    let other = pixels(&desk, &["plain.scene.toml", "-r", "flat", "--set", "ambient=0.1"]);
+    assert!(typed != both);
+    halves(&typed, &phong, &other);
+    // As one renderer's where all say the same, whoever has the others.
+    let all = pixels(&desk, &["own.scene.toml", "-r", "flat", "--set", "ambient=0.5"]);
+    assert!(all == flat);
+    let json = desk.run("render own.scene.toml -o a.png --size 16 --json").json();
+    let renderers: Vec<_> = json["renderers"].as_array().unwrap().iter().collect();
+    assert_eq!(renderers.len(), 2);
+    assert_eq!((&renderers[0]["id"], &renderers[0]["clouds"][0]), (&"ewa-phong".into(), &0.into()));
+    assert_eq!((&renderers[1]["id"], &renderers[1]["clouds"][0]), (&"flat".into(), &1.into()));
+    let explained = desk.run("explain own.scene.toml --size 16").done().stdout;
+    assert!(
+        explained.contains("`flat` draws right.ply as surfels; its graph takes "),
+        "{explained}"
+    );
+    assert!(explained.contains("ran     flat: "), "{explained}");
+}
+
+#[test]
+fn renderers_that_cannot_draw_their_cloud_are_refused_by_name() {
+    let desk = desk();
+    let refused = |renderer: &str, words: &[&str]| {
+        desk.put(
+            "b.scene.toml",
+            &OWN_RENDERER.replace("'flat'\nvalues = { ambient = 0.5 }", renderer),
+        );
+        desk.run("render b.scene.toml -o b.png --size 8").failed(words);
+        assert!(!desk.at("b.png").exists());
+    };
+    refused(
+        "'flot'",
+        &["b.scene.toml:8 (right.ply): there is no renderer `flot`", "did you mean `flat`"],
+    );
+    refused(
+        "'reference'",
+        &["b.scene.toml:8 (right.ply): expected a renderer for the cloud, found the tracer"],
+    );
+    refused(
+        "'flat'\nvalues = { ambient = 7 }",
+        &["b.scene.toml:8 (right.ply): renderer `flat`: parameter `ambient` takes a number"],
+    );
+}
+
 #[test]
 fn mistakes_name_the_scene_and_the_line() {
     let desk = desk();

@@ -12,4 +12,5 @@ mod refused;
 mod same;
 mod scripted;
 mod stage;
+mod together;
 mod ways;

@@ -63,13 +63,25 @@ pub struct SceneCloud {
     pub visible: bool,
     /// Where it stands; `None` where its file says.
     pub transform: Option<Keyed<Transform>>,
+    /// What draws it; `None` where that is the view's renderer.
+    pub renderer: Option<CloudRenderer>,
+}
+
+/// A renderer of a cloud's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CloudRenderer {
+    /// The renderer, by its id or as PACKAGE/ID.
+    pub name: String,
+    /// Values of its parameters by id; those left out have their default.
+    pub values: Values,
 }
 
 impl SceneCloud {
     /// A visible cloud where its file says.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self { path: path.into(), name: None, visible: true, transform: None }
+        let (name, transform, renderer) = (None, None, None);
+        Self { path: path.into(), name, visible: true, transform, renderer }
     }
 }
 

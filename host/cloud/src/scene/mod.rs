@@ -27,7 +27,7 @@ mod write;
 pub use display::{Backdrop, ToneMap};
 pub use environment::{Axis, ProbeSource, SceneEnvironment};
 pub use error::{SceneError, SceneFault, SceneWriteError};
-pub use file::{SceneCloud, SceneFile, SceneView};
+pub use file::{CloudRenderer, SceneCloud, SceneFile, SceneView};
 pub use keyed::Keyed;
 pub use limits::*;
 pub use read::{OpenedScene, is_scene, read, read_bytes};

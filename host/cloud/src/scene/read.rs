@@ -1,7 +1,7 @@
 //! Opening a scene: the file, its format, and what its sections hold.
 
 use super::error::{SceneError, SceneFault};
-use super::file::{SceneCloud, SceneFile, SceneView};
+use super::file::{CloudRenderer, SceneCloud, SceneFile, SceneView};
 use super::keyed::Keyed;
 use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_FILTERS, MOST_VALUES, MOST_VIEWS};
 use super::source::{Entry, Fault, Section, Source};
@@ -162,6 +162,9 @@ fn check_format(whole: &mut Section<'_>) -> Result<(), Fault> {
     }
 }
 
+/// What `renderer` is.
+const A_RENDERER: &str = "the id of a renderer";
+
 /// A cloud and the line of its path.
 fn cloud(mut section: Section<'_>) -> Result<(Keyed<SceneCloud>, usize), Fault> {
     let expected = "the path of a cloud";
@@ -179,12 +182,23 @@ fn cloud(mut section: Section<'_>) -> Result<(Keyed<SceneCloud>, usize), Fault> 
     if let Some(entry) = section.find("transform") {
         cloud.transform = Some(parts::transform(entry.section()?)?);
     }
+    if let Some(entry) = section.find("renderer") {
+        let name = entry.text().filter(|name| !name.trim().is_empty());
+        let name = name.ok_or_else(|| entry.wrong(A_RENDERER))?.to_owned();
+        cloud.renderer = Some(CloudRenderer { name, values: Values::new() });
+    }
+    if let Some(entry) = section.find("values") {
+        let Some(renderer) = &mut cloud.renderer else {
+            return Err(entry.wrong("`renderer` beside it, whose parameters these are"));
+        };
+        renderer.values = some_values(&entry)?;
+    }
     Ok((Keyed { known: cloud, unknown: section.unknown()? }, line))
 }
 
 /// A view and the line of its renderer.
 fn view(mut section: Section<'_>) -> Result<(Keyed<SceneView>, usize), Fault> {
-    let expected = "the id of a renderer";
+    let expected = A_RENDERER;
     let renderer = section.need("renderer", expected)?;
     let line = renderer.line();
     let id = renderer.text().filter(|id| !id.trim().is_empty());
@@ -198,14 +212,19 @@ fn view(mut section: Section<'_>) -> Result<(Keyed<SceneView>, usize), Fault> {
         view.camera = Some(parts::camera(entry.section()?)?);
     }
     if let Some(entry) = section.find("values") {
-        let section = entry.section()?;
-        let found = section.all().count();
-        if found > MOST_VALUES {
-            return Err(entry.too_many("parameters", MOST_VALUES, found));
-        }
-        view.values = values(&section)?;
+        view.values = some_values(&entry)?;
     }
     Ok((Keyed { known: view, unknown: section.unknown()? }, line))
+}
+
+/// The table `values`.
+fn some_values(entry: &Entry<'_>) -> Result<Values, Fault> {
+    let section = entry.section()?;
+    let found = section.all().count();
+    if found > MOST_VALUES {
+        return Err(entry.too_many("parameters", MOST_VALUES, found));
+    }
+    values(&section)
 }
 
 /// Parameters of a renderer, which nobody but that renderer can tell to be right.

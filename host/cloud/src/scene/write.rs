@@ -22,6 +22,7 @@ use crate::toml_text::{
 use glam::{DVec3, Vec3};
 use std::path::{MAIN_SEPARATOR, Path};
 use surfelshop_api::graph::Output;
+use surfelshop_api::params::Values;
 use surfelshop_api::{Camera, Projection, SurfaceSettings};
 use toml::Value;
 
@@ -175,6 +176,10 @@ fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String) -> Entries {
     if let Some(transform) = &cloud.transform {
         entries.push(("transform".to_owned(), Node::Table(transform_entries(transform))));
     }
+    if let Some(renderer) = &cloud.renderer {
+        entries.push(entry("renderer", renderer.name.as_str()));
+        entries.extend(values_entry(&renderer.values));
+    }
     with_unknown(&mut entries, &cloud.unknown);
     entries
 }
@@ -214,15 +219,18 @@ fn surface_entries(surface: &Keyed<SurfaceSettings>) -> Entries {
     entries
 }
 
+/// The table `values`; none where there are none.
+fn values_entry(values: &Values) -> Option<(String, Node)> {
+    let entries = values.iter().map(|(id, value)| entry(id, parameter(value)));
+    (!values.is_empty()).then(|| ("values".to_owned(), Node::Table(entries.collect())))
+}
+
 fn view_entries(view: &Keyed<SceneView>) -> Entries {
     let mut entries = vec![entry("renderer", view.renderer.as_str())];
     if view.output != Output::Color {
         entries.push(entry("output", view.output.name()));
     }
-    if !view.values.is_empty() {
-        let values = view.values.iter().map(|(id, value)| entry(id, parameter(value)));
-        entries.push(("values".to_owned(), Node::Table(values.collect())));
-    }
+    entries.extend(values_entry(&view.values));
     if let Some(camera) = &view.camera {
         entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
     }

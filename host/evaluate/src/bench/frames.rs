@@ -14,6 +14,7 @@ use std::path::Path;
 use std::time::Duration;
 use surfelshop_api::View;
 use surfelshop_runtime::plugins::Registry;
+use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
@@ -77,6 +78,10 @@ impl Session<'_> {
     fn file(&mut self, name: &str, file: &Path) -> anyhow::Result<()> {
         let arguments = self.arguments;
         let inputs = Inputs::open(&[file.to_owned()])?;
+        cloud_renderers::note_left_out(
+            &inputs.sources,
+            "each of those named here draws the whole scene",
+        );
         let opened = inputs.opened.as_ref();
         let seen = setup::first_view(opened);
         let picture = |size| arguments.picture(size);

@@ -24,6 +24,7 @@ use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
+use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
@@ -51,6 +52,10 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         );
     }
     let inputs = Inputs::open(&arguments.files)?;
+    cloud_renderers::note_left_out(
+        &inputs.sources,
+        "each of those named here draws the whole scene",
+    );
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
     let mut named = requests::named(&registry, &arguments.renderer)?;

@@ -10,8 +10,10 @@ use measured::Side;
 use serde_json::{Value, json};
 use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
-use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest};
+use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest, RendererUse};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
+use surfelshop_session::cloud_renderers;
+use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
@@ -34,7 +36,9 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let seen = setup::view_of(opened, &reference);
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
-    let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
+    let named = cloud_renderers::named(&inputs.sources);
+    let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
+    let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let displayed = DisplayedClouds::read(
         &inputs.sources,
@@ -45,11 +49,11 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let view = render::view(&arguments.picture, &staging, clouds);
     let chosen_nodes = staging.drawn(clouds, &view)?;
     let drawn = chosen_nodes.with(clouds);
+    let infos = &clouds.facts.clouds;
+    let deal = || cloud_renderers::dealt(&registry, &named, infos);
+    studio.share(&mut chosen, deal()?, &arguments.set, infos)?;
     let values = chosen.values.clone();
-    let outputs = match arguments.output.as_slice() {
-        [] => vec![Output::Color],
-        outputs => outputs.to_vec(),
-    };
+    let outputs = outputs(arguments);
     let request = RenderRequest {
         clouds: drawn.clouds(),
         facts: &clouds.facts,
@@ -66,14 +70,16 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let explained = studio.explain(&mut chosen, &request)?;
     let adapter = json::adapter(&studio);
     let drawn_by = studio.engine.gpu().describe();
-    let others = not_loaded(&registry, &reference);
+    let drawing = chosen.references();
+    let others = not_loaded(&registry, &drawing);
     let savings = match arguments.measure {
         Some(n_frames) => {
             // Its columns would stand in memory besides those of the two that are measured.
             drop((studio, chosen));
             let side = || {
                 let studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
-                let chosen = studio.choose_for(reference.clone(), seen.as_ref(), &arguments.set)?;
+                let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
+                studio.share(&mut chosen, deal()?, &arguments.set, infos)?;
                 Ok(Side::new(studio, chosen))
             };
             measured::savings(side, &request, n_frames)?
@@ -93,7 +99,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             "plugins_not_loaded": others,
         }));
     }
-    terminal::line(format!("{reference} on {drawn_by}"))?;
+    tell_who(&explained, &drawing, &drawn_by, clouds)?;
     terminal::line(text(&explained))?;
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
@@ -107,10 +113,51 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     }
 }
 
+/// The outputs that are asked for.
+fn outputs(arguments: &ExplainArguments) -> Vec<Output> {
+    match arguments.output.as_slice() {
+        [] => vec![Output::Color],
+        outputs => outputs.to_vec(),
+    }
+}
+
+/// Says what draws on which device, and where several do which clouds each draws.
+fn tell_who(
+    explained: &Explanation,
+    drawing: &[UnitRef],
+    drawn_by: &str,
+    clouds: &Clouds,
+) -> anyhow::Result<()> {
+    let drawing: Vec<String> = drawing.iter().map(ToString::to_string).collect();
+    terminal::line(format!("{} on {drawn_by}", drawing.join(" and ")))?;
+    let files = clouds.loaded.iter().map(|loaded| loaded.summary.file.as_str());
+    who_draws(explained, &files.collect::<Vec<_>>()).iter().try_for_each(terminal::line)
+}
+
 /// Packages of which nothing is used.
-fn not_loaded(registry: &Registry, used: &UnitRef) -> Vec<Value> {
+fn not_loaded(registry: &Registry, used: &[UnitRef]) -> Vec<Value> {
     let available = registry.entries().iter().filter_map(|entry| entry.available());
-    available.filter(|manifest| manifest.id != used.package).map(|m| json!(m.id)).collect()
+    let is_used = |id: &str| used.iter().any(|used| used.package == id);
+    available.filter(|manifest| !is_used(&manifest.id)).map(|m| json!(m.id)).collect()
+}
+
+/// Which of several renderers draws which cloud, a line for each.
+pub fn who_draws(explained: &Explanation, clouds: &[&str]) -> Vec<String> {
+    let name = |cloud: &u32| clouds.get(*cloud as usize).copied().unwrap_or("a cloud").to_owned();
+    let line = |renderer: &RendererUse| {
+        let part = &renderer.part;
+        let names: Vec<String> = part.clouds.iter().map(name).collect();
+        let how = if part.taken.is_empty() { "surfels" } else { "splats of its own" };
+        let ms =
+            renderer.gpu_ms.map_or_else(String::new, |ms| format!(", {ms:.2} ms in its passes"));
+        format!(
+            "`{}` draws {} as {how}; its graph takes {:.2} MB{ms}",
+            part.renderer,
+            names.join(", "),
+            part.graph_bytes as f64 / 1e6
+        )
+    };
+    explained.renderers.iter().map(line).collect()
 }
 
 /// A line about something that is used, or is not.

@@ -18,6 +18,7 @@ use surfelshop_api::params::Values;
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_image::exr;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
+use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
@@ -42,6 +43,10 @@ pub(super) fn report(
     unit: &UnitRef,
 ) -> anyhow::Result<()> {
     let inputs = Inputs::open(&arguments.files)?;
+    cloud_renderers::note_left_out(
+        &inputs.sources,
+        "each of those named here draws the whole scene",
+    );
     let opened = inputs.opened.as_ref();
     let patience = arguments.plugins.patience();
     let subject = Subject::load(unit, &patience)?;

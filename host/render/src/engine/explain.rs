@@ -1,7 +1,8 @@
 //! What a frame was made of, what was left out of it, and why.
 
+use crate::engine::several::{RendererPart, is_of_host};
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
-use crate::graph::{LivePasses, Node, PassState, Plan, needed, texels, touched};
+use crate::graph::{LivePasses, Node, PassReport, PassState, Plan, needed, texels, touched};
 use crate::resource_use::ResourceUse;
 use crate::shader_features::ShaderFeature;
 use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
@@ -11,6 +12,8 @@ use surfelshop_api::graph::{Lifetime, Output};
 /// A frame, explained.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Explanation {
+    /// Where several renderers draw the picture, which clouds each draws and what that takes; else empty.
+    pub renderers: Vec<RendererUse>,
     /// Columns of the clouds, and those that drawing knows and the clouds lack.
     pub columns: Vec<ColumnUse>,
     /// How surfels were drawn, and why so.
@@ -23,6 +26,15 @@ pub struct Explanation {
     pub outputs: Vec<OutputUse>,
     /// What the adapter has that drawing can use, and what it lacks.
     pub features: Vec<FeatureUse>,
+}
+
+/// A renderer among several.
+#[derive(Clone, Debug, Serialize)]
+pub struct RendererUse {
+    /// What it draws, and the bytes of its graph.
+    pub part: RendererPart,
+    /// Milliseconds of its passes on the device, where known.
+    pub gpu_ms: Option<f64>,
 }
 
 /// A pass.
@@ -82,13 +94,17 @@ impl Engine {
             features: self.features(renderer, request, rendered),
             ..Explanation::default()
         };
-        if let Some(plan) = &renderer.plan {
+        explained.resources = self.surfaces.textures();
+        explained.resources.extend(self.environments.textures());
+        if !rendered.parts.is_empty() {
+            explain_several(&mut explained, renderer, request, rendered);
+        } else if let Some(plan) = &renderer.plan {
             let graph = Graph::new(plan, request.outputs);
-            explained.passes = graph.passes(rendered);
-            explained.resources = self.surfaces.textures();
-            explained.resources.extend(self.environments.textures());
+            explained.passes = graph.passes(&rendered.passes);
             explained.resources.extend(graph.resources());
             explained.outputs = graph.outputs_used();
+        } else {
+            explained.resources.clear();
         }
         explained
     }
@@ -96,8 +112,10 @@ impl Engine {
     /// Whether a renderer makes a picture itself, by the frame that it made last; else the host does.
     #[must_use]
     pub fn makes(&self, renderer: &RendererView, output: &Output) -> bool {
-        let plan = renderer.plan.as_ref();
-        plan.is_some_and(|plan| plan.structure.outputs.iter().any(|(own, _)| own == output))
+        let others = renderer.others.iter().map(|other| &other.view);
+        let mut plans =
+            std::iter::once(renderer).chain(others).filter_map(|view| view.plan.as_ref());
+        plans.any(|plan| plan.structure.outputs.iter().any(|(own, _)| own == output))
     }
 
     /// How a renderer's surfels are drawn.
@@ -266,6 +284,57 @@ impl Engine {
     }
 }
 
+/// Explains what each of several renderers did.
+fn explain_several(
+    explained: &mut Explanation,
+    renderer: &RendererView,
+    request: &RenderRequest<'_>,
+    rendered: &Rendered,
+) {
+    let others = renderer.others.iter().map(|other| (other.name.as_str(), &other.view));
+    let all: Vec<(&str, &RendererView)> =
+        std::iter::once((renderer.name.as_str(), renderer)).chain(others).collect();
+    // Passes of the host stand with those of the renderer that they were for.
+    let mut left = rendered.passes.as_slice();
+    for part in &rendered.parts {
+        let found = all.iter().find(|(name, _)| *name == part.renderer);
+        let Some(plan) = found.and_then(|(_, view)| view.plan.as_ref()) else { continue };
+        let prefix = format!("{}: ", part.renderer);
+        let n = left
+            .iter()
+            .position(|pass| !is_of_host(&pass.name) && !pass.name.starts_with(&prefix))
+            .unwrap_or(left.len());
+        let (own, rest) = left.split_at(n);
+        left = rest;
+        let stripped = |pass: &PassReport| {
+            let name = pass.name.strip_prefix(&prefix).unwrap_or(&pass.name).to_owned();
+            PassReport { name, ..pass.clone() }
+        };
+        let reports: Vec<PassReport> = own.iter().map(stripped).collect();
+        let graph = Graph::new(plan, request.outputs);
+        let mut gpu_ms = Some(0.0);
+        for (mut pass, report) in graph.passes(&reports).into_iter().zip(own) {
+            if !is_of_host(&report.name) && report.state == PassState::Ran {
+                gpu_ms = gpu_ms.zip(report.gpu_ms).map(|(sum, ms): (f64, f64)| sum + ms);
+            }
+            pass.name.clone_from(&report.name);
+            explained.passes.push(pass);
+        }
+        let named = |resource: ResourceUse| ResourceUse {
+            label: format!("{prefix}{}", resource.label),
+            ..resource
+        };
+        explained.resources.extend(graph.resources().into_iter().map(named));
+        explained.outputs.extend(
+            graph
+                .outputs_used()
+                .into_iter()
+                .map(|output| OutputUse { name: format!("{prefix}{}", output.name), ..output }),
+        );
+        explained.renderers.push(RendererUse { part: part.clone(), gpu_ms });
+    }
+}
+
 /// A checked graph and what was asked of it.
 struct Graph<'a> {
     plan: &'a Plan,
@@ -296,9 +365,9 @@ impl<'a> Graph<'a> {
         fed.map(|(name, _)| name.clone()).collect()
     }
 
-    fn passes(&self, rendered: &Rendered) -> Vec<PassUse> {
+    fn passes(&self, reports: &[PassReport]) -> Vec<PassUse> {
         let own = &self.plan.structure.passes;
-        let explained = |report: &crate::graph::PassReport| {
+        let explained = |report: &PassReport| {
             let at = own.iter().position(|pass| pass.name == report.name);
             let outputs = at.map(|at| self.fed_by(at)).unwrap_or_default();
             let why = match (report.state, at) {
@@ -355,7 +424,7 @@ impl<'a> Graph<'a> {
                 features: features.unwrap_or_default(),
             }
         };
-        rendered.passes.iter().map(explained).collect()
+        reports.iter().map(explained).collect()
     }
 
     fn resources(&self) -> Vec<ResourceUse> {

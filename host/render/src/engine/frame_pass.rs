@@ -2,6 +2,7 @@
 
 use crate::engine::RenderRequest;
 use crate::engine::prepared_view::{PreparedView, lights_uniform, uniform, view_uniform};
+use crate::engine::several::masked;
 use crate::environment_map::{Bound, Environments};
 use crate::gpu::Gpu;
 use crate::graph::{
@@ -15,7 +16,7 @@ use crate::surfels::{
 };
 use std::collections::BTreeMap;
 use surfelshop_api::View;
-use surfelshop_api::graph::{Output, SurfaceMode};
+use surfelshop_api::graph::{Output, SurfaceMode, Work};
 use surfelshop_image::Image;
 
 /// Everything one frame's commands are made from.
@@ -34,6 +35,8 @@ pub(super) struct Submission<'a> {
     pub(super) scratch: &'a mut PassScratch,
     /// Whether the CPU puts splats together.
     pub(super) splats_on_host: bool,
+    /// The clouds whose surface the graph shades; `None` where it is all of it.
+    pub(super) own: Option<&'a [u32]>,
     /// How surfels are drawn.
     pub(super) drawing: SurfelDrawing,
 }
@@ -41,13 +44,15 @@ pub(super) struct Submission<'a> {
 /// What came of a frame, with what later ones take back once the device has accepted it all.
 pub(super) struct FrameResult {
     pub(super) images: Vec<(Output, Image)>,
+    /// Pictures of the surface that were asked of the host besides.
+    pub(super) of_host: Vec<Image>,
     pub(super) passes: Vec<PassReport>,
     pub(super) graph_bytes: u64,
     pub(super) resources: FrameResources,
     pub(super) written: Vec<Node>,
 }
 
-/// What is asked of a graph, and what that takes.
+/// What is asked of a graph, and besides of the host, by entry points of its shader; and what that takes.
 pub(super) struct OutputRequest {
     sources: Vec<Source>,
     graph_outputs: Vec<usize>,
@@ -58,8 +63,13 @@ pub(super) struct OutputRequest {
 impl OutputRequest {
     /// # Errors
     /// Where neither the graph nor the host offers a requested output.
-    pub(super) fn new(plan: &Plan, outputs: &[Output]) -> Result<Self, RenderError> {
-        let sources = sources(plan, outputs)?;
+    pub(super) fn new(
+        plan: &Plan,
+        outputs: &[Output],
+        besides: &[&'static str],
+    ) -> Result<Self, RenderError> {
+        let mut sources = sources(plan, outputs)?;
+        sources.extend(besides.iter().map(|entry| Source::Surface(entry)));
         let of_graph = |source: &Source| match source {
             Source::Graph(texture) => Some(*texture),
             Source::Surface(_) => None,
@@ -119,13 +129,20 @@ impl Submission<'_> {
             let mut view = PassView::new(self.gpu, request, own, prepared, self.clouds);
             view.environment = environment.as_ref();
             let sources: &[Source] = if seat == PassCamera::View { &sources } else { &[] };
-            let parts = parts(&needed.look(seat), sources, host_mode);
+            let mut parts = parts(&needed.look(seat), sources, host_mode);
+            let is_masked = self.own.is_some() && seat == PassCamera::View;
+            parts.object |= is_masked && !shaded_modes(self.plan, &needed).is_empty();
             if parts != SurfaceParts::default() {
                 recorder.seen_from = label_of(self.plan, seat);
                 let made =
                     self.surfaces.ensure(parts, &view.input(), &mut recorder, self.pipelines);
                 view.surface = Some(made.map_err(RenderError::Host)?);
                 recorder.seen_from = None;
+            }
+            if let (Some(own), PassCamera::View) = (self.own, seat) {
+                for mode in shaded_modes(self.plan, &needed) {
+                    view.mask(mode, own, &mut recorder, self.pipelines)?;
+                }
             }
             views.insert(seat, view);
         }
@@ -156,14 +173,12 @@ impl Submission<'_> {
             pending.push(copy(self.gpu, &mut recorder.encoder, &texture));
         }
         let passes = recorder.submit().map_err(RenderError::Device)?;
-        let images = pending
-            .into_iter()
-            .zip(self.request.outputs)
-            .map(|(pending, output)| Ok((output.clone(), pending.finish(self.gpu)?)))
-            .collect::<Result<Vec<_>, String>>()
-            .map_err(RenderError::Device)?;
+        let read = pending.into_iter().map(|pending| pending.finish(self.gpu));
+        let mut read = read.collect::<Result<Vec<_>, String>>().map_err(RenderError::Device)?;
+        let of_host = read.split_off(read.len().min(self.request.outputs.len()));
+        let images = self.request.outputs.iter().cloned().zip(read).collect();
         let graph_bytes = resources.bytes();
-        Ok(FrameResult { images, passes, graph_bytes, resources, written })
+        Ok(FrameResult { images, of_host, passes, graph_bytes, resources, written })
     }
 }
 
@@ -175,6 +190,8 @@ struct PassView<'a> {
     lights_uniform: wgpu::Buffer,
     clouds: &'a [DrawnCloud],
     surface: Option<Surface>,
+    /// The surface of own clouds, by mode, where a graph shades no other.
+    masked: Vec<(SurfaceMode, wgpu::TextureView)>,
     environment: Option<&'a Bound>,
 }
 
@@ -190,8 +207,31 @@ impl<'a> PassView<'a> {
             uniform(gpu, "view", &view_uniform(&request, &prepared.drawn).into_bytes());
         let lights = lights_uniform(&request, own, &prepared.drawn);
         let lights_uniform = uniform(gpu, "lights", &lights.into_bytes());
-        let (surface, environment) = (None, None);
-        Self { request, prepared, view_uniform, lights_uniform, clouds, surface, environment }
+        Self {
+            request,
+            prepared,
+            view_uniform,
+            lights_uniform,
+            clouds,
+            surface: None,
+            masked: Vec::new(),
+            environment: None,
+        }
+    }
+
+    /// Leaves of the surface what belongs to some clouds.
+    fn mask(
+        &mut self,
+        mode: SurfaceMode,
+        own: &[u32],
+        recorder: &mut Recorder<'_>,
+        pipelines: &mut Pipelines,
+    ) -> Result<(), RenderError> {
+        let Some(surface) = &self.surface else { return Ok(()) };
+        if let Some((packed, objects)) = surface.packed(mode).zip(surface.object.as_ref()) {
+            self.masked.push((mode, masked(packed, objects, own, recorder, pipelines)?));
+        }
+        Ok(())
     }
 
     fn input(&self) -> SurfaceInput<'_> {
@@ -214,10 +254,20 @@ impl HostResources for PassView<'_> {
             HostBinding::EnvironmentSampler => {
                 Some(wgpu::BindingResource::Sampler(&self.environment?.sampler))
             }
-            HostBinding::Surface => Some(texture(self.surface.as_ref()?.packed(surface?)?)),
+            HostBinding::Surface => {
+                let own = self.masked.iter().find(|(mode, _)| Some(*mode) == surface);
+                match own {
+                    Some((_, own)) => Some(texture(own)),
+                    None => self.whole_surface(surface),
+                }
+            }
             HostBinding::Material => Some(texture(self.surface.as_ref()?.material.as_ref()?)),
             HostBinding::Object => Some(texture(self.surface.as_ref()?.object.as_ref()?)),
         }
+    }
+
+    fn whole_surface(&self, mode: Option<SurfaceMode>) -> Option<wgpu::BindingResource<'_>> {
+        Some(wgpu::BindingResource::TextureView(self.surface.as_ref()?.packed(mode?)?))
     }
 
     fn view(&self) -> &View {
@@ -270,6 +320,22 @@ fn looked_from<'a>(
     Ok(asked)
 }
 
+/// The modes of surfaces that passes shade which look from the view's own camera: splats are only hidden by them.
+fn shaded_modes(plan: &Plan, needed: &LivePasses) -> Vec<SurfaceMode> {
+    let mut modes = Vec::new();
+    let all = plan.structure.passes.iter().zip(&plan.passes).zip(&needed.passes);
+    for ((pass, planned), runs) in all {
+        let shades = *runs && planned.seat == PassCamera::View;
+        let of_splats = matches!(pass.work, Work::Splats(_));
+        if let Some(mode) = planned.surface.filter(|_| shades && !of_splats)
+            && !modes.contains(&mode)
+        {
+            modes.push(mode);
+        }
+    }
+    modes
+}
+
 /// What a camera of the graph is called.
 fn label_of(plan: &Plan, seat: PassCamera) -> Option<String> {
     match seat {
@@ -319,9 +385,10 @@ fn parts(look: &SurfaceNeeds, sources: &[Source], host_mode: SurfaceMode) -> Sur
     }
     for source in sources {
         match source {
-            Source::Surface("depth_only") => {
+            Source::Surface(entry @ ("depth_only" | "owner_only")) => {
                 parts.visibility = true;
                 parts.winners = true;
+                parts.object |= *entry == "owner_only";
             }
             Source::Surface(_) => parts.add(host_mode),
             Source::Graph(_) => {}
@@ -359,6 +426,9 @@ fn show_surface(
     let found = pipelines.compute(&name, &shader, entry, &Settings::default());
     let pipeline = found.map_err(RenderError::Host)?.pipeline;
     let group = bind(gpu, &pipeline, |name| match name {
+        _ if HostBinding::of(name) == Some(HostBinding::Surface) => {
+            of_camera.whole_surface(Some(mode))
+        }
         _ if HostBinding::of(name).is_some() => {
             of_camera.resource(HostBinding::of(name)?, Some(mode))
         }

@@ -10,6 +10,7 @@ mod options;
 mod prepared_view;
 mod release;
 mod request;
+mod several;
 mod surface_only;
 mod surfel_buffers;
 mod tool_device;
@@ -22,14 +23,18 @@ use crate::surfels::{
     ColumnBuffers, ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing,
 };
 pub use ablation::Restored;
-pub use explain::{Explanation, FeatureUse, OutputUse, PassUse};
+pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, RendererUse};
 use frame_pass::{OutputRequest, Submission};
 pub use options::{Counters, EngineOptions};
 pub use request::{PartOf, Parts, RenderRequest, Rendered};
+use several::Shared;
+pub use several::{Companion, RendererPart};
 use std::time::Instant;
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::frame::OnDevice;
+use surfelshop_api::graph::{Structure, Work};
 use surfelshop_api::{CloudView, FrameRequest, Need};
+use surfelshop_image::Image;
 use surfelshop_runtime::boundary::decode;
 use surfelshop_runtime::plugins::Hosted;
 pub use upload::{ColumnUploader, PreparedColumns};
@@ -49,6 +54,16 @@ pub struct RendererView {
     serial: u64,
     /// Whether each graph has the bytes that stay on the device.
     sends_all: bool,
+    /// What it is called where several draw a picture.
+    name: String,
+    /// Renderers that draw other clouds of the picture.
+    others: Vec<Companion>,
+    /// What the renderer is called that the last frame failed by, where several draw it.
+    at_fault: Option<String>,
+    /// Whether the plan has its splats hidden by surfels, whatever the graph says.
+    hidden: bool,
+    /// Whether it was seen to draw clouds itself.
+    takes: bool,
 }
 
 impl RendererView {
@@ -57,9 +72,40 @@ impl RendererView {
     /// [`LoadedUnit::scope`](surfelshop_runtime::plugins::LoadedUnit::scope).
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
-        let (graph, scope, needs) = (EncodedGraph::default(), scope.into(), Vec::new());
-        let (plan, planned_by, serial) = (None, 0, next_serial());
-        Self { hosted, scope, needs, graph, plan, planned_by, serial, sends_all: false }
+        Self {
+            hosted,
+            scope: scope.into(),
+            needs: Vec::new(),
+            graph: EncodedGraph::default(),
+            plan: None,
+            planned_by: 0,
+            serial: next_serial(),
+            sends_all: false,
+            name: String::new(),
+            others: Vec::new(),
+            at_fault: None,
+            hidden: false,
+            takes: false,
+        }
+    }
+
+    /// Has other renderers draw some clouds of the pictures from now on, instead of those that did before. This one
+    /// draws the rest, and is called `name` beside them.
+    pub fn share(&mut self, name: impl Into<String>, others: Vec<Companion>) -> Vec<Companion> {
+        (self.name, self.at_fault) = (name.into(), None);
+        std::mem::replace(&mut self.others, others)
+    }
+
+    /// The renderers that draw other clouds of the picture.
+    #[must_use]
+    pub fn others(&self) -> &[Companion] {
+        &self.others
+    }
+
+    /// What the renderer is called that the last frame failed by, where several draw it.
+    #[must_use]
+    pub fn at_fault(&self) -> Option<&str> {
+        self.at_fault.as_deref()
     }
 
     /// The same of a renderer that reads these columns: frames of clouds that lack them are refused by name.
@@ -102,6 +148,8 @@ pub struct Engine {
     constant_radii: bool,
     /// What is drawn with although it need not be.
     keeping: ablation::Keeping,
+    /// Whether depths of graphs that draw clouds themselves show the surface, too.
+    whole_depths: bool,
     plans: u32,
     chunks: usize,
 }
@@ -140,6 +188,7 @@ impl Engine {
             surfels: options.surfels,
             constant_radii,
             keeping: ablation::Keeping::default(),
+            whole_depths: false,
             plans: 0,
             chunks: 0,
             gpu,
@@ -227,6 +276,18 @@ impl Engine {
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
+        match renderer.others.is_empty() {
+            true => self.attempt_one(renderer, request),
+            false => self.attempt_several(renderer, request),
+        }
+    }
+
+    /// The same of one renderer that draws all.
+    fn attempt_one(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+    ) -> Result<Rendered, RenderError> {
         if let Some(missing) = needs::missing(&renderer.needs, request.facts) {
             return Err(RenderError::Needs(missing));
         }
@@ -245,42 +306,44 @@ impl Engine {
         let on_device = OnDevice { resident };
         let encoded = renderer.hosted.frame_on_device(asked, request.stride, on_device);
         let encoded = encoded.map_err(RenderError::Plugin)?;
-        let drawn = self.draw(renderer, &encoded, request);
+        let planned = self.replan(renderer, &encoded, request.view.size_px, false);
         renderer.graph = encoded;
-        drawn
+        planned?;
+        let plan = renderer.plan.as_ref();
+        let shared = plan.map(|plan| Shared::alone(plan, request.detail_px));
+        self.draw_with_whole_depths(renderer, request, shared.unwrap_or_default())
     }
 
-    fn draw(
+    /// Runs the graph that a renderer described last; also returns the pictures that the host makes besides.
+    fn draw_planned(
         &mut self,
-        renderer: &mut RendererView,
-        encoded: &EncodedGraph,
+        renderer: &RendererView,
         request: &RenderRequest<'_>,
-    ) -> Result<Rendered, RenderError> {
-        self.replan(renderer, encoded, request.view.size_px)?;
+        shared: &Shared,
+    ) -> Result<(Rendered, Vec<Image>), RenderError> {
         let Some(plan) = &renderer.plan else {
             return Err(RenderError::Graph("there is none".to_owned()));
         };
         let outputs = self.keeping.outputs(request.outputs);
         let n_outputs = request.outputs.len();
         let request = &RenderRequest { outputs: &outputs, ..*request };
-        let asked = OutputRequest::new(plan, request.outputs)?;
+        let asked = OutputRequest::new(plan, request.outputs, &shared.entries)?;
         self.resources.next_frame(request.view.size_px);
         self.pipelines.next_frame();
         self.scratch.next_frame();
-        let one_by_one = plan.shades_surfels();
+        let one_by_one = shared.one_by_one;
         let on_host = self.surfels.on_host(&self.gpu) && !one_by_one;
         let drawing = if one_by_one { SurfelDrawing::Quads } else { self.surfels };
-        let detailed = request.detail_px > 0.0 && plan.takes_merged_surfels() && !one_by_one;
         // Previews by the device have one surfel of so many: merged ones take memory.
-        let merged = detailed || on_host && request.stride > 1;
+        let merged = shared.detailed || on_host && request.stride > 1;
         // As data surfels are as the scene has them, in previews, too.
         let given = self.surfel_buffers(&asked, plan, request)?;
         let columns = self.column_buffers(&asked, plan, request)?;
         let mut scene = request.scene.clone();
         let request = &request.drawn(merged, &mut scene);
         let started = Instant::now();
-        let taken = plan.structure.taken.clone();
-        let clouds = self.drawn_clouds(request, Some(asked.wanted()), on_host, &taken)?;
+        let demand = shared.demand.unwrap_or_else(|| asked.wanted());
+        let clouds = self.drawn_clouds(request, Some(demand), on_host, &shared.taken)?;
         let columns_ms = started.elapsed().as_secs_f64() * 1e3;
         let device = self.gpu.device.clone();
         let work = Submission {
@@ -291,7 +354,8 @@ impl Engine {
             environments: &mut self.environments,
             plan,
             lending: Lending { scope: &renderer.scope, view: renderer.serial, given, columns },
-            data: &encoded.data,
+            data: &renderer.graph.data,
+            own: shared.own.as_deref(),
             request,
             asked,
             clouds: &clouds,
@@ -305,14 +369,16 @@ impl Engine {
                 frame.images.truncate(n_outputs);
                 self.resources.give_back(frame.resources, &frame.written, plan);
                 self.resources.save(&self.gpu);
-                Ok(Rendered {
+                let rendered = Rendered {
                     images: frame.images,
                     passes: frame.passes,
                     graph_bytes: frame.graph_bytes,
                     merged,
                     columns_ms,
                     wants_another_frame: plan.structure.wants_another_frame,
-                })
+                    parts: Vec::new(),
+                };
+                Ok((rendered, frame.of_host))
             }
             Err(error) => {
                 self.surfaces.forget();
@@ -369,8 +435,10 @@ impl Engine {
         renderer: &mut RendererView,
         encoded: &EncodedGraph,
         size: [u32; 2],
+        hidden: bool,
     ) -> Result<(), RenderError> {
         let known = renderer.plan.as_ref().is_some_and(|plan| plan.size == size)
+            && renderer.hidden == hidden
             && renderer.planned_by == self.serial
             && renderer.graph.structure == encoded.structure;
         if known {
@@ -379,9 +447,21 @@ impl Engine {
         renderer.plan = None;
         let mut structure = decode(encoded).map_err(RenderError::Plugin)?;
         self.keeping.restore(&mut structure);
+        if hidden {
+            hide_splats(&mut structure);
+        }
         self.plans += 1;
         renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
-        renderer.planned_by = self.serial;
+        (renderer.planned_by, renderer.hidden) = (self.serial, hidden);
         Ok(())
+    }
+}
+
+/// Has the surface hide splats that are seen from the view's own camera.
+fn hide_splats(structure: &mut Structure) {
+    for pass in structure.passes.iter_mut().filter(|pass| pass.camera.is_none()) {
+        if let Work::Splats(splats) = &mut pass.work {
+            splats.tested = true;
+        }
     }
 }

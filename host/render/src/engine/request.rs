@@ -1,5 +1,6 @@
 //! Frames as they are asked for and as they come back.
 
+use crate::engine::several::RendererPart;
 use crate::graph::PassReport;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -85,7 +86,7 @@ impl<'a> RenderRequest<'a> {
 }
 
 /// A rendered frame.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Rendered {
     /// The requested pictures, in the order of the request.
     pub images: Vec<(Output, Image)>,
@@ -100,6 +101,9 @@ pub struct Rendered {
     pub columns_ms: f64,
     /// Whether the renderer says that another frame would refine the picture.
     pub wants_another_frame: bool,
+    /// Where several renderers drew it, what each drew; empty where one drew all. The passes of their graphs are
+    /// called `RENDERER: PASS` then.
+    pub parts: Vec<RendererPart>,
 }
 
 impl Rendered {

@@ -198,6 +198,11 @@ impl Variables<'_> {
         self.frame.host.get(&self.planned.seat).map(|host| (host.view(), host.unit()))
     }
 
+    /// The packed surface of all clouds that the pass looks at.
+    pub(super) fn whole_surface(&self) -> Option<wgpu::BindingResource<'_>> {
+        self.frame.host.get(&self.planned.seat)?.whole_surface(self.planned.surface)
+    }
+
     /// A variable of the host's modules.
     fn of_host(&self, binding: HostBinding) -> Option<wgpu::BindingResource<'_>> {
         if let (HostBinding::Surface, Some(lit)) = (binding, &self.lit) {

@@ -69,6 +69,9 @@ pub(crate) trait HostResources {
         surface: Option<SurfaceMode>,
     ) -> Option<wgpu::BindingResource<'_>>;
 
+    /// The packed surface of all clouds in a mode, where a graph may be given that of some.
+    fn whole_surface(&self, mode: Option<SurfaceMode>) -> Option<wgpu::BindingResource<'_>>;
+
     /// The view of the camera.
     fn view(&self) -> &View;
 

@@ -93,7 +93,9 @@ fn records(
     let mut bytes = Vec::new();
     // Surfels of the scene before this cloud.
     let mut before = 0usize;
-    for (object, cloud) in clouds.iter().enumerate() {
+    // One that is left out has no columns either.
+    let filled = clouds.iter().enumerate().filter(|(_, cloud)| cloud.len > 0);
+    for (object, cloud) in filled {
         let order = drawing_order(cloud);
         let first = before.next_multiple_of(step) - before;
         let chosen: Vec<u32> = order.into_iter().skip(first).step_by(step).collect();

@@ -3,7 +3,7 @@
 use super::find::UnitRef;
 use super::registry::Registry;
 use surfelshop_api::manifest::UnitEntry;
-use surfelshop_api::{CloudInfo, UnitKind};
+use surfelshop_api::{CloudInfo, Need, UnitKind};
 
 /// Whether all clouds that have surfels have what a renderer cannot do without.
 fn fits(unit: &UnitEntry, clouds: &[CloudInfo]) -> bool {
@@ -26,6 +26,15 @@ impl Registry {
         // The last of equal ones is the largest.
         let best = found.into_iter().rev().max_by_key(|(_, _, unit)| unit.needs.len());
         best.map(|(entry, manifest, unit)| entry.unit(manifest, unit))
+    }
+
+    /// The columns that a unit reads, by its manifest; none where it is not there.
+    #[must_use]
+    pub fn needs(&self, reference: &UnitRef) -> Vec<Need> {
+        let mut units = self.units(reference.kind);
+        let found = units
+            .find(|(_, manifest, unit)| manifest.id == reference.package && unit.id == reference.id);
+        found.map(|(_, _, unit)| unit.needs.clone()).unwrap_or_default()
     }
 
     /// Whether clouds have what a renderer of this name cannot do without; yes where there is no such renderer.

@@ -58,7 +58,7 @@ impl Clouds {
         let n_pyramids = sources.iter().filter(|source| is_pyramid_file(&source.path)).count();
         let budget = Budget::default().divided(n_pyramids);
         for source in sources {
-            let Source { path, transform, place } = source;
+            let Source { path, transform, place, .. } = source;
             let in_scene = || place.clone().unwrap_or_else(|| path.display().to_string());
             let mut pyramid = None;
             let mut cloud = match files.get(path.as_path()) {

@@ -4,7 +4,7 @@ use crate::output::{files, terminal};
 use anyhow::bail;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Transform;
-use surfelshop_cloud::scene::{self, OpenedScene};
+use surfelshop_cloud::scene::{self, CloudRenderer, OpenedScene};
 
 /// A cloud to read.
 #[derive(Clone, Debug)]
@@ -15,13 +15,27 @@ pub struct Source {
     pub transform: Option<Transform>,
     /// File and line of the scene that names it, where one does.
     pub place: Option<String>,
+    /// What draws it, where a scene says so.
+    pub renderer: Option<NamedRenderer>,
 }
 
 impl Source {
     /// A cloud that was typed.
     pub fn file(path: &Path) -> Self {
-        Self { path: path.to_owned(), transform: None, place: None }
+        let (transform, place, renderer) = (None, None, None);
+        Self { path: path.to_owned(), transform, place, renderer }
     }
+}
+
+/// A renderer that a cloud names, and who says so.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NamedRenderer {
+    /// The renderer and its parameters.
+    pub renderer: CloudRenderer,
+    /// File and line of the cloud, or what the cloud is called.
+    pub place: String,
+    /// The folder that paths among the parameters are relative to.
+    pub folder: PathBuf,
 }
 
 /// What the files of a command line are.
@@ -80,7 +94,13 @@ fn visible(opened: &OpenedScene) -> anyhow::Result<Vec<Source>> {
             );
         }
         let transform = cloud.transform.as_ref().map(|transform| transform.known);
-        sources.push(Source { path, transform, place: Some(place) });
+        let named = |renderer: &CloudRenderer| NamedRenderer {
+            renderer: renderer.clone(),
+            place: format!("{place} ({})", cloud.path.display()),
+            folder: opened.scene.folder.clone(),
+        };
+        let renderer = cloud.renderer.as_ref().map(named);
+        sources.push(Source { path, transform, place: Some(place), renderer });
     }
     Ok(sources)
 }

@@ -6,6 +6,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{View, params};
+use surfelshop_render::RendererPart;
 use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
 
 /// A file that was written.
@@ -63,7 +64,7 @@ impl Written {
         format!(
             "{}, {} in {:.0} ms on {}, {}",
             self.what(),
-            chosen.reference.id,
+            chosen.ids(),
             settled.milliseconds,
             adapter.name,
             adapter.backend.to_str()
@@ -89,6 +90,22 @@ pub fn adapter(studio: &RenderSession) -> Value {
 /// The renderer and its parameters in JSON.
 pub fn renderer(chosen: &LoadedRenderer) -> Value {
     unit(&chosen.reference, &chosen.unit, &chosen.values)
+}
+
+/// The renderers of a picture that several draw, and which clouds each draws, in JSON; none where one draws all.
+pub fn renderers(chosen: &LoadedRenderer, settled: &ConvergedFrame) -> Vec<Value> {
+    let of = |part: &RendererPart| {
+        let names = chosen.view.others().iter().map(|other| other.name.as_str());
+        let at = names.zip(&chosen.beside).find(|(name, _)| *name == part.renderer);
+        let mut object = match at {
+            Some((_, other)) => unit(&other.reference, &other.unit, &other.values),
+            None => renderer(chosen),
+        };
+        object["clouds"] = json!(part.clouds);
+        object["graph_bytes"] = json!(part.graph_bytes);
+        object
+    };
+    settled.rendered.parts.iter().map(of).collect()
 }
 
 /// A unit and its parameters in JSON.

@@ -27,8 +27,9 @@ pub struct RenderArguments {
     /// that are typed count instead of what the scene says.
     #[arg(required = true, value_name = "FILE")]
     pub files: Vec<PathBuf>,
-    /// The renderer, by its id or as PACKAGE/ID; `surfelshop plugins` lists them. Where none is typed, clouds with
-    /// columns that a renderer needs, such as Gaussian splats, are drawn by that.
+    /// The renderer, by its id or as PACKAGE/ID; `surfelshop plugins` lists them. It draws the clouds for which a scene
+    /// names none. Where none is typed, clouds with columns that a renderer needs, such as Gaussian splats, are drawn by
+    /// that.
     #[arg(short, long, value_name = "RENDERER", default_value = "ewa-phong")]
     pub renderer: String,
     /// A captured graph to draw instead of a renderer's: a file that --save-graph wrote. No plugin is

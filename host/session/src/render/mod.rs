@@ -6,6 +6,7 @@ pub mod traced;
 pub use arguments::RenderArguments;
 
 use crate::captured_graph;
+use crate::cloud_renderers;
 use crate::input::clouds::Clouds;
 use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
@@ -20,7 +21,7 @@ use crate::options::{Bits, PictureArguments, camera};
 use crate::output::json::{self, Written};
 use crate::output::{files, legend, terminal};
 use crate::session::{self, ConvergedFrame, LoadedRenderer, RenderSession};
-use crate::setup::{self, RenderSetup};
+use crate::setup::{self, RenderSetup, SelectedView};
 use anyhow::{Context as _, anyhow, ensure};
 use serde::Serialize;
 use serde_json::json;
@@ -32,7 +33,7 @@ use surfelshop_cloud::display::Legend;
 use surfelshop_image::display::{Background, DisplayTransform};
 use surfelshop_image::{exr, outputs, png};
 use surfelshop_render::{RenderRequest, Rendered};
-use surfelshop_runtime::plugins::Registry;
+use surfelshop_runtime::plugins::{Registry, UnitRef};
 
 /// What an EXR file holds unless one output was asked for.
 const EXR_LAYERS: [Output; 4] = [Output::Color, Output::Depth, Output::Normal, Output::Albedo];
@@ -65,8 +66,8 @@ impl Timings {
     }
 }
 
-/// Chooses what reads columns that only these clouds have, where nobody said what draws. A graph that is to be saved has
-/// all bytes in it.
+/// Has the renderers that clouds name draw these; and chooses what reads columns that only some clouds have, where
+/// nobody said what draws. A graph that is to be saved has all bytes in it.
 fn choose_suited(
     arguments: &RenderArguments,
     given: &ExplicitOptions,
@@ -76,17 +77,41 @@ fn choose_suited(
     studio: &mut RenderSession,
     chosen: &mut LoadedRenderer,
 ) -> anyhow::Result<()> {
+    // A captured graph is of a scene of then.
+    if arguments.graph.is_some() {
+        return Ok(());
+    }
+    let infos = &clouds.facts.clouds;
+    let mut named = cloud_renderers::named(&inputs.sources);
     let is_said = given.has("renderer")
-        || arguments.graph.is_some()
         || !arguments.set.is_empty()
         || setup::first_view(inputs.opened.as_ref()).is_some();
-    if !is_said && let Some(suited) = registry.suited(&clouds.facts.clouds) {
+    let places: Vec<String> =
+        inputs.sources.iter().map(|source| source.path.display().to_string()).collect();
+    if !is_said && let Some(suited) = cloud_renderers::suit(registry, infos, &mut named, &places) {
         *chosen = studio.choose_for(suited, None, &[])?;
     }
     if arguments.save_graph.is_some() {
         chosen.view.send_all();
     }
+    let dealt = cloud_renderers::dealt(registry, &named, infos)?;
+    studio.share(chosen, dealt, &arguments.set, infos)?;
+    let alone = chosen.beside.is_empty() || arguments.save_graph.is_none();
+    ensure!(alone, "--save-graph: {} draw the clouds, and one graph is saved", chosen.ids());
     Ok(())
+}
+
+/// Loads the renderer of the view, with the parameters that are meant for it.
+fn choose(
+    arguments: &RenderArguments,
+    inputs: &Inputs,
+    studio: &RenderSession,
+    reference: UnitRef,
+    seen: Option<&SelectedView<'_>>,
+) -> anyhow::Result<LoadedRenderer> {
+    let named = cloud_renderers::named(&inputs.sources);
+    let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
+    studio.choose_for(reference, seen, &of_view)
 }
 
 /// Writes the graph that the renderer described, where that is asked for.
@@ -122,7 +147,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     timings.device_ms = since(opening);
     let loading = Instant::now();
     let mut chosen =
-        graph.map_or_else(|| studio.choose_for(reference, seen, &arguments.set), Ok)?;
+        graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok)?;
     timings.plugin_ms = since(loading);
     timings.open_ms = since(started);
 
@@ -176,6 +201,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
         "background": encoded(staging.how.background),
         "renderer": json::renderer(&chosen),
+        "renderers": json::renderers(&chosen, &settled),
         "adapter": json::adapter(&studio),
         "frame": json::frame(&settled, &view),
         "pixels_not_finite": n_not_finite,
@@ -219,7 +245,7 @@ fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Resu
 fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled: &ConvergedFrame) {
     plausibility::note(clouds, &staging.scene);
     if staging.detail_px > 0.0 && !settled.rendered.merged {
-        let renderer = &chosen.reference.id;
+        let renderer = chosen.ids();
         terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
     }
 }

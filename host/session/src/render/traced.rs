@@ -11,7 +11,7 @@ use crate::output::json::{self, Written};
 use crate::output::terminal;
 use crate::render::{self, RenderArguments};
 use crate::setup::{RenderSetup, SelectedView};
-use crate::{parameters, session};
+use crate::{cloud_renderers, parameters, session};
 use anyhow::{anyhow, bail};
 use serde_json::json;
 use std::sync::Arc;
@@ -45,6 +45,8 @@ pub fn render(
     let declared = &unit.description.params;
     let (values, unknown) = parameters::resolved(reference, declared, seen, &arguments.set)?;
     unknown.iter().for_each(terminal::warn);
+    let left_out = format!("{} traces the whole scene", reference.id);
+    cloud_renderers::note_left_out(&inputs.sources, &left_out);
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let displayed = DisplayedClouds::read(
         &inputs.sources,
@@ -66,8 +68,9 @@ pub fn render(
     let columns_ms = 0.0;
     // A tracer meets every surfel.
     let merged = false;
+    let parts = Vec::new();
     let rendered =
-        Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame };
+        Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame, parts };
     let n_not_finite = render::check_finite(&rendered);
     let legend = render::legend_of(arguments, &displayed);
     let written = render::write_all(arguments, staging, legend.as_ref(), &rendered)?;

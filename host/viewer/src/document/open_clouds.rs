@@ -3,8 +3,10 @@
 use super::recovery::CloudRow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use surfelshop_cloud::scene::SceneFile;
 use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::scenes::NamedRenderer;
 
 /// A cloud that is open.
 #[derive(Clone)]
@@ -19,13 +21,15 @@ pub(crate) struct OpenCloud {
     on_disk: Vec<u64>,
     /// Whether its edits come from an earlier session.
     pub(crate) recovered: bool,
+    /// What draws it; none where that is the view's renderer.
+    pub(crate) renderer: Option<NamedRenderer>,
 }
 
 impl OpenCloud {
     fn read(loaded: Loaded, entry: usize) -> Self {
         let on_disk = generations(&loaded.cloud);
         let (visible, entry, recovered) = (true, Some(entry), false);
-        Self { loaded, visible, entry, saved_as: None, on_disk, recovered }
+        Self { loaded, visible, entry, saved_as: None, on_disk, recovered, renderer: None }
     }
 
     /// Its file's name, or the name of its source cloud and the tool.
@@ -54,11 +58,13 @@ pub(crate) struct OpenClouds {
     pub(crate) clouds: Arc<Clouds>,
 }
 
-/// Equal where the same clouds are visible and the same are hidden, saved or not.
+/// Equal where the same clouds are visible and the same are hidden, drawn by the same renderers, saved or not.
 impl PartialEq for OpenClouds {
     fn eq(&self, other: &Self) -> bool {
         let same = |(a, b): (&OpenCloud, &OpenCloud)| {
-            a.visible == b.visible && generations(&a.loaded.cloud) == generations(&b.loaded.cloud)
+            a.visible == b.visible
+                && a.renderer == b.renderer
+                && generations(&a.loaded.cloud) == generations(&b.loaded.cloud)
         };
         Arc::ptr_eq(&self.all, &other.all)
             || self.all.len() == other.all.len() && self.all.iter().zip(&*other.all).all(same)
@@ -140,14 +146,39 @@ impl OpenClouds {
         };
         let loaded = Loaded { cloud, summary };
         let (entry, saved_as, on_disk) = (None, None, Vec::new());
-        let recovered = false;
-        all.push(OpenCloud { loaded, visible: true, entry, saved_as, on_disk, recovered });
+        let (recovered, renderer) = (false, None);
+        let visible = true;
+        all.push(OpenCloud { loaded, visible, entry, saved_as, on_disk, recovered, renderer });
         Self::of(all, &self.clouds)
     }
 
     /// With one cloud shown or hidden.
     pub(crate) fn showing(&self, index: usize, visible: bool) -> Self {
         self.changed(index, |open_cloud| open_cloud.visible = visible)
+    }
+
+    /// With one cloud drawn by a renderer of its own, or by the view's.
+    pub(crate) fn drawn_by(&self, index: usize, renderer: Option<NamedRenderer>) -> Self {
+        self.changed(index, |open_cloud| open_cloud.renderer = renderer)
+    }
+
+    /// With each cloud drawn as its entry of the scene says.
+    pub(crate) fn drawn_as_in(&self, scene: &SceneFile) -> Self {
+        let mut all = self.all.to_vec();
+        for open_cloud in &mut all {
+            let entry = open_cloud.entry.and_then(|entry| scene.clouds.get(entry));
+            open_cloud.renderer = entry.and_then(|cloud| cloud.renderer.clone()).map(|renderer| {
+                let place = open_cloud.name();
+                NamedRenderer { renderer, place, folder: scene.folder.clone() }
+            });
+        }
+        Self { all: Arc::new(all), clouds: self.clouds.clone() }
+    }
+
+    /// What the visible clouds name.
+    pub(crate) fn named(&self) -> Vec<Option<NamedRenderer>> {
+        let visible = self.all.iter().filter(|open_cloud| open_cloud.visible);
+        visible.map(|open_cloud| open_cloud.renderer.clone()).collect()
     }
 
     /// With one cloud marked as saved, in the state that was written.

@@ -3,6 +3,7 @@
 //! The first renderer of each pane is a view of the scene, which other programs can draw. Comparison
 //! modes and the arrangement, which only the window has, are in `layout`.
 
+use super::open_clouds::OpenCloud;
 use super::scene_values::{toml_of, value_of};
 use super::settings::{Mode, PaneSettings};
 use crate::views::arrangement;
@@ -13,10 +14,12 @@ use surfelshop_api::Light;
 use surfelshop_api::params::{Values, srgb_to_linear};
 use surfelshop_cloud::display::{Filter, UpDirection};
 use surfelshop_cloud::scene::{
-    Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
+    Backdrop, CloudRenderer, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile,
+    SceneView, ToneMap,
 };
 use surfelshop_image::display::{self, Background};
 use surfelshop_session::input::environment_map;
+use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::setup::background_of;
 use surfelshop_session::setup::tone_map_of;
 use toml::{Table, Value as Toml};
@@ -237,22 +240,35 @@ pub(crate) fn opened_clouds(window: &Window, folder: &Path) -> Vec<Keyed<SceneCl
 /// Updates the clouds of a scene: their visibility, and the files of clouds that were saved. Clouds
 /// without a file are left out.
 fn put_clouds(window: &Window, file: &mut SceneFile) {
+    let folder = file.folder.clone();
     for open_cloud in window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all()) {
         let saved = open_cloud.saved_as.as_ref().map(|path| file_path_in(&file.folder, path));
         match (open_cloud.entry.and_then(|entry| file.clouds.get_mut(entry)), saved) {
             (Some(cloud), saved) => {
                 cloud.visible = open_cloud.visible;
+                cloud.renderer = renderer_in(window, open_cloud, &folder);
                 if let Some(path) = saved {
                     (cloud.path, cloud.transform) = (path, None);
                 }
             }
             (None, Some(path)) => {
-                let cloud = SceneCloud { visible: open_cloud.visible, ..SceneCloud::new(path) };
+                let renderer = renderer_in(window, open_cloud, &folder);
+                let visible = open_cloud.visible;
+                let cloud = SceneCloud { visible, renderer, ..SceneCloud::new(path) };
                 file.clouds.push(cloud.into());
             }
             (None, None) => {}
         }
     }
+}
+
+/// What draws a cloud, with paths relative to the scene's folder.
+fn renderer_in(window: &Window, open_cloud: &OpenCloud, folder: &Path) -> Option<CloudRenderer> {
+    let NamedRenderer { renderer, folder: from, .. } = open_cloud.renderer.clone()?;
+    let Some(declared) = window.plugins.declared.get(&renderer.name) else { return Some(renderer) };
+    let moved = |path: &Path| file_path_in(folder, &from.join(path));
+    let values = surfelshop_session::parameters::with_paths(declared, renderer.values, moved);
+    Some(CloudRenderer { values, ..renderer })
 }
 
 fn file_path_in(folder: &Path, opened: &Path) -> std::path::PathBuf {

@@ -5,6 +5,7 @@ use super::open_clouds::OpenClouds;
 use std::sync::Arc;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
+use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::options::camera::Extent;
 
 /// The open clouds, and the visible ones among them.
@@ -42,5 +43,11 @@ impl VisibleClouds {
             radius_scale,
             revision,
         }
+    }
+
+    /// What the clouds that are displayed name to draw them.
+    pub(crate) fn named(&self) -> Vec<Option<NamedRenderer>> {
+        let of = self.displayed_of.as_ref();
+        of.map_or(&self.open_clouds, |of| &of.open_clouds).named()
     }
 }

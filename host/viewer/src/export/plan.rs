@@ -35,6 +35,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         renderer: settings.renderers[side].clone(),
         values: settings.values_of(side),
         clouds: shown.clouds.clone(),
+        named: shown.named(),
         scene: window.settings.scene.clone(),
         environment: window.settings.environment.clone(),
         display: window.settings.display_transform(),

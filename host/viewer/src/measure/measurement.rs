@@ -214,6 +214,8 @@ impl Measurement {
             renderer: renderer.clone(),
             values: values.clone(),
             clouds,
+            // As `compare` does: each subject draws the whole scene.
+            named: Vec::new(),
             scene: self.basis.scene.clone(),
             environment: self.basis.environment.clone(),
             display: self.basis.display,

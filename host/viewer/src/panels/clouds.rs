@@ -2,9 +2,15 @@
 
 use crate::document::OpenCloud;
 use crate::window::Window;
-use eframe::egui::{self, RichText, Ui};
+use eframe::egui::{self, RichText, Role, Ui, WidgetInfo};
+use std::path::PathBuf;
+use surfelshop_api::UnitKind;
+use surfelshop_api::params::Values;
 use surfelshop_cloud::Loaded;
+use surfelshop_cloud::scene::CloudRenderer;
+use surfelshop_runtime::plugins::Registry;
 use surfelshop_session::input::plausibility;
+use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::output::provenance;
 
 /// Shows the panel.
@@ -40,6 +46,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.small_button("zoom to it").on_hover_text("The camera sees this cloud alone.");
             framed = zoom.clicked().then_some(i).or(framed);
         }
+        if let Some(renderer) = renderer_of(ui, open_cloud, &window.plugins.registry) {
+            changed = Some(shown.open_clouds.drawn_by(i, renderer));
+        }
         let is_pyramid = shown.open_clouds.clouds.pyramid_of(cloud).is_some();
         facts_of(ui, open_cloud, is_pyramid);
     }
@@ -60,6 +69,45 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     if let Some(i) = framed {
         window.frame_cloud(i);
     }
+}
+
+/// The choice of what draws a cloud; the renderer that was chosen, none for that of the view.
+fn renderer_of(
+    ui: &mut Ui,
+    open_cloud: &OpenCloud,
+    registry: &Registry,
+) -> Option<Option<NamedRenderer>> {
+    const AS_THE_VIEW: &str = "as the view";
+    let own = open_cloud.renderer.as_ref().map(|named| named.renderer.name.as_str());
+    let facts = open_cloud.loaded.cloud.facts();
+    let suits = |name: &String| registry.suits(name, &facts.clouds);
+    let mut chosen = None;
+    let name = open_cloud.name();
+    ui.horizontal(|ui| {
+        ui.label("renderer:");
+        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", &name));
+        let shown = menu.selected_text(own.unwrap_or(AS_THE_VIEW)).show_ui(ui, |ui| {
+            if ui.selectable_label(own.is_none(), AS_THE_VIEW).clicked() && own.is_some() {
+                chosen = Some(None);
+            }
+            for known in registry.names(UnitKind::Renderer).into_iter().filter(suits) {
+                let is_own = own == Some(known.as_str());
+                if ui.selectable_label(is_own, &known).clicked() && !is_own {
+                    let renderer = CloudRenderer { name: known, values: Values::new() };
+                    let (place, folder) = (name.clone(), PathBuf::new());
+                    chosen = Some(Some(NamedRenderer { renderer, place, folder }));
+                }
+            }
+        });
+        let what = format!("renderer of {name}");
+        let is_enabled = shown.response.enabled();
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, is_enabled, &what));
+        shown.response.on_hover_text(
+            "What draws this cloud, where others are drawn by the view's renderer. Its parameters stand in the scene \
+             file; those that do not have their defaults.",
+        );
+    });
+    chosen
 }
 
 /// The progress of reading and uploading.

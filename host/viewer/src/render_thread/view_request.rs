@@ -7,6 +7,7 @@ use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::scenes::NamedRenderer;
 
 /// The slot of exported pictures; no pane has it.
 pub(crate) const EXPORT_SLOT: ViewSlot = ViewSlot { pane: u32::MAX, side: 0 };
@@ -27,6 +28,8 @@ pub(crate) struct ViewRequest {
     pub(crate) renderer: String,
     pub(crate) values: Values,
     pub(crate) clouds: Arc<Clouds>,
+    /// What each of the clouds names to draw it.
+    pub(crate) named: Vec<Option<NamedRenderer>>,
     pub(crate) scene: Scene,
     pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) display: DisplayTransform,

@@ -133,6 +133,7 @@ fn request_of(window: &Window, renderer: &str) -> ViewRequest {
         renderer: renderer.to_owned(),
         values: Default::default(),
         clouds: window.document.clouds.as_ref().unwrap().clouds.clone(),
+        named: window.document.clouds.as_ref().unwrap().named(),
         scene: window.settings.scene.clone(),
         environment: None,
         display: window.settings.display_transform(),

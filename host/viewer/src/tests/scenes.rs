@@ -1,7 +1,7 @@
 //! Scenes: saved, opened, and drawn by `render`.
 
 use super::{SAMPLE, Screen, built_plugins};
-use crate::document::Mode;
+use crate::document::{Mode, undo};
 use egui_kittest::kittest::Queryable as _;
 use surfelshop_session::options::PluginFiles;
 
@@ -74,6 +74,52 @@ pub(super) fn n_pixels_unlike_rendered(
     render::run(&arguments, &explicit).unwrap();
     let expected = image::open(&png).unwrap().into_rgba8().into_raw();
     expected.chunks(4).zip(rendered.levels.chunks(4)).filter(|(a, b)| a != b).count()
+}
+
+/// Invariant: a cloud's own renderer is chosen, undone, saved and drawn as `render` draws it
+#[test]
+fn a_cloud_has_a_renderer_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.ply", "b.ply"] {
+        std::fs::copy(SAMPLE, folder.path().join(name)).unwrap();
+    }
+    let scene = folder.path().join("two.scene.toml");
+    let text = "format = 1\n[[clouds]]\npath = 'a.ply'\n[[clouds]]\npath = 'b.ply'\n\
+                transform = { scale = 0.5, translation = [1.2, 0, 0.3] }\n\
+                [[views]]\nrenderer = 'ewa-phong'\n";
+    std::fs::write(&scene, text).unwrap();
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    let levels = |screen: &mut Screen| {
+        let side = &screen.window().views.panes[&0].sides[0];
+        side.shown.as_ref().unwrap().rendered.levels.clone()
+    };
+    let before = levels(&mut screen);
+    screen.harness.get_by_label("renderer of b.ply").click();
+    screen.frames();
+    screen.harness.get_all_by_label("flat").last().unwrap().click();
+    screen.until("the choice", |window| {
+        let shown = window.document.clouds.as_ref().unwrap();
+        shown.named().iter().map(Option::is_some).eq([false, true])
+    });
+    screen.settle();
+    let own = levels(&mut screen);
+    assert!(own != before);
+    let saved = folder.path().join("saved.scene.toml");
+    screen.window().save_scene(&saved);
+    let text = std::fs::read_to_string(&saved).unwrap();
+    assert!(text.contains("renderer = \"flat\""), "{text}");
+    assert_eq!(n_pixels_unlike_rendered(&mut screen, &saved, built_plugins()), 0);
+    screen.until("a step to undo", |window| window.document.history.has_undo(&window.snapshot()));
+    undo::undo(screen.window());
+    screen.settle();
+    assert!(levels(&mut screen) == before, "undone");
+    undo::redo(screen.window());
+    screen.settle();
+    assert!(levels(&mut screen) == own, "done again");
+    let mut again = Screen::open(&[saved.to_str().unwrap()]);
+    again.settle();
+    assert!(levels(&mut again) == own, "as it was saved");
 }
 
 #[test]

@@ -12,6 +12,7 @@ use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::scenes::NamedRenderer;
 
 /// A picture of a side, as a texture.
 pub(crate) struct PaneImage {
@@ -32,6 +33,8 @@ pub(crate) struct ViewInputs {
     pub(crate) view: View,
     /// The revision of the clouds.
     pub(crate) revision: u64,
+    /// What each of the clouds names to draw it.
+    pub(crate) named: Vec<Option<NamedRenderer>>,
 }
 
 /// The last request of a side.
@@ -110,6 +113,7 @@ impl Side {
             renderer: inputs.renderer.clone(),
             values: inputs.values.clone(),
             clouds: clouds.clone(),
+            named: inputs.named.clone(),
             scene: inputs.scene.clone(),
             environment: inputs.environment.clone(),
             display: inputs.display,
@@ -122,9 +126,11 @@ impl Side {
         (Some(request), again)
     }
 
-    /// Whether the picture shown is by the same renderer, of the same clouds.
+    /// Whether the picture shown is by the same renderers, of the same clouds.
     fn moved(&self, inputs: &ViewInputs) -> bool {
-        let same = |last: &LastRequest| last.inputs.revision == inputs.revision;
+        let same = |last: &LastRequest| {
+            last.inputs.revision == inputs.revision && last.inputs.named == inputs.named
+        };
         self.shown.as_ref().is_some_and(|shown| shown.renderer == inputs.renderer)
             && self.last_request.as_ref().is_some_and(same)
     }

@@ -46,6 +46,7 @@ impl Window {
                     display: self.settings.display_transform(),
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     revision: shown.revision,
+                    named: shown.named(),
                 };
                 let (clouds, adaptive) = (&shown.clouds, self.views.adaptive);
                 let serial = &mut self.render.serial;

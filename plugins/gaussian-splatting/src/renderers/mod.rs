@@ -3,6 +3,7 @@
 pub(crate) mod gaussians;
 pub(crate) mod gaussians_2d;
 
+use surfelshop_api::CloudInfo;
 use surfelshop_api::columns::{OPACITY, POSITION, SH, SPLAT_ROTATION, SPLAT_SCALE};
 use surfelshop_api::prelude::*;
 
@@ -80,8 +81,13 @@ pub(crate) struct Kind {
 pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Graph) {
     let facts = &frame.cloud;
     let taken = facts.fulfilling(NEEDS);
-    let has_surface = taken.len() < facts.clouds.len();
+    // Clouds that other renderers draw have no surfels here.
+    let is_surface = |(i, cloud): &(u32, &CloudInfo)| cloud.n_surfels > 0 && !taken.contains(i);
+    let has_surface = (0..).zip(&facts.clouds).any(|cloud| is_surface(&cloud));
     graph.take(&taken);
+    if p.space == Space::Srgb {
+        graph.blend_encoded();
+    }
     let (n, gaussians) = graph.columns(
         "gaussian",
         facts,

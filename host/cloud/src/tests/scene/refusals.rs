@@ -132,6 +132,15 @@ fn every_value_of_colours_and_filters_is_checked() {
             "filter = [{ column = 'a', action = 'hide', range = [2, 3], values = [1] }]",
             "2:69: `filter[1].values`: expected either `range` or `values`, not both, found `[1]`",
         ),
+        (
+            "clouds = [{ path = 'a', renderer = ' ' }]",
+            "2:35: `clouds[1].renderer`: expected the id of a renderer, found `' '`",
+        ),
+        (
+            "clouds = [{ path = 'a', values = { order = 1 } }]",
+            "2:35: `clouds[1].values`: expected `renderer` beside it, whose parameters these are, found \
+             a table",
+        ),
     ] {
         refused(line, expected);
     }

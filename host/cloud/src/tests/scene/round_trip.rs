@@ -5,8 +5,8 @@ use crate::display::{
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
-    Axis, Backdrop, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, Table,
-    ToneMap, read,
+    Axis, Backdrop, CloudRenderer, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile,
+    SceneView, Table, ToneMap, read,
 };
 use crate::{Rotation, Transform};
 use glam::{DQuat, DVec3, Vec3};
@@ -14,7 +14,7 @@ use proptest::collection::{btree_map, vec};
 use proptest::option;
 use proptest::prelude::*;
 use surfelshop_api::graph::Output;
-use surfelshop_api::params::Value;
+use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
 
 /// Values as third parties' programs write them, a few levels deep.
@@ -85,17 +85,21 @@ fn transform() -> impl Strategy<Value = Transform> {
 
 fn cloud() -> impl Strategy<Value = SceneCloud> {
     let name = option::of(any::<String>());
-    ("[a-zé ./\"]{0,8}a", name, any::<bool>(), option::of(keyed(transform()))).prop_map(
-        |(path, name, visible, transform)| SceneCloud {
+    let renderer = ("[a-z./-]{1,9}", values());
+    let renderer = renderer.prop_map(|(name, values)| CloudRenderer { name, values });
+    let places = (option::of(keyed(transform())), option::of(renderer));
+    ("[a-zé ./\"]{0,8}a", name, any::<bool>(), places).prop_map(
+        |(path, name, visible, (transform, renderer))| SceneCloud {
             path: path.into(),
             name,
             visible,
             transform,
+            renderer,
         },
     )
 }
 
-fn view() -> impl Strategy<Value = SceneView> {
+fn values() -> impl Strategy<Value = Values> {
     let value = prop_oneof![
         any::<bool>().prop_map(Value::Bool),
         any::<i64>().prop_map(Value::Int),
@@ -103,14 +107,17 @@ fn view() -> impl Strategy<Value = SceneView> {
         any::<String>().prop_map(Value::Text),
         [proptest::num::f32::NORMAL; 3].prop_map(Value::Color),
     ];
+    btree_map("[a-z-]{1,6}", value, 0..4)
+}
+
+fn view() -> impl Strategy<Value = SceneView> {
     let output = prop_oneof![
         Just(Output::Color),
         Just(Output::Depth),
         Just(Output::Ao),
         "[a-z ]{1,4}".prop_map(Output::Debug),
     ];
-    let values = btree_map("[a-z-]{1,6}", value, 0..4);
-    ("[a-z./-]{1,9}", values, option::of(keyed(camera())), output).prop_map(
+    ("[a-z./-]{1,9}", values(), option::of(keyed(camera())), output).prop_map(
         |(renderer, values, camera, output)| SceneView { renderer, values, camera, output },
     )
 }

@@ -2,6 +2,7 @@
 
 use crate::graph::bind;
 use crate::graph::execute::Variables;
+use crate::graph::host_binding::HostBinding;
 use crate::graph::pipeline_desc::Stage;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::primitives::PassScratch;
@@ -30,6 +31,7 @@ pub(super) fn depths(
     let depths = scratch.take(recorder.gpu, name, bytes, usage);
     let group = bind(recorder.gpu, &pipeline, |name| match name {
         "depths" => Some(depths.as_entire_binding()),
+        _ if HostBinding::of(name) == Some(HostBinding::Surface) => variables.whole_surface(),
         _ => variables.resource(name),
     })?;
     recorder.compute(name, |pass| {

@@ -31,6 +31,16 @@ impl ColumnDemand {
         }
     }
 
+    /// What either wants.
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self {
+            color: self.color || other.color,
+            ao: self.ao || other.ao,
+            material: self.material || other.material,
+            fields: self.fields || other.fields,
+        }
+    }
+
     /// The same where surfels are merged: never those of different materials.
     pub(crate) fn for_merged(self, merged: bool) -> Self {
         Self { material: self.material || merged, ..self }

@@ -185,3 +185,13 @@ fn ao_only(@builtin(global_invocation_id) id: vec3<u32>) {
     let s = surface::surface_at(id.xy);
     show(id.xy, s.covered, vec3(s.ao));
 }
+
+// The distance of the nearest surfel and the number of its cloud.
+@compute @workgroup_size(8, 8)
+fn owner_only(@builtin(global_invocation_id) id: vec3<u32>) {
+    if outside(id.xy) {
+        return;
+    }
+    let depth = bitcast<f32>(textureLoad(nearest, id.xy, 0).y);
+    show(id.xy, depth > 0.0, vec3(depth * view::view.unit, f32(surface::object_at(id.xy)), 0.0));
+}

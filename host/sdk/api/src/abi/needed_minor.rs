@@ -49,6 +49,7 @@ impl Needed {
             cameras,
             members,
             taken,
+            encoded_over,
         } = structure;
         textures.iter().for_each(|texture| self.texture(texture));
         buffers.iter().for_each(|buffer| self.buffer(buffer));
@@ -70,6 +71,7 @@ impl Needed {
             !members.is_empty(),
         );
         self.add(9, "clouds that it takes from the host", !taken.is_empty());
+        self.add(10, "a picture that goes over others as encoded numbers", *encoded_over);
     }
 
     fn texture(&mut self, texture: &Texture) {

@@ -203,6 +203,13 @@ impl Graph {
         self.structure.taken = objects.to_vec();
     }
 
+    /// Says that the picture goes over what other renderers of a scene draw behind it as sRGB-encoded numbers, which is
+    /// how colours that were trained on photographs are blended; else it goes over it as light. Of a graph that
+    /// [takes](Self::take) clouds alone. ABI 3.10.
+    pub fn blend_encoded(&mut self) {
+        self.structure.encoded_over = true;
+    }
+
     /// Declares a camera for passes that are [`seen_from`](Pass::seen_from) it: its picture has the
     /// view's `size_px`. ABI 3.5.
     pub fn camera(&mut self, label: &str, view: &crate::View) -> CameraId {

@@ -85,4 +85,7 @@ pub struct Structure {
     /// Clouds that the graph draws itself, by their number in [`CloudFacts::clouds`](crate::CloudFacts::clouds). ABI 3.9.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub taken: Vec<u32>,
+    /// Whether the colour goes over what other renderers draw behind it as sRGB-encoded numbers. ABI 3.10.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub encoded_over: bool,
 }

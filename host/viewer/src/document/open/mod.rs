@@ -5,7 +5,7 @@ pub(crate) mod preview;
 mod previewing;
 
 use super::environment_map::set_environment_file;
-use super::open_clouds::OpenClouds;
+use super::open_clouds::{OpenCloud, OpenClouds};
 use super::recovery::restored_clouds;
 use super::scene_file;
 use super::visible_clouds::VisibleClouds;
@@ -20,6 +20,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::display::{ColorSource, Display};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
+use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::inside::is_first_view;
 use surfelshop_session::input::sample::find_sample;
@@ -174,8 +175,16 @@ impl Window {
         let of_scene = scene.and_then(|scene| scene.up).map(UpAxis::from);
         self.document.up = of_scene.unwrap_or(of_files);
         self.look_first();
-        if scene.is_none() {
-            self.choose_renderers();
+        match scene {
+            Some(scene) => {
+                if let Some(shown) = &mut self.document.clouds {
+                    shown.open_clouds = shown.open_clouds.drawn_as_in(scene);
+                }
+                if scene.views.is_empty() {
+                    self.choose_renderers();
+                }
+            }
+            None => self.choose_renderers(),
         }
         self.document.scene_file = None;
         self.document.scene_path = None;
@@ -198,12 +207,20 @@ impl Window {
     }
 
     /// Draws clouds by the renderer that reads what others do not, where the usual one drew, and by the usual one where a
-    /// renderer needs what they lack.
+    /// renderer needs what they lack. Where one suits some of them, it draws these beside the usual one.
     fn choose_renderers(&mut self) {
-        let Some(shown) = &self.document.clouds else { return };
+        let Some(shown) = &mut self.document.clouds else { return };
         let clouds = &shown.clouds.facts.clouds;
         let registry = &self.plugins.registry;
-        let suited = registry.suited(clouds).map(|unit| registry.name(&unit));
+        let all = shown.open_clouds.all();
+        let places: Vec<String> = all.iter().map(OpenCloud::name).collect();
+        let mut named = shown.open_clouds.named();
+        let suited = cloud_renderers::suit(registry, clouds, &mut named, &places);
+        let suited = suited.map(|unit| registry.name(&unit));
+        // All are visible when they are opened.
+        for (i, renderer) in named.into_iter().enumerate() {
+            shown.open_clouds = shown.open_clouds.drawn_by(i, renderer);
+        }
         let is_suited = |name: &str| registry.suits(name, clouds);
         for pane in &mut self.settings.panes {
             let [renderer, _] = &mut pane.renderers;

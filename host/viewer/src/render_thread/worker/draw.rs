@@ -1,5 +1,6 @@
 //! A picture is drawn, by the renderer of the slot or by one that is started first.
 
+use super::beside::Beside;
 use super::state::{ActiveRenderer, RenderWorker};
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::RenderedView;
@@ -13,7 +14,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::{Camera, UnitKind, View};
 use surfelshop_image::outputs;
 use surfelshop_render::{Explanation, RenderError, RenderRequest, RendererView};
-use surfelshop_runtime::plugins::{self, Contents, Origin};
+use surfelshop_runtime::plugins::{self, Contents, CrashMark, Hosted, LoadedUnit, Origin, UnitRef};
 use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::pyramids::{DETAIL_PX, Wait};
 use surfelshop_session::session::ConvergedFrame;
@@ -68,6 +69,10 @@ impl RenderWorker {
             return Err(refusal.into());
         }
         self.watch_files(active.files().collect());
+        if let Err(refusal) = self.share(slot, &mut active) {
+            self.active.insert(slot, before.unwrap_or(active));
+            return Err(refusal);
+        }
         if request.in_motion {
             self.wish_for_nodes(slot, drawn);
             // What fails is said; the picture is drawn of what is there.
@@ -79,6 +84,7 @@ impl RenderWorker {
             Ok((frame, explained)) => {
                 active.mark = None;
                 self.health.succeeded(&active.reference, active.unit.contents);
+                active.beside.succeeded(&mut self.health);
                 self.active.insert(slot, active);
                 rendered_view(&frame, explained, request, started)
             }
@@ -103,14 +109,27 @@ impl RenderWorker {
             "{reference} was at work when the program crashed; the plugin list switches it on"
         );
         self.health.check(&reference)?;
-        self.events.send(RenderEvent::Preparing { slot, renderer: name.clone() });
+        let (unit, hosted, mark) = self.start_unit(slot, &name, &reference)?;
+        let view = RendererView::new(hosted, unit.scope()).needing(&unit.description.needs);
+        let (request, beside) = (request.clone(), Beside::default());
+        Ok(ActiveRenderer { name, reference, unit, view, mark, request, beside })
+    }
+
+    /// Loads a unit and makes an instance of it.
+    pub(super) fn start_unit(
+        &mut self,
+        slot: ViewSlot,
+        name: &str,
+        reference: &UnitRef,
+    ) -> anyhow::Result<(LoadedUnit, Hosted, Option<CrashMark>)> {
+        self.events.send(RenderEvent::Preparing { slot, renderer: name.to_owned() });
         // Without the mark a crash is not attributed to the unit, but it can still draw.
-        let mark = self.crash_guard.as_ref().and_then(|guard| guard.leave(&reference).ok());
+        let mark = self.crash_guard.as_ref().and_then(|guard| guard.leave(reference).ok());
         let unit = match reference.load(&self.plugins.patience()) {
             Ok(unit) => unit,
             Err(error) => {
                 if let Some(fault) = error.fault() {
-                    self.record_failure(&reference, Contents::of_file(&reference.path), fault);
+                    self.record_failure(reference, Contents::of_file(&reference.path), fault);
                 }
                 return Err(error.into());
             }
@@ -119,14 +138,13 @@ impl RenderWorker {
         let hosted = match unit.start(&host, &self.plugins.patience()) {
             Ok(hosted) => hosted,
             Err(fault) => {
-                self.record_failure(&reference, unit.contents, &fault);
+                self.record_failure(reference, unit.contents, &fault);
                 return Err(anyhow!("{reference} could not start: {fault}"));
             }
         };
         let parameters = unit.description.params.clone();
-        self.events.send(RenderEvent::Declared { renderer: name.clone(), parameters });
-        let view = RendererView::new(hosted, unit.scope()).needing(&unit.description.needs);
-        Ok(ActiveRenderer { name, reference, unit, view, mark, request: request.clone() })
+        self.events.send(RenderEvent::Declared { renderer: name.to_owned(), parameters });
+        Ok((unit, hosted, mark))
     }
 
     /// Watches files that parameters name.

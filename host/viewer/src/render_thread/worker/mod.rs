@@ -4,6 +4,7 @@
 //! does not answer or fails three times in a row is switched off. A rebuilt renderer takes over after
 //! its first picture, and a lost device is opened again.
 
+mod beside;
 mod draw;
 mod refine;
 mod release;

@@ -1,5 +1,6 @@
 //! A rebuilt renderer replaces the old one after its first picture.
 
+use super::beside::Beside;
 use super::draw::{Frames, rendered_view};
 use super::state::{ActiveRenderer, RenderWorker};
 use crate::render_thread::event::RenderEvent;
@@ -18,7 +19,9 @@ impl RenderWorker {
             return;
         }
         self.trace_again(|view| view.reference.path == changed.path);
-        let same_file = |active: &ActiveRenderer| active.reference.path == changed.path;
+        let same_file = |active: &ActiveRenderer| {
+            active.reference.path == changed.path || active.beside.is_of(&changed.path)
+        };
         let slots: Vec<ViewSlot> = self
             .active
             .iter()
@@ -28,6 +31,11 @@ impl RenderWorker {
             .collect();
         for slot in slots {
             let Some(old) = self.active.remove(&slot) else { continue };
+            if !old.beside.is_empty() {
+                // All that draw the picture are started anew.
+                self.draw_request(slot, old.request.clone());
+                continue;
+            }
             match self.reload(slot, &old, changed) {
                 Ok((new, rendered, report)) => {
                     self.stop_refining(slot);
@@ -111,7 +119,8 @@ impl RenderWorker {
         self.health.succeeded(&reference, unit.contents);
         drop(mark);
         let name = old.name.clone();
-        let new = ActiveRenderer { name, reference, unit, view, mark: None, request };
+        let beside = Beside::default();
+        let new = ActiveRenderer { name, reference, unit, view, mark: None, request, beside };
         Ok((new, rendered, report))
     }
 }

@@ -57,7 +57,7 @@ impl RenderWorker {
         }
     }
 
-    fn draw_request(&mut self, slot: ViewSlot, request: ViewRequest) {
+    pub(super) fn draw_request(&mut self, slot: ViewSlot, request: ViewRequest) {
         self.stop_refining(slot);
         let tracer = self.tracer_of(&request.renderer);
         if let Some(tracer) = &tracer

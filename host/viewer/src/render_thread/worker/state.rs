@@ -1,5 +1,6 @@
 //! The worker's state, and how failures of renderers are recorded.
 
+use super::beside::Beside;
 use super::traced::{LeavingTracer, TracedView};
 use crate::render_thread::cloud_upload::{CloudUpload, LARGE};
 use crate::render_thread::command::{CommandQueue, RenderCommand};
@@ -33,6 +34,8 @@ pub(super) struct ActiveRenderer {
     pub(super) mark: Option<CrashMark>,
     /// Its last request.
     pub(super) request: ViewRequest,
+    /// Renderers that draw some clouds beside it.
+    pub(super) beside: Beside,
 }
 
 impl ActiveRenderer {
@@ -114,6 +117,8 @@ pub(in crate::render_thread) struct RenderWorker {
 fn open(device: &DeviceArguments, plugins: &PluginFiles) -> anyhow::Result<RenderSession> {
     let mut session = RenderSession::open(device, plugins)?;
     session.engine.keep_whole_from(LARGE);
+    // The pointer reads what is seen, whoever drew it.
+    session.engine.show_whole_depths(true);
     Ok(session)
 }
 
@@ -208,7 +213,8 @@ impl RenderWorker {
         error: RenderError,
     ) -> anyhow::Result<T> {
         if !active.is_file_error(&error) {
-            self.record_failure(&active.reference, active.unit.contents, &fault_of(&error));
+            let (unit, contents) = active.failed_by();
+            self.record_failure(&unit, contents, &fault_of(&error));
         }
         if matches!(error, RenderError::DeviceLost(_)) {
             self.reopen_device()?;
