@@ -24,6 +24,7 @@ use crate::surfels::{
 pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse};
 use frame_pass::{OutputRequest, Submission};
+use glam::Vec2;
 pub use options::{Counters, EngineOptions};
 pub use request::{PartOf, Parts, RenderRequest, Rendered};
 use std::time::Instant;
@@ -194,7 +195,22 @@ impl Engine {
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
-        let rendered = self.attempt(renderer, request);
+        self.render_shifted(renderer, request, Vec2::ZERO)
+    }
+
+    /// The same with the picture seen in each pixel at `shift_px` from its centre, pixels, y downwards, each less than
+    /// half a pixel either way: one of the frames of an antialiased picture. The renderer is not told of it; what its
+    /// graph draws by way of the view's projection, surface and shader modules is shifted, and its own cameras are not.
+    ///
+    /// # Errors
+    /// As [`Engine::render`].
+    pub fn render_shifted(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+        shift_px: Vec2,
+    ) -> Result<Rendered, RenderError> {
+        let rendered = self.attempt(renderer, request, shift_px);
         rendered.map_err(|error| self.cause(error))
     }
 
@@ -210,6 +226,7 @@ impl Engine {
         &mut self,
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
         if let Some(missing) = needs::missing(&renderer.needs, request.facts) {
@@ -225,7 +242,7 @@ impl Engine {
         };
         let encoded = renderer.hosted.frame_in_motion(asked, request.stride);
         let encoded = encoded.map_err(RenderError::Plugin)?;
-        let drawn = self.draw(renderer, &encoded, request);
+        let drawn = self.draw(renderer, &encoded, request, shift_px);
         renderer.graph = encoded;
         drawn
     }
@@ -235,6 +252,7 @@ impl Engine {
         renderer: &mut RendererView,
         encoded: &EncodedGraph,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<Rendered, RenderError> {
         self.replan(renderer, encoded, request.view.size_px)?;
         let Some(plan) = &renderer.plan else {
@@ -273,6 +291,7 @@ impl Engine {
             lending: Lending { scope: &renderer.scope, view: renderer.serial, given, columns },
             data: &encoded.data,
             request,
+            shift_px,
             asked,
             clouds: &clouds,
             scratch: &mut self.scratch,

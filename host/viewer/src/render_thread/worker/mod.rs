@@ -6,6 +6,7 @@
 
 mod draw;
 mod refine;
+mod refining_view;
 mod release;
 mod reload;
 mod run;

@@ -1,5 +1,6 @@
 //! The worker's state, and how failures of renderers are recorded.
 
+use super::refining_view::RefiningView;
 use crate::render_thread::cloud_upload::{CloudUpload, LARGE};
 use crate::render_thread::command::{CommandQueue, RenderCommand};
 use crate::render_thread::event::{EventSender, RenderEvent, UnitHealth};
@@ -52,17 +53,6 @@ impl ActiveRenderer {
             _ => None,
         })
     }
-}
-
-/// A picture that is refined frame by frame.
-pub(super) struct RefiningView {
-    pub(super) slot: ViewSlot,
-    /// Frames drawn so far: the index of the next one.
-    pub(super) n_frames: u32,
-    /// When the window got a frame last.
-    pub(super) sent: Instant,
-    /// [`RenderWorker::n_drawn`] after its last frame.
-    pub(super) n_drawn: u64,
 }
 
 /// The state of the render thread.
