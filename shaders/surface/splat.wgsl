@@ -108,7 +108,7 @@ fn pixels_per_step() -> vec2<f32> {
 // Where a place of view space is seen, pixels.
 fn seen_at(p: vec3<f32>) -> vec2<f32> {
     let divisor = select(-p.z, 1.0, view::view.orthographic == 1u);
-    return 0.5 * view::view.size_px + pixels_per_step() * p.xy / divisor;
+    return 0.5 * view::view.size_px - view::shift_px() + pixels_per_step() * p.xy / divisor;
 }
 
 // Beyond so many half pictures from the middle the slant of rays counts as that there, so that splats beside the picture

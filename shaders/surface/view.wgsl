@@ -28,10 +28,18 @@ struct View {
 // Host modules carry numbers because the composer wants them; the host gives its own.
 @group(0) @binding(0) var<uniform> view: View;
 
-// The point of view space at `depth` along the viewing axis that projects to a position in
+// Where the picture is seen in each pixel, from its centre, pixels, y downwards: 0, and less than half a pixel either way
+// in further frames of an antialiased picture, whose `clip_from_view` has it in it. Everything here that speaks of pixels
+// follows it.
+fn shift_px() -> vec2<f32> {
+    let moved = select(view.clip_from_view[2].xy, -view.clip_from_view[3].xy, view.orthographic == 1u);
+    return vec2(0.5, -0.5) * view.size_px * moved;
+}
+
+// The point of view space at `depth` along the viewing axis that is seen at a position in
 // pixels (pixel centres at .5, y downwards).
 fn position_in_view(position_px: vec2<f32>, depth: f32) -> vec3<f32> {
-    let ndc = 2.0 * position_px / view.size_px - 1.0;
+    let ndc = 2.0 * (position_px + shift_px()) / view.size_px - 1.0;
     let across = vec2(ndc.x, -ndc.y) * view.half_extent;
     if view.orthographic == 1u {
         return vec3(across, -depth);

@@ -4,6 +4,7 @@
 #![allow(clippy::print_stdout, reason = "figures are part of what tests say")]
 
 mod ablation;
+mod antialias;
 mod environment;
 mod gaussians;
 mod gi;

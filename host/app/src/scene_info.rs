@@ -65,6 +65,7 @@ pub(crate) fn object(opened: &OpenedScene) -> Value {
         "color": scene.color.known.to_string(),
         "filters": scene.filters.iter().map(|filter| filter.known.to_string()).collect::<Vec<_>>(),
         "tone_map": tone_map(scene),
+        "antialias": scene.antialias,
         "background": match scene.background {
             Backdrop::Transparent => None,
             Backdrop::Color(linear) => Some(linear),
@@ -103,6 +104,9 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
     row("light", format!("{lights}, exposure {stops} stops, tone map {tone_map}"))?;
     if let Some(environment) = environment_map::of_scene(scene) {
         row("around", environment_line(&environment))?;
+    }
+    if scene.antialias > 1 {
+        row("edges", format!("antialiased, {} samples", scene.antialias))?;
     }
     let splats = scene.splats.known.to_string();
     let splats = if splats.is_empty() { splats } else { format!(", drawn as {splats}") };

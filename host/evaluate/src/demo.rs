@@ -15,7 +15,7 @@ use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::sample::find_sample;
 use surfelshop_session::input::scenes::Source;
 use surfelshop_session::options::camera::{self, CameraSpec};
-use surfelshop_session::options::values::{Backdrop, Size};
+use surfelshop_session::options::values::{self, Backdrop, Size};
 use surfelshop_session::options::{
     Bits, DeviceArguments, LensArguments, PluginFiles, PrintArguments, UpAxis,
 };
@@ -35,6 +35,9 @@ pub struct DemoArguments {
     /// Width and height in pixels, or one number for a square.
     #[arg(long, value_name = "WxH", default_value = "1024x1024", value_parser = Size::parse)]
     pub size: Size,
+    /// Make edges smooth: draw so many frames, each seen at another place of every pixel, and show their mean.
+    #[arg(long, value_name = "FRAMES", default_value_t = 1, value_parser = values::antialias)]
+    pub antialias: u32,
     /// Plugins beside the installed ones.
     #[command(flatten)]
     pub plugins: PluginFiles,
@@ -158,7 +161,8 @@ impl Stage<'_> {
                 detail_px: 0.0,
                 parts: None,
             };
-            let settled = studio.settle(&mut chosen, &request)?;
+            let n_samples = self.arguments.antialias;
+            let settled = studio.settle_antialiased(&mut chosen, &request, n_samples)?;
             let path = |ending: &str| self.arguments.out.join(format!("{stem}-{name}.{ending}"));
             let rendered = &settled.rendered;
             let mut files =

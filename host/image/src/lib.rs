@@ -9,10 +9,12 @@ pub mod exr;
 mod image;
 pub mod metrics;
 pub mod outputs;
+mod picture_mean;
 pub mod png;
 mod sample_sums;
 pub mod text;
 
 pub use error::FileError;
 pub use image::Image;
+pub use picture_mean::{PictureMean, UnlikePictures};
 pub use sample_sums::{SampleSums, TracedPicture};

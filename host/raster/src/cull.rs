@@ -147,7 +147,7 @@ fn screen_bounds(block: &Block, eye: &Eye) -> Option<(f32, [i32; 4])> {
         };
         // The low-pass reaches this far beyond an outline, and a pixel counts at its middle.
         let margin = eye.low_pass + 1.0;
-        let edge = |at: f32| (at * px + 0.5 * size).clamp(-1e6, 1e6 + size);
+        let edge = |at: f32| (at * px + eye.middle_px[axis]).clamp(-1e6, 1e6 + size);
         pixels[axis] = (edge(low) - margin).floor() as i32;
         pixels[axis + 2] = (edge(high) + margin).ceil() as i32;
     }
@@ -201,6 +201,7 @@ mod tests {
         let view = View {
             size_px: [200, 200],
             half_extent: [0.5, 0.5],
+            shift_px: [0.0; 2],
             near: 0.01,
             orthographic,
             world_from_view: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

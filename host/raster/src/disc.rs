@@ -175,8 +175,8 @@ impl<S: Simd> Outline<S> {
     fn pixels(&self, half: [F<S>; 2], center_px: [F<S>; 2], eye: &Eye) -> [F<S>; 4] {
         let across = length2(self.along[0] * half[0], self.along[1] * half[1]);
         let down = length2(self.along[1] * half[0], self.along[0] * half[1]);
-        let x = center_px[0] + self.center_px[0] + 0.5 * eye.size_px[0] as f32;
-        let y = -(center_px[1] + self.center_px[1]) + 0.5 * eye.size_px[1] as f32;
+        let x = center_px[0] + self.center_px[0] + eye.middle_px[0];
+        let y = -(center_px[1] + self.center_px[1]) + eye.middle_px[1];
         [x - across, y - down, x + across, y + down]
     }
 }
@@ -314,8 +314,8 @@ impl<S: Simd> Discs<S> {
             };
             let px = eye.px_per_unit[i];
             let known = if eye.orthographic { M::splat(simd, true) } else { beyond };
-            boxes[i] = known.select(low * px + 0.5 * size[i], boxes[i]);
-            boxes[i + 2] = known.select(high * px + 0.5 * size[i], boxes[i + 2]);
+            boxes[i] = known.select(low * px + eye.middle_px[i], boxes[i]);
+            boxes[i + 2] = known.select(high * px + eye.middle_px[i], boxes[i + 2]);
         }
         if !eye.orthographic {
             boxes[2] = gone.select(zero, boxes[2]);

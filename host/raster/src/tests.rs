@@ -47,6 +47,7 @@ fn view(orthographic: bool, detail_px: f32) -> View {
         // No multiple of a tile, nor of four pixels.
         size_px: [203, 101],
         half_extent: if orthographic { [2.2, 1.1] } else { [0.8, 0.4] },
+        shift_px: [0.0; 2],
         near: 1e-3,
         orthographic,
         world_from_view: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],

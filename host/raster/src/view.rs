@@ -11,6 +11,8 @@ pub struct View {
     pub size_px: [u32; 2],
     /// Half the picture's width and height: tangents, or units of drawing where orthographic.
     pub half_extent: [f32; 2],
+    /// Where the picture is seen in each pixel, from its centre, pixels, y downwards.
+    pub shift_px: [f32; 2],
     /// Nearest distance along the viewing axis that is drawn.
     pub near: f32,
     /// Whether the projection is parallel.
@@ -41,6 +43,10 @@ pub(crate) struct Eye {
     pub(crate) unit: f32,
     pub(crate) size_px: [u32; 2],
     pub(crate) half_extent: [f32; 2],
+    /// Where the picture is seen in each pixel, from its first corner.
+    pub(crate) seen_px: [f32; 2],
+    /// Where the viewing axis is seen, pixels from the first corner of the picture.
+    pub(crate) middle_px: [f32; 2],
     /// Pixels per unit at distance 1, or anywhere where orthographic.
     pub(crate) px_per_unit: [f32; 2],
     pub(crate) near: f32,
@@ -64,6 +70,8 @@ impl Eye {
             unit: view.unit,
             size_px: view.size_px,
             half_extent: view.half_extent,
+            seen_px: view.shift_px.map(|shift| 0.5 + shift),
+            middle_px: [0, 1].map(|i| 0.5 * view.size_px[i] as f32 - view.shift_px[i]),
             px_per_unit: [px(0), px(1)],
             near: view.near,
             orthographic: view.orthographic,
@@ -120,12 +128,12 @@ impl Eye {
         self.one_offset(direction) * self.unit
     }
 
-    /// The ray through the middle of a pixel: across and up, at distance 1 or where it starts.
+    /// The ray through where a pixel is seen: across and up, at distance 1 or where it starts.
     pub(crate) fn across_one(&self, x: f32, y: f32) -> [f32; 2] {
         let [w, h] = self.size_px.map(|side| side as f32);
         [
-            ((x + 0.5) * (2.0 / w) - 1.0) * self.half_extent[0],
-            -(((y + 0.5) * (2.0 / h) - 1.0) * self.half_extent[1]),
+            ((x + self.seen_px[0]) * (2.0 / w) - 1.0) * self.half_extent[0],
+            -(((y + self.seen_px[1]) * (2.0 / h) - 1.0) * self.half_extent[1]),
         ]
     }
 
@@ -134,8 +142,8 @@ impl Eye {
     pub(crate) fn across<S: Simd>(&self, x: F<S>, y: F<S>) -> [F<S>; 2] {
         let [w, h] = self.size_px.map(|side| side as f32);
         [
-            ((x + 0.5) * (2.0 / w) - 1.0) * self.half_extent[0],
-            -(((y + 0.5) * (2.0 / h) - 1.0) * self.half_extent[1]),
+            ((x + self.seen_px[0]) * (2.0 / w) - 1.0) * self.half_extent[0],
+            -(((y + self.seen_px[1]) * (2.0 / h) - 1.0) * self.half_extent[1]),
         ]
     }
 }

@@ -10,6 +10,7 @@
     reason = "errors are lines for the user, as the crate's documentation says"
 )]
 
+pub mod antialias;
 pub mod captured_graph;
 pub mod cloud_renderers;
 pub mod cpu_time;

@@ -7,6 +7,7 @@ use crate::output::{files, terminal};
 use crate::parameters;
 use crate::setup::SelectedView;
 use anyhow::{Context as _, anyhow};
+use glam::Vec2;
 use std::time::Instant;
 use surfelshop_api::params::Values;
 use surfelshop_api::{HostInfo, UnitKind};
@@ -141,6 +142,8 @@ pub struct ConvergedFrame {
     /// Milliseconds of the renderer's own passes in these frames, without the host's; none where the
     /// device does not tell.
     pub own_passes_ms: Option<f64>,
+    /// Settled pictures, each seen at another place of every pixel, whose mean the colour is; 1 without antialiasing.
+    pub n_samples: u32,
 }
 
 impl ConvergedFrame {
@@ -235,21 +238,40 @@ impl RenderSession {
         view: &mut RendererView,
         request: &RenderRequest<'_>,
     ) -> Result<ConvergedFrame, RenderError> {
-        self.settle_with(view, request, |_| ())
+        self.settle_shifted(view, request, Vec2::ZERO)
     }
 
-    /// Renders the frame of the request's index alone.
+    /// The same, seen in each pixel at a place that lies so many pixels from its centre.
+    pub(crate) fn settle_shifted(
+        &mut self,
+        view: &mut RendererView,
+        request: &RenderRequest<'_>,
+        shift_px: Vec2,
+    ) -> Result<ConvergedFrame, RenderError> {
+        self.settle_with(view, request, shift_px, |_| ())
+    }
+
+    /// Renders the frame of the request's index alone, seen in each pixel so many pixels from its centre.
     pub fn frame_view(
         &mut self,
         view: &mut RendererView,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<ConvergedFrame, RenderError> {
         let started = Instant::now();
-        let rendered = self.engine.render(view, request)?;
+        let rendered = self.engine.render_shifted(view, request, shift_px)?;
         let (n_frames, columns_ms) = (request.frame_index + 1, rendered.columns_ms);
         let milliseconds = started.elapsed().as_secs_f64() * 1e3;
         let (first_ms, own_passes_ms) = (milliseconds, own_passes(&rendered.passes));
-        Ok(ConvergedFrame { rendered, n_frames, milliseconds, first_ms, columns_ms, own_passes_ms })
+        Ok(ConvergedFrame {
+            rendered,
+            n_frames,
+            milliseconds,
+            first_ms,
+            columns_ms,
+            own_passes_ms,
+            n_samples: 1,
+        })
     }
 
     /// Renders until the picture does not change any more; `each` is shown every frame.
@@ -257,6 +279,7 @@ impl RenderSession {
         &mut self,
         view: &mut RendererView,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
         mut each: impl FnMut(&mut Rendered),
     ) -> Result<ConvergedFrame, RenderError> {
         let started = Instant::now();
@@ -265,7 +288,7 @@ impl RenderSession {
         let mut own_passes_ms = Some(0.0);
         loop {
             let request = RenderRequest { frame_index: n_frames, ..*request };
-            let mut rendered = self.engine.render(view, &request)?;
+            let mut rendered = self.engine.render_shifted(view, &request, shift_px)?;
             each(&mut rendered);
             n_frames += 1;
             own_passes_ms = own_passes_ms.zip(own_passes(&rendered.passes)).map(|(a, b)| a + b);
@@ -279,6 +302,7 @@ impl RenderSession {
                 first_ms,
                 columns_ms,
                 own_passes_ms,
+                n_samples: 1,
             };
             if !settled.refines() {
                 return Ok(settled);
@@ -294,7 +318,7 @@ impl RenderSession {
         request: &RenderRequest<'_>,
     ) -> anyhow::Result<Explanation> {
         let mut ran: Vec<PassReport> = Vec::new();
-        let settled = self.settle_with(&mut chosen.view, request, |rendered| {
+        let settled = self.settle_with(&mut chosen.view, request, Vec2::ZERO, |rendered| {
             for pass in &mut rendered.passes {
                 match ran.iter().find(|known| known.name == pass.name) {
                     Some(known) if pass.state == PassState::Reused => *pass = known.clone(),

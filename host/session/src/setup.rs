@@ -95,6 +95,8 @@ pub struct RenderSetup {
     pub display: DisplaySettings,
     /// How the picture is developed.
     pub how: DisplayTransform,
+    /// Frames that a picture is the mean of, at least 1.
+    pub antialias: u32,
     /// What the picture shows, where the scene says it.
     pub output: Option<Output>,
     /// The scene's camera, where it counts.
@@ -133,6 +135,10 @@ impl RenderSetup {
         Ok(Self {
             display: arguments.colors.over(DisplaySettings { up: up.into(), ..display })?,
             how: development(arguments, given, file, scene.exposure_stops),
+            antialias: match file.filter(|_| !given.has("antialias")) {
+                Some(file) => file.antialias,
+                None => arguments.antialias,
+            },
             scene,
             environment,
             output: seen,
@@ -272,6 +278,7 @@ mod tests {
         file.lights.clear();
         file.exposure_stops = -2.0;
         file.tone_map = ToneMap::Neutral;
+        file.antialias = 16;
         file.background = Backdrop::Color([0.25, 0.0, 0.5]);
         file.surface.two_sided = false;
         file.surface.radius_scale = 2.0;
@@ -305,6 +312,7 @@ mod tests {
         assert_eq!(staged.scene, file().scene());
         assert_eq!(staged.camera, file().camera.map(|camera| camera.known));
         assert_eq!((staged.output, staged.parallel), (None, None));
+        assert_eq!(staged.antialias, 16);
         assert_eq!(staged.display, file().display());
         let expected = DisplayTransform {
             exposure_stops: -2.0,
@@ -318,7 +326,7 @@ mod tests {
     fn what_is_typed_counts_even_where_it_is_the_usual() {
         let options = "--exposure 0 --tone-map clamp --background transparent --one-sided=false \
                        --radius-scale 1 --depth-tolerance 1 --low-pass 1 --light camera \
-                       --camera three-quarter --orthographic=false --output color --up y --color-by \
+                       --camera three-quarter --orthographic=false --output color --up y --antialias 1 --color-by \
                        file";
         let staged = staged(options, None);
         let mut usual = Scene::default();
@@ -329,6 +337,7 @@ mod tests {
         assert_eq!(staged.how, DisplayTransform::default());
         assert_eq!(staged.display, DisplaySettings::default());
         assert_eq!((staged.camera, staged.parallel), (None, Some(false)));
+        assert_eq!(staged.antialias, 1);
         assert_eq!(staged.output, Some(Output::Color));
     }
 
@@ -344,6 +353,7 @@ mod tests {
             "one_sided",
             "orthographic",
             "up",
+            "antialias",
         ] {
             assert!(render.get_arguments().any(|argument| argument.get_id() == name), "{name}");
         }

@@ -31,6 +31,9 @@ use surfelshop_session::interrupt;
 /// The exit code of an interrupted program, as in shells: 128 and the signal's number.
 const INTERRUPTED: i32 = 130;
 
+/// Pictures that a view at rest is the mean of where no scene says it: on edges as good as 16 levels.
+const USUAL_ANTIALIAS: u32 = 16;
+
 /// Opens the window and returns when it is closed.
 ///
 /// # Errors
@@ -54,7 +57,10 @@ pub fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
         options,
         Box::new(move |cc| {
             close_on_signal(&cc.egui_ctx);
-            Ok(Box::new(window::Window::new(&cc.egui_ctx, &arguments)?))
+            let mut window = window::Window::new(&cc.egui_ctx, &arguments)?;
+            // A scene that is opened says how its views are.
+            window.settings.antialias = USUAL_ANTIALIAS;
+            Ok(Box::new(window))
         }),
     );
     // A renderer that still draws its first picture is not reported as a crash.

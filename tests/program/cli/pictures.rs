@@ -230,3 +230,50 @@ fn demo_renders_the_sample_with_every_renderer() {
     assert_eq!(size, (48, 48));
     assert_eq!(text.matches("48 x 48").count(), 13, "a line per file: {text}");
 }
+
+#[test]
+fn antialiased_edges_are_smooth_and_other_outputs_those_of_one_frame() {
+    let desk = disc();
+    let bytes = |name: &str| std::fs::read(desk.at(name)).unwrap();
+    let line = "render disc.ply --size 32 --camera front --low-pass 0 --json";
+    desk.run(&format!("{line} -o sharp.exr")).json();
+    let off = desk.run(&format!("{line} -o off.exr --antialias 1")).json();
+    assert_eq!((&off["frame"]["samples"], bytes("off.exr") == bytes("sharp.exr")), (&1.into(), true));
+    let told = desk.run(&format!("{line} -o smooth.exr --antialias 16")).json();
+    assert_eq!((&told["frame"]["samples"], &told["frame"]["frames"]), (&16.into(), &16.into()));
+    let [(_, sharp), (_, smooth)] = ["sharp.exr", "smooth.exr"].map(|name| read_exr(&desk.at(name)));
+    let n_partly = |all: &[f32]| all.iter().filter(|a| **a > 0.0 && **a < 1.0).count();
+    assert_eq!((n_partly(&sharp["A"]), n_partly(&smooth["A"]) > 40), (0, true));
+    for (name, channel) in &sharp {
+        let is_of_color = ["R", "G", "B", "A"].contains(&name.as_str());
+        assert_eq!(*channel != smooth[name], is_of_color, "{name}");
+    }
+    // The same from a scene, unless something else is typed.
+    desk.put("a.scene.toml", "format = 1\nantialias = 16\n[[clouds]]\npath = \"disc.ply\"\n");
+    let line = line.replace("disc.ply", "a.scene.toml");
+    desk.run(&format!("{line} -o scene.exr")).json();
+    assert!(bytes("scene.exr") == bytes("smooth.exr"));
+    desk.run(&format!("{line} -o typed.exr --antialias 1")).json();
+    assert!(bytes("typed.exr") == bytes("sharp.exr"));
+    assert!(desk.run("info a.scene.toml").done().stdout.contains("antialiased, 16 samples"));
+}
+
+#[test]
+fn what_antialiasing_leaves_alone_and_refuses_is_said() {
+    let desk = disc();
+    let line = "render disc.ply -o a.png --size 8";
+    for wrong in ["0", "1.5", "1025", "many"] {
+        let words = ["a whole number of frames from 1 to 1024", wrong];
+        desk.run(&format!("{line} --antialias {wrong}")).misused(&words);
+    }
+    let depth = desk.run(&format!("{line} --antialias 4 --output depth")).done();
+    assert!(depth.stderr.contains("depth is that of one frame"), "{}", depth.stderr);
+    let traced = desk.run(&format!("{line} --antialias 4 -r reference --set samples=2")).done();
+    assert!(traced.stderr.contains("takes samples of its own"), "{}", traced.stderr);
+    let told = desk.run("explain disc.ply -r flat --size 8 --antialias 4").done().stdout;
+    assert!(told.contains("all of this 4 times"), "{told}");
+    // All are seen at the same places of each pixel, so that equal renderers make equal pictures.
+    let line = "compare disc.ply -r one=flat -r other=flat --size 16 --repeats 1 --antialias 4 -o out";
+    let told = desk.run(&format!("{line} --json")).json();
+    assert_eq!((&told["antialias"], &told["renderers"][1]["errors"]["rmse"]), (&4.into(), &0.0.into()));
+}

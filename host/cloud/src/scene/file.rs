@@ -33,6 +33,9 @@ pub struct SceneFile {
     pub tone_map: ToneMap,
     /// What stands where no surfel is.
     pub background: Backdrop,
+    /// Frames that a picture at rest is the mean of, seen at other places of each pixel, from 1, which is none, to
+    /// 1024.
+    pub antialias: u32,
     /// How surfels become a surface.
     pub surface: Keyed<SurfaceSettings>,
     /// The axis that points upwards; `None` where the scene does not say, and it is y.
@@ -120,6 +123,7 @@ impl Default for SceneFile {
             exposure_stops,
             tone_map: ToneMap::default(),
             background: Backdrop::default(),
+            antialias: 1,
             surface: surface.into(),
             up: None,
             color: Keyed::default(),

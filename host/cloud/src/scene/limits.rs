@@ -89,6 +89,9 @@ pub const DEPTH_TOLERANCE: NumberRange = NumberRange::new("a number of radii", 0
 /// Radii of the screen-space low-pass, in pixels.
 pub const LOW_PASS: NumberRange = NumberRange::new("a number of pixels", 0.0, 4.0);
 
+/// Frames that an antialiased picture is the mean of; 1 is none.
+pub const ANTIALIAS: NumberRange = NumberRange::new("a whole number of frames", 1.0, 1024.0);
+
 /// Planarities.
 pub const PLANARITIES: NumberRange = NumberRange::new("a planarity", 0.0, 1.0);
 

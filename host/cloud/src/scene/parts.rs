@@ -3,7 +3,8 @@
 use super::display::{Backdrop, ToneMap};
 use super::keyed::Keyed;
 use super::limits::{
-    DEFAULT_FIELD_OF_VIEW_DEG, DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LOW_PASS, RADIUS_SCALE, STOPS,
+    ANTIALIAS, DEFAULT_FIELD_OF_VIEW_DEG, DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LOW_PASS,
+    RADIUS_SCALE, STOPS,
 };
 use super::source::{Entry, Fault, Section};
 use crate::cloud::transform::{Rotation, Transform};
@@ -43,6 +44,11 @@ pub(super) fn floats(
 
 pub(super) fn stops(entry: &Entry<'_>) -> Result<f32, Fault> {
     Ok(entry.within(&STOPS)? as f32)
+}
+
+pub(super) fn antialias(entry: &Entry<'_>) -> Result<u32, Fault> {
+    let is_allowed = |n: f64| n.fract() == 0.0 && ANTIALIAS.contains(n);
+    Ok(entry.number(&ANTIALIAS.expected(), is_allowed)? as u32)
 }
 
 pub(super) fn tone_map(entry: &Entry<'_>) -> Result<ToneMap, Fault> {

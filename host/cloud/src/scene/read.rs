@@ -94,6 +94,9 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     if let Some(entry) = whole.find("background") {
         scene.background = parts::backdrop(&entry)?;
     }
+    if let Some(entry) = whole.find("antialias") {
+        scene.antialias = parts::antialias(&entry)?;
+    }
     if let Some(entry) = whole.find("camera") {
         scene.camera = Some(parts::camera(entry.section()?)?);
     }

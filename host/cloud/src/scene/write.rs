@@ -79,6 +79,9 @@ impl SceneFile {
             entry("tone_map", tone_map),
             entry("background", backdrop(self.background)),
         ];
+        if self.antialias != 1 {
+            entries.push(entry("antialias", i64::from(self.antialias)));
+        }
         if let Some(up) = self.up {
             entries.push(entry("up", up.name()));
         }

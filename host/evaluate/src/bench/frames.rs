@@ -87,6 +87,7 @@ impl Session<'_> {
         let picture = |size| arguments.picture(size);
         // Nothing of it depends on the size.
         let staging = RenderSetup::new(&picture(Size([1, 1]))?, self.given, opened, seen.as_ref())?;
+        let staging = without_antialiasing(name, staging);
         let named = renderers(arguments, self.registry)?;
         let patience = arguments.plugins.patience();
         let all = requests::with_settings(named, &arguments.set, opened, &patience)?;
@@ -132,6 +133,17 @@ impl Session<'_> {
         self.object = report::object("frames", adapter, &base(self.variants), &self.left_out);
         Ok(())
     }
+}
+
+/// What is timed is a frame; says of how many the scene has each picture made.
+fn without_antialiasing(name: &str, staging: RenderSetup) -> RenderSetup {
+    let n = staging.antialias;
+    if n > 1 {
+        terminal::note(format!(
+            "{name}: its pictures are antialiased and take {n} times a frame's time, which is what is measured"
+        ));
+    }
+    RenderSetup { antialias: 1, ..staging }
 }
 
 fn of(name: &str, clouds: &Clouds, Size([width, height]): Size) -> Of {

@@ -199,7 +199,7 @@ impl Candidate {
     }
 }
 
-/// Frames until the picture stays.
+/// Frames until the picture stays, of all that an antialiased one is the mean of.
 fn frame(
     stage: &Stage<'_>,
     studio: Option<&mut RenderSession>,
@@ -213,7 +213,7 @@ fn frame(
     let drawn = stage.drawn(&view)?;
     let drawn = drawn.with(stage.clouds);
     let request = stage.request(&drawn, view, &values);
-    studio.settle(chosen, &request)
+    studio.settle_antialiased(chosen, &request, stage.staging.antialias)
 }
 
 /// A view from a camera that is moved by less than anything shows, another for each number: nothing is

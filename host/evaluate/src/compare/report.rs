@@ -262,6 +262,13 @@ impl<'a> ComparisonOutput<'a> {
         let mut notes =
             vec![format!("{clouds}, {width} x {height} pixels, against {}; {device}.", self.truth)];
         notes.extend(displayed.line());
+        if stage.staging.antialias > 1 {
+            notes.push(format!(
+                "Each renderer's picture is the mean of {} samples, frames seen at the same places of every pixel \
+                 for all, and times are those of all of them; tracers have samples of their own.",
+                stage.staging.antialias
+            ));
+        }
         if self.has_noise {
             let line =
                 "The reference's own variance is taken off squared errors; `noise` is what was.";
@@ -375,6 +382,7 @@ impl<'a> ComparisonOutput<'a> {
             "out": self.arguments.out.display().to_string(),
             "reference": self.truth,
             "size": stage.view.size_px,
+            "antialias": stage.staging.antialias,
             "scene": stage.staging.scene,
             "facts": stage.clouds.facts,
             "display": displayed.object(),

@@ -7,9 +7,10 @@ pub use arguments::ExplainArguments;
 
 use anyhow::bail;
 use measured::Side;
+use serde::Serialize;
 use serde_json::{Value, json};
-use surfelshop_api::UnitKind;
 use surfelshop_api::graph::Output;
+use surfelshop_api::{UnitKind, View};
 use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest, RendererUse};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::cloud_renderers;
@@ -94,6 +95,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             "adapter": adapter,
             "display": displayed.object(),
             "explained": explained,
+            "antialias": antialias(&staging, &view),
             "pyramids": chosen_nodes.pyramids(),
             "savings": savings,
             "plugins_not_loaded": others,
@@ -101,6 +103,14 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     }
     tell_who(&explained, &drawing, &drawn_by, clouds)?;
     terminal::line(text(&explained))?;
+    if let Some(frames) = antialias(&staging, &view) {
+        let Antialias { samples, host_bytes } = frames;
+        terminal::line(format!(
+            "antialiasing: all of this {samples} times, and {:.2} MB of sums in memory; outputs other than \
+             color once",
+            host_bytes as f64 / 1e6
+        ))?;
+    }
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
     terminal::line(format!(
@@ -132,6 +142,23 @@ fn tell_who(
     terminal::line(format!("{} on {drawn_by}", drawing.join(" and ")))?;
     let files = clouds.loaded.iter().map(|loaded| loaded.summary.file.as_str());
     who_draws(explained, &files.collect::<Vec<_>>()).iter().try_for_each(terminal::line)
+}
+
+/// What antialiasing multiplies.
+#[derive(Serialize)]
+struct Antialias {
+    /// Settled pictures, each of all frames and passes that are explained.
+    samples: u32,
+    /// Sums of the colour's numbers, in memory.
+    host_bytes: u64,
+}
+
+/// What antialiasing costs; none without it.
+fn antialias(staging: &RenderSetup, view: &View) -> Option<Antialias> {
+    let n_pixels = view.size_px.into_iter().map(u64::from).product::<u64>();
+    let host_bytes = n_pixels * 4 * size_of::<f32>() as u64;
+    let samples = staging.antialias;
+    (samples > 1).then_some(Antialias { samples, host_bytes })
 }
 
 /// Packages of which nothing is used.

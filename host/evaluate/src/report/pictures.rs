@@ -228,6 +228,7 @@ fn key(
             (
                 stage.staging.how,
                 [stage.staging.detail_px, stage.staging.pyramid_detail_px],
+                stage.staging.antialias,
                 arguments.device.surfels
             )
         ),

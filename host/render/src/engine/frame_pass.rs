@@ -14,6 +14,7 @@ use crate::surfels::{
     ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,
     SurfelDrawing, lit_surface,
 };
+use glam::Vec2;
 use std::collections::BTreeMap;
 use surfelshop_api::View;
 use surfelshop_api::graph::{Output, SurfaceMode, Work};
@@ -30,6 +31,8 @@ pub(super) struct Submission<'a> {
     pub(super) lending: Lending<'a>,
     pub(super) data: &'a [u8],
     pub(super) request: &'a RenderRequest<'a>,
+    /// Where the picture is seen in each pixel, from its centre.
+    pub(super) shift_px: Vec2,
     pub(super) asked: OutputRequest,
     pub(super) clouds: &'a [DrawnCloud],
     pub(super) scratch: &'a mut PassScratch,
@@ -124,9 +127,11 @@ impl Submission<'_> {
         let mut views = BTreeMap::new();
         for (seat, request) in looked_from(self.plan, &needed, self.data, self.request)? {
             let computes = self.drawing.computes(self.gpu, request.view.size_px);
-            let prepared = PreparedView::new(self.gpu, &request, self.clouds, computes)?;
+            // Cameras of the graph's own have their pixels where they had them.
+            let shift_px = if seat == PassCamera::View { self.shift_px } else { Vec2::ZERO };
+            let prepared = PreparedView::new(self.gpu, &request, self.clouds, computes, shift_px)?;
             let own = &self.request.view;
-            let mut view = PassView::new(self.gpu, request, own, prepared, self.clouds);
+            let mut view = PassView::new(self.gpu, request, own, prepared, self.clouds, shift_px);
             view.environment = environment.as_ref();
             let sources: &[Source] = if seat == PassCamera::View { &sources } else { &[] };
             let mut parts = parts(&needed.look(seat), sources, host_mode);
@@ -202,9 +207,10 @@ impl<'a> PassView<'a> {
         own: &View,
         prepared: PreparedView,
         clouds: &'a [DrawnCloud],
+        shift_px: Vec2,
     ) -> Self {
-        let view_uniform =
-            uniform(gpu, "view", &view_uniform(&request, &prepared.drawn).into_bytes());
+        let seen = view_uniform(&request, &prepared.drawn, shift_px);
+        let view_uniform = uniform(gpu, "view", &seen.into_bytes());
         let lights = lights_uniform(&request, own, &prepared.drawn);
         let lights_uniform = uniform(gpu, "lights", &lights.into_bytes());
         Self {

@@ -25,6 +25,7 @@ use crate::surfels::{
 pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, RendererUse};
 use frame_pass::{OutputRequest, Submission};
+use glam::Vec2;
 pub use options::{Counters, EngineOptions};
 pub use request::{PartOf, Parts, RenderRequest, Rendered};
 use several::Shared;
@@ -258,7 +259,22 @@ impl Engine {
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,
     ) -> Result<Rendered, RenderError> {
-        let rendered = self.attempt(renderer, request);
+        self.render_shifted(renderer, request, Vec2::ZERO)
+    }
+
+    /// The same with the picture seen in each pixel at `shift_px` from its centre, pixels, y downwards, each less than
+    /// half a pixel either way: one of the frames of an antialiased picture. The renderer is not told of it; what its
+    /// graph draws by way of the view's projection, surface and shader modules is shifted, and its own cameras are not.
+    ///
+    /// # Errors
+    /// As [`Engine::render`].
+    pub fn render_shifted(
+        &mut self,
+        renderer: &mut RendererView,
+        request: &RenderRequest<'_>,
+        shift_px: Vec2,
+    ) -> Result<Rendered, RenderError> {
+        let rendered = self.attempt(renderer, request, shift_px);
         rendered.map_err(|error| self.cause(error))
     }
 
@@ -274,11 +290,12 @@ impl Engine {
         &mut self,
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<Rendered, RenderError> {
         self.check_size(request.view.size_px)?;
         match renderer.others.is_empty() {
-            true => self.attempt_one(renderer, request),
-            false => self.attempt_several(renderer, request),
+            true => self.attempt_one(renderer, request, shift_px),
+            false => self.attempt_several(renderer, request, shift_px),
         }
     }
 
@@ -287,6 +304,7 @@ impl Engine {
         &mut self,
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<Rendered, RenderError> {
         if let Some(missing) = needs::missing(&renderer.needs, request.facts) {
             return Err(RenderError::Needs(missing));
@@ -299,19 +317,24 @@ impl Engine {
             values: request.values.clone(),
             environment: request.environment.map(|given| given.environment.clone()),
         };
-        let resident = match renderer.sends_all {
-            true => Vec::new(),
-            false => self.resources.resident_of(&renderer.scope),
-        };
-        let on_device = OnDevice { resident };
+        let on_device = self.on_device(renderer);
         let encoded = renderer.hosted.frame_on_device(asked, request.stride, on_device);
         let encoded = encoded.map_err(RenderError::Plugin)?;
         let planned = self.replan(renderer, &encoded, request.view.size_px, false);
         renderer.graph = encoded;
         planned?;
         let plan = renderer.plan.as_ref();
-        let shared = plan.map(|plan| Shared::alone(plan, request.detail_px));
-        self.draw_with_whole_depths(renderer, request, shared.unwrap_or_default())
+        let shared = plan.map(|plan| Shared::alone(plan, request.detail_px)).unwrap_or_default();
+        self.draw_with_whole_depths(renderer, request, Shared { shift_px, ..shared })
+    }
+
+    /// The bytes that a renderer need not send.
+    fn on_device(&self, renderer: &RendererView) -> OnDevice {
+        let resident = match renderer.sends_all {
+            true => Vec::new(),
+            false => self.resources.resident_of(&renderer.scope),
+        };
+        OnDevice { resident }
     }
 
     /// Runs the graph that a renderer described last; also returns the pictures that the host makes besides.
@@ -357,6 +380,7 @@ impl Engine {
             data: &renderer.graph.data,
             own: shared.own.as_deref(),
             request,
+            shift_px: shared.shift_px,
             asked,
             clouds: &clouds,
             scratch: &mut self.scratch,

@@ -73,12 +73,14 @@ impl PreparedView {
         request: &RenderRequest<'_>,
         clouds: &[DrawnCloud],
         computes: bool,
+        shift_px: Vec2,
     ) -> Result<Self, RenderError> {
         let drawn = drawn_view(request, clouds);
+        let shown = drawn_uniform(request, &drawn, shift_px);
         Ok(Self {
-            uniform: uniform(gpu, "drawn view", &drawn_uniform(request, &drawn).into_bytes()),
-            raster_view: raster_view(request, &drawn),
-            key: surface_key(request, clouds, computes)?,
+            uniform: uniform(gpu, "drawn view", &shown.into_bytes()),
+            raster_view: raster_view(request, &drawn, shift_px),
+            key: surface_key(request, clouds, computes, shift_px)?,
             computes,
             drawn,
         })
@@ -106,24 +108,54 @@ impl PreparedView {
 }
 
 /// The bytes of `surfelshop::view::View` for the passes that draw surfels, in units of drawing.
-fn drawn_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> HostUniform {
+fn drawn_uniform(request: &RenderRequest<'_>, drawn: &DrawnView, shift_px: Vec2) -> HostUniform {
     let near = request.view.near / drawn.unit;
-    view_bytes(request, &drawn.view, near, 1.0)
+    view_bytes(request, &drawn.view, near, 1.0, shift_px)
 }
 
 /// The bytes of `surfelshop::view::View` for the passes of graphs, in scene units.
-pub(super) fn view_uniform(request: &RenderRequest<'_>, drawn: &DrawnView) -> HostUniform {
-    view_bytes(request, &request.view, request.view.near, drawn.unit)
+pub(super) fn view_uniform(
+    request: &RenderRequest<'_>,
+    drawn: &DrawnView,
+    shift_px: Vec2,
+) -> HostUniform {
+    view_bytes(request, &request.view, request.view.near, drawn.unit, shift_px)
 }
 
-fn view_bytes(request: &RenderRequest<'_>, view: &View, near: f64, unit: f64) -> HostUniform {
+/// The projection that shows in each pixel what lies `shift_px` from its centre, y downwards.
+fn shifted(clip_from_view: Mat4, size_px: [u32; 2], shift_px: Vec2, orthographic: bool) -> Mat4 {
+    if shift_px == Vec2::ZERO {
+        return clip_from_view;
+    }
+    let size = Vec2::new(size_px[0] as f32, size_px[1] as f32);
+    // In perspective the fourth component is minus z.
+    let moved = 2.0 * shift_px / size * Vec2::new(1.0, -1.0);
+    let mut clip = clip_from_view;
+    if orthographic {
+        clip.w_axis -= moved.extend(0.0).extend(0.0);
+    } else {
+        clip.z_axis += moved.extend(0.0).extend(0.0);
+    }
+    clip
+}
+
+fn view_bytes(
+    request: &RenderRequest<'_>,
+    view: &View,
+    near: f64,
+    unit: f64,
+    shift_px: Vec2,
+) -> HostUniform {
     let origin = request.clouds.first().map_or(DVec3::ZERO, |cloud| cloud.origin);
     let world_from_view = view.camera.view_from_world().transpose();
     let eye = (view.camera.eye - origin).as_vec3();
     let [half_x, half_y] = view.half_extent();
     let orthographic = matches!(view.camera.projection, Projection::Orthographic { .. });
     HostUniform::new()
-        .mat4("clip_from_view", view.clip_from_view())
+        .mat4(
+            "clip_from_view",
+            shifted(view.clip_from_view(), view.size_px, shift_px, orthographic),
+        )
         .mat4("world_from_view", Mat4::from_mat3_translation(world_from_view.as_mat3(), eye))
         .vec2("half_extent", Vec2::new(half_x as f32, half_y as f32))
         .vec2("size_px", Vec2::new(view.size_px[0] as f32, view.size_px[1] as f32))
@@ -188,13 +220,18 @@ fn lamp_vectors(lamp: &Lamp, eye: DVec3, unit: f64) -> [Vec4; 3] {
 }
 
 /// The view as the CPU draws surfels, in units of drawing.
-fn raster_view(request: &RenderRequest<'_>, drawn: &DrawnView) -> surfelshop_raster::View {
+fn raster_view(
+    request: &RenderRequest<'_>,
+    drawn: &DrawnView,
+    shift_px: Vec2,
+) -> surfelshop_raster::View {
     let settings = &request.scene.surface;
     let camera = &request.view.camera;
     let world_from_view = camera.view_from_world().transpose().as_mat3().transpose();
     surfelshop_raster::View {
         size_px: request.view.size_px,
         half_extent: drawn.view.half_extent().map(|half| half as f32),
+        shift_px: shift_px.into(),
         near: (request.view.near / drawn.unit) as f32,
         orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
         world_from_view: world_from_view.to_cols_array_2d(),
@@ -207,12 +244,13 @@ fn raster_view(request: &RenderRequest<'_>, drawn: &DrawnView) -> surfelshop_ras
     }
 }
 
-/// Equal bytes mean an equal surface: clouds, camera, size, surface settings, stride, detail and how
+/// Equal bytes mean an equal surface: clouds, camera, size, shift, surface settings, stride, detail and how
 /// they are drawn.
 fn surface_key(
     request: &RenderRequest<'_>,
     clouds: &[DrawnCloud],
     computes: bool,
+    shift_px: Vec2,
 ) -> Result<Vec<u8>, RenderError> {
     let clouds: Vec<_> = clouds
         .iter()
@@ -220,7 +258,8 @@ fn surface_key(
             (c.origin, c.object, c.n_surfels, c.chunk_len, &c.generations, c.on_host.is_some())
         })
         .collect();
-    let drawn = (request.stride, request.detail_px.to_bits(), computes);
+    let shift_bits = shift_px.to_array().map(f32::to_bits);
+    let drawn = (request.stride, request.detail_px.to_bits(), computes, shift_bits);
     rmp_serde::to_vec(&(&request.view, &request.scene.surface, drawn, clouds))
         .map_err(|error| RenderError::Host(error.to_string()))
 }
@@ -255,10 +294,34 @@ mod tests {
 
     #[test]
     fn views_are_laid_out_as_the_shaders_declare_them() {
-        let uniform = with_request(|request| view_bytes(request, &request.view, 0.1, 1.0));
+        let uniform =
+            with_request(|request| view_bytes(request, &request.view, 0.1, 1.0, Vec2::ZERO));
         let source = "#import surfelshop::view\n\
                       @fragment fn main() -> @location(0) vec4<f32> { return vec4(view::view.near); }";
         uniform.assert_is_laid_out_as(source, "main", "surfelshop::view::view");
+    }
+
+    #[test]
+    fn a_shifted_projection_shows_what_lies_that_far_from_the_centre() {
+        let point = glam::Vec4::new(0.3, -0.2, -2.0, 1.0);
+        for projection in
+            [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 3.0 }]
+        {
+            let camera = Camera { eye: DVec3::Z, target: DVec3::ZERO, up: DVec3::Y, projection };
+            let view = View { camera, size_px: [40, 30], near: 0.1, far: 9.0 };
+            let orthographic = matches!(projection, Projection::Orthographic { .. });
+            let seen = |shift: Vec2| {
+                let matrix = shifted(view.clip_from_view(), view.size_px, shift, orthographic);
+                let clip = matrix * point;
+                let ndc = clip.truncate() / clip.w;
+                (Vec2::new(20.0 * (ndc.x + 1.0), 15.0 * (1.0 - ndc.y)), ndc.z)
+            };
+            let (middle, depth) = seen(Vec2::ZERO);
+            let (moved, same) = seen(Vec2::new(0.25, -0.375));
+            assert_eq!(depth, same);
+            // Single precision: some units in the last place of 40 pixels.
+            assert!((middle - moved - Vec2::new(0.25, -0.375)).length() < 2e-5, "{middle} {moved}");
+        }
     }
 
     #[test]

@@ -4,6 +4,7 @@ use crate::engine::prepared_view::PreparedView;
 use crate::engine::{Engine, RenderRequest};
 use crate::graph::{PassReport, Recorder, RenderError, checked};
 use crate::surfels::{DrawnCloud, SurfaceParts};
+use glam::Vec2;
 use surfelshop_api::graph::SurfaceMode;
 
 impl Engine {
@@ -49,7 +50,7 @@ impl Engine {
     ) -> Result<Vec<PassReport>, RenderError> {
         let mut parts = SurfaceParts::default();
         parts.add(SurfaceMode::Blended);
-        let prepared = PreparedView::new(&self.gpu, request, clouds, computes)?;
+        let prepared = PreparedView::new(&self.gpu, request, clouds, computes, Vec2::ZERO)?;
         let input = prepared.input(request, clouds);
         let mut recorder = Recorder::new(&self.gpu);
         self.surfaces

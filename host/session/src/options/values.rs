@@ -8,8 +8,8 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
 use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
-    DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LARGEST_RADIUS, LOW_PASS, NumberRange, PLANARITIES,
-    RADIUS_SCALE, STOPS,
+    ANTIALIAS, DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LARGEST_RADIUS, LOW_PASS, NumberRange,
+    PLANARITIES, RADIUS_SCALE, STOPS,
 };
 use surfelshop_image::display::Background;
 
@@ -317,6 +317,12 @@ pub fn planarity(text: &str) -> Result<f32, String> {
 /// Reads the largest radius of discs.
 pub fn largest_radius(text: &str) -> Result<f32, String> {
     within(text, &LARGEST_RADIUS).map(|n| n as f32)
+}
+
+/// Reads of how many frames an antialiased picture is the mean.
+pub fn antialias(text: &str) -> Result<u32, String> {
+    let is_allowed = |n: f64| n.fract() == 0.0 && ANTIALIAS.contains(n);
+    number(text, &ANTIALIAS.expected(), is_allowed).map(|n| n as u32)
 }
 
 /// Reads the radius of merged surfels.

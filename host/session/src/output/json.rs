@@ -61,8 +61,12 @@ impl Written {
         settled: &ConvergedFrame,
     ) -> String {
         let adapter = &studio.engine.gpu().info;
+        let samples = match settled.n_samples {
+            1 => String::new(),
+            n => format!(", {n} samples"),
+        };
         format!(
-            "{}, {} in {:.0} ms on {}, {}",
+            "{}, {}{samples} in {:.0} ms on {}, {}",
             self.what(),
             chosen.ids(),
             settled.milliseconds,
@@ -138,6 +142,7 @@ pub fn frame(settled: &ConvergedFrame, view: &View) -> Value {
     json!({
         "view": view,
         "frames": settled.n_frames,
+        "samples": settled.n_samples,
         "render_ms": settled.milliseconds,
         "passes": settled.rendered.passes,
     })

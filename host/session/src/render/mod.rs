@@ -174,7 +174,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         detail_px: staging.detail_px,
         parts: drawn_views.parts(),
     };
-    let settled = studio.settle(&mut chosen, &request)?;
+    let settled = studio.settle_antialiased(&mut chosen, &request, staging.antialias)?;
     timings.frames(&settled);
     note(clouds, &staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
@@ -247,6 +247,12 @@ fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled
     if staging.detail_px > 0.0 && !settled.rendered.merged {
         let renderer = chosen.ids();
         terminal::note(format!("--detail changes nothing: {renderer} takes no merged surfels"));
+    }
+    if staging.antialias > 1 && settled.n_samples == 1 {
+        let shown = staging.output.as_ref().map_or_else(String::new, Output::name);
+        terminal::note(format!(
+            "--antialias changes nothing: {shown} is that of one frame, only color is a mean"
+        ));
     }
 }
 

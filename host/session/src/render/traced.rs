@@ -56,6 +56,12 @@ pub fn render(
     let clouds = &displayed.clouds;
     plausibility::note(clouds, &staging.scene);
     pyramids::note_traced(clouds);
+    if staging.antialias > 1 {
+        let id = &reference.id;
+        terminal::note(format!(
+            "--antialias changes nothing: {id} takes samples of its own in each pixel"
+        ));
+    }
     let view = render::view(&arguments.picture, staging, clouds);
     let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
     let progress = terminal::Progress::new(format!("tracing with {}", reference.id));

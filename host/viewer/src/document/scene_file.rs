@@ -37,6 +37,7 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.environment = environment_map::of_scene(file);
     settings.tone_map = tone_map_of(file);
     settings.background = background_of(file);
+    settings.antialias = file.antialias;
     let display = file.display();
     (settings.color, settings.filters) = (display.color, display.filters);
     settings.splats = display.splats;
@@ -135,6 +136,7 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
         Background::Transparent => Backdrop::Transparent,
         Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
     };
+    file.antialias = settings.antialias;
     file.surface.known = settings.scene.surface;
     put_display(window, &mut file);
     let views = settings.panes.iter().map(|pane| {

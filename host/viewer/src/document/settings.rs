@@ -98,6 +98,8 @@ pub(crate) struct Settings {
     pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) tone_map: ToneMap,
     pub(crate) background: Background,
+    /// Settled pictures that a view at rest shows the mean of, each seen at another place of every pixel; 1 is none.
+    pub(crate) antialias: u32,
     /// What colours surfels.
     pub(crate) color: ColorSource,
     /// Which of them are shown.
@@ -120,6 +122,7 @@ impl Default for Settings {
             environment: None,
             tone_map: ToneMap::default(),
             background,
+            antialias: 1,
             color: ColorSource::default(),
             filters: Vec::new(),
             splats: SplatSettings::default(),

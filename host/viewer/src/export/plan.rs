@@ -40,6 +40,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         environment: window.settings.environment.clone(),
         display: window.settings.display_transform(),
         view: camera::framed_view(camera, &shown.extent, form.size),
+        antialias: window.settings.antialias,
         detail: Detail::FULL,
         in_motion: false,
         for_measurement: false,

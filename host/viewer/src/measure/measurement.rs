@@ -220,6 +220,7 @@ impl Measurement {
             environment: self.basis.environment.clone(),
             display: self.basis.display,
             view,
+            antialias: self.basis.antialias,
             detail: Detail::FULL,
             in_motion: false,
             for_measurement: true,

@@ -60,6 +60,8 @@ pub(crate) struct Basis {
     pub(crate) scene: Scene,
     pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) display: DisplayTransform,
+    /// Settled pictures that each picture is the mean of.
+    pub(crate) antialias: u32,
     /// The revision of the clouds.
     pub(crate) revision: u64,
     /// How often a changed plugin or file had pictures redrawn.
@@ -90,6 +92,7 @@ impl Basis {
             (self.source != now.source, "the reference has changed"),
             (self.size != now.size, "the size has changed"),
             (self.display != now.display, "highlights or background have changed"),
+            (self.antialias != now.antialias, "antialiasing has changed"),
             (self.n_redrawn != now.n_redrawn, "a plugin or a file has changed"),
         ];
         differs.into_iter().find_map(|(differs, what)| differs.then_some(what))

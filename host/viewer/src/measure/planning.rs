@@ -43,6 +43,7 @@ pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
         scene: settings.scene.clone(),
         environment: settings.environment.clone(),
         display: settings.display_transform(),
+        antialias: settings.antialias,
         revision: shown.revision,
         n_redrawn: window.measure.n_redrawn,
     })

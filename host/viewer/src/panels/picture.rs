@@ -24,6 +24,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         ui.selectable_value(&mut settings.tone_map, ToneMap::Clamp, "cut off");
         ui.selectable_value(&mut settings.tone_map, ToneMap::Neutral, "compressed");
     });
+    antialiasing(&mut settings.antialias, ui);
     let mut colored = matches!(settings.background, Background::Color(_));
     if ui.checkbox(&mut colored, "background of its own colour").changed() {
         settings.background =
@@ -53,6 +54,23 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
              in saved pictures",
         );
     }
+}
+
+/// Of how many pictures a view at rest is the mean.
+fn antialiasing(antialias: &mut u32, ui: &mut Ui) {
+    let about = "at rest, edges become smooth: so many pictures are drawn, each seen at another place of every \
+                 pixel, and their mean is shown";
+    ui.horizontal(|ui| {
+        ui.label("antialiasing").on_hover_text(about);
+        let mut choices = vec![1, 16, 32];
+        if !choices.contains(antialias) {
+            choices.push(*antialias);
+        }
+        for n in choices {
+            let text = if n == 1 { "off".to_owned() } else { n.to_string() };
+            ui.selectable_value(antialias, n, text).on_hover_text(about);
+        }
+    });
 }
 
 /// Shows the panel of the surface.

@@ -1,5 +1,6 @@
 //! Tests of the whole window without a screen.
 
+mod antialias;
 mod colors;
 mod edits;
 mod files;
@@ -138,6 +139,7 @@ fn request_of(window: &Window, renderer: &str) -> ViewRequest {
         environment: None,
         display: window.settings.display_transform(),
         view: shown.rendered.view,
+        antialias: 1,
         detail: Detail::FULL,
         in_motion: false,
         for_measurement: false,

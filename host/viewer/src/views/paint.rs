@@ -91,9 +91,12 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
         n => format!(", {n} passes kept"),
     };
     let (n_frames, milliseconds) = (shown.rendered.n_frames, shown.rendered.milliseconds);
-    let frame = match shown.rendered.refines && n_frames > 1 && state.works() {
-        true => format!(", frame {n_frames}"),
-        false => String::new(),
+    let frame = match (shown.rendered.samples, shown.rendered.refines && state.works()) {
+        ([0, _], true) if n_frames > 1 => format!(", frame {n_frames}"),
+        ([0, _], _) => String::new(),
+        ([n, wanted], true) => format!(", {n} of {wanted} samples"),
+        ([n, _], false) if n > 1 => format!(", {n} samples"),
+        _ => String::new(),
     };
     let traced = shown.rendered.traced.as_ref().map(|traced| format!(", {}", traced.describe()));
     let traced = traced.unwrap_or_default();

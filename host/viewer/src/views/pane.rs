@@ -31,6 +31,8 @@ pub(crate) struct ViewInputs {
     pub(crate) environment: Option<SceneEnvironment>,
     pub(crate) display: DisplayTransform,
     pub(crate) view: View,
+    /// Settled pictures that it is the mean of at rest.
+    pub(crate) antialias: u32,
     /// The revision of the clouds.
     pub(crate) revision: u64,
     /// What each of the clouds names to draw it.
@@ -118,6 +120,7 @@ impl Side {
             environment: inputs.environment.clone(),
             display: inputs.display,
             view: inputs.view,
+            antialias: inputs.antialias,
             detail,
             in_motion,
             for_measurement: false,

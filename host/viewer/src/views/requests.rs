@@ -45,6 +45,7 @@ impl Window {
                     environment: self.settings.environment.clone(),
                     display: self.settings.display_transform(),
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
+                    antialias: self.settings.antialias,
                     revision: shown.revision,
                     named: shown.named(),
                 };

@@ -20,6 +20,7 @@ use crate::graph::{PassReport, Plan, RenderError};
 use crate::surfels::ColumnDemand;
 use companion::{Drawer, drawers};
 use compose::{HostPictures, Layer, composed};
+use glam::Vec2;
 use surfelshop_api::graph::{Output, Work};
 use surfelshop_api::{CloudFacts, CloudInfo, FrameRequest};
 use surfelshop_image::Image;
@@ -39,6 +40,8 @@ pub(super) struct Shared {
     pub(super) own: Option<Vec<u32>>,
     /// Pictures of the surface that the host makes besides, by the entry points of its shader.
     pub(super) entries: Vec<&'static str>,
+    /// Where the picture is seen in each pixel, from its centre.
+    pub(super) shift_px: Vec2,
 }
 
 impl Shared {
@@ -126,15 +129,17 @@ impl Engine {
         &mut self,
         renderer: &mut RendererView,
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<Rendered, RenderError> {
         let mut others = std::mem::take(&mut renderer.others);
         let mut all = drawers(renderer, request.values, &mut others, request.facts);
         let drawn = match all.as_mut_slice() {
             [only] => {
                 let request = RenderRequest { values: only.values, ..*request };
-                self.attempt_one(only.view, &request).map_err(|error| (only.name.clone(), error))
+                let drawn = self.attempt_one(only.view, &request, shift_px);
+                drawn.map_err(|error| (only.name.clone(), error))
             }
-            all => self.draw_together(all, request),
+            all => self.draw_together(all, request, shift_px),
         };
         drop(all);
         renderer.others = others;
@@ -149,6 +154,7 @@ impl Engine {
         &mut self,
         all: &mut [Drawer<'_>],
         request: &RenderRequest<'_>,
+        shift_px: Vec2,
     ) -> Result<Rendered, (String, RenderError)> {
         self.ask(all, request)?;
         let fail = |drawer: &Drawer<'_>, error| (drawer.name.clone(), error);
@@ -166,6 +172,7 @@ impl Engine {
         let mut shared = shared(all, &parts, request).map_err(|(i, error)| {
             (all.get(i).map(|drawer| drawer.name.clone()).unwrap_or_default(), error)
         })?;
+        shared.shift_px = shift_px;
         let (mut layers, mut host) = (Vec::new(), None);
         let mut whole = Rendered::default();
         for (i, (drawer, part)) in all.iter_mut().zip(&parts).enumerate() {
@@ -248,7 +255,8 @@ impl Engine {
             values: drawer.values.clone(),
             environment: request.environment.map(|light| light.environment.clone()),
         };
-        let encoded = drawer.view.hosted.frame_in_motion(asked, request.stride);
+        let on_device = self.on_device(drawer.view);
+        let encoded = drawer.view.hosted.frame_on_device(asked, request.stride, on_device);
         let encoded = encoded.map_err(RenderError::Plugin)?;
         let planned = self.replan(drawer.view, &encoded, request.view.size_px, true);
         drawer.view.graph = encoded;

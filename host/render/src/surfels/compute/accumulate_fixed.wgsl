@@ -177,8 +177,9 @@ fn pixel_box(disc: Disc) -> vec4<i32> {
         low = min(a / (d - reach), a / (d + reach));
         high = max(b / (d - reach), b / (d + reach));
     }
-    let first = floor(clamp((vec2(low.x, -high.y) * 0.5 + 0.5) * size, vec2(0.0), size));
-    let last = ceil(clamp((vec2(high.x, -low.y) * 0.5 + 0.5) * size, vec2(0.0), size));
+    let shift = view::shift_px();
+    let first = floor(clamp((vec2(low.x, -high.y) * 0.5 + 0.5) * size - shift, vec2(0.0), size));
+    let last = ceil(clamp((vec2(high.x, -low.y) * 0.5 + 0.5) * size - shift, vec2(0.0), size));
     return vec4(vec2<i32>(first), vec2<i32>(last));
 }
 

@@ -68,7 +68,7 @@ fn footprint_of(disc: Disc) -> Footprint {
     let per_unit = 0.5 * view::view.size_px / view::view.half_extent * vec2(1.0, -1.0);
     let px = per_unit / select(1.0, distance, perspective);
     let ray = select(vec2(0.0), disc.center.xy / distance, perspective);
-    let center_px = 0.5 * view::view.size_px + px * disc.center.xy;
+    let center_px = 0.5 * view::view.size_px - view::shift_px() + px * disc.center.xy;
     let ju = px * (disc.axis_u.xy + ray * disc.axis_u.z);
     let jv = px * (disc.axis_v.xy + ray * disc.axis_v.z);
 

@@ -15,6 +15,7 @@ use surfelshop_api::{Camera, UnitKind, View};
 use surfelshop_image::outputs;
 use surfelshop_render::{Explanation, RenderError, RenderRequest, RendererView};
 use surfelshop_runtime::plugins::{self, Contents, CrashMark, Hosted, LoadedUnit, Origin, UnitRef};
+use surfelshop_session::antialias::shift_px;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::pyramids::{DETAIL_PX, Wait};
 use surfelshop_session::session::ConvergedFrame;
@@ -29,14 +30,30 @@ const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
 pub(super) enum Frames {
     /// All, until the picture is final.
     All,
-    /// The one of this index.
-    One(u32),
+    /// The one of this index, of the settled picture that is seen at this place of the pixels.
+    One { sample: u32, frame: u32 },
 }
 
 impl Frames {
     /// The frames drawn for a new request: measured and exported pictures are not shown in between.
     pub(super) fn of(slot: ViewSlot, request: &ViewRequest) -> Self {
-        if request.for_measurement || slot == EXPORT_SLOT { Self::All } else { Self::One(0) }
+        match request.for_measurement || slot == EXPORT_SLOT {
+            true => Self::All,
+            false => Self::One { sample: 0, frame: 0 },
+        }
+    }
+
+    /// Settled pictures that are drawn with these frames, the last of which is `frame`.
+    fn n_settled(self, frame: &ConvergedFrame) -> u32 {
+        match self {
+            Self::All => frame.n_samples,
+            Self::One { sample, .. } => sample + u32::from(!frame.refines()),
+        }
+    }
+
+    /// Whether they are of the first place in each pixel, whose depths and explanation are shown.
+    fn is_first_sample(self) -> bool {
+        matches!(self, Self::All | Self::One { sample: 0, .. })
     }
 }
 
@@ -80,13 +97,14 @@ impl RenderWorker {
                 self.events.send(RenderEvent::Message(error.to_string()));
             }
         }
-        match self.render(&mut active.view, drawn, Frames::of(slot, request)) {
+        let frames = Frames::of(slot, request);
+        match self.render(&mut active.view, drawn, frames) {
             Ok((frame, explained)) => {
                 active.mark = None;
                 self.health.succeeded(&active.reference, active.unit.contents);
                 active.beside.succeeded(&mut self.health);
                 self.active.insert(slot, active);
-                rendered_view(&frame, explained, request, started)
+                rendered_view(&frame, frames, explained.map(Arc::new), request, started)
             }
             Err(error) => {
                 let fault = self.record_fault(&active, error);
@@ -176,8 +194,9 @@ impl RenderWorker {
         // Measured and exported pictures have all that they need; others are drawn of what is in memory.
         let wait = match frames {
             Frames::All => Wait::ForAll,
-            Frames::One(_) => Wait::ForNone,
+            Frames::One { .. } => Wait::ForNone,
         };
+        let is_full = request.detail.is_full();
         let clouds = &request.clouds;
         let drawn = clouds.drawn(&seen, &request.scene.surface, node_detail(request), wait);
         let drawn = drawn.map_err(|error| RenderError::Cloud(error.to_string()))?;
@@ -189,7 +208,7 @@ impl RenderWorker {
             view: seen,
             values: &request.values,
             // The pointer reads depths of still pictures alone.
-            outputs: match request.detail.is_full() && !request.for_measurement {
+            outputs: match is_full && !request.for_measurement && frames.is_first_sample() {
                 true => &OUTPUTS,
                 false => &OUTPUTS[..1],
             },
@@ -201,9 +220,13 @@ impl RenderWorker {
             parts: views.parts(),
         };
         let mut frame = match frames {
-            Frames::All => self.session.settle_view(view, &render_request)?,
-            Frames::One(frame_index) => {
-                self.session.frame_view(view, &RenderRequest { frame_index, ..render_request })?
+            Frames::All => {
+                self.session.settle_view_antialiased(view, &render_request, request.antialias)?
+            }
+            Frames::One { sample, frame } => {
+                let shift_px = shift_px(sample, request.antialias);
+                let of_index = RenderRequest { frame_index: frame, ..render_request };
+                self.session.frame_view(view, &of_index, shift_px)?
             }
         };
         if drawn.n_missing() > 0 {
@@ -213,11 +236,11 @@ impl RenderWorker {
         self.drawn = Some(Instant::now());
         self.n_drawn += match frames {
             Frames::All => u64::from(frame.n_frames),
-            Frames::One(_) => 1,
+            Frames::One { .. } => 1,
         };
-        let is_still = request.detail.is_full() && !request.for_measurement && !frame.refines();
-        let explained =
-            is_still.then(|| self.session.engine.explain(view, &render_request, &frame.rendered));
+        let is_still = is_full && !request.for_measurement && !frame.refines();
+        let explained = (is_still && frames.is_first_sample())
+            .then(|| self.session.engine.explain(view, &render_request, &frame.rendered));
         Ok((frame, explained))
     }
 
@@ -258,7 +281,8 @@ fn node_detail(request: &ViewRequest) -> f32 {
 /// The picture of a frame.
 pub(super) fn rendered_view(
     frame: &ConvergedFrame,
-    explained: Option<Explanation>,
+    frames: Frames,
+    explained: Option<Arc<Explanation>>,
     request: &ViewRequest,
     started: Instant,
 ) -> anyhow::Result<RenderedView> {
@@ -268,6 +292,7 @@ pub(super) fn rendered_view(
         found.ok_or_else(|| anyhow!("the renderer gave no output `{}`", output.name()))
     };
     let color = image(&Output::Color)?;
+    let n_settled = frames.n_settled(frame);
     Ok(RenderedView {
         size: [color.width, color.height],
         levels: match request.for_measurement {
@@ -282,9 +307,10 @@ pub(super) fn rendered_view(
         frame_ms: frame.milliseconds,
         own_passes_ms: frame.own_passes_ms,
         n_frames: frame.n_frames,
-        refines: frame.refines(),
+        refines: n_settled < request.antialias,
+        samples: [n_settled, request.antialias],
         detail: request.detail,
-        explained: explained.map(Arc::new),
+        explained,
         upload_stride: 1,
         traced: None,
     })

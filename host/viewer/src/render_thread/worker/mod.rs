@@ -7,6 +7,7 @@
 mod beside;
 mod draw;
 mod refine;
+mod refining_view;
 mod release;
 mod reload;
 mod run;

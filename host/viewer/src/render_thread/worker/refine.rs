@@ -1,7 +1,8 @@
 //! Pictures are refined frame by frame while the queue is empty, several of them in turn.
 
-use super::draw::{Frames, rendered_view};
-use super::state::{RefiningView, RenderWorker};
+use super::draw::rendered_view;
+use super::refining_view::{FrameUse, RefiningView};
+use super::state::RenderWorker;
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::{RenderedView, ViewReply};
 use crate::render_thread::view_request::{ViewRequest, ViewSlot};
@@ -30,12 +31,10 @@ impl RenderWorker {
         request: &ViewRequest,
         rendered: &RenderedView,
     ) {
-        let now = Instant::now();
         if request.in_motion {
-            self.moved = Some(now);
+            self.moved = Some(Instant::now());
         } else if rendered.refines {
-            let (n_frames, n_drawn) = (rendered.n_frames, self.n_drawn);
-            self.refining.push_back(RefiningView { slot, n_frames, sent: now, n_drawn });
+            self.refining.push_back(RefiningView::new(slot, rendered, self.n_drawn));
         }
     }
 
@@ -60,12 +59,14 @@ impl RenderWorker {
         if self.n_drawn - refining.n_drawn > MOST_OTHER_FRAMES {
             refining.n_frames = 0;
         }
-        let outcome = match self.next_frame(&refining) {
-            Ok((n_frames, refines, rendered)) => {
+        let outcome = match self.next_frame(&mut refining) {
+            Ok((refines, rendered)) => {
                 if refines {
-                    let sent = if rendered.is_some() { Instant::now() } else { refining.sent };
-                    let n_drawn = self.n_drawn;
-                    self.refining.push_back(RefiningView { slot, n_frames, sent, n_drawn });
+                    if rendered.is_some() {
+                        refining.sent = Instant::now();
+                    }
+                    refining.n_drawn = self.n_drawn;
+                    self.refining.push_back(refining);
                 }
                 let Some(rendered) = rendered else { return };
                 Ok(rendered)
@@ -81,12 +82,12 @@ impl RenderWorker {
         })));
     }
 
-    /// Draws the next frame. Returns the number of frames, whether another one would change the
-    /// picture, and the picture if it is final or none was sent for a while.
+    /// Draws the next frame. Returns whether another one would change the picture, and the picture where it is to be
+    /// shown.
     fn next_frame(
         &mut self,
-        refining: &RefiningView,
-    ) -> anyhow::Result<(u32, bool, Option<RenderedView>)> {
+        refining: &mut RefiningView,
+    ) -> anyhow::Result<(bool, Option<RenderedView>)> {
         let present = self.active.remove(&refining.slot);
         let mut active = present.ok_or_else(|| anyhow!("nothing is drawn there any more"))?;
         if let Err(refusal) = self.health.check(&active.reference) {
@@ -100,22 +101,26 @@ impl RenderWorker {
         if matches!(arrived, Ok(false)) && request.clouds.is_waited_for() {
             // The picture would be the same.
             self.active.insert(refining.slot, active);
-            return Ok((refining.n_frames, true, None));
+            return Ok((true, None));
         }
         let started = Instant::now();
-        let frame = Frames::One(refining.n_frames);
-        let drawn = arrived.and_then(|_| self.render(&mut active.view, &request, frame));
-        let result = match drawn {
-            Ok((frame, explained)) => {
-                let refines = frame.refines();
+        let frames = refining.next_frames();
+        let drawn = arrived.and_then(|_| self.render(&mut active.view, &request, frames));
+        let taken = drawn.and_then(|(mut frame, explained)| {
+            let taken = refining.take(&mut frame, explained, request.antialias)?;
+            Ok((frame, taken))
+        });
+        let result = match taken {
+            Ok((frame, FrameUse { refines, may_be_shown, explained })) => {
                 // The rate of frames sent in all does not grow with the number of pictures.
                 let others = u32::try_from(self.refining.len()).unwrap_or(u32::MAX);
                 let interval = SEND_INTERVAL.saturating_mul(others.saturating_add(1));
-                let is_sent = !refines || refining.sent.elapsed() >= interval;
-                let rendered = is_sent
-                    .then(|| rendered_view(&frame, explained, &request, started))
-                    .transpose();
-                rendered.map(|rendered| (frame.n_frames, refines, rendered))
+                let is_sent = !refines || may_be_shown && refining.sent.elapsed() >= interval;
+                let rendered = is_sent.then(|| {
+                    let shown = refining.shown(frame);
+                    rendered_view(&shown, frames, explained, &request, started)
+                });
+                rendered.transpose().map(|rendered| (refines, rendered))
             }
             Err(error) => self.record_fault(&active, error),
         };

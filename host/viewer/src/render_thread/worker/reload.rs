@@ -6,6 +6,7 @@ use super::state::{ActiveRenderer, RenderWorker};
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::{RenderedView, ViewReply};
 use crate::render_thread::view_request::{ViewRequest, ViewSlot};
+use std::sync::Arc;
 use std::time::Instant;
 use surfelshop_api::FrameRequest;
 use surfelshop_render::RendererView;
@@ -101,8 +102,9 @@ impl RenderWorker {
         let mut view =
             RendererView::new(reloaded.hosted, unit.scope()).needing(&unit.description.needs);
         let started = Instant::now();
-        let (frame, explained) = self.render(&mut view, &request, Frames::of(slot, &request))?;
-        let rendered = rendered_view(&frame, explained, &request, started)?;
+        let frames = Frames::of(slot, &request);
+        let (frame, explained) = self.render(&mut view, &request, frames)?;
+        let rendered = rendered_view(&frame, frames, explained.map(Arc::new), &request, started)?;
         let ms = |duration: std::time::Duration| duration.as_secs_f64() * 1e3;
         let report = format!(
             "{} was rebuilt: load and first graph {:.1} ms, compiling and drawing {:.0} ms, after \

@@ -1,6 +1,7 @@
 //! The worker's state, and how failures of renderers are recorded.
 
 use super::beside::Beside;
+use super::refining_view::RefiningView;
 use super::traced::{LeavingTracer, TracedView};
 use crate::render_thread::cloud_upload::{CloudUpload, LARGE};
 use crate::render_thread::command::{CommandQueue, RenderCommand};
@@ -61,17 +62,6 @@ pub(super) fn files_of(unit: &LoadedUnit, values: &Values) -> impl Iterator<Item
         Value::Text(path) if !path.is_empty() => Some(PathBuf::from(path)),
         _ => None,
     })
-}
-
-/// A picture that is refined frame by frame.
-pub(super) struct RefiningView {
-    pub(super) slot: ViewSlot,
-    /// Frames drawn so far: the index of the next one.
-    pub(super) n_frames: u32,
-    /// When the window got a frame last.
-    pub(super) sent: Instant,
-    /// [`RenderWorker::n_drawn`] after its last frame.
-    pub(super) n_drawn: u64,
 }
 
 /// The state of the render thread.
