@@ -57,7 +57,7 @@ const SHOW: &str = "
     var c: texture_2d<f32>;
     @fragment fn show(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
         let pixel = vec2<u32>(at.xy);
-        return vec4(textureLoad(a, pixel, 0).x, textureLoad(b, pixel, 0).x, textureLoad(c, pixel, 0).x, 1.0);
+        return vec4(textureLoad(a, pixel, 0).x, textureLoad(b, pixel, 0).x, textureLoad(c, pixel, 0).x, 0.0);
     }";
 
 /// The Gaussians of a cloud, which a function of pixels changes where there is one: sums, or depths.
@@ -83,7 +83,7 @@ fn gaussians(
         let [sums, places, shown] =
             ["sums", "places", "shown"].map(|name| texture(name, Format::Rgba32Float));
         let depths = [SplatDepth::Expected, SplatDepth::Median, SplatDepth::Distortion]
-            .map(|which| (which, texture("depth", Format::R32Float)));
+            .map(|which| (which, texture(&format!("{which:?}"), Format::R32Float)));
         let mut pass = Pass::splats("splats", GAUSSIANS, entry, footprint, n)
             .reads(&cloud)
             .composed(composition)
@@ -120,12 +120,12 @@ fn a_function_that_changes_nothing_changes_no_bit() {
                     let mut draw = |function| {
                         gaussians(&mut engine, &all, footprint, composition, function, of_depths)
                     };
-                    let [plain, told] =
+                    let [plain, changed] =
                         [None, Some("same")].map(|f| draw(f).images[0].1.data.clone());
                     let what = format!("{footprint:?} {composition:?} {of_depths}");
-                    assert!(plain.iter().filter(|v| **v > 0.01).count() > 300, "{what}: {plain:?}");
+                    assert!(plain.iter().filter(|v| **v > 0.01).count() > 60, "{what}: {plain:?}");
                     let off = |(a, b): (&f32, &f32)| (a - b).abs() > 1e-4 * b.abs().max(1.0);
-                    let n = plain.iter().zip(&told).filter(|(a, b)| off((a, b))).count();
+                    let n = plain.iter().zip(&changed).filter(|(a, b)| off((a, b))).count();
                     // The CPU rounds exponents otherwise than the device, which decides a few steps.
                     assert!(200 * n <= plain.len(), "{what}: {n} of {} differ", plain.len());
                 }
@@ -152,8 +152,8 @@ fn the_device_composes_them_whoever_draws_surfels() {
     stage::equal_bits(&pictures[0], &pictures[2], "both ways");
 }
 
-/// The sums of a pass of `n` splats of this text, of functions `made` and `told`.
-fn told(
+/// The sums of a pass of `n` splats of this text, of functions `made` and `changed`.
+fn changed(
     engine: &mut Engine,
     text: &str,
     footprint: Footprint,
@@ -165,7 +165,7 @@ fn told(
     let frame = drawn(engine, &[&cloud], move |_, graph| {
         let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
         let pass = Pass::splats("splats", &text, "made", footprint, n).composed(composition);
-        graph.pass(pass.per_pixel("told").target(sums));
+        graph.pass(pass.per_pixel("changed").target(sums));
         graph.output(Output::Color, sums);
     });
     stage::pixels(&frame.unwrap(), &Output::Color)
@@ -193,13 +193,13 @@ fn functions_are_told_where_they_are() {
             s.payload[0] = vec4(3.0, 0.0, 0.0, 0.0);
             return s;
         }
-        fn told(p: splat::Pixel) -> splat::Fragment {
+        fn changed(p: splat::Pixel) -> splat::Fragment {
             var f = splat::Fragment(1.0, p.payload);
             f.payload[0] = SHOWN;
             return f;
         }";
     let mut draw = |text: &str, shown: &str, footprint| {
-        told(&mut engine, &text.replace("SHOWN", shown), footprint, 1, Composition::Over)
+        changed(&mut engine, &text.replace("SHOWN", shown), footprint, 1, Composition::Over)
     };
     let places = draw(conic, "vec4(p.place, p.exponent, p.depth)", Footprint::Conic);
     let others =
@@ -226,7 +226,7 @@ fn functions_are_told_where_they_are() {
         fn made(i: u32) -> splat::Splat {
             return splat::planar(vec3(0.1, -0.2, 0.3), vec3(0.4, 0.0, 0.3), vec3(0.1, 0.5, -0.2));
         }
-        fn told(p: splat::Pixel) -> splat::Fragment {
+        fn changed(p: splat::Pixel) -> splat::Fragment {
             var f = splat::Fragment(1.0, p.payload);
             f.payload[0] = SHOWN;
             return f;
@@ -265,7 +265,7 @@ fn what_no_function_should_return_is_finite() {
             return splat::conic(vec2(8.0), vec3(1e-4, 0.0, 1e-4), 2.0);
         }
         // Numbers that are none, made of what compilers do not know.
-        fn told(p: splat::Pixel) -> splat::Fragment {
+        fn changed(p: splat::Pixel) -> splat::Fragment {
             let nan = bitcast<f32>(0x7fc00000u + p.index);
             let infinite = bitcast<f32>(0x7f800000u + p.index);
             var f = splat::Fragment(0.5, p.payload);
@@ -289,7 +289,7 @@ fn what_no_function_should_return_is_finite() {
         if matches!(composition, Composition::Stochastic { .. }) {
             continue;
         }
-        let found = told(&mut engine, text, Footprint::Conic, 1, composition);
+        let found = changed(&mut engine, text, Footprint::Conic, 1, composition);
         // The nearest is all that is seen.
         let half = if composition == Composition::Nearest { 1.0 } else { 0.5 };
         for (at, [x, _]) in centers().enumerate() {
@@ -303,7 +303,7 @@ fn what_no_function_should_return_is_finite() {
         }
     }
     let chance = Composition::Stochastic { samples: 64 };
-    let found = told(&mut engine, text, Footprint::Conic, 1, chance);
+    let found = changed(&mut engine, text, Footprint::Conic, 1, chance);
     assert!(found.as_flattened().iter().all(|value| value.is_finite()));
     for (at, [x, _]) in centers().enumerate() {
         let expected = match x as u32 {
@@ -329,13 +329,13 @@ fn kernels_other_than_gaussians_are_drawn() {
             return s;
         }
         // A disc of one standard deviation before a parabola of two (Epanechnikov's kernel).
-        fn told(p: splat::Pixel) -> splat::Fragment {
+        fn changed(p: splat::Pixel) -> splat::Fragment {
             let squared = -2.0 * p.exponent;
             let disc = select(0.0, 1.0, squared <= 1.0);
             return splat::Fragment(select(1.0 - squared / 4.0, disc, p.index == 0u), p.payload);
         }";
     let mut engine = engine();
-    let found = told(&mut engine, text, Footprint::Conic, 2, Composition::Over);
+    let found = changed(&mut engine, text, Footprint::Conic, 2, Composition::Over);
     for (at, [x, y]) in centers().enumerate() {
         let squared = ((x - 8.0).powi(2) + (y - 8.0).powi(2)) / 9.0;
         let parabola = (1.0 - squared / 4.0).max(0.0);
@@ -352,7 +352,7 @@ fn kernels_other_than_gaussians_are_drawn() {
 fn functions_that_cannot_be_are_refused() {
     let cloud = Gaussians::generated(5).cloud();
     let mut engine = engine();
-    let pass = |told: &str, name: &'static str| {
+    let pass = |changed: &str, name: &'static str| {
         let text = format!(
             "#import surfelshop::splat
              #import cloud
@@ -360,7 +360,7 @@ fn functions_that_cannot_be_are_refused() {
              fn made(i: u32) -> splat::Splat {{
                  return splat::conic(vec2(8.0), vec3(0.1, 0.0, 0.1), cloud::opacity(i));
              }}
-             {told}"
+             {changed}"
         );
         move |frame: &Frame<Script>, graph: &mut Graph| {
             let columns = [BufferColumn::new(OPACITY, 1)];
@@ -372,32 +372,40 @@ fn functions_that_cannot_be_are_refused() {
             graph.output(Output::Color, sums);
         }
     };
-    let good = "fn told(p: splat::Pixel) -> splat::Fragment {
+    let good = "fn changed(p: splat::Pixel) -> splat::Fragment {
         return splat::Fragment(p.opacity, p.payload);
     }";
-    drawn(&mut engine, &[&cloud], pass(good, "told")).unwrap();
-    for (told, name, words) in [
-        (good, "other", &["no function `other`", "made", "told"] as &[&str]),
+    drawn(&mut engine, &[&cloud], pass(good, "changed")).unwrap();
+    for (changed, name, words) in [
+        (good, "other", &["no function `other`", "made", "changed"] as &[&str]),
         (good, "", &["no name of a WGSL function"]),
-        (good, "told(p); //", &["no name of a WGSL function"]),
-        ("fn told(p: splat::Pixel) -> f32 { return p.opacity; }", "told", &["told"]),
-        ("fn told(p: vec2<f32>) -> splat::Fragment { return told(p); }", "told", &[]),
-        ("fn told(p: splat::Pixel) -> splat::Fragment { return p.shape; }", "told", &["shape"]),
+        (good, "changed(p); //", &["no name of a WGSL function"]),
         (
-            "fn told(p: splat::Pixel) -> splat::Fragment {
+            "fn changed(p: splat::Pixel) -> f32 { return p.opacity; }",
+            "changed",
+            &["`changed`", "splat::Fragment"],
+        ),
+        ("fn changed(p: vec2<f32>) -> splat::Fragment { return changed(p); }", "changed", &[]),
+        (
+            "fn changed(p: splat::Pixel) -> splat::Fragment { return p.shape; }",
+            "changed",
+            &["shape"],
+        ),
+        (
+            "fn changed(p: splat::Pixel) -> splat::Fragment {
                 counts[0] = 1u;
                 return splat::Fragment(p.opacity, p.payload);
             }",
-            "told",
-            &["`counts`", "`told`", "only reads"],
+            "changed",
+            &["`counts`", "`changed`", "only reads"],
         ),
     ] {
-        let words = [&["pass `splats`"], words].concat();
-        refused(&mut engine, &[&cloud], &words, pass(told, name));
+        let words = [&["pass `splats`"][..], words].concat();
+        refused(&mut engine, &[&cloud], &words, pass(changed, name));
     }
     // What does not fit a binding the CPU would compose.
     let options = EngineOptions { part_splats: 2, ..EngineOptions::default() };
     let mut small = engine_with(&GpuOptions::default(), &options);
-    let words = ["pass `splats`", "5 splats", "`told`", "per_pixel"];
-    refused(&mut small, &[&cloud], &words, pass(good, "told"));
+    let words = ["pass `splats`", "5 splats", "`changed`", "per_pixel"];
+    refused(&mut small, &[&cloud], &words, pass(good, "changed"));
 }

@@ -73,7 +73,21 @@ impl Plan {
         let Some(function) = &splats.per_pixel else { return Ok(()) };
         let source = per_pixel_source(pass, splats.targets.len(), function)?;
         let defines = [defines_of(pass), compose_defines(splats)].concat();
-        let shader = pipelines.shader_with(&source, &pass.modules, &defines)?;
+        // The author's own text has been compiled: what is wrong behind it, the function does not fit.
+        let n_lines = pass.wgsl.lines().count();
+        let is_behind = |message: &str| {
+            let line = message.strip_prefix("line ").and_then(|rest| rest.split(':').next());
+            let line = line.and_then(|line| line.parse::<usize>().ok());
+            line.is_some_and(|line| line > n_lines) || message.contains("'surfelshop_")
+        };
+        let shader = pipelines
+            .shader_with(&source, &pass.modules, &defines)
+            .map_err(|message| match is_behind(&message) {
+                true => format!(
+                    "`{function}` does not fit; expected `fn {function}(p: splat::Pixel) -> splat::Fragment`"
+                ),
+                false => message,
+            })?;
         let stage = naga::ShaderStage::Compute;
         let point =
             reflect(&shader.composed, stage, COMPOSE_PER_PIXEL).map_err(|error| error.message)?;

@@ -3,7 +3,8 @@
 // N_PAYLOADS, vectors that each splat carries, is set where the text is put together. PER_PIXEL, where it is defined,
 // stands for a pass with a function of its own for each pixel, NORMALIZED for means within a tolerance instead of the
 // other compositions, DISTORTION for a third picture of depths. Devices bind few buffers, of which authors need some:
-// NO_SURFACE and NO_DEPTHS leave out what a pass of the former kind does not look at.
+// NO_SURFACE and NO_DEPTHS leave out what a pass of the former kind does not look at, NO_BLENDING and NO_PICKING what
+// composes otherwise, since drivers put the function wherever it is called.
 
 var<uniform> params: Params;
 var<storage, read> footprints: array<Footprint>;
@@ -189,56 +190,52 @@ fn compose(
     // The nearest that is at least half opaque, then all about as far away.
     var nearest = 3.4e38;
     var is_shown = false;
-    for (var first = range.x; first < range.y; first += BATCH) {
-        let n = load(thread, first, range.y);
-        for (var i = 0u; i < n; i++) {
-            let hit = met(batch[i], at_px);
-            if !is_pixel || !hit.inside || hit.distance >= min(nearest, end) {
-                continue;
-            }
+    var reach = 0.0;
+    for (var round = 0u; round < 2u; round++) {
+        for (var first = range.x; first < range.y; first += BATCH) {
+            let n = load(thread, first, range.y);
+            for (var i = 0u; i < n; i++) {
+                let hit = met(batch[i], at_px);
+                let is_near = is_shown && abs(hit.distance - nearest) <= reach;
+                let counts = select(hit.distance < nearest, is_near, round == 1u);
+                if !is_pixel || !hit.inside || !counts || hit.distance >= end {
+                    continue;
+                }
 #ifdef PER_PIXEL
-            let opacity = shaded(hit, i, at_px).opacity;
+                let shown = shaded(hit, i, at_px);
+                let weight = shown.opacity;
 #else
-            let opacity = hit.opacity;
+                let weight = hit.opacity;
 #endif
-            if opacity >= 0.5 {
-                nearest = hit.distance;
-                is_shown = true;
+                if round == 0u {
+                    if weight >= 0.5 {
+                        nearest = hit.distance;
+                        reach = abs(nearest) * params.tolerance;
+                        is_shown = true;
+                    }
+                    continue;
+                }
+#ifdef PER_PIXEL
+                if weight <= 0.0 {
+                    continue;
+                }
+#endif
+                for (var k = 0u; k < N_PAYLOADS; k++) {
+#ifdef PER_PIXEL
+                    sum[k] += weight * shown.payload[k];
+#else
+                    sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
+#endif
+                }
+                distances += weight * hit.distance;
+                weights += weight;
+#ifdef DISTORTION
+                moments = with_moments(moments, weight, hit.distance);
+#endif
             }
         }
     }
     median = select(0.0, nearest, is_shown);
-    let reach = abs(nearest) * params.tolerance;
-    for (var first = range.x; first < range.y; first += BATCH) {
-        let n = load(thread, first, range.y);
-        for (var i = 0u; i < n; i++) {
-            let hit = met(batch[i], at_px);
-            let is_near = abs(hit.distance - nearest) <= reach;
-            if !is_shown || !hit.inside || !is_near || hit.distance >= end {
-                continue;
-            }
-#ifdef PER_PIXEL
-            let shown = shaded(hit, i, at_px);
-            let weight = shown.opacity;
-            if weight <= 0.0 {
-                continue;
-            }
-            for (var k = 0u; k < N_PAYLOADS; k++) {
-                sum[k] += weight * shown.payload[k];
-            }
-#else
-            let weight = hit.opacity;
-            for (var k = 0u; k < N_PAYLOADS; k++) {
-                sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
-            }
-#endif
-            distances += weight * hit.distance;
-            weights += weight;
-#ifdef DISTORTION
-            moments = with_moments(moments, weight, hit.distance);
-#endif
-        }
-    }
     let divisor = max(weights, 1.0);
     for (var k = 0u; k < N_PAYLOADS; k++) {
         sum[k] /= divisor;
@@ -247,6 +244,7 @@ fn compose(
     moments = vec4(moments.x, moments.yzw / divisor);
 #endif
 #else
+#ifndef NO_BLENDING
     if params.composition < 2u {
         for (var first = range.x; first < range.y; first += BATCH) {
             let n = load(thread, first, range.y);
@@ -301,7 +299,10 @@ fn compose(
                 break;
             }
         }
-    } else {
+    }
+#endif
+#ifndef NO_PICKING
+    if params.composition >= 2u {
         let samples = select(1u, params.samples, params.composition == 3u);
         let share = 1.0 / f32(samples);
         for (var sample = 0u; sample < samples; sample++) {
@@ -357,6 +358,7 @@ fn compose(
             }
         }
     }
+#endif
 #endif
     if !is_pixel {
         return;

@@ -100,10 +100,13 @@ pub(crate) fn compose_defines(splats: &Splats) -> Vec<&'static str> {
     let is_mean = matches!(splats.composition, Composition::Normalized { .. });
     let is_wide = splats.depths.iter().any(|(which, _)| *which == SplatDepth::Distortion);
     let has_function = splats.per_pixel.is_some();
+    let picks = matches!(splats.composition, Composition::Nearest | Composition::Stochastic { .. });
     let all = [
         (has_function, "PER_PIXEL"),
         (has_function && !splats.tested, "NO_SURFACE"),
         (has_function && splats.depths.is_empty(), "NO_DEPTHS"),
+        (has_function && picks, "NO_BLENDING"),
+        (has_function && !picks, "NO_PICKING"),
         (is_mean, "NORMALIZED"),
         (is_wide, "DISTORTION"),
     ];
@@ -201,7 +204,10 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
         // And the function that makes footprints is the same beside one of pixels.
         let (changed, splats) = pass(|pass| pass.per_pixel("round"));
         assert_eq!(splat_source(&changed, 1).unwrap(), PLAIN);
-        assert_eq!(compose_defines(&splats), ["PER_PIXEL", "NO_SURFACE", "NO_DEPTHS"]);
+        assert_eq!(
+            compose_defines(&splats),
+            ["PER_PIXEL", "NO_SURFACE", "NO_DEPTHS", "NO_PICKING"]
+        );
     }
 
     /// Of each number of vectors and each kind of composition, with three buffers of the author's: eight of storage, as
@@ -217,9 +223,19 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
             fn chance(i: u32) -> splat::Splat { return splat::nothing(); }
             fn met(p: splat::Pixel) -> splat::Fragment {
                 let more = hash[0] + sums[1] + params[p.index] + splat::position_at(p).x;
-                return splat::Fragment(p.opacity + more, p.payload);
+                var f = splat::Fragment(p.opacity + more, p.payload);
+                switch u32(p.pixel.x) {
+                    case 0u: { f.payload[0] = vec4(more); }
+                    case 1u: { f.payload[1] = p.payload[2] * more; }
+                    default: { f.opacity = exp(p.exponent); }
+                }
+                return f;
             }";
-        for composition in [Composition::Over, Composition::Normalized { tolerance: 0.1 }] {
+        for composition in [
+            Composition::Over,
+            Composition::Stochastic { samples: 4 },
+            Composition::Normalized { tolerance: 0.1 },
+        ] {
             for changed in [None, Some("met")] {
                 for depth in [None, Some(SplatDepth::Distortion)] {
                     let (plain, mut splats) = pass(|pass| pass.composed(composition));
