@@ -24,6 +24,11 @@ impl Plan {
             Work::Sort(_) => ("sorts", RADIX_SORT, SORT_ENTRY),
             _ => ("sums up", PREFIX_SUMS, SCAN_ENTRY),
         };
+        if gpu.computes_early() {
+            return Err(format!(
+                "it {does}, which OpenGL in software takes minutes to compile; use Vulkan, or a graphics card"
+            ));
+        }
         let named = [pass.wgsl.as_str(), pass.entry.as_str()];
         let given = named.iter().any(|text| !text.is_empty())
             || !(pass.bindings.is_empty() && pass.modules.is_empty())
