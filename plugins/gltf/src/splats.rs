@@ -296,7 +296,8 @@ fn ellipsoid(matrix: DMat3, scale: [f64; 3], q: [f64; 4]) -> ([f64; 3], [f64; 4]
     (found.values.map(|value| value.max(0.0).sqrt()), rotation.to_array())
 }
 
-/// How a matrix turns directions: the orthogonal matrix next to it, which mirrors where it does. `None` where it flattens.
+/// How a matrix turns directions: the orthogonal matrix next to it, which mirrors where it does. `None` where it
+/// flattens.
 ///
 /// Source: Higham 1986, "Computing the Polar Decomposition with Applications".
 fn turn(matrix: DMat3) -> Option<DMat3> {
