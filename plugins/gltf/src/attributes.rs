@@ -2,7 +2,7 @@
 
 use crate::accessor::{Accessor, Shape};
 use crate::buffers::Buffers;
-use crate::splats;
+use crate::extensions;
 use gltf::json::Root;
 use gltf::json::accessor::ComponentType;
 use gltf::json::mesh::{Primitive, Semantic};
@@ -73,7 +73,7 @@ pub(crate) fn own(
             Checked::Valid(Semantic::Extras(own)) => own,
             Checked::Valid(_) => continue,
             // Those of splats are read by themselves.
-            Checked::Invalid if splats::are_in(primitive) => continue,
+            Checked::Invalid if extensions::splats(primitive).is_some() => continue,
             Checked::Invalid => {
                 say(lines, "attributes whose names glTF does not have were left out".to_owned());
                 continue;

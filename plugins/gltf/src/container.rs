@@ -1,7 +1,7 @@
 //! The JSON of a file, and where its binary chunk lies.
 
+use crate::extensions;
 use crate::names::AllNames;
-use crate::splats;
 use gltf::json::Root;
 use std::ops::Range;
 use surfelshop_api::format::FileSource;
@@ -47,7 +47,7 @@ pub(crate) fn open(file: &FileSource) -> Result<Container> {
             version.escape_debug()
         )));
     }
-    let names = AllNames::of(text, splats::EXTENSION)?;
+    let names = AllNames::of(text, extensions::SPLATS)?;
     Ok(Container { root, names, binary, is_glb })
 }
 

@@ -1,7 +1,14 @@
 //! Extensions that a file says nobody can do without.
 
-use gltf::json::Root;
+use gltf::json::mesh::Primitive;
+use gltf::json::{Root, Value};
 use surfelshop_api::prelude::{Error, Result};
+
+/// The extension of Gaussian splats, whose name their attributes begin with.
+pub(crate) const SPLATS: &str = "KHR_gaussian_splatting";
+
+/// How names of extensions begin that pack splats.
+const COMPRESSION: &str = "KHR_gaussian_splatting_compression_";
 
 /// What to do about packed splats.
 pub(crate) const PACKED_SPLATS: &str =
@@ -32,6 +39,17 @@ const HARMLESS: [&str; 12] = [
     "EXT_materials_",
     "MSFT_texture_",
 ];
+
+/// What a primitive says of its splats; `None` where it has none.
+pub(crate) fn splats(primitive: &Primitive) -> Option<&Value> {
+    primitive.extensions.as_ref()?.others.get(SPLATS)
+}
+
+/// The name of the extension that packs a primitive's splats.
+pub(crate) fn compression(primitive: &Primitive) -> Option<&str> {
+    let inside = splats(primitive)?.get("extensions")?.as_object()?;
+    inside.keys().find(|name| name.starts_with(COMPRESSION)).map(String::as_str)
+}
 
 /// Looks through what a file requires; returns what is doubtful.
 ///

@@ -21,9 +21,9 @@
 //! glTF says that colours are linear in whole numbers, too. Some programs, such as trimesh, write sRGB there as it is,
 //! which is what such columns hold here; `colors=linear` reads them by the book, as f32.
 //!
-//! Points of the extension `KHR_gaussian_splatting` are Gaussians: columns `opacity`, `splat_scale`, `splat_rotation` and
-//! `sh_0` to `sh_3`, moved, scaled and turned as nodes say, their spherical harmonics, too. Their colours are those of the
-//! harmonics, not `COLOR_0` or materials. In a scene with Gaussians all else is left out, since it would be of none.
+//! Points of the extension `KHR_gaussian_splatting` are Gaussians: columns `opacity`, `splat_scale`, `splat_rotation`
+//! and `sh_0` to `sh_3`, moved, scaled and turned as nodes say, their spherical harmonics, too. Their colours are those
+//! of the harmonics, not `COLOR_0` or materials. In a scene with Gaussians all else is left out, since it would be of none.
 //! Those that another extension packs (`KHR_gaussian_splatting_compression_spz` and others, which are drafts) are
 //! refused.
 //!

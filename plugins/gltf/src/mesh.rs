@@ -3,9 +3,9 @@
 use crate::accessor::Accessor;
 use crate::attributes::{self, Attribute};
 use crate::buffers::Buffers;
-use crate::extensions::PACKED_SPLATS;
+use crate::extensions::{PACKED_SPLATS, compression};
 use crate::names::{AllNames, Names};
-use crate::splats::{self, Splats};
+use crate::splats::Splats;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
 use gltf::json::{Index, Root};
@@ -65,11 +65,6 @@ pub(crate) struct Doubts {
 }
 
 impl Doubts {
-    /// Adds a line about attributes.
-    pub(crate) fn say(&mut self, line: String) {
-        attributes::say(&mut self.attributes, line);
-    }
-
     /// A line for each.
     pub(crate) fn lines(self) -> Vec<String> {
         let mut lines = Vec::new();
@@ -186,7 +181,7 @@ fn vertices(
             "a mesh is compressed by Draco, which is not read; save the file without compression",
         ));
     }
-    if let Some(name) = splats::compression(primitive).filter(|_| position.is_empty_inside()) {
+    if let Some(name) = compression(primitive).filter(|_| position.is_empty_inside()) {
         let name: String = name.escape_debug().take(80).collect();
         return Err(Error::new(format!(
             "Gaussians are compressed by {name}, which is not read; {PACKED_SPLATS}"
@@ -199,7 +194,7 @@ fn vertices(
     }
     let is_points = primitive.mode == Checked::Valid(Mode::Points);
     let found = is_points
-        .then(|| Splats::find((root, buffers), primitive, names, count, doubts))
+        .then(|| Splats::find((root, buffers), primitive, names, count, &mut doubts.attributes))
         .transpose()?;
     let splats = found.flatten();
     // Of splats these follow from the rest.

@@ -5,9 +5,8 @@
 use crate::accessor::{Accessor, Reader};
 use crate::attributes;
 use crate::buffers::Buffers;
-use crate::columns::Column;
 use crate::decode::floats;
-use crate::mesh::Doubts;
+use crate::extensions;
 use crate::names::Names;
 use gltf::json::Root;
 use gltf::json::mesh::Primitive;
@@ -16,12 +15,6 @@ use surfelshop_api::format::FileColumn;
 use surfelshop_api::glam::{DMat3, DQuat, DVec3};
 use surfelshop_api::prelude::{Error, Result};
 use surfelshop_geometry::{eigen, harmonics};
-
-/// The extension, whose name attributes begin with.
-pub(crate) const EXTENSION: &str = "KHR_gaussian_splatting";
-
-/// How names of extensions begin that pack splats.
-const COMPRESSION: &str = "KHR_gaussian_splatting_compression_";
 
 /// How far from 1 and 0 products of a similarity's columns may be.
 const TOLERANCE: f64 = 1e-6;
@@ -60,22 +53,6 @@ pub(crate) struct Splats {
     harmonics: Vec<Vec<Accessor>>,
 }
 
-/// What a primitive's extension says; `None` where it has none.
-fn extension<'a>(primitive: &'a Primitive) -> Option<&'a gltf::json::Value> {
-    primitive.extensions.as_ref()?.others.get(EXTENSION)
-}
-
-/// Whether a primitive is of splats, as it says.
-pub(crate) fn are_in(primitive: &Primitive) -> bool {
-    extension(primitive).is_some()
-}
-
-/// The name of the extension that packs a primitive's splats.
-pub(crate) fn compression(primitive: &Primitive) -> Option<&str> {
-    let inside = extension(primitive)?.get("extensions")?.as_object()?;
-    inside.keys().find(|name| name.starts_with(COMPRESSION)).map(String::as_str)
-}
-
 impl Splats {
     /// Finds the splats of a primitive with so many points; `None` where it is of none, or not all of them is there.
     ///
@@ -86,18 +63,21 @@ impl Splats {
         primitive: &Primitive,
         names: &Names,
         count: u32,
-        doubts: &mut Doubts,
+        lines: &mut Vec<String>,
     ) -> Result<Option<Self>> {
-        let Some(extension) = extension(primitive) else { return Ok(None) };
+        let Some(extension) = extensions::splats(primitive) else { return Ok(None) };
         let mut part = |name: &str, components: usize| {
-            let full = format!("{EXTENSION}:{name}");
+            let full = format!("{}:{name}", extensions::SPLATS);
             let Some(index) = names.accessor(&full) else { return Ok(None) };
             let accessor = Accessor::find(root, buffers, index)?;
             let found = Some(accessor).filter(|accessor| accessor.shape.components == components);
             if found.is_none() {
-                doubts.say(format!("{full} was left out: expected {components} components"));
+                attributes::say(
+                    lines,
+                    format!("{full} was left out: expected {components} components"),
+                );
             }
-            Ok::<_, Error>(attributes::checked(&full, found, count, &mut doubts.attributes))
+            Ok::<_, Error>(attributes::checked(&full, found, count, lines))
         };
         let (opacity, scale, rotation) =
             (part("OPACITY", 1)?, part("SCALE", 3)?, part("ROTATION", 4)?);
@@ -109,7 +89,8 @@ impl Splats {
             harmonics.push(all);
         }
         let (Some(opacity), Some(scale), Some(rotation)) = (opacity, scale, rotation) else {
-            doubts.say(
+            attributes::say(
+                lines,
                 "Gaussians without an opacity, scale or rotation of each point were read as points"
                     .to_owned(),
             );
@@ -118,11 +99,17 @@ impl Splats {
         let text = |name: &str| extension.get(name).and_then(|value| value.as_str());
         if let Some(kernel) = text("kernel").filter(|kernel| *kernel != "ellipse") {
             let kernel: String = kernel.escape_debug().take(40).collect();
-            doubts.say(format!("splats of the kernel `{kernel}` were read as ellipses"));
+            attributes::say(
+                lines,
+                format!("splats of the kernel `{kernel}` were read as ellipses"),
+            );
         }
         if let Some(space) = text("colorSpace").filter(|space| !space.starts_with("srgb_rec709")) {
             let space: String = space.escape_debug().take(40).collect();
-            doubts.say(format!("the splats' colours of the space `{space}` were read as sRGB"));
+            attributes::say(
+                lines,
+                format!("the splats' colours of the space `{space}` were read as sRGB"),
+            );
         }
         Ok(Some(Self { opacity, scale, rotation, harmonics }))
     }
@@ -178,14 +165,14 @@ impl<'a> SplatReader<'a> {
         })
     }
 
-    /// The values of a part of `n` splats from the `first` on, for a column of it.
+    /// The values of a part of `n` splats from the `first` on, for a column with so many components.
     ///
     /// # Errors
     /// Where memory runs out, or the system refuses.
     pub(crate) fn values(
         &self,
         part: Part,
-        column: &Column,
+        components: usize,
         first: u32,
         n: usize,
     ) -> Result<Vec<f32>> {
@@ -215,7 +202,7 @@ impl<'a> SplatReader<'a> {
                 })
             }
             (Part::Harmonics(order), _) => {
-                let mut made = vec![0.0; n * column.column.components as usize];
+                let mut made = vec![0.0; n * components];
                 if let Some(readers) = self.harmonics.get(order) {
                     self.harmonics(order, readers, first, &mut made)?;
                 }
@@ -296,7 +283,8 @@ fn ellipsoid(matrix: DMat3, scale: [f64; 3], q: [f64; 4]) -> ([f64; 3], [f64; 4]
     (found.values.map(|value| value.max(0.0).sqrt()), rotation.to_array())
 }
 
-/// How a matrix turns directions: the orthogonal matrix next to it, which mirrors where it does. `None` where it flattens.
+/// How a matrix turns directions: the orthogonal matrix next to it, which mirrors where it does. `None` where it
+/// flattens.
 ///
 /// Source: Higham 1986, "Computing the Polar Decomposition with Applications".
 fn turn(matrix: DMat3) -> Option<DMat3> {

@@ -115,7 +115,12 @@ impl<'a> Source<'a> {
         let mut batch = Vec::with_capacity(self.columns.len());
         for (column, reader) in self.columns.iter().zip(&self.readers) {
             if let (Content::Splat(part), Some(splats)) = (&column.content, &self.splats) {
-                batch.push(Decoded::F32(splats.values(*part, column, first, n)?));
+                batch.push(Decoded::F32(splats.values(
+                    *part,
+                    column.column.components as usize,
+                    first,
+                    n,
+                )?));
                 continue;
             }
             let read = |reader: &Reader<'_>| -> Result<_> {

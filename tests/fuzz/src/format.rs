@@ -210,7 +210,8 @@ fn with_checksums_of_archive(bytes: &[u8]) -> Vec<u8> {
             Some((start + 30 + names, len))
         });
         let contents = start.and_then(|(start, len)| bytes.get(start..start + len));
-        if let (Some(contents), Some(place)) = (contents, repaired.get_mut(entry + 16..entry + 20)) {
+        if let (Some(contents), Some(place)) = (contents, repaired.get_mut(entry + 16..entry + 20))
+        {
             place.copy_from_slice(&crc(contents, 0xedb8_8320).to_le_bytes());
         }
     }

@@ -1,9 +1,9 @@
-//! What Gaussians cost a reader: `surface gaussian-reading FILE.ply [ROUNDS]`, for a binary PLY file of a trainer, such as
-//! `surface gaussians` writes.
+//! What Gaussians cost a reader: `surface gaussian-reading FILE.ply [ROUNDS]`, for a binary PLY file of a trainer,
+//! such as `surface gaussians` writes.
 //!
-//! The same bytes are read as Gaussians, as a cloud of plain columns (a copy in which the properties have other names, three
-//! of them those of normals), and as bytes. Every reader runs in a process of its own, one after the other in each round;
-//! a first round, which brings the files into the page cache, is left out.
+//! The same bytes are read as Gaussians, as a cloud of plain columns (a copy in which the properties have other names,
+//! three of them those of normals), and as bytes. Every reader runs in a process of its own, one after the other in each
+//! round; a first round, which brings the files into the page cache, is left out.
 
 use anyhow::{Context as _, Result};
 use std::io::Read as _;

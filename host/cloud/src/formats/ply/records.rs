@@ -51,8 +51,8 @@ fn extend_apart(values: &mut Vec<f32>, records: &[u8], stride: usize, starts: &[
     }
 }
 
-/// Empty fields for the properties of an element without lists. Neighbours that belong together share one, and so do the
-/// components of each column of Gaussian splats.
+/// Empty fields for the properties of an element without lists. Neighbours that belong together share one, and so do
+/// the components of each column of Gaussian splats.
 pub(super) fn record_fields(element: &ElementDef) -> Vec<RecordField> {
     let fields = fields_of(element, true);
     let mut end = 0;

@@ -184,7 +184,7 @@ impl Harmonics {
     }
 }
 
-/// The degree of spherical harmonics of a scene; where only the palette's image says, it is not known before that is read.
+/// The degree of spherical harmonics of a scene; where only the palette's image says, that is read.
 pub(super) fn degree(archive: &Archive<'_>, folder: &str, meta: &Meta) -> Result<usize> {
     let Some(palette) = &meta.palette else { return Ok(0) };
     match palette.bands {
