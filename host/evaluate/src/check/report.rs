@@ -190,7 +190,7 @@ fn again(arguments: &CheckArguments, unit: &UnitRef, outcome: &Outcome) -> Strin
     let typed = command_line::without(&typed, &["--case", "--out", "-o"]);
     let is_other = |word: &String| {
         let is_wanted = arguments.wanted.contains(word) && super::file(word).is_none();
-        !is_wanted && word != "--json"
+        !is_wanted && !["--json", "--accept"].contains(&word.as_str())
     };
     let mut words = vec!["check".to_owned(), format!("{}/{}", unit.package, unit.id)];
     // A file that was named as what is to be checked would have all its units checked.
