@@ -170,7 +170,14 @@ fn not_loaded(registry: &Registry, used: &[UnitRef]) -> Vec<Value> {
 
 /// Which of several renderers draws which cloud, a line for each.
 pub fn who_draws(explained: &Explanation, clouds: &[&str]) -> Vec<String> {
-    let name = |cloud: &u32| clouds.get(*cloud as usize).copied().unwrap_or("a cloud").to_owned();
+    // A file that a scene has several times is told by its place there.
+    let name = |cloud: &u32| {
+        let name = clouds.get(*cloud as usize).copied().unwrap_or("a cloud");
+        match clouds.iter().filter(|other| **other == name).count() {
+            0 | 1 => name.to_owned(),
+            _ => format!("{name} (cloud {})", cloud + 1),
+        }
+    };
     let line = |renderer: &RendererUse| {
         let part = &renderer.part;
         let names: Vec<String> = part.clouds.iter().map(name).collect();

@@ -32,8 +32,9 @@ impl Registry {
     #[must_use]
     pub fn needs(&self, reference: &UnitRef) -> Vec<Need> {
         let mut units = self.units(reference.kind);
-        let found = units
-            .find(|(_, manifest, unit)| manifest.id == reference.package && unit.id == reference.id);
+        let found = units.find(|(_, manifest, unit)| {
+            manifest.id == reference.package && unit.id == reference.id
+        });
         found.map(|(_, _, unit)| unit.needs.clone()).unwrap_or_default()
     }
 

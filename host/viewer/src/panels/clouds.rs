@@ -46,7 +46,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.small_button("zoom to it").on_hover_text("The camera sees this cloud alone.");
             framed = zoom.clicked().then_some(i).or(framed);
         }
-        if let Some(renderer) = renderer_of(ui, open_cloud, &window.plugins.registry) {
+        if let Some(renderer) = renderer_of(ui, (i, open_cloud), &window.plugins.registry) {
             changed = Some(shown.open_clouds.drawn_by(i, renderer));
         }
         let is_pyramid = shown.open_clouds.clouds.pyramid_of(cloud).is_some();
@@ -74,7 +74,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
 /// The choice of what draws a cloud; the renderer that was chosen, none for that of the view.
 fn renderer_of(
     ui: &mut Ui,
-    open_cloud: &OpenCloud,
+    (index, open_cloud): (usize, &OpenCloud),
     registry: &Registry,
 ) -> Option<Option<NamedRenderer>> {
     const AS_THE_VIEW: &str = "as the view";
@@ -85,7 +85,7 @@ fn renderer_of(
     let name = open_cloud.name();
     ui.horizontal(|ui| {
         ui.label("renderer:");
-        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", &name));
+        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index));
         let shown = menu.selected_text(own.unwrap_or(AS_THE_VIEW)).show_ui(ui, |ui| {
             if ui.selectable_label(own.is_none(), AS_THE_VIEW).clicked() && own.is_some() {
                 chosen = Some(None);
