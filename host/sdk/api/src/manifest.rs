@@ -47,7 +47,9 @@ pub const ABI_MAJOR: u16 = 3;
 /// 9: columns have roles ([`Role`](crate::columns::Role)), units say what they need of a cloud
 /// ([`Need`]), graphs read columns ([`Graph::columns`](crate::Graph::columns)) and draw splats of their own
 /// ([`Pass::splats`](crate::graph::Pass::splats)).
-pub const ABI_MINOR: u16 = 9;
+///
+/// 10: shaders are told where the picture is seen in each pixel (`shift_px` of `surfelshop::view`).
+pub const ABI_MINOR: u16 = 10;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.
