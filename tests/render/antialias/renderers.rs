@@ -36,7 +36,7 @@ fn ball() -> Cloud {
     let own = |name: &str, n: u32, values: Vec<f32>| Column::new(name, n, Buffer::F32(values));
     let repeated = |values: &[f32]| values.repeat(n);
     let vectors = |all: &[Vec3]| all.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>();
-    let normals: Vec<Vec3> = surfels.positions.iter().map(|p| p.normalize()).collect();
+    let normals: Vec<Vec3> = surfels.positions.iter().map(|p| p.normalize_or(Vec3::Z)).collect();
     Cloud::new(
         DVec3::ZERO,
         vec![

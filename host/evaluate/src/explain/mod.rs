@@ -97,14 +97,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     }
     terminal::line(format!("{reference} on {drawn_by}"))?;
     terminal::line(text(&explained))?;
-    if let Some(frames) = antialias(&staging, &view) {
-        let Antialias { samples, host_bytes } = frames;
-        terminal::line(format!(
-            "antialiasing: all of this {samples} times, and {:.2} MB of sums in memory; outputs other than \
-             color once",
-            host_bytes as f64 / 1e6
-        ))?;
-    }
+    antialias(&staging, &view).iter().try_for_each(terminal::line)?;
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
     let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
     terminal::line(format!(
@@ -124,6 +117,17 @@ struct Antialias {
     samples: u32,
     /// Sums of the colour's numbers, in memory.
     host_bytes: u64,
+}
+
+impl std::fmt::Display for Antialias {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "antialiasing: all of this {} times, and {:.2} MB of sums in memory; outputs other than color once",
+            self.samples,
+            self.host_bytes as f64 / 1e6
+        )
+    }
 }
 
 /// What antialiasing costs; none without it.
