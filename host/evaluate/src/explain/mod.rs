@@ -99,11 +99,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     terminal::line(text(&explained))?;
     antialias(&staging, &view).iter().try_for_each(terminal::line)?;
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
-    let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
-    terminal::line(format!(
-        "plugins not loaded, since nobody asked for them: {}",
-        if others.is_empty() { "none".to_owned() } else { others.join(", ") }
-    ))?;
+    terminal::line(not_asked_for(&others))?;
     match arguments.measure {
         Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
         None => Ok(()),
@@ -142,6 +138,13 @@ fn antialias(staging: &RenderSetup, view: &View) -> Option<Antialias> {
 fn not_loaded(registry: &Registry, used: &UnitRef) -> Vec<Value> {
     let available = registry.entries().iter().filter_map(|entry| entry.available());
     available.filter(|manifest| manifest.id != used.package).map(|m| json!(m.id)).collect()
+}
+
+/// The line of packages of which nothing is used.
+fn not_asked_for(others: &[Value]) -> String {
+    let others: Vec<&str> = others.iter().filter_map(Value::as_str).collect();
+    let others = if others.is_empty() { "none".to_owned() } else { others.join(", ") };
+    format!("plugins not loaded, since nobody asked for them: {others}")
 }
 
 /// A line about something that is used, or is not.
