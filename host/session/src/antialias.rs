@@ -28,12 +28,12 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 
 /// Where frame `index` of `count` is seen in each pixel, pixels from its centre, y downwards, each from -0.5 up to 0.5.
 ///
-/// The first is seen at the centre. All together have a stratum of their own across, and lie as far apart along the other
-/// axis and the diagonals, so that edges of every direction converge; the first few of them do nearly so. Sobol's sequence
-/// leaves half of a diagonal empty.
+/// The first is seen at the centre. All together have a stratum of their own across, and lie as far apart along the
+/// other axis and the diagonals, so that edges of every direction converge; the first few of them do nearly so. Sobol's
+/// sequence leaves half of a diagonal empty.
 ///
-/// Source: Zaremba 1966, "Good lattice points, discrepancy, and numerical integration", section 3: lattices of Fibonacci's
-/// numbers, whose quotients are the golden section here, for any number of points.
+/// Source: Zaremba 1966, "Good lattice points, discrepancy, and numerical integration", section 3: lattices of
+/// Fibonacci's numbers, whose quotients are the golden section here, for any number of points.
 #[must_use]
 pub fn shift_px(index: u32, count: u32) -> Vec2 {
     if index == 0 || count < 2 {

@@ -238,10 +238,14 @@ fn antialiased_edges_are_smooth_and_other_outputs_those_of_one_frame() {
     let line = "render disc.ply --size 32 --camera front --low-pass 0 --json";
     desk.run(&format!("{line} -o sharp.exr")).json();
     let off = desk.run(&format!("{line} -o off.exr --antialias 1")).json();
-    assert_eq!((&off["frame"]["samples"], bytes("off.exr") == bytes("sharp.exr")), (&1.into(), true));
+    assert_eq!(
+        (&off["frame"]["samples"], bytes("off.exr") == bytes("sharp.exr")),
+        (&1.into(), true)
+    );
     let told = desk.run(&format!("{line} -o smooth.exr --antialias 16")).json();
     assert_eq!((&told["frame"]["samples"], &told["frame"]["frames"]), (&16.into(), &16.into()));
-    let [(_, sharp), (_, smooth)] = ["sharp.exr", "smooth.exr"].map(|name| read_exr(&desk.at(name)));
+    let [(_, sharp), (_, smooth)] =
+        ["sharp.exr", "smooth.exr"].map(|name| read_exr(&desk.at(name)));
     let n_partly = |all: &[f32]| all.iter().filter(|a| **a > 0.0 && **a < 1.0).count();
     assert_eq!((n_partly(&sharp["A"]), n_partly(&smooth["A"]) > 40), (0, true));
     for (name, channel) in &sharp {
@@ -273,7 +277,11 @@ fn what_antialiasing_leaves_alone_and_refuses_is_said() {
     let told = desk.run("explain disc.ply -r flat --size 8 --antialias 4").done().stdout;
     assert!(told.contains("all of this 4 times"), "{told}");
     // All are seen at the same places of each pixel, so that equal renderers make equal pictures.
-    let line = "compare disc.ply -r one=flat -r other=flat --size 16 --repeats 1 --antialias 4 -o out";
+    let line =
+        "compare disc.ply -r one=flat -r other=flat --size 16 --repeats 1 --antialias 4 -o out";
     let told = desk.run(&format!("{line} --json")).json();
-    assert_eq!((&told["antialias"], &told["renderers"][1]["errors"]["rmse"]), (&4.into(), &0.0.into()));
+    assert_eq!(
+        (&told["antialias"], &told["renderers"][1]["errors"]["rmse"]),
+        (&4.into(), &0.0.into())
+    );
 }

@@ -33,12 +33,10 @@ const ALL: [(&str, &str, &[(&str, i64)]); 8] = [
 fn ball() -> Cloud {
     let surfels = clouds::sphere(600, 1.0);
     let n = surfels.positions.len();
-    let whole = surfels.cloud();
     let own = |name: &str, n: u32, values: Vec<f32>| Column::new(name, n, Buffer::F32(values));
     let repeated = |values: &[f32]| values.repeat(n);
     let vectors = |all: &[Vec3]| all.iter().flat_map(|v| v.to_array()).collect::<Vec<f32>>();
-    let normals: Vec<Vec3> = surfels.positions.iter().map(|p| p.normalize()).collect();
-    assert_eq!(whole.facts().n_surfels, n);
+    let normals: Vec<Vec3> = surfels.positions.iter().map(|p| p.normalize_or(Vec3::Z)).collect();
     Cloud::new(
         DVec3::ZERO,
         vec![

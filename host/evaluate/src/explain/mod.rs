@@ -103,20 +103,9 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     }
     tell_who(&explained, &drawing, &drawn_by, clouds)?;
     terminal::line(text(&explained))?;
-    if let Some(frames) = antialias(&staging, &view) {
-        let Antialias { samples, host_bytes } = frames;
-        terminal::line(format!(
-            "antialiasing: all of this {samples} times, and {:.2} MB of sums in memory; outputs other than \
-             color once",
-            host_bytes as f64 / 1e6
-        ))?;
-    }
+    antialias(&staging, &view).iter().try_for_each(terminal::line)?;
     chosen_nodes.pyramids().iter().try_for_each(terminal::line)?;
-    let others: Vec<String> = others.iter().filter_map(Value::as_str).map(str::to_owned).collect();
-    terminal::line(format!(
-        "plugins not loaded, since nobody asked for them: {}",
-        if others.is_empty() { "none".to_owned() } else { others.join(", ") }
-    ))?;
+    terminal::line(not_asked_for(&others))?;
     match arguments.measure {
         Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
         None => Ok(()),
@@ -151,6 +140,17 @@ struct Antialias {
     samples: u32,
     /// Sums of the colour's numbers, in memory.
     host_bytes: u64,
+}
+
+impl std::fmt::Display for Antialias {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "antialiasing: all of this {} times, and {:.2} MB of sums in memory; outputs other than color once",
+            self.samples,
+            self.host_bytes as f64 / 1e6
+        )
+    }
 }
 
 /// What antialiasing costs; none without it.
@@ -192,6 +192,13 @@ pub fn who_draws(explained: &Explanation, clouds: &[&str]) -> Vec<String> {
         )
     };
     explained.renderers.iter().map(line).collect()
+}
+
+/// The line of packages of which nothing is used.
+fn not_asked_for(others: &[Value]) -> String {
+    let others: Vec<&str> = others.iter().filter_map(Value::as_str).collect();
+    let others = if others.is_empty() { "none".to_owned() } else { others.join(", ") };
+    format!("plugins not loaded, since nobody asked for them: {others}")
 }
 
 /// A line about something that is used, or is not.

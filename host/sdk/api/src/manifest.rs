@@ -57,8 +57,9 @@ pub const ABI_MAJOR: u16 = 3;
 /// ([`Graph::resident`](crate::Graph::resident)); hosts say how much a device takes
 /// ([`DeviceLimits`](crate::DeviceLimits)); uniforms bring the WGSL module that declares them
 /// ([`Graph::settings`](crate::Graph::settings)); packages name the oldest minor version that will do (`minor` of
-/// [`export_plugin!`](crate::export_plugin)); and renderers that draw some clouds beside others say how their colours go
-/// over these ([`Graph::blend_encoded`](crate::Graph::blend_encoded)).
+/// [`export_plugin!`](crate::export_plugin)); renderers that draw some clouds beside others say how their colours go over
+/// these ([`Graph::blend_encoded`](crate::Graph::blend_encoded)); and shaders are told where the picture is seen in each
+/// pixel (`shift_px` of `surfelshop::view`).
 pub const ABI_MINOR: u16 = 10;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;

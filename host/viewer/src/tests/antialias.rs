@@ -4,7 +4,6 @@ use super::scenes::n_pixels_unlike_rendered;
 use super::{Screen, built_plugins};
 use crate::render_thread::RenderedView;
 use crate::window::Window;
-use egui_kittest::kittest::Queryable as _;
 use glam::DVec2;
 use std::time::Duration;
 
@@ -43,8 +42,6 @@ fn an_antialiased_view_is_what_render_makes_of_the_saved_scene() {
         assert!(std::fs::read_to_string(&scene).unwrap().contains("antialias = 6"));
         assert_eq!(n_pixels_unlike_rendered(&mut screen, &scene, built_plugins()), 0);
     }
-    screen.frames();
-    assert_eq!(screen.harness.query_all_by_label_contains(", 6 samples in ").count(), 2);
 }
 
 #[test]
@@ -75,7 +72,7 @@ fn a_settled_view_draws_nothing_more() {
     assert!(!screen.window().works());
     let counts = |screen: &mut Screen| {
         let window = screen.window();
-        (window.render.counters, shown(window).0, shown(window).1.samples)
+        (window.render.counters.surfaces, shown(window).0, shown(window).1.samples)
     };
     let rests = counts(&mut screen);
     std::thread::sleep(Duration::from_millis(300));
