@@ -53,6 +53,44 @@ pub(crate) fn find(
         doubtful = asked;
     }
     let mut n_rays = 0;
+    let env = |name: &str| std::env::var(name).ok().and_then(|v| v.parse::<f32>().ok());
+    if env("AO_NEW").is_some() {
+        let t = std::time::Instant::now();
+        let radii = crate::rays::radii(surfels);
+        let tracer = crate::bundles::Tracer {
+            surfels,
+            radii: &radii,
+            beams: crate::beams::Beams::of(surfels, &radii),
+            reach: crate::form_factor::Reach::new(surfels.max_distance(&settings), settings.cone),
+            seed: settings.seed,
+            least: env("AO_LEAST").unwrap_or(32.0) as u32,
+            most: env("AO_MOST").unwrap_or(256.0) as u32,
+            error: env("AO_ERR").unwrap_or(0.01),
+        };
+        eprintln!("build {:?}", t.elapsed());
+        let bundles = crate::bundles::bundles(surfels, &doubtful);
+        eprintln!("bundles {} {:?}", bundles.len(), t.elapsed());
+        let found = job.map(bundles.len(), half..share.end, |i| tracer.trace(&bundles[i]))?;
+        eprintln!("traced {:?}", t.elapsed());
+        let smoothing = crate::smoothing::Smoothing { surfels, coverage: &first, bundles: &bundles, found: &found };
+        let corrections = if env("AO_RAW").is_some() {
+            found.iter().map(|f| (f.occlusion, f.variance)).collect()
+        } else {
+            smoothing.run(share.end..share.end, job)?
+        };
+        eprintln!("smoothed {:?}", t.elapsed());
+        let mut variance = 0.0;
+        let mut n_dirs = 0u64;
+        for ((bundle, found), (smooth, left)) in bundles.iter().zip(&found).zip(corrections) {
+            for (lane, place) in bundle.places().enumerate() {
+                occlusion[place] = smooth[lane];
+            }
+            variance += f64::from(left) * bundle.n as f64;
+            n_rays += u64::from(found.n_rays);
+            n_dirs += u64::from(found.n_directions);
+        }
+        return Ok((occlusion, format!("NEW {} bundles of {}, {n_rays} rays, dirs {n_dirs}, est {}", bundles.len(), doubtful.len(), (variance / doubtful.len() as f64).sqrt())));
+    }
     if !doubtful.is_empty() {
         let share = half..share.end;
         let tracing = Tracing::of(surfels, &settings, &share, job)?;

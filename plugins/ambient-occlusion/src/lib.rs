@@ -53,7 +53,9 @@
 //! ```
 
 mod bake;
+mod beams;
 mod brute_force;
+mod bundles;
 mod form_factor;
 mod hierarchy;
 mod hybrid;
@@ -62,6 +64,7 @@ mod octree;
 mod passes;
 mod rays;
 mod settings;
+mod smoothing;
 mod surfels;
 
 pub use settings::{Method, Settings, Side};

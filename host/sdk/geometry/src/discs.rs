@@ -146,7 +146,7 @@ impl Discs {
                 && distance < ray.tmax
                 && offset.length_squared() < disc.radius * disc.radius
                 && counts(Meeting {
-                    distance,
+                    distance: distance * self.unit,
                     front: slope < 0.0,
                     radius: disc.radius * self.unit,
                 });
