@@ -2,11 +2,17 @@
 //!
 //! A line of sight leaves every closed body that it enters, so the fronts of emitters cover as much
 //! of a sky as their backs do (Gauss). Where the two sums differ, something is open: a sheet casts
-//! nothing from its back, the wall of a room nothing from its front. Those surfels are traced.
+//! nothing from its back, the wall of a room nothing from its front. Those surfels are traced: few
+//! rays of each, from which and from those of their neighbours follows how much is not known yet, and
+//! more where that is too much.
 
-use crate::passes::{self, Passes};
-use crate::rays::{Budget, Tracing};
+use crate::beams::Beams;
+use crate::bundles::{Bundle, Found, Tracer, bundles};
+use crate::form_factor::Reach;
+use crate::passes::{self, Passes, SkyCoverage};
+use crate::rays::radii;
 use crate::settings::{Settings, Side};
+use crate::smoothing::{Smooth, Smoothing};
 use crate::surfels::{Occlusion, Surfels};
 use std::ops::Range;
 use surfelshop_api::prelude::*;
@@ -23,11 +29,20 @@ const RELATIVE: f32 = 0.1;
 const OPEN: usize = 3;
 
 /// Rays that each doubtful surfel gets.
-const LEAST_RAYS: u32 = 64;
+const LEAST_RAYS: u32 = 32;
 
-/// Standard error, a share of the sky, at which a doubtful surfel gets no more rays: about that of
-/// the form factors elsewhere, since stratified rays err by a third of it.
-const ENOUGH: f32 = 0.03;
+/// Which surfels are traced: those that are doubtful, or all.
+fn doubtful(surfels: &Surfels, first: &SkyCoverage) -> Vec<usize> {
+    let asked: Vec<usize> =
+        (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
+    let differs = |&place: &usize| {
+        let (front, back) = (first.front[place], first.back[place]);
+        (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
+    };
+    let doubtful: Vec<usize> = asked.iter().copied().filter(differs).collect();
+    // What is open casts wrong shadows on the rest, too.
+    if doubtful.len() > asked.len() / OPEN { asked } else { doubtful }
+}
 
 pub(crate) fn find(
     surfels: &Surfels,
@@ -37,77 +52,91 @@ pub(crate) fn find(
 ) -> Result<Occlusion> {
     let half = 0.5 * (share.start + share.end);
     let settings = Settings { cast_from: Side::Back, ..settings.clone() };
-    let Passes { first, mut occlusion } = passes::run(surfels, &settings, share.start..half, job)?;
-    let asked: Vec<usize> =
-        (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
-    let mut doubtful: Vec<usize> = asked
-        .iter()
-        .copied()
-        .filter(|&place| {
-            let (front, back) = (first.front[place], first.back[place]);
-            (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
-        })
-        .collect();
-    // What is open casts wrong shadows on the rest, too.
-    if doubtful.len() > asked.len() / OPEN {
-        doubtful = asked;
+    let n_asked = (0..surfels.len()).filter(|&place| !surfels.is_context(place)).count();
+    let is_closed = |first: &SkyCoverage| doubtful(surfels, first).len() < n_asked;
+    let Passes { first, mut occlusion } =
+        passes::run(surfels, &settings, share.start..half, job, is_closed)?;
+    let places = doubtful(surfels, &first);
+    let gathered = format!("gathered an octree of {} surfels", surfels.len());
+    if places.is_empty() {
+        return Ok((occlusion, gathered));
     }
-    let mut n_rays = 0;
-    let env = |name: &str| std::env::var(name).ok().and_then(|v| v.parse::<f32>().ok());
-    if env("AO_NEW").is_some() {
-        let t = std::time::Instant::now();
-        let radii = crate::rays::radii(surfels);
-        let tracer = crate::bundles::Tracer {
-            surfels,
-            radii: &radii,
-            beams: crate::beams::Beams::of(surfels, &radii),
-            reach: crate::form_factor::Reach::new(surfels.max_distance(&settings), settings.cone),
-            seed: settings.seed,
-            least: env("AO_LEAST").unwrap_or(32.0) as u32,
-            most: env("AO_MOST").unwrap_or(256.0) as u32,
-            error: env("AO_ERR").unwrap_or(0.01),
-        };
-        eprintln!("build {:?}", t.elapsed());
-        let bundles = crate::bundles::bundles(surfels, &doubtful);
-        eprintln!("bundles {} {:?}", bundles.len(), t.elapsed());
-        let found = job.map(bundles.len(), half..share.end, |i| tracer.trace(&bundles[i]))?;
-        eprintln!("traced {:?}", t.elapsed());
-        let smoothing = crate::smoothing::Smoothing { surfels, coverage: &first, bundles: &bundles, found: &found };
-        let corrections = if env("AO_RAW").is_some() {
-            found.iter().map(|f| (f.occlusion, f.variance)).collect()
-        } else {
-            smoothing.run(share.end..share.end, job)?
-        };
-        eprintln!("smoothed {:?}", t.elapsed());
-        let mut variance = 0.0;
-        let mut n_dirs = 0u64;
-        for ((bundle, found), (smooth, left)) in bundles.iter().zip(&found).zip(corrections) {
-            for (lane, place) in bundle.places().enumerate() {
-                occlusion[place] = smooth[lane];
-            }
-            variance += f64::from(left) * bundle.n as f64;
-            n_rays += u64::from(found.n_rays);
-            n_dirs += u64::from(found.n_directions);
+    let radii = radii(surfels);
+    let tracer = Tracer {
+        surfels,
+        beams: Beams::of(surfels, &radii),
+        radii,
+        reach: Reach::new(surfels.max_distance(&settings), settings.cone),
+        seed: settings.seed,
+        least: LEAST_RAYS.min(settings.rays.next_power_of_two()),
+    };
+    let bundles = bundles(surfels, &places);
+    let traced = Traced { tracer, coverage: &first, bundles: &bundles, settings: &settings };
+    let (found, smooth) = traced.run(half..share.end, job)?;
+    let mut squares = 0.0;
+    for (bundle, (values, variance)) in bundles.iter().zip(smooth) {
+        for (lane, place) in bundle.places().enumerate() {
+            occlusion[place] = values[lane];
         }
-        return Ok((occlusion, format!("NEW {} bundles of {}, {n_rays} rays, dirs {n_dirs}, est {}", bundles.len(), doubtful.len(), (variance / doubtful.len() as f64).sqrt())));
+        squares += f64::from(variance) * bundle.n as f64;
     }
-    if !doubtful.is_empty() {
-        let share = half..share.end;
-        let tracing = Tracing::of(surfels, &settings, &share, job)?;
-        let start = share.start + 0.1 * (share.end - share.start);
-        job.progress(start, &format!("tracing rays for {} surfels", doubtful.len()));
-        let budget = Budget { least: LEAST_RAYS, most: settings.rays, error: ENOUGH };
-        let found =
-            job.map(doubtful.len(), start..share.end, |i| tracing.occlusion(doubtful[i], budget))?;
-        for (&place, (share, rays)) in doubtful.iter().zip(found) {
-            occlusion[place] = share;
-            n_rays += u64::from(rays);
-        }
-    }
+    let n_rays: u64 = found.iter().map(|found| u64::from(found.n_rays)).sum();
     let how = format!(
-        "gathered an octree of {} surfels, and traced {n_rays} rays for {} of them",
-        surfels.len(),
-        doubtful.len()
+        "{gathered}, and traced {:.1} million rays for {} of them; estimated error {:.3} (root mean square)",
+        n_rays as f64 / 1e6,
+        places.len(),
+        (squares / places.len() as f64).sqrt()
     );
     Ok((occlusion, how))
 }
+
+/// Bundles that are traced.
+struct Traced<'a> {
+    tracer: Tracer<'a>,
+    coverage: &'a SkyCoverage,
+    bundles: &'a [Bundle],
+    settings: &'a Settings,
+}
+
+impl Traced<'_> {
+    /// A round for all, and one for those that are not known well enough after it.
+    fn run(&self, share: Range<f64>, job: &Job<'_>) -> Result<(Vec<Found>, Vec<Smooth>)> {
+        let at = |part: f64| share.start + part * (share.end - share.start);
+        let bundles = self.bundles;
+        let mut found = job.map(bundles.len(), at(0.1)..at(0.5), |i| {
+            self.tracer.trace(&bundles[i], i, &Found::NOTHING, self.tracer.least)
+        })?;
+        let smooth = self.smooth(&found, at(0.5)..at(0.55), job)?;
+        let limit = self.settings.error * self.settings.error;
+        let wanted: Vec<(usize, u32)> = (smooth.iter().zip(&found).enumerate())
+            .filter(|(_, ((_, variance), found))| {
+                *variance > limit && found.n < self.settings.rays
+            })
+            .map(|(i, ((_, variance), found))| {
+                let more = (variance / limit.max(1e-12)).powf(POWER);
+                let n = (found.n as f32 * more).min(1e6) as u32;
+                (i, n.next_power_of_two().min(self.settings.rays))
+            })
+            .collect();
+        if wanted.is_empty() {
+            return Ok((found, smooth));
+        }
+        let more = job.map(wanted.len(), at(0.55)..at(0.9), |k| {
+            let (i, until) = wanted[k];
+            self.tracer.trace(&bundles[i], i, &found[i], until)
+        })?;
+        for (&(i, _), more) in wanted.iter().zip(more) {
+            found[i] = more;
+        }
+        let smooth = self.smooth(&found, at(0.9)..share.end, job)?;
+        Ok((found, smooth))
+    }
+
+    fn smooth(&self, found: &[Found], share: Range<f64>, job: &Job<'_>) -> Result<Vec<Smooth>> {
+        let (surfels, coverage, bundles) = (self.tracer.surfels, self.coverage, self.bundles);
+        Smoothing { surfels, coverage, bundles, found }.run(share, job)
+    }
+}
+
+/// Directions that it takes to make the variance smaller by a factor, as a power of it.
+const POWER: f32 = 0.8;

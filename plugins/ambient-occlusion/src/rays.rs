@@ -90,10 +90,6 @@ impl<'a> Tracing<'a> {
         Ok(Self { surfels, radii, discs: Discs::build(&discs, progress)?, reach, seed })
     }
 
-    pub(crate) fn hit(&self, o: surfelshop_api::glam::Vec3, d: surfelshop_api::glam::Vec3) -> bool {
-        self.discs.is_hit(o, d, 0.0..f32::INFINITY, |m: Meeting| m.front || m.distance > NEAR * m.radius)
-    }
-
     /// The share of rays that hit, and how many there were.
     pub(crate) fn occlusion(&self, place: usize, budget: Budget) -> (f32, u32) {
         let normal = self.surfels.normals[place];

@@ -23,7 +23,10 @@ const AROUND: usize = 12;
 const ALIKE: f32 = 0.7;
 
 /// What the occlusion is a function of: a constant, two of the place, two of the normal, two of the octree.
-const N: usize = 7;
+const N: usize = 10;
+
+/// Surfels of a bundle that err as one, about: they look in the same directions.
+const TOGETHER: f32 = 2.5;
 
 type Row = [f32; N];
 
@@ -118,8 +121,11 @@ impl Smoothing<'_> {
                 offset.dot(v),
                 normal.dot(u),
                 normal.dot(v),
-                share(self.coverage.front[place]),
-                share(self.coverage.back[place]),
+                offset.dot(normals[i]),
+                share(self.coverage.near[0][place]),
+                share(self.coverage.near[1][place]),
+                share(self.coverage.front[place] - self.coverage.near[0][place]),
+                share(self.coverage.back[place] - self.coverage.near[1][place]),
             ]
         };
         let mut equations = Equations { matrix: [[0.0; N]; N], right: [0.0; N] };
@@ -149,11 +155,15 @@ impl Smoothing<'_> {
         }
         let Some(fit) = equations.solve() else { return raw };
         let value = |x: &Row| -> f32 { x.iter().zip(&fit).map(|(x, fit)| x * fit).sum() };
-        let misfit: f32 = rows.iter().map(|(x, y, w)| w * (y - value(x)).powi(2)).sum();
-        let effective = total * total / rows.iter().map(|(_, _, w)| w * w).sum::<f32>();
-        // Those of a bundle err together.
-        let lost = N as f32 / effective;
-        let residual = misfit / (total * (1.0 - lost).max(0.2));
+        // What is near says most of whether the fit holds here.
+        let mut misfit = (0.0f32, 0.0f32);
+        for (x, y, weight) in &rows {
+            let weight = weight * weight;
+            misfit = (misfit.0 + weight * (y - value(x)).powi(2), misfit.1 + weight);
+        }
+        let squares: f32 = rows.iter().map(|(_, _, weight)| weight * weight).sum();
+        let lost = (TOGETHER * N as f32 * squares / (total * total)).min(0.8);
+        let residual = misfit.0 / misfit.1 / (1.0 - lost);
         let noise = noise / total;
         let share = if residual > noise { noise / residual } else { 1.0 };
         let mut smooth = own.occlusion;
