@@ -126,10 +126,6 @@ impl Found {
 /// what both found: 4 where the halves have nothing to do with each other. Measured on four scans.
 const OF_HALVES: f32 = 0.155;
 
-/// Bundles that follow each other and divide one sequence of directions among them, so that those of
-/// neighbours fill each other's gaps.
-const SHARING: u32 = 64;
-
 /// What rays of bundles are traced with.
 pub(crate) struct Tracer<'a> {
     pub(crate) surfels: &'a Surfels,
@@ -138,28 +134,19 @@ pub(crate) struct Tracer<'a> {
     pub(crate) beams: Beams,
     pub(crate) reach: Reach,
     pub(crate) seed: u32,
-    /// Directions of the first round: a power of two.
-    pub(crate) least: u32,
 }
 
 impl Tracer<'_> {
-    /// Traces a bundle, the `index`-th, on until it looked in this many directions.
-    pub(crate) fn trace(&self, bundle: &Bundle, index: usize, found: &Found, until: u32) -> Found {
-        dispatch!(Level::new(), simd => self.trace_on(simd, bundle, index as u32, found, until))
+    /// Traces a bundle on until it looked in this many directions.
+    pub(crate) fn trace(&self, bundle: &Bundle, found: &Found, until: u32) -> Found {
+        dispatch!(Level::new(), simd => self.trace_on(simd, bundle, found, until))
     }
 
     #[inline(always)]
-    fn trace_on<S: Simd>(
-        &self,
-        simd: S,
-        bundle: &Bundle,
-        index: u32,
-        found: &Found,
-        until: u32,
-    ) -> Found {
+    fn trace_on<S: Simd>(&self, simd: S, bundle: &Bundle, found: &Found, until: u32) -> Found {
         let look = Outlook::of(self, bundle);
-        let rays = Rays::new(simd, &look.origins);
-        let scramble = scramble(index / SHARING, self.seed);
+        let rays = Rays::new(simd, &look.origins, look.axes);
+        let scramble = scramble(self.surfels.order[bundle.places[0] as usize], self.seed);
         let mut open = Vec::with_capacity(64);
         let mut found = found.clone();
         let mut halves = found.sums;
@@ -168,8 +155,7 @@ impl Tracer<'_> {
             if i == half {
                 halves = found.sums;
             }
-            let block = i / self.least * SHARING + index % SHARING;
-            let point = sobol(block.wrapping_mul(self.least).wrapping_add(i % self.least), scramble);
+            let point = sobol(i, scramble);
             let (direction, density) = look.direction(point);
             let (asked, weights) = look.weights(bundle, direction, density, self.reach);
             let reach = self.reach.distance;

@@ -29,16 +29,37 @@ const RELATIVE: f32 = 0.1;
 const OPEN: usize = 3;
 
 /// Rays that each doubtful surfel gets.
-const LEAST_RAYS: u32 = 32;
+const LEAST_RAYS: u32 = 64;
+
+/// Directions that it takes to make the variance smaller by a factor, as a power of it.
+const POWER: f32 = 0.8;
+
+/// Whether the octree cannot know what these sums of fronts and backs cover.
+fn is_doubtful(front: f32, back: f32) -> bool {
+    (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
+}
+
+/// Share of the rest of the time that gathering will probably take: a few surfels tell how many will be
+/// traced.
+fn gathering(surfels: &Surfels, settings: &Settings) -> f64 {
+    let sample = passes::sample(surfels, settings);
+    let n = sample.iter().filter(|(_, front, back)| is_doubtful(*front, *back)).count();
+    let share = n as f64 / sample.len().max(1) as f64;
+    let (traced, passes) =
+        if OPEN * n > sample.len() { (1.0, 1) } else { (share, settings.passes) };
+    let gathered = PASS * f64::from(passes);
+    gathered / (gathered + TRACED * traced)
+}
+
+/// Microseconds that a surfel takes in a pass and where it is traced, on scans.
+const PASS: f64 = 1.1;
+const TRACED: f64 = 12.0;
 
 /// Which surfels are traced: those that are doubtful, or all.
 fn doubtful(surfels: &Surfels, first: &SkyCoverage) -> Vec<usize> {
     let asked: Vec<usize> =
         (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
-    let differs = |&place: &usize| {
-        let (front, back) = (first.front[place], first.back[place]);
-        (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
-    };
+    let differs = |&place: &usize| is_doubtful(first.front[place], first.back[place]);
     let doubtful: Vec<usize> = asked.iter().copied().filter(differs).collect();
     // What is open casts wrong shadows on the rest, too.
     if doubtful.len() > asked.len() / OPEN { asked } else { doubtful }
@@ -50,8 +71,8 @@ pub(crate) fn find(
     share: Range<f64>,
     job: &Job<'_>,
 ) -> Result<Occlusion> {
-    let half = 0.5 * (share.start + share.end);
     let settings = Settings { cast_from: Side::Back, ..settings.clone() };
+    let half = share.start + gathering(surfels, &settings) * (share.end - share.start);
     let n_asked = (0..surfels.len()).filter(|&place| !surfels.is_context(place)).count();
     let is_closed = |first: &SkyCoverage| doubtful(surfels, first).len() < n_asked;
     let Passes { first, mut occlusion } =
@@ -68,10 +89,11 @@ pub(crate) fn find(
         radii,
         reach: Reach::new(surfels.max_distance(&settings), settings.cone),
         seed: settings.seed,
-        least: LEAST_RAYS.min(settings.rays.next_power_of_two()),
     };
     let bundles = bundles(surfels, &places);
     let traced = Traced { tracer, coverage: &first, bundles: &bundles, settings: &settings };
+    let (n, error) = (places.len(), settings.error);
+    job.progress(half, &format!("tracing rays for {n} surfels, up to an error of {error}"));
     let (found, smooth) = traced.run(half..share.end, job)?;
     let mut squares = 0.0;
     for (bundle, (values, variance)) in bundles.iter().zip(smooth) {
@@ -82,8 +104,7 @@ pub(crate) fn find(
     }
     let n_rays: u64 = found.iter().map(|found| u64::from(found.n_rays)).sum();
     let how = format!(
-        "{gathered}, and traced {:.1} million rays for {} of them; estimated error {:.3} (root mean square)",
-        n_rays as f64 / 1e6,
+        "{gathered}, and traced {n_rays} rays for {} of them, estimated error {:.4} (root mean square)",
         places.len(),
         (squares / places.len() as f64).sqrt()
     );
@@ -99,19 +120,18 @@ struct Traced<'a> {
 }
 
 impl Traced<'_> {
-    /// A round for all, and one for those that are not known well enough after it.
+    /// Occlusion by a round for all, and one for those that are not known well enough after it.
     fn run(&self, share: Range<f64>, job: &Job<'_>) -> Result<(Vec<Found>, Vec<Smooth>)> {
         let at = |part: f64| share.start + part * (share.end - share.start);
         let bundles = self.bundles;
-        let mut found = job.map(bundles.len(), at(0.1)..at(0.5), |i| {
-            self.tracer.trace(&bundles[i], i, &Found::NOTHING, self.tracer.least)
+        let least = LEAST_RAYS.min(self.settings.rays);
+        let mut found = job.map(bundles.len(), at(0.05)..at(0.6), |i| {
+            self.tracer.trace(&bundles[i], &Found::NOTHING, least)
         })?;
-        let smooth = self.smooth(&found, at(0.5)..at(0.55), job)?;
+        let smooth = self.smooth(&found, at(0.6)..at(0.66), job)?;
         let limit = self.settings.error * self.settings.error;
         let wanted: Vec<(usize, u32)> = (smooth.iter().zip(&found).enumerate())
-            .filter(|(_, ((_, variance), found))| {
-                *variance > limit && found.n < self.settings.rays
-            })
+            .filter(|(_, ((_, variance), found))| *variance > limit && found.n < self.settings.rays)
             .map(|(i, ((_, variance), found))| {
                 let more = (variance / limit.max(1e-12)).powf(POWER);
                 let n = (found.n as f32 * more).min(1e6) as u32;
@@ -121,14 +141,14 @@ impl Traced<'_> {
         if wanted.is_empty() {
             return Ok((found, smooth));
         }
-        let more = job.map(wanted.len(), at(0.55)..at(0.9), |k| {
+        let more = job.map(wanted.len(), at(0.66)..at(0.94), |k| {
             let (i, until) = wanted[k];
-            self.tracer.trace(&bundles[i], i, &found[i], until)
+            self.tracer.trace(&bundles[i], &found[i], until)
         })?;
         for (&(i, _), more) in wanted.iter().zip(more) {
             found[i] = more;
         }
-        let smooth = self.smooth(&found, at(0.9)..share.end, job)?;
+        let smooth = self.smooth(&found, at(0.94)..share.end, job)?;
         Ok((found, smooth))
     }
 
@@ -137,6 +157,3 @@ impl Traced<'_> {
         Smoothing { surfels, coverage, bundles, found }.run(share, job)
     }
 }
-
-/// Directions that it takes to make the variance smaller by a factor, as a power of it.
-const POWER: f32 = 0.8;

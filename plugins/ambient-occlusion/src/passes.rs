@@ -75,6 +75,39 @@ pub(crate) fn run(
     Ok(Passes { first: first.unwrap_or(nothing), occlusion })
 }
 
+/// What the first pass gathers for some of the surfels that are asked for: their places, fronts and backs.
+pub(crate) fn sample(surfels: &Surfels, settings: &Settings) -> Vec<(usize, f32, f32)> {
+    let reach = Reach::new(surfels.max_distance(settings), settings.cone);
+    let hierarchy = Hierarchy::new(surfels, emitters(surfels, None));
+    let groups = groups(surfels);
+    let step = groups.len().div_ceil(SAMPLED).max(1);
+    let mut found = Vec::new();
+    for group in groups.iter().step_by(step) {
+        let [mut sums, far] = octree::gather(&hierarchy, group.clone(), settings.tolerance, reach);
+        sums.add(far);
+        let sides = sums.front().into_iter().zip(sums.back());
+        let asked = group.clone().zip(sides).filter(|(place, _)| !surfels.is_context(*place));
+        found.extend(asked.map(|(place, (front, back))| (place, front, back)));
+    }
+    found
+}
+
+/// Groups that [`sample`] looks at, at most about.
+const SAMPLED: usize = 64;
+
+/// Every surfel, less what the pass before found to be covered.
+fn emitters(surfels: &Surfels, occlusion: Option<&[f32]>) -> Vec<Emitter> {
+    let open = |place: usize| occlusion.map_or(1.0, |occlusion| 1.0 - occlusion[place]);
+    (0..surfels.len())
+        .map(|place| Emitter {
+            at: surfels.positions[place].to_array(),
+            normal: surfels.normals[place].to_array(),
+            area: surfels.areas[place],
+            weight: surfels.areas[place] * open(place),
+        })
+        .collect()
+}
+
 /// One pass: what covers each sky where an emitter counts by the share of it that is open. The last does not look at
 /// skies that nobody asks for; the others do, since the next pass shades by them.
 fn gather(
@@ -85,14 +118,7 @@ fn gather(
     job: &Job<'_>,
 ) -> Result<SkyCoverage> {
     let reach = Reach::new(surfels.max_distance(settings), settings.cone);
-    let emitters: Vec<Emitter> = (0..surfels.len())
-        .map(|place| Emitter {
-            at: surfels.positions[place].to_array(),
-            normal: surfels.normals[place].to_array(),
-            area: surfels.areas[place],
-            weight: surfels.areas[place] * (1.0 - occlusion[place]),
-        })
-        .collect();
+    let emitters = emitters(surfels, Some(occlusion));
     let groups = groups(surfels);
     let is_idle =
         |group: &Range<usize>| is_last && group.clone().all(|place| surfels.is_context(place));

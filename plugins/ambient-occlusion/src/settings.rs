@@ -36,7 +36,7 @@ params! {
         /// Error that a node may make where it stands in for its surfels, as a share of the sky.
         tolerance: f32 { default: 0.008, range: 0.0..=1.0, quality: true, logarithmic: true },
         /// Error at which a surfel gets no more rays of `hybrid`, as a share of the sky.
-        error: f32 { default: 0.015, range: 0.0..=1.0, quality: true, logarithmic: true },
+        error: f32 { default: 0.018, range: 0.0..=1.0, quality: true, logarithmic: true },
         /// Passes of the form factors.
         passes: u32 { default: 2, range: 1..=8, quality: true },
         /// Start of the random numbers.

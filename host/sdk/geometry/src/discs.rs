@@ -291,6 +291,16 @@ mod tests {
     }
 
     #[test]
+    fn what_is_told_of_a_meeting_has_the_lengths_of_the_scene() {
+        for size in [0.01, 0.3, 1.0, 70.0] {
+            let disc = Disc { centre: size * Vec3::Z, normal: Vec3::Z, radius: 0.5 * size };
+            let discs = Discs::build(&[disc], &silent).unwrap();
+            let is_right = |m: Meeting| m.distance == size && m.radius == 0.5 * size;
+            assert!(discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..f32::INFINITY, is_right), "{size}");
+        }
+    }
+
+    #[test]
     fn nearest_and_all_hits_are_those_of_a_full_search() {
         let mut discs = random_discs(500);
         // Positions are those of the list, also behind one that is left out.
