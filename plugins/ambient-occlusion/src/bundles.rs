@@ -145,7 +145,7 @@ impl Tracer<'_> {
     #[inline(always)]
     fn trace_on<S: Simd>(&self, simd: S, bundle: &Bundle, found: &Found, until: u32) -> Found {
         let look = Outlook::of(self, bundle);
-        let rays = Rays::new(simd, &look.origins, look.axes);
+        let rays = Rays::new(simd, &look.origins);
         let scramble = scramble(self.surfels.order[bundle.places[0] as usize], self.seed);
         let mut open = Vec::with_capacity(64);
         let mut found = found.clone();

@@ -14,7 +14,8 @@ fn scan() -> Surfels {
     let mesh = sheet(3000);
     let mut state = 1u64;
     let mut unit = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     };
     let mut vector = move || Vec3::new(unit(), unit(), unit());
@@ -87,9 +88,8 @@ fn the_fit_of_neighbours_carries_no_light_over_a_crease() {
     }
     let many = baked(&scene, &format!("method=rays rays={RAYS}")).ao;
     let few = baked(&scene, "").ao;
-    let foot: Vec<usize> = (0..few.len())
-        .filter(|&i| scene.positions[i].y + scene.positions[i].z < 0.06)
-        .collect();
+    let foot: Vec<usize> =
+        (0..few.len()).filter(|&i| scene.positions[i].y + scene.positions[i].z < 0.06).collect();
     let mean = |ao: &[f32]| foot.iter().map(|&i| ao[i]).sum::<f32>() / foot.len() as f32;
     // Noise has no mean; a fit over the crease would be off by some 0.1 at its foot.
     assert!((mean(&few) - mean(&many)).abs() < 0.01, "{} {}", mean(&few), mean(&many));

@@ -95,17 +95,13 @@ pub(crate) struct Rays<S: Simd> {
     /// Offsets from the middle, and their squared lengths.
     offsets: [f32x16<S>; 3],
     squares: f32x16<S>,
-    /// Axes of a box around the offsets, each as long as its half size.
-    box_axes: [Vec3; 3],
     middle: Vec3,
     half: Vec3,
 }
 
 impl<S: Simd> Rays<S> {
-    /// Rays from these places; the axes are unit vectors across each other, along which a box around
-    /// the places is small.
     #[inline(always)]
-    pub(crate) fn new(simd: S, origins: &[[f32; WIDTH]; 3], axes: [Vec3; 3]) -> Self {
+    pub(crate) fn new(simd: S, origins: &[[f32; WIDTH]; 3]) -> Self {
         let [x, y, z] = origins;
         let (x, y, z) = (load(simd, x), load(simd, y), load(simd, z));
         let low = Vec3::new(x.reduce_min(), y.reduce_min(), z.reduce_min());
@@ -116,13 +112,7 @@ impl<S: Simd> Rays<S> {
         let origins = [x, y, z];
         let (x, y, z) = (x - middle.x, y - middle.y, z - middle.z);
         let offsets = [x, y, z];
-        let scaled = |axis: Vec3| {
-            let largest = (x * axis.x + y * axis.y + z * axis.z).abs().reduce_max();
-            axis * (1.001 * largest)
-        };
-        let [a, b, c] = axes;
-        let box_axes = [scaled(a), scaled(b), scaled(c)];
-        Self { origins, offsets, squares: x * x + y * y + z * z, box_axes, middle, half }
+        Self { origins, offsets, squares: x * x + y * y + z * z, middle, half }
     }
 }
 
@@ -241,19 +231,7 @@ impl<S: Simd> Beam<S> {
         let slope = nx * dx + ny * dy + nz * dz;
         let is_front = slope.simd_lt(zero);
         let least = is_front.select(zero, radius * NEAR);
-        // The origins that are farthest from the disc's plane, on the side that the rays come from.
-        let [a, b, c] = rays.box_axes;
-        let sideways = (nx * a.x + ny * a.y + nz * a.z).abs()
-            + (nx * b.x + ny * b.y + nz * b.z).abs()
-            + (nx * c.x + ny * c.y + nz * c.z).abs()
-            + (x.abs() + y.abs() + z.abs()) * 1e-6;
-        let plane = x * nx + y * ny + z * nz;
-        let plane = is_front.select(-plane, plane);
-        let near = near & (plane + sideways).simd_ge(least * slope);
         let mut near = near.to_bitmask();
-        if near == 0 {
-            return 0;
-        }
         let inverse = f32x16::splat(simd, 1.0) / slope;
         let (inverse, least) = (inverse.as_slice(), least.as_slice());
         let reach = f32x16::splat(simd, self.reach);
