@@ -3,15 +3,15 @@
 use crate::ambient_occlusion::stage::rms;
 use glam::Vec3;
 use surfelshop_tests::clouds::Surfels;
-use surfelshop_tests::occlusion::{Baked, bake, sheet, values};
+use surfelshop_tests::occlusion::{Baked, bake, room, values};
 
 /// Rays of each surfel of the reference.
 const RAYS: f64 = 512.0;
 
-/// A scan, as it were: a ground with things on it whose places are off by a third of a step and whose
-/// normals by some 15 degrees, and leaves that are seen from both sides.
+/// A scan, as it were: a floor and three walls, the rest was not seen, whose places are off by a third of
+/// a step and whose normals by some 15 degrees, and leaves that are seen from both sides.
 fn scan() -> Surfels {
-    let mesh = sheet(3000);
+    let mesh = room(3000);
     let mut state = 1u64;
     let mut unit = move || {
         state =
@@ -19,15 +19,17 @@ fn scan() -> Surfels {
         (state >> 40) as f32 / (1u64 << 23) as f32 - 1.0
     };
     let mut vector = move || Vec3::new(unit(), unit(), unit());
-    let step = (7.0f32 / 3000.0).sqrt();
+    let step = (24.0f32 / 3000.0).sqrt();
     let mut scan = Surfels::default();
     for (&position, &normal) in mesh.positions.iter().zip(&mesh.normals) {
-        let tilted = (normal + 0.25 * vector()).normalize();
-        scan.push(position + step / 3.0 * vector().x * normal, tilted, step);
+        if position.x < 0.999 && position.z < 0.999 {
+            let tilted = (normal + 0.25 * vector()).normalize();
+            scan.push(position + step / 3.0 * vector().x * normal, tilted, step);
+        }
     }
-    for _ in 0..600 {
-        let place = Vec3::new(0.5, 0.6, 0.6) + 0.3 * vector();
-        scan.push(place, vector().normalize_or(Vec3::Z), step);
+    for _ in 0..500 {
+        let normal = vector().normalize_or(Vec3::Z);
+        scan.push(0.4 * vector(), normal, step);
     }
     scan
 }
@@ -70,7 +72,8 @@ fn more_rays_are_traced_only_where_they_help() {
     let [few, some, all] = [rays("error=1.0"), rays("error=0.02"), rays("error=0.0")];
     assert!(few < 0.5 * some && some < 0.9 * all, "{few}, {some}, {all}");
     // What is above the horizon of the mean normal of a bundle may be below that of a surfel.
-    let n = scan.positions.len() as f64;
+    let n = number(&baked(&scan, ""), " of them");
+    assert!(n == scan.positions.len() as f64, "the scan is open: {n}");
     assert!(few > 32.0 * n && few <= 64.0 * n && all <= 256.0 * n, "{few}, {all}, {n} surfels");
 }
 
