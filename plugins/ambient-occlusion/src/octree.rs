@@ -56,7 +56,7 @@ pub(crate) fn gather(
     places: Range<usize>,
     tolerance: f32,
     reach: Reach,
-) -> Sums {
+) -> [Sums; 2] {
     on_best(
         #[inline(always)]
         || {
@@ -64,7 +64,7 @@ pub(crate) fn gather(
             let receivers = Receivers::of(surfels, places.clone());
             let group = Group::of(&surfels.positions[places]);
             let nodes = surfels.tree.nodes();
-            let mut sums = Sums::ZERO;
+            let (mut near, mut far) = (Sums::ZERO, Sums::ZERO);
             let mut open = Vec::with_capacity(64);
             open.push(0u32);
             while let Some(next) = open.pop() {
@@ -73,17 +73,17 @@ pub(crate) fn gather(
                     continue;
                 }
                 if group.takes(moments, tolerance, reach) {
-                    sums.add(moments.cast(&receivers, reach));
+                    far.add(moments.cast(&receivers, reach));
                 } else if node.children.is_empty() {
                     let range = node.surfels.start as usize..node.surfels.end as usize;
                     for emitter in &hierarchy.emitters[range] {
-                        sums.add(single(&receivers, emitter, reach));
+                        near.add(single(&receivers, emitter, reach));
                     }
                 } else {
                     open.extend(node.children.clone());
                 }
             }
-            sums
+            [near, far]
         },
     )
 }

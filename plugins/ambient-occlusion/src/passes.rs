@@ -15,6 +15,8 @@ pub(crate) struct SkyCoverage {
     pub(crate) front: Vec<f32>,
     /// Backs of emitters.
     pub(crate) back: Vec<f32>,
+    /// Of the fronts and the backs, what single surfels close by cover.
+    pub(crate) near: [Vec<f32>; 2],
 }
 
 /// Every pass and what the first gathered.
@@ -31,7 +33,7 @@ pub(crate) fn find(
     share: Range<f64>,
     job: &Job<'_>,
 ) -> Result<Occlusion> {
-    let Passes { occlusion, .. } = run(surfels, settings, share, job)?;
+    let Passes { occlusion, .. } = run(surfels, settings, share, job, |_| true)?;
     let how = match settings.method {
         Method::BruteForce => "all pairs",
         _ => "an octree",
@@ -42,11 +44,13 @@ pub(crate) fn find(
     ))
 }
 
+/// Passes, after the first as long as what it gathered says so.
 pub(crate) fn run(
     surfels: &Surfels,
     settings: &Settings,
     share: Range<f64>,
     job: &Job<'_>,
+    goes_on: impl Fn(&SkyCoverage) -> bool,
 ) -> Result<Passes> {
     let step = (share.end - share.start) / f64::from(settings.passes);
     let mut first = None;
@@ -62,10 +66,46 @@ pub(crate) fn run(
         };
         // Eq. 10 and 11 with min for max (erratum T1).
         occlusion = cast.iter().map(|sum| sum.clamp(0.0, 1.0)).collect();
-        first.get_or_insert(gathered);
+        if !goes_on(first.get_or_insert(gathered)) {
+            break;
+        }
     }
-    let nothing = SkyCoverage { front: Vec::new(), back: Vec::new() };
+    let nothing =
+        SkyCoverage { front: Vec::new(), back: Vec::new(), near: [Vec::new(), Vec::new()] };
     Ok(Passes { first: first.unwrap_or(nothing), occlusion })
+}
+
+/// What the first pass gathers for some of the surfels that are asked for: their places, fronts and backs.
+pub(crate) fn sample(surfels: &Surfels, settings: &Settings) -> Vec<(usize, f32, f32)> {
+    let reach = Reach::new(surfels.max_distance(settings), settings.cone);
+    let hierarchy = Hierarchy::new(surfels, emitters(surfels, None));
+    let groups = groups(surfels);
+    let step = groups.len().div_ceil(SAMPLED).max(1);
+    let mut found = Vec::new();
+    for group in groups.iter().step_by(step) {
+        let [mut sums, far] = octree::gather(&hierarchy, group.clone(), settings.tolerance, reach);
+        sums.add(far);
+        let sides = sums.front().into_iter().zip(sums.back());
+        let asked = group.clone().zip(sides).filter(|(place, _)| !surfels.is_context(*place));
+        found.extend(asked.map(|(place, (front, back))| (place, front, back)));
+    }
+    found
+}
+
+/// Groups that [`sample`] looks at, at most about.
+const SAMPLED: usize = 64;
+
+/// Every surfel, less what the pass before found to be covered.
+fn emitters(surfels: &Surfels, occlusion: Option<&[f32]>) -> Vec<Emitter> {
+    let open = |place: usize| occlusion.map_or(1.0, |occlusion| 1.0 - occlusion[place]);
+    (0..surfels.len())
+        .map(|place| Emitter {
+            at: surfels.positions[place].to_array(),
+            normal: surfels.normals[place].to_array(),
+            area: surfels.areas[place],
+            weight: surfels.areas[place] * open(place),
+        })
+        .collect()
 }
 
 /// One pass: what covers each sky where an emitter counts by the share of it that is open. The last does not look at
@@ -78,34 +118,38 @@ fn gather(
     job: &Job<'_>,
 ) -> Result<SkyCoverage> {
     let reach = Reach::new(surfels.max_distance(settings), settings.cone);
-    let emitters: Vec<Emitter> = (0..surfels.len())
-        .map(|place| Emitter {
-            at: surfels.positions[place].to_array(),
-            normal: surfels.normals[place].to_array(),
-            area: surfels.areas[place],
-            weight: surfels.areas[place] * (1.0 - occlusion[place]),
-        })
-        .collect();
+    let emitters = emitters(surfels, Some(occlusion));
     let groups = groups(surfels);
     let is_idle =
         |group: &Range<usize>| is_last && group.clone().all(|place| surfels.is_context(place));
-    let sums: Vec<Sums> = if settings.method == Method::BruteForce {
+    let sums: Vec<[Sums; 2]> = if settings.method == Method::BruteForce {
         job.map(groups.len(), share, |i| match is_idle(&groups[i]) {
-            true => Sums::ZERO,
-            false => brute_force::gather(surfels, &emitters, groups[i].clone(), reach),
+            true => [Sums::ZERO; 2],
+            false => {
+                [brute_force::gather(surfels, &emitters, groups[i].clone(), reach), Sums::ZERO]
+            }
         })?
     } else {
         let hierarchy = Hierarchy::new(surfels, emitters);
         job.map(groups.len(), share, |i| match is_idle(&groups[i]) {
-            true => Sums::ZERO,
+            true => [Sums::ZERO; 2],
             false => octree::gather(&hierarchy, groups[i].clone(), settings.tolerance, reach),
         })?
     };
-    let all = |side: fn(&Sums) -> [f32; WIDTH]| {
+    let all = |of: &dyn Fn(&[Sums; 2]) -> [f32; WIDTH]| -> Vec<f32> {
         let found = groups.iter().zip(&sums);
-        found.flat_map(|(group, sums)| side(sums).into_iter().take(group.len())).collect()
+        found.flat_map(|(group, sums)| of(sums).into_iter().take(group.len())).collect()
     };
-    Ok(SkyCoverage { front: all(Sums::front), back: all(Sums::back) })
+    let whole = |[near, far]: &[Sums; 2]| {
+        let mut whole = *near;
+        whole.add(*far);
+        whole
+    };
+    Ok(SkyCoverage {
+        front: all(&|sums| whole(sums).front()),
+        back: all(&|sums| whole(sums).back()),
+        near: [all(&|[near, _]| near.front()), all(&|[near, _]| near.back())],
+    })
 }
 
 /// Surfels of a node whose receivers are gathered for together. Groups of sixteen that cross the

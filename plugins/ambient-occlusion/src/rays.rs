@@ -4,6 +4,7 @@
 //! Sobol' points, scrambled for each surfel by a hash of its index and the seed: every prefix of
 //! a power of two is stratified, so that more rays refine what fewer began.
 
+use crate::beams::NEAR;
 use crate::form_factor::Reach;
 use crate::settings::Settings;
 use crate::surfels::Surfels;
@@ -21,12 +22,7 @@ const COVER: f32 = 1.25;
 
 /// Height above the surfel at which rays start, in radii of its disc: above the rounding of its
 /// neighbours' planes, below what shadows it.
-const START: f32 = 0.1;
-
-/// Hits on the back of a disc closer than this many of its radii are a neighbour of the surface
-/// the ray started from, seen through the gap between two discs at different slopes. Farther away
-/// both sides shade, so that open sheets do.
-const NEAR: f32 = 3.0;
+pub(crate) const START: f32 = 0.1;
 
 /// Discs and what rays start from.
 pub(crate) struct Tracing<'a> {
@@ -129,7 +125,7 @@ impl<'a> Tracing<'a> {
 
 /// The radii of the discs. Surfels at one place that face the same way, which share its area among
 /// them, get discs of all of it: they lie side by side in the order.
-fn radii(surfels: &Surfels) -> Vec<f32> {
+pub(crate) fn radii(surfels: &Surfels) -> Vec<f32> {
     let mut radii = Vec::with_capacity(surfels.len());
     for copies in surfels.positions.chunk_by(|a, b| a == b) {
         let places = radii.len()..radii.len() + copies.len();
@@ -149,13 +145,13 @@ fn radii(surfels: &Surfels) -> Vec<f32> {
 }
 
 /// Two random words for a surfel.
-fn scramble(index: u32, seed: u32) -> [u32; 2] {
+pub(crate) fn scramble(index: u32, seed: u32) -> [u32; 2] {
     let first = hash(index ^ hash(seed));
     [first, hash(first ^ 0x9e37_79b9)]
 }
 
 /// Mixes the bits of a word (lowbias32, found by C. Wellons's search for low bias).
-fn hash(mut x: u32) -> u32 {
+pub(crate) fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
     x ^= x >> 15;
@@ -164,7 +160,7 @@ fn hash(mut x: u32) -> u32 {
 }
 
 /// The point `index` of the first two dimensions of Sobol's sequence, with scrambled digits.
-fn sobol(index: u32, scramble: [u32; 2]) -> Vec2 {
+pub(crate) fn sobol(index: u32, scramble: [u32; 2]) -> Vec2 {
     let first = index.reverse_bits();
     let (mut second, mut direction, mut rest) = (0, 1 << 31, index);
     while rest != 0 {
@@ -182,7 +178,7 @@ fn sobol(index: u32, scramble: [u32; 2]) -> Vec2 {
 /// Maps the unit square to the unit disc, areas to areas and neighbours to neighbours.
 ///
 /// Source: Shirley & Chiu 1997, A low distortion map between disk and square.
-fn concentric(point: Vec2) -> Vec2 {
+pub(crate) fn concentric(point: Vec2) -> Vec2 {
     let p = 2.0 * point - 1.0;
     if p == Vec2::ZERO {
         return Vec2::ZERO;

@@ -35,6 +35,8 @@ params! {
         rays: u32 { default: 256, range: 1..=65536, quality: true, logarithmic: true },
         /// Error that a node may make where it stands in for its surfels, as a share of the sky.
         tolerance: f32 { default: 0.008, range: 0.0..=1.0, quality: true, logarithmic: true },
+        /// Error at which a surfel gets no more rays of `hybrid`, as a share of the sky.
+        error: f32 { default: 0.018, range: 0.0..=1.0, quality: true, logarithmic: true },
         /// Passes of the form factors.
         passes: u32 { default: 2, range: 1..=8, quality: true },
         /// Start of the random numbers.

@@ -2,4 +2,5 @@
 
 mod answers;
 mod hard;
+mod open;
 mod stage;

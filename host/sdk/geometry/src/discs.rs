@@ -146,7 +146,7 @@ impl Discs {
                 && distance < ray.tmax
                 && offset.length_squared() < disc.radius * disc.radius
                 && counts(Meeting {
-                    distance,
+                    distance: distance * self.unit,
                     front: slope < 0.0,
                     radius: disc.radius * self.unit,
                 });
@@ -288,6 +288,16 @@ mod tests {
         assert!(!discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..0.9, |_| true));
         assert!(!discs.is_hit(Vec3::ZERO, Vec3::Z, 1.1..9.0, |_| true));
         assert!(!discs.is_hit(Vec3::ZERO, -Vec3::Z, 0.0..9.0, |_| true));
+    }
+
+    #[test]
+    fn what_is_told_of_a_meeting_has_the_lengths_of_the_scene() {
+        for size in [0.01, 0.3, 1.0, 70.0] {
+            let disc = Disc { centre: size * Vec3::Z, normal: Vec3::Z, radius: 0.5 * size };
+            let discs = Discs::build(&[disc], &silent).unwrap();
+            let is_right = |m: Meeting| m.distance == size && m.radius == 0.5 * size;
+            assert!(discs.is_hit(Vec3::ZERO, Vec3::Z, 0.0..f32::INFINITY, is_right), "{size}");
+        }
     }
 
     #[test]
