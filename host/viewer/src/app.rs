@@ -9,6 +9,7 @@ use crate::window::Window;
 use crate::{export, measure};
 use eframe::egui::{self, Context, Ui};
 use std::time::{Duration, Instant};
+use surfelshop_cloud::display::ColorSource;
 
 /// Time between two frames of the window while pictures are pending, on software drivers.
 const FRAME_INTERVAL: Duration = Duration::from_millis(20);
@@ -30,7 +31,10 @@ impl Window {
         if let Some(edited) = self.plugins.tools.advance(ctx, open_clouds, &mut self.messages) {
             // Earlier changes are a step of their own.
             self.document.history.record(&self.snapshot());
-            self.show_clouds(edited);
+            self.show_clouds(edited.clouds);
+            if let Some(column) = edited.colors_by {
+                self.settings.color = ColorSource::of_share(column);
+            }
         }
     }
 

@@ -78,6 +78,18 @@ impl ColorSource {
     /// The range where none is said: a few numbers far from all others do not take the map for themselves.
     pub const USUAL_RANGE: [RangeEnd; 2] = [RangeEnd::Percent(2.0), RangeEnd::Percent(98.0)];
 
+    /// Colours by a column that holds shares: 0 is black and 1 white.
+    #[must_use]
+    pub fn of_share(column: &str) -> Self {
+        let attribute = Attribute::Column { name: column.to_owned(), component: 0 };
+        Self {
+            by: ColorBy::Attribute(attribute),
+            map: MapChoice::Map(ColorMap::Grey),
+            scale: Scale::default(),
+            range: [RangeEnd::Value(0.0), RangeEnd::Value(1.0)],
+        }
+    }
+
     /// Colours by something, in the usual way.
     #[must_use]
     pub fn new(by: ColorBy) -> Self {

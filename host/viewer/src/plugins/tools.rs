@@ -8,6 +8,7 @@ use eframe::egui::Context;
 use std::collections::HashMap;
 use std::time::Duration;
 use surfelshop_api::UnitKind;
+use surfelshop_api::columns::AO;
 use surfelshop_api::params::Values;
 use surfelshop_cloud::{Cloud, How};
 use surfelshop_runtime::boundary::Fault;
@@ -31,6 +32,13 @@ pub(crate) struct Tools {
     pub(crate) cloud_index: usize,
     pub(crate) units: UnitLoader,
     run: Option<ToolRun>,
+}
+
+/// What a tool made of the clouds.
+pub(crate) struct ToolEdit {
+    pub(crate) clouds: OpenClouds,
+    /// A column that pictures hardly show as they are, so that it colours the surfels.
+    pub(crate) colors_by: Option<&'static str>,
 }
 
 /// A running tool.
@@ -114,7 +122,7 @@ impl Tools {
         ctx: &Context,
         open_clouds: Option<&OpenClouds>,
         messages: &mut Messages,
-    ) -> Option<OpenClouds> {
+    ) -> Option<ToolEdit> {
         let run = self.run.as_mut()?;
         let Some(ended) = run.process.wait(Duration::ZERO) else {
             ctx.request_repaint_after(POLL_INTERVAL);
@@ -168,7 +176,7 @@ fn commit(
     done: Done,
     open_clouds: Option<&OpenClouds>,
     messages: &mut Messages,
-) -> Option<OpenClouds> {
+) -> Option<ToolEdit> {
     let (name, took) = (&run.name, done.took.as_secs_f64());
     let said = if done.said.is_empty() { String::new() } else { format!(" ({})", done.said) };
     let Some(edited) = done.edited else {
@@ -187,8 +195,13 @@ fn commit(
     };
     let (columns, cloud) = (edited.columns.join(", "), open_cloud.name());
     let (n_now, n_before) = (edited.cloud.len(), run.base.len());
+    let colors_by = (edited.columns.iter().any(|column| column == AO)).then_some(AO);
+    let shown = match colors_by {
+        Some(column) => format!("; {column} colours the surfels now"),
+        None => String::new(),
+    };
     messages.report(match edited.whole {
-        None => format!("{name} made {columns} of {cloud} in {took:.1} s{said}"),
+        None => format!("{name} made {columns} of {cloud} in {took:.1} s{said}{shown}"),
         Some(How::Kept) => {
             format!("{name} kept {n_now} of {n_before} surfels of {cloud} in {took:.1} s{said}")
         }
@@ -197,8 +210,9 @@ fn commit(
              hidden now, the list of clouds shows it again{said}"
         ),
     });
-    Some(match edited.whole {
+    let clouds = match edited.whole {
         Some(How::Derived) => open_clouds.derived(run.cloud_index, edited.cloud, name),
         _ => open_clouds.edited(run.cloud_index, edited.cloud),
-    })
+    };
+    Some(ToolEdit { clouds, colors_by })
 }
