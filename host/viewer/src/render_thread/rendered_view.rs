@@ -30,7 +30,8 @@ pub(crate) struct RenderedView {
     pub(crate) n_frames: u32,
     /// Whether another frame would refine the picture.
     pub(crate) refines: bool,
-    /// Settled pictures whose mean it is, each seen at another place of every pixel, and how many there are to be.
+    /// Settled pictures whose mean it is, each seen at another place of every pixel, and how many there are to be; zeros
+    /// where a tracer makes it.
     pub(crate) samples: [u32; 2],
     pub(crate) detail: Detail,
     /// What the picture consists of; only of still pictures.

@@ -190,7 +190,7 @@ impl Settings {
 
 /// Describes the pass that fills the maps of light, diffuse and specular; it runs when something of what
 /// they show is new.
-fn light_map(frame: &Frame<Settings>, graph: &mut Graph) -> [surfelshop_api::graph::TextureId; 2] {
+fn light_map(frame: &Frame<Settings>, graph: &mut Graph) -> [TextureId; 2] {
     let p = &frame.params;
     let camera = &frame.view.camera;
     let middle = 0.5 * (frame.cloud.bounds_min + frame.cloud.bounds_max) - camera.eye;

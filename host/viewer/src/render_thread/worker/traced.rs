@@ -282,6 +282,7 @@ impl TracedView {
             levels,
             color,
             depth: behind.as_ref().and_then(|behind| behind.depth.clone()),
+            samples: [0, 0],
             view: request.detail.view(request.view),
             passes: Vec::new(),
             milliseconds,
