@@ -30,7 +30,7 @@
 //! Not read: textures, lines, skins, morph targets, animations; buffers in other files, which a format cannot
 //! open; meshes that Draco or meshopt compressed.
 //!
-//! Source: Khronos Group, "glTF 2.0 Specification" and "KHR_gaussian_splatting".
+//! Source: Khronos Group, "glTF 2.0 Specification" and `KHR_gaussian_splatting`.
 
 mod accessor;
 mod attributes;

@@ -1,6 +1,6 @@
 //! Gaussian splats: attributes of points by the extension `KHR_gaussian_splatting`.
 //!
-//! Source: Khronos Group, "KHR_gaussian_splatting".
+//! Source: Khronos Group, `KHR_gaussian_splatting`.
 
 use crate::accessor::{Accessor, Reader};
 use crate::attributes;

@@ -137,7 +137,7 @@ fn compile(engine: &mut Engine, wgsl: &str) -> Result<(), String> {
         graph.pass(pass);
     }
     let structure = rmp_serde::to_vec_named(graph.structure()).unwrap();
-    let graph = EncodedGraph { structure, data: Vec::new() };
+    let graph = EncodedGraph { structure, data: graph.data().to_vec() };
     let mut renderer = RendererView::new(Hosted::replaying(graph).unwrap(), "guide");
     let view = view(DVec3::new(0.0, 1.0, 3.0), DVec3::ZERO, 8);
     let drawn = render(engine, &mut renderer, &cloud, &Scene::default(), view, &[Output::Color]);

@@ -30,10 +30,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
-    let reference = setup::drawer(&registry, &arguments.renderer)?;
-    if reference.kind != UnitKind::Renderer {
-        bail!("-r {}: expected a renderer; a tracer has no graph", arguments.renderer);
-    }
+    let reference = renderer_of(arguments, &registry)?;
     let seen = setup::view_of(opened, &reference);
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
@@ -110,6 +107,15 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
         Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
         None => Ok(()),
     }
+}
+
+/// The renderer whose frame is explained.
+fn renderer_of(arguments: &ExplainArguments, registry: &Registry) -> anyhow::Result<UnitRef> {
+    let reference = setup::drawer(registry, &arguments.renderer)?;
+    if reference.kind != UnitKind::Renderer {
+        bail!("-r {}: expected a renderer; a tracer has no graph", arguments.renderer);
+    }
+    Ok(reference)
 }
 
 /// The outputs that are asked for.

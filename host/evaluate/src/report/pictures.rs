@@ -54,8 +54,7 @@ pub(super) fn report(
     let judge = judge(arguments, registry, &subject)?;
     let turned = turns_detail && knobs.iter().any(|knob| knob.id == DETAIL);
     let staging = staging_of(arguments, given, opened, turned)?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
+    make_folder(&arguments.out)?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
     let draws = is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer);
     let open = || RenderSession::open(&arguments.device, &arguments.plugins);
@@ -75,20 +74,17 @@ pub(super) fn report(
     let own = told_values(&subject, opened, &arguments.set)?;
     files.extend(stamps_of_values(subject.declared(), &own)?);
     let mut units = vec![subject.stamp()?];
-    let judge = match judge {
-        None => None,
-        Some(judge) => {
-            let values = told_values(&judge, opened, &arguments.reference_set)?;
-            if !knobs.iter().any(|knob| knob.id == random::SEED) {
-                check_numbers([(&subject, &own), (&judge, &values)])?;
-            }
-            files.extend(stamps_of_values(judge.declared(), &values)?);
-            units.push(judge.stamp()?);
-            Some((judge, values))
+    let judge = judge.map(|judge| -> anyhow::Result<_> {
+        let values = told_values(&judge, opened, &arguments.reference_set)?;
+        if !knobs.iter().any(|knob| knob.id == random::SEED) {
+            check_numbers([(&subject, &own), (&judge, &values)])?;
         }
-    };
-    let device =
-        studio.as_ref().map_or("no graphics device".to_owned(), |s| s.engine.gpu().describe());
+        files.extend(stamps_of_values(judge.declared(), &values)?);
+        units.push(judge.stamp()?);
+        Ok((judge, values))
+    });
+    let judge = judge.transpose()?;
+    let device = device_of(studio.as_ref());
     let kept =
         ResultsFile::open(&arguments.out, &key(arguments, &stage, &units, &files, &device)?)?;
     let mut bench = Pictures {
@@ -126,6 +122,17 @@ pub(super) fn report(
         },
     )?;
     verdict(&all)
+}
+
+/// What draws the pictures.
+fn device_of(studio: Option<&RenderSession>) -> String {
+    studio.map_or("no graphics device".to_owned(), |studio| studio.engine.gpu().describe())
+}
+
+/// Makes the folder of the report where it does not exist.
+fn make_folder(folder: &Path) -> anyhow::Result<()> {
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("{}: the folder cannot be made", folder.display()))
 }
 
 /// How pictures are made; where `detail` is turned, the reference is what nothing is merged in.

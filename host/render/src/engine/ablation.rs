@@ -146,7 +146,7 @@ impl Engine {
         self.columns.keep_radii(!self.constant_radii || kept.contains(&Restored::Radii));
         self.keeping = Keeping { all: kept, ..Keeping::default() };
         // Plans and surfaces were made without.
-        self.serial = crate::engine::next_serial();
+        self.serial = crate::engine::renderer_view::next_serial();
         self.surfaces.forget();
     }
 

@@ -1,6 +1,7 @@
 //! What a frame was made of, what was left out of it, and why.
 
-use crate::engine::several::{RendererPart, is_of_host};
+use crate::engine::request::RendererPart;
+use crate::engine::several::is_of_host;
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
 use crate::graph::{LivePasses, Node, PassReport, PassState, Plan, needed, texels, touched};
 use crate::resource_use::ResourceUse;

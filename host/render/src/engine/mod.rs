@@ -9,6 +9,7 @@ mod needs;
 mod options;
 mod prepared_view;
 mod release;
+mod renderer_view;
 mod request;
 mod several;
 mod surface_only;
@@ -27,107 +28,18 @@ pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, RendererUse};
 use frame_pass::{OutputRequest, Submission};
 use glam::Vec2;
 pub use options::{Counters, EngineOptions};
-pub use request::{PartOf, Parts, RenderRequest, Rendered};
+use renderer_view::next_serial;
+pub use renderer_view::{Companion, RendererView};
+pub use request::{PartOf, Parts, RenderRequest, Rendered, RendererPart};
 use several::Shared;
-pub use several::{Companion, RendererPart};
 use std::time::Instant;
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::frame::OnDevice;
 use surfelshop_api::graph::{Structure, Work};
-use surfelshop_api::{CloudView, FrameRequest, Need};
+use surfelshop_api::{CloudView, FrameRequest};
 use surfelshop_image::Image;
 use surfelshop_runtime::boundary::decode;
-use surfelshop_runtime::plugins::Hosted;
 pub use upload::{ColumnUploader, PreparedColumns};
-
-/// A renderer in a view: its instance, on a thread of its own, and the plan of its last structure.
-pub struct RendererView {
-    hosted: Hosted,
-    scope: String,
-    /// The columns that it reads of clouds.
-    needs: Vec<Need>,
-    /// What it described last.
-    graph: EncodedGraph,
-    plan: Option<Plan>,
-    /// The engine that made the plan, whose device its pipelines belong to.
-    planned_by: u64,
-    /// Tells this view from all others.
-    serial: u64,
-    /// Whether each graph has the bytes that stay on the device.
-    sends_all: bool,
-    /// What it is called where several draw a picture.
-    name: String,
-    /// Renderers that draw other clouds of the picture.
-    others: Vec<Companion>,
-    /// What the renderer is called that the last frame failed by, where several draw it.
-    at_fault: Option<String>,
-    /// Whether the plan has its splats hidden by surfels, whatever the graph says.
-    hidden: bool,
-    /// Whether it was seen to draw clouds itself.
-    takes: bool,
-}
-
-impl RendererView {
-    /// Puts an instance of a renderer into a view; `scope` keeps the persistent resources of
-    /// different renderers apart and is usually
-    /// [`LoadedUnit::scope`](surfelshop_runtime::plugins::LoadedUnit::scope).
-    #[must_use]
-    pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
-        Self {
-            hosted,
-            scope: scope.into(),
-            needs: Vec::new(),
-            graph: EncodedGraph::default(),
-            plan: None,
-            planned_by: 0,
-            serial: next_serial(),
-            sends_all: false,
-            name: String::new(),
-            others: Vec::new(),
-            at_fault: None,
-            hidden: false,
-            takes: false,
-        }
-    }
-
-    /// Has other renderers draw some clouds of the pictures from now on, instead of those that did before. This one
-    /// draws the rest, and is called `name` beside them.
-    pub fn share(&mut self, name: impl Into<String>, others: Vec<Companion>) -> Vec<Companion> {
-        (self.name, self.at_fault) = (name.into(), None);
-        std::mem::replace(&mut self.others, others)
-    }
-
-    /// The renderers that draw other clouds of the picture.
-    #[must_use]
-    pub fn others(&self) -> &[Companion] {
-        &self.others
-    }
-
-    /// What the renderer is called that the last frame failed by, where several draw it.
-    #[must_use]
-    pub fn at_fault(&self) -> Option<&str> {
-        self.at_fault.as_deref()
-    }
-
-    /// The same of a renderer that reads these columns: frames of clouds that lack them are refused by name.
-    #[must_use]
-    pub fn needing(mut self, needs: &[Need]) -> Self {
-        self.needs = needs.to_vec();
-        self
-    }
-
-    /// Has the bytes of [resident](surfelshop_api::Graph::resident) buffers sent in every frame, so that the graph
-    /// holds all that it needs.
-    pub fn send_all(&mut self) {
-        self.sends_all = true;
-    }
-
-    /// The graph of the last frame.
-    #[must_use]
-    pub fn graph(&self) -> &EncodedGraph {
-        &self.graph
-    }
-}
 
 /// The device side: columns, pipelines, surfaces and resources of all views.
 pub struct Engine {
@@ -153,13 +65,6 @@ pub struct Engine {
     whole_depths: bool,
     plans: u32,
     chunks: usize,
-}
-
-/// Tells engines apart, and what was planned by one before it was to keep something else.
-fn next_serial() -> u64 {
-    use std::sync::atomic::{AtomicU64, Ordering};
-    static NEXT: AtomicU64 = AtomicU64::new(1);
-    NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
 impl Engine {

@@ -303,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_shifted_projection_shows_what_lies_that_far_from_the_centre() {
-        let point = glam::Vec4::new(0.3, -0.2, -2.0, 1.0);
+        let point = Vec4::new(0.3, -0.2, -2.0, 1.0);
         for projection in
             [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 3.0 }]
         {

@@ -1,6 +1,5 @@
 //! Frames as they are asked for and as they come back.
 
-use crate::engine::several::RendererPart;
 use crate::graph::PassReport;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -112,4 +111,17 @@ impl Rendered {
     pub fn image(&self, output: &Output) -> Option<&Image> {
         self.images.iter().find(|(other, _)| other == output).map(|(_, image)| image)
     }
+}
+
+/// Which clouds of a picture a renderer draws, and what it draws itself of them.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct RendererPart {
+    /// What the renderer is called.
+    pub renderer: String,
+    /// Numbers of its clouds.
+    pub clouds: Vec<u32>,
+    /// Those of them that its graph draws; the others are surfels of the host's surface, which it shades.
+    pub taken: Vec<u32>,
+    /// Bytes of its graph's textures and buffers that the frame used.
+    pub graph_bytes: u64,
 }

@@ -37,7 +37,7 @@ impl Expected {
             for axis in 0..3 {
                 let word = u16::from_le_bytes([pixels.lower[i][axis], pixels.upper[i][axis]]);
                 let number = between(bounds[axis], f64::from(word) / 65535.0);
-                made.position.push(number.signum() * (number.abs().exp() - 1.0));
+                made.position.push(number.signum() * (number.abs().exp_m1()));
                 made.scale.push(between(sizes[axis], share(pixels.scales[i][axis])).exp());
                 made.color.push(between(colors[axis], share(pixels.sh0[i][axis])));
             }

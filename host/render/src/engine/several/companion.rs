@@ -1,33 +1,8 @@
-//! Renderers that draw clouds of the same picture beside a view's own.
+//! Which renderer of a picture draws which of its clouds.
 
-use crate::engine::RendererView;
+use crate::engine::renderer_view::{Companion, RendererView};
 use surfelshop_api::CloudFacts;
 use surfelshop_api::params::Values;
-
-/// A renderer that draws some clouds of a picture, where the view's own draws the others.
-pub struct Companion {
-    /// What it is called in passes and explanations: no two of a picture are called alike.
-    pub name: String,
-    /// Its instance.
-    pub view: RendererView,
-    /// Its parameters.
-    pub values: Values,
-    /// Numbers of its clouds, in [`CloudFacts::clouds`].
-    pub clouds: Vec<u32>,
-}
-
-/// Which clouds of a picture a renderer draws, and what it draws itself of them.
-#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
-pub struct RendererPart {
-    /// What the renderer is called.
-    pub renderer: String,
-    /// Numbers of its clouds.
-    pub clouds: Vec<u32>,
-    /// Those of them that its graph draws; the others are surfels of the host's surface, which it shades.
-    pub taken: Vec<u32>,
-    /// Bytes of its graph's textures and buffers that the frame used.
-    pub graph_bytes: u64,
-}
 
 /// A renderer of a picture with its clouds.
 pub(super) struct Drawer<'a> {

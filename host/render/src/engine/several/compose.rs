@@ -55,7 +55,7 @@ fn texel(image: &Image, at: usize) -> [f32; 4] {
 }
 
 /// The surface at a pixel.
-struct Seen {
+struct SurfacePixel {
     at: usize,
     /// Distance of the nearest surfel; 0 where nothing is.
     depth: f32,
@@ -63,7 +63,7 @@ struct Seen {
     owner: Option<usize>,
 }
 
-impl Seen {
+impl SurfacePixel {
     fn new(host: &HostPictures, layers: &[Layer], at: usize) -> Self {
         let [depth, object, ..] = texel(&host.owner, at);
         let is_there = depth > 0.0;
@@ -79,7 +79,7 @@ pub(super) fn composed(output: &Output, host: &HostPictures, layers: &[Layer]) -
     let rows = data.par_chunks_exact_mut((4 * width as usize).max(1)).enumerate();
     rows.for_each(|(row, pixels)| {
         for (column, pixel) in pixels.chunks_exact_mut(4).enumerate() {
-            let seen = Seen::new(host, layers, row * width as usize + column);
+            let seen = SurfacePixel::new(host, layers, row * width as usize + column);
             let value = match output {
                 Output::Color => color(&seen, layers),
                 _ => nearest(output, &seen, host, layers),
@@ -106,7 +106,7 @@ pub(super) fn with_surface(own: &mut Image, surface: &Image) {
 }
 
 /// The colour of what the surface shows, and over it that of renderers that draw clouds themselves, from far to near.
-fn color(seen: &Seen, layers: &[Layer]) -> [f32; 4] {
+fn color(seen: &SurfacePixel, layers: &[Layer]) -> [f32; 4] {
     let of = |layer: &Layer| {
         layer.picture(&Output::Color).map_or([0.0; 4], |image| texel(image, seen.at))
     };
@@ -137,7 +137,7 @@ fn color(seen: &Seen, layers: &[Layer]) -> [f32; 4] {
 }
 
 /// Whether a renderer's pixel lies behind the surface, where the surface has not hidden it already.
-fn is_behind(layer: &Layer, seen: &Seen) -> bool {
+fn is_behind(layer: &Layer, seen: &SurfacePixel) -> bool {
     let distance = layer.picture(&Output::Depth).map_or(0.0, |image| texel(image, seen.at)[0]);
     !layer.is_hidden_by_surface && seen.depth > 0.0 && distance > seen.depth
 }
@@ -167,7 +167,12 @@ fn over_others(front: [f32; 4], back: [f32; 4], is_encoded: bool) -> [f32; 4] {
 }
 
 /// The value of what is nearest: of the surface, or of what lies before it and hides at least half of it.
-fn nearest(output: &Output, seen: &Seen, host: &HostPictures, layers: &[Layer]) -> [f32; 4] {
+fn nearest(
+    output: &Output,
+    seen: &SurfacePixel,
+    host: &HostPictures,
+    layers: &[Layer],
+) -> [f32; 4] {
     let of_host = || {
         let found = host.others.iter().find(|(other, _)| other == output);
         found.map_or([0.0; 4], |(_, image)| texel(image, seen.at))

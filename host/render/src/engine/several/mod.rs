@@ -11,10 +11,10 @@ mod compose;
 mod facts;
 mod own_surface;
 
-pub use companion::{Companion, RendererPart};
 pub(super) use own_surface::masked;
 
 use crate::engine::frame_pass::OutputRequest;
+use crate::engine::request::RendererPart;
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView, needs};
 use crate::graph::{PassReport, Plan, RenderError};
 use crate::surfels::ColumnDemand;

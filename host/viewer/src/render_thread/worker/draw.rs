@@ -1,10 +1,11 @@
 //! A picture is drawn, by the renderer of the slot or by one that is started first.
 
 use super::beside::Beside;
+use super::frames::Frames;
 use super::state::{ActiveRenderer, RenderWorker};
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::RenderedView;
-use crate::render_thread::view_request::{EXPORT_SLOT, ViewRequest, ViewSlot};
+use crate::render_thread::view_request::{ViewRequest, ViewSlot};
 use anyhow::anyhow;
 use glam::DVec3;
 use std::path::PathBuf;
@@ -24,38 +25,6 @@ use surfelshop_session::session::ConvergedFrame;
 const STEPS_AHEAD: f64 = 6.0;
 
 const OUTPUTS: [Output; 2] = [Output::Color, Output::Depth];
-
-/// Which frames of a refined picture are drawn.
-#[derive(Clone, Copy)]
-pub(super) enum Frames {
-    /// All, until the picture is final.
-    All,
-    /// The one of this index, of the settled picture that is seen at this place of the pixels.
-    One { sample: u32, frame: u32 },
-}
-
-impl Frames {
-    /// The frames drawn for a new request: measured and exported pictures are not shown in between.
-    pub(super) fn of(slot: ViewSlot, request: &ViewRequest) -> Self {
-        match request.for_measurement || slot == EXPORT_SLOT {
-            true => Self::All,
-            false => Self::One { sample: 0, frame: 0 },
-        }
-    }
-
-    /// Settled pictures that are drawn with these frames, the last of which is `frame`.
-    fn n_settled(self, frame: &ConvergedFrame) -> u32 {
-        match self {
-            Self::All => frame.n_samples,
-            Self::One { sample, .. } => sample + u32::from(!frame.refines()),
-        }
-    }
-
-    /// Whether they are of the first place in each pixel, whose depths and explanation are shown.
-    fn is_first_sample(self) -> bool {
-        matches!(self, Self::All | Self::One { sample: 0, .. })
-    }
-}
 
 impl RenderWorker {
     /// Draws a picture with the renderer of the slot, or with another one; `drawn` is the request

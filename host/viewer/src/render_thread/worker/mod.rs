@@ -6,6 +6,7 @@
 
 mod beside;
 mod draw;
+mod frames;
 mod refine;
 mod refining_view;
 mod release;

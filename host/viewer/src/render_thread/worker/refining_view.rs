@@ -1,6 +1,6 @@
 //! A picture that is refined frame by frame, and how far it is.
 
-use super::draw::Frames;
+use super::frames::Frames;
 use crate::render_thread::rendered_view::RenderedView;
 use crate::render_thread::view_request::ViewSlot;
 use std::sync::Arc;

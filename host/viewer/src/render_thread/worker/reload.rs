@@ -1,7 +1,8 @@
 //! A rebuilt renderer replaces the old one after its first picture.
 
 use super::beside::Beside;
-use super::draw::{Frames, rendered_view};
+use super::draw::rendered_view;
+use super::frames::Frames;
 use super::state::{ActiveRenderer, RenderWorker};
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::{RenderedView, ViewReply};
