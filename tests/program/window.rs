@@ -285,7 +285,7 @@ fn a_session_with_mouse_and_keys() {
     looks_like(&screen, "window-wipe");
 
     // The second slider of the panel is `specular`.
-    program.drag([114, 245], [170, 245]);
+    program.drag([114, 268], [170, 268]);
     program.picture(0, "ewa-phong");
     program.key("ctrl+s");
     wait_for(&scene, |text| text.contains("specular") && text.contains("wipe"));

@@ -134,7 +134,7 @@ fn every_value_of_colours_and_filters_is_checked() {
         ),
         (
             "clouds = [{ path = 'a', renderer = ' ' }]",
-            "2:35: `clouds[1].renderer`: expected the id of a renderer, found `' '`",
+            "2:36: `clouds[1].renderer`: expected the id of a renderer, found `' '`",
         ),
         (
             "clouds = [{ path = 'a', values = { order = 1 } }]",
