@@ -16,6 +16,10 @@ const TURN: f32 = 1.0;
 /// Change of a normal's component above which surfels are divided by it, and not into equal parts.
 const SIDES: f32 = 1.2;
 
+/// Gap within a bundle, over the radius of its largest disc, at which it is divided: what strays shares
+/// nothing with what is near. Lines of a scan that are twenty steps apart lie six radii apart.
+const APART: f32 = 16.0;
+
 /// At most sixteen surfels side by side that face about the same way.
 pub(crate) struct Bundle {
     pub(crate) places: [u32; WIDTH],
@@ -29,7 +33,7 @@ impl Bundle {
 }
 
 /// Divides places, in the order of the tree, into bundles.
-pub(crate) fn bundles(surfels: &Surfels, asked: &[usize]) -> Vec<Bundle> {
+pub(crate) fn bundles(surfels: &Surfels, radii: &[f32], asked: &[usize]) -> Vec<Bundle> {
     let mut bundles = Vec::with_capacity(asked.len() / WIDTH * 5 / 4 + 1);
     let nodes = surfels.tree.nodes();
     let mut open: Vec<u32> = if nodes.is_empty() { Vec::new() } else { vec![0] };
@@ -46,14 +50,14 @@ pub(crate) fn bundles(surfels: &Surfels, asked: &[usize]) -> Vec<Bundle> {
         rest = others;
         for some in own.chunks(TOGETHER) {
             let mut some: Vec<u32> = some.iter().map(|&place| place as u32).collect();
-            divide(surfels, &mut some, &mut bundles);
+            divide(surfels, radii, &mut some, &mut bundles);
         }
     }
     bundles
 }
 
 /// Halves surfels by what they differ by most, place or direction, into whole bundles.
-fn divide(surfels: &Surfels, places: &mut [u32], bundles: &mut Vec<Bundle>) {
+fn divide(surfels: &Surfels, radii: &[f32], places: &mut [u32], bundles: &mut Vec<Bundle>) {
     let normal = |place: u32| surfels.normals[place as usize];
     let at = |place: u32| surfels.positions[place as usize];
     let extent = |places: &[u32], of: &dyn Fn(u32) -> Vec3| {
@@ -62,21 +66,21 @@ fn divide(surfels: &Surfels, places: &mut [u32], bundles: &mut Vec<Bundle>) {
         (low, high - low)
     };
     let (low, turn) = extent(places, &normal);
-    if turn.max_element() > SIDES && places.len() > 1 {
+    let sides = if turn.max_element() > SIDES {
         let axis = turn.max_position();
         let middle = low[axis] + 0.5 * turn[axis];
-        // Stable, so that the order does not depend on the method.
-        let is_low = |place: u32| normal(place)[axis] < middle;
-        let mut sorted: Vec<u32> = places.iter().copied().filter(|&place| is_low(place)).collect();
-        let n = sorted.len();
-        sorted.extend(places.iter().copied().filter(|&place| !is_low(place)));
-        places.copy_from_slice(&sorted);
-        if n > 0 && n < places.len() {
-            let (first, second) = places.split_at_mut(n);
-            divide(surfels, first, bundles);
-            divide(surfels, second, bundles);
-            return;
-        }
+        part(places, |place| normal(place)[axis] < middle)
+    } else if places.len() <= WIDTH {
+        gap(surfels, radii, places)
+            .map_or(0, |(axis, middle)| part(places, |place| at(place)[axis] < middle))
+    } else {
+        0
+    };
+    if sides > 0 && sides < places.len() {
+        let (first, second) = places.split_at_mut(sides);
+        divide(surfels, radii, first, bundles);
+        divide(surfels, radii, second, bundles);
+        return;
     }
     if places.len() <= WIDTH {
         let mut bundle = Bundle { places: [0; WIDTH], n: places.len() };
@@ -93,8 +97,38 @@ fn divide(surfels: &Surfels, places: &mut [u32], bundles: &mut Vec<Bundle>) {
     let order = |a: &u32, b: &u32| key(*a).total_cmp(&key(*b)).then(a.cmp(b));
     places.select_nth_unstable_by(half, order);
     let (first, second) = places.split_at_mut(half);
-    divide(surfels, first, bundles);
-    divide(surfels, second, bundles);
+    divide(surfels, radii, first, bundles);
+    divide(surfels, radii, second, bundles);
+}
+
+/// Sorts those first that are `low`, both sides in the order they had; returns how many are.
+fn part(places: &mut [u32], low: impl Fn(u32) -> bool) -> usize {
+    let (mut sorted, high): (Vec<u32>, Vec<u32>) = places.iter().partition(|&&place| low(place));
+    let n = sorted.len();
+    sorted.extend(high);
+    places.copy_from_slice(&sorted);
+    n
+}
+
+/// The widest gap between at most sixteen surfels, if it tells those that stray from the others: its axis
+/// and middle.
+fn gap(surfels: &Surfels, radii: &[f32], places: &[u32]) -> Option<(usize, f32)> {
+    let radius = places.iter().map(|&place| radii[place as usize]).fold(0.0, f32::max);
+    let mut sorted = [0.0; WIDTH];
+    let sorted = &mut sorted[..places.len()];
+    let mut widest = (APART * radius, None);
+    for axis in 0..3 {
+        for (value, &place) in sorted.iter_mut().zip(places) {
+            *value = surfels.positions[place as usize][axis];
+        }
+        sorted.sort_unstable_by(f32::total_cmp);
+        for pair in sorted.windows(2) {
+            if pair[1] - pair[0] > widest.0 {
+                widest = (pair[1] - pair[0], Some((axis, 0.5 * (pair[0] + pair[1]))));
+            }
+        }
+    }
+    widest.1
 }
 
 /// What tracing a bundle found.
@@ -137,7 +171,8 @@ pub(crate) struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
-    /// Traces a bundle on until it looked in this many directions.
+    /// Traces a bundle on until it looked in this many directions, more than before: the variance follows
+    /// from the new ones.
     pub(crate) fn trace(&self, bundle: &Bundle, found: &Found, until: u32) -> Found {
         dispatch!(Level::new(), simd => self.trace_on(simd, bundle, found, until))
     }
@@ -164,9 +199,9 @@ impl Tracer<'_> {
                 _ => self.beams.hits(simd, &rays, direction, asked, reach, &mut open),
             };
             found.n_rays += asked.count_ones();
-            for lane in 0..bundle.n {
-                found.sums[0][lane] += weights[lane];
-                found.sums[1][lane] += if hits & 1 << lane != 0 { weights[lane] } else { 0.0 };
+            for (lane, &weight) in weights.iter().enumerate().take(bundle.n) {
+                found.sums[0][lane] += weight;
+                found.sums[1][lane] += if hits & 1 << lane != 0 { weight } else { 0.0 };
             }
         }
         found.n = until.max(found.n);
@@ -249,13 +284,52 @@ impl Outlook {
         let inverse = 1.0 / density.max(1e-6);
         let mut asked = 0;
         let mut weights = [0.0; WIDTH];
-        for lane in 0..bundle.n {
-            let cosine = self.normals[lane].dot(direction);
+        let lanes = weights.iter_mut().zip(&self.normals).take(bundle.n).enumerate();
+        for (lane, (weight, normal)) in lanes {
+            let cosine = normal.dot(direction);
             if cosine > 0.0 {
-                weights[lane] = cosine * inverse;
+                *weight = cosine * inverse;
                 asked |= u64::from(reach.has(cosine)) << lane;
             }
         }
         (asked, weights)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use surfelshop_geometry::octree::Octree;
+    use surfelshop_geometry::silent;
+
+    #[test]
+    fn strays_share_no_bundle_with_what_is_near() {
+        let row = |i: u16| Vec3::X * 0.01 * f32::from(i);
+        let strays = [Vec3::new(0.1, 3.0, 0.0), Vec3::new(0.1, 3.0, -2.0)];
+        let positions: Vec<Vec3> = (0..37).map(row).chain(strays).collect();
+        let n = positions.len();
+        let surfels = Surfels {
+            order: (0..n as u32).collect(),
+            normals: vec![Vec3::Z; n],
+            areas: vec![1e-4; n],
+            context: Vec::new(),
+            // One leaf, in the order of the positions.
+            tree: Octree::build(&vec![Vec3::ZERO; n], n, &silent).unwrap(),
+            unit: 1.0,
+            n_refused: 0,
+            n_strays: 0,
+            positions,
+        };
+        let asked: Vec<usize> = (0..n).collect();
+        let bundles = bundles(&surfels, &vec![0.007; n], &asked);
+        let mut all: Vec<usize> = bundles.iter().flat_map(Bundle::places).collect();
+        all.sort_unstable();
+        assert_eq!(all, asked);
+        for stray in [n - 2, n - 1] {
+            let bundle = bundles.iter().find(|bundle| bundle.places().any(|place| place == stray));
+            assert_eq!(bundle.map(|bundle| bundle.n), Some(1), "{stray}");
+        }
+        // The others are in whole bundles, but for the last.
+        assert_eq!(bundles.len(), 5);
     }
 }

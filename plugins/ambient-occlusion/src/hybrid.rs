@@ -90,7 +90,7 @@ pub(crate) fn find(
         reach: Reach::new(surfels.max_distance(&settings), settings.cone),
         seed: settings.seed,
     };
-    let bundles = bundles(surfels, &places);
+    let bundles = bundles(surfels, &tracer.radii, &places);
     let traced = Traced { tracer, coverage: &first, bundles: &bundles, settings: &settings };
     let (n, error) = (places.len(), settings.error);
     job.progress(half, &format!("tracing rays for {n} surfels, up to an error of {error}"));
@@ -135,7 +135,8 @@ impl Traced<'_> {
             .map(|(i, ((_, variance), found))| {
                 let more = (variance / limit.max(1e-12)).powf(POWER);
                 let n = (found.n as f32 * more).min(1e6) as u32;
-                (i, n.next_power_of_two().min(self.settings.rays))
+                // Twice as many at least, however little is missing: what follows tells the error.
+                (i, n.max(found.n + 1).next_power_of_two().min(self.settings.rays))
             })
             .collect();
         if wanted.is_empty() {
@@ -154,6 +155,7 @@ impl Traced<'_> {
 
     fn smooth(&self, found: &[Found], share: Range<f64>, job: &Job<'_>) -> Result<Vec<Smooth>> {
         let (surfels, coverage, bundles) = (self.tracer.surfels, self.coverage, self.bundles);
-        Smoothing { surfels, coverage, bundles, found }.run(share, job)
+        let radii = &self.tracer.radii;
+        Smoothing { surfels, radii, coverage, bundles, found }.run(share, job)
     }
 }

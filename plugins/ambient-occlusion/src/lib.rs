@@ -25,13 +25,14 @@
 //! that is a third of a cloud, all of it is traced.
 //!
 //! `hybrid` traces the rays of at most sixteen neighbours that face about the same way together, in the
-//! same directions: they meet the same nodes, so that one ray takes a quarter of the time that it
+//! same directions: they meet the same nodes, so that one ray takes a fifth of the time that it
 //! takes alone, and finds the same. 64 directions are traced first. A linear fit to the occlusion of a
 //! bundle and those around it, by place, normal and what the octree found, takes away most of the
 //! noise, as far as it misses by no more than the noise; where it does, each surfel's own rays have the
 //! say. What is left is estimated from what two halves of the rays differ by and from what the fit
-//! misses; where that is above `error`, more directions follow, `rays` at most. The estimate for the
-//! whole cloud is said at the end; on five scans it was within 15 % of the error against 4096 rays.
+//! misses; where that is above `error`, more directions follow, `rays` at most. The estimate for all
+//! that were traced is said at the end; on five clouds it was 2 to 6 % below the error against 4096 rays, and
+//! 10 % with `error` at 0.01. What lies many discs away from a bundle takes no part in its fit.
 //!
 //! Every method honours `max-distance` and `cone`, uses the *effective* area of surfels, found from
 //! their neighbours (not `radius`, which overlaps), and is the same on any number of threads. The

@@ -14,10 +14,14 @@ use std::ops::{ControlFlow, Range};
 use surfelshop_api::glam::Vec3;
 use surfelshop_api::job::CANCELLED;
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::{Cancelled, Neighbours};
+use surfelshop_geometry::{Cancelled, Neighbour, Neighbours};
 
 /// Bundles around each that the function is fitted to.
 const AROUND: usize = 12;
+
+/// Distance between bundles, over the sum of their radii, at which they have nothing to do with each
+/// other: on a surface the farthest of those around is some three of them away.
+const FARTHEST: f32 = 8.0;
 
 /// Cosine between the mean normals of bundles at which one stops to count for the other.
 const ALIKE: f32 = 0.7;
@@ -38,12 +42,12 @@ struct Equations {
 
 impl Equations {
     fn add(&mut self, x: &Row, y: f32, weight: f32) {
-        for i in 0..N {
-            let scaled = weight * x[i];
-            for j in 0..N {
-                self.matrix[i][j] += scaled * x[j];
+        for ((row, right), own) in self.matrix.iter_mut().zip(&mut self.right).zip(x) {
+            let scaled = weight * own;
+            for (sum, other) in row.iter_mut().zip(x) {
+                *sum += scaled * other;
             }
-            self.right[i] += scaled * y;
+            *right += scaled * y;
         }
     }
 
@@ -79,6 +83,8 @@ impl Equations {
 /// Bundles and what is known of them.
 pub(crate) struct Smoothing<'a> {
     pub(crate) surfels: &'a Surfels,
+    /// Radii of the discs.
+    pub(crate) radii: &'a [f32],
     pub(crate) coverage: &'a SkyCoverage,
     pub(crate) bundles: &'a [Bundle],
     pub(crate) found: &'a [Found],
@@ -97,16 +103,27 @@ impl Smoothing<'_> {
         let normals: Vec<Vec3> = (self.bundles.iter())
             .map(|bundle| mean(bundle, &self.surfels.normals).normalize_or_zero())
             .collect();
+        let radius = |(bundle, centre): (&Bundle, &Vec3)| {
+            let to_edge = |p: usize| self.surfels.positions[p].distance(*centre) + self.radii[p];
+            bundle.places().map(to_edge).fold(0.0, f32::max)
+        };
+        let sizes: Vec<f32> = self.bundles.iter().zip(&centres).map(radius).collect();
         let go_on =
             |_| if job.cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let search =
             Neighbours::build(&centres, &go_on).map_err(|Cancelled| Error::new(CANCELLED))?;
-        job.map(self.bundles.len(), share, |i| self.bundle(&centres, &normals, &search, i))
+        job.map(self.bundles.len(), share, |i| {
+            let is_near = |near: &Neighbour| {
+                near.distance as f32 <= FARTHEST * (sizes[i] + sizes[near.index])
+            };
+            let around: Vec<Neighbour> =
+                search.nearest(i, AROUND).into_iter().filter(is_near).collect();
+            self.bundle(&centres, &normals, &around, i)
+        })
     }
 
-    fn bundle(&self, centres: &[Vec3], normals: &[Vec3], search: &Neighbours, i: usize) -> Smooth {
+    fn bundle(&self, centres: &[Vec3], normals: &[Vec3], around: &[Neighbour], i: usize) -> Smooth {
         let own = &self.found[i];
-        let around = search.nearest(i, AROUND);
         let raw = (own.occlusion, own.variance);
         let Some(last) = around.last() else { return raw };
         let scale = 1.0 / (last.distance as f32).max(f32::MIN_POSITIVE);
@@ -131,7 +148,7 @@ impl Smoothing<'_> {
         let mut equations = Equations { matrix: [[0.0; N]; N], right: [0.0; N] };
         let mut rows: Vec<(Row, f32, f32)> = Vec::with_capacity((AROUND + 1) * 16);
         let (mut total, mut noise) = (0.0f32, 0.0f32);
-        let all = around.iter().map(|near| (near.index as usize, near.distance as f32 * scale));
+        let all = around.iter().map(|near| (near.index, near.distance as f32 * scale));
         for (other, distance) in [(i, 0.0)].into_iter().chain(all) {
             let alike = (normals[other].dot(normals[i]) - ALIKE) / (1.0 - ALIKE);
             if alike <= 0.0 {

@@ -3,7 +3,7 @@
 //! Sixteen surfels that lie side by side and face about the same way look in the same directions:
 //! their rays are parallel and close, so that they meet the same nodes. What is tested against a
 //! node's children, eight at a time, is the beam that holds all of them; only at the discs that the
-//! beam meets are they told apart, sixteen at a time. A ray takes a tenth of the time that it takes
+//! beam meets are they told apart, sixteen at a time. A ray takes a fifth of the time that it takes
 //! alone, and finds the same.
 
 use fearless_simd::prelude::*;
