@@ -23,7 +23,7 @@ fn scan() -> Surfels {
     let mut scan = Surfels::default();
     for (&position, &normal) in mesh.positions.iter().zip(&mesh.normals) {
         if position.x < 0.999 && position.z < 0.999 {
-            let tilted = (normal + 0.25 * vector()).normalize();
+            let tilted = (normal + 0.25 * vector()).normalize_or(normal);
             scan.push(position + step / 3.0 * vector().x * normal, tilted, step);
         }
     }
@@ -56,10 +56,10 @@ fn few_rays_find_what_many_find_within_what_is_asked_for() {
             let few = baked(&scan, &format!("error={asked:?}{options}"));
             let error = rms(&few.ao, &many);
             // The limit is on what is estimated for each bundle, some of which are better.
-            let bound = (asked * asked + noise * noise).sqrt();
+            let bound = asked.hypot(noise);
             assert!(error < bound, "{asked}{options}: {error}, {:?}", few.messages.last());
             let said = number(&few, " (root mean square)");
-            let both = (said * said + noise * noise).sqrt();
+            let both = said.hypot(noise);
             assert!(error < 1.3 * both && said < 1.3 * error, "{asked}{options}: {said}, {error}");
         }
     }

@@ -16,8 +16,11 @@ use surfelshop_session::options::SurfelChoice;
 use surfelshop_session::session::RenderSession;
 use surfelshop_tests::{clouds, stage};
 
-/// Every built-in renderer: its library, its id, and whole numbers of its parameters.
-const ALL: [(&str, &str, &[(&str, i64)]); 8] = [
+/// A renderer: its library, its id, and whole numbers of its parameters.
+type Drawn = (&'static str, &'static str, &'static [(&'static str, i64)]);
+
+/// Every built-in renderer.
+const ALL: [Drawn; 8] = [
     ("surfelshop_flat", "flat", &[]),
     ("surfelshop_ewa_phong", "ewa-phong", &[]),
     ("surfelshop_environment", "environment", &[]),
