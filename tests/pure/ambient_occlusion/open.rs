@@ -52,7 +52,7 @@ fn few_rays_find_what_many_find_within_what_is_asked_for() {
         let many = baked(&scan, &format!("method=rays rays={RAYS}{options}")).ao;
         // Independent rays' error at half of the sky bounds that of the stratified ones here.
         let noise = 0.5 / RAYS.sqrt();
-        for asked in [0.03, 0.018] {
+        for asked in [0.03f64, 0.018] {
             let few = baked(&scan, &format!("error={asked:?}{options}"));
             let error = rms(&few.ao, &many);
             // The limit is on what is estimated for each bundle, some of which are better.
