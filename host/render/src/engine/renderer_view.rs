@@ -103,7 +103,7 @@ pub struct Companion {
     pub view: RendererView,
     /// Its parameters.
     pub values: Values,
-    /// Numbers of its clouds, in [`CloudFacts::clouds`].
+    /// Numbers of its clouds, in [`CloudFacts::clouds`](surfelshop_api::CloudFacts::clouds).
     pub clouds: Vec<u32>,
 }
 
