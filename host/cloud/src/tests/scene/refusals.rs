@@ -138,7 +138,7 @@ fn every_value_of_colours_and_filters_is_checked() {
         ),
         (
             "clouds = [{ path = 'a', values = { order = 1 } }]",
-            "2:35: `clouds[1].values`: expected `renderer` beside it, whose parameters these are, found \
+            "2:34: `clouds[1].values`: expected `renderer` beside it, whose parameters these are, found \
              a table",
         ),
     ] {

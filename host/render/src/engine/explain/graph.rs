@@ -42,6 +42,9 @@ impl<'a> Graph<'a> {
             let outputs = at.map(|at| self.fed_by(at)).unwrap_or_default();
             let why = match (report.state, at) {
                 (PassState::Ran, Some(_)) => format!("feeds output {}", listed(&outputs)),
+                (PassState::Ran, None) if report.name.starts_with("host: splats") => {
+                    "sorts and composes the splats of the pass above".to_owned()
+                }
                 (PassState::Ran, None) if report.name.starts_with("host:") => {
                     "makes an output that was asked for and that the renderer does not make"
                         .to_owned()
