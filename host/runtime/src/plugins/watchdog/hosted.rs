@@ -92,24 +92,13 @@ impl Hosted {
     /// Has the renderer describe a frame.
     ///
     /// # Errors
-    /// As [`frame_in_motion`](Self::frame_in_motion).
+    /// As [`frame_on_device`](Self::frame_on_device).
     pub fn frame(&mut self, request: FrameRequest) -> Result<EncodedGraph, Fault> {
-        self.frame_in_motion(request, 1)
+        self.frame_on_device(request, 1, OnDevice::default())
     }
 
-    /// Has the renderer describe a frame in which one surfel of `stride` is drawn; 0 is taken as 1.
-    ///
-    /// # Errors
-    /// Where the plugin fails or does not answer in time, and at once ever after the latter.
-    pub fn frame_in_motion(
-        &mut self,
-        request: FrameRequest,
-        stride: u32,
-    ) -> Result<EncodedGraph, Fault> {
-        self.frame_on_device(request, stride, OnDevice::default())
-    }
-
-    /// The same where bytes of [resident](surfelshop_api::Graph::resident) buffers are on the device already.
+    /// Has the renderer describe a frame in which one surfel of `stride` is drawn, 0 taken as 1, where bytes of
+    /// [resident](surfelshop_api::Graph::resident) buffers are on the device already.
     ///
     /// # Errors
     /// Where the plugin fails or does not answer in time, and at once ever after the latter.
