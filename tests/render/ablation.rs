@@ -91,6 +91,20 @@ fn bits(rendered: &Rendered) -> Vec<u32> {
     image.data.iter().map(|value| value.to_bits()).collect()
 }
 
+/// How far pictures with a feature and without it lie apart at most on graphics cards, whose compilers
+/// contract and reorder sums as they like, as a share of the brightest value.
+/// Source: sums of at most 64 terms, each of them rounded by half a unit in the last place.
+const ROUNDING: f32 = 32.0 * f32::EPSILON;
+
+/// The largest difference of two pictures as a share of the brightest value of the first.
+fn largest_difference(one: &Rendered, other: &Rendered) -> f32 {
+    let data = |rendered: &Rendered| rendered.image(&Output::Color).unwrap().data.clone();
+    let (one, other) = (data(one), data(other));
+    let brightest = one.iter().fold(0.0f32, |most, v| most.max(v.abs()));
+    let apart = one.iter().zip(&other).fold(0.0f32, |most, (a, b)| most.max((a - b).abs()));
+    apart / brightest
+}
+
 fn bare() -> Surfels {
     Surfels { colors: Vec::new(), ..clouds::sphere(N, 1.0) }
 }
@@ -159,7 +173,11 @@ fn what_is_left_out_changes_no_bit_where_it_is_kept() {
             for kept in left_out {
                 engine.keep(vec![kept.clone()]);
                 let (with, still) = shot.draw(&mut engine, &mut renderer);
-                assert!(bits(&without) == bits(&with), "{unit}, {surfels:?}: {kept}");
+                let same = match engine.gpu().is_software() {
+                    true => bits(&without) == bits(&with),
+                    false => largest_difference(&without, &with) <= ROUNDING,
+                };
+                assert!(same, "{unit}, {surfels:?}: {kept}");
                 // A column of our own is not the cloud's, so that it is lacking all the same.
                 let is_column = matches!(kept, Restored::Column(_) | Restored::Output(_));
                 assert!(is_column || !still.contains(&kept), "{unit}: {kept} was not kept");

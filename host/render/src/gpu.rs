@@ -250,6 +250,13 @@ impl Gpu {
             pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
                 GpuError::Refused { adapter: info.name.clone(), reason: error.to_string() }
             })?;
+        if info.backend == wgpu::Backend::Gl && !compiles_storage(&device) {
+            let version = info.driver_info.split_whitespace().next().unwrap_or("unknown");
+            let missing = format!(
+                "storage buffers in its shading language (OpenGL 4.3 or ES 3.1; its driver offers {version})"
+            );
+            return Err(GpuError::Unfit { adapter: info.name, missing });
+        }
         // Mistakes are caught by error scopes; what comes late is noted instead of ending the
         // program.
         device.on_uncaptured_error(Arc::new(|error| {
@@ -395,6 +402,34 @@ impl Gpu {
             format!("{} on {backend} ({})", self.info.name, driver.join(" "))
         }
     }
+}
+
+/// Whether shaders of the device can do what those of the host do. Through OpenGL, extensions promise
+/// it also where the shading language is too old for it: drivers that offer OpenGL 3.3 where wgpu asks
+/// for at least that.
+fn compiles_storage(device: &wgpu::Device) -> bool {
+    const PROBE: &str = "@group(0) @binding(0) var<storage, read_write> words: array<u32>;\n\
+        @compute @workgroup_size(1)\n\
+        fn main(@builtin(global_invocation_id) id: vec3u) {\n\
+            words[id.x] = u32(unpack2x16float(words[id.x]).x) + arrayLength(&words);\n\
+        }\n";
+    let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+    let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some("probe"),
+        source: wgpu::ShaderSource::Wgsl(PROBE.into()),
+    });
+    let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("probe"),
+        layout: None,
+        module: &module,
+        entry_point: None,
+        compilation_options: wgpu::PipelineCompilationOptions::default(),
+        cache: None,
+    });
+    let refused = [validation, internal].map(|scope| pollster::block_on(scope.pop()).is_some());
+    drop(pipeline);
+    !refused.contains(&true)
 }
 
 /// How shaders may use textures of each format as storage, as wgpu judges it.

@@ -62,6 +62,18 @@ fn without_vulkan_render_uses_opengl() {
     assert_eq!(picture.get_pixel(0, 0)[3], 0);
 }
 
+/// As on cards whose drivers offer OpenGL 3.3. Costs 0.3 s.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_opengl_that_is_too_old_is_refused_in_a_line() {
+    let desk = without_vulkan()
+        .with("MESA_GL_VERSION_OVERRIDE", "3.3")
+        .with("MESA_GLSL_VERSION_OVERRIDE", "330");
+    let ended = desk.run("render one.ply -o a.png --backend gl");
+    ended.failed(&["lacks storage buffers", "driver offers 3.3", "--backend"]);
+    assert_eq!(desk.files(), ["one.ply"]);
+}
+
 #[test]
 fn adapters_that_do_not_exist_are_named_with_those_that_do() {
     let desk = TestFolder::new();

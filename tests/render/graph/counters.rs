@@ -21,8 +21,11 @@ fn ran(frame: &Rendered) -> Vec<&str> {
 }
 
 /// These count what the device does.
+/// An engine that draws by quads and uploads each column, on cards as without one.
 fn quads() -> Engine {
-    let options = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
+    let surfels = SurfelDrawing::Quads;
+    let options =
+        EngineOptions { surfels, constant_radii: Some(false), ..EngineOptions::default() };
     stage::engine_with(&GpuOptions::default(), &options)
 }
 
