@@ -15,11 +15,9 @@ use surfelshop_session::output::provenance;
 
 /// Shows the panel.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
-    progress(window, ui);
+    uploading(window, ui);
     let Some(shown) = &window.document.clouds else {
-        if window.document.loader.is_none() {
-            ui.label("Drop point clouds here, or open them with Ctrl O.");
-        }
+        ui.weak(if window.document.loader.is_some() { "reading" } else { "none is open" });
         return;
     };
     let (mut changed, mut framed) = (None, None);
@@ -42,8 +40,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
             changed = Some(shown.open_clouds.showing(i, visible));
         }
         if shown.open_clouds.all().len() > 1 && !cloud.is_empty() {
-            let zoom =
-                ui.small_button("zoom to it").on_hover_text("The camera sees this cloud alone.");
+            let zoom = ui
+                .small_button("zoom to it")
+                .on_hover_text("Moves the camera to where this cloud fills the view.");
             framed = zoom.clicked().then_some(i).or(framed);
         }
         if let Some(renderer) = renderer_of(ui, (i, open_cloud), &window.plugins.registry) {
@@ -110,26 +109,10 @@ fn renderer_of(
     chosen
 }
 
-/// The progress of reading and uploading.
-fn progress(window: &Window, ui: &mut Ui) {
-    if let Some(loader) = &window.document.loader {
-        let files: Vec<_> = loader.files.iter().map(|file| file.display().to_string()).collect();
-        ui.label(format!("reading {}", files.join(", ")));
-        if window.document.preview.is_some() {
-            ui.weak("some of the points are shown");
-        }
-        ui.horizontal(|ui| {
-            let width = ui.available_width() - 60.0;
-            ui.add(
-                egui::ProgressBar::new(loader.fraction()).desired_width(width).show_percentage(),
-            );
-            if ui.button("cancel").clicked() {
-                loader.cancel();
-            }
-        });
-    }
+/// The progress of uploading.
+fn uploading(window: &Window, ui: &mut Ui) {
     if let Some(fraction) = window.render.upload_progress {
-        ui.label("putting surfels in order; a few of them are shown");
+        ui.label("Uploading surfels; some of them are shown.");
         ui.add(egui::ProgressBar::new(fraction).show_percentage());
     }
 }

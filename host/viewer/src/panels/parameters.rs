@@ -1,6 +1,7 @@
 //! Widgets for declared parameters.
 
-use eframe::egui::{self, Ui};
+use crate::theme::{Icon, icon_text};
+use eframe::egui::{self, Role, Ui, WidgetInfo};
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 
 /// Shows every parameter with its help, unit, range and a reset button. `values` do not contain
@@ -28,7 +29,10 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
             };
             response.labelled_by(label.id).on_hover_text(help(parameter));
             let is_default = value == parameter.default;
-            let reset = ui.add_enabled(!is_default, egui::Button::new("reset").small());
+            let reset =
+                egui::Button::new(icon_text(Icon::RotateCcw).small()).frame_when_inactive(false);
+            let reset = ui.add_enabled(!is_default, reset);
+            reset.widget_info(|| WidgetInfo::labeled(Role::Button, !is_default, "reset"));
             if reset.on_hover_text("back to the default").clicked() {
                 value = parameter.default.clone();
             }

@@ -1,0 +1,9 @@
+//! The first minute: the page without clouds, its examples, and what is being opened.
+
+mod examples;
+mod page;
+mod progress;
+mod splat_scene;
+
+pub(crate) use page::show as show_page;
+pub(crate) use progress::show as show_progress;
