@@ -16,7 +16,7 @@ use surfelshop_cloud::display::ColorSource;
 const FRAME_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Width of the panels at first: labels and controls beside each other.
-const SIDE_WIDTH: f32 = 312.0;
+const SIDE_WIDTH: f32 = 340.0;
 
 impl Window {
     /// Leaves the CPU to the engine: where both draw on the CPU, a frame of the window for every

@@ -8,6 +8,7 @@ use crate::panels::Panels;
 use crate::plugins::Plugins;
 use crate::preferences::{PreferenceFile, Preferences};
 use crate::render_thread::RenderThread;
+use crate::theme;
 use crate::views::messages::Messages;
 use crate::views::pane::Side;
 use crate::views::{Render, Views, camera_in, initial_camera, navigation};
@@ -45,6 +46,7 @@ impl Window {
                 wake.request_repaint()
             })?;
         let (preference_file, preferences, wrong) = PreferenceFile::open();
+        theme::apply(ctx, &preferences);
         let (keymap, refused) = Keymap::new(&preferences.shortcuts);
         let mut window = Self {
             render: Render::new(thread),
@@ -146,25 +148,14 @@ impl Window {
         }
     }
 
-    /// Moves the camera of the focused pane to where it sees everything.
-    pub(crate) fn frame_all(&mut self) {
-        if let Some(shown) = &self.document.clouds {
-            self.frame_extent(shown.extent);
-        }
-    }
-
     /// Moves the camera of the focused pane to where it sees one of the open clouds.
     pub(crate) fn frame_cloud(&mut self, index: usize) {
         let Some(shown) = &self.document.clouds else { return };
         let Some(open_cloud) = shown.open_clouds.all().get(index) else { return };
         let alone = Clouds::of(vec![open_cloud.loaded.clone()]);
-        self.frame_extent(alone.extent(self.settings.scene.surface.radius_scale));
-    }
-
-    fn frame_extent(&mut self, extent: Extent) {
+        let extent = alone.extent(self.settings.scene.surface.radius_scale);
         self.views.walking = false;
-        self.views.flight = None;
-        self.set_camera(self.views.focused, self.framing(&extent));
+        self.fly_to(self.views.focused, self.framing(&extent));
     }
 
     /// The camera that sees all of an extent, in the projection of the focused pane.

@@ -2,9 +2,9 @@
 
 use super::command::Menu;
 use super::table::COMMANDS;
-use crate::theme::{icon_text, space};
+use crate::theme::space;
 use crate::window::Window;
-use eframe::egui::{self, Align2, Context, Grid, ScrollArea, Ui};
+use eframe::egui::{self, Align2, Context, Grid, Response, RichText, ScrollArea, Ui, vec2};
 
 /// What the mouse does over pictures, and keys that are held.
 pub(crate) const MOUSE: [(&str, &str); 9] = [
@@ -45,9 +45,7 @@ fn lists(window: &Window, ui: &mut Ui) {
     ui.strong("Over a picture");
     grid(ui, "mouse", |ui| {
         for (keys, what) in MOUSE {
-            ui.label("");
-            ui.strong(keys);
-            ui.label(what);
+            words(ui, "", keys, what);
             ui.end_row();
         }
     });
@@ -65,9 +63,9 @@ fn lists(window: &Window, ui: &mut Ui) {
                 if keys.is_empty() {
                     continue;
                 }
-                ui.label(icon_text(command.icon));
-                ui.strong(keys.join(", "));
-                ui.label(command.name).on_hover_text(command.about);
+                let icon = command.icon.unicode().to_string();
+                let name = words(ui, &icon, &keys.join(", "), command.name);
+                name.on_hover_text(command.about);
                 ui.end_row();
             }
         });
@@ -79,6 +77,21 @@ fn lists(window: &Window, ui: &mut Ui) {
     );
 }
 
+/// A row; the columns are as wide in all lists.
+fn words(ui: &mut Ui, icon: &str, keys: &str, what: &str) -> Response {
+    let cell = |ui: &mut Ui, width: f32, text: RichText| {
+        let layout = egui::Layout::left_to_right(egui::Align::Center);
+        ui.allocate_ui_with_layout(vec2(width, 18.0), layout, |ui| {
+            ui.set_min_width(width);
+            ui.label(text)
+        })
+        .inner
+    };
+    cell(ui, 16.0, RichText::new(icon));
+    cell(ui, 190.0, RichText::new(keys).strong());
+    cell(ui, 270.0, RichText::new(what))
+}
+
 fn grid(ui: &mut Ui, id: &str, rows: impl FnOnce(&mut Ui)) {
-    Grid::new(id).num_columns(3).min_col_width(18.0).striped(true).show(ui, rows);
+    Grid::new(id).num_columns(3).striped(true).show(ui, rows);
 }

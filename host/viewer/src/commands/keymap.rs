@@ -73,7 +73,11 @@ impl Keymap {
         let own = self.entries.iter().filter(|(_, other)| other.id == command.id);
         let mut own: Vec<KeyboardShortcut> = own.map(|(shortcut, _)| *shortcut).collect();
         // The first of the usual ones is the one that menus show.
-        own.sort_by_key(|shortcut| command.shortcuts.iter().position(|usual| usual == shortcut));
+        let place = |shortcut: &KeyboardShortcut| {
+            let usual = command.shortcuts.iter().position(|usual| usual == shortcut);
+            (usual.unwrap_or(usize::MAX), n_modifiers(*shortcut))
+        };
+        own.sort_by_key(place);
         own.into_iter().map(text).collect()
     }
 }

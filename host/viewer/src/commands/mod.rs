@@ -19,5 +19,7 @@ pub(crate) use button::item;
 pub(crate) use command::{Command, run};
 pub(crate) use help::{HelpWindow, show as show_help};
 pub(crate) use keymap::Keymap;
+#[cfg(test)]
+pub(crate) use palette::entries as palette_entries;
 pub(crate) use palette::{Palette, show as show_palette};
 pub(crate) use table::{COMMANDS, find};

@@ -44,7 +44,7 @@ impl Palette {
 
 /// What a row does.
 #[derive(Clone)]
-pub(super) enum Action {
+pub(crate) enum Action {
     Command(&'static Command),
     Tool(String),
     Renderer(String),
@@ -54,23 +54,23 @@ pub(super) enum Action {
 
 /// A row.
 #[derive(Clone)]
-pub(super) struct Entry {
+pub(crate) struct Entry {
     icon: Icon,
-    pub(super) name: String,
+    pub(crate) name: String,
     about: String,
     /// What stands at the right: the shortcut, or the kind.
     note: String,
     /// Why it cannot be used now.
-    pub(super) reason: Option<&'static str>,
-    pub(super) action: Action,
+    pub(crate) reason: Option<&'static str>,
+    action: Action,
 }
 
 /// Everything that can be found, commands first.
-pub(super) fn entries(window: &Window) -> Vec<Entry> {
+pub(crate) fn entries(window: &Window) -> Vec<Entry> {
     let commands = COMMANDS.iter().map(|command| Entry {
         icon: command.icon,
         name: command.name.to_owned(),
-        about: format!("{} {}", command.about, command.menu.name()),
+        about: command.about.to_owned(),
         note: window.keymap.of(command).into_iter().next().unwrap_or_default(),
         reason: why_not(window, command),
         action: Action::Command(command),

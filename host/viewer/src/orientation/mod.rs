@@ -27,7 +27,15 @@ pub(crate) struct AxesInteraction {
 }
 
 /// Shows grid and scale bar over the pictures of a pane; the sides are those that each picture shows.
-pub(crate) fn show_under(window: &Window, ui: &Ui, pane: u32, pictures: &[(usize, Rect)]) {
+///
+/// The bar stands `raised` above the lower edge, where a caption is.
+pub(crate) fn show_under(
+    window: &Window,
+    ui: &Ui,
+    pane: u32,
+    pictures: &[(usize, Rect)],
+    raised: f32,
+) {
     let Some(shown) = &window.document.clouds else { return };
     for &(side, rect) in pictures {
         let side = window.views.panes.get(&pane).map(|pane| &pane.sides[side]);
@@ -46,7 +54,7 @@ pub(crate) fn show_under(window: &Window, ui: &Ui, pane: u32, pictures: &[(usize
         }
         if window.preferences.scale_bar {
             let unit = scale_bar::metres_per_unit(&shown.open_clouds.clouds);
-            scale_bar::show(ui, &painter, rect, &camera, unit);
+            scale_bar::show(ui, &painter, (rect, raised), &camera, unit);
         }
     }
 }

@@ -36,8 +36,14 @@ fn label(length: f64, metres: Option<f64>) -> String {
     format!("{} {unit}", text.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// Shows the bar at the lower edge of a picture.
-pub(super) fn show(ui: &Ui, painter: &Painter, rect: Rect, camera: &Camera, metres: Option<f64>) {
+/// Shows the bar so far above the lower edge of a picture.
+pub(super) fn show(
+    ui: &Ui,
+    painter: &Painter,
+    (rect, raised): (Rect, f32),
+    camera: &Camera,
+    metres: Option<f64>,
+) {
     let per_unit = f64::from(rect.height()) / navigation::height_at_target(camera);
     let unit = metres.unwrap_or(1.0);
     let length = nice(f64::from(LONGEST) / per_unit * unit) / unit;
@@ -45,7 +51,7 @@ pub(super) fn show(ui: &Ui, painter: &Painter, rect: Rect, camera: &Camera, metr
         return;
     }
     let width = (length * per_unit) as f32;
-    let (left, bottom) = (rect.center().x - 0.5 * width, rect.bottom() - 14.0);
+    let (left, bottom) = (rect.center().x - 0.5 * width, rect.bottom() - 14.0 - raised);
     let dark = Stroke::new(4.0, Color32::from_black_alpha(150));
     for stroke in [dark, Stroke::new(2.0, Color32::WHITE)] {
         painter.hline(left..=left + width, bottom, stroke);

@@ -1,5 +1,6 @@
 //! The panel of the open clouds.
 
+use super::row::row_of;
 use crate::document::OpenCloud;
 use crate::window::Window;
 use eframe::egui::{self, RichText, Role, Ui, WidgetInfo};
@@ -82,9 +83,8 @@ fn renderer_of(
     let suits = |name: &String| registry.suits(name, &facts.clouds);
     let mut chosen = None;
     let name = open_cloud.name();
-    ui.horizontal(|ui| {
-        ui.label("renderer:");
-        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index));
+    row_of(ui, "renderer", "", |ui, _label| {
+        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index)).width(150.0);
         let shown = menu.selected_text(own.unwrap_or(AS_THE_VIEW)).show_ui(ui, |ui| {
             if ui.selectable_label(own.is_none(), AS_THE_VIEW).clicked() && own.is_some() {
                 chosen = Some(None);
@@ -104,7 +104,7 @@ fn renderer_of(
         shown.response.on_hover_text(
             "What draws this cloud, where others are drawn by the view's renderer. Its parameters stand in the scene \
              file; those that do not have their defaults.",
-        );
+        )
     });
     chosen
 }

@@ -1,25 +1,21 @@
 //! The status line: what is under the pointer, and the adapter.
 
 use crate::window::Window;
-use eframe::egui::{self, Label, RichText, Ui};
+use eframe::egui::{self, Label, Ui};
 
 /// Shows the line.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.set_min_height(22.0);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let adapter = match (window.render.no_device, window.render.adapter.as_str()) {
+            let whole = match (window.render.no_device, window.render.adapter.as_str()) {
                 (true, _) => "no graphics device",
                 (false, "") => "opening the graphics device",
-                (false, adapter) => adapter,
+                (false, whole) => whole,
             };
-            // The name of a driver may be long.
-            let adapter_width = ADAPTER_SHARE * ui.available_width();
-            ui.scope(|ui| {
-                ui.set_max_width(adapter_width);
-                let text = RichText::new(adapter).weak();
-                ui.add(Label::new(text).truncate()).on_hover_text(adapter);
-            });
+            // The name of a driver is long, and in brackets.
+            let name = whole.split(" (").next().unwrap_or(whole);
+            ui.weak(name).on_hover_text(whole);
             for text in tracing(window).into_iter().chain(work(window)) {
                 ui.label(text);
             }
@@ -33,9 +29,6 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
         });
     });
 }
-
-/// The most of the line that the adapter's name takes.
-const ADAPTER_SHARE: f32 = 0.3;
 
 /// What runs beside the pictures, and how far it is.
 fn work(window: &Window) -> Vec<String> {

@@ -53,9 +53,7 @@ impl Example {
                     cache_folder().unwrap_or_else(|| std::env::temp_dir().join("surfelshop"));
                 let folder = folder.join("examples");
                 std::fs::create_dir_all(&folder)?;
-                let file = folder.join("gaussian-knot.ply");
-                splat_scene::write(&file)?;
-                Ok(file)
+                splat_scene::write(&folder)
             }
         }
     }

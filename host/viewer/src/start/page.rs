@@ -2,7 +2,7 @@
 
 use super::examples::Example;
 use crate::commands::{self, find};
-use crate::theme::{Icon, icon_text, iconed, space, tokens};
+use crate::theme::{Icon, icon_text, iconed_in, space, tokens};
 use crate::window::Window;
 use eframe::egui::{
     Align, Button, Frame, Label, Layout, Response, RichText, Role, ScrollArea, Sense, Stroke,
@@ -57,8 +57,8 @@ fn contents(window: &mut Window, ui: &mut Ui) {
     );
     ui.add_space(space::LARGE);
     ui.horizontal(|ui| {
-        let label = iconed(ui, Icon::FolderOpen, "Open files …");
-        let open = Button::new(label.color(tokens.on_accent)).fill(tokens.accent);
+        let label = iconed_in(ui, Icon::FolderOpen, "Open files …", tokens.on_accent);
+        let open = Button::new(label).fill(tokens.accent);
         if ui.add(open.min_size(vec2(140.0, 34.0))).clicked()
             && let Some(command) = find("open")
         {

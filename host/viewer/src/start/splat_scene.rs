@@ -1,7 +1,7 @@
 //! A scene of Gaussian splats: a trefoil knot of translucent Gaussians over a soft ground, as trainers write it.
 
 use glam::{Mat3, Quat, Vec3};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use surfelshop_session::output::files;
 
 /// Gaussians along the knot, around it, and on the ground.
@@ -106,8 +106,22 @@ fn record(splat: &Splat) -> [f32; 14] {
     [x, y, z, red, green, blue, logit, a, b, c, turn.w, turn.x, turn.y, turn.z]
 }
 
-/// Writes the scene as binary PLY.
-pub(super) fn write(path: &Path) -> anyhow::Result<()> {
+/// The scene beside the cloud: seen from outside, since the knot has a room within.
+const SCENE: &str = "# A Surfelshop scene: angles in degrees, paths from this folder.
+format = 1
+background = \"#23262b\"
+
+[camera]
+eye = [1.6, 4.1, 8.6]
+target = [0.0, 0.85, 0.0]
+fov = 35.0
+
+[[clouds]]
+path = \"gaussian-knot.ply\"
+";
+
+/// Writes the cloud as binary PLY, and the scene beside it; returns the scene.
+pub(super) fn write(folder: &Path) -> anyhow::Result<PathBuf> {
     let mut splats = Vec::new();
     tube(&mut splats);
     ground(&mut splats);
@@ -120,7 +134,10 @@ pub(super) fn write(path: &Path) -> anyhow::Result<()> {
     for splat in &splats {
         bytes.extend(record(splat).into_iter().flat_map(f32::to_le_bytes));
     }
-    files::write_whole(path, &bytes)
+    files::write_whole(&folder.join("gaussian-knot.ply"), &bytes)?;
+    let scene = folder.join("gaussian-knot.scene.toml");
+    files::write_whole(&scene, SCENE.as_bytes())?;
+    Ok(scene)
 }
 
 #[cfg(test)]
@@ -131,10 +148,10 @@ mod tests {
     #[test]
     fn the_scene_is_read_as_gaussians() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("knot.ply");
-        write(&path).unwrap();
+        let scene = write(folder.path()).unwrap();
+        let path = scene.with_file_name("gaussian-knot.ply");
         let first = std::fs::read(&path).unwrap();
-        write(&path).unwrap();
+        write(folder.path()).unwrap();
         assert!(first == std::fs::read(&path).unwrap(), "it is the same each time");
         let loaded = surfelshop_cloud::read(&path, &ReadOptions::default()).unwrap();
         assert_eq!(loaded.cloud.len() as u32, ALONG * AROUND + ON_GROUND);

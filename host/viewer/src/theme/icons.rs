@@ -1,6 +1,6 @@
 //! Icons: letters of a font of their own, beside the text.
 
-use eframe::egui::{FontData, FontDefinitions, FontFamily, RichText, Ui, WidgetText};
+use eframe::egui::{Color32, FontData, FontDefinitions, FontFamily, RichText, Ui, WidgetText};
 pub(crate) use lucide_icons::Icon;
 use lucide_icons::LUCIDE_FONT_BYTES;
 
@@ -25,17 +25,18 @@ pub(crate) fn text(icon: Icon) -> RichText {
     RichText::new(icon.unicode().to_string())
 }
 
-/// An icon before words, which are one text.
+/// An icon before words, which are one text in the colour of the control that it is on.
 pub(crate) fn iconed(ui: &Ui, icon: Icon, words: &str) -> WidgetText {
+    iconed_in(ui, icon, words, Color32::PLACEHOLDER)
+}
+
+/// The same in a colour.
+pub(crate) fn iconed_in(ui: &Ui, icon: Icon, words: &str, color: Color32) -> WidgetText {
     use eframe::egui::text::{LayoutJob, TextFormat};
-    use eframe::egui::{Align, Color32, TextStyle};
+    use eframe::egui::{Align, TextStyle};
     let font = TextStyle::Button.resolve(ui.style());
-    let format = TextFormat {
-        font_id: font,
-        color: Color32::PLACEHOLDER,
-        valign: Align::Center,
-        ..TextFormat::default()
-    };
+    let format =
+        TextFormat { font_id: font, color, valign: Align::Center, ..TextFormat::default() };
     let mut job = LayoutJob::default();
     job.append(&icon.unicode().to_string(), 0.0, format.clone());
     job.append(words, super::space::MEDIUM, format);

@@ -59,7 +59,7 @@ fn style(theme: Theme, tokens: &Tokens, reduced_motion: bool) -> Style {
     spacing.item_spacing = vec2(space::MEDIUM, 5.0);
     spacing.button_padding = vec2(7.0, 3.0);
     spacing.interact_size.y = 22.0;
-    spacing.slider_width = 116.0;
+    spacing.slider_width = 104.0;
     spacing.slider_rail_height = 5.0;
     spacing.combo_width = 110.0;
     spacing.indent = 12.0;

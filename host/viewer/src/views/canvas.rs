@@ -20,6 +20,9 @@ use glam::{DVec2, DVec3};
 /// Height of the row above a picture.
 const TOOL_ROW: f32 = 28.0;
 
+/// Least width of a box of choices.
+const LEAST_BOX: f32 = 56.0;
+
 /// Shows all panes.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     // The tree is out of the window while its panes use the window.
@@ -145,7 +148,9 @@ impl Panes<'_> {
         {
             legend::show(&painter, *last, &legend);
         }
-        orientation::show_under(self.window, ui, id, &self.of_one_renderer(id, &settings, &rects));
+        let raised = if settings.mode.sides() == 2 { 24.0 } else { 0.0 };
+        let pictures = self.of_one_renderer(id, &settings, &rects);
+        orientation::show_under(self.window, ui, id, &pictures, raised);
         self.what_it_waits_for(ui, &painter, id);
         let handles = light_handles::show(self.window, ui, id, &rects, response.contains_pointer());
         let axes = orientation::show_axes(self.window, ui, id, &rects);
@@ -359,9 +364,16 @@ fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
 
 /// The choices of a tool row: renderers, and how two are shown.
 fn choices(ui: &mut Ui, renderers: &[String], settings: &mut PaneSettings) {
-    let n_boxes = if settings.mode.sides() == 2 { 3.0 } else { 2.0 };
-    let width = (ui.available_width() / n_boxes - 8.0).clamp(40.0, 150.0);
-    choose(ui, "first renderer", renderers, &mut settings.renderers[0], width);
+    let n_boxes = settings.mode.sides() + 1;
+    // What does not fit into a narrow view is chosen by commands.
+    let n_fitting = ((ui.available_width() / (LEAST_BOX + 8.0)) as usize).min(n_boxes);
+    let width = (ui.available_width() / n_fitting.max(1) as f32 - 8.0).clamp(LEAST_BOX, 150.0);
+    if n_fitting > 0 {
+        choose(ui, "first renderer", renderers, &mut settings.renderers[0], width);
+    }
+    if n_fitting < 2 {
+        return;
+    }
     let modes = egui::ComboBox::from_id_salt("mode").selected_text(settings.mode.name());
     let shown = modes.width(width.min(110.0)).truncate().show_ui(ui, |ui| {
         for mode in Mode::ALL {
@@ -369,7 +381,7 @@ fn choices(ui: &mut Ui, renderers: &[String], settings: &mut PaneSettings) {
         }
     });
     name(&shown.response, "how two renderers are shown");
-    if settings.mode.sides() == 2 {
+    if n_fitting > 2 {
         choose(ui, "second renderer", renderers, &mut settings.renderers[1], width);
     }
 }
