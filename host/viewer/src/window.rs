@@ -188,8 +188,8 @@ impl Window {
         }
     }
 
-    /// Closes what was opened over the views: the palette, a list, or a window.
-    pub(crate) fn close_topmost(&mut self) {
+    /// Closes a list or a window that was opened over the views; returns whether one was open.
+    pub(crate) fn close_topmost(&mut self) -> bool {
         let panels = &mut self.panels;
         let open = [
             &mut panels.about,
@@ -200,9 +200,8 @@ impl Window {
             &mut self.messages.open,
             &mut panels.start_page,
         ];
-        if let Some(open) = open.into_iter().find(|open| **open) {
-            *open = false;
-        }
+        let found = open.into_iter().find(|open| **open);
+        found.is_some_and(|open| std::mem::replace(open, false))
     }
 
     /// Writes the settings of the window where they have changed.

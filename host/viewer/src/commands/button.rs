@@ -30,9 +30,13 @@ fn describe(response: Response, window: &Window, command: &Command) -> Response 
 /// A menu entry. Runs the command where it is clicked.
 pub(crate) fn item(window: &mut Window, ui: &mut Ui, command: &'static Command) {
     let shortcut = window.keymap.of(command).into_iter().next().unwrap_or_default();
-    let is_on = command.is_on.is_some_and(|is_on| is_on(window));
-    let label = iconed(ui, command.icon, command.name);
-    let button = Button::selectable(is_on, label).shortcut_text(shortcut);
+    // What has two states shows which, in place of its icon.
+    let icon = match command.is_on.map(|is_on| is_on(window)) {
+        None => command.icon,
+        Some(true) => Icon::SquareCheck,
+        Some(false) => Icon::Square,
+    };
+    let button = Button::new(iconed(ui, icon, command.name)).shortcut_text(shortcut);
     let response = ui.add_enabled(why_not(window, command).is_none(), button);
     if describe(response, window, command).clicked() {
         ui.close();

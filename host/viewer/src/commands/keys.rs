@@ -3,7 +3,7 @@
 use super::command;
 use crate::document::recovery::Recovery;
 use crate::window::Window;
-use eframe::egui::{Context, Key, Modifiers};
+use eframe::egui::{Context, Key, Modifiers, Popup};
 
 /// Handles the keys of this frame.
 pub(crate) fn handle(window: &mut Window, ctx: &Context) {
@@ -30,8 +30,13 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
             command::run(window, ctx, found);
         }
     }
-    if !types && ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape)) {
-        window.close_topmost();
+    // Menus close themselves.
+    if !types
+        && !Popup::is_any_open(ctx)
+        && ctx.input(|input| input.key_pressed(Key::Escape))
+        && window.close_topmost()
+    {
+        ctx.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape));
     }
 }
 

@@ -22,8 +22,9 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
 
 /// The entries of a menu.
 pub(crate) fn entries(window: &mut Window, ui: &mut Ui, menu: Menu) {
-    for command in COMMANDS.iter().filter(|command| command.menu == menu) {
-        if command.begins_group {
+    let of_menu = COMMANDS.iter().filter(|command| command.menu == menu);
+    for (i, command) in of_menu.enumerate() {
+        if command.begins_group && i > 0 {
             ui.separator();
         }
         match command.id {

@@ -3,11 +3,15 @@
 use super::{breakdown, camera, clouds, colors, environment_map, passes, picture, renderer};
 use crate::theme::space;
 use crate::window::Window;
-use eframe::egui::{self, ScrollArea, Ui};
+use eframe::egui::{self, ScrollArea, Sense, Ui, UiBuilder};
 
 /// Shows all panels.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
-    ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
+    // The panel is as wide as its user makes it, and not as a long line would.
+    let room = ui.available_rect_before_wrap();
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(room));
+    ui.allocate_rect(room, Sense::hover());
+    ScrollArea::vertical().auto_shrink(false).show(&mut inside, |ui| {
         section(ui, "Clouds", |ui| clouds::show(window, ui));
         section(ui, "Colours", |ui| colors::show(window, ui));
         section(ui, "Renderer", |ui| renderer::show(window, ui));

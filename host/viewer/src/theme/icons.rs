@@ -1,6 +1,9 @@
 //! Icons: letters of a font of their own, beside the text.
 
-use eframe::egui::{Color32, FontData, FontDefinitions, FontFamily, RichText, Ui, WidgetText};
+use eframe::egui::{
+    Button, Color32, FontData, FontDefinitions, FontFamily, RichText, Role, Ui, WidgetInfo,
+    WidgetText,
+};
 pub(crate) use lucide_icons::Icon;
 use lucide_icons::LUCIDE_FONT_BYTES;
 
@@ -23,6 +26,13 @@ pub(super) fn fonts() -> FontDefinitions {
 /// An icon as text.
 pub(crate) fn text(icon: Icon) -> RichText {
     RichText::new(icon.unicode().to_string())
+}
+
+/// A small button with a cross, for what it says; returns whether it was clicked.
+pub(crate) fn dismiss(ui: &mut Ui, what: &str) -> bool {
+    let response = ui.add(Button::new(text(Icon::X)).frame(false));
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, what));
+    response.on_hover_text(what).clicked()
 }
 
 /// An icon before words, which are one text in the colour of the control that it is on.

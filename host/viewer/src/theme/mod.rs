@@ -4,6 +4,6 @@ mod icons;
 mod style;
 mod tokens;
 
-pub(crate) use icons::{Icon, iconed, iconed_in, text as icon_text};
+pub(crate) use icons::{Icon, dismiss, iconed, iconed_in, text as icon_text};
 pub(crate) use style::{apply, tokens};
 pub(crate) use tokens::{ON_OVERLAY, OVERLAY, space};

@@ -147,7 +147,9 @@ mod tests {
             }
             // Nothing weak or coloured stands on the canvas alone.
             for (text, color) in on_surfaces {
-                pairs.extend(surfaces[..3].iter().map(|(on, at)| (text, color, *on, *at)));
+                // Every second row of a table has the colour of buttons.
+                let tables = surfaces[..3].iter().chain(&buttons[..1]);
+                pairs.extend(tables.map(|(on, at)| (text, color, *on, *at)));
             }
             for (text, color, on, at) in pairs {
                 let contrast = contrast(color, at);

@@ -3,7 +3,7 @@
 //! Reports disappear after some seconds; warnings stay until they are dismissed. A window lists the last
 //! messages of both kinds.
 
-use crate::theme::{Icon, icon_text};
+use crate::theme::dismiss;
 use eframe::egui::{self, Align2, Context, Frame, Rect, RichText, ScrollArea, Ui, vec2};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -128,7 +128,7 @@ impl Messages {
                 Frame::popup(ui.style()).show(ui, |ui| {
                     for &i in &current[n_waiting..] {
                         ui.horizontal_top(|ui| {
-                            if dismiss(ui) {
+                            if dismiss(ui, "dismiss") {
                                 self.lines[i].dismissed = true;
                             }
                             self.lines[i].show(ui);
@@ -165,13 +165,6 @@ impl Messages {
         });
         self.open = open;
     }
-}
-
-/// The button that dismisses a message; returns whether it was clicked.
-fn dismiss(ui: &mut Ui) -> bool {
-    let response = ui.add(egui::Button::new(icon_text(Icon::X).small()).frame(false));
-    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "dismiss"));
-    response.on_hover_text("dismiss").clicked()
 }
 
 #[cfg(test)]
