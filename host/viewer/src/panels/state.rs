@@ -4,6 +4,7 @@ use super::manual::ManualWindow;
 use crate::commands::{HelpWindow, Palette};
 use crate::dialogs::Dialogs;
 use crate::export::{ExportForm, ExportJob};
+use crate::start::Thumbnails;
 
 /// What panels, menus and dialogs remember from frame to frame.
 #[derive(Default)]
@@ -21,6 +22,7 @@ pub(crate) struct Panels {
     pub(crate) about: bool,
     /// Whether the start page is shown although something is open.
     pub(crate) start_page: bool,
+    pub(crate) thumbnails: Thumbnails,
     pub(crate) manual: ManualWindow,
     pub(crate) export_form: ExportForm,
     pub(crate) export_job: Option<ExportJob>,

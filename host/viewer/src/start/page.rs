@@ -4,16 +4,21 @@ use super::examples::Example;
 use crate::commands::{self, find};
 use crate::theme::{Icon, icon_text, iconed_in, space, tokens};
 use crate::window::Window;
+use eframe::egui::epaint::RectShape;
 use eframe::egui::{
-    Align, Button, Frame, Label, Layout, Response, RichText, Role, ScrollArea, Sense, Stroke,
-    StrokeKind, Ui, UiBuilder, WidgetInfo, vec2,
+    Align, Align2, Button, Color32, FontId, Frame, Label, Layout, Pos2, Rect, Response, RichText,
+    Role, ScrollArea, Sense, Stroke, StrokeKind, TextureHandle, Ui, UiBuilder, WidgetInfo, pos2,
+    vec2,
 };
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Width of the page, and the height of a card and of a row.
 const WIDTH: f32 = 680.0;
 const CARD: f32 = 92.0;
-const ROW: f32 = 40.0;
+const ROW: f32 = 46.0;
+
+/// Width of the small picture in a row.
+const PICTURE: f32 = 61.0;
 
 /// Most recent files on the page; the menu has all.
 const MOST_RECENT: usize = 6;
@@ -130,9 +135,11 @@ fn recent(window: &mut Window, ui: &mut Ui) {
     ui.strong("Recent");
     let mut chosen = None;
     ui.scope(|ui| {
-        ui.spacing_mut().item_spacing.y = 0.0;
+        ui.spacing_mut().item_spacing.y = 2.0;
         for file in &files {
-            if row(ui, file).clicked() {
+            let folder = window.document.state_folder.as_ref();
+            let picture = window.panels.thumbnails.of(ui.ctx(), folder, file);
+            if row(ui, file, picture.as_ref()).clicked() {
                 chosen = Some(file.clone());
             }
         }
@@ -142,28 +149,37 @@ fn recent(window: &mut Window, ui: &mut Ui) {
     }
 }
 
-fn row(ui: &mut Ui, file: &std::path::Path) -> Response {
+fn row(ui: &mut Ui, file: &Path, picture: Option<&TextureHandle>) -> Response {
     let tokens = tokens(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    if response.hovered() || response.has_focus() {
+    let is_over = response.hovered() || response.has_focus();
+    if is_over {
         ui.painter().rect_filled(rect, f32::from(space::CORNER), tokens.hovered);
     }
+    let corner = rect.min + vec2(space::SMALL, space::SMALL);
+    let small = Rect::from_min_size(corner, vec2(PICTURE, ROW - 2.0 * space::SMALL));
+    match picture {
+        Some(picture) => {
+            let whole = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+            let image = RectShape::filled(small, 4.0, Color32::WHITE);
+            ui.painter().add(image.with_texture(picture.id(), whole));
+        }
+        None => {
+            ui.painter().rect_filled(small, 4.0, tokens.raised);
+            let (icon, font) = (Icon::FileBox.unicode(), FontId::proportional(18.0));
+            ui.painter().text(small.center(), Align2::CENTER_CENTER, icon, font, tokens.weak);
+        }
+    }
+    let words = Rect::from_min_max(pos2(small.right() + space::MEDIUM, rect.top() + 6.0), rect.max);
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let folder = file.parent().map(|folder| folder.display().to_string()).unwrap_or_default();
     let label = |text: RichText| Label::new(text).selectable(false).truncate();
-    let mut inner = ui.new_child(
-        UiBuilder::new()
-            .max_rect(rect.shrink2(vec2(space::MEDIUM, 3.0)))
-            .layout(Layout::top_down(Align::Min)),
-    );
-    inner.spacing_mut().item_spacing.y = 0.0;
+    let layout = Layout::top_down(Align::Min);
+    let mut inner = ui.new_child(UiBuilder::new().max_rect(words).layout(layout));
+    inner.spacing_mut().item_spacing.y = 1.0;
     inner.add(label(RichText::new(&name).color(tokens.text)));
-    let folder = if response.hovered() {
-        RichText::new(folder).color(tokens.text)
-    } else {
-        RichText::new(folder).color(tokens.weak)
-    };
-    inner.add(label(folder.small()));
+    let weak = if is_over { tokens.text } else { tokens.weak };
+    inner.add(label(RichText::new(folder).color(weak).small()));
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Open {name}")));
     response
 }

@@ -65,7 +65,8 @@ fn tube(splats: &mut Vec<Splat>) {
             let t = std::f32::consts::TAU * (i as f32 + noise(number, 1)) / ALONG as f32;
             let turn = std::f32::consts::TAU * (j as f32 + noise(number, 2)) / AROUND as f32;
             let along = (knot(t + 1e-3) - knot(t - 1e-3)).normalize_or(Vec3::X);
-            let side = along.any_orthonormal_vector();
+            // The knot is nowhere upright.
+            let side = along.cross(Vec3::Y).normalize_or(Vec3::X);
             let normal = side * turn.cos() + along.cross(side) * turn.sin();
             let place = knot(t) + normal * TUBE * (0.9 + 0.1 * noise(number, 3));
             // Lighter from above, as a sky would light it; stripes wind around the tube.
@@ -110,6 +111,7 @@ fn record(splat: &Splat) -> [f32; 14] {
 const SCENE: &str = "# A Surfelshop scene: angles in degrees, paths from this folder.
 format = 1
 background = \"#23262b\"
+antialias = 16
 
 [camera]
 eye = [1.6, 4.1, 8.6]
