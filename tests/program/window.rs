@@ -96,6 +96,7 @@ impl<'a> Program<'a> {
             .args(options)
             .arg(scene)
             .env("XDG_STATE_HOME", state)
+            .env("XDG_CONFIG_HOME", state)
             .env("XDG_CACHE_HOME", state)
             .env("XDG_RUNTIME_DIR", state)
             .env("XDG_DATA_HOME", state)
@@ -279,7 +280,7 @@ fn a_session_with_mouse_and_keys() {
     program.key("n");
     program.picture(1, "ewa-phong");
     screen.xdotool("mousemove 600 500 click 1");
-    program.key("3");
+    program.key("alt+3");
     program.picture(0, "flat");
     std::thread::sleep(Duration::from_millis(500));
     looks_like(&screen, "window-wipe");

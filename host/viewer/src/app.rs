@@ -1,18 +1,22 @@
 //! One frame of the window: results are taken in, panels and views are shown, requests are sent.
 
+use crate::commands::{keys, menus, toolbar};
 use crate::dialogs::files;
 use crate::document::recovery::{self, JournalEnd};
 use crate::document::unsaved_prompt::is_terminating;
-use crate::panels::{menus, shortcuts, side, status, windows};
+use crate::panels::{screen, side, status, title, windows};
 use crate::views::canvas;
 use crate::window::Window;
-use crate::{export, measure};
+use crate::{export, measure, start, theme};
 use eframe::egui::{self, Context, Ui};
 use std::time::{Duration, Instant};
 use surfelshop_cloud::display::ColorSource;
 
 /// Time between two frames of the window while pictures are pending, on software drivers.
 const FRAME_INTERVAL: Duration = Duration::from_millis(20);
+
+/// Width of the panels at first: labels and controls beside each other.
+const SIDE_WIDTH: f32 = 340.0;
 
 impl Window {
     /// Leaves the CPU to the engine: where both draw on the CPU, a frame of the window for every
@@ -41,6 +45,7 @@ impl Window {
     /// One frame of the window.
     pub(crate) fn frame(&mut self, ui: &mut Ui) {
         let ctx = ui.ctx().clone();
+        theme::apply(&ctx, &self.preferences);
         self.check_close(&ctx);
         self.limit_frame_rate();
         self.update_extent();
@@ -53,22 +58,36 @@ impl Window {
         measure::advance(self, &ctx);
         self.take_dropped_files(&ctx);
         files::show(self, &ctx);
-        shortcuts::handle(self, &ctx);
+        keys::handle(self, &ctx);
+        self.advance_flight(&ctx);
         egui::Panel::top("menu").show(ui, |ui| menus::show(self, ui));
         egui::Panel::bottom("status").show(ui, |ui| status::show(self, ui));
-        egui::Panel::left("panels")
-            .default_size(300.0)
-            .size_range(220.0..=520.0)
-            .show(ui, |ui| side::show(self, ui));
-        if self.measure.form.open {
+        if self.preferences.toolbar {
+            egui::Panel::top("toolbar").show(ui, |ui| toolbar::show(self, ui));
+        }
+        let shows_start_page = self.shows_start_page();
+        if self.preferences.panels && !shows_start_page {
+            egui::Panel::left("panels")
+                .default_size(SIDE_WIDTH)
+                .size_range(260.0..=520.0)
+                .show(ui, |ui| side::show(self, ui));
+        }
+        if self.measure.form.open && !shows_start_page {
             egui::Panel::right("measure")
                 .default_size(400.0)
                 .size_range(300.0..=720.0)
                 .show(ui, |ui| measure::panel::show(self, ui));
         }
-        let pictures = egui::CentralPanel::no_frame().show(ui, |ui| canvas::show(self, ui));
+        let pictures = egui::CentralPanel::no_frame().show(ui, |ui| match shows_start_page {
+            true => start::show_page(self, ui),
+            false => canvas::show(self, ui),
+        });
+        start::show_progress(self, &ctx, pictures.response.rect);
         self.messages.show(&ctx, pictures.response.rect);
         windows::show(self, &ctx);
+        self.save_preferences();
+        title::update(self, &ctx);
+        screen::fit(&ctx);
         self.update_display(&ctx);
         self.copy_shared_camera();
         recovery::update(self, &ctx);

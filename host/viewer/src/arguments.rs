@@ -8,7 +8,7 @@ use surfelshop_session::options::{DeviceArguments, PluginFiles, UpAxis, values};
 /// Without a command: the window.
 #[derive(Clone, Debug, Args)]
 pub struct ViewerArguments {
-    /// Clouds to look at in a window; the sample where none is given.
+    /// Clouds to look at in a window; without one it shows its start page.
     #[arg(value_name = "FILE")]
     pub files: Vec<PathBuf>,
     /// The axis that points upwards; scans often have z.

@@ -1,18 +1,25 @@
 //! The window: point clouds are viewed, and renderers are compared.
 //!
 //! `window` is the state and `app` runs each frame. `render_thread` draws the pictures, `views` shows
-//! them, and `document` is what is open. `panels`, `dialogs`, `plugins`, `export` and `measure` are
-//! around the views.
+//! them, and `document` is what is open. `panels`, `dialogs`, `plugins`, `export`, `measure` and `start` are
+//! around the views, and `orientation` is drawn over them. `commands` lists what the user can ask for; `theme` and
+//! `preferences` say how the window looks.
 
 mod app;
 mod arguments;
+mod commands;
 mod dialogs;
 mod document;
 mod export;
+mod looks;
 mod measure;
+mod orientation;
 mod panels;
 mod plugins;
+mod preferences;
 mod render_thread;
+mod start;
+mod theme;
 mod views;
 mod window;
 

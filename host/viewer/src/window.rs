@@ -1,11 +1,14 @@
 //! The state of the window, in parts by job.
 
 use crate::arguments::ViewerArguments;
+use crate::commands::Keymap;
 use crate::document::{Document, OpenClouds, Settings, Snapshot};
 use crate::measure::Measure;
 use crate::panels::Panels;
 use crate::plugins::Plugins;
+use crate::preferences::{PreferenceFile, Preferences};
 use crate::render_thread::RenderThread;
+use crate::theme;
 use crate::views::messages::Messages;
 use crate::views::pane::Side;
 use crate::views::{Render, Views, camera_in, initial_camera, navigation};
@@ -28,6 +31,10 @@ pub(crate) struct Window {
     pub(crate) views: Views,
     pub(crate) panels: Panels,
     pub(crate) messages: Messages,
+    /// What the user chose for the window itself, its file, and the shortcuts that follow from it.
+    pub(crate) preferences: Preferences,
+    pub(crate) preference_file: PreferenceFile,
+    pub(crate) keymap: Keymap,
 }
 
 impl Window {
@@ -38,6 +45,9 @@ impl Window {
             RenderThread::start(arguments.device.clone(), arguments.plugins.clone(), move || {
                 wake.request_repaint()
             })?;
+        let (preference_file, preferences, wrong) = PreferenceFile::open();
+        theme::apply(ctx, &preferences);
+        let (keymap, refused) = Keymap::new(&preferences.shortcuts);
         let mut window = Self {
             render: Render::new(thread),
             document: Document::new(arguments.up, &arguments.colors),
@@ -47,8 +57,15 @@ impl Window {
             views: Views::new(arguments.up),
             panels: Panels::default(),
             messages: Messages::default(),
+            preferences,
+            preference_file,
+            keymap,
         };
-        window.open(ctx, arguments.files.clone());
+        wrong.into_iter().chain(refused).for_each(|line| window.messages.warn(line));
+        // Without files there is the start page.
+        if !arguments.files.is_empty() {
+            window.open(ctx, arguments.files.clone());
+        }
         Ok(window)
     }
 
@@ -131,24 +148,19 @@ impl Window {
         }
     }
 
-    /// Moves the camera of the focused pane to where it sees everything.
-    pub(crate) fn frame_all(&mut self) {
-        if let Some(shown) = &self.document.clouds {
-            self.frame_extent(shown.extent);
-        }
-    }
-
     /// Moves the camera of the focused pane to where it sees one of the open clouds.
     pub(crate) fn frame_cloud(&mut self, index: usize) {
         let Some(shown) = &self.document.clouds else { return };
         let Some(open_cloud) = shown.open_clouds.all().get(index) else { return };
         let alone = Clouds::of(vec![open_cloud.loaded.clone()]);
-        self.frame_extent(alone.extent(self.settings.scene.surface.radius_scale));
+        let extent = alone.extent(self.settings.scene.surface.radius_scale);
+        self.views.walking = false;
+        self.fly_to(self.views.focused, self.framing(&extent));
     }
 
-    fn frame_extent(&mut self, extent: Extent) {
-        self.views.walking = false;
-        let mut camera = initial_camera(&extent, self.document.up);
+    /// The camera that sees all of an extent, in the projection of the focused pane.
+    pub(crate) fn framing(&self, extent: &Extent) -> Camera {
+        let mut camera = initial_camera(extent, self.document.up);
         camera.projection = match self.camera_of(self.views.focused).projection {
             perspective @ Projection::Perspective { .. } => perspective,
             Projection::Orthographic { .. } => {
@@ -157,7 +169,46 @@ impl Window {
                 parallel.projection
             }
         };
-        self.set_camera(self.views.focused, camera);
+        camera
+    }
+
+    /// Shows the next renderer of the list in the focused view, or the one before.
+    pub(crate) fn step_renderer(&mut self, forward: bool) {
+        let mut names = self.renderers();
+        if !forward {
+            names.reverse();
+        }
+        let Some(pane) = self.settings.pane_mut(self.views.focused) else { return };
+        let at = names.iter().position(|name| *name == pane.renderers[0]).map_or(0, |at| at + 1);
+        // Beside another one, that one is passed over where there is a third.
+        let beside = |name: &str| pane.mode.sides() == 2 && name == pane.renderers[1];
+        let after = names.iter().cycle().skip(at).take(names.len());
+        if let Some(name) = after.clone().find(|name| !beside(name)).or(after.clone().next()) {
+            pane.renderers[0].clone_from(name);
+        }
+    }
+
+    /// Closes a list or a window that was opened over the views; returns whether one was open.
+    pub(crate) fn close_topmost(&mut self) -> bool {
+        let panels = &mut self.panels;
+        let open = [
+            &mut panels.about,
+            &mut panels.settings_window,
+            &mut panels.help.open,
+            &mut panels.manual.open,
+            &mut panels.plugin_list,
+            &mut self.messages.open,
+            &mut panels.start_page,
+        ];
+        let found = open.into_iter().find(|open| **open);
+        found.is_some_and(|open| std::mem::replace(open, false))
+    }
+
+    /// Writes the settings of the window where they have changed.
+    pub(crate) fn save_preferences(&mut self) {
+        if let Some(line) = self.preference_file.save(&self.preferences) {
+            self.messages.warn(line);
+        }
     }
 
     /// Whether a visible picture is pending or being refined.

@@ -4,8 +4,10 @@ use super::file_dialog::{FileDialog, Outcome, Purpose, Request};
 use super::portal;
 use super::request::request;
 use super::state::{DialogPurpose, OpenDialog, ParameterOwner, SystemAnswer};
+use crate::commands::{Command, item};
 use crate::document::file_names::scene_file_name;
 use crate::document::set_environment_file;
+use crate::theme::iconed;
 use crate::window::Window;
 use eframe::egui::{Context, Ui};
 use std::path::{Path, PathBuf};
@@ -58,25 +60,35 @@ pub(crate) fn save_scene(window: &mut Window, ctx: &Context) {
     }
 }
 
+/// Saves the open cloud; where there are several, the palette asks which.
+pub(crate) fn save_cloud(window: &mut Window, ctx: &Context) {
+    let clouds = window.document.clouds.as_ref();
+    match clouds.map_or(0, |shown| shown.open_clouds.all().len()) {
+        0 => {}
+        1 => open(window, ctx, DialogPurpose::SaveCloud(0)),
+        _ => window.panels.palette.open_with("save cloud "),
+    }
+}
+
 /// The menu entry that saves a cloud, with a choice where there are several.
-pub(crate) fn save_cloud_menu(window: &mut Window, ui: &mut Ui, ctx: &Context) {
+pub(crate) fn save_cloud_menu(window: &mut Window, ui: &mut Ui, command: &'static Command) {
     let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
     let names: Vec<String> = all.map(|open_cloud| open_cloud.name()).collect();
-    let mut chosen = None;
-    match names.len() {
-        0 => {}
-        1 => chosen = ui.button("Save cloud as …").clicked().then_some(0),
-        _ => drop(ui.menu_button("Save cloud as …", |ui| {
-            for (i, name) in names.iter().enumerate() {
-                if ui.button(name).clicked() {
-                    chosen = Some(i);
-                }
-            }
-        })),
+    if names.len() < 2 {
+        item(window, ui, command);
+        return;
     }
+    let mut chosen = None;
+    ui.menu_button(iconed(ui, command.icon, command.name), |ui| {
+        for (i, name) in names.iter().enumerate() {
+            if ui.button(name).clicked() {
+                chosen = Some(i);
+            }
+        }
+    });
     if let Some(index) = chosen {
         ui.close();
-        open(window, ctx, DialogPurpose::SaveCloud(index));
+        open(window, &ui.ctx().clone(), DialogPurpose::SaveCloud(index));
     }
 }
 

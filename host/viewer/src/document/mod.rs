@@ -25,6 +25,6 @@ mod visible_clouds;
 pub(crate) use environment_map::{set_environment_file, set_environment_map};
 pub(crate) use history::Snapshot;
 pub(crate) use open_clouds::{OpenCloud, OpenClouds, generations};
-pub(crate) use settings::{Mode, PaneSettings, Settings, has_direction};
+pub(crate) use settings::{Mode, PaneSettings, Settings, USUAL_RENDERER, has_direction};
 pub(crate) use state::Document;
 pub(crate) use state_folder::StateFolder;

@@ -116,5 +116,6 @@ impl Window {
             tracing::debug!("the scene was not kept: {error:#}");
         }
         self.document.last_session = Some((scene, Instant::now()));
+        self.save_thumbnail();
     }
 }

@@ -6,6 +6,7 @@ use super::measurement::{Measurement, Status};
 use super::plan::{Kind, with};
 use super::run::{begin, cancel};
 use super::{planning, plot, table};
+use crate::theme::dismiss;
 use crate::window::Window;
 use eframe::egui::{self, Align, Layout, ScrollArea, Ui};
 
@@ -14,9 +15,9 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     Form::update_values(window);
     ui.add_space(4.0);
     ui.horizontal(|ui| {
-        ui.heading("Measure");
+        ui.heading("Compare quality");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if ui.small_button("x").on_hover_text("close (M)").clicked() {
+            if dismiss(ui, "close the panel") {
                 window.measure.form.open = false;
             }
         });

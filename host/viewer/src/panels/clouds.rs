@@ -1,5 +1,6 @@
 //! The panel of the open clouds.
 
+use super::row::row_of;
 use crate::document::OpenCloud;
 use crate::window::Window;
 use eframe::egui::{self, RichText, Role, Ui, WidgetInfo};
@@ -15,11 +16,9 @@ use surfelshop_session::output::provenance;
 
 /// Shows the panel.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
-    progress(window, ui);
+    uploading(window, ui);
     let Some(shown) = &window.document.clouds else {
-        if window.document.loader.is_none() {
-            ui.label("Drop point clouds here, or open them with Ctrl O.");
-        }
+        ui.weak(if window.document.loader.is_some() { "reading" } else { "none is open" });
         return;
     };
     let (mut changed, mut framed) = (None, None);
@@ -42,8 +41,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
             changed = Some(shown.open_clouds.showing(i, visible));
         }
         if shown.open_clouds.all().len() > 1 && !cloud.is_empty() {
-            let zoom =
-                ui.small_button("zoom to it").on_hover_text("The camera sees this cloud alone.");
+            let zoom = ui
+                .small_button("zoom to it")
+                .on_hover_text("Moves the camera to where this cloud fills the view.");
             framed = zoom.clicked().then_some(i).or(framed);
         }
         if let Some(renderer) = renderer_of(ui, (i, open_cloud), &window.plugins.registry) {
@@ -83,9 +83,8 @@ fn renderer_of(
     let suits = |name: &String| registry.suits(name, &facts.clouds);
     let mut chosen = None;
     let name = open_cloud.name();
-    ui.horizontal(|ui| {
-        ui.label("renderer:");
-        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index));
+    row_of(ui, "renderer", "", |ui, _label| {
+        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index)).width(150.0);
         let shown = menu.selected_text(own.unwrap_or(AS_THE_VIEW)).show_ui(ui, |ui| {
             if ui.selectable_label(own.is_none(), AS_THE_VIEW).clicked() && own.is_some() {
                 chosen = Some(None);
@@ -105,31 +104,15 @@ fn renderer_of(
         shown.response.on_hover_text(
             "What draws this cloud, where others are drawn by the view's renderer. Its parameters stand in the scene \
              file; those that do not have their defaults.",
-        );
+        )
     });
     chosen
 }
 
-/// The progress of reading and uploading.
-fn progress(window: &Window, ui: &mut Ui) {
-    if let Some(loader) = &window.document.loader {
-        let files: Vec<_> = loader.files.iter().map(|file| file.display().to_string()).collect();
-        ui.label(format!("reading {}", files.join(", ")));
-        if window.document.preview.is_some() {
-            ui.weak("some of the points are shown");
-        }
-        ui.horizontal(|ui| {
-            let width = ui.available_width() - 60.0;
-            ui.add(
-                egui::ProgressBar::new(loader.fraction()).desired_width(width).show_percentage(),
-            );
-            if ui.button("cancel").clicked() {
-                loader.cancel();
-            }
-        });
-    }
+/// The progress of uploading.
+fn uploading(window: &Window, ui: &mut Ui) {
     if let Some(fraction) = window.render.upload_progress {
-        ui.label("putting surfels in order; a few of them are shown");
+        ui.label("Uploading surfels; some of them are shown.");
         ui.add(egui::ProgressBar::new(fraction).show_percentage());
     }
 }

@@ -1,5 +1,6 @@
 //! The rows of the scene's lights: kind, position, brightness, and their number.
 
+use super::row::{row, row_of};
 use crate::document::has_direction;
 use eframe::egui::{self, SliderClamping, Ui};
 use glam::{DVec3, Vec3};
@@ -56,10 +57,12 @@ pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, context: &LightContext)
     for (i, light) in lights.iter_mut().enumerate() {
         let before = *light;
         ui.push_id(("light", i), |ui| {
-            ui.horizontal_wrapped(|ui| {
-                first_row(ui, i, light);
-                change = kind(ui, i, light, context, full).or(change.take());
+            row_of(ui, &format!("light {}", i + 1), "", |ui, _label| {
+                let (response, changed) = kind(ui, i, light, context, full);
+                change = changed.or(change.take());
+                response
             });
+            place_row(ui, light);
             other_rows(ui, light, context);
             if let Some(line) = plausibility::unsuited(light, context.bounds) {
                 ui.colored_label(ui.visuals().warn_fg_color, line);
@@ -79,24 +82,28 @@ pub(super) fn show(ui: &mut Ui, lights: &mut Vec<Light>, context: &LightContext)
     }
 }
 
-/// The number of a light, and its direction or position.
-fn first_row(ui: &mut Ui, i: usize, light: &mut Light) {
-    let label = ui.label(format!("light {}", i + 1));
+/// The direction or position of a light.
+fn place_row(ui: &mut Ui, light: &mut Light) {
     match light {
         Light::Directional { towards, .. } => {
-            vector(ui, &label.on_hover_text("direction towards it"), towards, 0.01);
+            vector(ui, "direction", "Towards the light.", towards, 0.01);
         }
         Light::Point { position, .. } | Light::Spot { position, .. } => {
             let speed = 0.01 * position.abs().max_element().max(1e-3);
-            vector(ui, &label.on_hover_text("where it is"), position, speed);
+            vector(ui, "position", "Where the light is.", position, speed);
         }
     }
 }
 
-fn vector(ui: &mut Ui, label: &egui::Response, vector: &mut DVec3, speed: f64) {
-    for axis in [&mut vector.x, &mut vector.y, &mut vector.z] {
-        ui.add(egui::DragValue::new(axis).speed(speed)).labelled_by(label.id);
-    }
+fn vector(ui: &mut Ui, label: &str, about: &str, vector: &mut DVec3, speed: f64) {
+    row_of(ui, label, about, |ui, label| {
+        ui.spacing_mut().item_spacing.x = 4.0;
+        let mut number = |axis: &mut f64| {
+            ui.add(egui::DragValue::new(axis).speed(speed).max_decimals(3)).labelled_by(label)
+        };
+        let x = number(&mut vector.x);
+        x | number(&mut vector.y) | number(&mut vector.z)
+    });
 }
 
 /// The choice of a light's kind, with entries that copy or remove the light.
@@ -106,7 +113,7 @@ fn kind(
     light: &mut Light,
     context: &LightContext,
     full: bool,
-) -> Option<Change> {
+) -> (egui::Response, Option<Change>) {
     let mut chosen = Kind::of(light);
     let mut change = None;
     let combo = egui::ComboBox::from_id_salt("kind").selected_text(chosen.name());
@@ -129,7 +136,7 @@ fn kind(
     if chosen != Kind::of(light) {
         *light = convert(light, chosen, context);
     }
-    change
+    (shown.response, change)
 }
 
 fn other_rows(ui: &mut Ui, light: &mut Light, context: &LightContext) {
@@ -137,24 +144,21 @@ fn other_rows(ui: &mut Ui, light: &mut Light, context: &LightContext) {
     let most = 8.0 * (context.scene.size * context.scene.size) as f32;
     match light {
         Light::Directional { radiance, follows_camera, .. } => {
-            ui.horizontal(|ui| {
-                power(ui, radiance, 8.0, "radiance");
-                ui.checkbox(follows_camera, "follows camera");
-            });
+            power(ui, radiance, 8.0, "radiance");
+            row_of(ui, "", "", |ui, _label| ui.checkbox(follows_camera, "follows camera"));
         }
         Light::Point { intensity, .. } => power(ui, intensity, most, "intensity"),
         Light::Spot { target, intensity, angle, softness, .. } => {
-            ui.horizontal_wrapped(|ui| {
-                let label = ui.label("turned to").on_hover_text("a point on its axis");
-                vector(ui, &label, target, 0.01 * context.scene.size);
-            });
+            vector(ui, "turned to", "A point on its axis.", target, 0.01 * context.scene.size);
             power(ui, intensity, most, "intensity");
             let mut degrees = angle.to_degrees();
-            let slider = egui::Slider::new(&mut degrees, 0.0..=180.0).suffix(" deg");
-            if ui.add(slider.text("axis to edge")).changed() {
+            let slider = egui::Slider::new(&mut degrees, 0.0..=180.0).suffix("°");
+            if row(ui, "axis to edge", "Half the angle of the cone.", |ui| ui.add(slider)).changed()
+            {
                 *angle = degrees.to_radians();
             }
-            ui.add(egui::Slider::new(softness, 0.0..=1.0).text("softness"));
+            let slider = egui::Slider::new(softness, 0.0..=1.0);
+            row(ui, "softness", "The share of the cone in which it fades.", |ui| ui.add(slider));
         }
     }
 }
@@ -164,7 +168,7 @@ fn other_rows(ui: &mut Ui, light: &mut Light, context: &LightContext) {
 fn power(ui: &mut Ui, color: &mut Vec3, most: f32, what: &str) {
     let mut power = color.max_element();
     let slider = egui::Slider::new(&mut power, 0.0..=most).clamping(SliderClamping::Edits);
-    if ui.add(slider.text(what)).changed() {
+    if row(ui, what, "", |ui| ui.add(slider)).changed() {
         let white =
             if color.max_element() > 0.0 { *color / color.max_element() } else { Vec3::ONE };
         *color = white * power;

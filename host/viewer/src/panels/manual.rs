@@ -15,6 +15,7 @@ pub(crate) struct ManualWindow {
 pub(super) fn show(window: &mut ManualWindow, ctx: &Context) {
     let ManualWindow { open, page } = window;
     let manual = egui::Window::new("Manual").open(open).default_size([900.0, 560.0]);
+    let manual = manual.pivot(egui::Align2::CENTER_CENTER).default_pos(ctx.content_rect().center());
     manual.show(ctx, |ui| {
         egui::Panel::left("contents").show(ui, |ui| contents(page, ui));
         let page = &PAGES[(*page).min(PAGES.len() - 1)];

@@ -1,8 +1,9 @@
-//! The panels around the views, the menus, and the keyboard shortcuts.
+//! The panels around the views, and the windows over them.
 //!
-//! `side` stacks the panels at the left; `windows` shows the windows that menus open.
+//! `side` stacks the panels at the left; `windows` shows the windows that commands open.
 
-mod actions;
+mod about;
+mod background;
 mod breakdown;
 mod camera;
 mod clouds;
@@ -10,15 +11,17 @@ mod colors;
 mod environment_map;
 mod lights;
 mod manual;
-pub(crate) mod menus;
 pub(crate) mod parameters;
 mod passes;
 mod picture;
 mod renderer;
-pub(crate) mod shortcuts;
+mod row;
+pub(crate) mod screen;
+mod settings_window;
 pub(crate) mod side;
 mod state;
 pub(crate) mod status;
+pub(crate) mod title;
 pub(crate) mod windows;
 
 pub(crate) use state::Panels;

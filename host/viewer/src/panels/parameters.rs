@@ -1,6 +1,7 @@
 //! Widgets for declared parameters.
 
-use eframe::egui::{self, Ui};
+use crate::theme::{Icon, icon_text, space};
+use eframe::egui::{self, Role, Ui, WidgetInfo};
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 
 /// Shows every parameter with its help, unit, range and a reset button. `values` do not contain
@@ -13,7 +14,8 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
         return None;
     }
     let mut chosen = None;
-    egui::Grid::new("parameters").num_columns(3).spacing([8.0, 6.0]).show(ui, |ui| {
+    let grid = egui::Grid::new("parameters").num_columns(3).spacing([8.0, 6.0]);
+    grid.min_col_width(space::LABEL).show(ui, |ui| {
         for parameter in declared {
             let mut value = parameter.sanitise(values.get(&parameter.id));
             let before = value.clone();
@@ -28,7 +30,10 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
             };
             response.labelled_by(label.id).on_hover_text(help(parameter));
             let is_default = value == parameter.default;
-            let reset = ui.add_enabled(!is_default, egui::Button::new("reset").small());
+            let reset =
+                egui::Button::new(icon_text(Icon::RotateCcw).small()).frame_when_inactive(false);
+            let reset = ui.add_enabled(!is_default, reset);
+            reset.widget_info(|| WidgetInfo::labeled(Role::Button, !is_default, "reset"));
             if reset.on_hover_text("back to the default").clicked() {
                 value = parameter.default.clone();
             }
@@ -140,7 +145,13 @@ mod tests {
         for color in [[0.0, 0.1, 0.9], [0.2, 0.4, 1.0], [1.0, 1.0 / 3.0, 1e-4], [2.0, 0.5, 0.1]] {
             let declared = [ParamDecl::new("paint", &color, "A colour.")];
             let mut harness = Harness::new_ui_state(
-                |ui, values: &mut Values| drop(show(ui, &declared, values)),
+                |ui, values: &mut Values| {
+                    // The icons are there from the second frame on.
+                    crate::theme::apply(ui.ctx(), &Default::default());
+                    if ui.ctx().cumulative_frame_nr() > 0 {
+                        drop(show(ui, &declared, values));
+                    }
+                },
                 Values::new(),
             );
             harness.run_steps(4);

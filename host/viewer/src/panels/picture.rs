@@ -1,44 +1,32 @@
 //! The panels of light, exposure, background and surface.
 
+use super::background;
 use super::lights::{self, LightContext};
-use crate::document::Settings;
+use super::row::{row, row_of};
 use crate::window::Window;
 use eframe::egui::{self, Ui};
 use glam::DVec3;
 use surfelshop_api::SurfaceSettings;
 use surfelshop_api::columns::PLANARITY;
-use surfelshop_api::params::{linear_to_srgb, srgb_to_linear};
 use surfelshop_api::{Light, ObjectFrame};
 use surfelshop_cloud::display::Look;
 use surfelshop_cloud::scene::{DEPTH_TOLERANCE, LOW_PASS, PLANARITIES};
-use surfelshop_image::display::{Background, ToneMap};
+use surfelshop_image::display::ToneMap;
 
 /// Shows the panel of light and picture.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let settings = &mut window.settings;
     let exposure = &mut settings.scene.exposure_stops;
-    let exposure = egui::Slider::new(exposure, -8.0..=8.0).suffix(" stops");
-    ui.add(exposure.text("exposure"));
-    ui.horizontal(|ui| {
-        ui.label("highlights");
-        ui.selectable_value(&mut settings.tone_map, ToneMap::Clamp, "cut off");
-        ui.selectable_value(&mut settings.tone_map, ToneMap::Neutral, "compressed");
+    let exposure = egui::Slider::new(exposure, -8.0..=8.0).suffix(" EV");
+    row(ui, "exposure", "A factor of two for each stop (EV).", |ui| ui.add(exposure));
+    row_of(ui, "tone mapping", "", |ui, _label| {
+        let none = ui.selectable_value(&mut settings.tone_map, ToneMap::Clamp, "none");
+        let none = none.on_hover_text("What is brighter than white is white.");
+        let neutral = ui.selectable_value(&mut settings.tone_map, ToneMap::Neutral, "neutral");
+        none | neutral.on_hover_text("Khronos PBR Neutral: highlights are compressed.")
     });
     antialiasing(&mut settings.antialias, ui);
-    let mut colored = matches!(settings.background, Background::Color(_));
-    if ui.checkbox(&mut colored, "background of its own colour").changed() {
-        settings.background =
-            if colored { Settings::default().background } else { Background::Transparent };
-    }
-    if let Background::Color(encoded) = &mut settings.background {
-        ui.horizontal(|ui| {
-            let label = ui.label("background");
-            let mut linear = encoded.map(srgb_to_linear);
-            if ui.color_edit_button_rgb(&mut linear).labelled_by(label.id).changed() {
-                *encoded = linear.map(linear_to_srgb);
-            }
-        });
-    }
+    background::show(window, ui);
     let camera = window.camera_of(window.views.focused);
     let (min, max) = window.document.clouds.as_ref().map_or((-DVec3::ONE, DVec3::ONE), |shown| {
         let facts = &shown.clouds.facts;
@@ -50,45 +38,49 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     lights::show(ui, &mut settings.scene.lights, &around);
     if settings.scene.lights.iter().any(|light| !matches!(light, Light::Directional { .. })) {
         ui.checkbox(&mut settings.shows_light_handles, "show lights").on_hover_text(
-            "lights with a place are over the picture where the pointer is, to be dragged, and never \
-             in saved pictures",
+            "Lights with a place are over the picture where the pointer is, to be dragged, and never \
+             in saved pictures.",
         );
     }
 }
 
 /// Of how many pictures a view at rest is the mean.
 fn antialiasing(antialias: &mut u32, ui: &mut Ui) {
-    let about = "at rest, edges become smooth: so many pictures are drawn, each seen at another place of every \
-                 pixel, and their mean is shown";
-    ui.horizontal(|ui| {
-        ui.label("antialiasing").on_hover_text(about);
+    let about = "At rest, edges become smooth: so many pictures are drawn, each seen at another place of every \
+                 pixel, and their mean is shown.";
+    row_of(ui, "antialiasing", about, |ui, label| {
         let mut choices = vec![1, 16, 32];
         if !choices.contains(antialias) {
             choices.push(*antialias);
         }
+        let mut all: Option<egui::Response> = None;
         for n in choices {
             let text = if n == 1 { "off".to_owned() } else { n.to_string() };
-            ui.selectable_value(antialias, n, text).on_hover_text(about);
+            let one = ui.selectable_value(antialias, n, text);
+            all = Some(all.map_or_else(|| one.clone(), |all| all | one.clone()));
         }
+        all.unwrap_or_else(|| ui.label("")).labelled_by(label)
     });
 }
 
 /// Shows the panel of the surface.
 pub(super) fn show_surface(window: &mut Window, ui: &mut Ui) {
     look(window, ui);
+    let is_surface = window.settings.splats.look == Look::Surface;
     let surface = &mut window.settings.scene.surface;
-    ui.add(
-        egui::Slider::new(&mut surface.radius_scale, 0.1..=10.0).logarithmic(true).text("radii x"),
-    );
-    ui.add(
-        egui::Slider::new(&mut surface.depth_tolerance, DEPTH_TOLERANCE.slider())
-            .text("depth tolerance"),
-    )
-    .on_hover_text("surfels so many of their radii behind the nearest one still blend with it");
-    ui.add(
-        egui::Slider::new(&mut surface.low_pass, LOW_PASS.slider()).suffix(" px").text("low-pass"),
-    )
-    .on_hover_text("surfels are widened by this, so that fine ones neither vanish nor flicker");
+    if is_surface {
+        let size = egui::Slider::new(&mut surface.radius_scale, 0.1..=10.0);
+        let size = size.logarithmic(true).suffix(" x");
+        row(ui, "point size", "A factor on the radii of all surfels.", |ui| ui.add(size));
+    }
+    let slider = egui::Slider::new(&mut surface.depth_tolerance, DEPTH_TOLERANCE.slider());
+    let about = "Surfels so many of their radii behind the nearest one still blend with it.";
+    row(ui, "depth tolerance", about, |ui| ui.add(slider.suffix(" radii")));
+    if is_surface {
+        let slider = egui::Slider::new(&mut surface.low_pass, LOW_PASS.slider()).suffix(" px");
+        let about = "Surfels are widened by this low-pass filter, so that fine ones neither vanish nor flicker.";
+        row(ui, "least size", about, |ui| ui.add(slider));
+    }
     ui.checkbox(&mut surface.two_sided, "draw both sides");
 }
 
@@ -106,16 +98,18 @@ fn look(window: &mut Window, ui: &mut Ui) {
     let surface = &mut window.settings.scene.surface;
     let splats = &mut window.settings.splats;
     let was = splats.look;
-    ui.horizontal(|ui| {
-        ui.label("surfels as");
+    row_of(ui, "draw as", "", |ui, _label| {
         let is_surface = splats.look == Look::Surface;
-        if ui.selectable_label(is_surface, "surface").clicked() {
+        let discs = ui.selectable_label(is_surface, "surface");
+        if discs.clicked() {
             splats.look = Look::Surface;
         }
         let points = ui.selectable_label(!is_surface, "points");
-        if points.on_hover_text("round splats of one size").clicked() && is_surface {
+        let points = points.on_hover_text("Round splats of one size.");
+        if points.clicked() && is_surface {
             splats.look = Look::Points { radius: 0.0 };
         }
+        discs | points
     });
     let usual = SurfaceSettings::default().low_pass;
     match splats.look {
@@ -124,8 +118,8 @@ fn look(window: &mut Window, ui: &mut Ui) {
                 surface.low_pass = 0.5 * POINT_WIDTH;
             }
             let mut width = 2.0 * surface.low_pass;
-            let slider = egui::Slider::new(&mut width, 0.5..=8.0).suffix(" px").text("point width");
-            if ui.add(slider).changed() {
+            let slider = egui::Slider::new(&mut width, 0.5..=8.0).suffix(" px");
+            if row(ui, "point size", "The width of each point.", |ui| ui.add(slider)).changed() {
                 surface.low_pass = 0.5 * width;
             }
         }
@@ -134,13 +128,10 @@ fn look(window: &mut Window, ui: &mut Ui) {
                 surface.low_pass = usual;
             }
             if has_planarity {
-                ui.add(
-                    egui::Slider::new(&mut splats.round_below, PLANARITIES.slider())
-                        .text("round below planarity"),
-                )
-                .on_hover_text(
-                    "surfels whose surroundings are less flat than this are round splats that face the eye",
-                );
+                let slider = egui::Slider::new(&mut splats.round_below, PLANARITIES.slider());
+                let about = "Surfels whose surroundings are less flat than this planarity are round \
+                             splats that face the eye.";
+                row(ui, "round below", about, |ui| ui.add(slider));
             }
             let mut limits = splats.largest_radius.is_some();
             ui.horizontal(|ui| {

@@ -1,8 +1,10 @@
 //! The state of panels, menus and dialogs.
 
 use super::manual::ManualWindow;
+use crate::commands::{HelpWindow, Palette};
 use crate::dialogs::Dialogs;
 use crate::export::{ExportForm, ExportJob};
+use crate::start::Thumbnails;
 
 /// What panels, menus and dialogs remember from frame to frame.
 #[derive(Default)]
@@ -12,8 +14,15 @@ pub(crate) struct Panels {
     pub(crate) preset: String,
     /// Whether the list of plugins is open.
     pub(crate) plugin_list: bool,
-    /// Whether the list of keys is open.
-    pub(crate) key_list: bool,
+    /// The list of mouse and keys.
+    pub(crate) help: HelpWindow,
+    pub(crate) palette: Palette,
+    /// Whether these windows are open.
+    pub(crate) settings_window: bool,
+    pub(crate) about: bool,
+    /// Whether the start page is shown although something is open.
+    pub(crate) start_page: bool,
+    pub(crate) thumbnails: Thumbnails,
     pub(crate) manual: ManualWindow,
     pub(crate) export_form: ExportForm,
     pub(crate) export_job: Option<ExportJob>,

@@ -1,23 +1,44 @@
 //! The status line: what is under the pointer, and the adapter.
 
 use crate::window::Window;
-use eframe::egui::{self, Ui};
+use eframe::egui::{self, Label, Ui};
 
 /// Shows the line.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     ui.horizontal(|ui| {
-        ui.label(&window.views.pointer_text);
+        ui.set_min_height(22.0);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            ui.weak(&window.render.adapter);
-            for text in tracing(window) {
+            let whole = match (window.render.no_device, window.render.adapter.as_str()) {
+                (true, _) => "no graphics device",
+                (false, "") => "opening the graphics device",
+                (false, whole) => whole,
+            };
+            // The name of a driver is long, and in brackets.
+            let name = whole.split(" (").next().unwrap_or(whole);
+            ui.weak(name).on_hover_text(whole);
+            for text in tracing(window).into_iter().chain(work(window)) {
                 ui.label(text);
             }
             // It spins until the picture is final, also while it is refined.
             if window.works() {
                 ui.spinner();
             }
+            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                ui.add(Label::new(&window.views.pointer_text).truncate());
+            });
         });
     });
+}
+
+/// What runs beside the pictures, and how far it is.
+fn work(window: &Window) -> Vec<String> {
+    let percent = |fraction: f32| format!("{:.0} %", 100.0 * fraction);
+    let reading = window.document.loader.as_ref().map(|loader| loader.fraction());
+    let reading = reading.map(|fraction| format!("reading {}", percent(fraction)));
+    let uploading = window.render.upload_progress.map(|f| format!("uploading {}", percent(f)));
+    let tool = window.plugins.tools.running().map(|(name, ..)| format!("{name} is at work"));
+    let writing = window.document.cloud_writer.as_ref().map(|_| "writing a cloud".to_owned());
+    [reading, uploading, tool, writing].into_iter().flatten().collect()
 }
 
 /// How far the traced pictures of the focused view are.

@@ -10,7 +10,7 @@ use surfelshop_runtime::tools::Progress;
 use surfelshop_session::output::terminal::in_words;
 
 /// The title and summary of a tool, by its name in the registry.
-fn title_and_summary(window: &Window, name: &str) -> Option<(String, String)> {
+pub(crate) fn title_and_summary(window: &Window, name: &str) -> Option<(String, String)> {
     let unit = window.plugins.registry.find(UnitKind::Tool, name).ok()?;
     let mut units = window.plugins.registry.units(UnitKind::Tool);
     let found = units.find(|(_, manifest, u)| manifest.id == unit.package && u.id == unit.id);

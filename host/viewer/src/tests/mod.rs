@@ -2,6 +2,7 @@
 
 mod antialias;
 mod colors;
+mod commands;
 mod edits;
 mod files;
 mod light_handles;
@@ -17,6 +18,7 @@ mod trust;
 mod views;
 
 use crate::ViewerArguments;
+use crate::commands::Keymap;
 use crate::render_thread::Detail;
 use crate::render_thread::ViewRequest;
 use crate::window::Window;
@@ -73,6 +75,9 @@ impl Screen {
         // A crash of another program must not affect the test.
         (window.plugins.crash, window.plugins.crash_mark) = (None, None);
         (window.document.state_folder, window.document.recovery) = (None, None);
+        // Nor must what the user of this machine chose.
+        (window.preferences, window.preference_file) = Default::default();
+        window.keymap = Keymap::default();
         let harness = Harness::builder()
             .with_size(Vec2::new(900.0, 640.0))
             .build_ui_state(|ui, window: &mut Window| window.frame(ui), window);

@@ -7,13 +7,21 @@ use super::navigation;
 use super::paint;
 use super::surfel;
 use crate::document::{Mode, PaneSettings};
+use crate::orientation;
+use crate::theme::{Icon, icon_text, tokens};
 use crate::window::Window;
 use eframe::egui::{
-    self, Color32, CursorIcon, Key, PointerButton, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetText,
-    pos2, vec2,
+    self, CursorIcon, Key, PointerButton, Pos2, Rect, Sense, Stroke, Ui, Vec2, WidgetText, pos2,
+    vec2,
 };
 use egui_tiles::{Behavior, TileId, UiResponse};
 use glam::{DVec2, DVec3};
+
+/// Height of the row above a picture.
+const TOOL_ROW: f32 = 28.0;
+
+/// Least width of a box of choices.
+const LEAST_BOX: f32 = 56.0;
 
 /// Shows all panes.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
@@ -72,35 +80,39 @@ impl Panes<'_> {
         let several = self.window.settings.panes.len() > 1;
         let mut response = UiResponse::None;
         let Some(settings) = self.window.settings.pane_mut(id) else { return response };
-        ui.horizontal_wrapped(|ui| {
+        let action = &mut self.action;
+        let row = Rect::from_min_size(ui.max_rect().min, vec2(ui.max_rect().width(), TOOL_ROW));
+        ui.painter().rect_filled(row, 0.0, tokens(ui).panel);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        ui.horizontal(|ui| {
+            // Of one height in all views, so that their pictures are.
+            ui.set_min_height(TOOL_ROW);
+            ui.spacing_mut().item_spacing.x = 4.0;
             ui.add_space(4.0);
             if several {
-                let handle = ui.add(egui::Button::new("::").small().sense(Sense::drag()));
-                if handle.on_hover_text("drag to another place").drag_started() {
+                let grip =
+                    egui::Button::new(icon_text(Icon::Grip)).frame(false).sense(Sense::drag());
+                if ui.add(grip).on_hover_text("Drag the view to another place.").drag_started() {
                     response = UiResponse::DragStarted;
                 }
             }
-            choose(ui, "first renderer", &renderers, &mut settings.renderers[0]);
-            let modes = egui::ComboBox::from_id_salt("mode").selected_text(settings.mode.name());
-            let shown = modes.show_ui(ui, |ui| {
-                for mode in Mode::ALL {
-                    ui.selectable_value(&mut settings.mode, mode, mode.name());
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                ui.add_space(4.0);
+                if several && tool(ui, Icon::X, "close", "Closes this view.", false) {
+                    *action = Some(PaneAction::Close(id));
                 }
+                let about = "A second view beside this one.";
+                if tool(ui, Icon::SquareSplitHorizontal, "split", about, false) {
+                    *action = Some(PaneAction::Split(id));
+                }
+                let about = "Moves the camera together with the other linked views.";
+                if several && tool(ui, Icon::Link, "linked", about, settings.linked) {
+                    settings.linked = !settings.linked;
+                }
+                ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
+                    choices(ui, &renderers, settings);
+                });
             });
-            name(&shown.response, "how two renderers are shown");
-            if settings.mode.sides() == 2 {
-                choose(ui, "second renderer", &renderers, &mut settings.renderers[1]);
-            }
-            if several {
-                ui.checkbox(&mut settings.linked, "linked")
-                    .on_hover_text("move the camera together with the other linked views");
-            }
-            if ui.small_button("split").on_hover_text("a second view beside this one").clicked() {
-                self.action = Some(PaneAction::Split(id));
-            }
-            if several && ui.small_button("close").clicked() {
-                self.action = Some(PaneAction::Close(id));
-            }
         });
         response
     }
@@ -111,7 +123,7 @@ impl Panes<'_> {
         let scale = ui.ctx().pixels_per_point();
         let response = ui.allocate_rect(whole, Sense::click_and_drag());
         let painter = ui.painter_at(whole);
-        painter.rect_filled(whole, 0.0, Color32::from_gray(24));
+        painter.rect_filled(whole, 0.0, tokens(ui).canvas);
         let parts = match settings.mode {
             Mode::SideBySide => {
                 let middle = whole.center().x;
@@ -136,17 +148,22 @@ impl Panes<'_> {
         {
             legend::show(&painter, *last, &legend);
         }
+        let raised = if settings.mode.sides() == 2 { 24.0 } else { 0.0 };
+        let pictures = self.of_one_renderer(id, &settings, &rects);
+        orientation::show_under(self.window, ui, id, &pictures, raised);
+        self.what_it_waits_for(ui, &painter, id);
         let handles = light_handles::show(self.window, ui, id, &rects, response.contains_pointer());
-        if response.clicked() || response.dragged() || handles.dragged {
+        let axes = orientation::show_axes(self.window, ui, id, &rects);
+        if response.clicked() || response.dragged() || handles.dragged || axes.dragged {
             self.window.views.focused = id;
         }
         let dragged_line = self.wipe_line(ui, &response, rects[0], &settings);
         // The wheel zooms over a light handle, too.
-        let over = response.hover_pos().or(handles.hovered).and_then(|at| {
+        let over = response.hover_pos().or(handles.hovered).or(axes.hovered).and_then(|at| {
             let side = rects.iter().position(|rect| rect.contains(at))?;
             Some((side, at - rects[side].min))
         });
-        if !dragged_line && !handles.dragged {
+        if !dragged_line && !handles.dragged && !axes.dragged {
             self.mouse(ui, &response, id, size, over);
         }
         let focused = self.window.views.focused == id && self.window.settings.panes.len() > 1;
@@ -154,6 +171,41 @@ impl Panes<'_> {
             let stroke = Stroke::new(1.0, ui.visuals().selection.bg_fill);
             painter.rect_stroke(whole, 0.0, stroke, egui::StrokeKind::Inside);
         }
+    }
+
+    /// The pictures that are of one renderer, with its side.
+    fn of_one_renderer(
+        &self,
+        id: u32,
+        settings: &PaneSettings,
+        rects: &[Rect],
+    ) -> Vec<(usize, Rect)> {
+        let flicker = self.window.views.panes.get(&id).is_some_and(|pane| pane.flicker);
+        match settings.mode {
+            Mode::Difference => Vec::new(),
+            Mode::Flicker => vec![(usize::from(flicker), rects[0])],
+            Mode::Single | Mode::SideBySide | Mode::Wipe => {
+                rects.iter().copied().enumerate().collect()
+            }
+        }
+    }
+
+    /// Says why there is no picture yet.
+    fn what_it_waits_for(&self, ui: &Ui, painter: &egui::Painter, id: u32) {
+        let Some(pane) = self.window.views.panes.get(&id) else { return };
+        let side = &pane.sides[0];
+        let has_clouds = self.window.document.clouds.is_some();
+        if side.shown.is_some() || side.preparing.is_some() || side.error.is_some() || !has_clouds {
+            return;
+        }
+        let text = match (self.window.render.no_device, self.window.render.adapter.is_empty()) {
+            (true, _) => "There is no graphics device to draw with.",
+            (false, true) => "Opening the graphics device …",
+            (false, false) => "Drawing the first picture …",
+        };
+        let font = egui::TextStyle::Body.resolve(ui.style());
+        let place = painter.clip_rect().center();
+        painter.text(place, egui::Align2::CENTER_CENTER, text, font, tokens(ui).text);
     }
 
     /// The line of a wipe; returns whether it is dragged.
@@ -259,7 +311,11 @@ impl Panes<'_> {
         if response.double_clicked()
             && let Some(depth) = depth
         {
-            camera.target = navigation::point_at(camera, position, depth);
+            let target = navigation::point_at(camera, position, depth);
+            // Inside a scan one turns to it, from outside one moves over it.
+            let from_target = camera.eye - camera.target;
+            let eye = if self.window.views.walking { camera.eye } else { target + from_target };
+            self.window.fly_to(id, surfelshop_api::Camera { eye, target, ..*camera });
         }
         fly(ui, camera);
         let found = depth.map(|depth| navigation::point_at(&before, position, depth));
@@ -306,9 +362,40 @@ fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
     }
 }
 
-fn choose(ui: &mut Ui, what: &str, names: &[String], chosen: &mut String) {
+/// The choices of a tool row: renderers, and how two are shown.
+fn choices(ui: &mut Ui, renderers: &[String], settings: &mut PaneSettings) {
+    let n_boxes = settings.mode.sides() + 1;
+    // What does not fit into a narrow view is chosen by commands.
+    let n_fitting = ((ui.available_width() / (LEAST_BOX + 8.0)) as usize).min(n_boxes);
+    let width = (ui.available_width() / n_fitting.max(1) as f32 - 8.0).clamp(LEAST_BOX, 150.0);
+    if n_fitting > 0 {
+        choose(ui, "first renderer", renderers, &mut settings.renderers[0], width);
+    }
+    if n_fitting < 2 {
+        return;
+    }
+    let modes = egui::ComboBox::from_id_salt("mode").selected_text(settings.mode.name());
+    let shown = modes.width(width.min(110.0)).truncate().show_ui(ui, |ui| {
+        for mode in Mode::ALL {
+            ui.selectable_value(&mut settings.mode, mode, mode.name());
+        }
+    });
+    name(&shown.response, "how two renderers are shown");
+    if n_fitting > 2 {
+        choose(ui, "second renderer", renderers, &mut settings.renderers[1], width);
+    }
+}
+
+/// A small icon of a tool row; returns whether it was clicked.
+fn tool(ui: &mut Ui, icon: Icon, label: &str, about: &str, is_on: bool) -> bool {
+    let response = ui.add(egui::Button::selectable(is_on, icon_text(icon)));
+    response.widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, is_on, label));
+    response.on_hover_text(about).clicked()
+}
+
+fn choose(ui: &mut Ui, what: &str, names: &[String], chosen: &mut String, width: f32) {
     let menu = egui::ComboBox::from_id_salt(what).selected_text(chosen.as_str());
-    let shown = menu.show_ui(ui, |ui| {
+    let shown = menu.width(width).truncate().show_ui(ui, |ui| {
         for name in names {
             ui.selectable_value(chosen, name.clone(), name);
         }

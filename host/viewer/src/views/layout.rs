@@ -38,6 +38,13 @@ pub(crate) fn split_focused(window: &mut Window) {
     window.views.tree = tree;
 }
 
+/// Closes the focused pane, unless it is the only one.
+pub(crate) fn close_focused(window: &mut Window) {
+    let mut tree = take_tree(window);
+    close(window, &mut tree, window.views.focused);
+    window.views.tree = tree;
+}
+
 /// Takes the tree out of the window while the window is changed.
 pub(crate) fn take_tree(window: &mut Window) -> Tree<u32> {
     std::mem::replace(&mut window.views.tree, Tree::empty(egui::Id::unique("panes")))

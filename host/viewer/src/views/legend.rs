@@ -1,5 +1,6 @@
 //! What colours mean, over a picture in its lower right corner.
 
+use crate::theme::OVERLAY;
 use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use surfelshop_cloud::display::{Legend, LegendBody, LegendEntry, Tick};
 use surfelshop_session::output::legend::{apart, heading, listed};
@@ -34,7 +35,7 @@ fn width(painter: &Painter, text: &str) -> f32 {
 fn panel(painter: &Painter, over: Rect, title: &str, inner: Vec2) -> Pos2 {
     let size = vec2(inner.x.max(width(painter, title)), inner.y + LINE) + Vec2::splat(2.0 * MARGIN);
     let rect = Rect::from_min_size(over.max - size - Vec2::splat(MARGIN), size);
-    painter.rect_filled(rect, 4.0, Color32::from_rgba_unmultiplied(18, 19, 22, 200));
+    painter.rect_filled(rect, 4.0, OVERLAY);
     let at = rect.min + Vec2::splat(MARGIN);
     painter.text(at + vec2(0.0, 0.45 * LINE), Align2::LEFT_CENTER, title, FONT, Color32::WHITE);
     at + vec2(0.0, LINE)

@@ -3,6 +3,7 @@
 //! Reports disappear after some seconds; warnings stay until they are dismissed. A window lists the last
 //! messages of both kinds.
 
+use crate::theme::dismiss;
 use eframe::egui::{self, Align2, Context, Frame, Rect, RichText, ScrollArea, Ui, vec2};
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -127,7 +128,7 @@ impl Messages {
                 Frame::popup(ui.style()).show(ui, |ui| {
                     for &i in &current[n_waiting..] {
                         ui.horizontal_top(|ui| {
-                            if ui.small_button("x").on_hover_text("dismiss").clicked() {
+                            if dismiss(ui, "dismiss") {
                                 self.lines[i].dismissed = true;
                             }
                             self.lines[i].show(ui);
@@ -152,9 +153,10 @@ impl Messages {
     pub(crate) fn show_all(&mut self, ctx: &Context) {
         let mut open = self.open;
         let window = egui::Window::new("Messages").open(&mut open).default_width(560.0);
+        let window = window.pivot(Align2::CENTER_CENTER).default_pos(ctx.content_rect().center());
         window.show(ctx, |ui| {
             if self.lines.is_empty() {
-                ui.weak("nothing was said yet");
+                ui.weak("There are no messages.");
                 return;
             }
             ScrollArea::vertical().max_height(360.0).stick_to_bottom(true).show(ui, |ui| {

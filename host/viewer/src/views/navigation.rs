@@ -9,6 +9,9 @@ use surfelshop_api::{Camera, Projection};
 /// Orbiting stays this angle away from the poles, radians: at a pole the picture would spin.
 const POLE: f64 = 0.01;
 
+/// The vertical field of view where a projection becomes perspective, radians.
+pub(crate) const USUAL_FIELD_OF_VIEW: f64 = 35.0 * std::f64::consts::PI / 180.0;
+
 /// The distance to the target, which scales flying and zooming.
 fn reach(camera: &Camera) -> f64 {
     camera.eye.distance(camera.target)
@@ -21,7 +24,7 @@ fn axes(camera: &Camera) -> [DVec3; 3] {
 }
 
 /// The visible height at the target, scene units.
-fn height_at_target(camera: &Camera) -> f64 {
+pub(crate) fn height_at_target(camera: &Camera) -> f64 {
     match camera.projection {
         Projection::Orthographic { height } => height,
         Projection::Perspective { fov_y } => 2.0 * reach(camera) * (0.5 * fov_y).tan(),

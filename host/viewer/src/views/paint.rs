@@ -1,6 +1,7 @@
 //! A pane's pictures are painted, with captions, the line of a wipe and the scale of the heat map.
 
 use crate::document::{Mode, PaneSettings};
+use crate::theme::{ON_OVERLAY, OVERLAY};
 use crate::views::pane::Pane;
 use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Stroke, TextureId, Ui, pos2, vec2};
 use surfelshop_render::PassState;
@@ -87,8 +88,8 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
         shown.rendered.passes.iter().filter(|pass| pass.state == PassState::Reused).count();
     let reused = match n_reused {
         0 => String::new(),
-        1 => ", 1 pass kept".to_owned(),
-        n => format!(", {n} passes kept"),
+        1 => ", 1 pass reused".to_owned(),
+        n => format!(", {n} passes reused"),
     };
     let (n_frames, milliseconds) = (shown.rendered.n_frames, shown.rendered.milliseconds);
     let frame = match (shown.rendered.samples, shown.rendered.refines && state.works()) {
@@ -108,8 +109,8 @@ fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {
     let font = FontId::proportional(13.0);
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let rect = align.anchor_size(at + away, galley.size());
-    painter.rect_filled(rect.expand2(vec2(5.0, 3.0)), 3.0, Color32::from_black_alpha(150));
-    painter.galley(rect.min, galley, Color32::WHITE);
+    painter.rect_filled(rect.expand2(vec2(6.0, 3.0)), 4.0, OVERLAY);
+    painter.galley(rect.min, galley, ON_OVERLAY);
 }
 
 /// The scale of the heat map, along the right edge.

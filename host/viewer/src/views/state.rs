@@ -2,6 +2,7 @@
 
 use super::arrangement;
 use super::pane::Pane;
+use crate::orientation::Flight;
 use egui_tiles::Tree;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
@@ -23,6 +24,8 @@ pub(crate) struct Views {
     pub(crate) focused: u32,
     /// Whether pictures in motion are drawn at a coarser level of detail.
     pub(crate) adaptive: bool,
+    /// The camera of a pane on its way.
+    pub(crate) flight: Option<Flight>,
     /// Whether the camera stands inside the clouds: a drag looks around then.
     pub(crate) walking: bool,
     /// The pane and depth that the wheel zooms to while pictures have no depth.
@@ -42,6 +45,7 @@ impl Views {
             tree: arrangement::default_tree(&[0]),
             focused: 0,
             adaptive: true,
+            flight: None,
             walking: false,
             anchor_depth: None,
             pointer_position: None,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, mpsc::TryRecvError};
+use std::time::{Duration, Instant};
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_cloud::{Loaded, PreviewSink, ReadError, ReadOptions};
 use surfelshop_session::input::clouds::Clouds;
@@ -27,6 +28,7 @@ pub(crate) struct LoadedFiles {
 /// Files being read; dropping it stops the thread.
 pub(crate) struct FileLoader {
     pub(crate) files: Vec<PathBuf>,
+    started: Instant,
     state: Arc<Progress>,
     previews: Receiver<Clouds>,
     result: Receiver<Result<LoadedFiles, String>>,
@@ -36,8 +38,13 @@ pub(crate) struct FileLoader {
 struct Progress {
     /// Thousandths of the whole.
     progress: AtomicU64,
+    /// When the window was woken last, milliseconds from the start.
+    woken: AtomicU64,
     cancelled: AtomicBool,
 }
+
+/// Time between two frames that show how far it is: more would take the processor from the reading.
+const WAKE_INTERVAL: Duration = Duration::from_millis(80);
 
 impl FileLoader {
     /// Starts the thread, which calls `wake` with its progress and at its end; `up` points upwards where no scene says
@@ -59,12 +66,17 @@ impl FileLoader {
             drop(send.send(read));
             wake();
         })?;
-        Ok(Self { files, state, previews, result })
+        Ok(Self { files, started: Instant::now(), state, previews, result })
     }
 
     /// The progress in [0, 1].
     pub(crate) fn fraction(&self) -> f32 {
         self.state.progress.load(Ordering::Relaxed) as f32 / 1000.0
+    }
+
+    /// The time since the start.
+    pub(crate) fn elapsed(&self) -> Duration {
+        self.started.elapsed()
     }
 
     /// Stops the thread.
@@ -101,7 +113,7 @@ fn read_all(
     previews: &Sender<Clouds>,
 ) -> Result<LoadedFiles, String> {
     let inputs = Inputs::open(files).map_err(|error| format!("{error:#}"))?;
-    let n_sources = inputs.sources.len().max(1);
+    let (n_sources, started) = (inputs.sources.len().max(1), Instant::now());
     let mut n_read = 0u32;
     let mut done = Vec::new();
     let read = |file: &Path| -> Result<_, ReadError> {
@@ -109,7 +121,12 @@ fn read_all(
             let whole = (f64::from(n_read) + fraction.clamp(0.0, 1.0)) / n_sources as f64;
             let now = (whole * 1000.0) as u64;
             if state.progress.swap(now, Ordering::Relaxed) != now {
-                wake();
+                let passed = started.elapsed().as_millis() as u64;
+                let woken = state.woken.load(Ordering::Relaxed);
+                if passed.saturating_sub(woken) >= WAKE_INTERVAL.as_millis() as u64 {
+                    state.woken.store(passed, Ordering::Relaxed);
+                    wake();
+                }
             }
             if state.cancelled.load(Ordering::Relaxed) {
                 return ControlFlow::Break(());

@@ -44,10 +44,11 @@ impl Window {
             return;
         }
         let wake = ctx.clone();
-        let (formats, up) = (self.plugins.formats(), self.document.typed_up);
+        let (formats, up) = (self.plugins.formats(), self.up_of(&files));
         match FileLoader::start(files, formats, up, move || wake.request_repaint()) {
             Ok(loader) => {
                 self.document.loader = Some(loader);
+                self.panels.start_page = false;
                 self.document.replace_confirmed = false;
                 if let Some(recovery) = &mut self.document.recovery {
                     recovery.reading = None;
@@ -55,6 +56,20 @@ impl Window {
             }
             Err(error) => self.messages.warn(format!("nothing can be read: {error}")),
         }
+    }
+
+    /// The axis that points upwards in files where they do not say it: as it was typed, or chosen for their kind.
+    pub(super) fn up_of(&self, files: &[PathBuf]) -> UpAxis {
+        match self.document.typed_up {
+            UpAxis::Auto => self.preferred_up(files).unwrap_or_default(),
+            typed => typed,
+        }
+    }
+
+    /// The files of the clouds that are shown.
+    pub(super) fn file_names(&self) -> Vec<PathBuf> {
+        let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
+        shown.map(|loaded| PathBuf::from(&loaded.summary.file)).collect()
     }
 
     /// Opens files that were dropped onto the window.
@@ -171,7 +186,12 @@ impl Window {
         self.views.own_cameras.clear();
         let shown = self.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
         let sources = shown.map(|loaded| loaded.cloud.source());
-        let of_files = self.document.typed_up.or_of(sources);
+        // A scene says how its own files stand, or leaves it to them.
+        let chosen = match scene {
+            Some(_) => self.document.typed_up,
+            None => self.up_of(&self.file_names()),
+        };
+        let of_files = chosen.or_of(sources);
         let of_scene = scene.and_then(|scene| scene.up).map(UpAxis::from);
         self.document.up = of_scene.unwrap_or(of_files);
         self.look_first();

@@ -45,7 +45,8 @@ impl Window {
                 false
             }
         };
-        self.document.up = self.document.typed_up.or_of(sources.iter());
+        let files = self.file_names();
+        self.document.up = self.up_of(&files).or_of(sources.iter());
         if !moved {
             self.look_first();
             if let Some(preview) = &mut self.document.preview {

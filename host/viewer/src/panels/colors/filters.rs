@@ -1,5 +1,6 @@
 //! The list of filters.
 
+use crate::theme::dismiss;
 use crate::window::Window;
 use eframe::egui::{self, RichText, Ui};
 use surfelshop_cloud::display::{Filter, FilterAction, FilterTest};
@@ -11,7 +12,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         ui.push_id(("filter", i), |ui| {
             ui.horizontal_wrapped(|ui| {
                 let title = filter.attribute.title();
-                if ui.small_button("x").on_hover_text("remove this filter").clicked() {
+                if dismiss(ui, "remove this filter") {
                     removed = Some(i);
                 }
                 action(ui, filter);

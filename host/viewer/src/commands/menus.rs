@@ -1,0 +1,59 @@
+//! The menu bar.
+
+use super::button::item;
+use super::command::Menu;
+use super::table::COMMANDS;
+use crate::dialogs::files;
+use crate::plugins::tool_window;
+use crate::window::Window;
+use eframe::egui::{self, Ui};
+
+/// Shows the menu bar.
+pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
+    egui::MenuBar::new().ui(ui, |ui| {
+        for menu in Menu::ALL {
+            if menu == Menu::Window {
+                ui.menu_button("Tools", |ui| tool_window::menu(window, ui));
+            }
+            ui.menu_button(menu.name(), |ui| entries(window, ui, menu));
+        }
+    });
+}
+
+/// The entries of a menu.
+pub(crate) fn entries(window: &mut Window, ui: &mut Ui, menu: Menu) {
+    let of_menu = COMMANDS.iter().filter(|command| command.menu == menu);
+    for (i, command) in of_menu.enumerate() {
+        if command.begins_group && i > 0 {
+            ui.separator();
+        }
+        match command.id {
+            // With a choice where there are several.
+            "save-cloud" => files::save_cloud_menu(window, ui, command),
+            _ => item(window, ui, command),
+        }
+        if command.id == "open" {
+            recent(window, ui);
+        }
+    }
+}
+
+/// The menu of recent files.
+fn recent(window: &mut Window, ui: &mut Ui) {
+    let mut chosen = None;
+    let has_some = !window.document.recent.is_empty();
+    ui.add_enabled_ui(has_some, |ui| {
+        ui.menu_button("Open recent", |ui| {
+            for path in &window.document.recent {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+                    chosen = Some(path.clone());
+                    ui.close();
+                }
+            }
+        });
+    });
+    if let Some(path) = chosen {
+        window.open(&ui.ctx().clone(), vec![path]);
+    }
+}

@@ -1,0 +1,93 @@
+//! When commands apply.
+
+use crate::window::Window;
+
+pub(super) type Applies = Result<(), &'static str>;
+
+fn require(holds: bool, otherwise: &'static str) -> Applies {
+    if holds { Ok(()) } else { Err(otherwise) }
+}
+
+/// Something is shown.
+pub(super) fn has_clouds(window: &Window) -> Applies {
+    require(window.document.clouds.is_some(), "no cloud is open")
+}
+
+/// Something is open as a whole.
+pub(super) fn has_document(window: &Window) -> Applies {
+    has_clouds(window)?;
+    require(window.document.preview.is_none(), "files are still being read")
+}
+
+pub(super) fn has_last_session(window: &Window) -> Applies {
+    let state_folder = window.document.state_folder.as_ref();
+    let has = state_folder.is_some_and(|folder| folder.previous_session().is_some());
+    require(has, "no earlier session was saved")
+}
+
+pub(super) fn has_undo(window: &Window) -> Applies {
+    require(window.document.history.has_undo(&window.snapshot()), "nothing was changed")
+}
+
+pub(super) fn has_redo(window: &Window) -> Applies {
+    require(window.document.history.has_redo(&window.snapshot()), "nothing was undone")
+}
+
+pub(super) fn has_inside(window: &Window) -> Applies {
+    has_clouds(window)?;
+    require(
+        window.can_stand_inside(),
+        "the file does not say where its scanner stood, and no room was found in it",
+    )
+}
+
+pub(super) fn has_two_views(window: &Window) -> Applies {
+    require(window.settings.panes.len() > 1, "there is only one view")
+}
+
+pub(super) fn has_room_for_views(window: &Window) -> Applies {
+    let full = window.settings.panes.len() >= crate::views::layout::MOST_PANES;
+    require(!full, "there are four views, as many as there can be")
+}
+
+pub(super) fn has_legend(window: &Window) -> Applies {
+    require(window.legend().is_some(), "the colours are those of the file and mean no numbers")
+}
+
+pub(super) fn has_placed_lights(window: &Window) -> Applies {
+    use surfelshop_api::Light;
+    let is_placed = |light: &Light| !matches!(light, Light::Directional { .. });
+    let has = window.settings.scene.lights.iter().any(is_placed);
+    require(has, "no light of the scene has a place")
+}
+
+pub(super) fn flickers(window: &Window) -> Applies {
+    let pane = window.settings.pane(window.views.focused);
+    let is_flicker = pane.is_some_and(|pane| pane.mode == crate::document::Mode::Flicker);
+    require(is_flicker, "the view does not show two renderers in turn")
+}
+
+pub(super) fn has_environment_renderer(window: &Window) -> Applies {
+    has_clouds(window)?;
+    let has = window.renderers().iter().any(|name| name == "environment");
+    require(has, "the renderer `environment` is not installed, or cannot draw these clouds")
+}
+
+pub(super) fn has_phong(window: &Window) -> Applies {
+    has_clouds(window)?;
+    let has = window.renderers().iter().any(|name| name == "ewa-phong");
+    require(has, "the renderer `ewa-phong` is not installed, or cannot draw these clouds")
+}
+
+pub(super) fn has_occlusion(window: &Window) -> Applies {
+    has_phong(window)?;
+    let columns = window
+        .document
+        .clouds
+        .iter()
+        .flat_map(|shown| shown.open_clouds.clouds.facts.columns.iter().map(String::as_str));
+    require(
+        columns.into_iter().any(|name| name == surfelshop_api::columns::AO),
+        "the cloud has no ambient occlusion yet: Tools > Ambient occlusion makes it",
+    )
+}

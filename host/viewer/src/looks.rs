@@ -1,0 +1,92 @@
+//! Looks: renderer, light and environment in one step, which undo takes back.
+
+use crate::document::{USUAL_RENDERER, set_environment_map};
+use crate::window::Window;
+use surfelshop_api::params::Value;
+use surfelshop_api::{Scene, SurfaceSettings};
+use surfelshop_cloud::display::{ColorBy, ColorSource, Look as Shape};
+use surfelshop_cloud::scene::ProbeSource;
+use surfelshop_image::display::ToneMap;
+use surfelshop_session::options::lights;
+
+/// A way to look at clouds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Look {
+    Headlight,
+    Studio,
+    Sunlight,
+    Clay,
+    AmbientOcclusion,
+    Points,
+}
+
+/// The renderer of natural light.
+const NATURAL: &str = "environment";
+
+/// The colour of clay, and the white of ambient occlusion, sRGB-encoded.
+const CLAY: [u8; 3] = [186, 158, 134];
+const WHITE: [u8; 3] = [235, 235, 235];
+
+/// The width of points, pixels.
+const POINT_WIDTH: f32 = 3.0;
+
+impl Window {
+    /// Shows the focused view in a look. What belongs to the scene changes in all views.
+    pub(crate) fn apply_look(&mut self, look: Look) {
+        let settings = &mut self.settings;
+        settings.scene.lights = Scene::default().lights;
+        settings.scene.exposure_stops = 0.0;
+        settings.tone_map = ToneMap::Clamp;
+        settings.environment = None;
+        // One colour for all is that of another look; what shows numbers stays.
+        if matches!(settings.color.by, ColorBy::Uniform(_)) {
+            settings.color = ColorSource::default();
+        }
+        if look != Look::Points && settings.splats.look != Shape::Surface {
+            settings.splats.look = Shape::Surface;
+            settings.scene.surface.low_pass = SurfaceSettings::default().low_pass;
+        }
+        match look {
+            Look::Headlight => self.draw_by(USUAL_RENDERER, &[]),
+            Look::Studio => self.natural(ProbeSource::Studio),
+            Look::Sunlight => self.natural(ProbeSource::Sky),
+            Look::Clay => {
+                settings.color = ColorSource::new(ColorBy::Uniform(CLAY));
+                self.draw_by(USUAL_RENDERER, &[("specular", Value::Float(0.0))]);
+            }
+            Look::AmbientOcclusion => {
+                settings.color = ColorSource::new(ColorBy::Uniform(WHITE));
+                settings.scene.lights.clear();
+                let values = [("ambient", Value::Float(1.0)), ("specular", Value::Float(0.0))];
+                self.draw_by(USUAL_RENDERER, &values);
+            }
+            Look::Points => {
+                if settings.splats.look == Shape::Surface {
+                    settings.splats.look = Shape::Points { radius: 0.0 };
+                    settings.scene.surface.low_pass = 0.5 * POINT_WIDTH;
+                }
+                settings.scene.lights = lights::even();
+                self.draw_by(USUAL_RENDERER, &[("specular", Value::Float(0.0))]);
+            }
+        }
+    }
+
+    fn natural(&mut self, source: ProbeSource) {
+        set_environment_map(self, source);
+        self.settings.tone_map = ToneMap::Neutral;
+        self.draw_by(NATURAL, &[]);
+    }
+
+    /// Draws the focused view by a renderer whose values are the usual ones but for some.
+    fn draw_by(&mut self, renderer: &str, values: &[(&str, Value)]) {
+        let Some(pane) = self.settings.pane_mut(self.views.focused) else { return };
+        pane.renderers[0] = renderer.to_owned();
+        pane.values.remove(renderer);
+        let named = |(id, value): &(&str, Value)| ((*id).to_owned(), value.clone());
+        if !values.is_empty() {
+            pane.values.insert(renderer.to_owned(), values.iter().map(named).collect());
+        }
+        // Values that are the usual ones are none.
+        self.fit_values(renderer);
+    }
+}

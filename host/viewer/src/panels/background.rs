@@ -1,0 +1,104 @@
+//! The background of the pictures: a colour, nothing, or the environment.
+
+use super::row::row_of;
+use crate::document::{PaneSettings, Settings};
+use crate::window::Window;
+use eframe::egui::{self, Role, Ui, WidgetInfo};
+use surfelshop_api::params::{Value, linear_to_srgb, srgb_to_linear};
+use surfelshop_image::display::Background;
+
+/// The renderer that can show the environment, and its parameter for that.
+const RENDERER: &str = "environment";
+const PARAMETER: &str = "background";
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Choice {
+    Color,
+    Transparent,
+    Environment,
+}
+
+impl Choice {
+    const ALL: [Self; 3] = [Self::Color, Self::Transparent, Self::Environment];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Color => "colour",
+            Self::Transparent => "transparent",
+            Self::Environment => "environment",
+        }
+    }
+
+    fn of(settings: &Settings, focused: u32) -> Self {
+        let shows = |value: &Value| matches!(value, Value::Text(text) if text != "none");
+        let pane = settings.pane(focused).filter(|pane| draws_environment(pane));
+        let value = pane.and_then(|pane| pane.values.get(RENDERER)?.get(PARAMETER));
+        match settings.background {
+            _ if value.is_some_and(shows) && settings.environment.is_some() => Self::Environment,
+            Background::Color(_) => Self::Color,
+            Background::Transparent => Self::Transparent,
+        }
+    }
+}
+
+fn draws_environment(pane: &PaneSettings) -> bool {
+    pane.renderers[..pane.mode.sides()].iter().any(|name| name == RENDERER)
+}
+
+/// Shows the choice.
+pub(super) fn show(window: &mut Window, ui: &mut Ui) {
+    let focused = window.views.focused;
+    let before = Choice::of(&window.settings, focused);
+    let mut chosen = before;
+    let pane = window.settings.pane(focused);
+    let can_show = window.settings.environment.is_some() && pane.is_some_and(draws_environment);
+    let settings = &mut window.settings;
+    row_of(ui, "background", "What is behind what is open.", |ui, label| {
+        let combo = egui::ComboBox::from_id_salt("background").selected_text(chosen.name());
+        let shown = combo.width(104.0).show_ui(ui, |ui| {
+            for choice in Choice::ALL {
+                let is_enabled = choice != Choice::Environment || can_show;
+                ui.add_enabled_ui(is_enabled, |ui| {
+                    let one = ui.selectable_value(&mut chosen, choice, choice.name());
+                    one.on_disabled_hover_text(
+                        "Choose an environment, and the renderer `environment`, first.",
+                    );
+                });
+            }
+        });
+        let combo = shown.response;
+        combo.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "background"));
+        if let (Choice::Color, Background::Color(encoded)) = (before, &mut settings.background) {
+            let mut linear = encoded.map(srgb_to_linear);
+            if ui.color_edit_button_rgb(&mut linear).labelled_by(label).changed() {
+                *encoded = linear.map(linear_to_srgb);
+            }
+        }
+        combo
+    });
+    if chosen != before {
+        choose(settings, focused, chosen);
+    }
+}
+
+fn choose(settings: &mut Settings, focused: u32, choice: Choice) {
+    let usual = Settings::default().background;
+    settings.background = match (choice, settings.background) {
+        (Choice::Transparent, _) => Background::Transparent,
+        (Choice::Color, Background::Transparent) => usual,
+        (_, background) => background,
+    };
+    let Some(pane) = settings.pane_mut(focused).filter(|pane| draws_environment(pane)) else {
+        return;
+    };
+    let values = pane.values.entry(RENDERER.to_owned()).or_default();
+    match choice {
+        Choice::Environment => {
+            values.insert(PARAMETER.to_owned(), Value::Text("sharp".to_owned()));
+        }
+        Choice::Color | Choice::Transparent => drop(values.remove(PARAMETER)),
+    }
+    if values.is_empty() {
+        pane.values.remove(RENDERER);
+    }
+}

@@ -1,0 +1,97 @@
+//! What the user chose for the window itself, apart from scenes: one file of the user.
+
+mod file;
+
+pub(crate) use file::PreferenceFile;
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use surfelshop_cloud::scene::Table;
+use surfelshop_session::options::UpAxis;
+
+/// Light or dark.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum ThemeChoice {
+    /// As the desktop.
+    #[default]
+    System,
+    Dark,
+    Light,
+}
+
+/// The axis that points upwards in files of one kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum FileUp {
+    Y,
+    Z,
+}
+
+impl From<FileUp> for UpAxis {
+    fn from(up: FileUp) -> Self {
+        match up {
+            FileUp::Y => Self::Y,
+            FileUp::Z => Self::Z,
+        }
+    }
+}
+
+/// Factors on the size of everything.
+pub(crate) const UI_SCALES: [f32; 7] = [0.75, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0];
+
+/// The choices.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, rename_all = "kebab-case")]
+pub(crate) struct Preferences {
+    pub(crate) theme: ThemeChoice,
+    /// Factor on the size of everything, over that of the screen.
+    pub(crate) ui_scale: f32,
+    /// Cameras jump, and nothing fades.
+    pub(crate) reduced_motion: bool,
+    /// Whether the axes, the grid on the ground and the scale bar are shown over pictures.
+    pub(crate) axes: bool,
+    pub(crate) grid: bool,
+    pub(crate) scale_bar: bool,
+    /// Whether the bar of icons and the panels at the left are shown.
+    pub(crate) toolbar: bool,
+    pub(crate) panels: bool,
+    /// What points upwards in files with these endings that do not say it themselves.
+    pub(crate) up: BTreeMap<String, FileUp>,
+    /// The shortcuts of commands by their ids, in place of the usual ones.
+    pub(crate) shortcuts: BTreeMap<String, Vec<String>>,
+    /// Keys of later versions.
+    #[serde(flatten)]
+    pub(crate) unknown: Table,
+}
+
+impl Default for Preferences {
+    fn default() -> Self {
+        Self {
+            theme: ThemeChoice::default(),
+            ui_scale: 1.0,
+            reduced_motion: false,
+            axes: true,
+            grid: true,
+            scale_bar: true,
+            toolbar: true,
+            panels: true,
+            up: BTreeMap::new(),
+            shortcuts: BTreeMap::new(),
+            unknown: Table::new(),
+        }
+    }
+}
+
+impl Preferences {
+    /// The next larger or smaller factor on the size of everything.
+    pub(crate) fn scaled(&self, larger: bool) -> f32 {
+        let is_next = |scale: &f32| match larger {
+            true => *scale > self.ui_scale + 1e-3,
+            false => *scale < self.ui_scale - 1e-3,
+        };
+        let mut scales = UI_SCALES.into_iter();
+        let next = if larger { scales.find(is_next) } else { scales.rev().find(is_next) };
+        next.unwrap_or(self.ui_scale)
+    }
+}
