@@ -9,7 +9,7 @@ pub(crate) const BACK_SIDE: f32 = -0.5;
 /// The Voronoi cell of the origin of a plane, cut from an octagon by the bisectors to neighbours.
 pub(crate) struct Cell {
     corners: Vec<Corner>,
-    /// The corners before the last cut, kept for their room.
+    /// Room for the corners after a cut.
     spare: Vec<Corner>,
     /// Square of the distance of the farthest corner.
     squared: f64,
@@ -60,9 +60,10 @@ impl Cell {
     /// the nearest of them come, the quicker.
     pub(crate) fn become_of(&mut self, normal: Vec3, limit: f64, near: impl Iterator<Item = Near>) {
         self.reset(limit);
-        for neighbour in in_plane(normal, near) {
+        let plane = TangentPlane::of(normal);
+        for near in near {
             // The bisector to what is farther lies beyond the cell.
-            if neighbour.length_squared() < 4.0 * self.squared {
+            if let Some(neighbour) = plane.place(&near, 4.0 * self.squared) {
                 self.cut(neighbour);
             }
         }
@@ -75,21 +76,25 @@ impl Cell {
         if self.corners.iter().all(|corner| beyond(corner) <= 0.0) {
             return;
         }
-        let mut kept = std::mem::take(&mut self.spare);
-        kept.clear();
-        for (i, corner) in self.corners.iter().enumerate() {
-            let next = &self.corners[(i + 1) % self.corners.len()];
-            let (here, there) = (beyond(corner), beyond(next));
+        self.spare.clear();
+        let mut squared = 0.0f64;
+        let Some(&(mut last)) = self.corners.last() else { return };
+        let mut before = beyond(&last);
+        for corner in &self.corners {
+            let here = beyond(corner);
+            if (before <= 0.0) != (here <= 0.0) {
+                let at = last.at.lerp(corner.at, before / (before - here));
+                squared = squared.max(at.length_squared());
+                self.spare.push(Corner { at, bisector: before <= 0.0 || last.bisector });
+            }
             if here <= 0.0 {
-                kept.push(*corner);
+                squared = squared.max(corner.at.length_squared());
+                self.spare.push(*corner);
             }
-            if (here <= 0.0) != (there <= 0.0) {
-                let at = corner.at.lerp(next.at, here / (here - there));
-                kept.push(Corner { at, bisector: here <= 0.0 || corner.bisector });
-            }
+            (last, before) = (*corner, here);
         }
-        self.spare = std::mem::replace(&mut self.corners, kept);
-        self.measure();
+        self.squared = squared;
+        std::mem::swap(&mut self.corners, &mut self.spare);
     }
 
     /// Its area.
@@ -182,8 +187,10 @@ pub(crate) fn closed(normal: Vec3, near: impl DoubleEndedIterator<Item = Near> +
     if cell.is_closed() {
         return cell;
     }
-    let open = Cell { corners: cell.corners.clone(), spare: Vec::new(), squared: cell.squared };
-    for neighbour in in_plane(normal, near) {
+    let mut open = Cell::new(0.0);
+    open.corners.clone_from(&cell.corners);
+    let plane = TangentPlane::of(normal);
+    for neighbour in near.filter_map(|near| plane.place(&near, f64::INFINITY)) {
         if open.is_open_towards(-neighbour) {
             cell.cut(-neighbour);
         }
@@ -201,36 +208,53 @@ const EDGE: f32 = 0.77;
 /// Shares of its distance at which a neighbour beyond an edge counts.
 const BEYOND: std::ops::RangeInclusive<f64> = 0.3..=2.2;
 
-/// Where the points near a point lie in its tangent plane: at their distances in space, so that
-/// around a bend a cell has the size it has on the surface. A point beyond an edge counts as mirrored at the
-/// edge, where both tangent planes meet: to there the surface goes on in this plane. Points on the back of a thin sheet
-/// are left out.
-fn in_plane(normal: Vec3, near: impl Iterator<Item = Near>) -> impl Iterator<Item = DVec2> {
-    let (u, v) = tangents(normal.as_dvec3());
-    let flat = move |vector: DVec3| DVec2::new(vector.dot(u), vector.dot(v));
-    near.filter_map(move |near| {
-        let cosine = near.normal.dot(normal);
+/// The plane perpendicular to a normal; any plane where it is invalid.
+struct TangentPlane {
+    normal: Vec3,
+    u: DVec3,
+    v: DVec3,
+}
+
+impl TangentPlane {
+    fn of(normal: Vec3) -> Self {
+        let (u, v) = normal.as_dvec3().try_normalize().unwrap_or(DVec3::Z).any_orthonormal_pair();
+        Self { normal, u, v }
+    }
+
+    fn flat(&self, vector: DVec3) -> DVec2 {
+        DVec2::new(vector.dot(self.u), vector.dot(self.v))
+    }
+
+    /// Where a point near the origin lies in the plane, where the square of its distance there is less than `reach`: at
+    /// its distance in space, so that around a bend a cell has the size it has on the surface. A point beyond
+    /// an edge counts as mirrored at the edge, where both tangent planes meet: to there the surface goes on in this
+    /// plane. Points on the back of a thin sheet have no place, and neither has one straight above, which bounds
+    /// nothing.
+    fn place(&self, near: &Near, reach: f64) -> Option<DVec2> {
+        let cosine = near.normal.dot(self.normal);
+        if cosine < EDGE {
+            return self.beyond_edge(near, cosine).filter(|at| at.length_squared() < reach);
+        }
+        if near.distance * near.distance >= reach {
+            return None;
+        }
+        let flat = self.flat(near.offset);
+        let length = flat.length();
+        (length > 0.0 && length.is_finite()).then(|| flat * (near.distance / length))
+    }
+
+    fn beyond_edge(&self, near: &Near, cosine: f32) -> Option<DVec2> {
         if cosine < BACK_SIDE {
             return None;
         }
-        if cosine < EDGE {
-            let theirs = near.normal.as_dvec3();
-            let across = flat(theirs);
-            let half = theirs.dot(near.offset) / across.length_squared();
-            let mirrored = 2.0 * half * across;
-            let direction = mirrored.try_normalize()?;
-            let share = mirrored.length() / near.distance;
-            return Some(direction * share.clamp(*BEYOND.start(), *BEYOND.end()) * near.distance);
-        }
-        // A point straight above has no direction in the plane and bounds nothing there.
-        Some(flat(near.offset).try_normalize()? * near.distance)
-    })
-}
-
-/// Two unit vectors that span the plane perpendicular to a normal; any plane where it is invalid.
-fn tangents(normal: DVec3) -> (DVec3, DVec3) {
-    let normal = normal.try_normalize().unwrap_or(DVec3::Z);
-    normal.any_orthonormal_pair()
+        let theirs = near.normal.as_dvec3();
+        let across = self.flat(theirs);
+        let half = theirs.dot(near.offset) / across.length_squared();
+        let mirrored = 2.0 * half * across;
+        let direction = mirrored.try_normalize()?;
+        let share = mirrored.length() / near.distance;
+        Some(direction * share.clamp(*BEYOND.start(), *BEYOND.end()) * near.distance)
+    }
 }
 
 #[cfg(test)]

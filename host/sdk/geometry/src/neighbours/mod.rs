@@ -1,12 +1,14 @@
 //! Nearest neighbours, by a k-d tree.
 
 mod search;
+mod shared;
 mod tree;
 
 use crate::bounds::Bounds;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, report, sort};
 use glam::{DVec3, Vec3};
 pub(crate) use search::{Found, Scratch};
+pub(crate) use shared::{Close, Shared};
 use tree::Site;
 pub(crate) use tree::Tree;
 

@@ -2,7 +2,7 @@
 
 use super::PLANAR;
 use crate::cell::{Cell, Near};
-use crate::neighbours::{Found, Neighbours, Scratch};
+use crate::neighbours::{Found, Neighbours, Shared};
 use crate::progress::{Cancelled, Progress, map, map_with, part};
 use glam::Vec3;
 
@@ -68,7 +68,8 @@ pub(super) struct Surface<'a> {
 /// Scratch for the work on a point.
 #[derive(Default)]
 pub(super) struct Bench {
-    pub(super) room: Scratch,
+    close: Shared,
+    farther: Shared,
     near: Vec<Near>,
     cell: Option<Cell>,
 }
@@ -115,8 +116,9 @@ impl<'a> Surface<'a> {
 
     /// The disc of a point that is of no surface.
     fn scattered(&self, place: usize, bench: &mut Bench) -> Cover {
-        let near = self.neighbours.around(place, SCATTERED, &mut bench.room);
-        let sum: f64 = near.iter().map(|found| found.distance).sum();
+        let near = bench.close.nearest(self.neighbours.tree(), place, CELL_NEIGHBOURS);
+        let near = &near[..near.len().min(SCATTERED)];
+        let sum: f64 = near.iter().map(|close| close.distance()).sum();
         let mean = sum / near.len().max(1) as f64;
         let flat = 1.0 - (f64::from(PLANAR - self.planarity[place]) / FADE).min(1.0);
         let radius = (mean * (TOUCHING + flat * (COVERING - TOUCHING))) as f32;
@@ -132,26 +134,25 @@ impl<'a> Surface<'a> {
         bench: &mut Bench,
     ) -> Cover {
         let here = self.neighbours.point(place);
-        let near = self.neighbours.around(place, k, &mut bench.room);
-        let farthest = near.iter().map(|found| found.distance).fold(0.0, f64::max);
-        let point = |found: &Found| Near {
-            offset: self.neighbours.point(found.place as usize) - here,
-            distance: found.distance,
-            normal: self.normals[found.place as usize],
+        let search = if k == CELL_NEIGHBOURS { &mut bench.close } else { &mut bench.farther };
+        let near = search.nearest(self.neighbours.tree(), place, k);
+        let point = |place: usize, distance: f64| Near {
+            offset: self.neighbours.point(place) - here,
+            distance,
+            normal: self.normals[place],
         };
         bench.near.clear();
-        bench.near.extend(near.iter().chain(further).map(point));
-        if bench.near.is_empty() {
+        bench.near.extend(near.iter().map(|close| point(close.place(), close.distance())));
+        let (Some(closest), Some(farthest)) = (bench.near.first(), bench.near.last()) else {
             return Cover { radius: 0.0, farthest: 0.0, ring: 0.0, kind: Kind::Closed };
+        };
+        let (closest, farthest) = (closest.distance, farthest.distance);
+        let ring = bench.near[(COMPARED - 1).min(bench.near.len() - 1)].distance;
+        if !further.is_empty() {
+            bench.near.extend(further.iter().map(|f| point(f.place as usize, f.distance)));
+            bench.near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         }
-        // The first ring comes first: what it leaves of the cell, few of the others cut.
-        let last = (COMPARED - 1).min(bench.near.len() - 1);
-        let (_, ring, _) =
-            bench.near.select_nth_unstable_by(last, |a, b| a.distance.total_cmp(&b.distance));
-        let ring = ring.distance;
-        let distances = || bench.near.iter().map(|near| near.distance);
-        let (closest, most) =
-            (distances().fold(f64::INFINITY, f64::min), distances().fold(0.0, f64::max));
+        let most = bench.near.last().map_or(farthest, |near| near.distance);
         let cell = bench.cell.get_or_insert_with(|| Cell::new(0.0));
         cell.become_of(self.normals[place], most, bench.near.iter().copied());
         let radius = COVER * cell.radius().unwrap_or(closest).min(most);
@@ -169,15 +170,10 @@ impl<'a> Surface<'a> {
 const GAP: f64 = 1.6;
 
 /// Whether a disc reaches across a gap beyond which all others lie in one shell, up to the farthest: as that of a
-/// point which floats with a few others above a surface.
+/// point which floats with a few others above a surface. Points come nearest first.
 fn has_gap(near: &[Near], farthest: f64, radius: f64) -> bool {
-    let (mut within, mut beyond) = (0.0f64, f64::INFINITY);
-    for distance in near.iter().map(|near| near.distance) {
-        if distance * GAP <= farthest {
-            within = within.max(distance);
-        } else {
-            beyond = beyond.min(distance);
-        }
-    }
-    beyond > GAP * within && radius > within
+    let beyond = near.partition_point(|near| near.distance * GAP <= farthest);
+    let distance = |at: usize| near.get(at).map(|near| near.distance);
+    let within = beyond.checked_sub(1).and_then(distance).unwrap_or(0.0);
+    distance(beyond).is_none_or(|beyond| beyond > GAP * within) && radius > within
 }

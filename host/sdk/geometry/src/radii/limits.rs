@@ -2,7 +2,7 @@
 
 use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
 use super::median;
-use crate::neighbours::{Found, Scratch};
+use crate::neighbours::{Found, Scratch, Shared};
 use crate::progress::{Cancelled, Progress, map_with, part};
 
 /// A disc on a surface that is larger than this many times the median of those around it covers a
@@ -16,6 +16,12 @@ const BORDER: f64 = 1.5;
 /// from all others of their group and still reach for points across the gap around it; a larger
 /// group fills the lists that cells are cut from, so that no cell of it knows of the gap.
 const FLOATING: usize = CELL_NEIGHBOURS;
+
+/// Distance up to which points are gathered for the group of one, over that of its first ring.
+const GROUP_REACH: f32 = 3.0;
+
+/// Share of a distance that counts as rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// Limits the discs of points that are not surrounded evenly.
 pub(super) fn limit(
@@ -102,8 +108,8 @@ impl<'a> Gaps<'a> {
         let is_odd = |cell: &Cover| matches!(cell.kind, Kind::Open | Kind::Wide);
         let cells = (0u32..).zip(self.cells).filter(|(_, cell)| is_odd(cell));
         let mut odd: Vec<u32> = cells.map(|(place, _)| place).collect();
-        let groups = map_with(odd.len(), progress, Scratch::default, |scratch, i| {
-            self.floating(odd[i], scratch)
+        let groups = map_with(odd.len(), progress, Shared::default, |search, i| {
+            self.floating(odd[i], search)
         })?;
         let mut on_surface = vec![true; self.cells.len()];
         for &member in groups.iter().flatten().flatten() {
@@ -125,26 +131,30 @@ impl<'a> Gaps<'a> {
     /// Points that are among each other's first few are linked. A group of linked points that is no
     /// larger than [`FLOATING`] floats by itself, unless a point of a surface counts one of its points
     /// among its own nearest: the surface goes on there, only with other spacing.
-    fn floating(&self, place: u32, scratch: &mut Scratch) -> Option<Vec<u32>> {
-        let group = self.group(place, scratch)?;
+    fn floating(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
+        let group = self.group(place, search)?;
         let is_borne = group.iter().any(|&member| {
-            self.counted_by(member as usize).iter().any(|found| {
-                !group.contains(&found.place) && self.group(found.place, scratch).is_none()
+            self.counted_by(member as usize, 0.0).iter().any(|found| {
+                !group.contains(&found.place) && self.group(found.place, search).is_none()
             })
         });
         (!is_borne).then_some(group)
     }
 
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
-    fn group(&self, place: u32, scratch: &mut Scratch) -> Option<Vec<u32>> {
+    fn group(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
+        let tree = self.surface.neighbours.tree();
+        let reach = GROUP_REACH * self.cells[place as usize].ring;
+        let from = (place as usize, reach * reach);
         let mut group = vec![place];
         let mut next = 0;
         while let Some(&member) = group.get(next) {
             next += 1;
-            for found in self.surface.neighbours.around(member as usize, COMPARED, scratch) {
-                let is_mutual = found.distance as f32 <= self.cells[found.place as usize].ring;
-                if is_mutual && !group.contains(&found.place) {
-                    group.push(found.place);
+            for close in search.nearest_beside(tree, from, member as usize, COMPARED) {
+                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring;
+                let other = close.place() as u32;
+                if is_mutual && !group.contains(&other) {
+                    group.push(other);
                     if group.len() > FLOATING {
                         return None;
                     }
@@ -155,15 +165,18 @@ impl<'a> Gaps<'a> {
         Some(group)
     }
 
-    /// The points that count a point among their nearest, by place.
-    fn counted_by(&self, place: usize) -> Vec<Found> {
+    /// The points farther than `least` that count a point among their nearest, by place.
+    fn counted_by(&self, place: usize, least: f64) -> Vec<Found> {
         let neighbours = self.surface.neighbours;
         let (tree, here) = (neighbours.tree(), neighbours.point(place));
         let mut found = Vec::new();
         let mut pending = vec![1];
         while let Some(node) = pending.pop() {
             // A share of rounding on top, since squares in f32 decided what was nearest.
-            let reach = self.reach[node] * (1.0 + 1e-6);
+            let reach = self.reach[node] * (1.0 + ROUNDING as f32);
+            if f64::from(reach) <= least {
+                continue;
+            }
             if tree.squared_to(node, here.as_vec3().to_array()) > reach * reach {
                 continue;
             }
@@ -173,7 +186,7 @@ impl<'a> Gaps<'a> {
             }
             for other in tree.leaf(node - tree.n_leaves()).filter(|&other| other != place) {
                 let distance = neighbours.point(other).distance(here);
-                if distance <= f64::from(self.cells[other].farthest) {
+                if distance > least && distance <= f64::from(self.cells[other].farthest) {
                     found.push(Found { place: other as u32, distance });
                 }
             }
@@ -191,10 +204,9 @@ impl<'a> Gaps<'a> {
         if !on_surface[place] {
             return (cell, Vec::new());
         }
-        let mut further = self.counted_by(place);
-        further.retain(|found| {
-            found.distance > f64::from(cell.farthest) && on_surface[found.place as usize]
-        });
+        let least = f64::from(cell.farthest) * (1.0 + ROUNDING);
+        let mut further = self.counted_by(place, least);
+        further.retain(|found| on_surface[found.place as usize]);
         if further.is_empty() {
             return (cell, Vec::new());
         }
