@@ -50,9 +50,14 @@ pub(crate) struct Shared {
     around: Option<(usize, usize)>,
     /// Square of the distance from the leaf's box up to which all points are gathered; none are where it is negative.
     reach: f32,
+    /// The points gathered, of which the first `n_gathered` count.
     axes: [Vec<f32>; 3],
     places: Vec<u32>,
+    n_gathered: usize,
+    /// The squares of their distances from a place.
     squares: Vec<f32>,
+    /// Room for those that are within a limit.
+    within: Vec<Close>,
     close: Vec<Close>,
     /// The largest square of a distance that a search in this leaf needed.
     needed: f32,
@@ -87,13 +92,14 @@ impl Shared {
         self.leave_out(own, k)
     }
 
-    /// [`Self::nearest`] of a point near to the leaf of another one, `from`: what is gathered around that serves as far
-    /// as it reaches, the square of which is `reach`.
+    /// [`Self::nearest`] of a point near to the leaf of another one, `from`, of which it is known that they are within
+    /// `limit`, the square of a distance: what is gathered around that leaf up to `reach`, another square, serves as
+    /// far as it goes.
     pub(crate) fn nearest_beside(
         &mut self,
         tree: &Tree,
         (from, reach): (usize, f32),
-        own: usize,
+        (own, limit): (usize, f32),
         k: usize,
     ) -> &[Close] {
         let wanted = k.saturating_add(1).min(tree.len());
@@ -102,13 +108,13 @@ impl Shared {
             self.around = Some((leaf, k));
             self.gather(tree, leaf, reach, CROWD * wanted + CROWD_LEAST);
         }
-        let away = f64::from(tree.squared_to(tree.n_leaves() + leaf, tree.at(own))).sqrt();
-        // Less a share of rounding.
-        let limit = (f64::from(self.reach).max(0.0).sqrt() - away) * (1.0 - 1e-6);
+        let root = |squared: f32| f64::from(squared.max(0.0)).sqrt();
+        let away = root(tree.squared_to(tree.n_leaves() + leaf, tree.at(own)));
         self.close.clear();
-        if limit > 0.0 {
+        // A share of rounding on top.
+        if away + root(limit) * (1.0 + 1e-6) <= root(self.reach) {
             self.measure(tree.at(own));
-            self.select((limit * limit) as f32);
+            self.select(limit * (1.0 + 1e-6));
         }
         if self.close.len() < wanted {
             self.search_alone(tree, own, wanted);
@@ -165,8 +171,7 @@ impl Shared {
     /// Gathers all points near to a leaf's box; none where there are more than `most`.
     fn gather(&mut self, tree: &Tree, leaf: usize, reach: f32, most: usize) {
         self.reach = reach;
-        self.places.clear();
-        self.axes.iter_mut().for_each(Vec::clear);
+        self.n_gathered = 0;
         let around = tree.cuboid(tree.n_leaves() + leaf);
         self.take(tree, leaf, around);
         // Up from the leaf, each time down the other branch: the order is the same whatever the reach is.
@@ -183,7 +188,7 @@ impl Shared {
                 }
                 if here >= tree.n_leaves() {
                     self.take(tree, here - tree.n_leaves(), around);
-                    if self.places.len() > most {
+                    if self.n_gathered > most {
                         self.reach = -1.0;
                         return;
                     }
@@ -200,45 +205,54 @@ impl Shared {
     fn take(&mut self, tree: &Tree, leaf: usize, around: &Cuboid) {
         let range = tree.leaf(leaf);
         let squares = tree.squared_to_box(&range, around);
-        let first = self.places.len();
+        let first = self.n_gathered;
         let axes = tree.axes(&range);
-        self.places.resize(first + LEAF, 0);
+        if self.places.len() < first + LEAF {
+            let room = 2 * first + LEAF;
+            self.places.resize(room, 0);
+            self.axes.iter_mut().for_each(|axis| axis.resize(room, 0.0));
+        }
         let places = &mut self.places[first..first + LEAF];
         let [x, y, z] = &mut self.axes;
-        for axis in [&mut *x, &mut *y, &mut *z] {
-            axis.resize(first + LEAF, 0.0);
-        }
-        let (x, y, z) = (&mut x[first..], &mut y[first..], &mut z[first..]);
+        let (x, y, z) =
+            (&mut x[first..first + LEAF], &mut y[first..first + LEAF], &mut z[first..first + LEAF]);
         let mut count = 0;
         // Each is written, and the next one over it unless it counts: nothing here has to be predicted.
-        for (i, place) in (0..range.len()).zip(range.start as u32..) {
+        let points = axes[0].iter().zip(axes[1]).zip(axes[2]).zip(&squares);
+        for ((((px, py), pz), square), place) in points.zip(range.start as u32..) {
             let to = count & (LEAF - 1);
-            (places[to], x[to], y[to], z[to]) = (place, axes[0][i], axes[1][i], axes[2][i]);
-            count += usize::from(squares[i] <= self.reach);
+            (places[to], x[to], y[to], z[to]) = (place, *px, *py, *pz);
+            count += usize::from(*square <= self.reach);
         }
-        self.places.truncate(first + count);
-        self.axes.iter_mut().for_each(|axis| axis.truncate(first + count));
+        self.n_gathered += count;
     }
 
     /// Squares of the distances from a place to all points gathered.
     fn measure(&mut self, at: [f32; 3]) {
-        self.squares.resize(self.places.len(), 0.0);
+        let n = self.n_gathered;
+        if self.squares.len() < n {
+            self.squares.resize(self.places.len(), 0.0);
+            self.within.resize(self.places.len() + 1, Close(0));
+        }
         let [x, y, z] = &self.axes;
-        for (square, ((x, y), z)) in self.squares.iter_mut().zip(x.iter().zip(y).zip(z)) {
+        let points = x[..n].iter().zip(&y[..n]).zip(&z[..n]);
+        for (square, ((x, y), z)) in self.squares[..n].iter_mut().zip(points) {
             let offset = [x - at[0], y - at[1], z - at[2]];
             *square = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
         }
     }
 
-    /// Chooses the points gathered that are within a limit.
+    /// Chooses the points measured that are within a limit.
     fn select(&mut self, limit: f32) {
-        self.close.resize(self.places.len() + 1, Close(0));
+        let n = self.n_gathered;
+        let within = &mut self.within[..];
         let mut count = 0;
-        for (&square, &place) in self.squares.iter().zip(&self.places) {
-            self.close[count] = Close::new(square, place);
+        for (&square, &place) in self.squares[..n].iter().zip(&self.places[..n]) {
+            within[count] = Close::new(square, place);
             count += usize::from(square <= limit);
         }
-        self.close.truncate(count);
+        self.close.clear();
+        self.close.extend_from_slice(&within[..count]);
     }
 }
 
@@ -272,7 +286,8 @@ mod tests {
                     let found = shared.nearest(tree, own, k).iter().map(|close| close.0);
                     assert!(found.eq(expected.iter().copied()), "{own} of {}, {k}", tree.len());
                     let from = own.saturating_sub(own % 50);
-                    let found = beside.nearest_beside(tree, (from, 0.5), own, k).iter();
+                    let limit = if own % 3 == 0 { 1e-3 } else { 0.5 };
+                    let found = beside.nearest_beside(tree, (from, 1.5), (own, limit), k).iter();
                     let found = found.map(|close| close.0);
                     assert!(found.eq(expected), "{own} beside {from} of {}, {k}", tree.len());
                 }

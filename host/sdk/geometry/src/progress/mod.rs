@@ -43,7 +43,7 @@ pub(crate) fn report(progress: Progress<'_>, fraction: f64) -> Result<(), Cancel
 
 /// Points that each thread computes between two questions whether to stop: a few ms of work. With
 /// fewer, waiting for the slowest thread would cost time.
-const BLOCK: usize = 1024;
+const BLOCK: usize = 4096;
 
 /// Rounds of a serial loop between two questions whether to stop: a few ms where each round waits
 /// for memory a few times.

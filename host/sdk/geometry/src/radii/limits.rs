@@ -18,7 +18,7 @@ const BORDER: f64 = 1.5;
 const FLOATING: usize = CELL_NEIGHBOURS;
 
 /// Distance up to which points are gathered for the group of one, over that of its first ring.
-const GROUP_REACH: f32 = 3.0;
+const GROUP_REACH: f32 = 2.0;
 
 /// Share of a distance that counts as rounding.
 const ROUNDING: f64 = 1e-6;
@@ -150,7 +150,9 @@ impl<'a> Gaps<'a> {
         let mut next = 0;
         while let Some(&member) = group.get(next) {
             next += 1;
-            for close in search.nearest_beside(tree, from, member as usize, COMPARED) {
+            let ring = self.cells[member as usize].ring;
+            let member = (member as usize, ring * ring);
+            for close in search.nearest_beside(tree, from, member, COMPARED) {
                 let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring;
                 let other = close.place() as u32;
                 if is_mutual && !group.contains(&other) {
