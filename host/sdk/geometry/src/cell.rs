@@ -110,7 +110,9 @@ impl Cell {
         let new = [crossing(last, leaving), crossing(entering, start)];
         let entering = self.is_bisector(entering);
         let bits = u64::from(self.bisectors);
-        if start + left <= count {
+        if start == 0 {
+            // They stand where they should.
+        } else if start + left <= count {
             self.x.copy_within(start..start + left, 0);
             self.y.copy_within(start..start + left, 0);
         } else {

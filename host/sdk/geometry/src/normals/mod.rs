@@ -10,7 +10,7 @@ mod soften;
 mod steps;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
-use crate::progress::{Cancelled, Progress, map, part};
+use crate::progress::{Cancelled, Progress, part};
 use fit::Fits;
 use glam::{DVec3, Vec3};
 use orientation::Patches;
@@ -87,17 +87,14 @@ pub fn estimate_with(
     let orienting = part(progress, 0.85..0.9);
     let n_components = orientation::orient(neighbours, &mut fits, patches, &orienting)?;
     let n_sharpened = sharpen::edges(neighbours, &mut fits, &part(progress, 0.9..0.98))?;
-    let Fits { normals, uncertainty, .. } = fits;
-    let count = neighbours.len();
-    let place_of = |index: usize| neighbours.place_of(index);
+    let Fits { normals, uncertainty, roughness, errors: scatter } = fits;
+    drop((roughness, scatter));
     let step = |from: f64, to: f64| part(progress, from..to);
-    let normals = map(count, &step(0.98, 0.985), |index| {
-        place_of(index).map_or(Vec3::Z, |place| normals[place])
-    })?;
-    let errors = map(count, &step(0.985, 0.99), |index| {
-        place_of(index).map_or(FRAC_PI_2, |place| uncertainty[place])
-    })?;
-    let planarity = planarity_of(neighbours, &flatness, &step(0.99, 1.0))?;
+    let errors =
+        neighbours.by_index(FRAC_PI_2, &step(0.98, 0.985), |place| uncertainty[place])?;
+    drop(uncertainty);
+    let planarity = planarity_of(neighbours, &flatness, &step(0.985, 0.99))?;
+    let normals = neighbours.by_index(Vec3::Z, &step(0.99, 1.0), |place| normals[place])?;
     let n_degenerate = errors.iter().filter(|&&error| error >= FRAC_PI_2).count();
     Ok(Estimate { normals, planarity, errors, n_degenerate, n_sharpened, n_components })
 }
@@ -135,10 +132,8 @@ fn planarity_of(
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
     let missing = if neighbours.n_distinct() <= DEFAULT_NEIGHBOURS { 1.0 } else { 0.0 };
-    map(neighbours.len(), progress, |index| {
-        let place = neighbours.place_of(index);
-        place.map_or(missing, |place| flatness[neighbours.tree().leaf_of(place)])
-    })
+    let tree = neighbours.tree();
+    neighbours.by_index(missing, progress, |place| flatness[tree.leaf_of(place)])
 }
 
 /// Whether a normal has a direction: finite and not zero.

@@ -38,16 +38,16 @@ pub(super) fn limit(
         cells[place as usize] = wider.0;
     }
     let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
-    let usual = median(of_surfaces.map(|place| f64::from(cells[place].radius)));
+    let usual = middle(of_surfaces.map(|place| cells[place].radius()));
     let cells_now = &*cells;
     let limits = map_with(odd.len(), &part(progress, 0.7..1.0), Scratch::default, |scratch, i| {
         let place = odd[i] as usize;
-        let radius = |place: usize| f64::from(cells_now[place].radius);
+        let radius = |place: usize| f64::from(cells_now[place].radius());
         let near = surface.neighbours.around(place, COMPARED, scratch).iter();
         let near = near.map(|found| found.place as usize).filter(|&other| on_surface[other]);
         let near = median(near.map(radius)).or(usual);
         let further = median(wider[i].1.iter().map(|&other| radius(other as usize)));
-        let factor = match cells_now[place].kind {
+        let factor = match cells_now[place].kind() {
             _ if !on_surface[place] => 1.0,
             Kind::Open => BORDER,
             _ => OUTLIER,
@@ -56,9 +56,18 @@ pub(super) fn limit(
     })?;
     for (&place, limit) in odd.iter().zip(limits) {
         let cell = &mut cells[place as usize];
-        cell.radius = limit.map_or(cell.radius, |limit| cell.radius.min(limit as f32));
+        let radius = cell.radius();
+        cell.set_radius(limit.map_or(radius, |limit| radius.min(limit as f32)));
     }
     Ok(())
+}
+
+/// The median of many numbers; of an even number the upper one of the two in the middle.
+fn middle(values: impl Iterator<Item = f32>) -> Option<f64> {
+    let mut values: Vec<f32> = values.collect();
+    let middle = values.len() / 2;
+    let found = (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1);
+    found.map(f64::from)
 }
 
 /// Planarity below which a disc has to be like those around it: there are plates among leaves, whose plane is chance.
@@ -70,17 +79,17 @@ pub(super) fn limit_rough(
     cells: &mut [Cover],
     progress: Progress<'_>,
 ) -> Result<(), Cancelled> {
-    let is_rough = |place: &usize| surface.planarity.get(*place).is_some_and(|&p| p < ROUGH);
+    let is_rough = |place: &usize| surface.planarity(*place) < ROUGH;
     let rough: Vec<usize> = (0..cells.len()).filter(is_rough).collect();
     let cells_now = &*cells;
     let limits = map_with(rough.len(), progress, Scratch::default, |scratch, i| {
         let near = surface.neighbours.around(rough[i], COMPARED, scratch).iter();
-        median(near.map(|found| f64::from(cells_now[found.place as usize].radius)))
+        median(near.map(|found| f64::from(cells_now[found.place as usize].radius())))
     })?;
     for (&place, typical) in rough.iter().zip(limits) {
         let cell = &mut cells[place];
         let most = typical.map_or(f32::INFINITY, |typical| (OUTLIER * typical) as f32);
-        cell.radius = cell.radius.min(most);
+        cell.set_radius(cell.radius().min(most));
     }
     Ok(())
 }
@@ -95,7 +104,7 @@ pub(super) struct Gaps<'a> {
 
 impl<'a> Gaps<'a> {
     pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
-        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
+        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest());
         Self { surface, cells, reach }
     }
 
@@ -105,7 +114,7 @@ impl<'a> Gaps<'a> {
         &self,
         progress: Progress<'_>,
     ) -> Result<(Vec<u32>, Vec<bool>), Cancelled> {
-        let is_odd = |cell: &Cover| matches!(cell.kind, Kind::Open | Kind::Wide);
+        let is_odd = |cell: &Cover| matches!(cell.kind(), Kind::Open | Kind::Wide);
         let cells = (0u32..).zip(self.cells).filter(|(_, cell)| is_odd(cell));
         let mut odd: Vec<u32> = cells.map(|(place, _)| place).collect();
         let groups = map_with(odd.len(), progress, Shared::default, |search, i| {
@@ -144,16 +153,16 @@ impl<'a> Gaps<'a> {
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
     fn group(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
         let tree = self.surface.neighbours.tree();
-        let reach = GROUP_REACH * self.cells[place as usize].ring;
+        let reach = GROUP_REACH * self.cells[place as usize].ring();
         let from = (place as usize, reach * reach);
         let mut group = vec![place];
         let mut next = 0;
         while let Some(&member) = group.get(next) {
             next += 1;
-            let ring = self.cells[member as usize].ring;
+            let ring = self.cells[member as usize].ring();
             let member = (member as usize, ring * ring);
             for close in search.nearest_beside(tree, from, member, COMPARED) {
-                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring;
+                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring();
                 let other = close.place() as u32;
                 if is_mutual && !group.contains(&other) {
                     group.push(other);
@@ -188,7 +197,7 @@ impl<'a> Gaps<'a> {
             }
             for other in tree.leaf(node - tree.n_leaves()).filter(|&other| other != place) {
                 let distance = neighbours.point(other).distance(here);
-                if distance > least && distance <= f64::from(self.cells[other].farthest) {
+                if distance > least && distance <= f64::from(self.cells[other].farthest()) {
                     found.push(Found { place: other as u32, distance });
                 }
             }
@@ -206,7 +215,7 @@ impl<'a> Gaps<'a> {
         if !on_surface[place] {
             return (cell, Vec::new());
         }
-        let least = f64::from(cell.farthest) * (1.0 + ROUNDING);
+        let least = f64::from(cell.farthest()) * (1.0 + ROUNDING);
         let mut further = self.counted_by(place, least);
         further.retain(|found| on_surface[found.place as usize]);
         if further.is_empty() {
