@@ -66,8 +66,10 @@ pub fn least(matrix: DMat3) -> ([f64; 3], DVec3) {
     let determinant = away.x * (away.y * away.z - yz * yz) - xy * (xy * away.z - yz * xz)
         + xz * (xy * yz - away.y * xz);
     let angle = (determinant / (2.0 * size * size * size)).clamp(-1.0, 1.0).acos() / 3.0;
-    let largest = mean + 2.0 * size * angle.cos();
-    let smallest = mean + 2.0 * size * (angle + std::f64::consts::TAU / 3.0).cos();
+    let (sine, cosine) = angle.sin_cos();
+    let largest = mean + 2.0 * size * cosine;
+    // The cosine of the angle and a third of a turn.
+    let smallest = mean - size * (cosine + 3f64.sqrt() * sine);
     let rows = [
         DVec3::new(diagonal.x - smallest, xy, xz),
         DVec3::new(xy, diagonal.y - smallest, yz),

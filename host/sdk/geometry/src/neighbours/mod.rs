@@ -1,12 +1,15 @@
 //! Nearest neighbours, by a k-d tree.
 
 mod search;
+mod shared;
 mod tree;
 
 use crate::bounds::Bounds;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, report, sort};
 use glam::{DVec3, Vec3};
+use std::sync::OnceLock;
 pub(crate) use search::{Found, Scratch};
+pub(crate) use shared::{Close, Shared};
 use tree::Site;
 pub(crate) use tree::Tree;
 
@@ -31,8 +34,12 @@ pub struct Neighbour {
 pub struct Neighbours {
     /// The distinct finite positions; their place in it is what the rest of this crate calls them by.
     tree: Tree,
-    /// For each position its place; `NOWHERE` where it is not finite.
-    place: Vec<u32>,
+    /// Of each position that coincides with an earlier one, its index and that of the first.
+    copies: Vec<(u32, u32)>,
+    /// Number of positions.
+    count: usize,
+    /// For each position its place; `NOWHERE` where it is not finite. Made when it is first asked for.
+    place: OnceLock<Vec<u32>>,
     bounds: Bounds,
     /// Scene units per unit of the search.
     scale: f64,
@@ -46,7 +53,7 @@ pub(crate) const SEARCH_SHARE: f64 = 0.1;
 const NOWHERE: u32 = u32::MAX;
 
 impl Neighbours {
-    /// Builds the search structure: O(n log n) time, 23 to 26 bytes a position, and about as many more on the way.
+    /// Builds the search structure: O(n log n) time, 19 to 22 bytes a position, and about as many more on the way.
     ///
     /// # Errors
     /// Where `progress` asks to stop.
@@ -64,25 +71,21 @@ impl Neighbours {
             })
             .collect();
         drop(first);
-        let tree = Tree::build(sites, &part(progress, 0.5..0.95))?;
-        let mut place = vec![NOWHERE; positions.len()];
-        each(tree.len(), &part(progress, 0.95..1.0), |at| place[tree.index(at)] = at as u32)?;
-        for (copy, original) in copies {
-            place[copy as usize] = place[original as usize];
-        }
-        Ok(Self { tree, place, bounds, scale })
+        let tree = Tree::build(sites, &part(progress, 0.5..1.0))?;
+        let (count, place) = (positions.len(), OnceLock::new());
+        Ok(Self { tree, copies, count, place, bounds, scale })
     }
 
     /// Number of positions, coincident ones and those that are not finite included.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.place.len()
+        self.count
     }
 
     /// Whether there are no positions at all.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.place.is_empty()
+        self.count == 0
     }
 
     /// Number of different finite positions.
@@ -116,7 +119,34 @@ impl Neighbours {
 
     /// The place of a position among the distinct ones.
     pub(crate) fn place_of(&self, index: usize) -> Option<usize> {
-        self.place.get(index).filter(|&&place| place != NOWHERE).map(|&place| place as usize)
+        let all = || {
+            let mut places = vec![NOWHERE; self.count];
+            (0..self.tree.len()).for_each(|place| places[self.index(place)] = place as u32);
+            self.copy_to_copies(&mut places);
+            places
+        };
+        let place = self.place.get_or_init(all).get(index);
+        place.filter(|&&place| place != NOWHERE).map(|&place| place as usize)
+    }
+
+    /// Values of all positions from those of places; `missing` where a position is not finite.
+    pub(crate) fn by_index<T: Copy>(
+        &self,
+        missing: T,
+        progress: Progress<'_>,
+        value: impl Fn(usize) -> T,
+    ) -> Result<Vec<T>, Cancelled> {
+        let mut values = vec![missing; self.count];
+        each(self.tree.len(), progress, |place| values[self.index(place)] = value(place))?;
+        self.copy_to_copies(&mut values);
+        Ok(values)
+    }
+
+    /// Gives positions that coincide with an earlier one its value.
+    pub(crate) fn copy_to_copies<T: Copy>(&self, values: &mut [T]) {
+        for &(copy, original) in &self.copies {
+            values[copy as usize] = values[original as usize];
+        }
     }
 
     /// The index of the first occurrence of the position at a place.

@@ -132,25 +132,11 @@ impl Scratch {
         if k == 0 || own >= tree.len() {
             return &mut self.found;
         }
-        let (at, leaf) = (tree.at(own), tree.leaf_of(own));
         // The point finds itself.
         let wanted = k.saturating_add(1).min(tree.len());
-        let usual = self.last.filter(|&(last, _)| last == k).map(|(_, reach)| reach);
-        let mut limit = usual.map_or(f32::INFINITY, |usual| FIRST_REACH * usual);
-        let keys = loop {
-            let (keys, spare) = (&mut self.keys, &mut self.spare);
-            let mut search = Search { tree, at, wanted, limit, keys, count: 0, spare };
-            search.run(leaf);
-            if search.count >= wanted || limit == f32::INFINITY {
-                let (count, limit) = (search.count, search.limit);
-                self.last = Some((k, limit));
-                break &self.keys[..count];
-            }
-            // Of nothing at all a multiple is no more.
-            limit = if limit > 0.0 { limit * NEXT_REACH } else { f32::INFINITY };
-        };
+        let count = self.keys(tree, own, wanted).len();
         let from = tree.point(own);
-        let others = keys.iter().map(|&key| key as u32).filter(|&place| place as usize != own);
+        let others = self.keys[..count].iter().map(|&key| key as u32).filter(|&place| place as usize != own);
         self.found.extend(
             others
                 .map(|place| Found { place, distance: tree.point(place as usize).distance(from) }),
@@ -158,6 +144,26 @@ impl Scratch {
         // Where squares underflow, others may be as near as the point itself.
         self.found.truncate(k);
         &mut self.found
+    }
+
+    /// The `wanted` points nearest to `own`, itself among them and at most all that there are: squares of distances,
+    /// whose bits sort like the numbers, above places.
+    pub(super) fn keys(&mut self, tree: &Tree, own: usize, wanted: usize) -> &[u64] {
+        let (at, leaf) = (tree.at(own), tree.leaf_of(own));
+        let usual = self.last.filter(|&(last, _)| last == wanted).map(|(_, reach)| reach);
+        let mut limit = usual.map_or(f32::INFINITY, |usual| FIRST_REACH * usual);
+        loop {
+            let (keys, spare) = (&mut self.keys, &mut self.spare);
+            let mut search = Search { tree, at, wanted, limit, keys, count: 0, spare };
+            search.run(leaf);
+            if search.count >= wanted || limit == f32::INFINITY {
+                let (count, limit) = (search.count, search.limit);
+                self.last = Some((wanted, limit));
+                return &self.keys[..count];
+            }
+            // Of nothing at all a multiple is no more.
+            limit = if limit > 0.0 { limit * NEXT_REACH } else { f32::INFINITY };
+        }
     }
 
     /// The `k` points nearest to `own`, itself left out, nearest first by distances in f64, ties by place.

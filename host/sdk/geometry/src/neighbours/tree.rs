@@ -21,7 +21,7 @@ pub(super) struct Site {
 
 /// A box in units of the search.
 #[derive(Clone, Copy, Debug)]
-struct Cuboid {
+pub(super) struct Cuboid {
     min: [f32; 3],
     max: [f32; 3],
 }
@@ -38,6 +38,15 @@ impl Cuboid {
             min: std::array::from_fn(|axis| self.min[axis].min(other.min[axis])),
             max: std::array::from_fn(|axis| self.max[axis].max(other.max[axis])),
         }
+    }
+
+    /// Square of the distance to another box, 0 where they overlap: no more than that of any point of one to the other,
+    /// rounding included.
+    pub(super) fn squared_between(&self, other: &Self) -> f32 {
+        let off =
+            |axis: usize| (self.min[axis] - other.max[axis]).max(other.min[axis] - self.max[axis]).max(0.0);
+        let offset = [off(0), off(1), off(2)];
+        offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
     }
 
     fn longest_axis(&self) -> usize {
@@ -156,12 +165,35 @@ impl Tree {
 
     /// Squares of the distances from a place to the points of a leaf, units of the search.
     pub(super) fn squared(&self, at: [f32; 3], leaf: &Range<usize>, found: &mut [f32; LEAF]) {
-        let [x, y, z] = &self.axes;
-        let (x, y, z) = (&x[leaf.clone()], &y[leaf.clone()], &z[leaf.clone()]);
+        let [x, y, z] = self.axes(leaf);
         for (found, ((x, y), z)) in found.iter_mut().zip(x.iter().zip(y).zip(z)) {
             let offset = [x - at[0], y - at[1], z - at[2]];
             *found = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
         }
+    }
+
+    /// Squares of the distances from a box to the points of a leaf, units of the search.
+    pub(super) fn squared_to_box(&self, leaf: &Range<usize>, from: &Cuboid) -> [f32; LEAF] {
+        let [x, y, z] = self.axes(leaf);
+        let Cuboid { min, max } = from;
+        let mut found = [f32::NAN; LEAF];
+        for (found, ((x, y), z)) in found.iter_mut().zip(x.iter().zip(y).zip(z)) {
+            let off = |axis: usize, at: f32| (min[axis] - at).max(at - max[axis]).max(0.0);
+            let offset = [off(0, *x), off(1, *y), off(2, *z)];
+            *found = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+        }
+        found
+    }
+
+    /// The coordinates of the points of a leaf, axis by axis, units of the search.
+    pub(super) fn axes(&self, leaf: &Range<usize>) -> [&[f32]; 3] {
+        let [x, y, z] = &self.axes;
+        [&x[leaf.clone()], &y[leaf.clone()], &z[leaf.clone()]]
+    }
+
+    /// The box of a node.
+    pub(super) fn cuboid(&self, node: usize) -> &Cuboid {
+        &self.boxes[node]
     }
 
     /// Square of the distance from a place to the box of a node, 0 inside: no more than `squared` says of any

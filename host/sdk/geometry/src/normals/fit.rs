@@ -1,10 +1,12 @@
 //! Planes through the surroundings of points, at the scale that suits each.
 
+use super::orientation::{LINKS, PLACE_BITS, Run};
 use super::plane::{Moments, Plane};
 use super::steps::Steps;
-use crate::neighbours::{Found, Neighbours, Scratch, Tree};
-use crate::progress::{Cancelled, Progress, map_runs, map_with, part};
+use crate::neighbours::{Close, Neighbours, Scratch, Shared, Tree};
+use crate::progress::{Cancelled, Progress, map_with, part, take_runs};
 use glam::{DMat3, DVec3, Vec3};
+use std::f32::consts::FRAC_PI_2;
 use std::ops::Range;
 
 /// Roughness above which a larger neighbourhood is tried: that of a surface which turns by 20 degrees over it.
@@ -36,82 +38,162 @@ const SLENDER: f64 = 0.25;
 /// Numbers of leaves that are tried where twice the points are better, about 100 to 800 points.
 const LEAVES: [usize; 4] = [8, 16, 32, 64];
 
-/// Leaves whose points are fitted by one thread, one after the other.
-const RUN: usize = 32;
+/// Leaves of a run, whose points are fitted by one thread, one after the other, and joined into patches of one sign:
+/// so many that few links lead out of it.
+const RUN: usize = 256;
+
+const _: () = assert!(RUN * 16 <= 1 << PLACE_BITS);
 
 /// What is known of a point's surroundings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fit {
-    /// Unit length; its sign means nothing.
+    /// Unit length.
     pub(super) normal: Vec3,
     /// In [0, 1]: see [`Plane::roughness`].
     pub(super) roughness: f32,
     /// Standard deviation across the plane, units of the search.
     pub(super) error: f32,
-    /// About the angle by which the normal may be off, radians.
+    /// About the angle by which the normal may be off, radians; a right angle where the points span no plane.
     pub(super) uncertainty: f32,
-    pub(super) degenerate: bool,
+}
+
+impl Fit {
+    pub(super) fn is_degenerate(&self) -> bool {
+        self.uncertainty >= FRAC_PI_2
+    }
 }
 
 impl From<Plane> for Fit {
     fn from(plane: Plane) -> Self {
         Self {
             normal: plane.normal.as_vec3(),
-            roughness: plane.roughness as f32,
+            roughness: if plane.degenerate { 1.0 } else { plane.roughness as f32 },
             error: plane.error as f32,
-            uncertainty: plane.uncertainty().atan() as f32,
-            degenerate: plane.degenerate,
+            // At most 1.57, of which there is less than a right angle.
+            uncertainty: match plane.degenerate {
+                true => FRAC_PI_2,
+                false => plane.uncertainty().atan() as f32,
+            },
         }
     }
 }
 
-/// Fits a plane to each point, by place.
-pub(super) fn all(
+/// What is known of the surroundings of all points, by place.
+#[derive(Debug, Default)]
+pub(super) struct Fits {
+    pub(super) normals: Vec<Vec3>,
+    pub(super) roughness: Vec<f32>,
+    pub(super) errors: Vec<f32>,
+    pub(super) uncertainty: Vec<f32>,
+}
+
+impl Fits {
+    pub(super) fn len(&self) -> usize {
+        self.normals.len()
+    }
+
+    pub(super) fn at(&self, place: usize) -> Fit {
+        Fit {
+            normal: self.normals[place],
+            roughness: self.roughness[place],
+            error: self.errors[place],
+            uncertainty: self.uncertainty[place],
+        }
+    }
+
+    fn extend(&mut self, fits: &[Fit]) {
+        self.normals.extend(fits.iter().map(|fit| fit.normal));
+        self.roughness.extend(fits.iter().map(|fit| fit.roughness));
+        self.errors.extend(fits.iter().map(|fit| fit.error));
+        self.uncertainty.extend(fits.iter().map(|fit| fit.uncertainty));
+    }
+}
+
+/// Scratch for the work on a run of points.
+#[derive(Default)]
+struct Room {
+    near: Shared,
+    wider: Shared,
+    coarse: Scratch,
+    points: Vec<DVec3>,
+    fits: Vec<Fit>,
+    links: Vec<[u32; LINKS]>,
+}
+
+/// Fits a plane to each point, and takes from each run of points what `finish` makes of it.
+pub(super) fn all<T: Send>(
     neighbours: &Neighbours,
     k: usize,
     progress: Progress<'_>,
-) -> Result<Vec<Fit>, Cancelled> {
+    finish: impl Fn(&Run<'_>) -> T + Sync,
+) -> Result<(Fits, Vec<T>), Cancelled> {
     let coarse = Coarse::build(neighbours, &part(progress, 0.0..0.04))?;
     let steps = Steps::of(neighbours, &part(progress, 0.04..0.05))?;
     let tree = neighbours.tree();
+    let surroundings = Surroundings { neighbours, coarse: &coarse, steps: &steps, k };
     let fitting = part(progress, 0.05..1.0);
+    let mut fits = Fits::default();
+    for column in [&mut fits.roughness, &mut fits.errors, &mut fits.uncertainty] {
+        column.reserve_exact(tree.len());
+    }
+    fits.normals.reserve_exact(tree.len());
     let n_runs = tree.n_leaves().div_ceil(RUN);
-    let runs = map_runs(n_runs, &fitting, Scratch::default, |room, run| {
-        let mut fits = Vec::new();
-        for leaf in run * RUN..((run + 1) * RUN).min(tree.n_leaves()) {
-            fit_leaf((neighbours, &coarse, &steps), leaf, k, room, &mut fits);
-        }
-        fits
+    let mut results = Vec::with_capacity(n_runs);
+    let work = |room: &mut Room, run: usize| {
+        let leaves = run * RUN..((run + 1) * RUN).min(tree.n_leaves());
+        let places = tree.leaf(leaves.start).start..tree.leaf(leaves.end - 1).end;
+        room.fits.clear();
+        room.links.clear();
+        leaves.for_each(|leaf| surroundings.fit_leaf(leaf, room));
+        let (fits, links) = (&room.fits, &room.links);
+        (fits.clone(), finish(&Run { neighbours, places, fits, links }))
+    };
+    take_runs(n_runs, &fitting, Room::default, work, |(run, result)| {
+        fits.extend(&run);
+        results.push(result);
     })?;
-    Ok(runs.concat())
+    Ok((fits, results))
 }
 
-/// Fits the points of a leaf.
-fn fit_leaf(
-    (neighbours, coarse, steps): (&Neighbours, &Coarse, &Steps),
-    leaf: usize,
+/// What planes are fitted to.
+struct Surroundings<'a> {
+    neighbours: &'a Neighbours,
+    coarse: &'a Coarse,
+    steps: &'a Steps,
     k: usize,
-    room: &mut Scratch,
-    fits: &mut Vec<Fit>,
-) {
-    let mut around: Option<Vec<u32>> = None;
-    for place in neighbours.tree().leaf(leaf) {
-        let grain = grain(neighbours, place);
-        let first = near(neighbours, place, k, grain, room);
-        let least = STEP_WIDTH * steps.at(neighbours.point(place));
-        let mut best = Best { plane: first, failures: 0, least };
-        if best.is_wanting() {
-            best.try_wider(near(neighbours, place, 2 * k, grain, room));
-            let point = neighbours.point(place);
-            for &count in &LEAVES {
-                if !best.is_wanting() {
-                    break;
-                }
-                let around = around.get_or_insert_with(|| coarse.around(leaf, room));
-                best.try_wider(coarse.plane(&around[..count.min(around.len())], point, grain));
+}
+
+impl Surroundings<'_> {
+    /// Fits the points of a leaf.
+    fn fit_leaf(&self, leaf: usize, room: &mut Room) {
+        let Self { neighbours, coarse, steps, k } = self;
+        let tree = neighbours.tree();
+        let mut around: Option<Vec<u32>> = None;
+        for place in tree.leaf(leaf) {
+            let grain = grain(neighbours, place);
+            let near = room.near.nearest(tree, place, (*k).max(LINKS));
+            let mut links = [place as u32; LINKS];
+            for (link, close) in links.iter_mut().zip(near) {
+                *link = close.place() as u32;
             }
+            let first = plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut room.points);
+            let least = STEP_WIDTH * steps.at(neighbours.point(place));
+            let mut best = Best { plane: first, failures: 0, least };
+            if best.is_wanting() {
+                let near = room.wider.nearest(tree, place, 2 * k);
+                best.try_wider(plane(neighbours, place, near, grain, &mut room.points));
+                let point = neighbours.point(place);
+                for &count in &LEAVES {
+                    if !best.is_wanting() {
+                        break;
+                    }
+                    let around = around.get_or_insert_with(|| coarse.around(leaf, &mut room.coarse));
+                    best.try_wider(coarse.plane(&around[..count.min(around.len())], point, grain));
+                }
+            }
+            room.fits.push(best.plane.into());
+            room.links.push(links);
         }
-        fits.push(best.plane.into());
     }
 }
 
@@ -149,11 +231,17 @@ impl Best {
     }
 }
 
-/// The plane through a point and its `k` nearest.
-fn near(neighbours: &Neighbours, place: usize, k: usize, grain: f64, room: &mut Scratch) -> Plane {
-    let near = neighbours.around(place, k, room);
-    let point = |found: &Found| neighbours.point(found.place as usize);
-    let points = std::iter::once(neighbours.point(place)).chain(near.iter().map(point));
+/// The plane through a point and those near to it.
+fn plane(
+    neighbours: &Neighbours,
+    place: usize,
+    near: &[Close],
+    grain: f64,
+    points: &mut Vec<DVec3>,
+) -> Plane {
+    points.clear();
+    points.push(neighbours.point(place));
+    points.extend(near.iter().map(|close| neighbours.point(close.place())));
     let mut plane = Plane::through(&Moments::of(points), grain);
     if near.len() < 2 {
         plane.degenerate = true;
@@ -188,7 +276,8 @@ struct Leaf {
 
 impl Leaf {
     fn of(neighbours: &Neighbours, range: Range<usize>) -> Self {
-        let moments = Moments::of(range.map(|place| neighbours.point(place)));
+        let points: Vec<DVec3> = range.map(|place| neighbours.point(place)).collect();
+        let moments = Moments::of(&points);
         let m = &moments.spread;
         let spread = [m.x_axis.x, m.y_axis.y, m.z_axis.z, m.y_axis.x, m.z_axis.x, m.z_axis.y];
         let spread = spread.map(|sum| sum as f32);

@@ -10,8 +10,10 @@ mod soften;
 mod steps;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
-use crate::progress::{Cancelled, Progress, each, map, part};
+use crate::progress::{Cancelled, Progress, part};
+use fit::Fits;
 use glam::{DVec3, Vec3};
+use orientation::Patches;
 pub use repair::{Repair, repair};
 pub use soften::soften;
 use std::f32::consts::FRAC_PI_2;
@@ -79,30 +81,22 @@ pub fn estimate_with(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Estimate, Cancelled> {
-    let fits = fit::all(neighbours, k, &part(progress, 0.0..0.6))?;
-    let mut normals = map(fits.len(), &part(progress, 0.6..0.61), |place| fits[place].normal)?;
-    let orienting = part(progress, 0.61..0.88);
-    let n_components = orientation::orient(neighbours, &mut normals, &fits, &orienting)?;
-    let edges = sharpen::edges(neighbours, &fits, &part(progress, 0.88..0.98))?;
-    let n_sharpened = edges.len();
-    for edge in edges {
-        // Signs pass over an edge more surely by what is rounded off.
-        let alike = edge.normal.dot(normals[edge.face as usize]) >= 0.0;
-        normals[edge.place as usize] = if alike { edge.normal } else { -edge.normal };
-    }
-    let count = neighbours.len();
-    let planarity = planarity_of(neighbours, &fits, &part(progress, 0.98..0.985))?;
-    let mut found = Estimate { planarity, n_sharpened, n_components, ..Estimate::default() };
-    found.normals.reserve_exact(count);
-    found.errors.reserve_exact(count);
-    each(count, &part(progress, 0.985..1.0), |index| {
-        let place = neighbours.place_of(index);
-        let fit = place.map(|place| &fits[place]).filter(|fit| !fit.degenerate);
-        found.n_degenerate += usize::from(fit.is_none());
-        found.errors.push(fit.map_or(FRAC_PI_2, |fit| fit.uncertainty));
-        found.normals.push(place.map_or(Vec3::Z, |place| normals[place]));
-    })?;
-    Ok(found)
+    let fitting = part(progress, 0.0..0.85);
+    let (mut fits, patches) = fit::all(neighbours, k, &fitting, Patches::of)?;
+    let flatness = flatness(neighbours, &fits.roughness);
+    let orienting = part(progress, 0.85..0.9);
+    let n_components = orientation::orient(neighbours, &mut fits, patches, &orienting)?;
+    let n_sharpened = sharpen::edges(neighbours, &mut fits, &part(progress, 0.9..0.98))?;
+    let Fits { normals, uncertainty, roughness, errors: scatter } = fits;
+    drop((roughness, scatter));
+    let step = |from: f64, to: f64| part(progress, from..to);
+    let errors =
+        neighbours.by_index(FRAC_PI_2, &step(0.98, 0.985), |place| uncertainty[place])?;
+    drop(uncertainty);
+    let planarity = planarity_of(neighbours, &flatness, &step(0.985, 0.99))?;
+    let normals = neighbours.by_index(Vec3::Z, &step(0.99, 1.0), |place| normals[place])?;
+    let n_degenerate = errors.iter().filter(|&&error| error >= FRAC_PI_2).count();
+    Ok(Estimate { normals, planarity, errors, n_degenerate, n_sharpened, n_components })
 }
 
 /// How flat the surroundings of positions are whose normals are known: [`Estimate::planarity`].
@@ -114,30 +108,32 @@ pub fn planarity(
     k: usize,
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let fits = fit::all(neighbours, k, &part(progress, 0.0..0.98))?;
-    planarity_of(neighbours, &fits, &part(progress, 0.98..1.0))
+    let (fits, _) = fit::all(neighbours, k, &part(progress, 0.0..0.98), |_| ())?;
+    planarity_of(neighbours, &flatness(neighbours, &fits.roughness), &part(progress, 0.98..1.0))
 }
 
-/// The mean planarity of the points of each one's leaf: that of a single point says little, since of the sizes of its
+/// The mean planarity of the points of each leaf: that of a single point says little, since of the sizes of its
 /// surroundings the flattest was taken. So few points as one neighbourhood has say nothing, and count as flat.
+fn flatness(neighbours: &Neighbours, roughness: &[f32]) -> Vec<f32> {
+    let tree = neighbours.tree();
+    let of_leaf = |leaf: usize| {
+        let rough = &roughness[tree.leaf(leaf)];
+        let sum: f32 = rough.iter().map(|roughness| 1.0 - roughness).sum();
+        sum / rough.len().max(1) as f32
+    };
+    let is_little = neighbours.n_distinct() <= DEFAULT_NEIGHBOURS;
+    (0..tree.n_leaves()).map(|leaf| if is_little { 1.0 } else { of_leaf(leaf) }).collect()
+}
+
+/// The flatness of the leaf of each position.
 fn planarity_of(
     neighbours: &Neighbours,
-    fits: &[fit::Fit],
+    flatness: &[f32],
     progress: Progress<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    if neighbours.n_distinct() <= DEFAULT_NEIGHBOURS {
-        return Ok(vec![1.0; neighbours.len()]);
-    }
+    let missing = if neighbours.n_distinct() <= DEFAULT_NEIGHBOURS { 1.0 } else { 0.0 };
     let tree = neighbours.tree();
-    let means = map(tree.n_leaves(), &part(progress, 0.0..0.5), |leaf| {
-        let places = tree.leaf(leaf);
-        let n = places.len().max(1) as f32;
-        let flat = |fit: &fit::Fit| if fit.degenerate { 0.0 } else { 1.0 - fit.roughness };
-        fits[places].iter().map(flat).sum::<f32>() / n
-    })?;
-    map(neighbours.len(), &part(progress, 0.5..1.0), |index| {
-        neighbours.place_of(index).map_or(0.0, |place| means[tree.leaf_of(place)])
-    })
+    neighbours.by_index(missing, progress, |place| flatness[tree.leaf_of(place)])
 }
 
 /// Whether a normal has a direction: finite and not zero.

@@ -1,47 +1,132 @@
 //! Makes the signs of fitted normals agree.
 
-use super::fit::Fit;
-use super::signs::{self, Coupling, SignedSets, gathered};
-use crate::neighbours::{Neighbours, Scratch};
-use crate::progress::{Cancelled, Progress, each, map_runs, part};
+use super::fit::{Fit, Fits};
+use super::signs::{self, Coupling, SignedSets, merged, summed};
+use crate::neighbours::Neighbours;
+use crate::progress::{Cancelled, Progress, each, part};
 use glam::{DVec3, Vec3};
 use std::ops::Range;
 
 /// Neighbours that a point passes its sign on to. With eight, random samples of a surface hang
 /// together, while a sheet nearby seldom comes among them.
-const LINKS: usize = 8;
+pub(super) const LINKS: usize = 8;
 
 /// Agreement of neighbours above which they join a patch: 30 degrees.
 const SURE: f64 = 0.87;
-
-/// Leaves of a run, whose patches are found by one thread: large enough that few links lead out of it.
-const RUN: usize = 256;
 
 /// Weight of neighbours that agree fully.
 const WEIGHT: f64 = 1000.0;
 
 const NOBODY: u32 = u32::MAX;
 
-/// Two neighbours that are not of one patch, and the evidence of each for equal signs.
-#[derive(Clone, Copy, Debug)]
-struct Link {
-    a: u32,
-    b: u32,
-    net: i16,
+/// Points that follow each other, before their signs agree.
+pub(super) struct Run<'a> {
+    pub(super) neighbours: &'a Neighbours,
+    pub(super) places: Range<usize>,
+    pub(super) fits: &'a [Fit],
+    /// For each point its nearest; its own place where there are fewer.
+    pub(super) links: &'a [[u32; LINKS]],
 }
 
-/// The patches of a run of points that follow each other.
-struct Run {
-    /// For each point its patch, numbered within the run, and whether its sign differs from the patch's.
-    member: Vec<(u32, bool)>,
+/// The patches of a run: points whose signs agree.
+pub(super) struct Patches {
+    /// For each point twice the number of its patch within the run, and 1 more where its sign differs from the patch's.
+    member: Vec<u32>,
     n_patches: usize,
-    links: Vec<Link>,
+    /// What neighbours say of patches, by their numbers within the run, sorted.
+    couplings: Vec<Coupling>,
+    /// Neighbours of which the second is of another run.
+    across: Vec<(u32, u32)>,
+}
+
+impl Patches {
+    /// Joins neighbours that agree, the surest first.
+    pub(super) fn of(run: &Run<'_>) -> Self {
+        let first = run.places.start;
+        let mut sure: Vec<u64> = Vec::with_capacity(4 * run.fits.len());
+        let mut within: Vec<(u32, u32, i16)> = Vec::new();
+        let mut across = Vec::new();
+        for (a, links) in run.places.clone().zip(run.links) {
+            for &other in links.iter().filter(|&&other| other as usize != a) {
+                let b = other as usize;
+                if !run.places.contains(&b) {
+                    across.push((a as u32, other));
+                    continue;
+                }
+                // Neighbours that count each other among their nearest say it twice.
+                let is_mutual = run.links[b - first].contains(&(a as u32));
+                if is_mutual && b < a {
+                    continue;
+                }
+                let (low, high) = (a.min(b), a.max(b));
+                let agreement = agreement(
+                    run.neighbours,
+                    [low, high],
+                    [&run.fits[low - first], &run.fits[high - first]],
+                );
+                let (low, high) = ((low - first) as u32, (high - first) as u32);
+                if agreement.abs() > SURE {
+                    sure.push(sure_key(agreement, low, high));
+                }
+                let net = evidence(agreement);
+                within.push((low, high, if is_mutual { 2 * net } else { net }));
+            }
+        }
+        sure.sort_unstable();
+        let mut sets = SignedSets::new(run.fits.len());
+        for key in sure {
+            let place = |shift: u32| (key >> shift) as u32 & ((1 << PLACE_BITS) - 1);
+            sets.join(place(1 + PLACE_BITS), place(1), key & 1 == 1, u32::MAX);
+        }
+        let (member, n_patches) = sets.numbered();
+        let coupled = within.into_iter().filter_map(|(a, b, net)| {
+            let ((a, flips_a), (b, flips_b)) = (member[a as usize], member[b as usize]);
+            let net = i64::from(net);
+            let turned = if flips_a == flips_b { net } else { -net };
+            (a != b).then_some(Coupling { a: a.min(b), b: a.max(b), net: turned, total: net.abs() })
+        });
+        let mut couplings: Vec<Coupling> = coupled.collect();
+        couplings.sort_unstable();
+        let couplings = merged(couplings.into_iter());
+        let member = member.iter().map(|&(patch, flips)| patch << 1 | u32::from(flips)).collect();
+        across.shrink_to_fit();
+        Self { member, n_patches, couplings, across }
+    }
+}
+
+/// Bits for the place of a point within its run.
+pub(super) const PLACE_BITS: u32 = 12;
+
+/// Sorts pairs of neighbours that agree, the surest first: how sure, their places, and whether their signs differ.
+fn sure_key(agreement: f64, low: u32, high: u32) -> u64 {
+    let doubt = (1.0 - agreement.abs()).max(0.0) / (1.0 - SURE);
+    let steps = ((1u64 << (63 - 2 * PLACE_BITS)) - 1) as f64;
+    let doubt = (doubt.min(1.0) * steps) as u64;
+    let places = u64::from(low) << PLACE_BITS | u64::from(high);
+    (doubt << (2 * PLACE_BITS) | places) << 1 | u64::from(agreement < 0.0)
+}
+
+/// The evidence of two neighbours for equal signs.
+fn evidence(agreement: f64) -> i16 {
+    (WEIGHT * agreement * agreement.abs()).round() as i16
+}
+
+/// How well the normals of two points agree: next to nothing where one means nothing. Points count as near
+/// where they are no farther apart than both are off their planes.
+fn agreement(neighbours: &Neighbours, [a, b]: [usize; 2], fits: [&Fit; 2]) -> f64 {
+    let along = neighbours.point(b) - neighbours.point(a);
+    let noise = 2.0 * f64::from(fits[0].error.max(fits[1].error));
+    let agreement = signs::agreement(along, fits.map(|fit| fit.normal), noise);
+    if fits.iter().any(|fit| fit.is_degenerate()) {
+        return DEGENERATE * agreement.signum();
+    }
+    agreement.clamp(-1.0, 1.0)
 }
 
 /// Flips normals so that neighbours agree and each connected part faces outwards; gives the number
-/// of parts. Normals and fits are by place.
+/// of parts.
 ///
-/// Neighbours that agree join into patches, the surest first, each within a run of points that lie together.
+/// Neighbours that agree have joined into patches within runs of points that lie together.
 /// The signs of patches are those that fulfil most of what links between them say; then each connected part is
 /// turned as its farthest points say.
 ///
@@ -55,101 +140,54 @@ struct Run {
 /// Where `progress` asks to stop; the signs then mean nothing.
 pub(super) fn orient(
     neighbours: &Neighbours,
-    normals: &mut [Vec3],
-    fits: &[Fit],
+    fits: &mut Fits,
+    runs: Vec<Patches>,
     progress: Progress<'_>,
 ) -> Result<usize, Cancelled> {
-    let tree = neighbours.tree();
-    let n_runs = tree.n_leaves().div_ceil(RUN);
-    let last = tree.n_leaves() - 1;
-    let surfaces = Surfaces { neighbours, normals, fits };
-    let runs = map_runs(n_runs, &part(progress, 0.0..0.6), Scratch::default, |scratch, run| {
-        let last = (run * RUN + RUN - 1).min(last);
-        surfaces.run(tree.leaf(run * RUN).start..tree.leaf(last).end, scratch)
-    })?;
-    let mut member = Vec::with_capacity(normals.len());
-    let mut links = Vec::new();
+    let mut member: Vec<u32> = Vec::with_capacity(fits.len());
+    let mut couplings: Vec<Coupling> = Vec::new();
+    let mut across = Vec::with_capacity(runs.len());
     let mut n_patches = 0;
     for run in runs {
-        member.extend(run.member.iter().map(|&(patch, flips)| (n_patches + patch, flips)));
-        links.push(run.links);
+        member.extend(run.member.iter().map(|member| member + 2 * n_patches));
+        let moved = |coupling: &Coupling| Coupling {
+            a: coupling.a + n_patches,
+            b: coupling.b + n_patches,
+            ..*coupling
+        };
+        couplings.extend(run.couplings.iter().map(moved));
+        across.push(run.across);
         n_patches += run.n_patches as u32;
     }
     let n_patches = n_patches as usize;
-    let of_points = links.iter().flatten().map(|link| {
-        let net = i64::from(link.net);
-        Coupling { a: link.a, b: link.b, net, total: net.abs() }
-    });
-    let couplings = gathered(of_points, &member, &part(progress, 0.6..0.75))?;
-    drop(links);
+    let of_place = |place: usize| (member[place] >> 1, member[place] & 1 == 1);
+    for pairs in across {
+        couplings.extend(pairs.iter().filter_map(|&(a, b)| {
+            let (low, high) = (a.min(b) as usize, a.max(b) as usize);
+            let pair = [&fits.at(low), &fits.at(high)];
+            let net = i64::from(evidence(agreement(neighbours, [low, high], pair)));
+            let ((a, flips_a), (b, flips_b)) = (of_place(low), of_place(high));
+            let turned = if flips_a == flips_b { net } else { -net };
+            (a != b).then_some(Coupling { a: a.min(b), b: a.max(b), net: turned, total: net.abs() })
+        }));
+    }
+    let couplings = summed(couplings, &part(progress, 0.0..0.4))?;
     let mut parts = SignedSets::new(n_patches);
     for coupling in &couplings {
         parts.join(coupling.a, coupling.b, false, u32::MAX);
     }
-    let signs = signs::solve(n_patches, couplings, &part(progress, 0.75..0.9))?;
+    let signs = signs::solve(n_patches, couplings, &part(progress, 0.4..0.7))?;
     let (parts, n_parts) = parts.numbered();
-    each(normals.len(), &part(progress, 0.9..0.93), |place| {
-        let (patch, flips) = member[place];
+    let normals = &mut fits.normals;
+    each(normals.len(), &part(progress, 0.7..0.8), |place| {
+        let (patch, flips) = of_place(place);
         if signs[patch as usize] == flips {
             normals[place] = -normals[place];
         }
     })?;
-    let part_of = |place: usize| parts[member[place].0 as usize].0;
-    turn_outwards(neighbours, normals, (n_parts, &part_of), &part(progress, 0.93..1.0))?;
+    let part_of = |place: usize| parts[of_place(place).0 as usize].0;
+    turn_outwards(neighbours, normals, (n_parts, &part_of), &part(progress, 0.8..1.0))?;
     Ok(n_parts)
-}
-
-/// What is oriented.
-struct Surfaces<'a> {
-    neighbours: &'a Neighbours,
-    normals: &'a [Vec3],
-    fits: &'a [Fit],
-}
-
-impl Surfaces<'_> {
-    /// The patches of the points of a run.
-    fn run(&self, range: Range<usize>, scratch: &mut Scratch) -> Run {
-        let mut sure = Vec::new();
-        let mut links = Vec::new();
-        for a in range.clone() {
-            for found in self.neighbours.around(a, LINKS, scratch) {
-                let b = found.place as usize;
-                let agreement = self.agreement(a.min(b), a.max(b));
-                let is_within = range.contains(&b);
-                if is_within && agreement.abs() > SURE {
-                    let cost = (1.0 - agreement.abs()).max(0.0) as f32;
-                    // Of numbers that are not negative the bits sort like the numbers.
-                    sure.push((cost.to_bits(), a.min(b) as u32, a.max(b) as u32, agreement < 0.0));
-                }
-                let net = (WEIGHT * agreement * agreement.abs()).round() as i16;
-                links.push(Link { a: a.min(b) as u32, b: a.max(b) as u32, net });
-            }
-        }
-        sure.sort_unstable();
-        sure.dedup();
-        let first = range.start as u32;
-        let mut sets = SignedSets::new(range.len());
-        for (_, a, b, opposite) in sure {
-            sets.join(a - first, b - first, opposite, u32::MAX);
-        }
-        let (member, n_patches) = sets.numbered();
-        let patch = |place: u32| member.get(place.wrapping_sub(first) as usize).map(|m| m.0);
-        links.retain(|link| patch(link.a) != patch(link.b));
-        links.shrink_to_fit();
-        Run { member, n_patches, links }
-    }
-
-    /// How well the normals of two points agree: next to nothing where one means nothing. Points count as near
-    /// where they are no farther apart than both are off their planes.
-    fn agreement(&self, a: usize, b: usize) -> f64 {
-        let along = self.neighbours.point(b) - self.neighbours.point(a);
-        let noise = 2.0 * f64::from(self.fits[a].error.max(self.fits[b].error));
-        let agreement = signs::agreement(along, [self.normals[a], self.normals[b]], noise);
-        if self.fits[a].degenerate || self.fits[b].degenerate {
-            return DEGENERATE * agreement.signum();
-        }
-        agreement.clamp(-1.0, 1.0)
-    }
 }
 
 /// The agreement of normals of which one means nothing: parts hang together, but by nothing else.

@@ -30,14 +30,24 @@ impl Moments {
     ///
     /// The spread is summed in a second pass about the mean: the one-pass form
     /// `E[x^2] - E[x]^2` gives negative variances for small features far from the origin.
-    pub(super) fn of(points: impl Iterator<Item = DVec3> + Clone) -> Self {
-        let (sum, count) =
-            points.clone().fold((DVec3::ZERO, 0.0), |(sum, count), p| (sum + p, count + 1.0));
-        if count == 0.0 {
+    pub(super) fn of(points: &[DVec3]) -> Self {
+        if points.is_empty() {
             return Self::NOTHING;
         }
-        let mean = sum / count;
-        let spread = points.fold(DMat3::ZERO, |sum, point| sum + outer(point - mean));
+        let count = points.len() as f64;
+        let mean = points.iter().sum::<DVec3>() / count;
+        let (mut squares, mut products) = (DVec3::ZERO, DVec3::ZERO);
+        for point in points {
+            let offset = *point - mean;
+            squares += offset * offset;
+            products += offset * DVec3::new(offset.y, offset.z, offset.x);
+        }
+        let DVec3 { x: xy, y: yz, z: xz } = products;
+        let spread = DMat3::from_cols(
+            DVec3::new(squares.x, xy, xz),
+            DVec3::new(xy, squares.y, yz),
+            DVec3::new(xz, yz, squares.z),
+        );
         Self { weight: count, mean, spread }
     }
 }

@@ -1,9 +1,9 @@
 //! Normals at edges: those of the face that a point lies in, not of the mean of both.
 
-use super::fit::Fit;
+use super::fit::{Fit, Fits};
 use crate::neighbours::{Neighbours, Scratch};
 use crate::progress::{Cancelled, Progress, map_with, part};
-use glam::{DVec3, Vec3};
+use glam::DVec3;
 
 /// Roughness from which on a point may lie at an edge: a fold by 40 degrees has 0.15.
 const ROUGH: f32 = 0.12;
@@ -34,86 +34,75 @@ const CHANGED: f64 = 0.985;
 /// Points that others are taken for in turn: along an edge the nearest with flat surroundings may be two rings away.
 const ROUNDS: usize = 2;
 
-/// A point at an edge.
-pub(super) struct Edge {
-    pub(super) place: u32,
-    /// That of its face; its sign means nothing.
-    pub(super) normal: Vec3,
-    /// The place of a point of that face, which is flat, or an edge found before.
-    pub(super) face: u32,
-}
-
-/// The points at edges.
+/// Turns the normals of points at edges to those of the faces that they lie in, and gives the number of such points.
+/// Their fits become those of the faces.
 pub(super) fn edges(
     neighbours: &Neighbours,
-    fits: &[Fit],
+    fits: &mut Fits,
     progress: Progress<'_>,
-) -> Result<Vec<Edge>, Cancelled> {
+) -> Result<usize, Cancelled> {
     let is_rough = |place: &u32| {
-        let fit = &fits[*place as usize];
-        !fit.degenerate && fit.roughness > ROUGH
+        let fit = fits.at(*place as usize);
+        !fit.is_degenerate() && fit.roughness > ROUGH
     };
     let mut open: Vec<u32> = (0..fits.len() as u32).filter(is_rough).collect();
-    let mut found: Vec<Edge> = Vec::new();
-    let mut known: Vec<Fit> = Vec::new();
+    let mut n_found = 0;
     for round in 0..ROUNDS {
         let step = |round: usize| round as f64 / ROUNDS as f64;
         let step = part(progress, step(round)..step(round + 1));
-        let fits = if known.is_empty() { fits } else { &known };
+        let known = &*fits;
         let sharp = map_with(open.len(), &step, Scratch::default, |room, i| {
-            face(neighbours, fits, open[i] as usize, room)
+            face(neighbours, known, open[i] as usize, room)
         })?;
-        if round + 1 < ROUNDS && known.is_empty() && sharp.iter().any(Option::is_some) {
-            known = fits.to_vec();
-        }
         let mut rest = Vec::new();
         for (&place, sharp) in open.iter().zip(&sharp) {
-            let Some((sharp, face)) = sharp else {
+            let Some(sharp) = sharp else {
                 rest.push(place);
                 continue;
             };
-            if let Some(fit) = known.get_mut(place as usize) {
-                *fit = *sharp;
-            }
-            found.push(Edge { place, normal: sharp.normal, face: *face });
+            let place = place as usize;
+            fits.normals[place] = sharp.normal;
+            (fits.roughness[place], fits.errors[place]) = (sharp.roughness, sharp.error);
+            n_found += 1;
         }
         open = rest;
     }
-    Ok(found)
+    Ok(n_found)
 }
 
 /// The face that a point lies in, where it is another than its own plane.
 fn face(
     neighbours: &Neighbours,
-    fits: &[Fit],
+    fits: &Fits,
     place: usize,
     room: &mut Scratch,
-) -> Option<(Fit, u32)> {
-    let (own, here) = (&fits[place], neighbours.point(place));
+) -> Option<Fit> {
+    let (own, here) = (fits.at(place), neighbours.point(place));
     let near = neighbours.around(place, AROUND, room);
     // How far the point is from the plane of another one, in shares of what is still in it.
     let off = |other: usize| {
-        let fit = &fits[other];
+        let fit = fits.at(other);
         let away = here - neighbours.point(other);
         let height = away.dot(fit.normal.as_dvec3()).abs();
         height / (IN_PLANE * away.length()).max(IN_NOISE * f64::from(fit.error))
     };
     let flat = near.iter().map(|found| found.place as usize).filter(|&other| {
-        let fit = &fits[other];
+        let fit = fits.at(other);
         let is_flat = fit.roughness < FLAT && fit.roughness < FLATTER * own.roughness;
-        is_flat && !fit.degenerate
+        is_flat && !fit.is_degenerate()
     });
     let faces: Vec<(usize, f64)> =
         flat.map(|other| (other, off(other))).filter(|&(_, off)| off < 1.0).collect();
     let &(best, _) = faces.iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    let towards = fits[best].normal.as_dvec3();
+    let towards = fits.normals[best].as_dvec3();
     let sum: DVec3 = faces
         .iter()
-        .map(|&(other, _)| fits[other].normal.as_dvec3())
+        .map(|&(other, _)| fits.normals[other].as_dvec3())
         .filter(|normal| normal.dot(towards).abs() > ONE_FACE)
         .map(|normal| normal * normal.dot(towards).signum())
         .sum();
     let normal = sum.try_normalize()?;
     let changes = normal.dot(own.normal.as_dvec3()).abs() < CHANGED;
-    changes.then(|| (Fit { normal: normal.as_vec3(), ..fits[best] }, best as u32))
+    // Its sign is that of the face: signs pass over an edge more surely by what is rounded off.
+    changes.then(|| Fit { normal: normal.as_vec3(), ..fits.at(best) })
 }

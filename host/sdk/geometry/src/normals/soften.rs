@@ -44,21 +44,25 @@ pub fn soften(
     let n_crowns = n_clumps.div_ceil(CLUMPS);
     let crowns =
         map(n_crowns, &part(progress, 0.2..0.4), |crown| of_leaves(LEAVES * CLUMPS, crown))?;
-    let softened = map(normals.len().min(neighbours.len()), &part(progress, 0.4..1.0), |index| {
+    let is_soft = |place: &usize| planarity[neighbours.index(*place)] < PLANAR;
+    let places = (0..tree.len()).filter(|&place| neighbours.index(place) < normals.len());
+    let places: Vec<usize> = places.filter(is_soft).collect();
+    let softened = map(places.len(), &part(progress, 0.4..1.0), |i| {
+        let place = places[i];
+        let (index, leaf) = (neighbours.index(place), tree.leaf_of(place));
         let soft = (PLANAR - planarity[index]) / FADE;
-        match neighbours.place_of(index).filter(|_| soft > 0.0) {
-            Some(place) => {
-                let leaf = tree.leaf_of(place);
-                let (clump, crown) = (&clumps[leaf / LEAVES], &crowns[leaf / (LEAVES * CLUMPS)]);
-                let point = neighbours.point(place);
-                let all = clump.facing + CLUMP * clump.outwards(point) + crown.outwards(point);
-                let own = normals[index];
-                own.lerp(all.normalize_or(own), soft.min(1.0)).try_normalize().unwrap_or(own)
-            }
-            None => normals[index],
-        }
+        let (clump, crown) = (&clumps[leaf / LEAVES], &crowns[leaf / (LEAVES * CLUMPS)]);
+        let point = neighbours.point(place);
+        let all = clump.facing + CLUMP * clump.outwards(point) + crown.outwards(point);
+        let own = normals[index];
+        own.lerp(all.normalize_or(own), soft.min(1.0)).try_normalize().unwrap_or(own)
     })?;
-    normals[..softened.len()].copy_from_slice(&softened);
+    for (&place, softened) in places.iter().zip(softened) {
+        normals[neighbours.index(place)] = softened;
+    }
+    if normals.len() >= neighbours.len() {
+        neighbours.copy_to_copies(normals);
+    }
     Ok(())
 }
 

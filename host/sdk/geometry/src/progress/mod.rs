@@ -43,7 +43,7 @@ pub(crate) fn report(progress: Progress<'_>, fraction: f64) -> Result<(), Cancel
 
 /// Points that each thread computes between two questions whether to stop: a few ms of work. With
 /// fewer, waiting for the slowest thread would cost time.
-const BLOCK: usize = 1024;
+const BLOCK: usize = 4096;
 
 /// Rounds of a serial loop between two questions whether to stop: a few ms where each round waits
 /// for memory a few times.
@@ -92,14 +92,19 @@ pub(crate) fn map_with<R, T: Send>(
     map_blocks(count, BLOCK, progress, make, compute)
 }
 
-/// [`map_with`] for runs of work that each take about as long as a block of points.
-pub(crate) fn map_runs<R, T: Send>(
+/// [`map_with`] for runs of work that each take about as long as a block of points. The results are taken in the order
+/// of the runs as they come, so that no more than a few of them are in memory.
+pub(crate) fn take_runs<R, T: Send>(
     count: usize,
     progress: Progress<'_>,
     make: impl Fn() -> R + Sync,
     compute: impl Fn(&mut R, usize) -> T + Sync,
-) -> Result<Vec<T>, Cancelled> {
-    map_blocks(count, 1, progress, make, compute)
+    mut take: impl FnMut(T),
+) -> Result<(), Cancelled> {
+    in_blocks(count, 2 * rayon::current_num_threads(), progress, |range| {
+        let computed: Vec<T> = range.into_par_iter().map_init(&make, &compute).collect();
+        computed.into_iter().for_each(&mut take);
+    })
 }
 
 /// [`map_with`], where each thread does so many between two questions whether to stop.

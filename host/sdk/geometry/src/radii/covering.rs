@@ -2,8 +2,9 @@
 
 use super::PLANAR;
 use crate::cell::{Cell, Near};
-use crate::neighbours::{Found, Neighbours, Scratch};
-use crate::progress::{Cancelled, Progress, map, map_with, part};
+use crate::neighbours::{Found, Neighbours, Shared};
+use crate::normals::is_valid;
+use crate::progress::{Cancelled, Progress, map, map_with};
 use glam::Vec3;
 
 /// Neighbours that bound a point's cell. In a random sampling a corner of a cell lies farther away
@@ -31,16 +32,55 @@ const COVERING: f64 = 1.5;
 /// Planarity over which it goes from one to the other.
 const FADE: f64 = 0.1;
 
-/// A point's covering radius and how it was found; lengths in units of the search.
+/// A point's covering radius and how it was found; lengths in units of the search. There is one for each point, so
+/// that it is packed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cover {
-    /// 0 where the point is alone.
-    pub(super) radius: f32,
-    /// Distance of the farthest of the nearest.
-    pub(super) farthest: f32,
-    /// Distance of the last of the first ring of points around.
-    pub(super) ring: f32,
-    pub(super) kind: Kind,
+    /// The bits of the radius, of which the last two tell the kind.
+    radius: u32,
+    farthest: u16,
+    ring: u16,
+}
+
+/// The first half of the bits of a number that is not negative, of which it is the next larger one.
+fn above(number: f32) -> u16 {
+    (number.to_bits().saturating_add(0xffff) >> 16) as u16
+}
+
+/// The number of such bits.
+fn number(bits: u16) -> f32 {
+    f32::from_bits(u32::from(bits) << 16)
+}
+
+impl Cover {
+    fn new(radius: f32, farthest: f32, ring: f32, kind: Kind) -> Self {
+        let mut cover = Self { radius: kind as u32, farthest: above(farthest), ring: above(ring) };
+        cover.set_radius(radius);
+        cover
+    }
+
+    /// 0 where the point is alone; exact to a millionth.
+    pub(super) fn radius(self) -> f32 {
+        f32::from_bits(self.radius & !3)
+    }
+
+    pub(super) fn set_radius(&mut self, radius: f32) {
+        self.radius = radius.to_bits() & !3 | self.radius & 3;
+    }
+
+    /// Distance of the farthest of the nearest, at most a hundredth more.
+    pub(super) fn farthest(self) -> f32 {
+        number(self.farthest)
+    }
+
+    /// Distance of the last of the first ring of points around, at most a hundredth more.
+    pub(super) fn ring(self) -> f32 {
+        number(self.ring)
+    }
+
+    pub(super) fn kind(self) -> Kind {
+        [Kind::Closed, Kind::Wide, Kind::Open, Kind::Scattered][(self.radius & 3) as usize]
+    }
 }
 
 /// What bounds a point's cell.
@@ -59,16 +99,17 @@ pub(super) enum Kind {
 /// Points and what is known of their surface.
 pub(super) struct Surface<'a> {
     pub(super) neighbours: &'a Neighbours,
-    /// By place.
-    normals: Vec<Vec3>,
-    /// By place; empty where all are of surfaces.
-    pub(super) planarity: Vec<f32>,
+    /// By place, in shares of the largest number: there is one for each point.
+    normals: Vec<[i16; 3]>,
+    /// By index; empty where all are of surfaces.
+    planarity: &'a [f32],
 }
 
 /// Scratch for the work on a point.
 #[derive(Default)]
 pub(super) struct Bench {
-    pub(super) room: Scratch,
+    close: Shared,
+    farther: Shared,
     near: Vec<Near>,
     cell: Option<Cell>,
 }
@@ -77,27 +118,32 @@ impl<'a> Surface<'a> {
     pub(super) fn of(
         neighbours: &'a Neighbours,
         normals: &[Vec3],
-        planarity: &[f32],
+        planarity: &'a [f32],
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let n = neighbours.n_distinct();
-        let normals = map(n, &part(progress, 0.0..0.5), |place| {
-            normals.get(neighbours.index(place)).copied().unwrap_or(Vec3::Z)
-        })?;
-        let known = if planarity.is_empty() { 0 } else { n };
-        let planarity = map(known, &part(progress, 0.5..1.0), |place| {
-            planarity.get(neighbours.index(place)).copied().unwrap_or(1.0)
+        let normals = map(neighbours.n_distinct(), progress, |place| {
+            let normal = normals.get(neighbours.index(place)).copied();
+            let normal = normal.filter(|&normal| is_valid(normal)).unwrap_or(Vec3::Z);
+            normal.to_array().map(|part| (part * f32::from(i16::MAX)).round() as i16)
         })?;
         Ok(Self { neighbours, normals, planarity })
+    }
+
+    fn normal(&self, place: usize) -> Vec3 {
+        Vec3::from_array(self.normals[place].map(f32::from)) * (1.0 / f32::from(i16::MAX))
+    }
+
+    pub(super) fn planarity(&self, place: usize) -> f32 {
+        self.planarity.get(self.neighbours.index(place)).copied().unwrap_or(1.0)
     }
 
     /// Covers the cell of each point.
     pub(super) fn cover_all(&self, progress: Progress<'_>) -> Result<Vec<Cover>, Cancelled> {
         let n = self.neighbours.n_distinct();
         map_with(n, progress, Bench::default, |bench, place| {
-            if self.planarity.get(place).is_none_or(|&planarity| planarity >= PLANAR) {
+            if self.planarity(place) >= PLANAR {
                 match self.cover(place, CELL_NEIGHBOURS, &[], bench) {
-                    open if open.kind == Kind::Open => {
+                    open if open.kind() == Kind::Open => {
                         let Cover { farthest, ring, .. } = open;
                         Cover {
                             farthest,
@@ -115,12 +161,13 @@ impl<'a> Surface<'a> {
 
     /// The disc of a point that is of no surface.
     fn scattered(&self, place: usize, bench: &mut Bench) -> Cover {
-        let near = self.neighbours.around(place, SCATTERED, &mut bench.room);
-        let sum: f64 = near.iter().map(|found| found.distance).sum();
+        let near = bench.close.nearest(self.neighbours.tree(), place, CELL_NEIGHBOURS);
+        let near = &near[..near.len().min(SCATTERED)];
+        let sum: f64 = near.iter().map(|close| close.distance()).sum();
         let mean = sum / near.len().max(1) as f64;
-        let flat = 1.0 - (f64::from(PLANAR - self.planarity[place]) / FADE).min(1.0);
+        let flat = 1.0 - (f64::from(PLANAR - self.planarity(place)) / FADE).min(1.0);
         let radius = (mean * (TOUCHING + flat * (COVERING - TOUCHING))) as f32;
-        Cover { radius, farthest: 0.0, ring: 0.0, kind: Kind::Scattered }
+        Cover::new(radius, 0.0, 0.0, Kind::Scattered)
     }
 
     /// Covers a point's cell, which the `k` nearest points bound, and some that lie `further`.
@@ -132,35 +179,34 @@ impl<'a> Surface<'a> {
         bench: &mut Bench,
     ) -> Cover {
         let here = self.neighbours.point(place);
-        let near = self.neighbours.around(place, k, &mut bench.room);
-        let farthest = near.iter().map(|found| found.distance).fold(0.0, f64::max);
-        let point = |found: &Found| Near {
-            offset: self.neighbours.point(found.place as usize) - here,
-            distance: found.distance,
-            normal: self.normals[found.place as usize],
+        let search = if k == CELL_NEIGHBOURS { &mut bench.close } else { &mut bench.farther };
+        let near = search.nearest(self.neighbours.tree(), place, k);
+        let point = |place: usize, distance: f64| Near {
+            offset: self.neighbours.point(place) - here,
+            distance,
+            normal: self.normal(place),
         };
         bench.near.clear();
-        bench.near.extend(near.iter().chain(further).map(point));
-        if bench.near.is_empty() {
-            return Cover { radius: 0.0, farthest: 0.0, ring: 0.0, kind: Kind::Closed };
+        bench.near.extend(near.iter().map(|close| point(close.place(), close.distance())));
+        let (Some(closest), Some(farthest)) = (bench.near.first(), bench.near.last()) else {
+            return Cover::new(0.0, 0.0, 0.0, Kind::Closed);
+        };
+        let (closest, farthest) = (closest.distance, farthest.distance);
+        let ring = bench.near[(COMPARED - 1).min(bench.near.len() - 1)].distance;
+        if !further.is_empty() {
+            bench.near.extend(further.iter().map(|f| point(f.place as usize, f.distance)));
+            bench.near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
         }
-        // The first ring comes first: what it leaves of the cell, few of the others cut.
-        let last = (COMPARED - 1).min(bench.near.len() - 1);
-        let (_, ring, _) =
-            bench.near.select_nth_unstable_by(last, |a, b| a.distance.total_cmp(&b.distance));
-        let ring = ring.distance;
-        let distances = || bench.near.iter().map(|near| near.distance);
-        let (closest, most) =
-            (distances().fold(f64::INFINITY, f64::min), distances().fold(0.0, f64::max));
+        let most = bench.near.last().map_or(farthest, |near| near.distance);
         let cell = bench.cell.get_or_insert_with(|| Cell::new(0.0));
-        cell.become_of(self.normals[place], most, bench.near.iter().copied());
+        cell.become_of(self.normal(place), most, bench.near.iter().copied());
         let radius = COVER * cell.radius().unwrap_or(closest).min(most);
         let kind = match cell.is_closed() {
             false => Kind::Open,
             true if radius > ring || has_gap(&bench.near, most, radius) => Kind::Wide,
             true => Kind::Closed,
         };
-        Cover { radius: radius as f32, farthest: farthest as f32, ring: ring as f32, kind }
+        Cover::new(radius as f32, farthest as f32, ring as f32, kind)
     }
 }
 
@@ -169,15 +215,10 @@ impl<'a> Surface<'a> {
 const GAP: f64 = 1.6;
 
 /// Whether a disc reaches across a gap beyond which all others lie in one shell, up to the farthest: as that of a
-/// point which floats with a few others above a surface.
+/// point which floats with a few others above a surface. Points come nearest first.
 fn has_gap(near: &[Near], farthest: f64, radius: f64) -> bool {
-    let (mut within, mut beyond) = (0.0f64, f64::INFINITY);
-    for distance in near.iter().map(|near| near.distance) {
-        if distance * GAP <= farthest {
-            within = within.max(distance);
-        } else {
-            beyond = beyond.min(distance);
-        }
-    }
-    beyond > GAP * within && radius > within
+    let beyond = near.partition_point(|near| near.distance * GAP <= farthest);
+    let distance = |at: usize| near.get(at).map(|near| near.distance);
+    let within = beyond.checked_sub(1).and_then(distance).unwrap_or(0.0);
+    distance(beyond).is_none_or(|beyond| beyond > GAP * within) && radius > within
 }

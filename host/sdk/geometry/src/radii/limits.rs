@@ -2,7 +2,7 @@
 
 use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
 use super::median;
-use crate::neighbours::{Found, Scratch};
+use crate::neighbours::{Found, Scratch, Shared};
 use crate::progress::{Cancelled, Progress, map_with, part};
 
 /// A disc on a surface that is larger than this many times the median of those around it covers a
@@ -16,6 +16,12 @@ const BORDER: f64 = 1.5;
 /// from all others of their group and still reach for points across the gap around it; a larger
 /// group fills the lists that cells are cut from, so that no cell of it knows of the gap.
 const FLOATING: usize = CELL_NEIGHBOURS;
+
+/// Distance up to which points are gathered for the group of one, over that of its first ring.
+const GROUP_REACH: f32 = 2.0;
+
+/// Share of a distance that counts as rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// Limits the discs of points that are not surrounded evenly.
 pub(super) fn limit(
@@ -32,16 +38,16 @@ pub(super) fn limit(
         cells[place as usize] = wider.0;
     }
     let of_surfaces = (0..cells.len()).filter(|&place| on_surface[place]);
-    let usual = median(of_surfaces.map(|place| f64::from(cells[place].radius)));
+    let usual = middle(of_surfaces.map(|place| cells[place].radius()));
     let cells_now = &*cells;
     let limits = map_with(odd.len(), &part(progress, 0.7..1.0), Scratch::default, |scratch, i| {
         let place = odd[i] as usize;
-        let radius = |place: usize| f64::from(cells_now[place].radius);
+        let radius = |place: usize| f64::from(cells_now[place].radius());
         let near = surface.neighbours.around(place, COMPARED, scratch).iter();
         let near = near.map(|found| found.place as usize).filter(|&other| on_surface[other]);
         let near = median(near.map(radius)).or(usual);
         let further = median(wider[i].1.iter().map(|&other| radius(other as usize)));
-        let factor = match cells_now[place].kind {
+        let factor = match cells_now[place].kind() {
             _ if !on_surface[place] => 1.0,
             Kind::Open => BORDER,
             _ => OUTLIER,
@@ -50,9 +56,18 @@ pub(super) fn limit(
     })?;
     for (&place, limit) in odd.iter().zip(limits) {
         let cell = &mut cells[place as usize];
-        cell.radius = limit.map_or(cell.radius, |limit| cell.radius.min(limit as f32));
+        let radius = cell.radius();
+        cell.set_radius(limit.map_or(radius, |limit| radius.min(limit as f32)));
     }
     Ok(())
+}
+
+/// The median of many numbers; of an even number the upper one of the two in the middle.
+fn middle(values: impl Iterator<Item = f32>) -> Option<f64> {
+    let mut values: Vec<f32> = values.collect();
+    let middle = values.len() / 2;
+    let found = (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1);
+    found.map(f64::from)
 }
 
 /// Planarity below which a disc has to be like those around it: there are plates among leaves, whose plane is chance.
@@ -64,17 +79,17 @@ pub(super) fn limit_rough(
     cells: &mut [Cover],
     progress: Progress<'_>,
 ) -> Result<(), Cancelled> {
-    let is_rough = |place: &usize| surface.planarity.get(*place).is_some_and(|&p| p < ROUGH);
+    let is_rough = |place: &usize| surface.planarity(*place) < ROUGH;
     let rough: Vec<usize> = (0..cells.len()).filter(is_rough).collect();
     let cells_now = &*cells;
     let limits = map_with(rough.len(), progress, Scratch::default, |scratch, i| {
         let near = surface.neighbours.around(rough[i], COMPARED, scratch).iter();
-        median(near.map(|found| f64::from(cells_now[found.place as usize].radius)))
+        median(near.map(|found| f64::from(cells_now[found.place as usize].radius())))
     })?;
     for (&place, typical) in rough.iter().zip(limits) {
         let cell = &mut cells[place];
         let most = typical.map_or(f32::INFINITY, |typical| (OUTLIER * typical) as f32);
-        cell.radius = cell.radius.min(most);
+        cell.set_radius(cell.radius().min(most));
     }
     Ok(())
 }
@@ -89,7 +104,7 @@ pub(super) struct Gaps<'a> {
 
 impl<'a> Gaps<'a> {
     pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
-        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
+        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest());
         Self { surface, cells, reach }
     }
 
@@ -99,11 +114,11 @@ impl<'a> Gaps<'a> {
         &self,
         progress: Progress<'_>,
     ) -> Result<(Vec<u32>, Vec<bool>), Cancelled> {
-        let is_odd = |cell: &Cover| matches!(cell.kind, Kind::Open | Kind::Wide);
+        let is_odd = |cell: &Cover| matches!(cell.kind(), Kind::Open | Kind::Wide);
         let cells = (0u32..).zip(self.cells).filter(|(_, cell)| is_odd(cell));
         let mut odd: Vec<u32> = cells.map(|(place, _)| place).collect();
-        let groups = map_with(odd.len(), progress, Scratch::default, |scratch, i| {
-            self.floating(odd[i], scratch)
+        let groups = map_with(odd.len(), progress, Shared::default, |search, i| {
+            self.floating(odd[i], search)
         })?;
         let mut on_surface = vec![true; self.cells.len()];
         for &member in groups.iter().flatten().flatten() {
@@ -125,26 +140,32 @@ impl<'a> Gaps<'a> {
     /// Points that are among each other's first few are linked. A group of linked points that is no
     /// larger than [`FLOATING`] floats by itself, unless a point of a surface counts one of its points
     /// among its own nearest: the surface goes on there, only with other spacing.
-    fn floating(&self, place: u32, scratch: &mut Scratch) -> Option<Vec<u32>> {
-        let group = self.group(place, scratch)?;
+    fn floating(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
+        let group = self.group(place, search)?;
         let is_borne = group.iter().any(|&member| {
-            self.counted_by(member as usize).iter().any(|found| {
-                !group.contains(&found.place) && self.group(found.place, scratch).is_none()
+            self.counted_by(member as usize, 0.0).iter().any(|found| {
+                !group.contains(&found.place) && self.group(found.place, search).is_none()
             })
         });
         (!is_borne).then_some(group)
     }
 
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
-    fn group(&self, place: u32, scratch: &mut Scratch) -> Option<Vec<u32>> {
+    fn group(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
+        let tree = self.surface.neighbours.tree();
+        let reach = GROUP_REACH * self.cells[place as usize].ring();
+        let from = (place as usize, reach * reach);
         let mut group = vec![place];
         let mut next = 0;
         while let Some(&member) = group.get(next) {
             next += 1;
-            for found in self.surface.neighbours.around(member as usize, COMPARED, scratch) {
-                let is_mutual = found.distance as f32 <= self.cells[found.place as usize].ring;
-                if is_mutual && !group.contains(&found.place) {
-                    group.push(found.place);
+            let ring = self.cells[member as usize].ring();
+            let member = (member as usize, ring * ring);
+            for close in search.nearest_beside(tree, from, member, COMPARED) {
+                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring();
+                let other = close.place() as u32;
+                if is_mutual && !group.contains(&other) {
+                    group.push(other);
                     if group.len() > FLOATING {
                         return None;
                     }
@@ -155,15 +176,18 @@ impl<'a> Gaps<'a> {
         Some(group)
     }
 
-    /// The points that count a point among their nearest, by place.
-    fn counted_by(&self, place: usize) -> Vec<Found> {
+    /// The points farther than `least` that count a point among their nearest, by place.
+    fn counted_by(&self, place: usize, least: f64) -> Vec<Found> {
         let neighbours = self.surface.neighbours;
         let (tree, here) = (neighbours.tree(), neighbours.point(place));
         let mut found = Vec::new();
         let mut pending = vec![1];
         while let Some(node) = pending.pop() {
             // A share of rounding on top, since squares in f32 decided what was nearest.
-            let reach = self.reach[node] * (1.0 + 1e-6);
+            let reach = self.reach[node] * (1.0 + ROUNDING as f32);
+            if f64::from(reach) <= least {
+                continue;
+            }
             if tree.squared_to(node, here.as_vec3().to_array()) > reach * reach {
                 continue;
             }
@@ -173,7 +197,7 @@ impl<'a> Gaps<'a> {
             }
             for other in tree.leaf(node - tree.n_leaves()).filter(|&other| other != place) {
                 let distance = neighbours.point(other).distance(here);
-                if distance <= f64::from(self.cells[other].farthest) {
+                if distance > least && distance <= f64::from(self.cells[other].farthest()) {
                     found.push(Found { place: other as u32, distance });
                 }
             }
@@ -191,10 +215,9 @@ impl<'a> Gaps<'a> {
         if !on_surface[place] {
             return (cell, Vec::new());
         }
-        let mut further = self.counted_by(place);
-        further.retain(|found| {
-            found.distance > f64::from(cell.farthest) && on_surface[found.place as usize]
-        });
+        let least = f64::from(cell.farthest()) * (1.0 + ROUNDING);
+        let mut further = self.counted_by(place, least);
+        further.retain(|found| on_surface[found.place as usize]);
         if further.is_empty() {
             return (cell, Vec::new());
         }

@@ -4,7 +4,7 @@ mod covering;
 mod limits;
 
 use crate::neighbours::{Neighbours, SEARCH_SHARE};
-use crate::progress::{Cancelled, Progress, map, part};
+use crate::progress::{Cancelled, Progress, part};
 pub(crate) use covering::COVER;
 use covering::Surface;
 use glam::Vec3;
@@ -67,11 +67,10 @@ pub fn estimate_with(
     limits::limit_rough(&surface, &mut cells, &part(progress, 0.96..0.99))?;
     let lone = lone_radius(neighbours.bounds().reach());
     let diagonal = neighbours.bounds().diagonal();
-    map(neighbours.len(), &part(progress, 0.99..1.0), |index| {
-        neighbours.place_of(index).map_or(lone, |place| {
-            let radius = f64::from(cells[place].radius) * neighbours.scale();
-            if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
-        })
+    drop(surface);
+    neighbours.by_index(lone, &part(progress, 0.99..1.0), |place| {
+        let radius = f64::from(cells[place].radius()) * neighbours.scale();
+        if radius > 0.0 { in_range(radius.min(diagonal)) } else { lone }
     })
 }
 

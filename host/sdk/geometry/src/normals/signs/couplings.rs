@@ -42,9 +42,21 @@ pub(crate) fn gathered(
             (a != b).then_some(Coupling { a: a.min(b), b: a.max(b), net, ..coupling })
         })
         .collect();
-    let sorted = sort(grouped, progress)?;
+    summed(grouped, progress)
+}
+
+/// One coupling for each pair of nodes, sorted.
+pub(crate) fn summed(
+    couplings: Vec<Coupling>,
+    progress: Progress<'_>,
+) -> Result<Vec<Coupling>, Cancelled> {
+    Ok(merged(sort(couplings, progress)?.into_iter().flatten()))
+}
+
+/// One coupling for each pair of nodes of couplings that are sorted.
+pub(crate) fn merged(sorted: impl Iterator<Item = Coupling>) -> Vec<Coupling> {
     let mut sums: Vec<Coupling> = Vec::new();
-    for coupling in sorted.into_iter().flatten() {
+    for coupling in sorted {
         match sums.last_mut() {
             Some(last) if (last.a, last.b) == (coupling.a, coupling.b) => {
                 last.net += coupling.net;
@@ -53,5 +65,5 @@ pub(crate) fn gathered(
             _ => sums.push(coupling),
         }
     }
-    Ok(sums)
+    sums
 }

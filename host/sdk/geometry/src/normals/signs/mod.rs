@@ -4,7 +4,7 @@ mod couplings;
 mod sets;
 
 use crate::progress::{Cancelled, Progress, part, report};
-pub(crate) use couplings::{Coupling, agreement, gathered};
+pub(crate) use couplings::{Coupling, agreement, gathered, merged, summed};
 pub(crate) use sets::SignedSets;
 
 /// Nodes that join into one in a round, at most: in small steps evidence gathers before it counts.
