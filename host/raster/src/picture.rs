@@ -1,6 +1,8 @@
 //! What of a picture is made, its memory, and the rows of it that one thread draws.
 
+use crate::coverage::{CELL, Coverage};
 use crate::tile::Tile;
+use std::ops::Range;
 
 /// What of the surface is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,15 +49,30 @@ pub struct Picture {
     pub material: Vec<u32>,
     /// Clouds, from 0; empty unless asked for.
     pub object: Vec<u32>,
+    /// Which parts of it hold surfels; everything else is zeros.
+    pub covered: Coverage,
     /// Blocks that were drawn, and surfels in them.
     pub drawn: DrawCounts,
 }
 
 impl Picture {
+    /// Prepares it for this size: where it has it already, what held nothing is zeros.
+    pub(crate) fn begin(&mut self, size: [usize; 2]) {
+        if self.covered.size() != size {
+            let (covered, drawn) = (Coverage::none(size), DrawCounts::default());
+            let Self { winners, packed, material, object, .. } = std::mem::take(self);
+            *self = Self { winners, packed, material, object, covered, drawn };
+            self.winners.clear();
+            self.packed.clear();
+            self.material.clear();
+            self.object.clear();
+        }
+    }
+
     /// Bytes that it takes, room for larger pictures included.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let Self { winners, packed, material, object, drawn: _ } = self;
+        let Self { winners, packed, material, object, covered: _, drawn: _ } = self;
         let [winners, packed] = [8 * winners.capacity(), 16 * packed.capacity()];
         let others = 4 * (material.capacity() + object.capacity());
         (winners + packed + others) as u64
@@ -79,6 +96,9 @@ pub(crate) struct Band<'a> {
     pub(crate) packed: &'a mut [[u32; 4]],
     pub(crate) material: &'a mut [u32],
     pub(crate) object: &'a mut [u32],
+    /// Cells that hold surfels: until a tile is drawn, those of the picture before.
+    pub(crate) cells: &'a mut [bool],
+    pub(crate) cells_across: usize,
 }
 
 impl Band<'_> {
@@ -88,8 +108,40 @@ impl Band<'_> {
         y * self.width + tile.corner[0] as usize + x
     }
 
+    /// Rows of pixels.
+    pub(crate) fn height(&self) -> usize {
+        let rows = [self.winners.len(), self.packed.len(), self.material.len(), self.object.len()];
+        rows.into_iter().max().unwrap_or(0) / self.width
+    }
+
+    /// Leaves nothing in a part of it, from a column on.
+    pub(crate) fn clear(&mut self, left: usize, [width, height]: [usize; 2]) {
+        let mut held = false;
+        for row in self.cells.chunks_exact_mut(self.cells_across) {
+            let cells = &mut row[left / CELL..(left + width).div_ceil(CELL)];
+            held |= cells.contains(&true);
+            cells.fill(false);
+        }
+        if !held {
+            return;
+        }
+        for row in 0..height {
+            let part = row * self.width + left..row * self.width + left + width;
+            clear(self.winners, &part, [0; 2]);
+            clear(self.packed, &part, [0; 4]);
+            clear(self.material, &part, 0);
+            clear(self.object, &part, 0);
+        }
+    }
+
     /// Whether anything but the surface is made.
     pub(crate) fn looks_up(&self) -> bool {
         !(self.winners.is_empty() && self.material.is_empty() && self.object.is_empty())
+    }
+}
+
+fn clear<T: Copy>(pixels: &mut [T], part: &Range<usize>, nothing: T) {
+    if let Some(part) = pixels.get_mut(part.clone()) {
+        part.fill(nothing);
     }
 }
