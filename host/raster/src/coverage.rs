@@ -34,7 +34,9 @@ impl Coverage {
         all
     }
 
-    pub(crate) fn size(&self) -> [usize; 2] {
+    /// Width and height of the picture in pixels.
+    #[must_use]
+    pub fn size(&self) -> [usize; 2] {
         self.size
     }
 

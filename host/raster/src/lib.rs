@@ -37,7 +37,7 @@ pub use columns::{Albedo, Columns, Sources, radius_drawn};
 pub use coverage::{Coverage, Rectangle};
 pub use fields::Splats;
 pub use level_of_detail::merge::{Sample, merge_all, merge_neighbours};
-pub use picture::{DrawCounts, Mode, Parts, Picture};
+pub use picture::{Clocks, DrawCounts, Mode, Parts, Picture, Spent};
 pub use places::{Part, places};
 pub use view::View;
 
@@ -47,9 +47,10 @@ use coverage::CELL;
 use cull::VisibleBlock;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
-use picture::Band;
+use picture::{Band, Timer};
 use rayon::prelude::*;
 use resolve::Scene;
+use std::sync::{Mutex, PoisonError};
 use tile::{TILE, Tile};
 use view::Eye;
 
@@ -79,6 +80,8 @@ fn draw_with(
 ) {
     let [width, height] = view.size_px.map(|side| side as usize);
     let n_pixels = width * height;
+    let clocks = picture.clocks;
+    let mut timer = Timer::new(clocks.map(|clocks| clocks.process));
     picture.begin([width, height]);
     let requested = |requested: bool| if requested { n_pixels } else { 0 };
     picture.winners.resize(requested(parts.winners), [0; 2]);
@@ -104,13 +107,19 @@ fn draw_with(
     };
     let scene = Scene::new(&in_view, view.world_from_view, linear_of_srgb, parts.mode);
     let by_band = by_band(&placed, height);
+    let clock = clocks.map(|clocks| clocks.thread);
     let all = AllSplats::new(&in_view, &placed, &by_band, parts.mode == Mode::Fields);
+    let spent = Mutex::new(Spent { cull: timer.lap(), ..Spent::default() });
     bands(picture, width, height).into_par_iter().zip(&by_band).for_each_init(
         Worker::new,
         |worker, (mut band, of_band)| {
-            dispatch!(level, simd => worker.draw_band(simd, &mut band, of_band, &all, &scene));
+            let timer = Timer::new(clock);
+            dispatch!(level, simd => worker.draw_band(simd, &mut band, of_band, &all, &scene, timer));
+            let own = std::mem::take(&mut worker.spent);
+            spent.lock().unwrap_or_else(PoisonError::into_inner).add(&own);
         },
     );
+    picture.spent = spent.into_inner().unwrap_or_else(PoisonError::into_inner);
 }
 
 /// Surfels of a block, filled up to whole groups.
@@ -147,11 +156,13 @@ struct Worker {
     tile: Tile,
     /// Blocks that a tile may meet.
     blocks: Vec<u32>,
+    /// What a row of tiles took.
+    spent: Spent,
 }
 
 impl Worker {
     fn new() -> Self {
-        Self { tile: Tile::new(), blocks: Vec::new() }
+        Self { tile: Tile::new(), blocks: Vec::new(), spent: Spent::default() }
     }
 
     #[inline(always)]
@@ -162,8 +173,9 @@ impl Worker {
         of_band: &[u32],
         all: &AllSplats<'_>,
         scene: &Scene<'_>,
+        mut timer: Timer,
     ) {
-        let Self { tile, blocks } = self;
+        let Self { tile, blocks, spent } = self;
         let height = band.height();
         for left in (0..band.width).step_by(TILE[0]) {
             let size = [TILE[0].min(band.width - left), height];
@@ -175,13 +187,17 @@ impl Worker {
             }));
             if blocks.is_empty() {
                 band.clear(left, size);
+                spent.pack += timer.lap();
                 continue;
             }
-            tile.nearest(simd, [left, band.top], size, all, blocks);
+            tile.nearest(simd, [left, band.top], size, all, blocks, (&mut timer, spent));
+            spent.nearest += timer.lap();
             if scene.mode.blends() {
                 tile.blend(simd, scene);
+                spent.blend += timer.lap();
             }
             resolve::write(simd, tile, scene, band);
+            spent.pack += timer.lap();
         }
         all.row_is_done(of_band);
     }

@@ -53,15 +53,68 @@ pub struct Picture {
     pub covered: Coverage,
     /// Blocks that were drawn, and surfels in them.
     pub drawn: DrawCounts,
+    /// What tells how long stages take, where that is asked for.
+    pub clocks: Option<Clocks>,
+    /// How long they took; zeros where nobody asked.
+    pub spent: Spent,
+}
+
+/// What tells CPU time, nanoseconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Clocks {
+    /// Of all threads of the process.
+    pub process: fn() -> u64,
+    /// Of the thread that asks.
+    pub thread: fn() -> u64,
+}
+
+/// CPU time of the stages of a picture, nanoseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Choosing blocks, fine or merged, culling and sorting them, of the process.
+    pub cull: u64,
+    /// Surfels from space to the screen, of the threads that drew, as all below.
+    pub place: u64,
+    /// Finding the nearest surfels.
+    pub nearest: u64,
+    /// Adding up what blends with them.
+    pub blend: u64,
+    /// Writing pixels.
+    pub pack: u64,
+}
+
+impl Spent {
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.place += other.place;
+        self.nearest += other.nearest;
+        self.blend += other.blend;
+        self.pack += other.pack;
+    }
+}
+
+/// Tells a thread's stages apart.
+pub(crate) struct Timer {
+    clock: Option<fn() -> u64>,
+    since: u64,
+}
+
+impl Timer {
+    pub(crate) fn new(clock: Option<fn() -> u64>) -> Self {
+        Self { clock, since: clock.map_or(0, |clock| clock()) }
+    }
+
+    /// Nanoseconds since the last one; 0 without a clock.
+    pub(crate) fn lap(&mut self) -> u64 {
+        let now = self.clock.map_or(0, |clock| clock());
+        now.saturating_sub(std::mem::replace(&mut self.since, now))
+    }
 }
 
 impl Picture {
     /// Prepares it for this size: where it has it already, what held nothing is zeros.
     pub(crate) fn begin(&mut self, size: [usize; 2]) {
         if self.covered.size() != size {
-            let (covered, drawn) = (Coverage::none(size), DrawCounts::default());
-            let Self { winners, packed, material, object, .. } = std::mem::take(self);
-            *self = Self { winners, packed, material, object, covered, drawn };
+            self.covered = Coverage::none(size);
             self.winners.clear();
             self.packed.clear();
             self.material.clear();
@@ -72,7 +125,7 @@ impl Picture {
     /// Bytes that it takes, room for larger pictures included.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let Self { winners, packed, material, object, covered: _, drawn: _ } = self;
+        let Self { winners, packed, material, object, .. } = self;
         let [winners, packed] = [8 * winners.capacity(), 16 * packed.capacity()];
         let others = 4 * (material.capacity() + object.capacity());
         (winners + packed + others) as u64

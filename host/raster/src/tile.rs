@@ -8,7 +8,7 @@ use crate::block_splats::{AllSplats, Pixels, overlap};
 use crate::coverage::CELL;
 use crate::lanes::{F, M, U, V, WIDTH, power_of_2};
 use crate::local::Local;
-use crate::picture::Band;
+use crate::picture::{Band, Spent, Timer};
 use crate::resolve::Scene;
 use crate::splat::{BACK, Splat};
 use fearless_simd::prelude::*;
@@ -174,6 +174,7 @@ impl Tile {
         size: [usize; 2],
         all: &AllSplats<'_>,
         blocks: &[u32],
+        (timer, spent): (&mut Timer, &mut Spent),
     ) {
         self.begin(corner, size);
         let [x, y] = self.corner;
@@ -183,7 +184,9 @@ impl Tile {
             if self.is_occluded(&placed.pixels, placed.nearest) {
                 continue;
             }
+            spent.nearest += timer.lap();
             let block = all.of(simd, at);
+            spent.place += timer.lap();
             let mut first = 0;
             for (pixels, end) in &block.groups {
                 let of_group = &block.splats[first..*end];
