@@ -37,6 +37,17 @@ pub fn encode(image: &Image, bits: Bits) -> Result<Vec<u8>, FileError> {
     Ok(bytes.into_inner())
 }
 
+/// 8-bit levels, red, green, blue and straight alpha of each pixel, as a PNG file.
+///
+/// # Errors
+/// Where there are fewer than the size says, or they cannot be encoded.
+pub fn encode_levels([width, height]: [u32; 2], levels: Vec<u8>) -> Result<Vec<u8>, FileError> {
+    let mut bytes = Cursor::new(Vec::new());
+    let pixels = ImageBuffer::<Rgba<u8>, _>::from_raw(width, height, levels);
+    pixels.ok_or(FileError::TooFewPixels)?.write_to(&mut bytes, image::ImageFormat::Png)?;
+    Ok(bytes.into_inner())
+}
+
 /// Reads a PNG file of at most so many pixels: values in [0, 1] with straight alpha, four a pixel.
 ///
 /// # Errors

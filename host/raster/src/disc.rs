@@ -65,9 +65,14 @@ fn towards_eye<S: Simd>(center: V<S>, eye: &Eye) -> V<S> {
     V { x: -center.x / length, y: -center.y / length, z: -center.z / length }
 }
 
-/// Reads the surfels of a group; lanes that hold none are not visible.
+/// Reads the surfels of a group; lanes that hold none are not visible, and there is none where all of them are not.
 #[inline(always)]
-pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: usize) -> Discs<S> {
+pub(crate) fn load_discs<S: Simd>(
+    simd: S,
+    columns: &Columns,
+    eye: &Eye,
+    group: usize,
+) -> Option<Discs<S>> {
     let splat = |value: f32| F::splat(simd, value);
     let zero = splat(0.0);
     let center = eye.point(columns.positions.at(simd, group));
@@ -75,6 +80,10 @@ pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: 
     let facing = if eye.orthographic { n_view.z } else { -n_view.dot(center) };
     let back = !facing.simd_ge(zero);
     let mut seen = !back | M::splat(simd, eye.two_sided);
+    // Neighbours mostly face the same way.
+    if !(columns.has_round || seen.any_true()) {
+        return None;
+    }
     let (axis_u, axis_v, reach) = match &columns.shape {
         Shape::Radius(radii) => {
             let size = radii.at(simd, group);
@@ -100,11 +109,14 @@ pub(crate) fn load_discs<S: Simd>(simd: S, columns: &Columns, eye: &Eye, group: 
         }
     };
     let visible = reach.simd_gt(zero) & seen;
+    if !visible.any_true() {
+        return None;
+    }
     let (share, kept) = (splat(1.0), [splat(1.0); 2]);
     let (outlined, outline) = (M::splat(simd, false), [zero; 4]);
     let discs =
         Discs { center, axis_u, axis_v, reach, visible, back, share, kept, outlined, outline };
-    filtered(discs, eye)
+    Some(filtered(discs, eye))
 }
 
 struct Outline<S: Simd> {

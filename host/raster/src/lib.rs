@@ -11,9 +11,11 @@
 //! Invariants: this crate knows no graphics API; a picture does not depend on the number of threads nor
 //! on the CPU's instructions; what is culled would not have been visible.
 
+mod block_splats;
 mod cloud;
 mod columns;
 pub mod composition;
+mod coverage;
 mod cull;
 mod disc;
 mod fields;
@@ -32,19 +34,23 @@ mod view;
 
 pub use cloud::Cloud;
 pub use columns::{Albedo, Columns, Sources, radius_drawn};
+pub use coverage::{Coverage, Rectangle};
 pub use fields::Splats;
 pub use level_of_detail::merge::{Sample, merge_all, merge_neighbours};
-pub use picture::{DrawCounts, Mode, Parts, Picture};
+pub use picture::{Clocks, DrawCounts, Mode, Parts, Picture, Spent};
 pub use places::{Part, places};
 pub use view::View;
 
+use block_splats::{AllSplats, by_band};
 use cloud::CloudInView;
+use coverage::CELL;
 use cull::VisibleBlock;
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, dispatch};
-use picture::Band;
+use picture::{Band, Timer};
 use rayon::prelude::*;
 use resolve::Scene;
+use std::sync::{Mutex, PoisonError};
 use tile::{TILE, Tile};
 use view::Eye;
 
@@ -74,6 +80,9 @@ fn draw_with(
 ) {
     let [width, height] = view.size_px.map(|side| side as usize);
     let n_pixels = width * height;
+    let clocks = picture.clocks;
+    let mut timer = Timer::new(clocks.map(|clocks| clocks.process));
+    picture.begin([width, height]);
     let requested = |requested: bool| if requested { n_pixels } else { 0 };
     picture.winners.resize(requested(parts.winners), [0; 2]);
     picture.packed.resize(requested(parts.mode != Mode::None), [0; 4]);
@@ -98,12 +107,19 @@ fn draw_with(
     };
     let scene = Scene::new(&in_view, view.world_from_view, linear_of_srgb, parts.mode);
     let by_band = by_band(&placed, height);
-    bands(picture, width, height).into_par_iter().zip(by_band).for_each_init(
-        || (Tile::new(), Vec::new()),
-        |(tile, blocks), (mut band, of_band)| {
-            dispatch!(level, simd => draw_band(simd, &mut band, tile, blocks, &of_band, &placed, &scene));
+    let clock = clocks.map(|clocks| clocks.thread);
+    let all = AllSplats::new(&in_view, &placed, &by_band, parts.mode == Mode::Fields);
+    let spent = Mutex::new(Spent { cull: timer.lap(), ..Spent::default() });
+    bands(picture, width, height).into_par_iter().zip(&by_band).for_each_init(
+        Worker::new,
+        |worker, (mut band, of_band)| {
+            let timer = Timer::new(clock);
+            dispatch!(level, simd => worker.draw_band(simd, &mut band, of_band, &all, &scene, timer));
+            let own = std::mem::take(&mut worker.spent);
+            spent.lock().unwrap_or_else(PoisonError::into_inner).add(&own);
         },
     );
+    picture.spent = spent.into_inner().unwrap_or_else(PoisonError::into_inner);
 }
 
 /// Surfels of a block, filled up to whole groups.
@@ -119,6 +135,8 @@ fn bands(picture: &mut Picture, width: usize, height: usize) -> Vec<Band<'_>> {
     let mut packed = picture.packed.chunks_mut(rows);
     let mut material = picture.material.chunks_mut(rows);
     let mut object = picture.object.chunks_mut(rows);
+    let across = picture.covered.across();
+    let mut cells = picture.covered.cells_mut().chunks_mut(across * (TILE[1] / CELL));
     let tops = (0..height).step_by(TILE[1]);
     let band = |top| Band {
         width,
@@ -127,49 +145,60 @@ fn bands(picture: &mut Picture, width: usize, height: usize) -> Vec<Band<'_>> {
         packed: packed.next().unwrap_or_default(),
         material: material.next().unwrap_or_default(),
         object: object.next().unwrap_or_default(),
+        cells: cells.next().unwrap_or_default(),
+        cells_across: across,
     };
     tops.map(band).collect()
 }
 
-/// The blocks of each row of tiles, in order.
-fn by_band(placed: &[VisibleBlock], height: usize) -> Vec<Vec<u32>> {
-    let n = height.div_ceil(TILE[1]);
-    let mut bands = vec![Vec::new(); n];
-    for (i, placed) in placed.iter().enumerate() {
-        let [_, top, _, bottom] = placed.pixels;
-        let first = top.max(0) as usize / TILE[1];
-        let last = (bottom.max(0) as usize).div_ceil(TILE[1]).min(n);
-        for band in bands.iter_mut().take(last).skip(first) {
-            band.push(i as u32);
-        }
-    }
-    bands
+/// What a thread draws with.
+struct Worker {
+    tile: Tile,
+    /// Blocks that a tile may meet.
+    blocks: Vec<u32>,
+    /// What a row of tiles took.
+    spent: Spent,
 }
 
-#[inline(always)]
-fn draw_band<S: Simd>(
-    simd: S,
-    band: &mut Band<'_>,
-    tile: &mut Tile,
-    blocks: &mut Vec<VisibleBlock>,
-    of_band: &[u32],
-    placed: &[VisibleBlock],
-    scene: &Scene<'_>,
-) {
-    let rows = [band.winners.len(), band.packed.len(), band.material.len(), band.object.len()];
-    let height = rows.into_iter().max().unwrap_or(0) / band.width;
-    for left in (0..band.width).step_by(TILE[0]) {
-        let size = [TILE[0].min(band.width - left), height];
-        let right = (left + size[0]) as i32;
-        blocks.clear();
-        let here =
-            |placed: &&VisibleBlock| placed.pixels[0] < right && placed.pixels[2] > left as i32;
-        blocks.extend(of_band.iter().map(|&i| &placed[i as usize]).filter(here));
-        let with_fields = scene.mode == Mode::Fields;
-        tile.nearest(simd, [left, band.top], size, scene.clouds, blocks, with_fields);
-        if scene.mode.blends() {
-            tile.blend(simd, scene.clouds, scene.n_sums, scene.linear_of_srgb);
+impl Worker {
+    fn new() -> Self {
+        Self { tile: Tile::new(), blocks: Vec::new(), spent: Spent::default() }
+    }
+
+    #[inline(always)]
+    fn draw_band<S: Simd>(
+        &mut self,
+        simd: S,
+        band: &mut Band<'_>,
+        of_band: &[u32],
+        all: &AllSplats<'_>,
+        scene: &Scene<'_>,
+        mut timer: Timer,
+    ) {
+        let Self { tile, blocks, spent } = self;
+        let height = band.height();
+        for left in (0..band.width).step_by(TILE[0]) {
+            let size = [TILE[0].min(band.width - left), height];
+            let right = (left + size[0]) as i32;
+            blocks.clear();
+            blocks.extend(of_band.iter().filter(|&&at| {
+                let [x0, _, x1, _] = all.block(at).0.pixels;
+                x0 < right && x1 > left as i32
+            }));
+            if blocks.is_empty() {
+                band.clear(left, size);
+                spent.pack += timer.lap();
+                continue;
+            }
+            tile.nearest(simd, [left, band.top], size, all, blocks, (&mut timer, spent));
+            spent.nearest += timer.lap();
+            if scene.mode.blends() {
+                tile.blend(simd, scene);
+                spent.blend += timer.lap();
+            }
+            resolve::write(simd, tile, scene, band);
+            spent.pack += timer.lap();
         }
-        resolve::write(simd, tile, scene, band);
+        all.row_is_done(of_band);
     }
 }

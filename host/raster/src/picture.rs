@@ -1,6 +1,8 @@
 //! What of a picture is made, its memory, and the rows of it that one thread draws.
 
+use crate::coverage::{CELL, Coverage};
 use crate::tile::Tile;
+use std::ops::Range;
 
 /// What of the surface is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,15 +49,83 @@ pub struct Picture {
     pub material: Vec<u32>,
     /// Clouds, from 0; empty unless asked for.
     pub object: Vec<u32>,
+    /// Which parts of it hold surfels; everything else is zeros.
+    pub covered: Coverage,
     /// Blocks that were drawn, and surfels in them.
     pub drawn: DrawCounts,
+    /// What tells how long stages take, where that is asked for.
+    pub clocks: Option<Clocks>,
+    /// How long they took; zeros where nobody asked.
+    pub spent: Spent,
+}
+
+/// What tells CPU time, nanoseconds.
+#[derive(Clone, Copy, Debug)]
+pub struct Clocks {
+    /// Of all threads of the process.
+    pub process: fn() -> u64,
+    /// Of the thread that asks.
+    pub thread: fn() -> u64,
+}
+
+/// CPU time of the stages of a picture, nanoseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Spent {
+    /// Choosing blocks, fine or merged, culling and sorting them, of the process.
+    pub cull: u64,
+    /// Surfels from space to the screen, of the threads that drew, as all below.
+    pub place: u64,
+    /// Finding the nearest surfels.
+    pub nearest: u64,
+    /// Adding up what blends with them.
+    pub blend: u64,
+    /// Writing pixels.
+    pub pack: u64,
+}
+
+impl Spent {
+    pub(crate) fn add(&mut self, other: &Self) {
+        self.place += other.place;
+        self.nearest += other.nearest;
+        self.blend += other.blend;
+        self.pack += other.pack;
+    }
+}
+
+/// Tells a thread's stages apart.
+pub(crate) struct Timer {
+    clock: Option<fn() -> u64>,
+    since: u64,
+}
+
+impl Timer {
+    pub(crate) fn new(clock: Option<fn() -> u64>) -> Self {
+        Self { clock, since: clock.map_or(0, |clock| clock()) }
+    }
+
+    /// Nanoseconds since the last one; 0 without a clock.
+    pub(crate) fn lap(&mut self) -> u64 {
+        let now = self.clock.map_or(0, |clock| clock());
+        now.saturating_sub(std::mem::replace(&mut self.since, now))
+    }
 }
 
 impl Picture {
+    /// Prepares it for this size: where it has it already, what held nothing is zeros.
+    pub(crate) fn begin(&mut self, size: [usize; 2]) {
+        if self.covered.size() != size {
+            self.covered = Coverage::none(size);
+            self.winners.clear();
+            self.packed.clear();
+            self.material.clear();
+            self.object.clear();
+        }
+    }
+
     /// Bytes that it takes, room for larger pictures included.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        let Self { winners, packed, material, object, drawn: _ } = self;
+        let Self { winners, packed, material, object, .. } = self;
         let [winners, packed] = [8 * winners.capacity(), 16 * packed.capacity()];
         let others = 4 * (material.capacity() + object.capacity());
         (winners + packed + others) as u64
@@ -79,6 +149,9 @@ pub(crate) struct Band<'a> {
     pub(crate) packed: &'a mut [[u32; 4]],
     pub(crate) material: &'a mut [u32],
     pub(crate) object: &'a mut [u32],
+    /// Cells that hold surfels: until a tile is drawn, those of the picture before.
+    pub(crate) cells: &'a mut [bool],
+    pub(crate) cells_across: usize,
 }
 
 impl Band<'_> {
@@ -88,8 +161,40 @@ impl Band<'_> {
         y * self.width + tile.corner[0] as usize + x
     }
 
+    /// Rows of pixels.
+    pub(crate) fn height(&self) -> usize {
+        let rows = [self.winners.len(), self.packed.len(), self.material.len(), self.object.len()];
+        rows.into_iter().max().unwrap_or(0) / self.width
+    }
+
+    /// Leaves nothing in a part of it, from a column on.
+    pub(crate) fn clear(&mut self, left: usize, [width, height]: [usize; 2]) {
+        let mut held = false;
+        for row in self.cells.chunks_exact_mut(self.cells_across) {
+            let cells = &mut row[left / CELL..(left + width).div_ceil(CELL)];
+            held |= cells.contains(&true);
+            cells.fill(false);
+        }
+        if !held {
+            return;
+        }
+        for row in 0..height {
+            let part = row * self.width + left..row * self.width + left + width;
+            clear(self.winners, &part, [0; 2]);
+            clear(self.packed, &part, [0; 4]);
+            clear(self.material, &part, 0);
+            clear(self.object, &part, 0);
+        }
+    }
+
     /// Whether anything but the surface is made.
     pub(crate) fn looks_up(&self) -> bool {
         !(self.winners.is_empty() && self.material.is_empty() && self.object.is_empty())
+    }
+}
+
+fn clear<T: Copy>(pixels: &mut [T], part: &Range<usize>, nothing: T) {
+    if let Some(part) = pixels.get_mut(part.clone()) {
+        part.fill(nothing);
     }
 }

@@ -6,8 +6,9 @@ use crate::lanes::{F, U, V, WIDTH};
 use crate::pack::pack_surface;
 use crate::picture::{Band, Mode};
 use crate::splat::BACK;
-use crate::tile::{N_NORMAL_SUMS, SIDE, Tile, vector};
+use crate::tile::{N_NORMAL_SUMS, N_SUMS, SIDE, Tile, vector};
 use fearless_simd::prelude::*;
+use fearless_simd::u32x4;
 
 /// What the pixels of a picture have in common.
 pub(crate) struct Scene<'a> {
@@ -39,7 +40,7 @@ impl<'a> Scene<'a> {
             world_from_view,
             linear_of_srgb,
             mode,
-            n_sums: if same.is_some() { N_NORMAL_SUMS } else { 8 },
+            n_sums: if same.is_some() { N_NORMAL_SUMS } else { N_SUMS },
             same: same.unwrap_or_default(),
         }
     }
@@ -55,20 +56,17 @@ impl<'a> Scene<'a> {
 #[inline(always)]
 pub(crate) fn write<S: Simd>(simd: S, tile: &Tile, scene: &Scene<'_>, band: &mut Band<'_>) {
     let [width, height] = tile.size;
+    tile.mark(band);
     for row in 0..height.div_ceil(SIDE) {
         for column in 0..width.div_ceil(SIDE) {
             let square = Tile::square(column, row);
             if scene.mode != Mode::None {
-                let packed = packed(simd, tile, [column, row], scene);
+                let words = packed(simd, tile, [column, row], scene).map(|words| words.to_array());
+                let across = SIDE.min(width - SIDE * column);
                 for y in 0..SIDE.min(height - SIDE * row) {
-                    let across = SIDE.min(width - SIDE * column);
                     let at = band.at(tile, SIDE * column, SIDE * row + y);
                     let pixels = &mut band.packed[at..at + across];
-                    for (x, pixel) in pixels.iter_mut().enumerate() {
-                        let lane = SIDE * y + x;
-                        *pixel =
-                            [packed[0][lane], packed[1][lane], packed[2][lane], packed[3][lane]];
-                    }
+                    pixels.copy_from_slice(&row_of(simd, &words, y)[..across]);
                 }
             }
             if band.looks_up() {
@@ -76,6 +74,15 @@ pub(crate) fn write<S: Simd>(simd: S, tile: &Tile, scene: &Scene<'_>, band: &mut
             }
         }
     }
+}
+
+/// A row of a square's pixels, from the words of all of them.
+#[inline(always)]
+fn row_of<S: Simd>(simd: S, words: &[[u32; WIDTH]; 4], y: usize) -> [[u32; 4]; SIDE] {
+    let four = |i: usize| u32x4::from_slice(simd, &words[i][SIDE * y..][..SIDE]);
+    let mut pixels = [0; 4 * SIDE];
+    u32x4::store_four_interleaved([four(0), four(1), four(2), four(3)], &mut pixels);
+    std::array::from_fn(|x| std::array::from_fn(|word| pixels[4 * x + word]))
 }
 
 /// What is looked up of the nearest surfels.
@@ -146,7 +153,7 @@ fn blended<S: Simd>(
     scene: &Scene<'_>,
 ) -> (V<S>, [F<S>; 3], F<S>) {
     let square = Tile::square(column, row);
-    let sums = &tile.sums[square];
+    let sums = tile.sums(square, scene.n_sums);
     let sum = vector(simd, sums);
     let weight = F::load_array_ref(simd, &sums[3]);
     let squared = sum.dot(sum);

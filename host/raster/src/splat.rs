@@ -2,8 +2,9 @@
 
 use crate::cloud::CloudInView;
 use crate::disc::{Discs, MAX_PULL, load_discs};
-use crate::lanes::{F, V, WIDTH, larger, smaller};
+use crate::lanes::{F, I, V, WIDTH, larger, smaller};
 use crate::local::{DrawnSurfel, Local};
+use crate::tile::N_NORMAL_SUMS;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 
@@ -34,24 +35,23 @@ pub(crate) struct Splat {
 }
 
 impl Splat {
-    /// Normal turned to the eye, one, albedo and accessibility.
+    /// Normal turned to the eye and one; with more than these also albedo and accessibility.
     #[inline(always)]
-    pub(crate) fn attributes(
+    pub(crate) fn attributes<const N: usize>(
         &self,
         in_view: &CloudInView<'_>,
-        with_albedo: bool,
         linear_of_srgb: &[f32; 256],
-    ) -> [f32; 8] {
+    ) -> [f32; N] {
         let place = in_view.place(self.number);
         let sign = if self.number & BACK == 0 { 1.0 } else { -1.0 };
         let [x, y, z] = in_view.columns.normals.one(place);
         let mut own = [sign * x, sign * y, sign * z, 1.0, 0.0, 0.0, 0.0, 0.0];
-        if with_albedo {
+        if N > N_NORMAL_SUMS {
             let [r, g, b] = in_view.columns.albedo_of(place, linear_of_srgb);
             (own[4], own[5], own[6]) = (r, g, b);
             own[7] = in_view.columns.ao_of(place);
         }
-        own
+        std::array::from_fn(|i| own[i])
     }
 }
 
@@ -63,81 +63,52 @@ impl CloudInView<'_> {
     }
 }
 
-/// The splats of a tile, and what varies over them.
-#[derive(Default)]
-pub(crate) struct TileSplats {
-    pub(crate) splats: Vec<Splat>,
-    pub(crate) locals: Vec<Local>,
-    /// Whether normal fields are read.
-    pub(crate) with_fields: bool,
+/// What varies over a surfel of a group, where anything does.
+fn local<S: Simd>(
+    in_view: &CloudInView<'_>,
+    discs: &Discs<S>,
+    group: usize,
+    lane: usize,
+    with_fields: bool,
+) -> Option<Local> {
+    let vector = |of: V<S>| Vec3::new(of.x[lane], of.y[lane], of.z[lane]);
+    let place = group * WIDTH + lane;
+    let widened = DrawnSurfel {
+        place,
+        center: vector(discs.center),
+        axis_u: vector(discs.axis_u),
+        axis_v: vector(discs.axis_v),
+        kept: [discs.kept[0][lane], discs.kept[1][lane]],
+        back: discs.back.to_bitmask() >> lane & 1 == 1,
+        own_center: in_view.eye.one(in_view.columns.positions.one(place)),
+        offset: &|v| in_view.eye.one_offset(v.to_array()),
+        tangent_scale: in_view.eye.tangent_scale,
+    };
+    Local::of(in_view.columns, &widened, with_fields)
 }
 
-impl TileSplats {
-    /// What varies over a splat.
-    #[inline(always)]
-    pub(crate) fn local(&self, splat: &Splat) -> Option<&Local> {
-        self.locals.get((splat.local as usize).checked_sub(1)?)
-    }
-
-    /// Adds what varies over a surfel of a group and returns its place, from 1; 0 where nothing does.
-    fn vary<S: Simd>(
-        &mut self,
-        in_view: &CloudInView<'_>,
-        discs: &Discs<S>,
-        group: usize,
-        lane: usize,
-    ) -> u32 {
-        let vector = |of: V<S>| Vec3::new(of.x[lane], of.y[lane], of.z[lane]);
-        let place = group * WIDTH + lane;
-        let widened = DrawnSurfel {
-            place,
-            center: vector(discs.center),
-            axis_u: vector(discs.axis_u),
-            axis_v: vector(discs.axis_v),
-            kept: [discs.kept[0][lane], discs.kept[1][lane]],
-            back: discs.back.to_bitmask() >> lane & 1 == 1,
-            own_center: in_view.eye.one(in_view.columns.positions.one(place)),
-            offset: &|v| in_view.eye.one_offset(v.to_array()),
-            tangent_scale: in_view.eye.tangent_scale,
-        };
-        let Some(local) = Local::of(in_view.columns, &widened, self.with_fields) else { return 0 };
-        self.locals.push(local);
-        self.locals.len() as u32
-    }
-}
-
-/// Appends the surfels of a group that a tile meets.
+/// Appends the surfels of a group that cover a part of the picture, and what varies over them.
 #[inline(always)]
 pub(crate) fn splats<S: Simd>(
     simd: S,
     in_view: &CloudInView<'_>,
     cloud: u32,
     group: usize,
-    corner: [i32; 2],
-    size: [usize; 2],
-    all: &mut TileSplats,
+    with_fields: bool,
+    all: &mut Vec<Splat>,
+    locals: &mut Vec<Local>,
 ) {
     let eye = &in_view.eye;
     let splat = |value: f32| F::splat(simd, value);
     let zero = splat(0.0);
-    let discs = load_discs(simd, in_view.columns, eye, group);
-    if !discs.visible.any_true() {
-        return;
-    }
+    let Some(discs) = load_discs(simd, in_view.columns, eye, group) else { return };
     let [left, top, right, bottom] = discs.pixel_boxes(eye);
     // A pixel counts where its middle lies within.
     let (w, h) = (eye.size_px[0] as f32, eye.size_px[1] as f32);
     let within = |at: F<S>, size: f32| smaller(larger(at, zero), splat(size));
     let (x0, y0) = (within((left - 0.5).ceil(), w), within((top - 0.5).ceil(), h));
     let (x1, y1) = (within((right + 0.5).floor(), w), within((bottom + 0.5).floor(), h));
-    let (left, top) = (corner[0] as f32, corner[1] as f32);
-    let (right, bottom) = (left + size[0] as f32, top + size[1] as f32);
-    let inside = x1.simd_gt(x0)
-        & y1.simd_gt(y0)
-        & x1.simd_gt(splat(left))
-        & y1.simd_gt(splat(top))
-        & x0.simd_lt(splat(right))
-        & y0.simd_lt(splat(bottom));
+    let inside = x1.simd_gt(x0) & y1.simd_gt(y0);
     let mut drawn = (discs.visible & inside).to_bitmask();
     if drawn == 0 {
         return;
@@ -178,26 +149,36 @@ pub(crate) fn splats<S: Simd>(
         (splat(1.0) / pull, zero)
     };
     let back = discs.back.to_bitmask();
-    let three = |of: &[F<S>; 3], lane: usize| of.map(|of| of[lane]);
     let depth = [-discs.center.z, -discs.axis_u.z, -discs.axis_v.z];
+    // To memory at once: lanes of registers are read through it one by one.
+    let three = |of: [F<S>; 3]| of.map(|of| of.to_array());
+    let [u, v, w_of, depth] = [three(u), three(v), three(w_of), three(depth)];
+    let others = [drawn_near, nearer, discs.share].map(|of| of.to_array());
+    let boxes = [x0, y0, x1, y1].map(|of| of.to_int::<I<S>>().to_array());
     let first = in_view.first + (group * WIDTH) as u32;
-    let varies = in_view.columns.varies(all.with_fields);
+    let varies = in_view.columns.varies(with_fields);
     while drawn != 0 {
         let lane = drawn.trailing_zeros() as usize;
         drawn &= drawn - 1;
-        let local = if varies { all.vary(in_view, &discs, group, lane) } else { 0 };
-        all.splats.push(Splat {
-            u: three(&u, lane),
-            v: three(&v, lane),
-            w: three(&w_of, lane),
-            depth: three(&depth, lane),
-            drawn_near: drawn_near[lane],
-            nearer: nearer[lane],
-            share: discs.share[lane],
+        let own = if varies { local(in_view, &discs, group, lane, with_fields) } else { None };
+        let place = own.map_or(0, |own| {
+            locals.push(own);
+            locals.len() as u32
+        });
+        let of_lane = |of: &[[f32; WIDTH]; 3]| of.map(|of| of[lane]);
+        let [drawn_near, nearer, share] = of_lane(&others);
+        all.push(Splat {
+            u: of_lane(&u),
+            v: of_lane(&v),
+            w: of_lane(&w_of),
+            depth: of_lane(&depth),
+            drawn_near,
+            nearer,
+            share,
             number: (first + lane as u32) | ((back >> lane & 1) as u32) << 31,
             cloud,
-            local,
-            pixels: [x0[lane] as i32, y0[lane] as i32, x1[lane] as i32, y1[lane] as i32],
+            local: place,
+            pixels: boxes.map(|of| of[lane]),
         });
     }
 }

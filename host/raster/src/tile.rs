@@ -4,12 +4,15 @@
 //! A first pass finds the nearest surfels (the depth buffer), a second adds up the weighted attributes of those
 //! within the depth tolerance of it.
 
-use crate::cloud::CloudInView;
-use crate::cull::VisibleBlock;
+use crate::block_splats::{AllSplats, Pixels, overlap};
+use crate::coverage::CELL;
 use crate::lanes::{F, M, U, V, WIDTH, power_of_2};
 use crate::local::Local;
-use crate::splat::{BACK, Splat, TileSplats, splats};
+use crate::picture::{Band, Spent, Timer};
+use crate::resolve::Scene;
+use crate::splat::{BACK, Splat};
 use fearless_simd::prelude::*;
+use std::ops::Range;
 
 /// Width and height of a tile in pixels.
 pub(crate) const TILE: [usize; 2] = [128, 32];
@@ -19,14 +22,21 @@ pub(crate) const SIDE: usize = 4;
 const SQUARES: [usize; 2] = [TILE[0] / SIDE, TILE[1] / SIDE];
 const N_SQUARES: usize = SQUARES[0] * SQUARES[1];
 /// Squares along a side of a cell of the coarse depth buffer, by which occluded blocks are left out.
-const CELL: usize = 2;
-const CELLS: [usize; 2] = [SQUARES[0] / CELL, SQUARES[1] / CELL];
+const DEPTH_CELL: usize = 2;
+const CELLS: [usize; 2] = [SQUARES[0] / DEPTH_CELL, SQUARES[1] / DEPTH_CELL];
 
 /// Sums of a square: normal x y z, weight, albedo r g b, accessibility. The later ones are added up only
 /// where they differ from surfel to surfel.
-pub(crate) type Sums = [[f32; WIDTH]; 8];
+pub(crate) const N_SUMS: usize = 8;
 /// Sums that always are added up.
 pub(crate) const N_NORMAL_SUMS: usize = 4;
+
+/// A splat of a tile that may blend.
+struct Met {
+    splat: Splat,
+    /// Squares of its box, row by row, in which it may do so; all where there are more than 64.
+    squares: u64,
+}
 
 /// Scratch memory of a thread.
 pub(crate) struct Tile {
@@ -37,8 +47,11 @@ pub(crate) struct Tile {
     pub(crate) depth: Vec<[f32; WIDTH]>,
     /// Numbers of the nearest surfels; 0 where nothing is.
     pub(crate) number: Vec<[u32; WIDTH]>,
-    pub(crate) sums: Vec<Sums>,
-    met: TileSplats,
+    /// Sums of each square, as many as are added up.
+    sums: Vec<[f32; WIDTH]>,
+    met: Vec<Met>,
+    /// What varies over them.
+    locals: Vec<Local>,
     /// The coarse depth buffer: the largest distance in each cell, infinite where a pixel is empty; not known where NaN.
     farthest: [f32; CELLS[0] * CELLS[1]],
 }
@@ -50,8 +63,9 @@ impl Tile {
             size: [0; 2],
             depth: vec![[f32::INFINITY; WIDTH]; N_SQUARES],
             number: vec![[0; WIDTH]; N_SQUARES],
-            sums: vec![[[0.0; WIDTH]; 8]; N_SQUARES],
-            met: TileSplats::default(),
+            sums: vec![[0.0; WIDTH]; N_SUMS * N_SQUARES],
+            met: Vec::new(),
+            locals: Vec::new(),
             farthest: [f32::INFINITY; CELLS[0] * CELLS[1]],
         }
     }
@@ -62,14 +76,36 @@ impl Tile {
         row * SQUARES[0] + column
     }
 
+    /// The sums of a square, where so many are added up.
+    #[inline(always)]
+    pub(crate) fn sums(&self, square: usize, n_sums: usize) -> &[[f32; WIDTH]] {
+        &self.sums[n_sums * square..][..n_sums]
+    }
+
+    /// Says which cells of the picture hold surfels.
+    pub(crate) fn mark(&self, band: &mut Band<'_>) {
+        let squares = CELL / SIDE;
+        let first = self.corner[0] as usize / CELL;
+        for (row, cells) in band.cells.chunks_exact_mut(band.cells_across).enumerate() {
+            let here = &mut cells[first..first + self.size[0].div_ceil(CELL)];
+            for (column, holds) in here.iter_mut().enumerate() {
+                let rows = squares * row..squares * (row + 1);
+                *holds = rows.into_iter().any(|row| {
+                    let of_row = &self.number[Self::square(squares * column, row)..][..squares];
+                    of_row.iter().flatten().any(|&number| number != 0)
+                });
+            }
+        }
+    }
+
     /// Empties it for another part of the picture.
     fn begin(&mut self, corner: [usize; 2], size: [usize; 2]) {
         self.corner = corner.map(|at| at as i32);
         self.size = size;
         self.depth.fill([f32::INFINITY; WIDTH]);
         self.number.fill([0; WIDTH]);
-        self.met.splats.clear();
-        self.met.locals.clear();
+        self.met.clear();
+        self.locals.clear();
         self.farthest.fill(f32::INFINITY);
         // Pixels beyond the picture's edge are as near as can be: nothing waits for them to be filled.
         for row in 0..SQUARES[1] {
@@ -87,7 +123,7 @@ impl Tile {
     }
 
     /// Whether everything is nearer than a distance in a part of the picture, by the coarse depth buffer.
-    fn is_occluded(&mut self, pixels: &[i32; 4], nearest: f32) -> bool {
+    fn is_occluded(&mut self, pixels: &Pixels, nearest: f32) -> bool {
         let [x0, y0, x1, y1] = self.cells(pixels);
         for row in y0..y1 {
             for column in x0..x1 {
@@ -103,8 +139,8 @@ impl Tile {
         let at = row * CELLS[0] + column;
         if self.farthest[at].is_nan() {
             let mut most = f32::NEG_INFINITY;
-            for y in CELL * row..CELL * (row + 1) {
-                for depths in &self.depth[Self::square(CELL * column, y)..][..CELL] {
+            for y in DEPTH_CELL * row..DEPTH_CELL * (row + 1) {
+                for depths in &self.depth[Self::square(DEPTH_CELL * column, y)..][..DEPTH_CELL] {
                     most = depths.iter().fold(most, |most, &d| if d > most { d } else { most });
                 }
             }
@@ -114,15 +150,15 @@ impl Tile {
     }
 
     /// Columns and rows of cells that a part of the picture touches.
-    fn cells(&self, pixels: &[i32; 4]) -> [usize; 4] {
+    fn cells(&self, pixels: &Pixels) -> [usize; 4] {
         let [x0, y0, x1, y1] = self.within(pixels);
-        let cell = CELL * SIDE;
+        let cell = DEPTH_CELL * SIDE;
         [x0 / cell, y0 / cell, x1.div_ceil(cell), y1.div_ceil(cell)]
     }
 
     /// A part of the picture in the tile's own pixels.
     #[inline(always)]
-    fn within(&self, pixels: &[i32; 4]) -> [usize; 4] {
+    fn within(&self, pixels: &Pixels) -> [usize; 4] {
         let [w, h] = self.size.map(|side| side as i32);
         let x = |x: i32| (x - self.corner[0]).clamp(0, w) as usize;
         let y = |y: i32| (y - self.corner[1]).clamp(0, h) as usize;
@@ -136,41 +172,31 @@ impl Tile {
         simd: S,
         corner: [usize; 2],
         size: [usize; 2],
-        clouds: &[CloudInView<'_>],
-        blocks: &[VisibleBlock],
-        with_fields: bool,
+        all: &AllSplats<'_>,
+        blocks: &[u32],
+        (timer, spent): (&mut Timer, &mut Spent),
     ) {
         self.begin(corner, size);
-        self.met.with_fields = with_fields;
-        for placed in blocks {
+        let [x, y] = self.corner;
+        let here = [x, y, x + size[0] as i32, y + size[1] as i32];
+        for &at in blocks {
+            let (placed, near) = all.block(at);
             if self.is_occluded(&placed.pixels, placed.nearest) {
                 continue;
             }
-            let in_view = &clouds[placed.cloud as usize];
-            let block = &in_view.columns.blocks[placed.block as usize];
-            for group in block.first..block.first + block.count {
-                let (first, mut n_locals) = (self.met.splats.len(), self.met.locals.len());
-                splats(simd, in_view, placed.cloud, group, self.corner, self.size, &mut self.met);
-                let mut kept = first;
-                for at in first..self.met.splats.len() {
-                    let splat = self.met.splats[at];
-                    // What is behind the surface now will be so at the end.
-                    let is_visible = match self.met.local(&splat).copied() {
-                        None => {
-                            self.keep_nearest::<S, false>(simd, &splat, &NOTHING, in_view.eye.near)
-                        }
-                        Some(own) => {
-                            self.keep_nearest::<S, true>(simd, &splat, &own, in_view.eye.near)
-                        }
-                    };
-                    if is_visible {
-                        self.met.splats[kept] = splat;
-                        kept += 1;
-                        n_locals = n_locals.max(splat.local as usize);
-                    }
+            spent.nearest += timer.lap();
+            let block = all.of(simd, at);
+            spent.place += timer.lap();
+            let mut first = 0;
+            for (pixels, end) in &block.groups {
+                let of_group = &block.splats[first..*end];
+                first = *end;
+                if !overlap(pixels, &here) {
+                    continue;
                 }
-                self.met.splats.truncate(kept);
-                self.met.locals.truncate(n_locals);
+                for splat in of_group.iter().filter(|splat| overlap(&splat.pixels, &here)) {
+                    self.meet(simd, splat, block.local(splat), near);
+                }
             }
             let [x0, y0, x1, y1] = self.cells(&placed.pixels);
             for row in y0..y1 {
@@ -179,8 +205,26 @@ impl Tile {
         }
     }
 
-    /// Keeps a splat where it is the nearest so far; of equal ones the first by number. Says whether
-    /// any of it may blend. What is `LOCAL` may be cut.
+    /// Takes a splat in, where any of it may blend: what is behind the surface now will be so at the end.
+    #[inline(always)]
+    fn meet<S: Simd>(&mut self, simd: S, splat: &Splat, own: Option<&Local>, near: f32) {
+        let squares = match own {
+            None => self.keep_nearest::<S, false>(simd, splat, &NOTHING, near),
+            Some(own) => self.keep_nearest::<S, true>(simd, splat, own, near),
+        };
+        if squares == 0 {
+            return;
+        }
+        let mut splat = *splat;
+        if let Some(own) = own {
+            self.locals.push(*own);
+            splat.local = self.locals.len() as u32;
+        }
+        self.met.push(Met { splat, squares });
+    }
+
+    /// Keeps a splat where it is the nearest so far; of equal ones the first by number. Returns the
+    /// squares in which it may blend, as `Met` has them. What is `LOCAL` may be cut.
     #[inline(always)]
     fn keep_nearest<S: Simd, const LOCAL: bool>(
         &mut self,
@@ -188,14 +232,15 @@ impl Tile {
         splat: &Splat,
         own_parts: &Local,
         near: f32,
-    ) -> bool {
+    ) -> u64 {
         let lines = PlaneEquations::new(simd, splat, self.corner, near);
-        let [x0, y0, x1, y1] = self.within(&splat.pixels);
+        let squares = Squares::new(self.within(&splat.pixels));
         let own = U::splat(simd, splat.number);
-        let mut is_visible = false;
-        for row in y0 / SIDE..y1.div_ceil(SIDE) {
-            for column in x0 / SIDE..x1.div_ceil(SIDE) {
-                let mut hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+        let mut met = 0;
+        for row in squares.rows() {
+            let in_row = squares.in_row(row);
+            for column in squares.columns() {
+                let mut hit = lines.hit(splat, column, row, squares.in_column(column) & in_row);
                 if LOCAL {
                     hit.inside &= !own_parts.cuts(hit.u, hit.v);
                 }
@@ -205,7 +250,7 @@ impl Tile {
                 if !blends.any_true() {
                     continue;
                 }
-                is_visible = true;
+                met |= squares.bit(column, row);
                 let number = U::load_array_ref(simd, &self.number[at]);
                 // Without the highest bit, which is the side.
                 let tie = hit.distance.simd_eq(depth) & (own << 1).simd_lt(number << 1);
@@ -214,47 +259,56 @@ impl Tile {
                 wins.select(own, number).store_array(&mut self.number[at]);
             }
         }
-        is_visible
+        met
     }
 
     /// Adds up what blends with the nearest surfels.
     #[inline(always)]
-    pub(crate) fn blend<S: Simd>(
-        &mut self,
-        simd: S,
-        clouds: &[CloudInView<'_>],
-        n_sums: usize,
-        linear_of_srgb: &[f32; 256],
-    ) {
-        self.sums.fill([[0.0; WIDTH]; 8]);
+    pub(crate) fn blend<S: Simd>(&mut self, simd: S, scene: &Scene<'_>) {
+        match scene.n_sums {
+            N_NORMAL_SUMS => self.blend_sums::<S, N_NORMAL_SUMS>(simd, scene),
+            _ => self.blend_sums::<S, N_SUMS>(simd, scene),
+        }
+    }
+
+    #[inline(always)]
+    fn blend_sums<S: Simd, const N: usize>(&mut self, simd: S, scene: &Scene<'_>) {
+        self.sums[..N * N_SQUARES].fill([0.0; WIDTH]);
         let met = std::mem::take(&mut self.met);
-        for splat in &met.splats {
-            let in_view = &clouds[splat.cloud as usize];
-            let own = splat.attributes(in_view, n_sums > N_NORMAL_SUMS, linear_of_srgb);
-            let (own, near) = (&own[..n_sums], in_view.eye.near);
-            match met.local(splat) {
-                None => self.add::<S, false>(simd, splat, own, &NOTHING, near),
-                Some(parts) => self.add::<S, true>(simd, splat, own, parts, near),
+        let locals = std::mem::take(&mut self.locals);
+        for Met { splat, squares } in &met {
+            let in_view = &scene.clouds[splat.cloud as usize];
+            let own = splat.attributes::<N>(in_view, scene.linear_of_srgb);
+            let near = in_view.eye.near;
+            match (splat.local as usize).checked_sub(1).and_then(|at| locals.get(at)) {
+                None => self.add::<S, false, N>(simd, splat, *squares, own, &NOTHING, near),
+                Some(parts) => self.add::<S, true, N>(simd, splat, *squares, own, parts, near),
             }
         }
-        self.met = met;
+        (self.met, self.locals) = (met, locals);
     }
 
     /// Adds up one splat. What is `LOCAL` may be cut, and may have a normal field.
     #[inline(always)]
-    fn add<S: Simd, const LOCAL: bool>(
+    fn add<S: Simd, const LOCAL: bool, const N: usize>(
         &mut self,
         simd: S,
         splat: &Splat,
-        own: &[f32],
+        met: u64,
+        own: [f32; N],
         parts: &Local,
         near: f32,
     ) {
         let lines = PlaneEquations::new(simd, splat, self.corner, near);
-        let [x0, y0, x1, y1] = self.within(&splat.pixels);
-        for row in y0 / SIDE..y1.div_ceil(SIDE) {
-            for column in x0 / SIDE..x1.div_ceil(SIDE) {
-                let mut hit = lines.hit(splat, column, row, within([x0, y0, x1, y1], column, row));
+        let squares = Squares::new(self.within(&splat.pixels));
+        let (of_all, share) = (own.map(|own| F::splat(simd, own)), splat.share);
+        for row in squares.rows() {
+            let in_row = squares.in_row(row);
+            for column in squares.columns() {
+                if met & squares.bit(column, row) == 0 {
+                    continue;
+                }
+                let mut hit = lines.hit(splat, column, row, squares.in_column(column) & in_row);
                 if LOCAL {
                     hit.inside &= !parts.cuts(hit.u, hit.v);
                 }
@@ -266,40 +320,82 @@ impl Tile {
                 if !counts.any_true() {
                     continue;
                 }
-                let weight = splat_weight(hit.r2) * splat.share;
+                let weight = splat_weight(hit.r2) * share;
                 let weight = counts.select(weight, F::splat(simd, 0.0));
-                let mut own = own;
-                let mut sums = &mut self.sums[at][..];
+                let mut own = of_all;
                 if LOCAL && parts.has_field() {
                     // Rays beside the splat may not meet its plane at all.
                     let zero = F::splat(simd, 0.0);
                     let nothing = V { x: zero, y: zero, z: zero };
                     let normal = V::pick(counts, parts.normals(hit.u, hit.v), nothing);
-                    let (of_normal, rest) = sums.split_at_mut(3);
-                    for (sums, normal) in of_normal.iter_mut().zip([normal.x, normal.y, normal.z]) {
-                        (F::load_array_ref(simd, sums) + weight * normal).store_array(sums);
-                    }
-                    (own, sums) = (&own[3..], rest);
+                    (own[0], own[1], own[2]) = (normal.x, normal.y, normal.z);
                 }
+                let sums = &mut self.sums[N * at..][..N];
                 for (sums, own) in sums.iter_mut().zip(own) {
-                    (F::load_array_ref(simd, sums) + weight * *own).store_array(sums);
+                    (F::load_array_ref(simd, sums) + weight * own).store_array(sums);
                 }
             }
         }
     }
 }
 
-/// The pixels of a square that lie in a part of the tile, a bit for each.
-///
-/// Beyond a splat's box rounding alone could make one that is seen edge-on meet rays.
-#[inline(always)]
-fn within([x0, y0, x1, y1]: [usize; 4], column: usize, row: usize) -> u64 {
-    let (left, top) = (SIDE * column, SIDE * row);
-    let columns = 0xf << x0.saturating_sub(left) & 0xf >> (left + SIDE).saturating_sub(x1);
-    let rows = 0xffff << (SIDE * y0.saturating_sub(top))
-        & 0xffff >> (SIDE * (top + SIDE).saturating_sub(y1));
-    // Four times the same four bits, one of each row.
-    (columns * 0x1111) & rows
+/// The squares of a part of a tile.
+struct Squares {
+    /// Its pixels in the tile.
+    pixels: [usize; 4],
+    first: [usize; 2],
+    end: [usize; 2],
+    /// Squares of a row, where each has a bit; 0 where there are more squares than bits.
+    across: usize,
+}
+
+impl Squares {
+    #[inline(always)]
+    fn new(pixels: [usize; 4]) -> Self {
+        let [x0, y0, x1, y1] = pixels;
+        let (first, end) = ([x0 / SIDE, y0 / SIDE], [x1.div_ceil(SIDE), y1.div_ceil(SIDE)]);
+        let (across, down) = (end[0] - first[0], end[1] - first[1]);
+        let across = if across * down <= u64::BITS as usize { across } else { 0 };
+        Self { pixels, first, end, across }
+    }
+
+    #[inline(always)]
+    fn rows(&self) -> Range<usize> {
+        self.first[1]..self.end[1]
+    }
+
+    #[inline(always)]
+    fn columns(&self) -> Range<usize> {
+        self.first[0]..self.end[0]
+    }
+
+    /// The bit of a square; where not each has one, that of all.
+    #[inline(always)]
+    fn bit(&self, column: usize, row: usize) -> u64 {
+        match self.across {
+            0 => 1,
+            across => 1 << (across * (row - self.first[1]) + column - self.first[0]),
+        }
+    }
+
+    /// The pixels of a square in this row that are within, a bit for each.
+    ///
+    /// Beyond a splat's box rounding alone could make one that is seen edge-on meet rays.
+    #[inline(always)]
+    fn in_row(&self, row: usize) -> u64 {
+        let (top, [_, y0, _, y1]) = (SIDE * row, self.pixels);
+        0xffff << (SIDE * y0.saturating_sub(top))
+            & 0xffff >> (SIDE * (top + SIDE).saturating_sub(y1))
+    }
+
+    /// The same of a column.
+    #[inline(always)]
+    fn in_column(&self, column: usize) -> u64 {
+        let (left, [x0, _, x1, _]) = (SIDE * column, self.pixels);
+        let columns = 0xf << x0.saturating_sub(left) & 0xf >> (left + SIDE).saturating_sub(x1);
+        // Four times the same four bits, one of each row.
+        columns * 0x1111
+    }
 }
 
 /// What of a splat is linear in a pixel's place, for the first square of a tile.
@@ -377,7 +473,7 @@ fn splat_weight<S: Simd>(r2: F<S>) -> F<S> {
 
 /// A vector of a square.
 #[inline(always)]
-pub(crate) fn vector<S: Simd>(simd: S, sums: &Sums) -> V<S> {
+pub(crate) fn vector<S: Simd>(simd: S, sums: &[[f32; WIDTH]]) -> V<S> {
     V {
         x: F::load_array_ref(simd, &sums[0]),
         y: F::load_array_ref(simd, &sums[1]),
@@ -397,9 +493,26 @@ mod tests {
 
     #[test]
     fn parts_of_squares_are_bits() {
-        assert_eq!(within([0, 0, 128, 32], 3, 2), 0xffff);
-        assert_eq!(within([13, 9, 15, 10], 3, 2), 0b0110 << 4);
-        assert_eq!(within([0, 9, 13, 32], 3, 2), 0x1110);
+        let within = |pixels| {
+            let squares = Squares::new(pixels);
+            squares.in_column(3) & squares.in_row(2)
+        };
+        assert_eq!(within([0, 0, 128, 32]), 0xffff);
+        assert_eq!(within([13, 9, 15, 10]), 0b0110 << 4);
+        assert_eq!(within([0, 9, 13, 32]), 0x1110);
+    }
+
+    #[test]
+    fn squares_have_a_bit_each_up_to_as_many_as_there_are_bits() {
+        let bits = |pixels| {
+            let squares = Squares::new(pixels);
+            let all = squares.rows().flat_map(|row| squares.columns().map(move |at| (at, row)));
+            all.map(|(column, row)| squares.bit(column, row)).collect::<Vec<_>>()
+        };
+        // Eight by eight squares, the first and the last touched by a pixel each.
+        let all = bits([7, 3, 33, 29]);
+        assert_eq!(all, (0..64).map(|i| 1 << i).collect::<Vec<u64>>());
+        assert_eq!(bits([7, 3, 37, 29]), [1; 72]);
     }
 
     #[test]

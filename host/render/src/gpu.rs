@@ -1,6 +1,7 @@
 //! The graphics device: which adapter is taken and what it can do.
 
 use crate::shader_features::ShaderFeature;
+use crate::stages::Stages;
 use crate::transfer::TransferBuffers;
 use std::collections::HashMap;
 use std::sync::{Arc, OnceLock};
@@ -125,6 +126,8 @@ pub struct Gpu {
     pub atomics: Atomics,
     /// Buffers through which pictures cross.
     pub(crate) transfers: TransferBuffers,
+    /// How long stages of a frame take, where that is asked for.
+    pub(crate) stages: Stages,
     /// Why the device was lost, once it is.
     lost: Arc<OnceLock<String>>,
     /// What textures of a format may be used for, where less than WebGPU promises.
@@ -284,6 +287,7 @@ impl Gpu {
             lost,
             usages,
             transfers: TransferBuffers::default(),
+            stages: Stages::default(),
             stores: storage_flags(adapter, features),
             dispatches_counted: downlevel.flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),

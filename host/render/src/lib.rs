@@ -19,6 +19,7 @@ mod host_uniform;
 mod resource_use;
 mod shader_compiler;
 mod shader_features;
+mod stages;
 mod surfels;
 mod transfer;
 
@@ -31,4 +32,5 @@ pub use engine::{
 pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use graph::{CompileCounts, PassReport, PassState, RenderError};
 pub use resource_use::ResourceUse;
+pub use stages::{Clocks, StageClock, StageTime};
 pub use surfels::{ColumnUse, SurfaceCounts, SurfelDrawing};

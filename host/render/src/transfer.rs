@@ -4,6 +4,7 @@
 use crate::gpu::Gpu;
 use std::sync::Mutex;
 use std::sync::mpsc;
+use surfelshop_raster::Rectangle;
 
 /// Most buffers that wait for a frame to come: what goes up and what comes down, of two sizes of picture.
 const MAX_FREE: usize = 8;
@@ -55,20 +56,25 @@ impl TransferBuffers {
     }
 }
 
-/// Records the copy of a picture without gaps, so many bytes a pixel, into the first level of a texture. Returns the
-/// buffer that holds it until the commands are submitted; `None` where the device did not take it, as when it is lost.
+/// Records the copy of parts of a picture without gaps, so many bytes a pixel, into the first level of a texture.
+/// Returns the buffer that holds them until the commands are submitted; `None` where there is nothing to copy, and
+/// where the device did not take it, as when it is lost.
 pub(crate) fn upload(
     gpu: &Gpu,
     encoder: &mut wgpu::CommandEncoder,
     texture: &wgpu::Texture,
     bytes: &[u8],
     texel: u32,
+    parts: &[Rectangle],
 ) -> Option<wgpu::Buffer> {
-    let size = wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() };
-    let row = size.width * texel;
+    if parts.is_empty() {
+        return None;
+    }
+    let row = texture.width() * texel;
     let row_bytes = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let usage = wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC;
-    let n_bytes = u64::from(row_bytes) * u64::from(size.height);
+    // As much for each part as for the whole, so that it is used again whatever the parts are.
+    let n_bytes = u64::from(row_bytes) * u64::from(texture.height());
     let buffer = gpu.transfers.take(gpu, n_bytes, usage);
     let (send, receive) = mpsc::channel();
     buffer.slice(..).map_async(wgpu::MapMode::Write, move |result| {
@@ -78,22 +84,42 @@ pub(crate) fn upload(
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).ok()?;
     receive.recv().ok()?.ok()?;
     let mut mapped = buffer.get_mapped_range_mut(..).ok()?;
-    if row == row_bytes {
-        mapped.slice(..bytes.len()).copy_from_slice(bytes);
-    } else {
-        for (i, own) in bytes.chunks_exact(row as usize).enumerate() {
-            let start = i * row_bytes as usize;
-            mapped.slice(start..start + row as usize).copy_from_slice(own);
+    for &part in parts {
+        let [x, y, width, height] = part.map(|at| at as usize);
+        let (left, across) = (x * texel as usize, width * texel as usize);
+        for at in y..y + height {
+            let from = at * row as usize + left;
+            let to = at * row_bytes as usize + left;
+            mapped.slice(to..to + across).copy_from_slice(bytes.get(from..from + across)?);
         }
     }
     drop(mapped);
     buffer.unmap();
-    let layout = wgpu::TexelCopyBufferLayout {
-        offset: 0,
+    for &part in parts {
+        let from = wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: part_layout(part, texel, row_bytes),
+        };
+        let [x, y, width, height] = part;
+        let to = wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x, y, z: 0 },
+            ..texture.as_image_copy()
+        };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        encoder.copy_buffer_to_texture(from, to, size);
+    }
+    Some(buffer)
+}
+
+/// Where a part of a picture lies in a buffer with room for all of it.
+pub(crate) fn part_layout(
+    [x, y, ..]: Rectangle,
+    texel: u32,
+    row_bytes: u32,
+) -> wgpu::TexelCopyBufferLayout {
+    wgpu::TexelCopyBufferLayout {
+        offset: u64::from(y) * u64::from(row_bytes) + u64::from(x) * u64::from(texel),
         bytes_per_row: Some(row_bytes),
         rows_per_image: None,
-    };
-    let from = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
-    encoder.copy_buffer_to_texture(from, texture.as_image_copy(), size);
-    Some(buffer)
+    }
 }

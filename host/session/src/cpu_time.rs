@@ -1,6 +1,7 @@
 //! Processor time.
 
 use std::time::Duration;
+use surfelshop_render::Clocks;
 
 /// The CPU time of the program so far, of all its threads, where the system tells.
 pub fn cpu_time() -> Option<Duration> {
@@ -9,6 +10,25 @@ pub fn cpu_time() -> Option<Duration> {
         let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
         let seconds = u64::try_from(time.tv_sec).ok()?;
         Some(Duration::new(seconds, u32::try_from(time.tv_nsec).ok()?))
+    }
+    #[cfg(not(unix))]
+    None
+}
+
+/// Clocks of CPU time in nanoseconds, where the system tells.
+pub fn clocks() -> Option<Clocks> {
+    #[cfg(unix)]
+    {
+        use rustix::time::{ClockId, clock_gettime};
+        fn nanoseconds(clock: ClockId) -> u64 {
+            let time = clock_gettime(clock);
+            let [seconds, rest] = [time.tv_sec, time.tv_nsec].map(|part| part as i64);
+            u64::try_from(1_000_000_000 * seconds + rest).unwrap_or(0)
+        }
+        Some(Clocks {
+            process: || nanoseconds(ClockId::ProcessCPUTime),
+            thread: || nanoseconds(ClockId::ThreadCPUTime),
+        })
     }
     #[cfg(not(unix))]
     None

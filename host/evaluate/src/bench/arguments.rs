@@ -21,6 +21,7 @@ use surfelshop_session::options::{
   surfelshop bench scan.ply room.scene.toml -r ewa-phong -r environment --env studio \\
       --sizes 512,1024 --strategies quads,cpu -o measured
   surfelshop bench --growth --most 3000000 --largest 4096 -o growth
+  surfelshop bench scan.ply --split --strategies cpu --sizes 1024
   surfelshop bench scan.ply --start
 The folder holds a table (.csv) and all that was measured (.json), with --growth plots (.svg), too."
 )]
@@ -35,6 +36,9 @@ pub struct BenchArguments {
     /// Measure how long the program takes from its start to a picture instead.
     #[arg(long)]
     pub start: bool,
+    /// Also say where the CPU time of a frame goes, stage by stage, display transform and PNG included.
+    #[arg(long, conflicts_with_all = ["growth", "start"])]
+    pub split: bool,
     /// A renderer, by its id or as PACKAGE/ID, also behind a name of your own, as NAME=RENDERER; may be
     /// repeated.
     #[arg(short, long, value_name = "[NAME=]RENDERER", default_value = "ewa-phong")]
@@ -163,7 +167,14 @@ mod tests {
 
     #[test]
     fn what_is_measured_is_one_thing() {
-        for line in ["--growth --start", "--growth a.ply", "--most 20000", "--growth --sizes 64"] {
+        for line in [
+            "--growth --start",
+            "--growth a.ply",
+            "--most 20000",
+            "--growth --sizes 64",
+            "--growth --split",
+            "--start --split",
+        ] {
             assert!(strategies(&format!("surfelshop bench {line}")).is_err(), "{line}");
         }
         assert!(strategies("surfelshop bench --growth --most 20000 --largest 256").is_ok());

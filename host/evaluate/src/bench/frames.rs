@@ -1,8 +1,9 @@
 //! Frames of files, once around what the camera looks at.
 
-use super::cells::{Of, cells};
+use super::cells::{Cell, Of, cells};
 use super::memory::memory;
 use super::report::{self, Measured, Object};
+use super::split::split;
 use super::timing::{What, timed};
 use super::variant::{LeftOut, Variant, base, open};
 use super::{files, renderers};
@@ -122,7 +123,17 @@ impl Session<'_> {
                     &mut self.left_out,
                 )?;
                 let of = of(name, clouds, size);
-                self.measured.cells.extend(cells(&of, what, all, &base(self.variants)));
+                let cells = cells(&of, what, all, &base(self.variants));
+                if arguments.split {
+                    let left_out = &mut self.left_out;
+                    let mut splits = split(&mut contestants, what, &stage, &views, &of, left_out);
+                    for split in &mut splits {
+                        let whole = cells.iter().find(|one| one.timed.variant == split.variant());
+                        split.whole_ms = whole.and_then(Cell::cpu_ms);
+                    }
+                    self.measured.splits.extend(splits);
+                }
+                self.measured.cells.extend(cells);
                 let done = (i * whats().count() + j + 1) as f64 / n_steps;
                 // Ctrl-C ends the program.
                 let _goes_on = progress.tell(done);

@@ -15,6 +15,7 @@ mod memory;
 mod plot;
 mod report;
 mod series;
+mod split;
 mod start;
 mod timing;
 mod variant;

@@ -2,6 +2,7 @@
 
 use super::cells::{Cell, Table};
 use super::memory::{self, Memory};
+use super::split::{self, Split};
 use super::variant::LeftOut;
 use crate::bench::BenchArguments;
 use crate::compare::put;
@@ -51,6 +52,7 @@ pub(super) fn place(object: &Object) -> String {
 pub(super) struct Measured {
     pub(super) cells: Vec<Cell>,
     pub(super) memory: Vec<Memory>,
+    pub(super) splits: Vec<Split>,
 }
 
 impl Measured {
@@ -58,6 +60,9 @@ impl Measured {
     pub(super) fn add_to(&self, object: &mut Object) {
         object.insert("cells".to_owned(), self.cells.iter().map(Cell::object).collect());
         object.insert("memory".to_owned(), memory::table(&self.memory).objects(&memory::NAMES));
+        if !self.splits.is_empty() {
+            object.insert("splits".to_owned(), self.splits.iter().map(Split::object).collect());
+        }
     }
 
     /// Writes the tables and the object into the folder, where there is one.
@@ -70,12 +75,16 @@ impl Measured {
         let Some(folder) = &arguments.out else { return Ok(()) };
         put(folder, &format!("{name}.csv"), Table::of(&self.cells).csv().as_bytes())?;
         put(folder, "memory.csv", memory::table(&self.memory).csv().as_bytes())?;
+        if !self.splits.is_empty() {
+            put(folder, "split.csv", split::table(&self.splits).csv().as_bytes())?;
+        }
         put(folder, &format!("{name}.json"), serde_json::to_string_pretty(object)?.as_bytes())
     }
 
     /// Prints the tables.
     pub(super) fn print(&self) -> anyhow::Result<()> {
         terminal::line(format!("\n{}", Table::of(&self.cells).text()))?;
-        terminal::line(format!("\n{}", memory::table(&self.memory).text()))
+        terminal::line(format!("\n{}", memory::table(&self.memory).text()))?;
+        split::texts(&self.splits).iter().try_for_each(|text| terminal::line(format!("\n{text}")))
     }
 }

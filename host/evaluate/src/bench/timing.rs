@@ -50,16 +50,8 @@ struct Drawer(Option<Candidate>);
 
 impl Drawer {
     fn new(what: What<'_>, studio: &RenderSession) -> Self {
-        let What::Frame(CandidateRequest { name, reference, unit, values }) = what else {
-            return Self(None);
-        };
-        let wanted = CandidateRequest {
-            name: name.clone(),
-            reference: reference.clone(),
-            unit: unit.clone(),
-            values: values.clone(),
-        };
-        Self(Some(Candidate::new(Some(studio), wanted)))
+        let What::Frame(wanted) = what else { return Self(None) };
+        Self(Some(Candidate::new(Some(studio), wanted.clone())))
     }
 
     /// Milliseconds, and the passes that drew surfels alone.

@@ -1,15 +1,15 @@
 //! The renderers and tracers that are compared: their pictures and their times.
 
-use anyhow::{Context as _, anyhow};
+use anyhow::{Context as _, anyhow, bail};
 use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{UnitKind, View};
-use surfelshop_image::{Image, TracedPicture};
-use surfelshop_render::{PassState, RenderRequest};
+use surfelshop_image::{Image, TracedPicture, outputs, png};
+use surfelshop_render::{PassState, RenderRequest, StageTime};
 use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
 use surfelshop_runtime::trace::trace;
-use surfelshop_session::cpu_time::{cpu_ms_since, cpu_time};
+use surfelshop_session::cpu_time::{clocks, cpu_ms_since, cpu_time};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::pyramids::{Drawn as DrawnClouds, DrawnViews};
@@ -65,6 +65,7 @@ impl Stage<'_> {
 }
 
 /// A renderer or tracer with its parameters.
+#[derive(Clone)]
 pub struct CandidateRequest {
     /// What it is called in tables: its id, or what the user says.
     pub name: String,
@@ -155,7 +156,7 @@ impl Candidate {
         let color = color.ok_or_else(|| anyhow!("{} gave no colour", chosen.reference))?;
         let ran = rendered.passes.iter().filter(|pass| pass.state == PassState::Ran);
         Ok(Drawn {
-            color: surfelshop_image::outputs::four_components(&Output::Color, color),
+            color: outputs::four_components(&Output::Color, color),
             variance: None,
             first_ms,
             n_passes: Some(ran.count()),
@@ -185,6 +186,32 @@ impl Candidate {
         };
         let wall_ms = started.elapsed().as_secs_f64() * 1e3;
         Ok(Run { wall_ms, own_passes_ms, cpu_ms: cpu_ms_since(cpu) })
+    }
+
+    /// What the stages of such a frame of a renderer take, of its display and of a PNG; a frame's parts are waited for
+    /// one by one.
+    pub fn split(
+        &mut self,
+        stage: &Stage<'_>,
+        studio: &mut RenderSession,
+        number: u32,
+    ) -> anyhow::Result<Vec<StageTime>> {
+        let clocks = clocks().context("this system does not tell CPU time")?;
+        let Some(chosen) = &mut self.ready()?.chosen else { bail!("a tracer has no stages") };
+        studio.engine.tell_stages(clocks);
+        let drawn = frame(stage, Some(&mut *studio), chosen, nudged(stage.view, number));
+        let shown = drawn.and_then(|frame| {
+            studio.engine.end_stage("what is left of the frame");
+            let color = frame.rendered.image(&Output::Color);
+            let color = color.ok_or_else(|| anyhow!("{} gave no colour", chosen.reference))?;
+            let levels = outputs::levels(color, &stage.staging.how);
+            studio.engine.end_stage("display transform");
+            let encoded = png::encode_levels([color.width, color.height], levels)?;
+            studio.engine.end_stage("PNG encoding");
+            Ok(encoded.len())
+        });
+        let stages = studio.engine.stages();
+        shown.map(|_| stages)
     }
 
     fn traced(&mut self, stage: &Stage<'_>) -> anyhow::Result<TracedPicture> {

@@ -66,15 +66,16 @@ pub struct Composer {
 }
 
 impl Composer {
-    /// The pictures of splats.
+    /// The pictures of splats; `done` hears which stage is over.
     pub fn compose(
         &mut self,
         splats: &Splats<'_>,
         composition: Composition,
         depths: Depths,
         view: &View,
+        done: &dyn Fn(&str),
     ) -> &Pictures {
-        self.compose_with(Level::new(), splats, composition, depths, view)
+        self.compose_with(Level::new(), splats, composition, depths, view, done)
     }
 
     /// The same with these instructions of the CPU.
@@ -85,13 +86,17 @@ impl Composer {
         composition: Composition,
         depths: Depths,
         view: &View,
+        done: &dyn Fn(&str),
     ) -> &Pictures {
         self.seen.look(splats, view);
+        done("splats: choosing");
         // Sums of other ways do not depend on distances; a mean's rounding does on its order.
         if matches!(composition, Composition::Over | Composition::Normalized(_)) {
             self.seen.sort();
         }
+        done("splats: sorting");
         self.lists.fill(&self.seen, view);
+        done("splats: listing by tile");
         let (seen, lists) = (&self.seen, &self.lists);
         let tiles: Vec<TilePicture> = (0..lists.n_tiles())
             .into_par_iter()
@@ -103,8 +108,10 @@ impl Composer {
                 })
             })
             .collect();
+        done("splats: drawing");
         self.pictures.begin(splats.n_payloads, depths, view);
         self.pictures.gather(&tiles, lists, view);
+        done("splats: gathering of tiles");
         let visible = seen.keyed.len();
         self.pictures.counts = Counts { visible, listed: lists.entries.len() };
         &self.pictures

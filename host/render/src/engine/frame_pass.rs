@@ -8,7 +8,7 @@ use crate::gpu::Gpu;
 use crate::graph::{
     Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
     PassReport, PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
-    Stage, SurfaceNeeds, SurfelShading, bind, copy, execute, needed, touched,
+    Stage, SurfaceNeeds, SurfelShading, Written, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{
     ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,
@@ -16,9 +16,11 @@ use crate::surfels::{
 };
 use glam::Vec2;
 use std::collections::BTreeMap;
+use std::sync::Arc;
 use surfelshop_api::View;
 use surfelshop_api::graph::{Output, SurfaceMode, Work};
 use surfelshop_image::Image;
+use surfelshop_raster::Coverage;
 
 /// Everything one frame's commands are made from.
 pub(super) struct Submission<'a> {
@@ -155,7 +157,7 @@ impl Submission<'_> {
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let resources = self.resources.lend(self.gpu, self.plan, &nodes, &self.lending);
         let frame = Frame { data: self.data, host: &host, splats_on_host: self.splats_on_host };
-        let written = execute(
+        let Written { nodes: written, covered } = execute(
             self.plan,
             &needed,
             &resources,
@@ -167,19 +169,24 @@ impl Submission<'_> {
         let own = views.get(&PassCamera::View);
         let mut pending: Vec<Pending> = Vec::new();
         for source in &sources {
-            let texture = match source {
-                Source::Graph(index) => resources.textures[*index].clone(),
+            let (texture, covered) = match source {
+                Source::Graph(index) => {
+                    (resources.textures[*index].clone(), covered.get(index).map(Arc::as_ref))
+                }
                 Source::Surface(entry) => {
-                    Some(show_surface(entry, own, host_mode, &mut recorder, self.pipelines)?)
+                    let shown = show_surface(entry, own, host_mode, &mut recorder, self.pipelines)?;
+                    (Some(shown), None)
                 }
             };
             let texture =
                 texture.ok_or_else(|| RenderError::Graph("an output was not made".to_owned()))?;
-            pending.push(copy(self.gpu, &mut recorder.encoder, &texture));
+            pending.push(copy(self.gpu, &mut recorder.encoder, &texture, covered));
         }
+        recorder.end_stage("read-back: copy");
         let passes = recorder.submit().map_err(RenderError::Device)?;
         let read = pending.into_iter().map(|pending| pending.finish(self.gpu));
         let mut read = read.collect::<Result<Vec<_>, String>>().map_err(RenderError::Device)?;
+        self.gpu.stages.end("read-back: floats");
         let of_host = read.split_off(read.len().min(self.request.outputs.len()));
         let images = self.request.outputs.iter().cloned().zip(read).collect();
         let graph_bytes = resources.bytes();
@@ -274,6 +281,10 @@ impl HostResources for PassView<'_> {
 
     fn whole_surface(&self, mode: Option<SurfaceMode>) -> Option<wgpu::BindingResource<'_>> {
         Some(wgpu::BindingResource::TextureView(self.surface.as_ref()?.packed(mode?)?))
+    }
+
+    fn covered(&self) -> Option<&Arc<Coverage>> {
+        self.surface.as_ref()?.covered.as_ref()
     }
 
     fn view(&self) -> &View {

@@ -20,6 +20,7 @@ mod upload;
 use crate::environment_map::Environments;
 use crate::gpu::{Atomics, Gpu};
 use crate::graph::{Lending, PassScratch, Pipelines, Plan, RenderError, Resources, checked};
+use crate::stages::{Clocks, StageTime};
 use crate::surfels::{
     ColumnBuffers, ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing,
 };
@@ -154,6 +155,22 @@ impl Engine {
         self.surfaces.forget();
     }
 
+    /// From now until [`Engine::stages`] is called, tells what the stages of frames take: each is waited for by itself,
+    /// so that a frame as a whole takes longer.
+    pub fn tell_stages(&mut self, clocks: Clocks) {
+        self.gpu.stages.begin(clocks);
+    }
+
+    /// Says that everything since the last stage was this one: what is done with a picture behind the engine.
+    pub fn end_stage(&self, name: &str) {
+        self.gpu.stages.end(name);
+    }
+
+    /// The stages that were told, in their order; those of several frames are added up.
+    pub fn stages(&mut self) -> Vec<StageTime> {
+        self.gpu.stages.take()
+    }
+
     /// Has a renderer describe a frame and runs it.
     ///
     /// # Errors
@@ -228,6 +245,7 @@ impl Engine {
         let planned = self.replan(renderer, &encoded, request.view.size_px, false);
         renderer.graph = encoded;
         planned?;
+        self.gpu.stages.end("graph");
         let plan = renderer.plan.as_ref();
         let shared = plan.map(|plan| Shared::alone(plan, request.detail_px)).unwrap_or_default();
         self.draw_with_whole_depths(renderer, request, Shared { shift_px, ..shared })
@@ -273,6 +291,7 @@ impl Engine {
         let demand = shared.demand.unwrap_or_else(|| asked.wanted());
         let clouds = self.drawn_clouds(request, Some(demand), on_host, &shared.taken)?;
         let columns_ms = started.elapsed().as_secs_f64() * 1e3;
+        self.gpu.stages.end("columns");
         let device = self.gpu.device.clone();
         let work = Submission {
             gpu: &self.gpu,

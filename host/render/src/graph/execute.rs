@@ -1,8 +1,7 @@
 //! Runs the needed passes of a plan.
 
-use crate::gpu::Gpu;
 use crate::graph::host_binding::{HostBinding, HostResources, SurfelShading};
-use crate::graph::live_passes::LivePasses;
+use crate::graph::live_passes::{LivePasses, Written, parts_of};
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
 use crate::graph::plan::{Node, PassCamera, Plan, Planned, targets_of};
@@ -10,14 +9,15 @@ use crate::graph::primitives::{PassScratch, Steps, counted_groups};
 use crate::graph::recorder::{Attachment, PassState, Recorder};
 use crate::graph::resources::FrameResources;
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
-use crate::graph::uniform_layout::UniformLayout;
+use crate::graph::uniform_layout::Uniforms;
 use crate::graph::{RenderError, bind, primitives, splats};
-use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 use surfelshop_api::View;
 use surfelshop_api::graph::{
     Buffer, Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work,
 };
+use surfelshop_raster::Coverage;
 
 /// What a frame's passes are bound to besides the graph's own resources.
 pub(crate) struct Frame<'a> {
@@ -38,7 +38,7 @@ pub(crate) fn touched(plan: &Plan, needed: &LivePasses, outputs: &[usize]) -> Ve
     nodes.into_iter().collect()
 }
 
-/// Records the needed passes in order; returns the resources they wrote.
+/// Records the needed passes in order; returns what they wrote.
 ///
 /// # Errors
 /// Where a pipeline cannot be made or the data are too short.
@@ -50,11 +50,12 @@ pub(crate) fn execute(
     recorder: &mut Recorder<'_>,
     pipelines: &mut Pipelines,
     scratch: &mut PassScratch,
-) -> Result<Vec<Node>, RenderError> {
+) -> Result<Written, RenderError> {
     upload_data(plan, resources, frame, recorder)?;
-    let uniforms = Uniforms::new(plan, frame.data, recorder.gpu)?;
-    let mut samplers = HashMap::new();
-    let mut written = Vec::new();
+    let layouts = plan.passes.iter().flat_map(|pass| pass.layouts.values());
+    let uniforms = Uniforms::new(&plan.structure.uniforms, layouts, frame.data, recorder.gpu)
+        .map_err(RenderError::Graph)?;
+    let mut written = Written::default();
     for (i, pass) in plan.structure.passes.iter().enumerate() {
         let planned = &plan.passes[i];
         if !needed.passes[i] {
@@ -68,14 +69,15 @@ pub(crate) fn execute(
         }
         if matches!(pass.work, Work::Sort(_) | Work::Scan(_)) {
             primitives::run(pass, resources, recorder, pipelines, scratch)?;
-            written.extend(&planned.writes);
+            written.add(planned, None);
             continue;
         }
         let pipeline = plan.pipeline(i, pipelines)?;
-        let targets = target_views(plan, resources, i, &written);
+        let targets = target_views(plan, resources, i, &written.nodes);
+        let mut samplers = HashMap::new();
         for resource in pass.bindings.values() {
             if let Resource::Sampler(kind) = resource {
-                samplers.entry(*kind).or_insert_with(|| sampler(recorder.gpu, *kind));
+                samplers.insert(*kind, pipelines.sampler(*kind));
             }
         }
         let mut variables = Variables {
@@ -98,13 +100,14 @@ pub(crate) fn execute(
             let composing = plan.per_pixel_pipeline(i, pipelines)?;
             let composing = composing.as_deref();
             splats::draw(splats, &variables, &pipeline, composing, recorder, pipelines, scratch)?;
-            written.extend(&planned.writes);
+            written.add(planned, None);
             continue;
         }
         let group = variables
             .check_whole()
             .and_then(|()| bind(recorder.gpu, &pipeline, |name| variables.resource(name)))
             .map_err(|message| RenderError::pass(&pass.name, message))?;
+        let mut covered = None;
         match &pipeline.stage {
             Stage::Compute(stage) => {
                 let bound = (stage, &group);
@@ -117,14 +120,22 @@ pub(crate) fn execute(
                     .iter()
                     .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
                     .collect();
+                covered = variables.covered(&colors);
+                let parts = covered.as_deref().map(parts_of);
                 recorder.render(&pass.name, &colors, None, |pass| {
                     pass.set_pipeline(stage);
                     pass.set_bind_group(0, &group, &[]);
-                    pass.draw(0..3, 0..1);
+                    match &parts {
+                        None => pass.draw(0..3, 0..1),
+                        Some(parts) => parts.iter().for_each(|&[x, y, width, height]| {
+                            pass.set_scissor_rect(x, y, width, height);
+                            pass.draw(0..3, 0..1);
+                        }),
+                    }
                 });
             }
         }
-        written.extend(&planned.writes);
+        written.add(planned, covered.as_ref());
     }
     Ok(written)
 }
@@ -196,6 +207,19 @@ impl Variables<'_> {
     /// The view that the pass looks from, and scene units of a unit of drawing; `None` where a graph computes without one.
     pub(super) fn view(&self) -> Option<(&View, f64)> {
         self.frame.host.get(&self.planned.seat).map(|host| (host.view(), host.unit()))
+    }
+
+    /// Which parts of its only target a pass that shades the surface draws into: what is cleared there elsewhere is
+    /// what it would draw. `None` where that is not so, or not known.
+    fn covered(&self, targets: &[Attachment<'_>]) -> Option<Arc<Coverage>> {
+        let Work::Shading { elsewhere: None, per_surfel: false, .. } = self.pass.work else {
+            return None;
+        };
+        let [Attachment { view, clear: true, slice: None }] = targets else { return None };
+        let texture = view.texture();
+        let covered = self.frame.host.get(&self.planned.seat)?.covered()?;
+        let same = [texture.width(), texture.height()].map(|side| side as usize) == covered.size();
+        (same && texture.mip_level_count() == 1).then(|| covered.clone())
     }
 
     /// The packed surface of all clouds that the pass looks at.
@@ -296,46 +320,6 @@ fn upload_data(
 /// Whether a range is as long as a buffer, but for what lacks of a word.
 fn fills(buffer: &Buffer, span: Span) -> bool {
     span.len.next_multiple_of(4).max(4) == buffer.size.next_multiple_of(4)
-}
-
-/// Uniforms start at multiples of this many bytes, as any device takes it.
-const UNIFORM_ALIGN: usize = 256;
-
-/// All uniforms of a frame, in one buffer: the frame's data, and behind it the uniforms that are given by
-/// name, as the structures of shaders have them.
-struct Uniforms<'a> {
-    buffer: wgpu::Buffer,
-    laid_out: Vec<(&'a UniformLayout, Span)>,
-}
-
-impl<'a> Uniforms<'a> {
-    /// Those of a plan; `None` where it has none.
-    fn new(plan: &'a Plan, data: &[u8], gpu: &Gpu) -> Result<Option<Self>, RenderError> {
-        if plan.structure.uniforms.is_empty() {
-            return Ok(None);
-        }
-        let mut bytes = Cow::Borrowed(data);
-        let mut laid_out: Vec<(&UniformLayout, Span)> = Vec::new();
-        for layout in plan.passes.iter().flat_map(|pass| pass.layouts.values()) {
-            if laid_out.iter().any(|(known, _)| *known == layout) {
-                continue;
-            }
-            let bytes = bytes.to_mut();
-            bytes.resize(bytes.len().next_multiple_of(UNIFORM_ALIGN), 0);
-            let offset = bytes.len() as u64;
-            layout
-                .append(plan.structure.uniforms[layout.uniform], data, bytes)
-                .map_err(RenderError::Graph)?;
-            laid_out.push((layout, Span { offset, len: layout.size }));
-        }
-        let buffer = gpu.filled_buffer("uniforms", &bytes, wgpu::BufferUsages::UNIFORM);
-        Ok(Some(Self { buffer, laid_out }))
-    }
-
-    /// Where the bytes of a layout lie.
-    fn span_of(&self, layout: &UniformLayout) -> Option<Span> {
-        self.laid_out.iter().find(|(known, _)| *known == layout).map(|(_, span)| *span)
-    }
 }
 
 /// Views of the textures a pass reads or stores into, by variable.
@@ -454,28 +438,4 @@ fn per_pixel(plan: &Plan, index: usize, divisor: u32) -> [u32; 3] {
     let across = |size: u32, group: u32| size.div_ceil(divisor.max(1)).div_ceil(group.max(1));
     let [width, height] = plan.size_of(&plan.structure.passes[index]);
     [across(width, x), across(height, y), 1]
-}
-
-fn sampler(gpu: &Gpu, kind: SamplerKind) -> wgpu::Sampler {
-    let filter = match kind {
-        SamplerKind::Nearest => wgpu::FilterMode::Nearest,
-        _ => wgpu::FilterMode::Linear,
-    };
-    let address = match kind {
-        SamplerKind::LinearRepeat => wgpu::AddressMode::Repeat,
-        _ => wgpu::AddressMode::ClampToEdge,
-    };
-    gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-        label: None,
-        address_mode_u: address,
-        address_mode_v: address,
-        address_mode_w: address,
-        mag_filter: filter,
-        min_filter: filter,
-        mipmap_filter: match kind {
-            SamplerKind::Nearest => wgpu::MipmapFilterMode::Nearest,
-            _ => wgpu::MipmapFilterMode::Linear,
-        },
-        ..Default::default()
-    })
 }

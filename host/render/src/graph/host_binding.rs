@@ -4,8 +4,10 @@ use crate::graph::RenderError;
 use crate::graph::pipeline_desc::Pipeline;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::recorder::Recorder;
+use std::sync::Arc;
 use surfelshop_api::View;
 use surfelshop_api::graph::SurfaceMode;
+use surfelshop_raster::Coverage;
 
 /// A variable that the host binds; authors bind all others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,6 +73,9 @@ pub(crate) trait HostResources {
 
     /// The packed surface of all clouds in a mode, where a graph may be given that of some.
     fn whole_surface(&self, mode: Option<SurfaceMode>) -> Option<wgpu::BindingResource<'_>>;
+
+    /// Which parts of the surface hold surfels, where that is known.
+    fn covered(&self) -> Option<&Arc<Coverage>>;
 
     /// The view of the camera.
     fn view(&self) -> &View;

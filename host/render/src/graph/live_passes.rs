@@ -1,9 +1,11 @@
-//! Which passes run: those that requested outputs depend on.
+//! Which passes run: those that requested outputs depend on; and what they wrote.
 
-use crate::graph::plan::{Node, PassCamera, Plan};
+use crate::graph::plan::{Node, PassCamera, Plan, Planned};
 use crate::shader_compiler::SurfaceMembers;
 use std::collections::{BTreeMap, HashSet};
+use std::sync::Arc;
 use surfelshop_api::graph::SurfaceMode;
+use surfelshop_raster::{Coverage, Rectangle};
 
 /// What a frame has to do.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -58,4 +60,35 @@ pub(crate) fn needed(plan: &Plan, requested: &[usize]) -> LivePasses {
         }
     }
     needed
+}
+
+/// What passes wrote.
+#[derive(Default)]
+pub(crate) struct Written {
+    pub(crate) nodes: Vec<Node>,
+    /// Textures that hold nothing but zeros outside of a part of the picture.
+    pub(crate) covered: BTreeMap<usize, Arc<Coverage>>,
+}
+
+impl Written {
+    /// Notes what a pass wrote, within a part of the picture where that is known.
+    pub(super) fn add(&mut self, planned: &Planned, covered: Option<&Arc<Coverage>>) {
+        self.nodes.extend(&planned.writes);
+        for node in &planned.writes {
+            let Node::Texture(texture) = node else { continue };
+            match covered {
+                Some(covered) => self.covered.insert(*texture, covered.clone()),
+                None => self.covered.remove(texture),
+            };
+        }
+    }
+}
+
+/// Most rectangles that a pass is drawn in: each is a command, which takes as long as hundreds of pixels.
+const MAX_PARTS: usize = 512;
+
+/// What is drawn of a picture.
+pub(super) fn parts_of(covered: &Coverage) -> Vec<Rectangle> {
+    let all = covered.rectangles();
+    if all.len() <= MAX_PARTS { all } else { covered.strips(covered, MAX_PARTS) }
 }

@@ -8,7 +8,7 @@ use crate::shader_compiler::{Library, on_large_stack};
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
-use surfelshop_api::graph::Module;
+use surfelshop_api::graph::{Module, SamplerKind};
 
 /// Most pipelines that are kept besides those of the last frames: what was used longest ago goes first.
 /// The program's own renderers have less than half of that, so that switching between them compiles
@@ -93,6 +93,8 @@ pub(crate) struct Pipelines {
     /// What it was when each of the last frames began.
     began: VecDeque<u64>,
     pub(crate) counts: CompileCounts,
+    /// Samplers of graphs, each made once.
+    samplers: HashMap<SamplerKind, wgpu::Sampler>,
 }
 
 impl Pipelines {
@@ -109,7 +111,14 @@ impl Pipelines {
             now: 0,
             began: VecDeque::new(),
             counts: CompileCounts::default(),
+            samplers: HashMap::new(),
         })
+    }
+
+    /// A sampler of graphs.
+    pub(crate) fn sampler(&mut self, kind: SamplerKind) -> wgpu::Sampler {
+        let device = &self.device;
+        self.samplers.entry(kind).or_insert_with(|| sampler(device, kind)).clone()
     }
 
     /// How many pipelines are kept.
@@ -275,6 +284,30 @@ impl Pipelines {
             variants.keep(settings, Arc::new(pipeline), self.now);
         }
     }
+}
+
+fn sampler(device: &wgpu::Device, kind: SamplerKind) -> wgpu::Sampler {
+    let filter = match kind {
+        SamplerKind::Nearest => wgpu::FilterMode::Nearest,
+        _ => wgpu::FilterMode::Linear,
+    };
+    let address = match kind {
+        SamplerKind::LinearRepeat => wgpu::AddressMode::Repeat,
+        _ => wgpu::AddressMode::ClampToEdge,
+    };
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        label: None,
+        address_mode_u: address,
+        address_mode_v: address,
+        address_mode_w: address,
+        mag_filter: filter,
+        min_filter: filter,
+        mipmap_filter: match kind {
+            SamplerKind::Nearest => wgpu::MipmapFilterMode::Nearest,
+            _ => wgpu::MipmapFilterMode::Linear,
+        },
+        ..Default::default()
+    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 //! Brings textures back from the device as floats.
 
 use crate::gpu::Gpu;
+use crate::transfer::part_layout;
 use half::f16;
 use half::slice::{HalfBitsSliceExt as _, HalfFloatSliceExt as _};
 use surfelshop_image::Image;
+use surfelshop_raster::{Coverage, Rectangle};
 
 /// Half-precision floats as floats.
 fn halves(bytes: &[u8], values: &mut [f32]) {
@@ -30,13 +32,19 @@ pub(crate) struct Pending {
     height: u32,
     row_bytes: u32,
     format: wgpu::TextureFormat,
+    /// What of it is read; the rest is zeros.
+    parts: Vec<Rectangle>,
 }
 
-/// Records the copy of a texture's first level.
+/// Rectangles, one above the other, in which a picture is read back that is known to be zeros elsewhere.
+const STRIPS: usize = 16;
+
+/// Records the copy of a texture's first level, which holds nothing but zeros outside of what is `covered`.
 pub(crate) fn copy(
     gpu: &Gpu,
     encoder: &mut wgpu::CommandEncoder,
     texture: &wgpu::Texture,
+    covered: Option<&Coverage>,
 ) -> Pending {
     let (width, height, format) = (texture.width(), texture.height(), texture.format());
     let texel = format.block_copy_size(None).unwrap_or(16);
@@ -44,19 +52,25 @@ pub(crate) fn copy(
     let n_bytes = u64::from(row_bytes) * u64::from(height);
     let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
     let buffer = gpu.transfers.take(gpu, n_bytes, usage);
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row_bytes),
-                rows_per_image: Some(height),
+    let parts = match covered {
+        Some(covered) => covered.strips(covered, STRIPS),
+        None => vec![[0, 0, width, height]],
+    };
+    for &part in &parts {
+        let [x, y, width, height] = part;
+        encoder.copy_texture_to_buffer(
+            wgpu::TexelCopyTextureInfo {
+                origin: wgpu::Origin3d { x, y, z: 0 },
+                ..texture.as_image_copy()
             },
-        },
-        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-    );
-    Pending { buffer, width, height, row_bytes, format }
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: part_layout(part, texel, row_bytes),
+            },
+            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        );
+    }
+    Pending { buffer, width, height, row_bytes, format, parts }
 }
 
 /// Records the copy of a buffer to one that can be read.
@@ -134,24 +148,36 @@ impl Pending {
     }
 
     fn floats(&self, bytes: &[u8]) -> Image {
-        use wgpu::TextureFormat as F;
         let components = u32::from(self.format.components());
         let values = self.width as usize * components as usize;
         let mut data = vec![0.0f32; values * self.height as usize];
+        let texel = self.format.block_copy_size(None).unwrap_or(16) as usize;
         let rows = bytes.chunks_exact(self.row_bytes as usize);
-        for (row, data) in rows.zip(data.chunks_exact_mut(values.max(1))) {
-            match self.format {
-                F::Rgba8Unorm => {
-                    for (value, byte) in data.iter_mut().zip(row) {
-                        *value = f32::from(*byte) / 255.0;
-                    }
-                }
-                // Many at once, with the CPU's own conversion.
-                F::Rgba16Float => halves(row, data),
-                F::R32Uint | F::Rgba32Uint => words(row, data, |word| word as f32),
-                _ => words(row, data, f32::from_bits),
+        let mut rows: Vec<_> = rows.zip(data.chunks_exact_mut(values.max(1))).collect();
+        for &part in &self.parts {
+            let [x, y, width, height] = part.map(|at| at as usize);
+            let here = rows.get_mut(y..y + height).unwrap_or_default();
+            let across = |each: usize| x * each..(x + width) * each;
+            for (row, data) in here {
+                self.row(&row[across(texel)], &mut data[across(components as usize)]);
             }
         }
         Image { width: self.width, height: self.height, components, data }
+    }
+
+    /// The pixels of a row.
+    fn row(&self, row: &[u8], data: &mut [f32]) {
+        use wgpu::TextureFormat as F;
+        match self.format {
+            F::Rgba8Unorm => {
+                for (value, byte) in data.iter_mut().zip(row) {
+                    *value = f32::from(*byte) / 255.0;
+                }
+            }
+            // Many at once, with the CPU's own conversion.
+            F::Rgba16Float => halves(row, data),
+            F::R32Uint | F::Rgba32Uint => words(row, data, |word| word as f32),
+            _ => words(row, data, f32::from_bits),
+        }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::gpu::Gpu;
 use crate::transfer;
+use surfelshop_raster::Rectangle;
 
 /// One pass of a frame, as reported.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -41,6 +42,12 @@ impl<'a> Attachment<'a> {
     }
 }
 
+/// What a pass is called as a stage of a frame.
+fn stage_of(pass: &str) -> String {
+    let is_of_host = pass.starts_with("surfels: ") || pass.starts_with("host: ");
+    if is_of_host { pass.to_owned() } else { format!("pass {pass}") }
+}
+
 /// Passes a frame may time; later ones run untimed.
 const MAX_TIMED: u32 = 512;
 
@@ -75,11 +82,26 @@ impl<'g> Recorder<'g> {
         Self { gpu, encoder, passes, queries, timed, drawn, uploads, seen_from: None }
     }
 
-    /// Brings a picture without gaps, so many bytes a pixel, into the first level of a texture.
-    pub(crate) fn upload(&mut self, texture: &wgpu::Texture, bytes: &[u8], texel: u32) {
-        let upload = transfer::upload(self.gpu, &mut self.encoder, texture, bytes, texel);
-        // Without one the device is lost, which submitting reports.
+    /// Brings parts of a picture without gaps, so many bytes a pixel, into the first level of a texture.
+    pub(crate) fn upload(
+        &mut self,
+        texture: &wgpu::Texture,
+        bytes: &[u8],
+        texel: u32,
+        parts: &[Rectangle],
+    ) {
+        let upload = transfer::upload(self.gpu, &mut self.encoder, texture, bytes, texel, parts);
+        // Where the device is lost there is none, which submitting reports.
         self.uploads.extend(upload);
+        self.end_stage("surfels: upload");
+    }
+
+    /// Where stages are told apart, has the device finish what is recorded, which ends one.
+    pub(crate) fn end_stage(&mut self, name: &str) {
+        if self.gpu.stages.are_told() {
+            self.finish();
+            self.gpu.stages.end(name);
+        }
     }
 
     /// Notes a pass that does not run.
@@ -179,6 +201,7 @@ impl<'g> Recorder<'g> {
             record(&mut pass);
             first = false;
         }
+        self.end_stage(&stage_of(name));
     }
 
     /// Submits what is recorded and waits for it. A lost device is noticed when the frame is
@@ -218,6 +241,8 @@ impl<'g> Recorder<'g> {
             timestamp_writes,
         });
         record(&mut pass);
+        drop(pass);
+        self.end_stage(&stage_of(name));
     }
 
     /// Submits everything and waits; returns the passes with their times.

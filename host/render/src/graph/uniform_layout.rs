@@ -1,7 +1,9 @@
 //! Uniforms given by name, laid out as a shader's structure declares them.
 
+use crate::gpu::Gpu;
 use crate::graph::shading::list;
 use crate::shader_compiler::UniformMember;
+use std::borrow::Cow;
 use surfelshop_api::graph::{Member, MemberType, Span};
 
 /// A uniform's bytes as one structure has them.
@@ -95,6 +97,49 @@ fn word(kind: MemberType) -> &'static str {
         MemberType::Vec3 => "vec3<f32>",
         MemberType::Vec4 => "vec4<f32>",
         MemberType::Mat4 => "mat4x4<f32>",
+    }
+}
+
+/// Uniforms start at multiples of this many bytes, as any device takes it.
+const UNIFORM_ALIGN: usize = 256;
+
+/// All uniforms of a frame, in one buffer: the frame's data, and behind it the uniforms that are given by
+/// name, as the structures of shaders have them.
+pub(super) struct Uniforms<'a> {
+    pub(super) buffer: wgpu::Buffer,
+    laid_out: Vec<(&'a UniformLayout, Span)>,
+}
+
+impl<'a> Uniforms<'a> {
+    /// Those of a frame's data that lie there, and as they are laid out; `None` where there are none.
+    pub(super) fn new(
+        uniforms: &[Span],
+        layouts: impl Iterator<Item = &'a UniformLayout>,
+        data: &[u8],
+        gpu: &Gpu,
+    ) -> Result<Option<Self>, String> {
+        if uniforms.is_empty() {
+            return Ok(None);
+        }
+        let mut bytes = Cow::Borrowed(data);
+        let mut laid_out: Vec<(&UniformLayout, Span)> = Vec::new();
+        for layout in layouts {
+            if laid_out.iter().any(|(known, _)| *known == layout) {
+                continue;
+            }
+            let bytes = bytes.to_mut();
+            bytes.resize(bytes.len().next_multiple_of(UNIFORM_ALIGN), 0);
+            let offset = bytes.len() as u64;
+            layout.append(uniforms[layout.uniform], data, bytes)?;
+            laid_out.push((layout, Span { offset, len: layout.size }));
+        }
+        let buffer = gpu.filled_buffer("uniforms", &bytes, wgpu::BufferUsages::UNIFORM);
+        Ok(Some(Self { buffer, laid_out }))
+    }
+
+    /// Where the bytes of a layout lie.
+    pub(super) fn span_of(&self, layout: &UniformLayout) -> Option<Span> {
+        self.laid_out.iter().find(|(known, _)| *known == layout).map(|(_, span)| *span)
     }
 }
 

@@ -10,6 +10,7 @@ mod quads;
 mod render_cloud;
 mod samples;
 mod shading;
+mod spare_textures;
 mod strategy;
 mod surface;
 

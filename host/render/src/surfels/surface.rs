@@ -6,9 +6,12 @@ use crate::resource_use::ResourceUse;
 use crate::surfels::cpu;
 use crate::surfels::quads::{Drawing, Lookup};
 use crate::surfels::render_cloud::DrawnCloud;
+use crate::surfels::spare_textures::SpareTextures;
 use glam::{DMat4, DVec3, Mat4};
+use std::sync::Arc;
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::{SurfaceSettings, View};
+use surfelshop_raster::Coverage;
 
 /// Surface buffers kept for views that are no longer drawn every frame.
 const KEPT_SURFACES: usize = 4;
@@ -60,7 +63,7 @@ pub struct SurfaceCounts {
 #[derive(Clone)]
 pub(crate) struct Surface {
     pub(crate) depth: Option<wgpu::TextureView>,
-    size: [u32; 2],
+    pub(super) size: [u32; 2],
     /// Number and distance of the nearest surfels.
     pub(crate) winners: wgpu::TextureView,
     pub(crate) nearest: Option<wgpu::TextureView>,
@@ -69,6 +72,8 @@ pub(crate) struct Surface {
     pub(crate) material: Option<wgpu::TextureView>,
     pub(crate) object: Option<wgpu::TextureView>,
     pub(crate) visible: bool,
+    /// Which parts of it hold surfels, where that is known: where the CPU drew it.
+    pub(crate) covered: Option<Arc<Coverage>>,
     /// Surfels that were drawn for it last.
     n_drawn: usize,
     /// Size of the picture that it was used for last, pixels: cameras of a graph have others.
@@ -124,46 +129,6 @@ impl SurfaceInput<'_> {
     pub(crate) fn view_from_offset(&self, origin: DVec3) -> Mat4 {
         let to_drawn = DMat4::from_scale(DVec3::splat(1.0 / self.unit));
         (to_drawn * self.view.view_from_offset(origin)).as_mat4()
-    }
-}
-
-/// Textures of surfaces that are dropped, for those that the CPU draws next, which fill all of them: the memory of new
-/// ones is cleared by the system page by page.
-#[derive(Default)]
-pub(crate) struct SpareTextures {
-    views: Vec<wgpu::TextureView>,
-}
-
-impl SpareTextures {
-    /// A texture with any contents.
-    pub(crate) fn take(
-        &mut self,
-        gpu: &Gpu,
-        label: &str,
-        size: [u32; 2],
-        format: wgpu::TextureFormat,
-    ) -> wgpu::TextureView {
-        let fits = |view: &wgpu::TextureView| {
-            let texture = view.texture();
-            [texture.width(), texture.height()] == size && texture.format() == format
-        };
-        match self.views.iter().position(fits) {
-            Some(at) => self.views.swap_remove(at),
-            None => texture(gpu, label, size, format),
-        }
-    }
-
-    /// Takes over the textures of a surface, in place of those of the one before: a frame drops one, and the next
-    /// makes one.
-    fn add(&mut self, dropped: Option<Surface>) {
-        let Some(dropped) = dropped else { return };
-        let Surface { nearest, blended, fields, material, object, .. } = dropped;
-        self.views.clear();
-        self.views.extend([nearest, blended, fields, material, object].into_iter().flatten());
-    }
-
-    fn bytes(&self) -> u64 {
-        self.views.iter().map(|view| texture_bytes(view.texture())).sum()
     }
 }
 
@@ -398,6 +363,7 @@ impl Surface {
             material: None,
             object: None,
             visible: false,
+            covered: None,
             n_drawn: 0,
             used_for: size,
         }

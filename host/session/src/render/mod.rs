@@ -344,12 +344,20 @@ pub fn write_png(
     let image = rendered
         .image(output)
         .ok_or_else(|| anyhow::anyhow!("the renderer gave no output `{}`", output.name()))?;
-    let mut visible = outputs::visible(output, image, how);
-    if let Some(legend) = legend {
-        legend::draw(&mut visible, legend);
-    }
-    let bytes = png::encode(&visible, bits.into())
-        .with_context(|| format!("{}: cannot be encoded", path.display()))?;
+    let encoded = match (output, bits, legend) {
+        // The same levels, many times faster.
+        (Output::Color | Output::Debug(_), Bits::Eight, None) => {
+            png::encode_levels([image.width, image.height], outputs::levels(image, how))
+        }
+        _ => {
+            let mut visible = outputs::visible(output, image, how);
+            if let Some(legend) = legend {
+                legend::draw(&mut visible, legend);
+            }
+            png::encode(&visible, bits.into())
+        }
+    };
+    let bytes = encoded.with_context(|| format!("{}: cannot be encoded", path.display()))?;
     files::write_whole(path, &bytes)?;
     let size = [image.width, image.height];
     Ok(Written::new(path, "png", &[output], size, bits.number(), bytes.len()))

@@ -172,7 +172,7 @@ fn far_away_distortion_is_that_of_near_splats() {
             n_payloads: 1,
             surface: &[],
         };
-        compose(&splats, Composition::Over, ALL_DEPTHS, &VIEW).distortion
+        compose(&splats, Composition::Over, ALL_DEPTHS, &VIEW, &|_| ()).distortion
     });
     assert!(near_by[0] > 1e-3);
     assert_eq!(far, near_by);
@@ -189,7 +189,9 @@ fn neither_instructions_nor_the_order_of_input_show_in_means() {
             let draw = |footprints: &[Words], payloads: &[[f32; 4]], level| {
                 let splats = Splats { kind, footprints, payloads, n_payloads: 1, surface: &[] };
                 let mut composer = Composer::default();
-                composer.compose_with(level, &splats, composition, ALL_DEPTHS, &VIEW).clone()
+                composer
+                    .compose_with(level, &splats, composition, ALL_DEPTHS, &VIEW, &|_| ())
+                    .clone()
             };
             let first = draw(&footprints, &payloads, Level::new());
             assert!(first.distortion.iter().any(|value| *value > 0.0));

@@ -71,9 +71,9 @@ fn planars(n: usize) -> (Vec<Words>, Vec<[f32; 4]>) {
 
 fn compose(splats: &Splats<'_>, composition: Composition, depths: Depths, view: &View) -> Pictures {
     let mut composer = Composer::default();
-    let first = composer.compose(splats, composition, depths, view).clone();
+    let first = composer.compose(splats, composition, depths, view, &|_| ()).clone();
     // Nothing of a picture stays for the next.
-    assert_eq!(*composer.compose(splats, composition, depths, view), first);
+    assert_eq!(*composer.compose(splats, composition, depths, view, &|_| ()), first);
     first
 }
 
@@ -153,8 +153,9 @@ fn differences(
     let splats =
         Splats { kind, footprints: &footprints, payloads: &payloads, n_payloads: 1, surface };
     let depths = ALL_DEPTHS;
-    let found =
-        Composer::default().compose_with(level, &splats, composition, depths, &VIEW).clone();
+    let found = Composer::default()
+        .compose_with(level, &splats, composition, depths, &VIEW, &|_| ())
+        .clone();
     let (mut most, mut wrong) = (0.0f64, 0);
     let [width, height] = VIEW.size_px.map(|side| side as usize);
     for y in 0..height {
@@ -212,7 +213,7 @@ fn instructions_and_the_order_of_input_show_in_no_bit() {
         let kind = Kind::Conic;
         let splats = Splats { kind, footprints, payloads, n_payloads: 1, surface: &[] };
         Composer::default()
-            .compose_with(level, &splats, Composition::Over, Depths::default(), &VIEW)
+            .compose_with(level, &splats, Composition::Over, Depths::default(), &VIEW, &|_| ())
             .clone()
     };
     let first = compose(&footprints, &payloads, Level::new());
@@ -249,13 +250,13 @@ fn opacities_compose_as_theory_says() {
     let splats =
         Splats { kind, footprints: &footprints, payloads: &payloads, n_payloads: 1, surface: &[] };
     let depths = ALL_DEPTHS;
-    let found = compose(&splats, Composition::Over, depths, &VIEW);
+    let found = compose(&splats, Composition::Over, depths, &VIEW, &|_| ());
     let expected = [0.75 * 0.2 * 0.5, 0.25, 0.75 * 0.8, 1.0 - 0.75 * 0.2 * 0.5];
     for (found, expected) in found.sums[0][75 * 10 + 10].iter().zip(expected) {
         assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     }
     assert_eq!(found.median[75 * 10 + 10], 2.0);
-    let nearest = compose(&splats, Composition::Nearest, depths, &VIEW);
+    let nearest = compose(&splats, Composition::Nearest, depths, &VIEW, &|_| ());
     assert_eq!(nearest.sums[0][75 * 10 + 10], [0.0, 0.0, 1.0, 1.0]);
 }
 
@@ -288,7 +289,7 @@ fn what_is_no_footprint_draws_nothing() {
             let splats =
                 Splats { kind, footprints: &bad, payloads: &payloads, n_payloads: 1, surface: &[] };
             let depths = ALL_DEPTHS;
-            let found = compose(&splats, composition, depths, &VIEW);
+            let found = compose(&splats, composition, depths, &VIEW, &|_| ());
             let all = found.sums[0].as_flattened().iter().chain(&found.expected);
             let all = all.chain(&found.median).chain(&found.distortion);
             assert!(all.into_iter().all(|value| value.is_finite()));
@@ -296,7 +297,7 @@ fn what_is_no_footprint_draws_nothing() {
     }
     let none =
         Splats { kind: Kind::Conic, footprints: &[], payloads: &[], n_payloads: 1, surface: &[] };
-    let found = compose(&none, Composition::Over, Depths::default(), &VIEW);
+    let found = compose(&none, Composition::Over, Depths::default(), &VIEW, &|_| ());
     assert!(found.sums[0].as_flattened().iter().all(|value| *value == 0.0));
 }
 

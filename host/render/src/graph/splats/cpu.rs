@@ -48,6 +48,7 @@ pub(super) fn compose(
     read.extend(made.iter().map(|part| readable(&part.payloads, recorder)));
     read.extend(surface.iter().map(|depths| readable(depths, recorder)));
     recorder.finish();
+    gpu.stages.end("splats: read-back");
     let wants = |which| splats.depths.iter().any(|(depth, _)| *depth == which);
     let depths = Depths {
         expected: wants(SplatDepth::Expected),
@@ -88,8 +89,10 @@ pub(super) fn compose(
             n_payloads,
             surface: &surface,
         };
-        let pictures = composer.compose(&splatted, composition, depths, &view);
+        let each = |stage: &str| gpu.stages.end(stage);
+        let pictures = composer.compose(&splatted, composition, depths, &view, &each);
         upload(splats, variables, gpu, pictures);
+        gpu.stages.end("splats: upload");
         Ok(())
     });
     copies.into_iter().for_each(|copy| scratch.give(copy));

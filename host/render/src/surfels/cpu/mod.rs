@@ -4,11 +4,15 @@
 pub(crate) mod columns;
 
 use crate::graph::{PassState, Recorder};
-use crate::surfels::surface::{SpareTextures, Surface, SurfaceInput, SurfaceParts};
-use std::sync::LazyLock;
+use crate::stages::Stages;
+use crate::surfels::spare_textures::SpareTextures;
+use crate::surfels::surface::{Surface, SurfaceInput, SurfaceParts};
+use std::sync::{Arc, LazyLock};
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::params::srgb_to_linear;
-use surfelshop_raster::{Albedo, Cloud, Columns, Mode, Parts, Picture, Sources, Splats, draw};
+use surfelshop_raster::{
+    Albedo, Cloud, Columns, Mode, Parts, Picture, Sources, Spent, Splats, draw,
+};
 
 /// What the pass is called.
 const NAME: &str = "surfels: processor";
@@ -46,8 +50,12 @@ pub(crate) fn ensure(
     }
     let clouds = clouds(input);
     let n_drawn = modes.len() as u32;
+    let stages = &recorder.gpu.stages;
+    picture.clocks = stages.clocks();
     for mode in modes {
+        stages.end("preparation");
         draw(&clouds, input.raster_view, Parts { mode, ..looked_up }, &LINEAR_OF_SRGB, picture);
+        tell(stages, &picture.spent);
         recorder.note(NAME, PassState::Ran);
         keep(picture, mode, looked_up, input.size, surface, spare, recorder);
         looked_up = Parts { mode, winners: false, material: false, object: false };
@@ -58,6 +66,16 @@ pub(crate) fn ensure(
         surface.object = Some(super::surface::texture(recorder.gpu, "object", [1, 1], format));
     }
     n_drawn
+}
+
+/// Tells what the stages of a surface took.
+fn tell(stages: &Stages, spent: &Spent) {
+    stages.end("surfels");
+    stages.part("surfels: choosing and culling", spent.cull);
+    stages.part("surfels: placing", spent.place);
+    stages.part("surfels: visibility", spent.nearest);
+    stages.part("surfels: blending", spent.blend);
+    stages.part("surfels: packing", spent.pack);
 }
 
 /// Linear values of all 8-bit codes.
@@ -91,7 +109,10 @@ fn clouds<'a>(input: &SurfaceInput<'a>) -> Vec<Cloud<'a>> {
     clouds
 }
 
-/// Hands a picture to the device.
+/// Rectangles, one above the other, in which a picture goes to the device.
+const STRIPS: usize = 16;
+
+/// Hands a picture to the device: what of it holds surfels, and what of a texture held some before.
 fn keep(
     picture: &Picture,
     mode: Mode,
@@ -102,14 +123,20 @@ fn keep(
     recorder: &mut Recorder<'_>,
 ) {
     use wgpu::TextureFormat as F;
+    let covered = &picture.covered;
     if looked_up.winners {
+        // Made for this surface, it has held nothing yet.
+        let strips = covered.strips(covered, STRIPS);
         let winners = surface.winners.texture();
-        recorder.upload(winners, bytemuck::cast_slice(&picture.winners), 8);
+        recorder.upload(winners, bytemuck::cast_slice(&picture.winners), 8, &strips);
         surface.visible = true;
     }
+    if surface.covered.as_deref() != Some(covered) {
+        surface.covered = Some(Arc::new(covered.clone()));
+    }
     let mut made = |label: &str, format, bytes: &[u8], texel: u32| {
-        let view = spare.take(recorder.gpu, label, size, format);
-        recorder.upload(view.texture(), bytes, texel);
+        let (view, held) = spare.take(recorder.gpu, label, size, format);
+        recorder.upload(view.texture(), bytes, texel, &covered.strips(&held, STRIPS));
         Some(view)
     };
     let mut packed = || made("surface", F::Rgba32Uint, bytemuck::cast_slice(&picture.packed), 16);

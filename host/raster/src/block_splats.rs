@@ -1,0 +1,156 @@
+//! The surfels of blocks as tiles meet them: put together by the first tile that a block touches, for all of
+//! them, and let go of behind the last.
+
+use crate::cloud::CloudInView;
+use crate::cull::VisibleBlock;
+use crate::lanes::WIDTH;
+use crate::local::Local;
+use crate::splat::{Splat, splats};
+use crate::tile::TILE;
+use fearless_simd::prelude::*;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What of the picture surfels may cover: first and behind-last pixels.
+pub(crate) type Pixels = [i32; 4];
+
+/// A box around nothing.
+pub(crate) const NO_PIXELS: Pixels = [i32::MAX, i32::MAX, i32::MIN, i32::MIN];
+
+/// Whether two parts of the picture have a pixel in common.
+#[inline(always)]
+pub(crate) fn overlap(a: &Pixels, b: &Pixels) -> bool {
+    a[0] < b[2] && a[1] < b[3] && a[2] > b[0] && a[3] > b[1]
+}
+
+/// The surfels of a block that are seen, with what they cover of the whole picture.
+#[derive(Default)]
+pub(crate) struct BlockSplats {
+    pub(crate) splats: Vec<Splat>,
+    pub(crate) locals: Vec<Local>,
+    /// What the splats of each group cover, and where they end.
+    pub(crate) groups: Vec<(Pixels, usize)>,
+}
+
+impl BlockSplats {
+    /// What varies over a splat.
+    #[inline(always)]
+    pub(crate) fn local(&self, splat: &Splat) -> Option<&Local> {
+        self.locals.get((splat.local as usize).checked_sub(1)?)
+    }
+
+    #[inline(always)]
+    fn fill<S: Simd>(
+        &mut self,
+        simd: S,
+        in_view: &CloudInView<'_>,
+        placed: &VisibleBlock,
+        with_fields: bool,
+    ) {
+        let Self { splats: all, locals, groups } = self;
+        all.clear();
+        locals.clear();
+        groups.clear();
+        let block = &in_view.columns.blocks[placed.block as usize];
+        all.reserve(block.count * WIDTH);
+        for group in block.first..block.first + block.count {
+            let first = all.len();
+            splats(simd, in_view, placed.cloud, group, with_fields, all, locals);
+            if all.len() > first {
+                let around = |[x0, y0, x1, y1]: Pixels, splat: &Splat| {
+                    let [left, top, right, bottom] = splat.pixels;
+                    [x0.min(left), y0.min(top), x1.max(right), y1.max(bottom)]
+                };
+                groups.push((all[first..].iter().fold(NO_PIXELS, around), all.len()));
+            }
+        }
+    }
+}
+
+/// A block's surfels while tiles need them.
+struct Slot {
+    made: Mutex<Option<Arc<BlockSplats>>>,
+    /// Rows of tiles that may still meet the block.
+    rows_left: AtomicU32,
+}
+
+/// The surfels of all blocks of a picture.
+pub(crate) struct AllSplats<'a> {
+    clouds: &'a [CloudInView<'a>],
+    placed: &'a [VisibleBlock],
+    with_fields: bool,
+    slots: Vec<Slot>,
+    /// Memory that blocks were in, for others.
+    spare: Mutex<Vec<BlockSplats>>,
+}
+
+/// Locks what no panic leaves half done.
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl<'a> AllSplats<'a> {
+    pub(crate) fn new(
+        clouds: &'a [CloudInView<'a>],
+        placed: &'a [VisibleBlock],
+        by_band: &[Vec<u32>],
+        with_fields: bool,
+    ) -> Self {
+        let mut rows = vec![0; placed.len()];
+        by_band.iter().flatten().for_each(|&at| rows[at as usize] += 1);
+        let slot = |rows| Slot { made: Mutex::new(None), rows_left: AtomicU32::new(rows) };
+        let slots = rows.into_iter().map(slot).collect();
+        Self { clouds, placed, with_fields, slots, spare: Mutex::default() }
+    }
+
+    /// A block, and the nearest distance at which its cloud is drawn.
+    #[inline(always)]
+    pub(crate) fn block(&self, at: u32) -> (&'a VisibleBlock, f32) {
+        let placed = &self.placed[at as usize];
+        (placed, self.clouds[placed.cloud as usize].eye.near)
+    }
+
+    /// The surfels of a block.
+    #[inline(always)]
+    pub(crate) fn of<S: Simd>(&self, simd: S, at: u32) -> Arc<BlockSplats> {
+        let slot = &self.slots[at as usize];
+        // Others that need the same block wait: it takes less time than to do it twice.
+        let mut made = locked(&slot.made);
+        if let Some(made) = &*made {
+            return made.clone();
+        }
+        let placed = &self.placed[at as usize];
+        let mut own = locked(&self.spare).pop().unwrap_or_default();
+        own.fill(simd, &self.clouds[placed.cloud as usize], placed, self.with_fields);
+        let own = Arc::new(own);
+        *made = Some(own.clone());
+        own
+    }
+
+    /// Says that a row of tiles is done with its blocks.
+    pub(crate) fn row_is_done(&self, blocks: &[u32]) {
+        for &at in blocks {
+            let slot = &self.slots[at as usize];
+            if slot.rows_left.fetch_sub(1, Ordering::AcqRel) > 1 {
+                continue;
+            }
+            let made = locked(&slot.made).take();
+            locked(&self.spare).extend(made.and_then(Arc::into_inner));
+        }
+    }
+}
+
+/// The blocks of each row of tiles, in order.
+pub(crate) fn by_band(placed: &[VisibleBlock], height: usize) -> Vec<Vec<u32>> {
+    let n = height.div_ceil(TILE[1]);
+    let mut bands = vec![Vec::new(); n];
+    for (i, placed) in placed.iter().enumerate() {
+        let [_, top, _, bottom] = placed.pixels;
+        let first = top.max(0) as usize / TILE[1];
+        let last = (bottom.max(0) as usize).div_ceil(TILE[1]).min(n);
+        for band in bands.iter_mut().take(last).skip(first) {
+            band.push(i as u32);
+        }
+    }
+    bands
+}
