@@ -50,7 +50,7 @@ struct Drawer(Option<Candidate>);
 
 impl Drawer {
     fn new(what: What<'_>, studio: &RenderSession) -> Self {
-        let What::Frame(CandidateRequest { name, reference, unit, values }) = what else {
+        let What::Frame(CandidateRequest { name, reference, unit, values, beside }) = what else {
             return Self(None);
         };
         let wanted = CandidateRequest {
@@ -58,6 +58,7 @@ impl Drawer {
             reference: reference.clone(),
             unit: unit.clone(),
             values: values.clone(),
+            beside: beside.clone(),
         };
         Self(Some(Candidate::new(Some(studio), wanted)))
     }
