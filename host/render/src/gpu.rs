@@ -20,6 +20,11 @@ const FORMATS: [wgpu::TextureFormat; 9] = [
     wgpu::TextureFormat::Depth32Float,
 ];
 
+/// Buffers that a step of sorting binds.
+const SORTED_BUFFERS: u32 = 5;
+/// Buffers that composing splats tile by tile binds.
+const LISTED_BUFFERS: u32 = 7;
+
 /// Which graphics interface to use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backend {
@@ -378,6 +383,17 @@ impl Gpu {
     /// does not allow: seen with Mesa 22.3 on a busy machine.
     pub(crate) fn computes_early(&self) -> bool {
         self.is_software() && self.info.backend == wgpu::Backend::Gl
+    }
+
+    /// Whether it sorts: software OpenGL takes minutes to compile that.
+    pub(crate) fn sorts(&self) -> bool {
+        !self.computes_early()
+            && self.device.limits().max_storage_buffers_per_shader_stage >= SORTED_BUFFERS
+    }
+
+    /// Whether it composes splats tile by tile, from lists that it sorts.
+    pub(crate) fn lists_splats(&self) -> bool {
+        self.sorts() && self.device.limits().max_storage_buffers_per_shader_stage >= LISTED_BUFFERS
     }
 
     /// Whether the adapter computes on the CPU.

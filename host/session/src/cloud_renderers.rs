@@ -25,6 +25,51 @@ pub struct DealtRenderer {
     pub clouds: Vec<u32>,
 }
 
+/// The renderers that clouds name, beside one that is measured and draws the rest.
+#[derive(Clone, Debug, Default)]
+pub struct Beside {
+    dealt: Vec<DealtRenderer>,
+    infos: Vec<CloudInfo>,
+}
+
+impl Beside {
+    /// Those of a scene.
+    ///
+    /// # Errors
+    /// One line where a renderer is not there or cannot draw its cloud, and where every cloud names one: nothing that is
+    /// measured would draw then.
+    pub fn of(
+        registry: &Registry,
+        sources: &[Source],
+        infos: &[CloudInfo],
+    ) -> anyhow::Result<Self> {
+        let named = named(sources);
+        let dealt = dealt(registry, &named, infos)?;
+        let is_left = |(i, info): (usize, &CloudInfo)| {
+            info.n_surfels > 0 && !named.get(i).is_some_and(Option::is_some)
+        };
+        if let Some(first) = dealt.first()
+            && !infos.iter().enumerate().any(is_left)
+        {
+            bail!(
+                "{}: every cloud names a renderer, and none is left to those that are measured; leave `renderer` out \
+                 of the clouds that they shall draw",
+                first.named.place
+            );
+        }
+        Ok(Self { dealt, infos: infos.to_vec() })
+    }
+
+    /// What decides which pictures come of it, in words.
+    #[must_use]
+    pub fn describe(&self) -> Vec<String> {
+        let line = |one: &DealtRenderer| {
+            format!("{} {:?} {:?}", one.reference, one.named.renderer.values, one.clouds)
+        };
+        self.dealt.iter().map(line).collect()
+    }
+}
+
 /// What each cloud names.
 pub fn named(sources: &[Source]) -> Vec<Option<NamedRenderer>> {
     sources.iter().map(|source| source.renderer.clone()).collect()
@@ -199,6 +244,21 @@ impl RenderSession {
         }
         chosen.view.share(chosen.reference.id.clone(), others);
         Ok(())
+    }
+
+    /// The same beside a renderer that is measured.
+    ///
+    /// # Errors
+    /// Where one of them cannot be loaded.
+    pub fn share_measured(
+        &self,
+        chosen: &mut LoadedRenderer,
+        beside: &Beside,
+    ) -> anyhow::Result<()> {
+        match beside.dealt.is_empty() {
+            true => Ok(()),
+            false => self.share(chosen, beside.dealt.clone(), &[], &beside.infos),
+        }
     }
 
     /// Loads a renderer that clouds name.

@@ -101,6 +101,13 @@ impl Accessor {
         Ok(Self { shape, count, dense, sparse })
     }
 
+    /// One of floats that lie behind one another in a span, which is as long.
+    pub(crate) fn of_floats(span: Span, components: usize, count: u32) -> Self {
+        let shape = Shape { kind: ComponentType::F32, components, normalized: false };
+        let stride = shape.bytes() as u64;
+        Self { shape, count, dense: Some((span, stride)), sparse: None }
+    }
+
     /// Whether no byte of the file is behind it.
     pub(crate) fn is_empty_inside(&self) -> bool {
         self.dense.is_none() && self.sparse.is_none()
@@ -115,7 +122,7 @@ impl Accessor {
             Reader { accessor: self, buffers, indices: Vec::new(), values: Vec::new() };
         if let Some(sparse) = &self.sparse {
             reader.indices = sparse.indices(buffers, self.count)?;
-            reader.values = bytes_of(buffers, &sparse.values)?;
+            reader.values = buffers.bytes(&sparse.values)?;
         }
         Ok(reader)
     }
@@ -125,15 +132,6 @@ impl Accessor {
 fn elements_bytes(count: u64, stride: u64, size: u64) -> u64 {
     // At most 2^32 elements of at most 64 bytes, or 252 apart.
     if count == 0 { 0 } else { (count - 1) * stride + size }
-}
-
-fn bytes_of(buffers: &Buffers, span: &Span) -> Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let len = usize::try_from(span.len())?;
-    bytes.try_reserve_exact(len)?;
-    bytes.resize(len, 0);
-    buffers.read(span, &mut bytes)?;
-    Ok(bytes)
 }
 
 impl Sparse {
@@ -164,7 +162,7 @@ impl Sparse {
 
     /// Where the elements stand, in rising order.
     fn indices(&self, buffers: &Buffers, count: u32) -> Result<Vec<u32>> {
-        let bytes = bytes_of(buffers, &self.indices)?;
+        let bytes = buffers.bytes(&self.indices)?;
         let indices = whole_numbers(&bytes, self.index_kind)?;
         let rises = indices.is_sorted_by(|a, b| a < b);
         if rises && indices.last().is_none_or(|&last| last < count) {
@@ -230,7 +228,7 @@ impl Reader<'_> {
                 let len = elements_bytes(n as u64, *stride, size as u64);
                 let ends = || Error::new("an accessor ends too early");
                 let part = span.part(u64::from(first) * stride, len).ok_or_else(ends)?;
-                bytes = bytes_of(self.buffers, &part)?;
+                bytes = self.buffers.bytes(&part)?;
                 // The stride is at most 252, or the size.
                 let stride = *stride as usize;
                 if stride != size {

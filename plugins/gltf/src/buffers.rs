@@ -105,6 +105,32 @@ impl Buffers {
         })
     }
 
+    /// The bytes of a span.
+    ///
+    /// # Errors
+    /// Where memory runs out, or the system refuses.
+    pub(crate) fn bytes(&self, span: &Span) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let len = usize::try_from(span.len())?;
+        bytes.try_reserve_exact(len)?;
+        bytes.resize(len, 0);
+        self.read(span, &mut bytes)?;
+        Ok(bytes)
+    }
+
+    /// Holds numbers that no buffer of the file has.
+    ///
+    /// # Errors
+    /// Where memory runs out.
+    pub(crate) fn add(&mut self, numbers: &[f32]) -> Result<Span> {
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(size_of_val(numbers))?;
+        bytes.extend(numbers.iter().flat_map(|number| number.to_le_bytes()));
+        let length = bytes.len() as u64;
+        self.buffers.push(Buffer { place: Place::Memory(bytes), length });
+        Ok(Span { buffer: self.buffers.len() - 1, range: 0..length })
+    }
+
     /// Fills `out` from the beginning of a span, which is as long.
     ///
     /// # Errors

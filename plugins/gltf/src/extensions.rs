@@ -15,13 +15,11 @@ pub(crate) const PACKED_SPLATS: &str =
     "save the splats without compression, or as an .spz file of their own";
 
 /// Those that change how meshes are stored or shown, and are not read.
-const REFUSED: [(&str, &str); 6] = [
+const REFUSED: [(&str, &str); 4] = [
     ("KHR_draco_mesh_compression", "save the file without compression"),
     ("EXT_meshopt_compression", "save the file without compression"),
     ("KHR_meshopt_compression", "save the file without compression"),
     ("EXT_mesh_gpu_instancing", "save the file without instances"),
-    ("KHR_gaussian_splatting_compression_spz", PACKED_SPLATS),
-    ("KHR_gaussian_splatting_compression_spz_2", PACKED_SPLATS),
 ];
 
 /// Those that change nothing of points and triangles, by how they begin.
@@ -43,6 +41,16 @@ const HARMLESS: [&str; 12] = [
 /// What a primitive says of its splats; `None` where it has none.
 pub(crate) fn splats(primitive: &Primitive) -> Option<&Value> {
     primitive.extensions.as_ref()?.others.get(SPLATS)
+}
+
+/// Those that pack splats as SPZ: a draft, and what it was called before.
+const SPZ: [&str; 2] =
+    ["KHR_gaussian_splatting_compression_spz_2", "KHR_gaussian_splatting_compression_spz"];
+
+/// The buffer view in which a primitive's splats are packed as SPZ.
+pub(crate) fn packed_view(primitive: &Primitive) -> Option<u64> {
+    let inside = splats(primitive)?.get("extensions")?;
+    SPZ.into_iter().find_map(|name| inside.get(name)?.get("bufferView")?.as_u64())
 }
 
 /// The name of the extension that packs a primitive's splats.

@@ -24,8 +24,8 @@
 //! Points of the extension `KHR_gaussian_splatting` are Gaussians: columns `opacity`, `splat_scale`, `splat_rotation`
 //! and `sh_0` to `sh_3`, moved, scaled and turned as nodes say, their spherical harmonics, too. Their colours are those
 //! of the harmonics, not `COLOR_0` or materials. In a scene with Gaussians all else is left out, since it would be of none.
-//! Those that another extension packs (`KHR_gaussian_splatting_compression_spz` and others, which are drafts) are
-//! refused.
+//! Those that `KHR_gaussian_splatting_compression_spz_2` packs, a draft, are unpacked; those of other such extensions
+//! are refused.
 //!
 //! Not read: textures, lines, skins, morph targets, animations; buffers in other files, which a format cannot
 //! open; meshes that Draco or meshopt compressed.
@@ -41,6 +41,7 @@ mod decode;
 mod extensions;
 mod mesh;
 mod names;
+mod packed;
 mod read;
 mod scene;
 mod splats;

@@ -5,6 +5,7 @@ use crate::attributes::{self, Attribute};
 use crate::buffers::Buffers;
 use crate::extensions::{PACKED_SPLATS, compression};
 use crate::names::{AllNames, Names};
+use crate::packed;
 use crate::splats::Splats;
 use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked;
@@ -114,7 +115,7 @@ impl Mesh {
     /// Where something that it refers to is not there.
     pub(crate) fn find(
         (root, names): (&Root, &AllNames),
-        buffers: &Buffers,
+        buffers: &mut Buffers,
         index: usize,
         doubts: &mut Doubts,
     ) -> Result<Self> {
@@ -139,7 +140,7 @@ impl Mesh {
             let vertices = match known.get(&key) {
                 Some(&vertices) => vertices,
                 None => {
-                    let Some(found) = vertices((root, buffers), primitive, &names, doubts)? else {
+                    let Some(found) = vertices((root, &mut *buffers), primitive, &names, doubts)? else {
                         continue;
                     };
                     mesh.vertices.push(found);
@@ -161,21 +162,31 @@ impl Mesh {
 
 /// The points of a primitive; `None` where it has none.
 fn vertices(
-    (root, buffers): (&Root, &Buffers),
+    (root, buffers): (&Root, &mut Buffers),
     primitive: &Primitive,
     names: &Names,
     doubts: &mut Doubts,
 ) -> Result<Option<Vertices>> {
     let extensions = primitive.extensions.as_ref().map(|extensions| &extensions.others);
     let has = |name: &str| extensions.is_some_and(|others| others.contains_key(name));
-    let find = |semantic: Semantic| {
+    let find_in = |buffers: &Buffers, semantic: Semantic| {
         let index = primitive.attributes.get(&Checked::Valid(semantic));
         index.map(|index| Accessor::find(root, buffers, index.value())).transpose()
     };
-    let Some(position) = find(Semantic::Positions)? else {
+    let Some(mut position) = find_in(buffers, Semantic::Positions)? else {
         doubts.n_without_positions += 1;
         return Ok(None);
     };
+    let packed = match position.is_empty_inside() {
+        true => packed::unpacked(root, buffers, primitive, position.count)?,
+        false => None,
+    };
+    let buffers = &*buffers;
+    let mut splats = None;
+    if let Some(packed) = packed {
+        position = packed.position;
+        splats = Some(packed.splats);
+    }
     if position.is_empty_inside() && has("KHR_draco_mesh_compression") {
         return Err(Error::new(
             "a mesh is compressed by Draco, which is not read; save the file without compression",
@@ -193,12 +204,12 @@ fn vertices(
         return Err(Error::new(format!("POSITION: expected 3 components, found {found}")));
     }
     let is_points = primitive.mode == Checked::Valid(Mode::Points);
-    let found = is_points
-        .then(|| Splats::find((root, buffers), primitive, names, count, &mut doubts.attributes))
-        .transpose()?;
-    let splats = found.flatten();
+    if is_points && splats.is_none() {
+        splats = Splats::find((root, buffers), primitive, names, count, &mut doubts.attributes)?;
+    }
     // Of splats these follow from the rest.
-    let find = |semantic| if splats.is_some() { Ok(None) } else { find(semantic) };
+    let is_splats = splats.is_some();
+    let find = |semantic| if is_splats { Ok(None) } else { find_in(buffers, semantic) };
     let normal = find(Semantic::Normals)?;
     let color = find(Semantic::Colors(0))?;
     let checked = |name: &str, accessor: Option<Accessor>, doubts: &mut Doubts| {

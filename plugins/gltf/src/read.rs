@@ -24,7 +24,7 @@ pub(crate) fn read(
 ) -> Result<()> {
     let Container { mut root, names, binary, is_glb } = container::open(file)?;
     let unknown = extensions::check(&root)?;
-    let buffers = Buffers::new(file, &mut root, binary)?;
+    let mut buffers = Buffers::new(file, &mut root, binary)?;
     let scene = Scene::of(&root)?;
     job.check()?;
     let mut meshes: Vec<Option<Mesh>> = Vec::new();
@@ -32,7 +32,7 @@ pub(crate) fn read(
     let mut doubts = Doubts::default();
     for Instance { mesh, .. } in &scene.instances {
         if !matches!(meshes.get(*mesh), Some(Some(_))) {
-            let found = Mesh::find((&root, &names), &buffers, *mesh, &mut doubts)?;
+            let found = Mesh::find((&root, &names), &mut buffers, *mesh, &mut doubts)?;
             meshes[*mesh] = Some(found);
         }
     }

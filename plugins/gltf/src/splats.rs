@@ -114,6 +114,16 @@ impl Splats {
         Ok(Some(Self { opacity, scale, rotation, harmonics }))
     }
 
+    /// Of these accessors, of one element a splat; harmonics by order, from m = -l to l.
+    pub(crate) fn of(
+        opacity: Accessor,
+        scale: Accessor,
+        rotation: Accessor,
+        harmonics: Vec<Vec<Accessor>>,
+    ) -> Self {
+        Self { opacity, scale, rotation, harmonics }
+    }
+
     /// The orders of spherical harmonics, without a gap from 0 on.
     pub(crate) fn n_orders(&self) -> usize {
         self.harmonics.len()

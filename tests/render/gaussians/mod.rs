@@ -7,6 +7,7 @@ mod columns;
 mod counted;
 mod extremes;
 mod per_pixel;
+mod quads;
 mod reference;
 mod refused;
 mod same;

@@ -42,6 +42,10 @@ pub(crate) struct Pixel {
     pub(crate) to_half: f64,
     /// How far splats lie apart.
     pub(crate) distortion: f64,
+    /// Splats, each as much as those before it let through: what rounds in blending from far to near.
+    pub(crate) layers: f64,
+    /// The largest number of a colour.
+    pub(crate) brightest: f64,
 }
 
 struct Splat {
@@ -294,6 +298,8 @@ fn shown(splats: &[Splat], eye: &Eye, px: DVec2, how: How) -> Pixel {
             share * (distance * distance * weights + squares - 2.0 * distance * distances);
         moments =
             [weights + share, distances + share * distance, squares + share * distance * distance];
+        pixel.layers += left;
+        pixel.brightest = pixel.brightest.max(splat.color.max_element());
         let before = left;
         left -= share;
         if before > 0.5 && left <= 0.5 {

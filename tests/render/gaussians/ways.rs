@@ -1,6 +1,6 @@
-//! What the CPU and the device make of the same splats, where chance or a mean composes them, and how far apart splats are.
+//! What the CPU, and the device in two ways, make of the same splats, where chance or a mean composes them, and how far apart splats are.
 //!
-//! Chance takes the same numbers on both ways, so that a pixel differs only where the rounding of an exponent decides
+//! Chance takes the same numbers in all ways, so that a pixel differs only where the rounding of an exponent decides
 //! whether a try counts: of 6,300 pixels with 16 tries and about 20 splats each that may happen to a few.
 
 use super::agreement::{at, views};
@@ -12,16 +12,16 @@ use surfelshop_api::params::{Value, Values};
 use surfelshop_render::{EngineOptions, GpuOptions, Rendered, SurfelDrawing};
 use surfelshop_tests::stage::{each_way, engine, engine_with};
 
-/// A frame as the CPU composes it, and as the device does.
-fn both(
+/// A frame as the CPU composes it, as the device does tile by tile, and as quads.
+fn each(
     all: &Gaussians,
     unit: &str,
     view: View,
     values: &Values,
     outputs: &[Output],
-) -> [Rendered; 2] {
+) -> [Rendered; 3] {
     let cloud = all.cloud();
-    [SurfelDrawing::Processor, SurfelDrawing::Quads].map(|surfels| {
+    [SurfelDrawing::Processor, SurfelDrawing::Compute, SurfelDrawing::Quads].map(|surfels| {
         let options = EngineOptions { surfels, ..EngineOptions::default() };
         let mut engine = engine_with(&GpuOptions::default(), &options);
         let mut renderer = stage::renderer(&engine, unit);
@@ -31,7 +31,7 @@ fn both(
 
 /// Costs 2 s.
 #[test]
-fn chance_falls_alike_on_both_ways() {
+fn chance_falls_alike_in_all_ways() {
     let all = Gaussians::generated(2500);
     for unit in stage::UNITS {
         let values = stage::values(&[
@@ -40,28 +40,30 @@ fn chance_falls_alike_on_both_ways() {
             ("space", stage::text("linear")),
         ]);
         for (name, view) in [views()[1], views()[3]] {
-            let [a, b] = both(&all, unit, view, &values, &[Output::Color])
+            let [a, b, c] = each(&all, unit, view, &values, &[Output::Color])
                 .map(|frame| stage::pixels(&frame, &Output::Color));
             let off = |(a, b): (&[f32; 4], &[f32; 4])| {
                 (0..4).map(|k| (a[k] - b[k]).abs()).fold(0f32, f32::max)
             };
-            let off: Vec<f32> = a.iter().zip(&b).map(off).collect();
-            let over = |bound: f32| off.iter().filter(|d| **d > bound).count();
-            let line = format!(
-                "{unit} {name}: of {} pixels {} differ, {} by more than 1e-5",
-                off.len(),
-                over(0.0),
-                over(1e-5)
-            );
-            stage::say(&line);
-            assert!(over(1e-5) * 400 < off.len(), "{line}");
+            for (way, b) in [("tiles", &b), ("quads", &c)] {
+                let off: Vec<f32> = a.iter().zip(b).map(off).collect();
+                let over = |bound: f32| off.iter().filter(|d| **d > bound).count();
+                let line = format!(
+                    "{unit} {name} {way}: of {} pixels {} differ, {} by more than 1e-5",
+                    off.len(),
+                    over(0.0),
+                    over(1e-5)
+                );
+                stage::say(&line);
+                assert!(over(1e-5) * 400 < off.len(), "{line}");
+            }
         }
     }
 }
 
 /// Costs 3 s.
 #[test]
-fn means_look_as_the_formulas_say_on_both_ways() {
+fn means_look_as_the_formulas_say_in_all_ways() {
     let all = Gaussians::generated(2500);
     let cloud = all.cloud();
     let tolerance = 0.05f32;
@@ -110,7 +112,7 @@ fn means_agree(what: &str, found: &[[f32; 4]], expected: &[[f64; 4]]) {
 
 /// Costs 3 s.
 #[test]
-fn distortion_is_what_the_paper_says_on_both_ways() {
+fn distortion_is_what_the_paper_says_in_all_ways() {
     let all = Gaussians::generated(2500);
     let cloud = all.cloud();
     let drawn = [views()[1], views()[3], views()[5]];

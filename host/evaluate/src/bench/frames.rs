@@ -15,7 +15,6 @@ use std::path::Path;
 use std::time::Duration;
 use surfelshop_api::View;
 use surfelshop_runtime::plugins::Registry;
-use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
@@ -79,10 +78,6 @@ impl Session<'_> {
     fn file(&mut self, name: &str, file: &Path) -> anyhow::Result<()> {
         let arguments = self.arguments;
         let inputs = Inputs::open(&[file.to_owned()])?;
-        cloud_renderers::note_left_out(
-            &inputs.sources,
-            "each of those named here draws the whole scene",
-        );
         let opened = inputs.opened.as_ref();
         let seen = setup::first_view(opened);
         let picture = |size| arguments.picture(size);
@@ -91,7 +86,7 @@ impl Session<'_> {
         let staging = without_antialiasing(name, staging);
         let named = renderers(arguments, self.registry)?;
         let patience = arguments.plugins.patience();
-        let all = requests::with_settings(named, &arguments.set, opened, &patience)?;
+        let mut all = requests::with_settings(named, &arguments.set, opened, &patience)?;
         let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
         let displayed = DisplayedClouds::read(
             &inputs.sources,
@@ -99,6 +94,8 @@ impl Session<'_> {
             &SessionFormats::new(&arguments.plugins),
         )?;
         let clouds = &displayed.clouds;
+        let infos = &clouds.facts.clouds;
+        requests::draw_beside(&mut all, self.registry, &inputs.sources, infos)?;
         let mut contestants = open(arguments, self.variants, &mut self.left_out)?;
         let extent = clouds.extent(staging.scene.surface.radius_scale);
         let n = arguments.frames.unwrap_or(FRAMES);

@@ -9,6 +9,7 @@ use surfelshop_image::{Image, TracedPicture, outputs, png};
 use surfelshop_render::{PassState, RenderRequest, StageTime};
 use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
 use surfelshop_runtime::trace::trace;
+use surfelshop_session::cloud_renderers::Beside;
 use surfelshop_session::cpu_time::{clocks, cpu_ms_since, cpu_time};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
@@ -75,6 +76,8 @@ pub struct CandidateRequest {
     pub unit: Result<LoadedUnit, String>,
     /// Its parameters.
     pub values: Values,
+    /// What draws the clouds that name a renderer.
+    pub beside: Beside,
 }
 
 /// One of those that are compared.
@@ -115,13 +118,16 @@ impl Candidate {
     /// Makes an instance of a renderer; one that fails in this draws nothing.
     pub fn new(
         studio: Option<&RenderSession>,
-        CandidateRequest { name, reference, unit, values }: CandidateRequest,
+        CandidateRequest { name, reference, unit, values, beside }: CandidateRequest,
     ) -> Self {
         let start = |unit: LoadedUnit| -> Result<Ready, String> {
             let chosen = match (reference.kind, studio) {
                 (UnitKind::Renderer, Some(studio)) => {
                     let started = studio.start(reference.clone(), unit.clone(), values.clone());
-                    Some(started.map_err(|error| format!("{error:#}"))?)
+                    let mut chosen = started.map_err(|error| format!("{error:#}"))?;
+                    let shared = studio.share_measured(&mut chosen, &beside);
+                    shared.map_err(|error| format!("{error:#}"))?;
+                    Some(chosen)
                 }
                 _ => None,
             };

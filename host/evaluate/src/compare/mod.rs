@@ -24,7 +24,6 @@ use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::formats::SessionFormats;
@@ -52,17 +51,13 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         );
     }
     let inputs = Inputs::open(&arguments.files)?;
-    cloud_renderers::note_left_out(
-        &inputs.sources,
-        "each of those named here draws the whole scene",
-    );
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
     let mut named = requests::named(&registry, &arguments.renderer)?;
     let judge = judge(arguments, &registry, &mut named)?;
     keeps_reference(arguments, &judge, &named)?;
     let patience = arguments.plugins.patience();
-    let wanted = requests::with_settings(named, &arguments.set, opened, &patience)?;
+    let mut wanted = requests::with_settings(named, &arguments.set, opened, &patience)?;
     let seen = setup::first_view(opened);
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
     std::fs::create_dir_all(&arguments.out)
@@ -78,6 +73,7 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         &SessionFormats::new(&arguments.plugins),
     )?;
     let clouds = &displayed.clouds;
+    requests::draw_beside(&mut wanted, &registry, &inputs.sources, &clouds.facts.clouds)?;
     plausibility::note(clouds, &staging.scene);
     let frames = camera_path::frames(arguments, &staging, opened, clouds)?;
     let Some(first) = frames.first() else { bail!("there is no camera") };

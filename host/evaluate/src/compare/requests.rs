@@ -3,8 +3,11 @@
 use super::candidate::CandidateRequest;
 use anyhow::bail;
 use surfelshop_api::params::Values;
+use surfelshop_api::{CloudInfo, UnitKind};
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_runtime::plugins::{Registry, Timeouts, UnitRef};
+use surfelshop_session::cloud_renderers::{self, Beside};
+use surfelshop_session::input::scenes::Source;
 use surfelshop_session::options::values::Setting;
 use surfelshop_session::output::terminal;
 use surfelshop_session::{parameters, session, setup};
@@ -76,7 +79,8 @@ pub fn with_settings(
             unknown.iter().for_each(terminal::warn);
             values = known;
         }
-        wanted.push(CandidateRequest { name, reference, unit, values });
+        let beside = Beside::default();
+        wanted.push(CandidateRequest { name, reference, unit, values, beside });
     }
     if let Some((setting, _)) = typed.iter().zip(used).find(|(_, used)| !used) {
         let Setting { unit, id, value } = setting;
@@ -87,4 +91,26 @@ pub fn with_settings(
         );
     }
     Ok(wanted)
+}
+
+/// Has clouds that name a renderer drawn by it, whatever else is compared. Tracers draw whole scenes, which is told.
+///
+/// # Errors
+/// One line where such a renderer cannot draw its cloud, or no cloud is left to what is compared.
+pub fn draw_beside(
+    all: &mut [CandidateRequest],
+    registry: &Registry,
+    sources: &[Source],
+    infos: &[CloudInfo],
+) -> anyhow::Result<()> {
+    let is = |kind: UnitKind| move |one: &&mut CandidateRequest| one.reference.kind == kind;
+    if all.iter_mut().any(|one| is(UnitKind::Tracer)(&one)) {
+        cloud_renderers::note_left_out(sources, "tracers draw the whole scene");
+    }
+    let mut renderers = all.iter_mut().filter(is(UnitKind::Renderer)).peekable();
+    if renderers.peek().is_some() {
+        let beside = Beside::of(registry, sources, infos)?;
+        renderers.for_each(|one| one.beside = beside.clone());
+    }
+    Ok(())
 }

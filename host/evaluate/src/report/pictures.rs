@@ -18,7 +18,8 @@ use surfelshop_api::params::Values;
 use surfelshop_cloud::scene::OpenedScene;
 use surfelshop_image::exr;
 use surfelshop_runtime::plugins::{Registry, UnitRef};
-use surfelshop_session::cloud_renderers;
+use surfelshop_session::cloud_renderers::{self, Beside};
+use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
 use surfelshop_session::input::formats::SessionFormats;
@@ -43,10 +44,6 @@ pub(super) fn report(
     unit: &UnitRef,
 ) -> anyhow::Result<()> {
     let inputs = Inputs::open(&arguments.files)?;
-    cloud_renderers::note_left_out(
-        &inputs.sources,
-        "each of those named here draws the whole scene",
-    );
     let opened = inputs.opened.as_ref();
     let patience = arguments.plugins.patience();
     let subject = Subject::load(unit, &patience)?;
@@ -74,6 +71,7 @@ pub(super) fn report(
     let own = told_values(&subject, opened, &arguments.set)?;
     files.extend(stamps_of_values(subject.declared(), &own)?);
     let mut units = vec![subject.stamp()?];
+    let beside = beside(&subject, judge.as_ref(), registry, &inputs, clouds)?;
     let judge = judge.map(|judge| -> anyhow::Result<_> {
         let values = told_values(&judge, opened, &arguments.reference_set)?;
         if !knobs.iter().any(|knob| knob.id == random::SEED) {
@@ -86,7 +84,7 @@ pub(super) fn report(
     let judge = judge.transpose()?;
     let device = device_of(studio.as_ref());
     let kept =
-        ResultsFile::open(&arguments.out, &key(arguments, &stage, &units, &files, &device)?)?;
+        ResultsFile::open(&arguments.out, &key(arguments, &stage, &beside, (&units, &files), &device)?)?;
     let mut bench = Pictures {
         arguments,
         stage: &stage,
@@ -97,6 +95,7 @@ pub(super) fn report(
         all: HashMap::new(),
         n_timed: 0,
         turns_detail,
+        beside,
     };
     bench.truth = Some(truth(&mut bench, judge, &kept)?);
     let mut all = Vec::new();
@@ -204,21 +203,42 @@ fn told_values(
     Ok(values)
 }
 
-fn started(subject: &Subject, studio: Option<&RenderSession>, values: Values) -> Candidate {
+/// What draws the clouds that name a renderer, beside what is measured. Tracers draw the whole scene, which is told.
+fn beside(
+    subject: &Subject,
+    judge: Option<&Subject>,
+    registry: &Registry,
+    inputs: &Inputs,
+    clouds: &Clouds,
+) -> anyhow::Result<Beside> {
+    let kinds = || std::iter::once(subject).chain(judge).map(|one| one.reference.kind);
+    if kinds().any(|kind| kind == UnitKind::Tracer) {
+        cloud_renderers::note_left_out(&inputs.sources, "tracers draw the whole scene");
+    }
+    match kinds().any(|kind| kind == UnitKind::Renderer) {
+        true => Beside::of(registry, &inputs.sources, &clouds.facts.clouds),
+        false => Ok(Beside::default()),
+    }
+}
+
+fn started(
+    subject: &Subject,
+    studio: Option<&RenderSession>,
+    values: Values,
+    beside: Beside,
+) -> Candidate {
     let Subject { reference, unit } = subject.clone();
-    Candidate::new(
-        studio,
-        CandidateRequest { name: reference.id.clone(), reference, unit: Ok(unit), values },
-    )
+    let name = reference.id.clone();
+    Candidate::new(studio, CandidateRequest { name, reference, unit: Ok(unit), values, beside })
 }
 
 /// Everything that the numbers depend on besides the values of a knob.
 fn key(
     arguments: &ReportArguments,
     stage: &Stage<'_>,
+    beside: &Beside,
     // A file that was written since is another one, and so is a plugin that was rebuilt.
-    units: &[(String, Stamp)],
-    files: &[Stamp],
+    (units, files): (&[(String, Stamp)], &[Stamp]),
     device: &str,
 ) -> anyhow::Result<String> {
     let picture = arguments.reference.as_deref().map(Path::new).filter(|path| is_picture(path));
@@ -243,6 +263,7 @@ fn key(
         (
             stage.surroundings.map(|light: &LoadedEnvironment| light.view().environment.clone()),
             device,
+            beside.describe(),
             env!("CARGO_PKG_VERSION"),
         ),
     ))?)
@@ -292,7 +313,7 @@ fn truth(
     if let Some((picture, variance)) = kept.truth()? {
         return Ok(Truth { name, picture, variance, candidate: None });
     }
-    let mut candidate = started(&judge, bench.studio.as_ref(), values);
+    let mut candidate = started(&judge, bench.studio.as_ref(), values, bench.beside.clone());
     let drawn = candidate.first(bench.stage, bench.studio.as_mut())?;
     kept.put_truth(&drawn.color, drawn.variance.as_ref())?;
     Ok(Truth { name, picture: drawn.color, variance: drawn.variance, candidate: None })
@@ -313,6 +334,8 @@ struct Pictures<'a> {
     n_timed: u32,
     /// Whether the knob `detail` is the host's.
     turns_detail: bool,
+    /// What draws the clouds that name a renderer.
+    beside: Beside,
 }
 
 impl Pictures<'_> {
@@ -339,7 +362,7 @@ impl Pictures<'_> {
         let others = self.arguments.set.iter().filter(|setting| setting.id != knob).cloned();
         let settings: Vec<Setting> = others.chain(turned).collect();
         let (values, _told) = values_of(self.subject, self.opened, &settings)?;
-        Ok(started(self.subject, self.studio.as_ref(), values))
+        Ok(started(self.subject, self.studio.as_ref(), values, self.beside.clone()))
     }
 
     fn measured(&self, knob: &str, value: &str, drawn: &Drawn) -> Result<Cell, String> {

@@ -3,7 +3,7 @@
 use crate::engine::Engine;
 use crate::graph::{
     Frame, Lending, LivePasses, Node, PassScratch, Plan, Recorder, RenderError, Resources, checked,
-    copy_buffer, execute, map, touched,
+    copy_buffer, execute, map, touched, SplatDrawing,
 };
 use std::collections::BTreeMap;
 use surfelshop_api::abi::EncodedGraph;
@@ -59,7 +59,7 @@ impl Engine {
         let lent = resources.lend(&self.gpu, &plan, &nodes, &Lending::default());
         let mut recorder = Recorder::new(&self.gpu);
         let host = BTreeMap::new();
-        let frame = Frame { data, host: &host, splats_on_host: true };
+        let frame = Frame { data, host: &host, splats: SplatDrawing::Processor };
         let scratch = &mut PassScratch::default();
         execute(&plan, &needed, &lent, &frame, &mut recorder, &mut self.pipelines, scratch)?;
         let copies: Vec<_> = wanted

@@ -8,7 +8,7 @@ use crate::gpu::Gpu;
 use crate::graph::{
     Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
     PassReport, PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
-    Stage, SurfaceNeeds, SurfelShading, Written, bind, copy, execute, needed, touched,
+    SplatDrawing, Stage, SurfaceNeeds, SurfelShading, Written, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{
     ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,
@@ -38,8 +38,8 @@ pub(super) struct Submission<'a> {
     pub(super) asked: OutputRequest,
     pub(super) clouds: &'a [DrawnCloud],
     pub(super) scratch: &'a mut PassScratch,
-    /// Whether the CPU puts splats together.
-    pub(super) splats_on_host: bool,
+    /// How splats are put together.
+    pub(super) splats: SplatDrawing,
     /// The clouds whose surface the graph shades; `None` where it is all of it.
     pub(super) own: Option<&'a [u32]>,
     /// How surfels are drawn.
@@ -156,7 +156,7 @@ impl Submission<'_> {
         let host = views.iter().map(|(seat, view)| (*seat, view as &dyn HostResources)).collect();
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let resources = self.resources.lend(self.gpu, self.plan, &nodes, &self.lending);
-        let frame = Frame { data: self.data, host: &host, splats_on_host: self.splats_on_host };
+        let frame = Frame { data: self.data, host: &host, splats: self.splats };
         let Written { nodes: written, covered } = execute(
             self.plan,
             &needed,

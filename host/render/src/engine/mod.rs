@@ -308,7 +308,7 @@ impl Engine {
             asked,
             clouds: &clouds,
             scratch: &mut self.scratch,
-            splats_on_host: self.surfels.on_host(&self.gpu),
+            splats: self.surfels.of_splats(&self.gpu),
             drawing,
         };
         let done = checked(&device, || work.run()).map_err(RenderError::Device);

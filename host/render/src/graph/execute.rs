@@ -10,6 +10,7 @@ use crate::graph::recorder::{Attachment, PassState, Recorder};
 use crate::graph::resources::FrameResources;
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::graph::uniform_layout::Uniforms;
+use crate::graph::splats::SplatDrawing;
 use crate::graph::{RenderError, bind, primitives, splats};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -24,8 +25,8 @@ pub(crate) struct Frame<'a> {
     pub(crate) data: &'a [u8],
     /// What the host gives for each camera; nothing where a graph computes without one.
     pub(crate) host: &'a BTreeMap<PassCamera, &'a dyn HostResources>,
-    /// Whether the CPU puts splats together.
-    pub(crate) splats_on_host: bool,
+    /// How splats are put together.
+    pub(crate) splats: SplatDrawing,
 }
 
 /// The resources that the needed passes touch.

@@ -35,6 +35,14 @@ pub(crate) enum DrawKind {
     NearestSurfels,
     /// Surfel quads added up where they pass the depth test.
     AddedSurfels,
+    /// Quads of splats, each over those that were drawn before.
+    SplatsOver,
+    /// The same, added up.
+    AddedSplats,
+    /// The same, the last one instead of others.
+    ReplacedSplats,
+    /// The same with depths of their own; the nearest wins, and depth is written.
+    NearestSplats,
 }
 
 /// An entry point of a shader.
@@ -137,7 +145,11 @@ impl Recipe {
         let constants = self.settings.values();
         let options =
             wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() };
-        let blend = (kind == DrawKind::AddedSurfels).then_some(ADD);
+        let blend = match kind {
+            DrawKind::AddedSurfels | DrawKind::AddedSplats => Some(ADD),
+            DrawKind::SplatsOver => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+            _ => None,
+        };
         let targets: Vec<_> = formats
             .iter()
             .map(|&format| {
@@ -218,9 +230,14 @@ const ADD: wgpu::BlendState = {
 
 fn depth_state(kind: DrawKind) -> Option<wgpu::DepthStencilState> {
     let (compare, write) = match kind {
-        DrawKind::Fullscreen => return None,
+        DrawKind::Fullscreen
+        | DrawKind::SplatsOver
+        | DrawKind::AddedSplats
+        | DrawKind::ReplacedSplats => return None,
         DrawKind::SeededSurfels => (wgpu::CompareFunction::Always, true),
-        DrawKind::NearestSurfels => (wgpu::CompareFunction::Greater, true),
+        DrawKind::NearestSurfels | DrawKind::NearestSplats => {
+            (wgpu::CompareFunction::Greater, true)
+        }
         DrawKind::AddedSurfels => (wgpu::CompareFunction::GreaterEqual, false),
     };
     Some(wgpu::DepthStencilState {

@@ -1,6 +1,7 @@
 //! How surfels are drawn.
 
 use crate::gpu::Gpu;
+use crate::graph::SplatDrawing;
 
 /// How surfels are drawn.
 ///
@@ -31,6 +32,17 @@ impl SurfelDrawing {
             Self::Automatic => gpu.is_software(),
             Self::Quads | Self::Compute => false,
             Self::Processor => true,
+        }
+    }
+
+    /// How passes of splats are put together.
+    pub(crate) fn of_splats(self, gpu: &Gpu) -> SplatDrawing {
+        match self {
+            Self::Processor => SplatDrawing::Processor,
+            Self::Quads => SplatDrawing::Quads,
+            Self::Automatic if gpu.is_software() => SplatDrawing::Processor,
+            Self::Automatic | Self::Compute if gpu.lists_splats() => SplatDrawing::Lists,
+            Self::Automatic | Self::Compute => SplatDrawing::Quads,
         }
     }
 

@@ -214,8 +214,8 @@ impl Measurement {
             renderer: renderer.clone(),
             values: values.clone(),
             clouds,
-            // As `compare` does: each subject draws the whole scene.
-            named: Vec::new(),
+            // As `compare` does: what clouds name draws them beside each subject.
+            named: self.basis.named.clone(),
             scene: self.basis.scene.clone(),
             environment: self.basis.environment.clone(),
             display: self.basis.display,

@@ -8,6 +8,7 @@ use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_evaluate::report::knobs::typed;
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::options::camera::Extent;
 
 /// Most pixels of a measured picture, a screen of 7680 x 4320: a comparison takes some 200 bytes per
@@ -52,6 +53,8 @@ pub(crate) struct Basis {
     pub(crate) pane: u32,
     /// Renderers with their values, without the knob's.
     pub(crate) renderers: Vec<(String, Values)>,
+    /// What each of the clouds names to draw it.
+    pub(crate) named: Vec<Option<NamedRenderer>>,
     pub(crate) knob: Option<String>,
     pub(crate) source: ReferenceSource,
     /// Width and height in pixels; none where the reference is a file, whose size counts.
@@ -82,6 +85,7 @@ impl Basis {
         let differs = [
             (self.pane != now.pane, "another view is chosen"),
             (self.revision != now.revision, "the clouds have changed"),
+            (self.named != now.named, "the renderer of a cloud has changed"),
             (names(self) != names(now), "another renderer is shown"),
             (self.knob != now.knob, "another parameter is chosen"),
             (self.camera != now.camera, "the camera has moved"),

@@ -30,9 +30,15 @@ pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
     };
     let settings = &window.settings;
     let source = source(window, pane)?;
+    let named = shown.named();
+    if !named.is_empty() && named.iter().all(Option::is_some) {
+        let line = "every cloud names a renderer, and none is left to be measured";
+        return Err(format!("{line}; choose `as the view` for one in the list of clouds"));
+    }
     Ok(Basis {
         pane: pane.id,
         renderers,
+        named,
         knob,
         size: match source {
             ReferenceSource::Picture(_) => None,

@@ -157,8 +157,10 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
 fn resolved(graph: &mut Graph, entry: &str, sums: TextureId) -> (TextureId, Pass) {
     let picture = graph.texture(entry, Texture::view_sized(Format::Rgba32Float));
     let name = format!("{entry} of sums");
-    let pass = Pass::fullscreen(&name, include_str!("resolve.wgsl"), entry);
-    (picture, pass.bind("sums", sums).target(picture))
+    let groups = Groups::PerPixel { divisor: 1 };
+    // No render pass: not every device draws into 32-bit floats.
+    let pass = Pass::compute(&name, include_str!("resolve.wgsl"), entry, groups);
+    (picture, pass.bind("sums", sums).bind("picture", picture))
 }
 
 /// The columns of spherical harmonics up to an order, and the WGSL module that adds them up.

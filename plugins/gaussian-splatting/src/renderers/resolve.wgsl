@@ -9,6 +9,7 @@ struct Settings {
 
 var<uniform> settings: Settings;
 var sums: texture_2d<f32>;
+var picture: texture_storage_2d<rgba32float, write>;
 var behind: texture_2d<f32>;
 
 fn decoded(c: vec3<f32>) -> vec3<f32> {
@@ -20,9 +21,9 @@ fn encoded(c: vec3<f32>) -> vec3<f32> {
 }
 
 // Splats over what is behind them, in the space that they were trained in: over black where nothing is.
-@fragment
-fn color(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let pixel = vec2<u32>(at.xy);
+@compute @workgroup_size(8, 8)
+fn color(@builtin(global_invocation_id) at: vec3<u32>) {
+    let pixel = at.xy;
     let sum = max(textureLoad(sums, pixel, 0), vec4(0.0));
     var shown = sum.rgb;
     var coverage = min(sum.w, 1.0);
@@ -39,12 +40,14 @@ fn color(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     if settings.encoded == 1u {
         shown = decoded(shown);
     }
-    return vec4(shown, coverage);
+    textureStore(picture, pixel, vec4(shown, coverage));
 }
 
-@fragment
-fn normal(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let sum = textureLoad(sums, vec2<u32>(at.xy), 0);
+@compute @workgroup_size(8, 8)
+fn normal(@builtin(global_invocation_id) at: vec3<u32>) {
+    let sum = textureLoad(sums, at.xy, 0);
     let length = length(sum.xyz);
-    return vec4(select(vec3(0.0), sum.xyz / length, length > 0.0), select(0.0, 1.0, length > 0.0));
+    let is_there = length > 0.0;
+    let normal = vec4(select(vec3(0.0), sum.xyz / length, is_there), select(0.0, 1.0, is_there));
+    textureStore(picture, at.xy, normal);
 }

@@ -253,22 +253,112 @@ fn what_is_beside_splats_or_missing_is_told() {
     assert!(only(&file.found()).header.column("sh_1").is_none());
 }
 
-#[test]
-fn packed_splats_are_refused_with_what_to_do() {
-    let inside = format!(
-        r#"{USUAL},"extensions":{{"KHR_gaussian_splatting_compression_spz_2":{{"bufferView":0}}}}"#
-    );
-    let splats = Splats::new(0);
-    // Where the numbers are there, too, they are read.
-    assert_eq!(only(&splats.file("", &inside).found()).header.columns.len(), 5);
-    let mut file = splats.file("", &inside);
-    file.accessors.iter_mut().for_each(|json| {
+/// A scene whose numbers an extension packs, in a view of these bytes.
+fn packed(name: &str, stream: &[u8], degree: usize) -> Builder {
+    let mut file = Splats::new(degree).file("", "");
+    for json in &mut file.accessors {
         let (_, rest) = json.split_once(',').unwrap();
         *json = format!("{{{rest}");
-    });
-    let line = file.refusal();
-    assert!(line.contains("compression_spz_2") && line.contains(".spz file"), "{line}");
-    let mut file = splats.file("", USUAL);
-    file.rest[0] = r#""extensionsRequired":["KHR_gaussian_splatting","KHR_gaussian_splatting_compression_spz_2"]"#.to_owned();
-    assert!(file.refusal().contains("compression_spz_2 is required"));
+    }
+    let view = file.view(stream, "");
+    let inside = format!(r#"{USUAL},"extensions":{{"{name}":{{"bufferView":{view}}}}}"#);
+    let of = format!(r#""KHR_gaussian_splatting":{{{inside}}}"#);
+    file.rest = vec![file.rest.join(",").replace(r#""KHR_gaussian_splatting":{}"#, &of)];
+    file
+}
+
+/// A stream of SPZ of so many Gaussians: byte `k` of the attributes is `k` times a number.
+fn spz(version: u32, n: u32, degree: u8, factor: usize) -> Vec<u8> {
+    use std::io::Write;
+    let rotation = if version < 3 { 3 } else { 4 };
+    let rest = 3 * usize::from(degree) * (usize::from(degree) + 2);
+    let mut bytes = b"NGSP".to_vec();
+    bytes.extend(version.to_le_bytes());
+    bytes.extend(n.to_le_bytes());
+    bytes.extend([degree, 12, 0, 0]);
+    bytes.extend((0..n as usize * (9 + 1 + 3 + 3 + rotation + rest)).map(|k| (k * factor) as u8));
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    packed.write_all(&bytes).unwrap();
+    packed.finish().unwrap()
+}
+
+const SPZ_2: &str = "KHR_gaussian_splatting_compression_spz_2";
+
+#[test]
+fn splats_that_are_packed_as_spz_are_unpacked() {
+    for (version, degree) in [(2, 0), (2, 3), (3, 1), (3, 2)] {
+        let file = packed(SPZ_2, &spz(version, N as u32, degree, 7), degree.into());
+        let found = file.found();
+        assert_eq!(only(&found).header.columns.len(), 4 + usize::from(degree) + 1);
+        // The bytes of splat 1, by the words of the format.
+        let byte = |at: usize| (at * 7) as u8;
+        let whole = |axis: usize| {
+            let at = 9 + 3 * axis;
+            let bytes = [0, byte(at), byte(at + 1), byte(at + 2)];
+            f64::from(i32::from_le_bytes(bytes) >> 8) / 4096.0
+        };
+        let expected = [-whole(0), whole(1), -whole(2)];
+        assert_eq!(values(&found, "position")[3..6], expected, "{version}");
+        let opacities = 9 * N;
+        let opacity = f64::from(byte(opacities + 1)) / 255.0;
+        assert!((values(&found, "opacity")[1] - opacity).abs() < 1e-6);
+        let color = (f64::from(byte(opacities + N + 3)) / 255.0 - 0.5) / 0.15;
+        assert!((values(&found, "sh_0")[3] - color).abs() < 1e-5);
+        let scale = (f64::from(byte(opacities + 4 * N + 3)) / 16.0 - 10.0).exp();
+        assert!((values(&found, "splat_scale")[3] / scale - 1.0).abs() < 1e-5);
+        let q = &values(&found, "splat_rotation")[4..8];
+        assert!((q.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-5, "{q:?}");
+        if degree > 0 {
+            let start = opacities + 7 * N + if version < 3 { 3 * N } else { 4 * N };
+            let n = usize::from(degree) * (usize::from(degree) + 2);
+            let stored = |k: usize| (f64::from(byte(start + 3 * (n + k))) - 128.0) / 128.0;
+            // m = -1, 0 and 1 are y, z and x: axes turn two, and the Condon-Shortley sign the first and the last.
+            let expected = [-stored(0), -stored(1), stored(2)];
+            let own = [0, 3, 6].map(|k| values(&found, "sh_1")[9 + k]);
+            assert_eq!(own, expected, "{version}");
+        }
+    }
+}
+
+#[test]
+fn turned_axes_turn_rotations_along() {
+    // A quarter turn about x, as version 3 has it: w is the largest, x as large.
+    let half = 511;
+    let bits: u32 = (3 << 30) | (half << 20);
+    let mut bytes = b"NGSP".to_vec();
+    bytes.extend([3u32.to_le_bytes(), (N as u32).to_le_bytes()].concat());
+    bytes.extend([0, 12, 0, 0]);
+    bytes.extend(vec![0; 16 * N]);
+    (0..N).for_each(|_| bytes.extend(bits.to_le_bytes()));
+    let mut stream = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut stream, &bytes).unwrap();
+    let found = packed(SPZ_2, &stream.finish().unwrap(), 0).found();
+    let q = DQuat::from_slice(&values(&found, "splat_rotation")[..4]);
+    let flip = DMat3::from_diagonal(DVec3::new(-1.0, 1.0, -1.0));
+    let own = DMat3::from_rotation_x(std::f64::consts::FRAC_PI_2);
+    let off = (DMat3::from_quat(q) - flip * own * flip).to_cols_array();
+    assert!(off.iter().all(|number| number.abs() < 1e-3), "{q:?}");
+}
+
+#[test]
+fn packed_splats_that_cannot_be_are_refused_with_what_to_do() {
+    let stream = spz(2, N as u32, 0, 7);
+    let other = "KHR_gaussian_splatting_compression_other";
+    let line = packed(other, &stream, 0).refusal();
+    assert!(line.contains(other) && line.contains(".spz file"), "{line}");
+    // Where the numbers are there, too, they are read.
+    let inside = format!(r#"{USUAL},"extensions":{{"{other}":{{"bufferView":0}}}}"#);
+    assert_eq!(only(&Splats::new(0).file("", &inside).found()).header.columns.len(), 5);
+    for (stream, words) in [
+        (spz(2, N as u32 + 1, 0, 7), "expected 5 of them, found 6"),
+        (spz(1, N as u32, 0, 7), "version 2 or 3"),
+        (spz(2, N as u32, 4, 7), "degree 0 to 3"),
+        (stream[..stream.len() - 20].to_vec(), "ends or is damaged"),
+        (b"NGSP".to_vec(), "ends or is damaged"),
+        (Vec::new(), "ends or is damaged"),
+    ] {
+        let line = packed(SPZ_2, &stream, 0).refusal();
+        assert!(line.contains("packed Gaussians: ") && line.contains(words), "{line}");
+        assert!(!line.contains('\n'), "{line}");
+    }
 }

@@ -18,7 +18,7 @@ use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::PictureArguments;
 use surfelshop_session::options::explicit;
 use surfelshop_session::render;
-use surfelshop_session::session::RenderSession;
+use surfelshop_session::session::{self, RenderSession};
 use surfelshop_session::setup::{self, RenderSetup};
 
 /// Width and height where neither the case nor a picture says them.
@@ -70,11 +70,17 @@ impl Bench {
         let named = Named { name: unit.id.clone(), reference: unit.clone() };
         let patience = arguments.plugins.patience();
         let wanted = requests::with_settings(vec![named], &[], opened, &patience)?;
-        let wanted = wanted.into_iter().next().context("there is nothing to draw with")?;
+        let mut wanted = wanted.into_iter().next().context("there is nothing to draw with")?;
         let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
         let formats = SessionFormats::new(&arguments.plugins);
         let displayed = DisplayedClouds::read(&inputs.sources, &staging.display, &formats)?;
         let view = render::view(&picture, &staging, &displayed.clouds);
+        if inputs.sources.iter().any(|source| source.renderer.is_some()) {
+            let registry = session::registry(&arguments.plugins)?;
+            let infos = &displayed.clouds.facts.clouds;
+            let of_case = std::slice::from_mut(&mut wanted);
+            requests::draw_beside(of_case, &registry, &inputs.sources, infos)?;
+        }
         let stage = Stage {
             plugins: &arguments.plugins,
             staging: &staging,

@@ -18,7 +18,6 @@ var<storage, read_write> sums: array<vec4<f32>>;
 // Expected depths, then median ones, then distortion where it is asked for.
 var<storage, read_write> depths: array<f32>;
 
-const MOST_OPACITY = 0.99;
 const LEAST_LEFT = 1e-4;
 const BATCH = 64u;
 const N_BATCHED = BATCH * N_PAYLOADS;
@@ -29,71 +28,6 @@ var<workgroup> batch_numbers: array<u32, 64>;
 var<workgroup> n_open: atomic<u32>;
 var<workgroup> is_open: u32;
 var<workgroup> of_tile: vec2<u32>;
-
-struct Hit {
-    inside: bool,
-    opacity: f32,
-    distance: f32,
-#ifdef PER_PIXEL
-    // Of a plane where the ray meets it, of a conic pixels from the centre.
-    place: vec2<f32>,
-    exponent: f32,
-#endif
-}
-
-fn met(f: Footprint, pixel: vec2<f32>) -> Hit {
-    let p = pixel - f.center.xy;
-    var r2: f32;
-    var distance = f.distance.z;
-#ifdef PER_PIXEL
-    var at = p;
-#endif
-    if params.planar == 1u {
-        let w = select(f.distance, vec3(0.0, 0.0, 1.0), params.orthographic == 1u);
-        let k = vec3(p.x * w.xy - f.shape.xy, p.x * w.z);
-        let l = vec3(p.y * w.xy - f.shape.zw, p.y * w.z);
-        let across = cross(k, l);
-        let place = across.xy / across.z;
-        let in_plane = dot(place, place);
-        let on_screen = LOW_PASS * dot(p, p);
-        r2 = select(on_screen, in_plane, in_plane < on_screen);
-        if in_plane <= on_screen {
-            distance = dot(f.distance, vec3(place, 1.0));
-        }
-#ifdef PER_PIXEL
-        at = select(vec2(0.0), place, in_plane <= on_screen);
-#endif
-    } else {
-        r2 = f.shape.x * p.x * p.x + 2.0 * f.shape.y * p.x * p.y + f.shape.z * p.y * p.y;
-    }
-    let inside = r2 >= 0.0 && r2 <= cutoff_of(f.opacity) && distance >= params.near;
-    let opacity = min(min(f.opacity, 1.0) * exp(-0.5 * r2), MOST_OPACITY);
-#ifdef PER_PIXEL
-    return Hit(inside, opacity, distance, at, -0.5 * r2);
-#else
-    return Hit(inside, opacity, distance);
-#endif
-}
-
-#ifdef DISTORTION
-// The distance of the first splat of a pixel; sums of weights, of weights times distances from that, and of weights times
-// their squares, with another splat.
-fn with_moments(m: vec4<f32>, weight: f32, distance: f32) -> vec4<f32> {
-    let first = select(m.x, distance, m.y == 0.0);
-    let apart = distance - first;
-    let moment = weight * apart;
-    return vec4(first, m.y + weight, m.z + moment, m.w + moment * apart);
-}
-
-const LARGEST = 0x1.fffffep+127f;
-
-// The sum over pairs of splats of their weights times the square of what they are apart, squared scene units.
-fn distortion_of(m: vec4<f32>) -> f32 {
-    let sum = m.y * m.w - m.z * m.z;
-    let of_units = select(LARGEST, max(sum, 0.0), is_finite_number(sum));
-    return min(of_units * params.unit * params.unit, LARGEST);
-}
-#endif
 
 #ifdef PER_PIXEL
 fn finite(v: vec4<f32>) -> vec4<f32> {
@@ -127,17 +61,42 @@ fn shaded(hit: Hit, in_batch: u32, at_px: vec2<f32>) -> surfelshop_splat::Fragme
 }
 #endif
 
-fn hash(number: u32) -> u32 {
-    var h = number;
-    h = (h ^ (h >> 16u)) * 0x7feb352du;
-    h = (h ^ (h >> 15u)) * 0x846ca68bu;
-    return h ^ (h >> 16u);
+// Of a pixel.
+struct Sum {
+    payload: array<vec4<f32>, N_PAYLOADS>,
+    distances: f32,
+    weights: f32,
+#ifdef DISTORTION
+    moments: vec4<f32>,
+#endif
 }
 
-// A number from 0 to 1 of a pixel, a splat and a sample.
-fn chance(pixel: vec2<u32>, number: u32, sample: u32) -> f32 {
-    let seed = hash(number ^ (sample * 0x9e3779b9u));
-    return f32(hash(((pixel.y << 16u) | pixel.x) ^ seed) >> 8u) / 16777216.0;
+// Adds so much of a splat of the batch.
+fn add(
+    sum: ptr<function, Sum>,
+    weight: f32,
+    distance: f32,
+    in_batch: u32,
+#ifdef PER_PIXEL
+    shown: surfelshop_splat::Fragment,
+#endif
+) {
+    for (var k = 0u; k < N_PAYLOADS; k++) {
+#ifdef PER_PIXEL
+        (*sum).payload[k] += weight * shown.payload[k];
+#else
+        (*sum).payload[k] += weight * batch_payloads[in_batch * N_PAYLOADS + k];
+#endif
+    }
+    add_distance(sum, weight, distance);
+}
+
+fn add_distance(sum: ptr<function, Sum>, weight: f32, distance: f32) {
+    (*sum).distances += weight * distance;
+    (*sum).weights += weight;
+#ifdef DISTORTION
+    (*sum).moments = with_moments((*sum).moments, weight, distance);
+#endif
 }
 
 // Loads a batch of a tile's list; the number of splats in it.
@@ -175,17 +134,9 @@ fn compose(
         end = select(end, found, found > 0.0);
     }
 #endif
-    var sum: array<vec4<f32>, N_PAYLOADS>;
-    for (var k = 0u; k < N_PAYLOADS; k++) {
-        sum[k] = vec4(0.0);
-    }
+    var sum = Sum();
     var left = select(0.0, 1.0, is_pixel);
-    var distances = 0.0;
-    var weights = 0.0;
     var median = 0.0;
-#ifdef DISTORTION
-    var moments = vec4(0.0);
-#endif
 #ifdef NORMALIZED
     // The nearest that is at least half opaque, then all about as far away.
     var nearest = 3.4e38;
@@ -220,28 +171,21 @@ fn compose(
                     continue;
                 }
 #endif
-                for (var k = 0u; k < N_PAYLOADS; k++) {
 #ifdef PER_PIXEL
-                    sum[k] += weight * shown.payload[k];
+                add(&sum, weight, hit.distance, i, shown);
 #else
-                    sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
-#endif
-                }
-                distances += weight * hit.distance;
-                weights += weight;
-#ifdef DISTORTION
-                moments = with_moments(moments, weight, hit.distance);
+                add(&sum, weight, hit.distance, i);
 #endif
             }
         }
     }
     median = select(0.0, nearest, is_shown);
-    let divisor = max(weights, 1.0);
+    let divisor = max(sum.weights, 1.0);
     for (var k = 0u; k < N_PAYLOADS; k++) {
-        sum[k] /= divisor;
+        sum.payload[k] /= divisor;
     }
 #ifdef DISTORTION
-    moments = vec4(moments.x, moments.yzw / divisor);
+    sum.moments = vec4(sum.moments.x, sum.moments.yzw / divisor);
 #endif
 #else
 #ifndef NO_BLENDING
@@ -270,17 +214,10 @@ fn compose(
                     left -= weight;
                     left = select(left, 0.0, left < LEAST_LEFT);
                 }
-                for (var k = 0u; k < N_PAYLOADS; k++) {
 #ifdef PER_PIXEL
-                    sum[k] += weight * shown.payload[k];
+                add(&sum, weight, hit.distance, i, shown);
 #else
-                    sum[k] += weight * batch_payloads[i * N_PAYLOADS + k];
-#endif
-                }
-                distances += weight * hit.distance;
-                weights += weight;
-#ifdef DISTORTION
-                moments = with_moments(moments, weight, hit.distance);
+                add(&sum, weight, hit.distance, i);
 #endif
             }
             // All leave where nothing is let through any more.
@@ -341,16 +278,12 @@ fn compose(
             if shown != 0xffffffffu && is_pixel {
                 for (var k = 0u; k < N_PAYLOADS; k++) {
 #ifdef PER_PIXEL
-                    sum[k] += share * shown_payload[k];
+                    sum.payload[k] += share * shown_payload[k];
 #else
-                    sum[k] += share * payloads[shown * N_PAYLOADS + k];
+                    sum.payload[k] += share * payloads[shown * N_PAYLOADS + k];
 #endif
                 }
-                distances += share * nearest;
-                weights += share;
-#ifdef DISTORTION
-                moments = with_moments(moments, share, nearest);
-#endif
+                add_distance(&sum, share, nearest);
                 if left > 0.5 && left - share <= 0.5 {
                     median = nearest;
                 }
@@ -365,14 +298,14 @@ fn compose(
     }
     let n_texels = params.stride * params.size_px.y;
     for (var k = 0u; k < N_PAYLOADS; k++) {
-        sums[k * n_texels + pixel.y * params.stride + pixel.x] = sum[k];
+        sums[k * n_texels + pixel.y * params.stride + pixel.x] = sum.payload[k];
     }
 #ifndef NO_DEPTHS
     let at = pixel.y * params.depth_stride + pixel.x;
-    depths[at] = params.unit * select(0.0, distances / weights, weights > 0.0);
+    depths[at] = params.unit * select(0.0, sum.distances / sum.weights, sum.weights > 0.0);
     depths[params.depth_stride * params.size_px.y + at] = params.unit * median;
 #ifdef DISTORTION
-    depths[2u * params.depth_stride * params.size_px.y + at] = distortion_of(moments);
+    depths[2u * params.depth_stride * params.size_px.y + at] = distortion_of(sum.moments);
 #endif
 #endif
 }

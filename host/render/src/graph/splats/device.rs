@@ -13,12 +13,14 @@ use crate::graph::readback::map;
 use crate::graph::recorder::Recorder;
 use crate::graph::splats::Made;
 use crate::graph::splats::parameters::Parameters;
+use crate::graph::splats::source::{EXTENT, FOOTPRINT};
 use crate::graph::variants::Settings;
 use surfelshop_api::graph::{Composition, Splats};
 
-const FOOTPRINT: &str = include_str!("footprint.wgsl");
 const LIST_SPLATS: &str = include_str!("list_splats.wgsl");
 const FILL_LISTS: &str = include_str!("fill_lists.wgsl");
+/// The key of a splat that touches no pixel, `NOTHING` of the shader.
+const NOTHING: u32 = u32::MAX;
 /// Invocations of a workgroup that goes over splats or entries.
 const GROUP: u32 = 256;
 
@@ -37,7 +39,8 @@ pub(super) fn compose(
 ) -> Result<bool, String> {
     let [made] = made else { return Ok(false) };
     let size = variables.plan.size_of(variables.pass);
-    let mut device = Device { recorder, pipelines, scratch, per_pixel, taken: Vec::new() };
+    let mut device = Device::new(recorder, pipelines, scratch);
+    device.per_pixel = per_pixel;
     let composed = device.compose(splats, variables, made, size);
     for buffer in device.taken {
         scratch.give(buffer);
@@ -58,7 +61,24 @@ pub(super) struct Device<'a, 'g> {
 /// A variable of a shader, and what it is bound to.
 type Bound<'b> = (&'b str, &'b wgpu::Buffer);
 
-impl Device<'_, '_> {
+/// Splats in the order in which they are drawn.
+pub(super) struct Order {
+    /// How many; those that touch no pixel may be among them.
+    pub(super) n: u32,
+    pub(super) numbers: wgpu::Buffer,
+    /// Tiles that each touches, by number.
+    tiles: wgpu::Buffer,
+}
+
+impl<'a, 'g> Device<'a, 'g> {
+    pub(super) fn new(
+        recorder: &'a mut Recorder<'g>,
+        pipelines: &'a mut Pipelines,
+        scratch: &'a mut PassScratch,
+    ) -> Self {
+        Self { recorder, pipelines, scratch, per_pixel: None, taken: Vec::new() }
+    }
+
     fn gpu(&self) -> &Gpu {
         self.recorder.gpu
     }
@@ -152,23 +172,20 @@ impl Device<'_, '_> {
         Ok(true)
     }
 
-    /// Lists splats by the tiles that they touch: numbers of splats, tile by tile; `None` where they are too many.
-    fn lists(
+    /// Splats from near to far where that is said, else by number.
+    pub(super) fn in_order(
         &mut self,
         made: &Made,
         view: &Parameters,
-        ranges: &wgpu::Buffer,
-        composition: Composition,
-    ) -> Result<Option<wgpu::Buffer>, String> {
+        from_near: bool,
+    ) -> Result<Order, String> {
         let n = made.n;
         let pairs = self.pairs("splats by distance", n);
         let tiles = self.numbers("tiles of splats", n.saturating_mul(2));
-        let counts = self.numbers("tiles of splats, counted", n);
         let params = self.uniform(&view.words(n));
-        let list_splats = format!("{FOOTPRINT}\n{LIST_SPLATS}");
         if n > 0 {
             self.run(
-                &list_splats,
+                &list_splats(),
                 "measure",
                 groups_of(n, GROUP),
                 &[
@@ -180,26 +197,56 @@ impl Device<'_, '_> {
                 ],
             )?;
         }
+        if from_near && !self.gpu().sorts() {
+            let (n, numbers) = self.sort_on_host(&pairs.keys[0], n)?;
+            return Ok(Order { n, numbers, tiles });
+        }
+        let sorted = self.sort(&pairs, n, if from_near { u32::BITS } else { 0 })?;
+        Ok(Order { n, numbers: pairs.values[sorted].clone(), tiles })
+    }
+
+    /// Sorts by keys where the device does not; those that touch no pixel are left out.
+    fn sort_on_host(&mut self, keys: &wgpu::Buffer, n: u32) -> Result<(u32, wgpu::Buffer), String> {
+        let keys = self.read(keys, 0, n)?;
+        let mut pairs: Vec<(u32, u32)> =
+            keys.into_iter().zip(0..).filter(|(key, _)| *key != NOTHING).collect();
+        pairs.sort_unstable();
+        let bytes: Vec<u8> = pairs.iter().flat_map(|(_, number)| number.to_le_bytes()).collect();
+        let bytes = if bytes.is_empty() { &[0; 4] } else { bytes.as_slice() };
+        let numbers =
+            self.gpu().filled_buffer("splats by distance", bytes, wgpu::BufferUsages::STORAGE);
+        Ok((pairs.len() as u32, numbers))
+    }
+
+    /// Lists splats by the tiles that they touch: numbers of splats, tile by tile; `None` where they are too many.
+    fn lists(
+        &mut self,
+        made: &Made,
+        view: &Parameters,
+        ranges: &wgpu::Buffer,
+        composition: Composition,
+    ) -> Result<Option<wgpu::Buffer>, String> {
+        let n = made.n;
         // Rounding of a mean depends on the order, which must not be that of the input.
         let in_order = matches!(composition, Composition::Over | Composition::Normalized { .. });
-        let bits = if in_order { u32::BITS } else { 0 };
-        let sorted = self.sort(&pairs, n, bits)?;
-        let numbers = &pairs.values[sorted];
+        let Order { numbers, tiles, .. } = self.in_order(made, view, in_order)?;
+        let counts = self.numbers("tiles of splats, counted", n);
+        let params = self.uniform(&view.words(n));
         if n > 0 {
             self.run(
-                &list_splats,
+                &list_splats(),
                 "count",
                 groups_of(n, GROUP),
                 &[
                     ("params", &params),
-                    ("numbers", numbers),
+                    ("numbers", &numbers),
                     ("tiles", &tiles),
                     ("counts", &counts),
                 ],
             )?;
         }
         let total = self.sum_up(&counts, n)?;
-        let total = self.read(&total, n.div_ceil(BLOCK))?;
+        let total = self.read(&total, n.div_ceil(BLOCK), 1)?.first().copied().unwrap_or(0);
         let most = self.gpu().device.limits().max_storage_buffer_binding_size / 4;
         if u64::from(total) > most {
             return Ok(None);
@@ -213,7 +260,7 @@ impl Device<'_, '_> {
                 groups_of(n, GROUP),
                 &[
                     ("params", &params),
-                    ("numbers", numbers),
+                    ("numbers", &numbers),
                     ("tiles", &tiles),
                     ("offsets", &counts),
                     ("entry_tiles", &entries.keys[0]),
@@ -262,17 +309,27 @@ impl Device<'_, '_> {
         self.taken.extend(taken);
     }
 
-    /// A number of a buffer, once all that was recorded is done.
-    fn read(&mut self, buffer: &wgpu::Buffer, at: u32) -> Result<u32, String> {
+    /// So many numbers of a buffer, from one on, once all that was recorded is done.
+    fn read(&mut self, buffer: &wgpu::Buffer, at: u32, n: u32) -> Result<Vec<u32>, String> {
+        if n == 0 {
+            return Ok(Vec::new());
+        }
         let gpu = self.recorder.gpu;
         let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
-        let read = self.scratch.take(gpu, "number of entries", 16, usage);
-        self.recorder.encoder.copy_buffer_to_buffer(buffer, 4 * u64::from(at), &read, 0, 4);
+        let (at, bytes) = (4 * u64::from(at), 4 * u64::from(n));
+        let read = self.scratch.take(gpu, "numbers read back", bytes, usage);
+        self.recorder.encoder.copy_buffer_to_buffer(buffer, at, &read, 0, bytes);
         self.recorder.finish();
-        let bytes = map(gpu, &read)?;
+        let mapped = map(gpu, &read)?;
         self.scratch.give(read);
-        Ok(bytes.first_chunk().map_or(0, |word| u32::from_le_bytes(*word)))
+        let words = mapped.as_chunks::<4>().0.iter().take(n as usize);
+        Ok(words.map(|word| u32::from_le_bytes(*word)).collect())
     }
+}
+
+/// The text that measures splats.
+fn list_splats() -> String {
+    [FOOTPRINT, EXTENT, LIST_SPLATS].join("\n")
 }
 
 /// What a step is called.
@@ -288,7 +345,7 @@ mod tests {
     fn every_step_compiles_for_any_device() {
         let gpu = Gpu::noop().unwrap();
         let mut pipelines = Pipelines::new(gpu.device.clone()).unwrap();
-        let lists = format!("{FOOTPRINT}\n{LIST_SPLATS}");
+        let lists = list_splats();
         let fills = format!("{FOOTPRINT}\n{FILL_LISTS}");
         let steps = [
             (lists.clone(), "measure"),

@@ -30,7 +30,8 @@ struct Params {
     unit: f32,
     // Of normalized: a share of the distance.
     tolerance: f32,
-    unused: u32,
+    // Of quads: the try of a stochastic composition, or how many ranks are tried.
+    step: u32,
 }
 
 const TILE = 16u;

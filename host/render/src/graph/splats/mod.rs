@@ -5,6 +5,7 @@ mod cpu;
 mod device;
 mod parameters;
 mod pictures;
+mod quads;
 mod source;
 mod surface;
 
@@ -30,6 +31,17 @@ pub(super) struct Made {
     pub(super) payloads: wgpu::Buffer,
 }
 
+/// How splats are put together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum SplatDrawing {
+    /// By the CPU, which takes footprints from the device.
+    Processor,
+    /// As quads, by the device's blending and depth test.
+    Quads,
+    /// By compute, tile by tile.
+    Lists,
+}
+
 /// Draws a pass of splats into its targets; `per_pixel` puts them together where the pass has a function of pixels.
 ///
 /// # Errors
@@ -49,10 +61,26 @@ pub(super) fn draw(
         let part = Part { splats: [first, n], number: k };
         made.push(footprints(splats, variables, pipeline, recorder, part, scratch).map_err(fail)?);
     }
-    // The CPU cannot call a function of a shader.
-    let composed = match variables.frame.splats_on_host && per_pixel.is_none() {
-        true => Ok(false),
-        false => device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch),
+    let drawing = match (&splats.per_pixel, variables.frame.splats) {
+        (None, drawing) => drawing,
+        // The CPU cannot call a function of a shader, and what is blended has none.
+        (Some(_), _) if recorder.gpu.lists_splats() => SplatDrawing::Lists,
+        (Some(function), _) => {
+            return Err(fail(format!(
+                "this device, {}, neither sorts nor binds what calls `{function}` of each pixel: use Vulkan, or a \
+                 graphics card, or leave `per_pixel` out",
+                recorder.gpu.describe()
+            )));
+        }
+    };
+    let composed = match drawing {
+        SplatDrawing::Processor => Ok(false),
+        SplatDrawing::Quads => {
+            quads::compose(splats, variables, &made, recorder, pipelines, scratch)
+        }
+        SplatDrawing::Lists => {
+            device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch)
+        }
     };
     // The CPU can, however many there are.
     let drawn = composed.and_then(|composed| match (composed, &splats.per_pixel) {

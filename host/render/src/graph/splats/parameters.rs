@@ -8,6 +8,7 @@ use surfelshop_api::graph::{Composition, Footprint, Splats};
 const TILE: u32 = 16;
 
 /// `Params` of the shaders, but for the number that differs from step to step.
+#[derive(Clone, Copy)]
 pub(super) struct Parameters {
     pub(super) across: u32,
     pub(super) down: u32,
@@ -25,6 +26,8 @@ pub(super) struct Parameters {
     pub(super) unit: u32,
     /// Bits of a float.
     pub(super) tolerance: u32,
+    /// What differs between steps of one kind.
+    step: u32,
 }
 
 impl Parameters {
@@ -68,12 +71,18 @@ impl Parameters {
             depth_stride: size[0].next_multiple_of(64),
             tested: u32::from(splats.tested),
             tolerance: tolerance.to_bits(),
+            step: 0,
         })
+    }
+
+    /// The same at a step of several.
+    pub(super) fn at_step(&self, step: u32) -> Self {
+        Self { step, ..*self }
     }
 
     pub(super) fn words(&self, n: u32) -> [u32; 16] {
         let Self { across, down, planar, size, near, orthographic, .. } = *self;
-        let Self { composition, samples, stride, depth_stride, tested, unit, tolerance, .. } =
+        let Self { composition, samples, stride, depth_stride, tested, unit, tolerance, step, .. } =
             *self;
         let [width, height] = size;
         [
@@ -92,7 +101,7 @@ impl Parameters {
             tested,
             unit,
             tolerance,
-            0,
+            step,
         ]
     }
 }

@@ -62,32 +62,45 @@ impl Device<'_, '_> {
                 self.dispatch(&name_of(COMPOSE), pipeline, &group, groups);
             }
         }
-        let mut copy = |target: TextureId, buffer: &wgpu::Buffer, picture: u32, row: u32| {
-            // One that nobody reads was not made.
-            let texture = variables.resources.textures.get(target.index());
-            let Some(Some(texture)) = texture else { return };
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: u64::from(picture) * u64::from(row) * u64::from(height),
-                bytes_per_row: Some(row),
-                rows_per_image: Some(height),
-            };
-            self.recorder.encoder.copy_buffer_to_texture(
-                wgpu::TexelCopyBufferInfo { buffer, layout },
-                texture.as_image_copy(),
-                texture.size(),
-            );
-        };
-        for (k, target) in (0..).zip(&splats.targets) {
-            copy(*target, &sums, k, 16 * view.stride);
-        }
-        for (which, target) in &splats.depths {
-            let picture = match which {
-                SplatDepth::Expected => 0,
-                SplatDepth::Median => 1,
-                SplatDepth::Distortion => 2,
-            };
-            copy(*target, &depths, picture, 4 * view.depth_stride);
-        }
+        copy_pictures(splats, variables, self, view, &sums, &depths);
         Ok(())
+    }
+}
+
+/// Brings pictures that lie in buffers into the pass's textures.
+pub(super) fn copy_pictures(
+    splats: &Splats,
+    variables: &Variables<'_>,
+    device: &mut Device<'_, '_>,
+    view: &Parameters,
+    sums: &wgpu::Buffer,
+    depths: &wgpu::Buffer,
+) {
+    let height = view.size[1];
+    let mut copy = |target: TextureId, buffer: &wgpu::Buffer, picture: u32, row: u32| {
+        // One that nobody reads was not made.
+        let texture = variables.resources.textures.get(target.index());
+        let Some(Some(texture)) = texture else { return };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: u64::from(picture) * u64::from(row) * u64::from(height),
+            bytes_per_row: Some(row),
+            rows_per_image: Some(height),
+        };
+        device.recorder.encoder.copy_buffer_to_texture(
+            wgpu::TexelCopyBufferInfo { buffer, layout },
+            texture.as_image_copy(),
+            texture.size(),
+        );
+    };
+    for (k, target) in (0..).zip(&splats.targets) {
+        copy(*target, sums, k, 16 * view.stride);
+    }
+    for (which, target) in &splats.depths {
+        let picture = match which {
+            SplatDepth::Expected => 0,
+            SplatDepth::Median => 1,
+            SplatDepth::Distortion => 2,
+        };
+        copy(*target, depths, picture, 4 * view.depth_stride);
     }
 }

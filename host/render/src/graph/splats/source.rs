@@ -52,8 +52,14 @@ pub(crate) fn splat_source(pass: &Pass, n_payloads: usize) -> Result<String, Str
     ))
 }
 
-const FOOTPRINT: &str = include_str!("footprint.wgsl");
-const COMPOSE_SPLATS: &str = include_str!("compose_splats.wgsl");
+pub(super) const FOOTPRINT: &str = include_str!("footprint.wgsl");
+pub(super) const EXTENT: &str = include_str!("extent.wgsl");
+pub(super) const MET: &str = include_str!("met.wgsl");
+pub(super) const MOMENTS: &str = include_str!("moments.wgsl");
+pub(super) const CHANCE: &str = include_str!("chance.wgsl");
+/// What puts splats together.
+const COMPOSING: [&str; 5] =
+    [FOOTPRINT, MET, MOMENTS, CHANCE, include_str!("compose_splats.wgsl")];
 
 /// The entry point that puts splats together.
 pub(super) const COMPOSE: &str = "compose";
@@ -66,7 +72,7 @@ pub(super) const PREFIX: &str = "surfelshop_";
 
 /// The text that puts splats together, but for the functions that are the host's.
 fn composing(n_payloads: usize) -> String {
-    format!("const N_PAYLOADS = {n_payloads}u;\n{FOOTPRINT}\n{COMPOSE_SPLATS}")
+    format!("const N_PAYLOADS = {n_payloads}u;\n{}", COMPOSING.join("\n"))
 }
 
 /// The text that puts splats of a pass together by opacities that fall off as Gaussians.
@@ -116,7 +122,7 @@ pub(crate) fn compose_defines(splats: &Splats) -> Vec<&'static str> {
 /// Whether a variable is the host's in such a text.
 pub(crate) fn is_of_composing(name: &str) -> bool {
     let own = name.strip_prefix(PREFIX).unwrap_or_default();
-    declared(FOOTPRINT).iter().chain(&declared(COMPOSE_SPLATS)).any(|declared| *declared == own)
+    COMPOSING.into_iter().flat_map(declared).any(|declared| declared == own)
 }
 
 /// Names that lines of a text declare at its top level.
