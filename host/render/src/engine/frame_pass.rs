@@ -8,7 +8,8 @@ use crate::gpu::Gpu;
 use crate::graph::{
     Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
     PassReport, PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
-    SplatDrawing, Stage, SurfaceNeeds, SurfelShading, Written, bind, copy, execute, needed, touched,
+    SplatDrawing, Stage, SurfaceNeeds, SurfelShading, Written, bind, copy, execute, needed,
+    touched,
 };
 use crate::surfels::{
     ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,

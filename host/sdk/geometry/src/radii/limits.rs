@@ -66,7 +66,8 @@ pub(super) fn limit(
 fn middle(values: impl Iterator<Item = f32>) -> Option<f64> {
     let mut values: Vec<f32> = values.collect();
     let middle = values.len() / 2;
-    let found = (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1);
+    let found =
+        (!values.is_empty()).then(|| *values.select_nth_unstable_by(middle, f32::total_cmp).1);
     found.map(f64::from)
 }
 
