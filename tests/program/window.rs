@@ -286,7 +286,7 @@ fn a_session_with_mouse_and_keys() {
     looks_like(&screen, "window-wipe");
 
     // The second slider of the panel is `specular`.
-    program.drag([114, 268], [170, 268]);
+    program.drag([162, 383], [200, 383]);
     program.picture(0, "ewa-phong");
     program.key("ctrl+s");
     wait_for(&scene, |text| text.contains("specular") && text.contains("wipe"));
