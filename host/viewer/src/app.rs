@@ -1,10 +1,11 @@
 //! One frame of the window: results are taken in, panels and views are shown, requests are sent.
 
 use crate::commands::{keys, menus, toolbar};
+use crate::desktop::{screen, title};
 use crate::dialogs::files;
 use crate::document::recovery::{self, JournalEnd};
 use crate::document::unsaved_prompt::is_terminating;
-use crate::panels::{screen, side, status, title, windows};
+use crate::panels::{side, status, windows};
 use crate::views::canvas;
 use crate::window::Window;
 use crate::{export, measure, start, theme};

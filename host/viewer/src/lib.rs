@@ -8,6 +8,7 @@
 mod app;
 mod arguments;
 mod commands;
+mod desktop;
 mod dialogs;
 mod document;
 mod export;

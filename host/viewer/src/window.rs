@@ -47,7 +47,6 @@ impl Window {
             })?;
         let (preference_file, preferences, wrong) = PreferenceFile::open();
         theme::apply(ctx, &preferences);
-        let (keymap, refused) = Keymap::new(&preferences.shortcuts);
         let mut window = Self {
             render: Render::new(thread),
             document: Document::new(arguments.up, &arguments.colors),
@@ -59,9 +58,9 @@ impl Window {
             messages: Messages::default(),
             preferences,
             preference_file,
-            keymap,
+            keymap: Keymap::default(),
         };
-        wrong.into_iter().chain(refused).for_each(|line| window.messages.warn(line));
+        wrong.into_iter().for_each(|line| window.messages.warn(line));
         // Without files there is the start page.
         if !arguments.files.is_empty() {
             window.open(ctx, arguments.files.clone());
@@ -194,7 +193,7 @@ impl Window {
         let open = [
             &mut panels.about,
             &mut panels.settings_window,
-            &mut panels.help.open,
+            &mut panels.key_list,
             &mut panels.manual.open,
             &mut panels.plugin_list,
             &mut self.messages.open,

@@ -1,6 +1,6 @@
 //! Menu entries and buttons of commands.
 
-use super::command::{Command, run, why_not};
+use super::command::{Command, run, shortcuts, why_not};
 use super::table::find;
 use crate::theme::{Icon, icon_text, iconed, tokens};
 use crate::window::Window;
@@ -8,10 +8,10 @@ use eframe::egui::{Button, Response, Role, Ui, WidgetInfo, vec2};
 
 /// The words under the pointer: what a command does, its shortcuts, and why it does not apply.
 fn about(window: &Window, command: &Command) -> String {
-    let shortcuts = window.keymap.of(command);
-    let keys = match shortcuts.is_empty() {
+    let own = shortcuts(window, command);
+    let keys = match own.is_empty() {
         true => String::new(),
-        false => format!("  ({})", shortcuts.join(", ")),
+        false => format!("  ({})", own.join(", ")),
     };
     let reason = why_not(window, command).map(|reason| format!("\nNot now: {reason}."));
     format!("{}{keys}\n{}{}", command.name, command.about, reason.unwrap_or_default())
@@ -29,7 +29,7 @@ fn describe(response: Response, window: &Window, command: &Command) -> Response 
 
 /// A menu entry. Runs the command where it is clicked.
 pub(crate) fn item(window: &mut Window, ui: &mut Ui, command: &'static Command) {
-    let shortcut = window.keymap.of(command).into_iter().next().unwrap_or_default();
+    let shortcut = shortcuts(window, command).into_iter().next().unwrap_or_default();
     // What has two states shows which, in place of its icon.
     let icon = match command.is_on.map(|is_on| is_on(window)) {
         None => command.icon,

@@ -1,5 +1,6 @@
 //! A command.
 
+use super::shortcut::text;
 use crate::theme::Icon;
 use crate::window::Window;
 use eframe::egui::{Context, KeyboardShortcut};
@@ -91,6 +92,11 @@ impl Command {
 
 fn always(_window: &Window) -> Result<(), &'static str> {
     Ok(())
+}
+
+/// The shortcuts of a command, as text; the first is the one that menus show.
+pub(crate) fn shortcuts(window: &Window, command: &Command) -> Vec<String> {
+    window.keymap.of(command.id).into_iter().map(text).collect()
 }
 
 /// Why a command cannot be used now; `None` where it can.

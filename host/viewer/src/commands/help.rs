@@ -1,6 +1,6 @@
 //! The list of what the mouse does, and of every shortcut.
 
-use super::command::Menu;
+use super::command::{Menu, shortcuts};
 use super::table::COMMANDS;
 use crate::theme::space;
 use crate::window::Window;
@@ -19,15 +19,9 @@ pub(crate) const MOUSE: [(&str, &str); 9] = [
     ("W A S D, E Q", "fly: forward, left, back, right, up, down"),
 ];
 
-/// The window of the list.
-#[derive(Default)]
-pub(crate) struct HelpWindow {
-    pub(crate) open: bool,
-}
-
 /// Shows the window if it is open.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
-    let mut open = window.panels.help.open;
+    let mut open = window.panels.key_list;
     let screen = ctx.content_rect();
     egui::Window::new("Mouse and keys")
         .open(&mut open)
@@ -38,7 +32,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
             let height = (screen.height() - 160.0).clamp(120.0, 560.0);
             ScrollArea::vertical().max_height(height).show(ui, |ui| lists(window, ui));
         });
-    window.panels.help.open = open;
+    window.panels.key_list = open;
 }
 
 fn lists(window: &Window, ui: &mut Ui) {
@@ -51,7 +45,7 @@ fn lists(window: &Window, ui: &mut Ui) {
     });
     for menu in Menu::ALL {
         let of_menu = || COMMANDS.iter().filter(|command| command.menu == menu);
-        let has_keys = of_menu().any(|command| !window.keymap.of(command).is_empty());
+        let has_keys = of_menu().any(|command| !shortcuts(window, command).is_empty());
         if !has_keys {
             continue;
         }
@@ -59,7 +53,7 @@ fn lists(window: &Window, ui: &mut Ui) {
         ui.strong(menu.name());
         grid(ui, menu.name(), |ui| {
             for command in of_menu() {
-                let keys = window.keymap.of(command);
+                let keys = shortcuts(window, command);
                 if keys.is_empty() {
                     continue;
                 }

@@ -1,19 +1,26 @@
 //! What is pressed runs commands.
 
+use super::assign::assign;
 use super::command;
+use super::table::find;
 use crate::document::recovery::Recovery;
 use crate::window::Window;
 use eframe::egui::{Context, Key, Modifiers, Popup};
 
 /// Handles the keys of this frame.
 pub(crate) fn handle(window: &mut Window, ctx: &Context) {
+    if window.keymap.is_empty() {
+        let (keymap, refused) = assign(&window.preferences.shortcuts);
+        window.keymap = keymap;
+        refused.into_iter().for_each(|line| window.messages.warn(line));
+    }
     let asks = window.document.unsaved_prompt.is_some()
         || window.document.recovery.as_ref().is_some_and(Recovery::asks);
     if asks || window.panels.dialogs.own_is_open() || window.panels.palette.is_open() {
         return;
     }
     let types = ctx.egui_wants_keyboard_input();
-    for (shortcut, found) in window.keymap.clone().entries() {
+    for (shortcut, id) in window.keymap.by_modifiers() {
         // What has a letter alone is typed.
         if types && !(shortcut.modifiers.command || is_function(shortcut.logical_key)) {
             continue;
@@ -26,6 +33,7 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
         let times = ctx.input_mut(|input| {
             input.count_and_consume_key(shortcut.modifiers, shortcut.logical_key)
         });
+        let Some(found) = find(id).filter(|_| times > 0) else { continue };
         for _ in 0..times {
             command::run(window, ctx, found);
         }

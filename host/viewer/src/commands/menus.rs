@@ -1,10 +1,11 @@
 //! The menu bar.
 
 use super::button::item;
-use super::command::Menu;
+use super::command::{Command, Menu};
 use super::table::COMMANDS;
-use crate::dialogs::files;
+use crate::dialogs::{DialogPurpose, files};
 use crate::plugins::tool_window;
+use crate::theme::iconed;
 use crate::window::Window;
 use eframe::egui::{self, Ui};
 
@@ -29,7 +30,7 @@ pub(crate) fn entries(window: &mut Window, ui: &mut Ui, menu: Menu) {
         }
         match command.id {
             // With a choice where there are several.
-            "save-cloud" => files::save_cloud_menu(window, ui, command),
+            "save-cloud" => save_cloud(window, ui, command),
             _ => item(window, ui, command),
         }
         if command.id == "open" {
@@ -55,5 +56,27 @@ fn recent(window: &mut Window, ui: &mut Ui) {
     });
     if let Some(path) = chosen {
         window.open(&ui.ctx().clone(), vec![path]);
+    }
+}
+
+/// The menu entry that saves a cloud, with a choice where there are several.
+fn save_cloud(window: &mut Window, ui: &mut Ui, command: &'static Command) {
+    let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+    let names: Vec<String> = all.map(|open_cloud| open_cloud.name()).collect();
+    if names.len() < 2 {
+        item(window, ui, command);
+        return;
+    }
+    let mut chosen = None;
+    ui.menu_button(iconed(ui, command.icon, command.name), |ui| {
+        for (i, name) in names.iter().enumerate() {
+            if ui.button(name).clicked() {
+                chosen = Some(i);
+            }
+        }
+    });
+    if let Some(index) = chosen {
+        ui.close();
+        files::open(window, &ui.ctx().clone(), DialogPurpose::SaveCloud(index));
     }
 }

@@ -1,6 +1,6 @@
 //! The command palette: commands, tools, renderers and recent files are found by words.
 
-use super::command::{Command, run, why_not};
+use super::command::{Command, run, shortcuts, why_not};
 use super::search::score;
 use super::table::COMMANDS;
 use crate::dialogs::{DialogPurpose, files};
@@ -16,31 +16,6 @@ use surfelshop_api::UnitKind;
 
 const WIDTH: f32 = 560.0;
 const ROW: f32 = 28.0;
-
-/// What the palette remembers.
-#[derive(Default)]
-pub(crate) struct Palette {
-    open: bool,
-    typed: String,
-    /// The row that Enter runs.
-    row: usize,
-}
-
-impl Palette {
-    /// Opens it, empty.
-    pub(crate) fn open(&mut self) {
-        self.open_with("");
-    }
-
-    /// Opens it with words.
-    pub(crate) fn open_with(&mut self, words: &str) {
-        *self = Self { open: true, typed: words.to_owned(), row: 0 };
-    }
-
-    pub(crate) fn is_open(&self) -> bool {
-        self.open
-    }
-}
 
 /// What a row does.
 #[derive(Clone)]
@@ -71,7 +46,7 @@ pub(crate) fn entries(window: &Window) -> Vec<Entry> {
         icon: command.icon,
         name: command.name.to_owned(),
         about: command.about.to_owned(),
-        note: window.keymap.of(command).into_iter().next().unwrap_or_default(),
+        note: shortcuts(window, command).into_iter().next().unwrap_or_default(),
         reason: why_not(window, command),
         action: Action::Command(command),
     });

@@ -1,7 +1,7 @@
 //! The row of icons below the menu bar.
 
 use super::button::{icon_button, item};
-use super::command::Menu;
+use super::command::{Menu, shortcuts};
 use super::table::{COMMANDS, find};
 use crate::theme::{Icon, iconed, space, tokens};
 use crate::window::Window;
@@ -63,7 +63,7 @@ fn looks(window: &mut Window, ui: &mut Ui) {
 /// What opens the palette.
 fn search(window: &mut Window, ui: &mut Ui) {
     let Some(command) = find("all-commands") else { return };
-    let shortcut = window.keymap.of(command).into_iter().next().unwrap_or_default();
+    let shortcut = shortcuts(window, command).into_iter().next().unwrap_or_default();
     let width = 230.0f32.min(ui.available_width() - space::MEDIUM);
     if width < 90.0 {
         return;

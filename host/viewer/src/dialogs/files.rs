@@ -4,12 +4,10 @@ use super::file_dialog::{FileDialog, Outcome, Purpose, Request};
 use super::portal;
 use super::request::request;
 use super::state::{DialogPurpose, OpenDialog, ParameterOwner, SystemAnswer};
-use crate::commands::{Command, item};
 use crate::document::file_names::scene_file_name;
 use crate::document::set_environment_file;
-use crate::theme::iconed;
 use crate::window::Window;
-use eframe::egui::{Context, Ui};
+use eframe::egui::Context;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{TryRecvError, channel};
 use surfelshop_api::params::{ParamDecl, ParamKind, Value};
@@ -67,28 +65,6 @@ pub(crate) fn save_cloud(window: &mut Window, ctx: &Context) {
         0 => {}
         1 => open(window, ctx, DialogPurpose::SaveCloud(0)),
         _ => window.panels.palette.open_with("save cloud "),
-    }
-}
-
-/// The menu entry that saves a cloud, with a choice where there are several.
-pub(crate) fn save_cloud_menu(window: &mut Window, ui: &mut Ui, command: &'static Command) {
-    let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
-    let names: Vec<String> = all.map(|open_cloud| open_cloud.name()).collect();
-    if names.len() < 2 {
-        item(window, ui, command);
-        return;
-    }
-    let mut chosen = None;
-    ui.menu_button(iconed(ui, command.icon, command.name), |ui| {
-        for (i, name) in names.iter().enumerate() {
-            if ui.button(name).clicked() {
-                chosen = Some(i);
-            }
-        }
-    });
-    if let Some(index) = chosen {
-        ui.close();
-        open(window, &ui.ctx().clone(), DialogPurpose::SaveCloud(index));
     }
 }
 

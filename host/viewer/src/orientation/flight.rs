@@ -1,80 +1,24 @@
-//! The camera moves to another place within a moment, so that nobody loses the way.
+//! A camera on its way to another place.
 
-use super::standard_views::StandardView;
-use crate::views::initial_camera;
-use crate::window::Window;
-use eframe::egui::Context;
 use glam::{DQuat, DVec3};
 use surfelshop_api::{Camera, Projection};
 
 /// How long a move takes.
-const SECONDS: f64 = 0.3;
+pub(super) const SECONDS: f64 = 0.3;
 
 /// A move of a pane's camera.
 pub(crate) struct Flight {
-    pane: u32,
-    from: Camera,
-    to: Camera,
+    pub(super) pane: u32,
+    pub(super) from: Camera,
+    pub(super) to: Camera,
     /// Where it was put last: elsewhere the user has it.
-    last: Camera,
+    pub(super) last: Camera,
     /// The time of the toolkit when it began.
-    began: Option<f64>,
-}
-
-impl Window {
-    /// Moves the camera of a pane; at once where motion is reduced.
-    pub(crate) fn fly_to(&mut self, pane: u32, to: Camera) {
-        let from = self.camera_of(pane);
-        if self.preferences.reduced_motion || from == to {
-            self.views.flight = None;
-            self.set_camera(pane, to);
-        } else {
-            self.views.flight = Some(Flight { pane, from, to, last: from, began: None });
-        }
-    }
-
-    /// Moves the camera of the focused pane to where it sees everything.
-    pub(crate) fn fly_to_all(&mut self) {
-        let Some(shown) = &self.document.clouds else { return };
-        let to = self.framing(&shown.extent);
-        self.views.walking = false;
-        self.fly_to(self.views.focused, to);
-    }
-
-    /// Looks at the focused view from a side.
-    pub(crate) fn look_from(&mut self, view: StandardView) {
-        let former = self.camera_of(self.views.focused);
-        let was_walking = std::mem::replace(&mut self.views.walking, false);
-        // From inside a scan the distance says nothing.
-        let former = match (&self.document.clouds, was_walking) {
-            (Some(shown), true) => initial_camera(&shown.extent, self.document.up),
-            _ => former,
-        };
-        self.fly_to(self.views.focused, view.camera(&former, self.document.up));
-    }
-
-    /// Takes a move on.
-    pub(crate) fn advance_flight(&mut self, ctx: &Context) {
-        let Some(flight) = &mut self.views.flight else { return };
-        let now = ctx.input(|input| input.time);
-        let share = ((now - *flight.began.get_or_insert(now)) / SECONDS).clamp(0.0, 1.0);
-        let (pane, last) = (flight.pane, flight.last);
-        let camera = if share < 1.0 { between(&flight.from, &flight.to, share) } else { flight.to };
-        flight.last = camera;
-        if share >= 1.0 || self.camera_of(pane) != last {
-            let is_whole = self.camera_of(pane) == last;
-            self.views.flight = None;
-            if !is_whole {
-                return;
-            }
-        }
-        self.set_camera(pane, camera);
-        ctx.request_repaint();
-    }
+    pub(super) began: Option<f64>,
 }
 
 /// A camera on the way, `share` from 0 to 1: it turns about the up direction where both have the same.
-fn between(from: &Camera, to: &Camera, share: f64) -> Camera {
+pub(super) fn between(from: &Camera, to: &Camera, share: f64) -> Camera {
     // Slow at both ends.
     let share = share * share * (3.0 - 2.0 * share);
     let target = from.target.lerp(to.target, share);
@@ -123,6 +67,7 @@ fn turned(directions: [DVec3; 2], up: DVec3, share: f64) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::orientation::StandardView;
     use surfelshop_session::options::UpAxis;
 
     fn camera(eye: DVec3) -> Camera {

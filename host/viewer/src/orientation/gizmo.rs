@@ -1,7 +1,7 @@
 //! The axes in a corner: a click looks along one, a drag turns.
 
 use super::AxesInteraction;
-use super::standard_views::{StandardView, up_direction};
+use super::standard_views::StandardView;
 use crate::views::navigation;
 use crate::window::Window;
 use eframe::egui::{
@@ -126,11 +126,6 @@ fn draw(painter: &Painter, middle: Pos2, place: Pos2, end: &End, is_hovered: boo
     if is_hovered {
         painter.circle_stroke(place, END + 1.0, Stroke::new(1.5, Color32::WHITE));
     }
-}
-
-/// The index of the axis that points upwards.
-pub(super) fn up_index(up: UpAxis) -> usize {
-    if up_direction(up).z > 0.5 { 2 } else { 1 }
 }
 
 #[cfg(test)]

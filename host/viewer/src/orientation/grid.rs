@@ -1,6 +1,6 @@
 //! The grid on the ground below what is open.
 
-use super::gizmo::up_index;
+use super::standard_views::up_index;
 use super::{nice, on_screen};
 use crate::render_thread::RenderedView;
 use eframe::egui::{Color32, Painter, Pos2, Rect, Stroke};

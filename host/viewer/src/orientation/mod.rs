@@ -5,6 +5,7 @@
 mod flight;
 mod gizmo;
 mod grid;
+mod moves;
 mod scale_bar;
 mod standard_views;
 mod up_axis;

@@ -33,6 +33,11 @@ pub(super) fn up_direction(up: UpAxis) -> DVec3 {
     in_world(up, DVec3::Y)
 }
 
+/// The index of the axis that points upwards.
+pub(super) fn up_index(up: UpAxis) -> usize {
+    if up_direction(up).z > 0.5 { 2 } else { 1 }
+}
+
 impl StandardView {
     /// All that look along an axis.
     pub(super) const SIDES: [Self; 6] =

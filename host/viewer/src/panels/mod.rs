@@ -16,12 +16,9 @@ mod passes;
 mod picture;
 mod renderer;
 mod row;
-pub(crate) mod screen;
-mod settings_window;
 pub(crate) mod side;
 mod state;
 pub(crate) mod status;
-pub(crate) mod title;
 pub(crate) mod windows;
 
 pub(crate) use state::Panels;

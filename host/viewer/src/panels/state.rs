@@ -1,7 +1,7 @@
 //! The state of panels, menus and dialogs.
 
 use super::manual::ManualWindow;
-use crate::commands::{HelpWindow, Palette};
+use crate::commands::Palette;
 use crate::dialogs::Dialogs;
 use crate::export::{ExportForm, ExportJob};
 use crate::start::Thumbnails;
@@ -14,8 +14,8 @@ pub(crate) struct Panels {
     pub(crate) preset: String,
     /// Whether the list of plugins is open.
     pub(crate) plugin_list: bool,
-    /// The list of mouse and keys.
-    pub(crate) help: HelpWindow,
+    /// Whether the list of mouse and keys is open.
+    pub(crate) key_list: bool,
     pub(crate) palette: Palette,
     /// Whether these windows are open.
     pub(crate) settings_window: bool,

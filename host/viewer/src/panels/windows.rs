@@ -1,11 +1,12 @@
 //! The windows and questions over the views.
 
-use super::{about, manual, settings_window};
+use super::{about, manual};
 use crate::commands;
 use crate::dialogs::{recovery, unsaved};
 use crate::document::recovery::Recovery;
 use crate::export;
 use crate::plugins::{crash, plugin_list, tool_window, trust};
+use crate::preferences;
 use crate::window::Window;
 use eframe::egui::{self, Align2, Context};
 
@@ -28,7 +29,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     window.panels.plugin_list = open;
     manual::show(&mut window.panels.manual, ctx);
     commands::show_help(window, ctx);
-    settings_window::show(window, ctx);
+    preferences::window::show(window, ctx);
     about::show(window, ctx);
     commands::show_palette(window, ctx);
 }

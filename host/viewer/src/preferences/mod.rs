@@ -1,6 +1,7 @@
 //! What the user chose for the window itself, apart from scenes: one file of the user.
 
 mod file;
+pub(crate) mod window;
 
 pub(crate) use file::PreferenceFile;
 

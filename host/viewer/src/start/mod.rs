@@ -3,6 +3,7 @@
 mod examples;
 mod page;
 mod progress;
+mod save_thumbnail;
 mod splat_scene;
 mod thumbnails;
 

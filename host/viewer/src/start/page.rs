@@ -80,7 +80,7 @@ fn contents(window: &mut Window, ui: &mut Ui) {
     recent(window, ui);
     ui.add_space(space::LARGE);
     let shortcut = |id: &str| {
-        let keys = find(id).map(|command| window.keymap.of(command)).unwrap_or_default();
+        let keys = find(id).map(|command| commands::shortcuts(window, command)).unwrap_or_default();
         keys.into_iter().next().unwrap_or_else(|| "the menu".to_owned())
     };
     ui.label(

@@ -1,7 +1,6 @@
 //! Small pictures of the files that were open last, beside the list of these files.
 
 use crate::document::StateFolder;
-use crate::window::Window;
 use anyhow::Context as _;
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use image::{ImageFormat, RgbaImage, imageops};
@@ -21,12 +20,12 @@ const LARGEST: u64 = 1 << 17;
 /// The small pictures that are on the screen.
 #[derive(Default)]
 pub(crate) struct Thumbnails {
-    shown: HashMap<PathBuf, Option<TextureHandle>>,
+    pub(super) shown: HashMap<PathBuf, Option<TextureHandle>>,
     /// The file and the picture that were written last.
-    written: Option<(PathBuf, u64)>,
+    pub(super) written: Option<(PathBuf, u64)>,
 }
 
-fn file_of(folder: &StateFolder, path: &Path) -> PathBuf {
+pub(super) fn file_of(folder: &StateFolder, path: &Path) -> PathBuf {
     let mut hasher = SipHasher13::new();
     hasher.write(path.as_os_str().as_encoded_bytes());
     folder.folder().join("thumbnails").join(format!("{:016x}.png", hasher.finish()))
@@ -56,42 +55,6 @@ impl Thumbnails {
     }
 }
 
-impl Window {
-    /// Writes a small picture of what is open, where the picture of its first view is final. It is no loss if that fails.
-    pub(crate) fn save_thumbnail(&mut self) {
-        let Some(path) = self.only_file() else { return };
-        let Some(folder) = &self.document.state_folder else { return };
-        let first = self.settings.panes.first().map(|pane| pane.id);
-        let side = first.and_then(|pane| Some(&self.views.panes.get(&pane)?.sides[0]));
-        let Some(side) = side.filter(|side| side.is_converged()) else { return };
-        let Some(shown) = &side.shown else { return };
-        let picture = (path, shown.serial);
-        let thumbnails = &mut self.panels.thumbnails;
-        if thumbnails.written.as_ref() == Some(&picture) {
-            return;
-        }
-        let file = file_of(folder, &picture.0);
-        if let Err(error) = write(&file, shown.rendered.size, &shown.rendered.levels) {
-            tracing::debug!("no thumbnail was written: {error:#}");
-        }
-        remove_others(folder, &self.document.recent, &file);
-        thumbnails.shown.remove(&picture.0);
-        thumbnails.written = Some(picture);
-    }
-
-    /// The file that is open, as the list of recent files names it, where it is one.
-    fn only_file(&self) -> Option<PathBuf> {
-        let document = &self.document;
-        let path = match (&document.scene_path, document.files.as_slice()) {
-            (Some(scene), []) => scene,
-            (None, [cloud]) => cloud,
-            _ => return None,
-        };
-        let path = std::path::absolute(path).ok()?;
-        document.recent.contains(&path).then_some(path)
-    }
-}
-
 /// The middle of a picture, small.
 fn small(size: [u32; 2], levels: &[u8]) -> Option<RgbaImage> {
     let [width, height] = size;
@@ -105,7 +68,7 @@ fn small(size: [u32; 2], levels: &[u8]) -> Option<RgbaImage> {
     Some(imageops::thumbnail(&cut, SIZE[0], SIZE[1]))
 }
 
-fn write(file: &Path, size: [u32; 2], levels: &[u8]) -> anyhow::Result<()> {
+pub(super) fn write(file: &Path, size: [u32; 2], levels: &[u8]) -> anyhow::Result<()> {
     anyhow::ensure!(size.iter().all(|side| *side > 0), "the picture is empty");
     let small = small(size, levels).context("the picture has another size than it says")?;
     let mut bytes = Cursor::new(Vec::new());
@@ -117,7 +80,7 @@ fn write(file: &Path, size: [u32; 2], levels: &[u8]) -> anyhow::Result<()> {
 }
 
 /// Removes the small pictures of files that are no longer in the list.
-fn remove_others(folder: &StateFolder, recent: &[PathBuf], written: &Path) {
+pub(super) fn remove_others(folder: &StateFolder, recent: &[PathBuf], written: &Path) {
     let wanted: Vec<PathBuf> = recent.iter().map(|path| file_of(folder, path)).collect();
     let Some(found) = written.parent().and_then(|folder| folder.read_dir().ok()) else { return };
     for entry in found.flatten().map(|entry| entry.path()) {

@@ -80,11 +80,11 @@ fn help_opens_by_f1_and_by_the_question_mark_and_closes_by_escape() {
     for key in [Key::F1, Key::Questionmark] {
         screen.harness.key_press(key);
         screen.frames();
-        assert!(screen.window().panels.help.open, "{key:?}");
+        assert!(screen.window().panels.key_list, "{key:?}");
         assert!(screen.harness.query_all_by_label("Ctrl+Shift+P").count() > 0);
         screen.harness.key_press(Key::Escape);
         screen.frames();
-        assert!(!screen.window().panels.help.open, "{key:?}");
+        assert!(!screen.window().panels.key_list, "{key:?}");
     }
 }
 

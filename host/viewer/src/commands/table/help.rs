@@ -10,10 +10,10 @@ pub(super) static HELP: [Command; 5] = [
         ("keys", "Mouse and keys", Icon::Keyboard),
         Menu::Help,
         "Lists what the mouse does, and every shortcut.",
-        |window, _| window.panels.help.open = !window.panels.help.open,
+        |window, _| window.panels.key_list = !window.panels.key_list,
     )
     .keys(&[key(Key::F1), key(Key::Questionmark)])
-    .state(|window| window.panels.help.open),
+    .state(|window| window.panels.key_list),
     Command::new(
         ("manual", "Manual", Icon::BookOpen),
         Menu::Help,

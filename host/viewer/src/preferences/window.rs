@@ -1,13 +1,13 @@
 //! The window of settings: theme, size, motion, what lies over pictures, and the file that holds them.
 
+use super::{FileUp, ThemeChoice, UI_SCALES};
 use crate::commands::COMMANDS;
-use crate::preferences::{FileUp, ThemeChoice, UI_SCALES};
 use crate::theme::space;
 use crate::window::Window;
 use eframe::egui::{self, Align2, Context, Ui};
 
 /// Shows the window if it is open.
-pub(super) fn show(window: &mut Window, ctx: &Context) {
+pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let mut open = window.panels.settings_window;
     egui::Window::new("Settings")
         .open(&mut open)
