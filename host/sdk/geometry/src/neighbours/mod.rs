@@ -7,9 +7,9 @@ mod tree;
 use crate::bounds::Bounds;
 use crate::progress::{Cancelled, Progress, each, flat_map, part, report, sort};
 use glam::{DVec3, Vec3};
-use std::sync::OnceLock;
 pub(crate) use search::{Found, Scratch};
 pub(crate) use shared::{Close, Shared};
+use std::sync::OnceLock;
 use tree::Site;
 pub(crate) use tree::Tree;
 

@@ -136,7 +136,8 @@ impl Scratch {
         let wanted = k.saturating_add(1).min(tree.len());
         let count = self.keys(tree, own, wanted).len();
         let from = tree.point(own);
-        let others = self.keys[..count].iter().map(|&key| key as u32).filter(|&place| place as usize != own);
+        let others =
+            self.keys[..count].iter().map(|&key| key as u32).filter(|&place| place as usize != own);
         self.found.extend(
             others
                 .map(|place| Found { place, distance: tree.point(place as usize).distance(from) }),

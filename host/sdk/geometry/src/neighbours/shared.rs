@@ -267,7 +267,8 @@ mod tests {
     /// Invariant: what points share does not change what is near, not even of those that are equally far
     #[test]
     fn what_is_shared_is_what_each_finds_alone() {
-        let mut clouds = vec![random_sphere(3000, DVec3::ZERO, 1.0, 31), grid(40, Vec3::X, Vec3::Z)];
+        let mut clouds =
+            vec![random_sphere(3000, DVec3::ZERO, 1.0, 31), grid(40, Vec3::X, Vec3::Z)];
         let stray = [Vec3::splat(1e6), Vec3::new(0.0, -3e4, 0.0)];
         clouds.push([random_sphere(2000, DVec3::ONE, 1e-3, 32), stray.to_vec()].concat());
         let dense = random_sphere(2000, DVec3::ONE, 1e-3, 33);

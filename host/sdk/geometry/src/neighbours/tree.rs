@@ -43,8 +43,9 @@ impl Cuboid {
     /// Square of the distance to another box, 0 where they overlap: no more than that of any point of one to the other,
     /// rounding included.
     pub(super) fn squared_between(&self, other: &Self) -> f32 {
-        let off =
-            |axis: usize| (self.min[axis] - other.max[axis]).max(other.min[axis] - self.max[axis]).max(0.0);
+        let off = |axis: usize| {
+            (self.min[axis] - other.max[axis]).max(other.min[axis] - self.max[axis]).max(0.0)
+        };
         let offset = [off(0), off(1), off(2)];
         offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2]
     }

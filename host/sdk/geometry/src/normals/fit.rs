@@ -176,7 +176,8 @@ impl Surroundings<'_> {
             for (link, close) in links.iter_mut().zip(near) {
                 *link = close.place() as u32;
             }
-            let first = plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut room.points);
+            let first =
+                plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut room.points);
             let least = STEP_WIDTH * steps.at(neighbours.point(place));
             let mut best = Best { plane: first, failures: 0, least };
             if best.is_wanting() {
@@ -187,7 +188,8 @@ impl Surroundings<'_> {
                     if !best.is_wanting() {
                         break;
                     }
-                    let around = around.get_or_insert_with(|| coarse.around(leaf, &mut room.coarse));
+                    let around =
+                        around.get_or_insert_with(|| coarse.around(leaf, &mut room.coarse));
                     best.try_wider(coarse.plane(&around[..count.min(around.len())], point, grain));
                 }
             }

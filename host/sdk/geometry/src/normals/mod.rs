@@ -90,8 +90,7 @@ pub fn estimate_with(
     let Fits { normals, uncertainty, roughness, errors: scatter } = fits;
     drop((roughness, scatter));
     let step = |from: f64, to: f64| part(progress, from..to);
-    let errors =
-        neighbours.by_index(FRAC_PI_2, &step(0.98, 0.985), |place| uncertainty[place])?;
+    let errors = neighbours.by_index(FRAC_PI_2, &step(0.98, 0.985), |place| uncertainty[place])?;
     drop(uncertainty);
     let planarity = planarity_of(neighbours, &flatness, &step(0.985, 0.99))?;
     let normals = neighbours.by_index(Vec3::Z, &step(0.99, 1.0), |place| normals[place])?;

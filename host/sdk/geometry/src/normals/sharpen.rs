@@ -71,12 +71,7 @@ pub(super) fn edges(
 }
 
 /// The face that a point lies in, where it is another than its own plane.
-fn face(
-    neighbours: &Neighbours,
-    fits: &Fits,
-    place: usize,
-    room: &mut Scratch,
-) -> Option<Fit> {
+fn face(neighbours: &Neighbours, fits: &Fits, place: usize, room: &mut Scratch) -> Option<Fit> {
     let (own, here) = (fits.at(place), neighbours.point(place));
     let near = neighbours.around(place, AROUND, room);
     // How far the point is from the plane of another one, in shares of what is still in it.
