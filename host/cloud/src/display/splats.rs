@@ -61,18 +61,38 @@ impl SplatSettings {
             shown = shown.displayed_with(radii);
         }
         if let Some(column) = cloud.column(PLANARITY)
-            && let Buffer::F32(planarity) = column.values()
             && column.components() == 1
-            && planarity.iter().any(|planarity| *planarity < self.round_below)
         {
-            let key = SplatKey::Round(column.generation(), self.round_below.to_bits());
-            let round = cache::splats(key, || {
-                ask(cloud.len() as u64)?;
-                let round = planarity.par_iter().map(|p| u8::from(*p < self.round_below));
-                Ok::<_, DisplayError>(Column::new(ROUND, 1, Buffer::U8(round.collect())))
-            })?;
-            shown = shown.displayed_with(round);
+            let below = below(column.values(), self.round_below);
+            let n = cloud.len();
+            if (0..n).into_par_iter().any(&below) {
+                let key = SplatKey::Round(column.generation(), self.round_below.to_bits());
+                let round = cache::splats(key, || {
+                    ask(n as u64)?;
+                    let round = (0..n).into_par_iter().map(|i| u8::from(below(i)));
+                    Ok::<_, DisplayError>(Column::new(ROUND, 1, Buffer::U8(round.collect())))
+                })?;
+                shown = shown.displayed_with(round);
+            }
         }
         Ok(shown)
     }
+}
+
+/// Whether the planarity of a surfel is below a threshold. Integers of which one is above 1 are shares of the largest
+/// that their type has: 255 of eight bits means 1.
+fn below(values: &Buffer, threshold: f32) -> impl Fn(usize) -> bool + Sync + '_ {
+    let largest = match values {
+        Buffer::I8(_) => f64::from(i8::MAX),
+        Buffer::U8(_) => f64::from(u8::MAX),
+        Buffer::I16(_) => f64::from(i16::MAX),
+        Buffer::U16(_) => f64::from(u16::MAX),
+        Buffer::I32(_) => f64::from(i32::MAX),
+        Buffer::U32(_) => f64::from(u32::MAX),
+        Buffer::F32(_) | Buffer::F64(_) => 1.0,
+    };
+    let is_share = largest > 1.0 && values.iter_f64().any(|value| value > 1.0);
+    let unit = if is_share { largest } else { 1.0 };
+    let threshold = f64::from(threshold);
+    move |i| values.get_f64(i).is_some_and(|value| value / unit < threshold)
 }

@@ -323,6 +323,24 @@ fn splats(splats: SplatSettings) -> DisplaySettings {
     DisplaySettings { splats, ..DisplaySettings::default() }
 }
 
+/// Invariant: planarity of any type says the same
+#[test]
+fn planarity_may_have_any_type() {
+    let types = [
+        Buffer::F64(vec![1.0, 0.45, 0.1]),
+        Buffer::U8(vec![255, 115, 25]),
+        Buffer::U16(vec![65_535, 29_491, 6_553]),
+        Buffer::U8(vec![1, 0, 0]),
+    ];
+    for planarity in types {
+        let said = format!("{planarity:?}");
+        let columns = vec![Column::new(PLANARITY, 1, planarity)];
+        let cloud = floats(&[1.0, 2.0, 3.0]).with_columns(columns).unwrap();
+        let displayed = display(&cloud, &splats(SplatSettings::default())).cloud;
+        assert_eq!(round(&displayed), Some(&[0, 1, 1][..]), "{said}");
+    }
+}
+
 /// Invariant: what is no surface is displayed as round splats, from the planarity on that the scene says
 #[test]
 fn what_is_no_surface_is_round() {

@@ -19,6 +19,20 @@ mod sampled;
 mod sides;
 mod speed;
 
+/// What `surface --help` says.
+const USAGE: &str = "surface speed [POINTS...]            time and memory of the estimates
+surface normals [MESH...]            normals against those of meshes
+surface sides [FOLDER]               which side normals face; dumps the clouds to the folder
+surface radii [MESH...]              holes and overshoot of discs
+surface city FOLDER MILLIONS [FILES] a made city for pyramids
+surface gaussians COUNT OUT.ply      made Gaussian splats
+surface gaussian-reading FILE [ROUNDS]
+surface occlusion PYRAMID...         ambient occlusion of pyramids against rays
+surface sampled PYRAMID OUT          a pyramid of chosen surfels in the place of merged ones
+surface pictures FOLDER SCAN...      scans as surfaces and as points
+surface dump FOLDER [MESH...]        the clouds of `normals` for other programs
+Meshes are OBJ, OFF and text PLY files; without any, shapes are made.";
+
 pub(crate) fn run() -> anyhow::Result<()> {
     let arguments: Vec<String> = std::env::args().skip(2).collect();
     let (mode, rest) = arguments.split_first().map_or(("", &[][..]), |(m, r)| (m.as_str(), r));
@@ -40,6 +54,10 @@ pub(crate) fn run() -> anyhow::Result<()> {
             Some((folder, scans)) => pictures::run(folder, scans),
             None => anyhow::bail!("expected a folder to write pictures to, found none"),
         },
+        "--help" | "-h" | "help" => {
+            println!("{USAGE}");
+            Ok(())
+        }
         other => {
             anyhow::bail!(
                 "expected speed, normals, sides, radii, city, gaussians, gaussian-reading, occlusion, sampled, dump or pictures, found `{other}`"

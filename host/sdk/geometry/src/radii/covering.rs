@@ -38,23 +38,15 @@ const FADE: f64 = 0.1;
 pub(super) struct Cover {
     /// The bits of the radius, of which the last two tell the kind.
     radius: u32,
-    farthest: u16,
-    ring: u16,
-}
-
-/// The first half of the bits of a number that is not negative, of which it is the next larger one.
-fn above(number: f32) -> u16 {
-    (number.to_bits().saturating_add(0xffff) >> 16) as u16
-}
-
-/// The number of such bits.
-fn number(bits: u16) -> f32 {
-    f32::from_bits(u32::from(bits) << 16)
+    /// Distance of the farthest of the nearest.
+    pub(super) farthest: f32,
+    /// Distance of the last of the first ring of points around.
+    pub(super) ring: f32,
 }
 
 impl Cover {
     fn new(radius: f32, farthest: f32, ring: f32, kind: Kind) -> Self {
-        let mut cover = Self { radius: kind as u32, farthest: above(farthest), ring: above(ring) };
+        let mut cover = Self { radius: kind as u32, farthest, ring };
         cover.set_radius(radius);
         cover
     }
@@ -66,16 +58,6 @@ impl Cover {
 
     pub(super) fn set_radius(&mut self, radius: f32) {
         self.radius = radius.to_bits() & !3 | self.radius & 3;
-    }
-
-    /// Distance of the farthest of the nearest, at most a hundredth more.
-    pub(super) fn farthest(self) -> f32 {
-        number(self.farthest)
-    }
-
-    /// Distance of the last of the first ring of points around, at most a hundredth more.
-    pub(super) fn ring(self) -> f32 {
-        number(self.ring)
     }
 
     pub(super) fn kind(self) -> Kind {

@@ -105,7 +105,7 @@ pub(super) struct Gaps<'a> {
 
 impl<'a> Gaps<'a> {
     pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
-        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest());
+        let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
         Self { surface, cells, reach }
     }
 
@@ -154,16 +154,16 @@ impl<'a> Gaps<'a> {
     /// The group of a point, sorted; `None` where it is larger than [`FLOATING`].
     fn group(&self, place: u32, search: &mut Shared) -> Option<Vec<u32>> {
         let tree = self.surface.neighbours.tree();
-        let reach = GROUP_REACH * self.cells[place as usize].ring();
+        let reach = GROUP_REACH * self.cells[place as usize].ring;
         let from = (place as usize, reach * reach);
         let mut group = vec![place];
         let mut next = 0;
         while let Some(&member) = group.get(next) {
             next += 1;
-            let ring = self.cells[member as usize].ring();
+            let ring = self.cells[member as usize].ring;
             let member = (member as usize, ring * ring);
             for close in search.nearest_beside(tree, from, member, COMPARED) {
-                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring();
+                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring;
                 let other = close.place() as u32;
                 if is_mutual && !group.contains(&other) {
                     group.push(other);
@@ -198,7 +198,7 @@ impl<'a> Gaps<'a> {
             }
             for other in tree.leaf(node - tree.n_leaves()).filter(|&other| other != place) {
                 let distance = neighbours.point(other).distance(here);
-                if distance > least && distance <= f64::from(self.cells[other].farthest()) {
+                if distance > least && distance <= f64::from(self.cells[other].farthest) {
                     found.push(Found { place: other as u32, distance });
                 }
             }
@@ -216,7 +216,7 @@ impl<'a> Gaps<'a> {
         if !on_surface[place] {
             return (cell, Vec::new());
         }
-        let least = f64::from(cell.farthest()) * (1.0 + ROUNDING);
+        let least = f64::from(cell.farthest) * (1.0 + ROUNDING);
         let mut further = self.counted_by(place, least);
         further.retain(|found| on_surface[found.place as usize]);
         if further.is_empty() {
