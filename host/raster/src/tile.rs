@@ -184,9 +184,14 @@ impl Tile {
             if self.is_occluded(&placed.pixels, placed.nearest) {
                 continue;
             }
-            spent.nearest += timer.lap();
+            let is_new = timer.runs() && !all.is_made(at);
+            if is_new {
+                spent.nearest += timer.lap();
+            }
             let block = all.of(simd, at);
-            spent.place += timer.lap();
+            if is_new {
+                spent.place += timer.lap();
+            }
             let mut first = 0;
             for (pixels, end) in &block.groups {
                 let of_group = &block.splats[first..*end];

@@ -116,12 +116,23 @@ pub(crate) fn execute(
                     .map_err(|message| RenderError::pass(&pass.name, message))?;
             }
             Stage::Render(stage) => {
-                let colors: Vec<Attachment<'_>> = targets
+                let mut colors: Vec<Attachment<'_>> = targets
                     .iter()
                     .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
                     .collect();
                 covered = variables.covered(&colors);
-                let parts = covered.as_deref().map(parts_of);
+                let held = match planned.writes.as_slice() {
+                    [Node::Texture(i)] => resources.held(*i).map(Arc::as_ref),
+                    _ => None,
+                };
+                let parts = covered.as_deref().map(|covered| match (held, colors.as_mut_slice()) {
+                    // What was drawn there before is drawn over, with zeros where nothing is now.
+                    (Some(held), [color]) if held.size() == covered.size() => {
+                        color.clear = false;
+                        parts_of(&covered.with(held))
+                    }
+                    _ => parts_of(covered),
+                });
                 recorder.render(&pass.name, &colors, None, |pass| {
                     pass.set_pipeline(stage);
                     pass.set_bind_group(0, &group, &[]);
@@ -219,7 +230,8 @@ impl Variables<'_> {
         let texture = view.texture();
         let covered = self.frame.host.get(&self.planned.seat)?.covered()?;
         let same = [texture.width(), texture.height()].map(|side| side as usize) == covered.size();
-        (same && texture.mip_level_count() == 1).then(|| covered.clone())
+        let is_one = texture.mip_level_count() == 1 && texture.depth_or_array_layers() == 1;
+        (same && is_one).then(|| covered.clone())
     }
 
     /// The packed surface of all clouds that the pass looks at.
