@@ -1,5 +1,6 @@
 //! Textures and buffers of graphs: reused from frame to frame, or kept by key.
 
+mod free;
 mod resident;
 mod texture_cache;
 
@@ -7,6 +8,7 @@ use crate::disk_cache::DiskCache;
 use crate::gpu::Gpu;
 use crate::graph::live_passes::Written;
 use crate::graph::plan::{Node, Plan, wgpu_format};
+use crate::graph::resources::free::{Free, FreeResources};
 use crate::graph::resources::resident::{ResidentBuffers, ResidentId};
 use crate::shader_compiler::fingerprint;
 use std::collections::{BTreeMap, HashMap};
@@ -42,6 +44,13 @@ struct Identity {
     node: Node,
     shape: Shape,
     made_by: u64,
+}
+
+impl Identity {
+    fn new(scope: &str, key: &str, plan: &Plan, node: Node, shape: &Shape) -> Self {
+        let (scope, key, shape) = (scope.to_owned(), key.to_owned(), shape.clone());
+        Self { scope, key, node, shape, made_by: made_by(plan, node) }
+    }
 }
 
 /// A hash of the passes that write a resource.
@@ -117,18 +126,10 @@ struct Left {
     label: String,
 }
 
-/// A resource that no frame uses.
-struct Free {
-    made: GpuResource,
-    last_used: Use,
-    /// Where a texture holds something but zeros, where that is known.
-    held: Option<Arc<Coverage>>,
-}
-
 /// Everything graphs have had made.
 #[derive(Default)]
 pub(crate) struct Resources {
-    free: HashMap<Shape, Vec<Free>>,
+    free: FreeResources,
     persistent: HashMap<Identity, CachedResource>,
     /// What the last frames of views left, by which buffer of which view's graph it is.
     history: HashMap<Left, (Identity, CachedResource)>,
@@ -261,19 +262,15 @@ impl Resources {
     fn keep(&mut self, is_kept: impl Fn(&Use) -> bool) {
         self.persistent.retain(|_, kept| is_kept(&kept.last_used));
         self.history.retain(|_, (_, kept)| is_kept(&kept.last_used));
-        self.free.retain(|_, list| {
-            list.retain(|free| is_kept(&free.last_used));
-            !list.is_empty()
-        });
+        self.free.keep(&is_kept);
     }
 
     /// Bytes of all that is kept for frames to come, without what the driver adds.
     pub(crate) fn bytes(&self) -> u64 {
         let persistent = self.persistent.values().map(|kept| &kept.made);
         let history = self.history.values().map(|(_, kept)| &kept.made);
-        let free = self.free.values().flatten().map(|free| &free.made);
-        let all = persistent.chain(history).chain(free).map(GpuResource::bytes);
-        all.sum::<u64>() + self.resident.bytes()
+        let all = persistent.chain(history).map(GpuResource::bytes);
+        all.sum::<u64>() + self.free.bytes() + self.resident.bytes()
     }
 
     /// Lends the resources that these passes touch.
@@ -320,23 +317,11 @@ impl Resources {
             let (shape, lifetime, label) = describe(plan, node);
             let made = match lifetime {
                 Lifetime::History => {
-                    let id = Identity {
-                        scope: scope.to_owned(),
-                        key: String::new(),
-                        node,
-                        shape: shape.clone(),
-                        made_by: made_by(plan, node),
-                    };
+                    let id = Identity::new(scope, "", plan, node, &shape);
                     self.left(gpu, Left { view: lending.view, node, label: label.to_owned() }, id)
                 }
                 Lifetime::Persistent { key, stored } => {
-                    let id = Identity {
-                        scope: scope.to_owned(),
-                        key: key.clone(),
-                        node,
-                        shape: shape.clone(),
-                        made_by: made_by(plan, node),
-                    };
+                    let id = Identity::new(scope, key, plan, node, &shape);
                     let store = self.store.as_ref().filter(|_| *stored);
                     let kept = self
                         .persistent
@@ -350,11 +335,7 @@ impl Resources {
                     kept.made.clone()
                 }
                 Lifetime::Frame => {
-                    let free = self.free.get_mut(&shape).and_then(Vec::pop);
-                    let (made, held) = match free {
-                        Some(Free { made, held, .. }) => (made, held),
-                        None => (make(gpu, &shape, label), None),
-                    };
+                    let (made, held) = self.free.take(gpu, &shape, label);
                     if let (Node::Texture(i), Some(held)) = (node, held) {
                         frame.held.insert(i, held);
                     }
@@ -436,8 +417,7 @@ impl Resources {
                 Node::Texture(i) => frame.held.remove(&i),
                 Node::Buffer(_) => None,
             };
-            let free = Free { made, last_used: self.now, held };
-            self.free.entry(shape).or_default().push(free);
+            self.free.add(shape, Free { made, last_used: self.now, held });
         }
         for (node, id) in frame.keys {
             if written.nodes.contains(&node)
