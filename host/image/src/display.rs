@@ -96,10 +96,9 @@ pub fn develop_to_8_bit(radiance: &Image, how: &DisplayTransform) -> Vec<u8> {
         Background::Color(encoded) => Some(encoded.map(srgb_to_linear)),
         Background::Transparent => None,
     };
-    let mut levels = vec![0; radiance.data.len()];
-    let pixels = levels.par_chunks_exact_mut(4).zip(radiance.data.par_chunks_exact(4));
-    pixels.with_min_len(1 << 12).for_each(|(level, pixel)| {
+    let develop = |pixel: &[f32]| -> [u8; 4] {
         let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
+        let mut level = [0; 4];
         for channel in 0..3 {
             let linear = match behind {
                 Some(behind) => mapped[channel] * alpha + behind[channel] * (1.0 - alpha),
@@ -108,6 +107,15 @@ pub fn develop_to_8_bit(radiance: &Image, how: &DisplayTransform) -> Vec<u8> {
             level[channel] = encoder.level(linear);
         }
         level[3] = if behind.is_some() { 255 } else { (alpha * 255.0 + 0.5) as u8 };
+        level
+    };
+    // Much of a picture is nothing.
+    let of_nothing = develop(&[0.0; 4]);
+    let mut levels = vec![0; radiance.data.len()];
+    let pixels = levels.par_chunks_exact_mut(4).zip(radiance.data.par_chunks_exact(4));
+    pixels.with_min_len(1 << 12).for_each(|(level, pixel)| {
+        let is_nothing = pixel.iter().all(|value| value.to_bits() == 0);
+        level.copy_from_slice(&if is_nothing { of_nothing } else { develop(pixel) });
     });
     levels
 }

@@ -110,6 +110,11 @@ impl<'a> AllSplats<'a> {
         (placed, self.clouds[placed.cloud as usize].eye.near)
     }
 
+    /// Whether a block's surfels are put together.
+    pub(crate) fn is_made(&self, at: u32) -> bool {
+        locked(&self.slots[at as usize].made).is_some()
+    }
+
     /// The surfels of a block.
     #[inline(always)]
     pub(crate) fn of<S: Simd>(&self, simd: S, at: u32) -> Arc<BlockSplats> {

@@ -54,6 +54,14 @@ impl Coverage {
         x / CELL < self.across && self.cells.get(y / CELL * self.across + x / CELL) == Some(&true)
     }
 
+    /// The cells that hold surfels here or in another coverage of a picture of this size.
+    #[must_use]
+    pub fn with(&self, other: &Self) -> Self {
+        let mut both = self.clone();
+        both.cells.iter_mut().zip(&other.cells).for_each(|(cell, other)| *cell |= other);
+        both
+    }
+
     /// Pixels of the cells that hold surfels.
     #[must_use]
     pub fn pixels(&self) -> u64 {
@@ -181,6 +189,7 @@ mod tests {
     fn strips_hold_what_either_holds() {
         let (one, other) =
             (coverage([".#...", ".....", "....."]), coverage(["...#.", ".....", "..#.."]));
+        assert_eq!(one.with(&other), coverage([".#.#.", ".....", "..#.."]));
         assert_eq!(one.strips(&other, 3), [[16, 0, 48, 16], [32, 32, 16, 8]]);
         assert_eq!(one.strips(&other, 1), [[16, 0, 48, 40]]);
         assert_eq!(one.strips(&one, 2), [[16, 0, 16, 16]]);

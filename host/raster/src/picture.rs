@@ -103,6 +103,11 @@ impl Timer {
         Self { clock, since: clock.map_or(0, |clock| clock()) }
     }
 
+    /// Whether there is a clock.
+    pub(crate) fn runs(&self) -> bool {
+        self.clock.is_some()
+    }
+
     /// Nanoseconds since the last one; 0 without a clock.
     pub(crate) fn lap(&mut self) -> u64 {
         let now = self.clock.map_or(0, |clock| clock());

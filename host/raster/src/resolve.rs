@@ -66,7 +66,12 @@ pub(crate) fn write<S: Simd>(simd: S, tile: &Tile, scene: &Scene<'_>, band: &mut
                 for y in 0..SIDE.min(height - SIDE * row) {
                     let at = band.at(tile, SIDE * column, SIDE * row + y);
                     let pixels = &mut band.packed[at..at + across];
-                    pixels.copy_from_slice(&row_of(simd, &words, y)[..across]);
+                    let own = row_of(simd, &words, y);
+                    match pixels.as_mut_array::<SIDE>() {
+                        Some(whole) => *whole = own,
+                        // At the picture's edge.
+                        None => pixels.copy_from_slice(&own[..across]),
+                    }
                 }
             }
             if band.looks_up() {

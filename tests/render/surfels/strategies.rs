@@ -398,6 +398,33 @@ fn surfels_shaded_one_by_one_are_drawn_as_quads() {
     assert!(pictures[0].data == pictures[1].data);
 }
 
+/// What is drawn, moved and read back is only what holds surfels, in textures that held other frames.
+#[test]
+fn a_frame_shows_nothing_of_those_before_it() {
+    let sphere = clouds::sphere(500, 0.4);
+    let aside = |x: f64, y: f64| stage::view(DVec3::new(x, y, 3.0), DVec3::new(x, y, 0.0), 200);
+    let away = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::new(0.0, 0.0, 9.0), 200);
+    let smaller = stage::view(DVec3::new(0.5, 0.0, 3.0), DVec3::new(0.5, 0.0, 0.0), 72);
+    let views =
+        [aside(0.9, 0.8), aside(-0.9, 0.3), away, aside(0.0, -0.9), smaller, aside(0.9, 0.0)];
+    let new = || Way::new("processor", SurfelDrawing::Processor, EngineOptions::default());
+    let mut used = new();
+    let mut covered = Vec::new();
+    // Twice: what the first turn leaves is used again in the second.
+    for view in views.iter().chain(&views) {
+        let case = Case::new("moved", &sphere, *view);
+        used.engine.forget_surfaces();
+        let (found, fresh) = (used.shots(&case), new().shots(&case));
+        for (found, fresh) in found.iter().zip(&fresh) {
+            assert!(found.color.data == fresh.color.data, "color");
+            assert!(found.depth.data == fresh.depth.data, "depth");
+            assert!(found.normal.data == fresh.normal.data, "normal");
+        }
+        covered.push(found[1].color.data.chunks_exact(4).filter(|pixel| pixel[3] > 0.0).count());
+    }
+    assert!(covered[2] == 0 && covered[0] > 500 && covered[3] > 500, "{covered:?}");
+}
+
 #[test]
 fn opengl_computes_what_vulkan_computes() {
     let gpu = GpuOptions { backend: Some(Backend::Gl), adapter: None };

@@ -55,7 +55,7 @@ pub(super) struct FrameResult {
     pub(super) passes: Vec<PassReport>,
     pub(super) graph_bytes: u64,
     pub(super) resources: FrameResources,
-    pub(super) written: Vec<Node>,
+    pub(super) written: Written,
 }
 
 /// What is asked of a graph, and besides of the host, by entry points of its shader; and what that takes.
@@ -158,7 +158,7 @@ impl Submission<'_> {
         let nodes = touched(self.plan, &needed, &graph_outputs);
         let resources = self.resources.lend(self.gpu, self.plan, &nodes, &self.lending);
         let frame = Frame { data: self.data, host: &host, splats: self.splats };
-        let Written { nodes: written, covered } = execute(
+        let written = execute(
             self.plan,
             &needed,
             &resources,
@@ -171,9 +171,10 @@ impl Submission<'_> {
         let mut pending: Vec<Pending> = Vec::new();
         for source in &sources {
             let (texture, covered) = match source {
-                Source::Graph(index) => {
-                    (resources.textures[*index].clone(), covered.get(index).map(Arc::as_ref))
-                }
+                Source::Graph(index) => (
+                    resources.textures[*index].clone(),
+                    written.covered.get(index).map(Arc::as_ref),
+                ),
                 Source::Surface(entry) => {
                     let shown = show_surface(entry, own, host_mode, &mut recorder, self.pipelines)?;
                     (Some(shown), None)

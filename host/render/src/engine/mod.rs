@@ -315,7 +315,7 @@ impl Engine {
         match done.and_then(|done| done) {
             Ok(mut frame) => {
                 frame.images.truncate(n_outputs);
-                self.resources.give_back(frame.resources, &frame.written, plan);
+                self.resources.give_back(frame.resources, &mut frame.written, plan);
                 self.resources.save(&self.gpu);
                 let rendered = Rendered {
                     images: frame.images,

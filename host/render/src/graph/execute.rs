@@ -75,12 +75,7 @@ pub(crate) fn execute(
         }
         let pipeline = plan.pipeline(i, pipelines)?;
         let targets = target_views(plan, resources, i, &written.nodes);
-        let mut samplers = HashMap::new();
-        for resource in pass.bindings.values() {
-            if let Resource::Sampler(kind) = resource {
-                samplers.insert(*kind, pipelines.sampler(*kind));
-            }
-        }
+        let samplers = samplers_of(pass, pipelines);
         let mut variables = Variables {
             plan,
             pass,
@@ -117,23 +112,7 @@ pub(crate) fn execute(
                     .map_err(|message| RenderError::pass(&pass.name, message))?;
             }
             Stage::Render(stage) => {
-                let colors: Vec<Attachment<'_>> = targets
-                    .iter()
-                    .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
-                    .collect();
-                covered = variables.covered(&colors);
-                let parts = covered.as_deref().map(parts_of);
-                recorder.render(&pass.name, &colors, None, |pass| {
-                    pass.set_pipeline(stage);
-                    pass.set_bind_group(0, &group, &[]);
-                    match &parts {
-                        None => pass.draw(0..3, 0..1),
-                        Some(parts) => parts.iter().for_each(|&[x, y, width, height]| {
-                            pass.set_scissor_rect(x, y, width, height);
-                            pass.draw(0..3, 0..1);
-                        }),
-                    }
-                });
+                covered = variables.draw(&targets, stage, &group, recorder);
             }
         }
         written.add(planned, covered.as_ref());
@@ -210,6 +189,45 @@ impl Variables<'_> {
         self.frame.host.get(&self.planned.seat).map(|host| (host.view(), host.unit()))
     }
 
+    /// Records the draw of a pass; returns in which part of its target it drew alone.
+    fn draw(
+        &self,
+        targets: &[(wgpu::TextureView, bool, Option<u32>)],
+        stage: &wgpu::RenderPipeline,
+        group: &wgpu::BindGroup,
+        recorder: &mut Recorder<'_>,
+    ) -> Option<Arc<Coverage>> {
+        let mut colors: Vec<Attachment<'_>> = targets
+            .iter()
+            .map(|(view, clear, slice)| Attachment { view, clear: *clear, slice: *slice })
+            .collect();
+        let covered = self.covered(&colors);
+        let held = match self.planned.writes.as_slice() {
+            [Node::Texture(i)] => self.resources.held(*i).map(Arc::as_ref),
+            _ => None,
+        };
+        let parts = covered.as_deref().map(|covered| match (held, colors.as_mut_slice()) {
+            // What was drawn there before is drawn over, with zeros where nothing is now.
+            (Some(held), [color]) if held.size() == covered.size() => {
+                color.clear = false;
+                parts_of(&covered.with(held))
+            }
+            _ => parts_of(covered),
+        });
+        recorder.render(&self.pass.name, &colors, None, |pass| {
+            pass.set_pipeline(stage);
+            pass.set_bind_group(0, group, &[]);
+            match &parts {
+                None => pass.draw(0..3, 0..1),
+                Some(parts) => parts.iter().for_each(|&[x, y, width, height]| {
+                    pass.set_scissor_rect(x, y, width, height);
+                    pass.draw(0..3, 0..1);
+                }),
+            }
+        });
+        covered
+    }
+
     /// Which parts of its only target a pass that shades the surface draws into: what is cleared there elsewhere is
     /// what it would draw. `None` where that is not so, or not known.
     fn covered(&self, targets: &[Attachment<'_>]) -> Option<Arc<Coverage>> {
@@ -220,7 +238,8 @@ impl Variables<'_> {
         let texture = view.texture();
         let covered = self.frame.host.get(&self.planned.seat)?.covered()?;
         let same = [texture.width(), texture.height()].map(|side| side as usize) == covered.size();
-        (same && texture.mip_level_count() == 1).then(|| covered.clone())
+        let is_one = texture.mip_level_count() == 1 && texture.depth_or_array_layers() == 1;
+        (same && is_one).then(|| covered.clone())
     }
 
     /// The packed surface of all clouds that the pass looks at.
@@ -235,6 +254,15 @@ impl Variables<'_> {
         }
         self.frame.host.get(&self.planned.seat)?.resource(binding, self.planned.surface)
     }
+}
+
+/// The samplers that a pass binds.
+fn samplers_of(pass: &Pass, pipelines: &mut Pipelines) -> HashMap<SamplerKind, wgpu::Sampler> {
+    let kinds = pass.bindings.values().filter_map(|resource| match resource {
+        Resource::Sampler(kind) => Some(*kind),
+        _ => None,
+    });
+    kinds.map(|kind| (kind, pipelines.sampler(kind))).collect()
 }
 
 /// Shades surfels one by one and blends what they radiate.

@@ -39,6 +39,42 @@ fn cells(told: &Value, n_runs: usize) -> Vec<Value> {
     cells
 }
 
+/// Invariant: the stages of a frame are told once each, and what they take adds up to the sum that is told
+#[test]
+fn a_frame_is_the_sum_of_its_stages() {
+    let desk = desk();
+    let line = "bench two.ply --split -r flat --frames 2 --sizes 32 --json -o out";
+    let told = desk.run(line).json();
+    let splits = told["splits"].as_array().unwrap();
+    assert_eq!(splits.len(), 2, "two ways to draw, one renderer");
+    for split in splits {
+        let stages = split["stages"].as_array().unwrap();
+        let of = |key: &str| stages.iter().map(|stage| stage[key].clone()).collect::<Vec<_>>();
+        let names = of("stage");
+        let is_told = |name: &str| names.iter().any(|told| *told == name);
+        for name in ["graph", "columns", "pass shade", "read-back: floats", "display transform"] {
+            assert_eq!(names.iter().filter(|told| **told == name).count(), 1, "{name}: {names:?}");
+        }
+        assert!(is_told("PNG encoding") && is_told("what is left of the frame"), "{names:?}");
+        for part in ["choosing and culling", "placing", "visibility", "blending", "packing"] {
+            let by_processor = split["variant"] == "cpu";
+            let name = format!("surfels: {part}");
+            assert!(is_told(&name) || !by_processor, "{name}: {names:?}");
+        }
+        let sum: f64 = stages
+            .iter()
+            .filter(|stage| stage["is_part"] == false)
+            .map(|stage| stage["cpu_ms"].as_f64().unwrap())
+            .sum();
+        let sum_told = split["sum_ms"].as_f64().unwrap();
+        assert!((sum / sum_told - 1.0).abs() < 1e-9, "{sum} {sum_told}");
+        assert!(split["whole_ms"].as_f64().unwrap() > 0.0);
+        assert!(of("runs_cpu_ms").iter().all(|runs| runs.as_array().unwrap().len() == 2));
+    }
+    assert!(std::fs::read_to_string(desk.at("out/split.csv")).unwrap().contains("pass shade"));
+    desk.run("bench two.ply --split --start").misused(&["--split"]);
+}
+
 fn named(cells: &[Value], key: &str, value: &str) -> usize {
     cells.iter().filter(|cell| cell[key] == value).count()
 }

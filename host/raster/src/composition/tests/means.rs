@@ -172,7 +172,7 @@ fn far_away_distortion_is_that_of_near_splats() {
             n_payloads: 1,
             surface: &[],
         };
-        compose(&splats, Composition::Over, ALL_DEPTHS, &VIEW, &|_| ()).distortion
+        compose(&splats, Composition::Over, ALL_DEPTHS, &VIEW).distortion
     });
     assert!(near_by[0] > 1e-3);
     assert_eq!(far, near_by);

@@ -250,13 +250,13 @@ fn opacities_compose_as_theory_says() {
     let splats =
         Splats { kind, footprints: &footprints, payloads: &payloads, n_payloads: 1, surface: &[] };
     let depths = ALL_DEPTHS;
-    let found = compose(&splats, Composition::Over, depths, &VIEW, &|_| ());
+    let found = compose(&splats, Composition::Over, depths, &VIEW);
     let expected = [0.75 * 0.2 * 0.5, 0.25, 0.75 * 0.8, 1.0 - 0.75 * 0.2 * 0.5];
     for (found, expected) in found.sums[0][75 * 10 + 10].iter().zip(expected) {
         assert!((found - expected).abs() < 1e-5, "{found} {expected}");
     }
     assert_eq!(found.median[75 * 10 + 10], 2.0);
-    let nearest = compose(&splats, Composition::Nearest, depths, &VIEW, &|_| ());
+    let nearest = compose(&splats, Composition::Nearest, depths, &VIEW);
     assert_eq!(nearest.sums[0][75 * 10 + 10], [0.0, 0.0, 1.0, 1.0]);
 }
 
@@ -289,7 +289,7 @@ fn what_is_no_footprint_draws_nothing() {
             let splats =
                 Splats { kind, footprints: &bad, payloads: &payloads, n_payloads: 1, surface: &[] };
             let depths = ALL_DEPTHS;
-            let found = compose(&splats, composition, depths, &VIEW, &|_| ());
+            let found = compose(&splats, composition, depths, &VIEW);
             let all = found.sums[0].as_flattened().iter().chain(&found.expected);
             let all = all.chain(&found.median).chain(&found.distortion);
             assert!(all.into_iter().all(|value| value.is_finite()));
@@ -297,7 +297,7 @@ fn what_is_no_footprint_draws_nothing() {
     }
     let none =
         Splats { kind: Kind::Conic, footprints: &[], payloads: &[], n_payloads: 1, surface: &[] };
-    let found = compose(&none, Composition::Over, Depths::default(), &VIEW, &|_| ());
+    let found = compose(&none, Composition::Over, Depths::default(), &VIEW);
     assert!(found.sums[0].as_flattened().iter().all(|value| *value == 0.0));
 }
 

@@ -1,17 +1,22 @@
 //! Textures and buffers of graphs: reused from frame to frame, or kept by key.
 
+mod free;
 mod resident;
 mod texture_cache;
 
 use crate::disk_cache::DiskCache;
 use crate::gpu::Gpu;
+use crate::graph::live_passes::Written;
 use crate::graph::plan::{Node, Plan, wgpu_format};
+use crate::graph::resources::free::{Free, FreeResources};
 use crate::graph::resources::resident::{ResidentBuffers, ResidentId};
 use crate::shader_compiler::fingerprint;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
 use surfelshop_api::frame::ResidentBytes;
 use surfelshop_api::graph::{Lifetime, Pass, Work};
+use surfelshop_raster::Coverage;
 
 /// Frames an unused resource survives.
 const KEPT_FRAMES: u64 = 64;
@@ -39,6 +44,13 @@ struct Identity {
     node: Node,
     shape: Shape,
     made_by: u64,
+}
+
+impl Identity {
+    fn new(scope: &str, key: &str, plan: &Plan, node: Node, shape: &Shape) -> Self {
+        let (scope, key, shape) = (scope.to_owned(), key.to_owned(), shape.clone());
+        Self { scope, key, node, shape, made_by: made_by(plan, node) }
+    }
 }
 
 /// A hash of the passes that write a resource.
@@ -117,7 +129,7 @@ struct Left {
 /// Everything graphs have had made.
 #[derive(Default)]
 pub(crate) struct Resources {
-    free: HashMap<Shape, Vec<(GpuResource, Use)>>,
+    free: FreeResources,
     persistent: HashMap<Identity, CachedResource>,
     /// What the last frames of views left, by which buffer of which view's graph it is.
     history: HashMap<Left, (Identity, CachedResource)>,
@@ -162,7 +174,9 @@ pub(crate) struct FrameResources {
     keys: Vec<(Node, Identity)>,
     /// Resident buffers by their position, and whether their bytes are in them.
     resident: BTreeMap<usize, (ResidentId, bool)>,
-    lent: Vec<(Shape, GpuResource)>,
+    lent: Vec<(Node, Shape, GpuResource)>,
+    /// Where lent textures hold something but zeros, where that is known.
+    held: HashMap<usize, Arc<Coverage>>,
 }
 
 /// Texels of all mip levels of a texture; the third extent counts slices of a volume, or layers.
@@ -201,6 +215,11 @@ impl FrameResources {
         let parts = self.parts.values().filter(|parts| parts.len() > 1).flatten();
         let in_parts: u64 = parts.map(|part| part.buffer.size()).sum();
         in_parts + textures.chain(buffers).map(|made| made.bytes()).sum::<u64>()
+    }
+
+    /// Where a texture that was lent holds something but zeros, where that is known.
+    pub(crate) fn held(&self, texture: usize) -> Option<&Arc<Coverage>> {
+        self.held.get(&texture)
     }
 
     /// Whether the bytes of a resident buffer are in it.
@@ -243,19 +262,15 @@ impl Resources {
     fn keep(&mut self, is_kept: impl Fn(&Use) -> bool) {
         self.persistent.retain(|_, kept| is_kept(&kept.last_used));
         self.history.retain(|_, (_, kept)| is_kept(&kept.last_used));
-        self.free.retain(|_, list| {
-            list.retain(|(_, last_used)| is_kept(last_used));
-            !list.is_empty()
-        });
+        self.free.keep(&is_kept);
     }
 
     /// Bytes of all that is kept for frames to come, without what the driver adds.
     pub(crate) fn bytes(&self) -> u64 {
         let persistent = self.persistent.values().map(|kept| &kept.made);
         let history = self.history.values().map(|(_, kept)| &kept.made);
-        let free = self.free.values().flatten().map(|(made, _)| made);
-        let all = persistent.chain(history).chain(free).map(GpuResource::bytes);
-        all.sum::<u64>() + self.resident.bytes()
+        let all = persistent.chain(history).map(GpuResource::bytes);
+        all.sum::<u64>() + self.free.bytes() + self.resident.bytes()
     }
 
     /// Lends the resources that these passes touch.
@@ -275,6 +290,7 @@ impl Resources {
             keys: Vec::new(),
             resident: BTreeMap::new(),
             lent: Vec::new(),
+            held: HashMap::new(),
         };
         self.lend_resident(gpu, plan, scope, &mut frame);
         for &node in nodes {
@@ -301,23 +317,11 @@ impl Resources {
             let (shape, lifetime, label) = describe(plan, node);
             let made = match lifetime {
                 Lifetime::History => {
-                    let id = Identity {
-                        scope: scope.to_owned(),
-                        key: String::new(),
-                        node,
-                        shape: shape.clone(),
-                        made_by: made_by(plan, node),
-                    };
+                    let id = Identity::new(scope, "", plan, node, &shape);
                     self.left(gpu, Left { view: lending.view, node, label: label.to_owned() }, id)
                 }
                 Lifetime::Persistent { key, stored } => {
-                    let id = Identity {
-                        scope: scope.to_owned(),
-                        key: key.clone(),
-                        node,
-                        shape: shape.clone(),
-                        made_by: made_by(plan, node),
-                    };
+                    let id = Identity::new(scope, key, plan, node, &shape);
                     let store = self.store.as_ref().filter(|_| *stored);
                     let kept = self
                         .persistent
@@ -331,9 +335,11 @@ impl Resources {
                     kept.made.clone()
                 }
                 Lifetime::Frame => {
-                    let free = self.free.get_mut(&shape).and_then(Vec::pop);
-                    let made = free.map_or_else(|| make(gpu, &shape, label), |(made, _)| made);
-                    frame.lent.push((shape, made.clone()));
+                    let (made, held) = self.free.take(gpu, &shape, label);
+                    if let (Node::Texture(i), Some(held)) = (node, held) {
+                        frame.held.insert(i, held);
+                    }
+                    frame.lent.push((node, shape, made.clone()));
                     made
                 }
             };
@@ -394,17 +400,27 @@ impl Resources {
 
     /// Takes a submitted frame's resources back; `written` persistent ones now hold what their
     /// key names.
-    pub(crate) fn give_back(&mut self, frame: FrameResources, written: &[Node], plan: &Plan) {
+    pub(crate) fn give_back(
+        &mut self,
+        mut frame: FrameResources,
+        written: &mut Written,
+        plan: &Plan,
+    ) {
         for (i, (id, _)) in &frame.resident {
             if let Some(sent) = plan.structure.buffers[*i].upload {
                 self.resident.filled(id, sent.len);
             }
         }
-        for (shape, made) in frame.lent {
-            self.free.entry(shape).or_default().push((made, self.now));
+        for (node, shape, made) in frame.lent {
+            let held = match node {
+                Node::Texture(i) if written.nodes.contains(&node) => written.covered.remove(&i),
+                Node::Texture(i) => frame.held.remove(&i),
+                Node::Buffer(_) => None,
+            };
+            self.free.add(shape, Free { made, last_used: self.now, held });
         }
         for (node, id) in frame.keys {
-            if written.contains(&node)
+            if written.nodes.contains(&node)
                 && let Some(kept) = self.persistent.get_mut(&id)
             {
                 kept.filled = true;

@@ -4,15 +4,19 @@
 //! A first pass finds the nearest surfels (the depth buffer), a second adds up the weighted attributes of those
 //! within the depth tolerance of it.
 
+mod lines;
+mod squares;
+
 use crate::block_splats::{AllSplats, Pixels, overlap};
 use crate::coverage::CELL;
-use crate::lanes::{F, M, U, V, WIDTH, power_of_2};
+use crate::lanes::{F, U, V, WIDTH, power_of_2};
 use crate::local::Local;
 use crate::picture::{Band, Spent, Timer};
 use crate::resolve::Scene;
 use crate::splat::{BACK, Splat};
 use fearless_simd::prelude::*;
-use std::ops::Range;
+use lines::PlaneEquations;
+use squares::Squares;
 
 /// Width and height of a tile in pixels.
 pub(crate) const TILE: [usize; 2] = [128, 32];
@@ -184,9 +188,14 @@ impl Tile {
             if self.is_occluded(&placed.pixels, placed.nearest) {
                 continue;
             }
-            spent.nearest += timer.lap();
+            let is_new = timer.runs() && !all.is_made(at);
+            if is_new {
+                spent.nearest += timer.lap();
+            }
             let block = all.of(simd, at);
-            spent.place += timer.lap();
+            if is_new {
+                spent.place += timer.lap();
+            }
             let mut first = 0;
             for (pixels, end) in &block.groups {
                 let of_group = &block.splats[first..*end];
@@ -339,131 +348,8 @@ impl Tile {
     }
 }
 
-/// The squares of a part of a tile.
-struct Squares {
-    /// Its pixels in the tile.
-    pixels: [usize; 4],
-    first: [usize; 2],
-    end: [usize; 2],
-    /// Squares of a row, where each has a bit; 0 where there are more squares than bits.
-    across: usize,
-}
-
-impl Squares {
-    #[inline(always)]
-    fn new(pixels: [usize; 4]) -> Self {
-        let [x0, y0, x1, y1] = pixels;
-        let (first, end) = ([x0 / SIDE, y0 / SIDE], [x1.div_ceil(SIDE), y1.div_ceil(SIDE)]);
-        let (across, down) = (end[0] - first[0], end[1] - first[1]);
-        let across = if across * down <= u64::BITS as usize { across } else { 0 };
-        Self { pixels, first, end, across }
-    }
-
-    #[inline(always)]
-    fn rows(&self) -> Range<usize> {
-        self.first[1]..self.end[1]
-    }
-
-    #[inline(always)]
-    fn columns(&self) -> Range<usize> {
-        self.first[0]..self.end[0]
-    }
-
-    /// The bit of a square; where not each has one, that of all.
-    #[inline(always)]
-    fn bit(&self, column: usize, row: usize) -> u64 {
-        match self.across {
-            0 => 1,
-            across => 1 << (across * (row - self.first[1]) + column - self.first[0]),
-        }
-    }
-
-    /// The pixels of a square in this row that are within, a bit for each.
-    ///
-    /// Beyond a splat's box rounding alone could make one that is seen edge-on meet rays.
-    #[inline(always)]
-    fn in_row(&self, row: usize) -> u64 {
-        let (top, [_, y0, _, y1]) = (SIDE * row, self.pixels);
-        0xffff << (SIDE * y0.saturating_sub(top))
-            & 0xffff >> (SIDE * (top + SIDE).saturating_sub(y1))
-    }
-
-    /// The same of a column.
-    #[inline(always)]
-    fn in_column(&self, column: usize) -> u64 {
-        let (left, [x0, _, x1, _]) = (SIDE * column, self.pixels);
-        let columns = 0xf << x0.saturating_sub(left) & 0xf >> (left + SIDE).saturating_sub(x1);
-        // Four times the same four bits, one of each row.
-        columns * 0x1111
-    }
-}
-
-/// What of a splat is linear in a pixel's place, for the first square of a tile.
-struct PlaneEquations<S: Simd> {
-    u: F<S>,
-    v: F<S>,
-    w: F<S>,
-    near: F<S>,
-    one: F<S>,
-}
-
-/// What of a splat a square of pixels meets.
-struct Hit<S: Simd> {
-    inside: M<S>,
-    /// In units of the half axes.
-    u: F<S>,
-    v: F<S>,
-    distance: F<S>,
-    r2: F<S>,
-}
-
 /// Stands for what varies over a splat where nothing does.
 static NOTHING: Local = Local::NONE;
-
-/// Columns and rows of the pixels of a square.
-const ACROSS: [f32; WIDTH] =
-    [0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0, 0.0, 1.0, 2.0, 3.0];
-const DOWN: [f32; WIDTH] =
-    [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 2.0, 3.0, 3.0, 3.0, 3.0];
-
-impl<S: Simd> PlaneEquations<S> {
-    #[inline(always)]
-    fn new(simd: S, splat: &Splat, corner: [i32; 2], near: f32) -> Self {
-        let across = F::load_array_ref(simd, &ACROSS) + (corner[0] - splat.pixels[0]) as f32;
-        let down = F::load_array_ref(simd, &DOWN) + (corner[1] - splat.pixels[1]) as f32;
-        Self {
-            u: across * splat.u[1] + down * splat.u[2] + splat.u[0],
-            v: across * splat.v[1] + down * splat.v[2] + splat.v[0],
-            w: across * splat.w[1] + down * splat.w[2] + splat.w[0],
-            near: F::splat(simd, near),
-            one: F::splat(simd, 1.0),
-        }
-    }
-
-    /// The pixels of a square, those of a bit mask.
-    #[inline(always)]
-    fn hit(&self, splat: &Splat, column: usize, row: usize, lanes: u64) -> Hit<S> {
-        let (right, down) = ((SIDE * column) as f32, (SIDE * row) as f32);
-        let u = self.u + (right * splat.u[1] + down * splat.u[2]);
-        let v = self.v + (right * splat.v[1] + down * splat.v[2]);
-        let w = self.w + (right * splat.w[1] + down * splat.w[2]);
-        let scale = self.one / w;
-        let (u, v) = (u * scale, v * scale);
-        let r2 = u * u + v * v;
-        let distance = u * splat.depth[1] + v * splat.depth[2] + splat.depth[0];
-        let lanes = M::from_bitmask(r2.token(), lanes);
-        let inside = lanes & r2.simd_le(self.one) & distance.simd_ge(self.near);
-        Hit { inside, u, v, distance, r2 }
-    }
-}
-
-impl<S: Simd> Hit<S> {
-    /// Distances, brought nearer by the depth tolerance.
-    #[inline(always)]
-    fn brought_nearer(&self, splat: &Splat) -> F<S> {
-        self.distance * splat.drawn_near - splat.nearer
-    }
-}
 
 /// `exp(-4 r2)`, relatively within 5e-7, for r2 from 0 to 1.
 #[inline(always)]
@@ -489,30 +375,6 @@ mod tests {
     #[inline(always)]
     fn weights<S: Simd>(simd: S, r2: [f32; WIDTH]) -> [f32; WIDTH] {
         splat_weight(F::load_array(simd, r2)).to_array()
-    }
-
-    #[test]
-    fn parts_of_squares_are_bits() {
-        let within = |pixels| {
-            let squares = Squares::new(pixels);
-            squares.in_column(3) & squares.in_row(2)
-        };
-        assert_eq!(within([0, 0, 128, 32]), 0xffff);
-        assert_eq!(within([13, 9, 15, 10]), 0b0110 << 4);
-        assert_eq!(within([0, 9, 13, 32]), 0x1110);
-    }
-
-    #[test]
-    fn squares_have_a_bit_each_up_to_as_many_as_there_are_bits() {
-        let bits = |pixels| {
-            let squares = Squares::new(pixels);
-            let all = squares.rows().flat_map(|row| squares.columns().map(move |at| (at, row)));
-            all.map(|(column, row)| squares.bit(column, row)).collect::<Vec<_>>()
-        };
-        // Eight by eight squares, the first and the last touched by a pixel each.
-        let all = bits([7, 3, 33, 29]);
-        assert_eq!(all, (0..64).map(|i| 1 << i).collect::<Vec<u64>>());
-        assert_eq!(bits([7, 3, 37, 29]), [1; 72]);
     }
 
     #[test]
