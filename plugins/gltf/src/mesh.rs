@@ -140,7 +140,8 @@ impl Mesh {
             let vertices = match known.get(&key) {
                 Some(&vertices) => vertices,
                 None => {
-                    let Some(found) = vertices((root, &mut *buffers), primitive, &names, doubts)? else {
+                    let Some(found) = vertices((root, &mut *buffers), primitive, &names, doubts)?
+                    else {
                         continue;
                     };
                     mesh.vertices.push(found);

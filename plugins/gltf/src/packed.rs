@@ -222,7 +222,9 @@ fn turned([x, y, z, w]: [f32; 4]) -> [f32; 4] {
 impl Stream<'_> {
     fn read(&mut self, bytes: &mut [u8]) -> Result<()> {
         self.0.read_exact(bytes).map_err(|error| {
-            Error::new(format!("expected a stream of gzip, found one that ends or is damaged: {error}"))
+            Error::new(format!(
+                "expected a stream of gzip, found one that ends or is damaged: {error}"
+            ))
         })
     }
 

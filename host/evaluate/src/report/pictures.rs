@@ -83,8 +83,10 @@ pub(super) fn report(
     });
     let judge = judge.transpose()?;
     let device = device_of(studio.as_ref());
-    let kept =
-        ResultsFile::open(&arguments.out, &key(arguments, &stage, &beside, (&units, &files), &device)?)?;
+    let kept = ResultsFile::open(
+        &arguments.out,
+        &key(arguments, &stage, &beside, (&units, &files), &device)?,
+    )?;
     let mut bench = Pictures {
         arguments,
         stage: &stage,

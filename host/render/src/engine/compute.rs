@@ -2,8 +2,8 @@
 
 use crate::engine::Engine;
 use crate::graph::{
-    Frame, Lending, LivePasses, Node, PassScratch, Plan, Recorder, RenderError, Resources, checked,
-    copy_buffer, execute, map, touched, SplatDrawing,
+    Frame, Lending, LivePasses, Node, PassScratch, Plan, Recorder, RenderError, Resources,
+    SplatDrawing, checked, copy_buffer, execute, map, touched,
 };
 use std::collections::BTreeMap;
 use surfelshop_api::abi::EncodedGraph;

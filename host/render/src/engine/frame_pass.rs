@@ -8,7 +8,7 @@ use crate::gpu::Gpu;
 use crate::graph::{
     Frame, FrameResources, HostBinding, HostResources, Lending, LivePasses, Node, PassCamera,
     PassReport, PassScratch, Pending, Pipelines, Plan, Recorder, RenderError, Resources, Settings,
-    Stage, SurfaceNeeds, SurfelShading, bind, copy, execute, needed, touched, SplatDrawing,
+    SplatDrawing, Stage, SurfaceNeeds, SurfelShading, bind, copy, execute, needed, touched,
 };
 use crate::surfels::{
     ColumnDemand, DrawnCloud, RESOLVE, Surface, SurfaceInput, SurfaceParts, Surfaces,

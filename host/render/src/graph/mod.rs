@@ -28,11 +28,11 @@ pub use pipelines::CompileCounts;
 pub(crate) use pipelines::{Draw, Pipelines};
 pub(crate) use plan::{Node, PassCamera, Plan};
 pub(crate) use primitives::PassScratch;
-pub(crate) use splats::SplatDrawing;
 pub(crate) use readback::{Pending, copy, copy_buffer, map};
 pub(crate) use recorder::{Attachment, Recorder};
 pub use recorder::{PassReport, PassState};
 pub(crate) use resources::{BufferPart, FrameResources, Lending, Resources, texels, texture_bytes};
+pub(crate) use splats::SplatDrawing;
 pub(crate) use variants::Settings;
 
 use thiserror::Error;

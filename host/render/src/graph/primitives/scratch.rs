@@ -82,8 +82,7 @@ impl PassScratch {
         [width, height]: [u32; 2],
     ) -> wgpu::Texture {
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        let fits =
-            |w: &WaitingTexture| w.texture.size() == size && w.texture.format() == format;
+        let fits = |w: &WaitingTexture| w.texture.size() == size && w.texture.format() == format;
         if let Some(at) = self.waiting_textures.iter().position(fits) {
             return self.waiting_textures.swap_remove(at).texture;
         }

@@ -82,8 +82,9 @@ impl Parameters {
 
     pub(super) fn words(&self, n: u32) -> [u32; 16] {
         let Self { across, down, planar, size, near, orthographic, .. } = *self;
-        let Self { composition, samples, stride, depth_stride, tested, unit, tolerance, step, .. } =
-            *self;
+        let Self {
+            composition, samples, stride, depth_stride, tested, unit, tolerance, step, ..
+        } = *self;
         let [width, height] = size;
         [
             n,

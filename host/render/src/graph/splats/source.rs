@@ -58,8 +58,7 @@ pub(super) const MET: &str = include_str!("met.wgsl");
 pub(super) const MOMENTS: &str = include_str!("moments.wgsl");
 pub(super) const CHANCE: &str = include_str!("chance.wgsl");
 /// What puts splats together.
-const COMPOSING: [&str; 5] =
-    [FOOTPRINT, MET, MOMENTS, CHANCE, include_str!("compose_splats.wgsl")];
+const COMPOSING: [&str; 5] = [FOOTPRINT, MET, MOMENTS, CHANCE, include_str!("compose_splats.wgsl")];
 
 /// The entry point that puts splats together.
 pub(super) const COMPOSE: &str = "compose";

@@ -120,7 +120,8 @@ impl Quads<'_, '_, '_> {
             None => Vec::new(),
         };
         let shader = self.device.pipelines.shader(&source, &defines)?;
-        let formats: Vec<wgpu::TextureFormat> = draw.into.iter().map(|drawn| drawn.format).collect();
+        let formats: Vec<wgpu::TextureFormat> =
+            draw.into.iter().map(|drawn| drawn.format).collect();
         let name = match first {
             Some(_) => name_of("blend quads"),
             None => name_of(&format!("{fragment} quads")),
@@ -188,8 +189,7 @@ impl Quads<'_, '_, '_> {
         let source = gather_source(self.splats.targets.len(), n_planes);
         let shader = self.device.pipelines.shader(&source, &defines)?;
         let name = name_of(entry);
-        let found =
-            self.device.pipelines.compute(&name, &shader, entry, &Settings::default())?;
+        let found = self.device.pipelines.compute(&name, &shader, entry, &Settings::default())?;
         let pipeline = found.pipeline;
         let group = bind(self.device.recorder.gpu, &pipeline, |variable| {
             if let Some((_, view)) = textures.iter().find(|(name, _)| *name == variable) {
