@@ -120,22 +120,6 @@ fn a_cloud_has_a_renderer_of_its_own() {
     let mut again = Screen::open(&[saved.to_str().unwrap()]);
     again.settle();
     assert!(levels(&mut again) == own, "as it was saved");
-    // Its parameters are changed beside it, and saved.
-    again.harness.get_by_label("flat of b.ply").click();
-    again.frames();
-    let is_set = |window: &mut Window| {
-        let named = window.document.clouds.as_ref().unwrap().named();
-        named[1].as_ref().is_some_and(|named| !named.renderer.values.is_empty())
-    };
-    assert!(!is_set(again.window()));
-    again.harness.get_all_by_label("ambient").last().unwrap().focus();
-    again.harness.key_press(egui::Key::ArrowUp);
-    again.until("a value of the cloud's own", |window| is_set(window));
-    again.settle();
-    assert!(levels(&mut again) != own, "another value shows");
-    again.window().save_scene(&saved);
-    let text = std::fs::read_to_string(&saved).unwrap();
-    assert!(text.contains("[clouds.values]\nambient = "), "{text}");
 }
 
 #[test]
