@@ -1,6 +1,6 @@
 //! Splats that a function tells pixel by pixel.
 
-use super::scripted::{SIZE, Script, drawn, refused};
+use super::scripted::{SIZE, Script, drawn, drawn_at, refused};
 use super::stage::{self, Gaussians};
 use glam::{DMat3, DVec3};
 use surfelshop_api::columns::{OPACITY, POSITION, SPLAT_ROTATION, SPLAT_SCALE};
@@ -408,4 +408,71 @@ fn functions_that_cannot_be_are_refused() {
     let mut small = engine_with(&GpuOptions::default(), &options);
     let words = ["pass `splats`", "5 splats", "`changed`", "per_pixel"];
     refused(&mut small, &[&cloud], &words, pass(good, "changed"));
+}
+
+/// Opaque discs with a dark ring, as the manual has them.
+const RINGED: &str = "
+    #import surfelshop::splat
+    #import cloud
+
+    fn disc(i: u32) -> splat::Splat {
+        let normal = cloud::normal(i);
+        let across = select(vec3(1.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0), abs(normal.x) > 0.6);
+        let u = normalize(cross(normal, across));
+        let radius = cloud::radius(i);
+        var s = splat::planar(cloud::position(i), radius * u, radius * cross(normal, u));
+        s.opacity *= splat::ending_at(1.0);
+        s.payload[0] = vec4(0.5 + 0.5 * normal, 1.0);
+        return s;
+    }
+
+    fn ringed(p: splat::Pixel) -> splat::Fragment {
+        let squared = -2.0 * p.exponent;
+        var f = splat::Fragment(select(0.0, 1.0, squared <= 1.0), p.payload);
+        if squared > 0.6 {
+            f.payload[0] = vec4(0.2 * p.payload[0].rgb, 1.0);
+        }
+        return f;
+    }
+";
+
+/// A ball of discs whose kernel is the graph's own. Costs 0.3 s.
+#[test]
+fn a_ball_of_ringed_discs_is_whole_and_shows_rings() {
+    let ball = surfelshop_tests::clouds::sphere(400, 1.0).cloud();
+    let size = 160u32;
+    let mut engine = engine();
+    let frame = drawn_at(&mut engine, &[&ball], size, |frame, graph| {
+        let columns = [
+            BufferColumn::new(POSITION, 3),
+            BufferColumn::new("normal", 3),
+            BufferColumn::new("radius", 1),
+        ];
+        let (n, cloud) = graph.columns("cloud", &frame.cloud, &[0], &columns);
+        let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
+        let pass = Pass::splats("discs", RINGED, "disc", Footprint::Planar, n).reads(&cloud);
+        let pass = pass.per_pixel("ringed").composed(Composition::Nearest);
+        graph.pass(pass.target(sums));
+        graph.output(Output::Color, sums);
+    });
+    let pixels = stage::pixels(&frame.unwrap(), &Output::Color);
+    // Half the picture is 3 tan 0.4 wide at the middle; the ball's outline is seen at 1 / sqrt(8) of the distance.
+    let of_middle = f64::from(size) / 2.0 / 0.4f64.tan() / 8f64.sqrt();
+    let (mut n_inside, mut n_rings) = (0u32, 0u32);
+    for (at, pixel) in (0..).zip(&pixels) {
+        let off = |k: u32| f64::from(k) + 0.5 - f64::from(size) / 2.0;
+        let distance = off(at % size).hypot(off(at / size));
+        if distance < 0.93 * of_middle {
+            assert_eq!(pixel[3], 1.0, "a hole {distance} pixels from the middle");
+            n_inside += 1;
+            // The normals that are seen have z above 0: blue of at least one half, or a fifth of it in a ring.
+            n_rings += u32::from(pixel[2] < 0.21);
+        }
+        assert!(
+            distance < 1.15 * of_middle || pixel[3] == 0.0,
+            "{distance} pixels from the middle"
+        );
+    }
+    let share = f64::from(n_rings) / f64::from(n_inside);
+    assert!((0.1..0.6).contains(&share), "rings cover {share:.2} of the ball");
 }

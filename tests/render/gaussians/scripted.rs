@@ -54,13 +54,23 @@ pub(super) fn drawn(
     clouds: &[&Cloud],
     describe: impl Fn(&Frame<Script>, &mut Graph) + Send + 'static,
 ) -> std::result::Result<Rendered, RenderError> {
+    drawn_at(engine, clouds, SIZE, describe)
+}
+
+/// The same with so many pixels on a side.
+pub(super) fn drawn_at(
+    engine: &mut Engine,
+    clouds: &[&Cloud],
+    size: u32,
+    describe: impl Fn(&Frame<Script>, &mut Graph) + Send + 'static,
+) -> std::result::Result<Rendered, RenderError> {
     let mut scripts = SCRIPTS.lock().unwrap_or_else(PoisonError::into_inner);
     scripts.push(Box::new(describe));
     let number = Value::Int(scripts.len() as i64 - 1);
     drop(scripts);
     let mut renderer = static_renderer::<SurfelshopPackage>(engine, 0);
     let values: Values = [("script".to_owned(), number)].into();
-    let front = view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, SIZE);
+    let front = view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, size);
     stage::frame(engine, &mut renderer, clouds, front, &values, &[Output::Color])
 }
 

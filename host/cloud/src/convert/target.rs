@@ -5,7 +5,7 @@ use super::counts::SharedCounts;
 use super::select::Selection;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::roles::Motion;
-use crate::formats::table_sink::{absent, turn, turn_by_role};
+use crate::formats::parts::{absent, turn, turn_by_role};
 use glam::DVec3;
 use std::sync::atomic::Ordering;
 use surfelshop_api::CloudView;

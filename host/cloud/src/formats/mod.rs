@@ -7,6 +7,7 @@ pub(crate) mod lent_table;
 pub(crate) mod lines;
 pub(crate) mod obj;
 pub(crate) mod off;
+pub(crate) mod parts;
 pub(crate) mod plugins;
 pub(crate) mod ply;
 pub(crate) mod positioned;

@@ -1,6 +1,6 @@
 //! The mean of splats that are about as far away as the nearest.
 
-use super::grid::{ACROSS, N_SQUARES};
+use super::grid::N_SQUARES;
 use super::lines::Lines;
 use super::moments;
 use super::tile::{List, Tile};
@@ -25,15 +25,8 @@ impl Tile {
         for &number in list.of_tile {
             let splat = &list.seen[number as usize];
             let payload = &splats.payloads[number as usize * n..][..n];
-            let [x0, y0, x1, y1] = self.squares(splat);
             let lines = Lines::new(simd, splat, &self.place);
-            let (mut column, mut row) = (x0, y0);
-            while row < y1 {
-                let square = row * ACROSS + column;
-                column += 1;
-                if column == x1 {
-                    (column, row) = (x0, row + 1);
-                }
+            for square in self.squares(splat) {
                 let hit = match splats.kind {
                     Kind::Planar => lines.hit::<true>(simd, square),
                     Kind::Conic => lines.hit::<false>(simd, square),

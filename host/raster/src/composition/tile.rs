@@ -59,6 +59,32 @@ pub(super) struct Nearest {
     numbers: [[u32; WIDTH]; N_SQUARES],
 }
 
+/// Squares of a rectangle of them.
+pub(super) struct Squares {
+    first: usize,
+    /// Column and row behind the last.
+    end: [usize; 2],
+    column: usize,
+    row: usize,
+}
+
+impl Iterator for Squares {
+    type Item = usize;
+
+    #[inline(always)]
+    fn next(&mut self) -> Option<usize> {
+        if self.row >= self.end[1] {
+            return None;
+        }
+        let square = self.row * ACROSS + self.column;
+        self.column += 1;
+        if self.column == self.end[0] {
+            (self.column, self.row) = (self.first, self.row + 1);
+        }
+        Some(square)
+    }
+}
+
 /// The place of a lane of a square in the tile.
 #[inline(always)]
 fn place(square: usize, lane: usize) -> [usize; 2] {
@@ -113,14 +139,15 @@ impl Tile {
         }
     }
 
-    /// Columns and rows of squares that a splat touches.
+    /// Squares that a splat touches, row by row.
     #[inline(always)]
-    pub(super) fn squares(&self, splat: &Visible) -> [usize; 4] {
+    pub(super) fn squares(&self, splat: &Visible) -> Squares {
         let [left, top, right, bottom] = splat.pixels.map(usize::from);
         let within = |at: usize, axis: usize| at.saturating_sub(self.place.corner[axis]).min(SIZE);
         let [left, right] = [left, right].map(|x| within(x, 0));
         let [top, bottom] = [top, bottom].map(|y| within(y, 1));
-        [left / SIDE, top / SIDE, right.div_ceil(SIDE), bottom.div_ceil(SIDE)]
+        let (column, row) = (left / SIDE, top / SIDE);
+        Squares { first: column, end: [right.div_ceil(SIDE), bottom.div_ceil(SIDE)], column, row }
     }
 
     /// Adds up splats, each over those behind it where `OVER`.
@@ -139,15 +166,8 @@ impl Tile {
             }
             let splat = &list.seen[number as usize];
             let payload = &splats.payloads[number as usize * n..][..n];
-            let [x0, y0, x1, y1] = self.squares(splat);
             let lines = Lines::new(simd, splat, &self.place);
-            let (mut column, mut row) = (x0, y0);
-            while row < y1 {
-                let square = row * ACROSS + column;
-                column += 1;
-                if column == x1 {
-                    (column, row) = (x0, row + 1);
-                }
+            for square in self.squares(splat) {
                 if !self.open[square] {
                     continue;
                 }
@@ -237,15 +257,8 @@ impl Tile {
         let mut numbers = [[u32::MAX; WIDTH]; N_SQUARES];
         for &number in list.of_tile {
             let splat = &list.seen[number as usize];
-            let [x0, y0, x1, y1] = self.squares(splat);
             let lines = Lines::new(simd, splat, &self.place);
-            let (mut column, mut row) = (x0, y0);
-            while row < y1 {
-                let square = row * ACROSS + column;
-                column += 1;
-                if column == x1 {
-                    (column, row) = (x0, row + 1);
-                }
+            for square in self.squares(splat) {
                 let hit = match kind {
                     Kind::Planar => lines.hit::<true>(simd, square),
                     Kind::Conic => lines.hit::<false>(simd, square),

@@ -1,12 +1,14 @@
 //! The panel of the open clouds.
 
+use super::parameters;
 use super::row::row_of;
 use crate::document::OpenCloud;
 use crate::window::Window;
 use eframe::egui::{self, RichText, Role, Ui, WidgetInfo};
+use std::collections::HashMap;
 use std::path::PathBuf;
 use surfelshop_api::UnitKind;
-use surfelshop_api::params::Values;
+use surfelshop_api::params::{ParamDecl, ParamKind, Values};
 use surfelshop_cloud::Loaded;
 use surfelshop_cloud::scene::CloudRenderer;
 use surfelshop_runtime::plugins::Registry;
@@ -46,7 +48,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
                 .on_hover_text("Moves the camera to where this cloud fills the view.");
             framed = zoom.clicked().then_some(i).or(framed);
         }
-        if let Some(renderer) = renderer_of(ui, (i, open_cloud), &window.plugins.registry) {
+        let renderer = renderer_of(ui, (i, open_cloud), &window.plugins.registry)
+            .or_else(|| values_of(ui, (i, open_cloud), &window.plugins.declared).map(Some));
+        if let Some(renderer) = renderer {
             changed = Some(shown.open_clouds.drawn_by(i, renderer));
         }
         let is_pyramid = shown.open_clouds.clouds.pyramid_of(cloud).is_some();
@@ -101,12 +105,43 @@ fn renderer_of(
         let what = format!("renderer of {name}");
         let is_enabled = shown.response.enabled();
         shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, is_enabled, &what));
-        shown.response.on_hover_text(
-            "What draws this cloud, where others are drawn by the view's renderer. Its parameters stand in the scene \
-             file; those that do not have their defaults.",
-        )
+        shown
+            .response
+            .on_hover_text("What draws this cloud, where others are drawn by the view's renderer.");
     });
     chosen
+}
+
+/// The parameters of a renderer that draws one cloud; the renderer with those that were changed, once the pointer lets
+/// go: each change is a step to undo, and pictures are drawn anew.
+fn values_of(
+    ui: &mut Ui,
+    (index, open_cloud): (usize, &OpenCloud),
+    declared: &HashMap<String, Vec<ParamDecl>>,
+) -> Option<NamedRenderer> {
+    let named = open_cloud.renderer.as_ref()?;
+    let renderer = &named.renderer;
+    // Paths of files stand in the scene file.
+    let is_shown = |parameter: &&ParamDecl| !matches!(parameter.kind, ParamKind::File { .. });
+    let declared: Vec<ParamDecl> =
+        declared.get(&renderer.name)?.iter().filter(is_shown).cloned().collect();
+    let id = ui.scope_id().with(("values of a cloud", index));
+    let mut values: Values =
+        ui.data(|data| data.get_temp(id)).unwrap_or_else(|| renderer.values.clone());
+    let title = format!("{} of {}", renderer.name, open_cloud.name());
+    egui::CollapsingHeader::new(title).id_salt(id).show(ui, |ui| {
+        parameters::show(ui, &declared, &mut values);
+    });
+    if values == renderer.values {
+        return None;
+    }
+    if ui.input(|input| input.pointer.any_down()) {
+        ui.data_mut(|data| data.insert_temp(id, values));
+        return None;
+    }
+    ui.data_mut(|data| data.remove::<Values>(id));
+    let renderer = CloudRenderer { values, ..renderer.clone() };
+    Some(NamedRenderer { renderer, ..named.clone() })
 }
 
 /// The progress of uploading.

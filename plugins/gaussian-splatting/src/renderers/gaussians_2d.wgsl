@@ -16,7 +16,8 @@ fn footprint(i: u32) -> splat::Splat {
 fn colored(i: u32) -> splat::Splat {
     var s = footprint(i);
     if s.opacity > 0.0 {
-        s.payload[0] = vec4(radiance::radiance(i), 1.0);
+        let direction = splat::direction_to(gaussian::position(i));
+        s.payload[0] = vec4(radiance::toward(i, direction), 1.0);
     }
     return s;
 }

@@ -3,7 +3,6 @@
 pub(crate) mod gaussians;
 pub(crate) mod gaussians_2d;
 
-use surfelshop_api::CloudInfo;
 use surfelshop_api::columns::{OPACITY, POSITION, SH, SPLAT_ROTATION, SPLAT_SCALE};
 use surfelshop_api::prelude::*;
 
@@ -53,9 +52,6 @@ params! {
     }
 }
 
-/// The most that a Gaussian radiates, so that sums are finite: as much as albedos may be.
-const MOST_RADIANCE: f32 = 65504.0;
-
 /// What clouds have to have.
 pub(crate) const NEEDS: &[NeedInfo] = &[
     NeedInfo::column(SPLAT_SCALE, 2),
@@ -81,9 +77,7 @@ pub(crate) struct Kind {
 pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Graph) {
     let facts = &frame.cloud;
     let taken = facts.fulfilling(NEEDS);
-    // Clouds that other renderers draw have no surfels here.
-    let is_surface = |(i, cloud): &(u32, &CloudInfo)| cloud.n_surfels > 0 && !taken.contains(i);
-    let has_surface = (0..).zip(&facts.clouds).any(|cloud| is_surface(&cloud));
+    let has_surface = facts.has_others(&taken);
     graph.take(&taken);
     if p.space == Space::Srgb {
         graph.blend_encoded();
@@ -99,15 +93,13 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
             BufferColumn::new(OPACITY, 1).or(1.0),
         ],
     );
-    let (bands, radiance) = radiance(frame, p.order, &taken, graph);
+    let radiance = graph.radiance("radiance", facts, &taken, p.order);
     let settings = kind.settings.f32("size", p.size).f32("least_opacity", p.least_opacity);
     let settings = graph.settings("drawing", settings);
     let pass = |name: &str, function: &str| {
-        let bands = bands.iter();
-        let pass = Pass::splats(name, kind.wgsl, function, kind.footprint, n).reads(&gaussians);
-        bands
-            .fold(pass, Pass::reads)
-            .module("radiance", "radiance of Gaussians", &radiance)
+        Pass::splats(name, kind.wgsl, function, kind.footprint, n)
+            .reads(&gaussians)
+            .reads_radiance(&radiance)
             .settings(&settings)
             .tested(has_surface)
     };
@@ -161,48 +153,4 @@ fn resolved(graph: &mut Graph, entry: &str, sums: TextureId) -> (TextureId, Pass
     // No render pass: not every device draws into 32-bit floats.
     let pass = Pass::compute(&name, include_str!("resolve.wgsl"), entry, groups);
     (picture, pass.bind("sums", sums).bind("picture", picture))
-}
-
-/// The columns of spherical harmonics up to an order, and the WGSL module that adds them up.
-fn radiance<P>(
-    frame: &Frame<P>,
-    order: u32,
-    taken: &[u32],
-    graph: &mut Graph,
-) -> (Vec<Columns>, String) {
-    let clouds = || taken.iter().filter_map(|i| frame.cloud.clouds.get(*i as usize));
-    let is_there = |band: &str| clouds().any(|cloud| cloud.column(band).is_some());
-    let (mut bands, mut imports) = (Vec::new(), String::new());
-    let (mut loads, mut terms) = (String::new(), String::new());
-    for (l, band) in SH.into_iter().enumerate().take(order as usize + 1) {
-        if l > 0 && !is_there(band) {
-            break;
-        }
-        let n = 3 * (2 * l as u32 + 1);
-        // Of higher orders eleven bits are more than a picture shows.
-        let given = BufferColumn::new(band, n);
-        let given = if l == 0 { given } else { given.f16() };
-        let path = ["band_a", "band_b", "band_c", "band_d"][l];
-        bands.push(graph.columns(path, &frame.cloud, taken, &[given]).1);
-        imports = format!("{imports}#import {path}\n");
-        if l == 0 {
-            terms = format!(" + sh::ORDER_0 * {path}::{band}(i)");
-            continue;
-        }
-        for k in 0..n.div_ceil(2) {
-            loads = format!("{loads}let {path}_{k}w = {path}::{band}(i, {k}u);\n");
-        }
-        let value = |at: u32| format!("{path}_{}w[{}]", at / 2, at % 2);
-        let vector = |c: u32| format!("vec3({}, {}, {})", value(c), value(c + 1), value(c + 2));
-        let vectors: Vec<String> = (0..n).step_by(3).map(vector).collect();
-        terms = format!("{terms} + sh::rgb_of_order_{l}(d, {})", vectors.join(", "));
-    }
-    let module = format!(
-        "#define_import_path radiance\n#import surfelshop::splat\n#import surfelshop::sh\n#import gaussian\n{imports}\
-         fn radiance(i: u32) -> vec3<f32> {{\n\
-             let d = splat::direction_to(gaussian::position(i));\n{loads}\
-             return clamp(vec3(0.5){terms}, vec3(0.0), vec3({MOST_RADIANCE:?}));\n\
-         }}\n"
-    );
-    (bands, module)
 }

@@ -3,7 +3,7 @@
 use super::{OutputUse, PassUse};
 use crate::graph::{LivePasses, Node, PassReport, PassState, Plan, needed, texels, touched};
 use crate::resource_use::ResourceUse;
-use surfelshop_api::graph::{Lifetime, Output};
+use surfelshop_api::graph::{Lifetime, Output, Work};
 
 /// A checked graph and what was asked of it.
 pub(super) struct Graph<'a> {
@@ -37,7 +37,8 @@ impl<'a> Graph<'a> {
 
     pub(super) fn passes(&self, reports: &[PassReport]) -> Vec<PassUse> {
         let own = &self.plan.structure.passes;
-        let explained = |report: &PassReport| {
+        let explained = |(number, report): (usize, &PassReport)| {
+            let behind = &reports[number + 1..];
             let at = own.iter().position(|pass| pass.name == report.name);
             let outputs = at.map(|at| self.fed_by(at)).unwrap_or_default();
             let why = match (report.state, at) {
@@ -59,11 +60,13 @@ impl<'a> Graph<'a> {
                 }
             };
             let has_function = at.is_some_and(|at| self.plan.passes[at].per_pixel.is_some());
-            let why = match has_function && report.state == PassState::Ran {
-                true => format!(
+            let is_splats = at.is_some_and(|at| matches!(own[at].work, Work::Splats(_)));
+            let why = match (report.state, is_splats, has_function) {
+                (PassState::Ran, true, true) => format!(
                     "{why}; composed by the device, which alone calls a function of each pixel"
                 ),
-                false => why,
+                (PassState::Ran, true, false) => format!("{why}; {}", composed(behind)),
+                _ => why,
             };
             let constants = at.and_then(|at| own.get(at)).map(|pass| {
                 pass.constants.iter().map(|(name, value)| (name.clone(), *value)).collect()
@@ -97,7 +100,7 @@ impl<'a> Graph<'a> {
                 features: features.unwrap_or_default(),
             }
         };
-        reports.iter().map(explained).collect()
+        reports.iter().enumerate().map(explained).collect()
     }
 
     pub(super) fn resources(&self) -> Vec<ResourceUse> {
@@ -165,6 +168,17 @@ impl<'a> Graph<'a> {
             })
             .collect();
         own.into_iter().chain(of_host).collect()
+    }
+}
+
+/// How splats of a pass were composed, by the passes of the host behind it.
+fn composed(behind: &[PassReport]) -> &'static str {
+    let steps = behind.iter().take_while(|report| report.name.starts_with("host:"));
+    let mut names = steps.map(|report| report.name.as_str());
+    match names.find(|name| name.ends_with(" quads") || name.ends_with(", compose")) {
+        Some(name) if name.ends_with(" quads") => "composed by the device, as quads",
+        Some(_) => "composed by the device, tile by tile",
+        None => "composed by the processor",
     }
 }
 

@@ -9,6 +9,7 @@ mod columns;
 mod members;
 mod passes;
 mod primitives;
+mod radiance;
 mod resources;
 mod settings;
 mod splats;
@@ -20,6 +21,7 @@ pub use passes::{Groups, Module, Pass, SurfaceMode, Target, Work};
 // Beside the list, which the listing of older revisions has as it is.
 pub use members::{Member, MemberType, Members};
 pub use primitives::{Count, Scan, Sort, f32_from_ordered, ordered_from_f32};
+pub use radiance::Radiance;
 pub use resources::CameraId;
 pub use resources::{
     Buffer, BufferId, Extent, Format, Lifetime, Resource, SamplerKind, Span, Texture, TextureId,

@@ -87,4 +87,12 @@ impl CloudFacts {
         let fulfils = |cloud: &CloudInfo| cloud.lacks(&needs).next().is_none();
         (0..).zip(&self.clouds).filter(|(_, cloud)| fulfils(cloud)).map(|(i, _)| i).collect()
     }
+
+    /// Whether there are surfels of clouds besides these: where not, the host's surface hides nothing. Clouds that other
+    /// renderers of a scene draw have no surfels here.
+    #[must_use]
+    pub fn has_others(&self, objects: &[u32]) -> bool {
+        let mut all = (0..).zip(&self.clouds);
+        all.any(|(i, cloud)| cloud.n_surfels > 0 && !objects.contains(&i))
+    }
 }
