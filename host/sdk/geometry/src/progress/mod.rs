@@ -43,7 +43,7 @@ pub(crate) fn report(progress: Progress<'_>, fraction: f64) -> Result<(), Cancel
 
 /// Points that each thread computes between two questions whether to stop: a few ms of work. With
 /// fewer, waiting for the slowest thread would cost time.
-const BLOCK: usize = 4096;
+const BLOCK: usize = 1024;
 
 /// Rounds of a serial loop between two questions whether to stop: a few ms where each round waits
 /// for memory a few times.
@@ -101,7 +101,7 @@ pub(crate) fn take_runs<R, T: Send>(
     compute: impl Fn(&mut R, usize) -> T + Sync,
     mut take: impl FnMut(T),
 ) -> Result<(), Cancelled> {
-    in_blocks(count, 2 * rayon::current_num_threads(), progress, |range| {
+    in_blocks(count, rayon::current_num_threads(), progress, |range| {
         let computed: Vec<T> = range.into_par_iter().map_init(&make, &compute).collect();
         computed.into_iter().for_each(&mut take);
     })
