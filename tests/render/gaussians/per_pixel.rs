@@ -474,5 +474,6 @@ fn a_ball_of_ringed_discs_is_whole_and_shows_rings() {
         );
     }
     let share = f64::from(n_rings) / f64::from(n_inside);
-    assert!((0.1..0.6).contains(&share), "rings cover {share:.2} of the ball");
+    // Tangent planes rise above the ball towards their rims: where discs overlap, rings are the nearest.
+    assert!((0.5..0.999).contains(&share), "rings cover {share:.3} of the ball");
 }
