@@ -107,7 +107,7 @@ fn renderer_of(
         shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, is_enabled, &what));
         shown
             .response
-            .on_hover_text("What draws this cloud, where others are drawn by the view's renderer.");
+            .on_hover_text("What draws this cloud, where others are drawn by the view's renderer.")
     });
     chosen
 }
