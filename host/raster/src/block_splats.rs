@@ -6,7 +6,7 @@ use crate::cull::VisibleBlock;
 use crate::lanes::WIDTH;
 use crate::local::Local;
 use crate::splat::{Splat, splats};
-use crate::tile::TILE;
+use crate::tile_layout::TILE;
 use fearless_simd::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -70,8 +70,8 @@ impl BlockSplats {
 /// A block's surfels while tiles need them.
 struct Slot {
     made: Mutex<Option<Arc<BlockSplats>>>,
-    /// Rows of tiles that may still meet the block.
-    rows_left: AtomicU32,
+    /// Tiles that may still meet the block.
+    tiles_left: AtomicU32,
 }
 
 /// The surfels of all blocks of a picture.
@@ -94,12 +94,17 @@ impl<'a> AllSplats<'a> {
         clouds: &'a [CloudInView<'a>],
         placed: &'a [VisibleBlock],
         by_band: &[Vec<u32>],
+        width: usize,
         with_fields: bool,
     ) -> Self {
-        let mut rows = vec![0; placed.len()];
-        by_band.iter().flatten().for_each(|&at| rows[at as usize] += 1);
-        let slot = |rows| Slot { made: Mutex::new(None), rows_left: AtomicU32::new(rows) };
-        let slots = rows.into_iter().map(slot).collect();
+        let mut tiles = vec![0; placed.len()];
+        for &at in by_band.iter().flatten() {
+            let across = (0..width).step_by(TILE[0]);
+            tiles[at as usize] +=
+                across.filter(|&left| is_across(&placed[at as usize], left, width)).count() as u32;
+        }
+        let slot = |tiles| Slot { made: Mutex::new(None), tiles_left: AtomicU32::new(tiles) };
+        let slots = tiles.into_iter().map(slot).collect();
         Self { clouds, placed, with_fields, slots, spare: Mutex::default() }
     }
 
@@ -132,17 +137,25 @@ impl<'a> AllSplats<'a> {
         own
     }
 
-    /// Says that a row of tiles is done with its blocks.
-    pub(crate) fn row_is_done(&self, blocks: &[u32]) {
+    /// Says that a tile is done with its blocks: most are of one tile where surfels are many, and are let go of at
+    /// once.
+    pub(crate) fn tile_is_done(&self, blocks: &[u32]) {
         for &at in blocks {
             let slot = &self.slots[at as usize];
-            if slot.rows_left.fetch_sub(1, Ordering::AcqRel) > 1 {
+            if slot.tiles_left.fetch_sub(1, Ordering::AcqRel) > 1 {
                 continue;
             }
             let made = locked(&slot.made).take();
             locked(&self.spare).extend(made.and_then(Arc::into_inner));
         }
     }
+}
+
+/// Whether a block may cover pixels of the tiles that begin at this column of a picture.
+#[inline(always)]
+pub(crate) fn is_across(placed: &VisibleBlock, left: usize, width: usize) -> bool {
+    let [x0, _, x1, _] = placed.pixels;
+    x0 < (left + TILE[0]).min(width) as i32 && x1 > left as i32
 }
 
 /// The blocks of each row of tiles, in order.

@@ -30,6 +30,7 @@ mod splat;
 #[cfg(test)]
 mod tests;
 mod tile;
+mod tile_layout;
 mod view;
 
 pub use cloud::Cloud;
@@ -41,7 +42,7 @@ pub use picture::{Clocks, DrawCounts, Mode, Parts, Picture, Spent};
 pub use places::{Part, places};
 pub use view::View;
 
-use block_splats::{AllSplats, by_band};
+use block_splats::{AllSplats, by_band, is_across};
 use cloud::CloudInView;
 use coverage::CELL;
 use cull::VisibleBlock;
@@ -51,7 +52,8 @@ use picture::{Band, Timer};
 use rayon::prelude::*;
 use resolve::Scene;
 use std::sync::{Mutex, PoisonError};
-use tile::{TILE, Tile};
+use tile::Tile;
+use tile_layout::TILE;
 use view::Eye;
 
 /// Surfels are drawn in groups of so many; blocks begin with one.
@@ -108,7 +110,7 @@ fn draw_with(
     let scene = Scene::new(&in_view, view.world_from_view, linear_of_srgb, parts.mode);
     let by_band = by_band(&placed, height);
     let clock = clocks.map(|clocks| clocks.thread);
-    let all = AllSplats::new(&in_view, &placed, &by_band, parts.mode == Mode::Fields);
+    let all = AllSplats::new(&in_view, &placed, &by_band, width, parts.mode == Mode::Fields);
     let spent = Mutex::new(Spent { cull: timer.lap(), ..Spent::default() });
     bands(picture, width, height).into_par_iter().zip(&by_band).for_each_init(
         Worker::new,
@@ -179,18 +181,16 @@ impl Worker {
         let height = band.height();
         for left in (0..band.width).step_by(TILE[0]) {
             let size = [TILE[0].min(band.width - left), height];
-            let right = (left + size[0]) as i32;
             blocks.clear();
-            blocks.extend(of_band.iter().filter(|&&at| {
-                let [x0, _, x1, _] = all.block(at).0.pixels;
-                x0 < right && x1 > left as i32
-            }));
+            blocks
+                .extend(of_band.iter().filter(|&&at| is_across(all.block(at).0, left, band.width)));
             if blocks.is_empty() {
                 band.clear(left, size);
                 spent.pack += timer.lap();
                 continue;
             }
             tile.nearest(simd, [left, band.top], size, all, blocks, (&mut timer, spent));
+            all.tile_is_done(blocks);
             spent.nearest += timer.lap();
             if scene.mode.blends() {
                 tile.blend(simd, scene);
@@ -199,6 +199,5 @@ impl Worker {
             resolve::write(simd, tile, scene, band);
             spent.pack += timer.lap();
         }
-        all.row_is_done(of_band);
     }
 }

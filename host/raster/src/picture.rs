@@ -1,7 +1,6 @@
 //! What of a picture is made, its memory, and the rows of it that one thread draws.
 
 use crate::coverage::{CELL, Coverage};
-use crate::tile::Tile;
 use std::ops::Range;
 
 /// What of the surface is made.
@@ -160,10 +159,10 @@ pub(crate) struct Band<'a> {
 }
 
 impl Band<'_> {
-    /// The place of a tile's pixel.
+    /// The place of a pixel of a tile with this corner in the picture.
     #[inline(always)]
-    pub(crate) fn at(&self, tile: &Tile, x: usize, y: usize) -> usize {
-        y * self.width + tile.corner[0] as usize + x
+    pub(crate) fn at(&self, corner: [i32; 2], x: usize, y: usize) -> usize {
+        y * self.width + corner[0] as usize + x
     }
 
     /// Rows of pixels.

@@ -6,7 +6,8 @@ use crate::lanes::{F, U, V, WIDTH};
 use crate::pack::pack_surface;
 use crate::picture::{Band, Mode};
 use crate::splat::BACK;
-use crate::tile::{N_NORMAL_SUMS, N_SUMS, SIDE, Tile, vector};
+use crate::tile::{Tile, vector};
+use crate::tile_layout::{N_NORMAL_SUMS, N_SUMS, SIDE};
 use fearless_simd::prelude::*;
 use fearless_simd::u32x4;
 
@@ -64,7 +65,7 @@ pub(crate) fn write<S: Simd>(simd: S, tile: &Tile, scene: &Scene<'_>, band: &mut
                 let words = packed(simd, tile, [column, row], scene).map(|words| words.to_array());
                 let across = SIDE.min(width - SIDE * column);
                 for y in 0..SIDE.min(height - SIDE * row) {
-                    let at = band.at(tile, SIDE * column, SIDE * row + y);
+                    let at = band.at(tile.corner, SIDE * column, SIDE * row + y);
                     let pixels = &mut band.packed[at..at + across];
                     let own = row_of(simd, &words, y);
                     match pixels.as_mut_array::<SIDE>() {
@@ -103,7 +104,7 @@ fn looked_up(
         if x >= tile.size[0] || y >= tile.size[1] {
             continue;
         }
-        let at = band.at(tile, x, y);
+        let at = band.at(tile.corner, x, y);
         let (mut winner, mut material, mut object) = ([0; 2], 0, 0);
         if number != 0 {
             let in_view = &scene.clouds[scene.cloud_of(number)];

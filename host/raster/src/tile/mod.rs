@@ -14,26 +14,17 @@ use crate::local::Local;
 use crate::picture::{Band, Spent, Timer};
 use crate::resolve::Scene;
 use crate::splat::{BACK, Splat};
+use crate::tile_layout::{N_NORMAL_SUMS, N_SUMS, SIDE, TILE};
 use fearless_simd::prelude::*;
 use lines::PlaneEquations;
 use squares::Squares;
 
-/// Width and height of a tile in pixels.
-pub(crate) const TILE: [usize; 2] = [128, 32];
-/// Side of a square of pixels.
-pub(crate) const SIDE: usize = 4;
 /// Squares of a tile.
 const SQUARES: [usize; 2] = [TILE[0] / SIDE, TILE[1] / SIDE];
 const N_SQUARES: usize = SQUARES[0] * SQUARES[1];
 /// Squares along a side of a cell of the coarse depth buffer, by which occluded blocks are left out.
 const DEPTH_CELL: usize = 2;
 const CELLS: [usize; 2] = [SQUARES[0] / DEPTH_CELL, SQUARES[1] / DEPTH_CELL];
-
-/// Sums of a square: normal x y z, weight, albedo r g b, accessibility. The later ones are added up only
-/// where they differ from surfel to surfel.
-pub(crate) const N_SUMS: usize = 8;
-/// Sums that always are added up.
-pub(crate) const N_NORMAL_SUMS: usize = 4;
 
 /// A splat of a tile that may blend.
 struct Met {

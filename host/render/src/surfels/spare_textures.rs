@@ -3,7 +3,6 @@
 
 use crate::gpu::Gpu;
 use crate::graph::texture_bytes;
-use crate::surfels::surface::{Surface, texture};
 use std::sync::Arc;
 use surfelshop_raster::Coverage;
 
@@ -35,14 +34,13 @@ impl SpareTextures {
         }
     }
 
-    /// Takes over the textures of a surface, in place of those of the one before: a frame drops one, and the next
-    /// makes one.
-    pub(crate) fn add(&mut self, dropped: Option<Surface>) {
-        let Some(dropped) = dropped else { return };
-        let Surface { nearest, blended, fields, material, object, covered, size, .. } = dropped;
-        let whole = || Arc::new(Coverage::whole(size.map(|side| side as usize)));
-        let covered = covered.unwrap_or_else(whole);
-        let views = [nearest, blended, fields, material, object].into_iter().flatten();
+    /// Takes over the textures of a dropped surface, in place of those of the one before: a frame drops one, and the
+    /// next makes one.
+    pub(crate) fn replace(
+        &mut self,
+        views: impl Iterator<Item = wgpu::TextureView>,
+        covered: &Arc<Coverage>,
+    ) {
         self.views = views.map(|view| (view, covered.clone())).collect();
     }
 
@@ -50,4 +48,33 @@ impl SpareTextures {
     pub(crate) fn bytes(&self) -> u64 {
         self.views.iter().map(|(view, _)| texture_bytes(view.texture())).sum()
     }
+}
+
+/// A texture of a surface, of this size in pixels.
+pub(crate) fn texture(
+    gpu: &Gpu,
+    label: &str,
+    size: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: match format {
+            wgpu::TextureFormat::Depth32Float => {
+                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING
+            }
+            _ => {
+                wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::TEXTURE_BINDING
+                    | wgpu::TextureUsages::COPY_DST
+            }
+        },
+        view_formats: &[],
+    });
+    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

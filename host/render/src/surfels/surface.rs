@@ -6,7 +6,7 @@ use crate::resource_use::ResourceUse;
 use crate::surfels::cpu;
 use crate::surfels::quads::{Drawing, Lookup};
 use crate::surfels::render_cloud::DrawnCloud;
-use crate::surfels::spare_textures::SpareTextures;
+use crate::surfels::spare_textures::{SpareTextures, texture};
 use glam::{DMat4, DVec3, Mat4};
 use std::sync::Arc;
 use surfelshop_api::graph::SurfaceMode;
@@ -84,6 +84,14 @@ impl Surface {
     /// Size in pixels.
     pub(crate) fn size(&self) -> wgpu::Extent3d {
         wgpu::Extent3d { width: self.size[0], height: self.size[1], depth_or_array_layers: 1 }
+    }
+
+    /// Lends its textures to surfaces that come.
+    fn spare(self, spare: &mut SpareTextures) {
+        let Self { nearest, blended, fields, material, object, covered, size, .. } = self;
+        let whole = || Arc::new(Coverage::whole(size.map(|side| side as usize)));
+        let views = [nearest, blended, fields, material, object].into_iter().flatten();
+        spare.replace(views, &covered.unwrap_or_else(whole));
     }
 
     /// Bytes of its textures, without what the driver adds.
@@ -164,7 +172,9 @@ impl Surfaces {
     /// Lets go of all that is kept: where it is to be made anew, and after a frame that failed half way.
     pub(crate) fn forget(&mut self) {
         let last = self.kept.drain(..).next();
-        self.spare.add(last.map(|(_, surface)| surface));
+        if let Some((_, surface)) = last {
+            surface.spare(&mut self.spare);
+        }
     }
 
     /// Lets go of what was made for pictures of other sizes than these, and of what the CPU drew
@@ -303,7 +313,9 @@ impl Surfaces {
         surface.used_for = self.size;
         self.kept.insert(0, (input.key.clone(), surface.clone()));
         while self.kept.len() > KEPT_SURFACES + self.n_cameras {
-            self.spare.add(self.kept.pop().map(|(_, surface)| surface));
+            if let Some((_, surface)) = self.kept.pop() {
+                surface.spare(&mut self.spare);
+            }
         }
         surface
     }
@@ -372,32 +384,4 @@ impl Surface {
 
 pub(crate) fn packed_texture(gpu: &Gpu, size: [u32; 2]) -> wgpu::TextureView {
     texture(gpu, "surface", size, wgpu::TextureFormat::Rgba32Uint)
-}
-
-pub(crate) fn texture(
-    gpu: &Gpu,
-    label: &str,
-    size: [u32; 2],
-    format: wgpu::TextureFormat,
-) -> wgpu::TextureView {
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(label),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: match format {
-            wgpu::TextureFormat::Depth32Float => {
-                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING
-            }
-            _ => {
-                wgpu::TextureUsages::RENDER_ATTACHMENT
-                    | wgpu::TextureUsages::TEXTURE_BINDING
-                    | wgpu::TextureUsages::COPY_DST
-            }
-        },
-        view_formats: &[],
-    });
-    texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

@@ -22,6 +22,8 @@ pub(crate) use help::show as show_help;
 pub(crate) use keymap::Keymap;
 #[cfg(test)]
 pub(crate) use palette::entries as palette_entries;
+#[cfg(test)]
+pub(crate) use palette::name_alone;
 pub(crate) use palette::show as show_palette;
 pub(crate) use palette_state::Palette;
 pub(crate) use table::{COMMANDS, find};

@@ -1,6 +1,6 @@
 //! The command palette: commands, tools, renderers and recent files are found by words.
 
-use super::command::{Command, run, shortcuts, why_not};
+use super::command::{Command, Menu, run, shortcuts, why_not};
 use super::search::score;
 use super::table::COMMANDS;
 use crate::dialogs::{DialogPurpose, files};
@@ -44,7 +44,7 @@ pub(crate) struct Entry {
 pub(crate) fn entries(window: &Window) -> Vec<Entry> {
     let commands = COMMANDS.iter().map(|command| Entry {
         icon: command.icon,
-        name: command.name.to_owned(),
+        name: name_alone(command),
         about: command.about.to_owned(),
         note: shortcuts(window, command).into_iter().next().unwrap_or_default(),
         reason: why_not(window, command),
@@ -77,6 +77,14 @@ pub(crate) fn entries(window: &Window) -> Vec<Entry> {
         entry(Icon::FileBox, format!("Open {name}"), about, "file", Action::OpenFile(path.clone()))
     });
     commands.chain(tools).chain(renderers).chain(clouds).chain(recent).collect()
+}
+
+/// What a command is called outside its menu.
+pub(crate) fn name_alone(command: &Command) -> String {
+    match command.menu {
+        Menu::Look => format!("Look: {}", command.name),
+        _ => command.name.to_owned(),
+    }
 }
 
 /// The rows for some words, the best first.

@@ -22,6 +22,7 @@ pub(super) fn metres_per_unit(clouds: &Clouds) -> Option<f64> {
 /// A length for people, in scene units that are so many metres.
 fn label(length: f64, metres: Option<f64>) -> String {
     let (number, unit) = match metres.map(|metres| length * metres) {
+        None if (length - 1.0).abs() < 1e-9 => (1.0, "unit"),
         None => (length, "units"),
         Some(length) if length >= 1000.0 => (length / 1000.0, "km"),
         Some(length) if length >= 1.0 => (length, "m"),
@@ -92,6 +93,7 @@ mod tests {
     fn lengths_have_the_unit_that_suits_them() {
         for (length, metres, expected) in [
             (0.2, None, "0.2 units"),
+            (1.0, None, "1 unit"),
             (50.0, Some(0.001), "5 cm"),
             (2.0, Some(1.0), "2 m"),
             (5000.0, Some(1.0), "5 km"),

@@ -2,7 +2,7 @@
 
 use super::{SAMPLE, Screen, built_plugins};
 use crate::ViewerArguments;
-use crate::commands::{self, COMMANDS, palette_entries};
+use crate::commands::{self, COMMANDS, name_alone, palette_entries};
 use crate::preferences::FileUp;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
@@ -37,7 +37,7 @@ fn every_command_is_in_the_palette_and_says_why_it_does_not_apply() {
     let mut screen = empty();
     for command in COMMANDS.iter() {
         let rows = palette_entries(screen.window());
-        let row = rows.iter().find(|row| row.name == command.name).unwrap();
+        let row = rows.iter().find(|row| row.name == name_alone(command)).unwrap();
         let reason = (command.applies)(screen.window()).err();
         assert_eq!(row.reason, reason, "{}", command.id);
         assert!(reason.is_none_or(|reason| reason.len() > 10 && !reason.ends_with('.')));

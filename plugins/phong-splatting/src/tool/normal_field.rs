@@ -91,6 +91,14 @@ impl Field {
         }
     }
 
+    /// Whether samples lie far enough apart to tell the slopes along both axes.
+    pub(crate) fn is_told_by(normals: &[Normal]) -> bool {
+        let n = normals.len() as f64;
+        let mean = normals.iter().map(|s| s.at).sum::<DVec2>() / n;
+        let squares = normals.iter().map(|s| (s.at - mean) * (s.at - mean)).sum::<DVec2>();
+        squares.min_element() > LEAST_VARIANCE * n
+    }
+
     /// What the field leaves of slopes.
     fn left(&self, slopes: &[(DVec2, DVec2)]) -> Fit {
         let [x, y, alpha, beta] = self.0;

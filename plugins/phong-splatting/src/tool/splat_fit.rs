@@ -54,15 +54,37 @@ fn splat(context: &GrowthContext<'_>, region: &[u32], held: &[u32]) -> Splat {
             (found, members) = (closer, stay);
         }
     }
-    let normals: Vec<Normal> = members
-        .iter()
-        .map(|&i| Normal { at: found.of(samples.point(i)), normal: samples.normal(i) })
-        .collect();
     let sum: DVec3 = members.iter().map(|&i| samples.normal(i)).sum();
     found.plane.mean = sum.try_normalize().unwrap_or(found.plane.normal);
+    let normals = normals_of(context, &found, &members);
     let (field, fit) = Field::fit(&normals, found.plane.normal, &found.axes, found.plane.mean);
     let cut = if context.clip { lines(context, &found, region, &members) } else { Cut::default() };
     Splat { outline: found, members, field, fit, cut }
+}
+
+/// Cosine of the angle to the mean normal from which on a sample beside a splat's own is of its surface.
+const ALIKE: f64 = 0.9;
+
+/// What a splat's field is fitted to: its samples. Those in a row say nothing of the slope across it; then it is also
+/// those near to them that the splat covers.
+fn normals_of(context: &GrowthContext<'_>, found: &Outline, members: &[u32]) -> Vec<Normal> {
+    let samples = context.samples;
+    let normal = |&i: &u32| Normal { at: found.of(samples.point(i)), normal: samples.normal(i) };
+    let own: Vec<Normal> = members.iter().map(normal).collect();
+    if Field::is_told_by(&own) {
+        return own;
+    }
+    let covered = |i: &u32| {
+        let (point, plane) = (samples.point(*i), &found.plane);
+        plane.height_of(point).abs() <= context.tolerance
+            && found.of(point).length_squared() <= 1.0
+            && samples.normal(*i).dot(plane.mean) >= ALIKE
+    };
+    let near = members.iter().flat_map(|&i| &samples.near[i as usize]).copied().filter(covered);
+    let mut all: Vec<u32> = members.iter().copied().chain(near).collect();
+    all.sort_unstable();
+    all.dedup();
+    all.iter().map(normal).collect()
 }
 
 /// Times that a splat is divided at most.

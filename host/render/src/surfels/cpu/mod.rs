@@ -5,7 +5,7 @@ pub(crate) mod columns;
 
 use crate::graph::{PassState, Recorder};
 use crate::stages::Stages;
-use crate::surfels::spare_textures::SpareTextures;
+use crate::surfels::spare_textures::{SpareTextures, texture};
 use crate::surfels::surface::{Surface, SurfaceInput, SurfaceParts};
 use std::sync::{Arc, LazyLock};
 use surfelshop_api::graph::SurfaceMode;
@@ -63,7 +63,7 @@ pub(crate) fn ensure(
     if parts.object && surface.object.is_none() {
         // Where there is one cloud, a single pixel says so; textures begin as zeros.
         let format = wgpu::TextureFormat::R32Uint;
-        surface.object = Some(super::surface::texture(recorder.gpu, "object", [1, 1], format));
+        surface.object = Some(texture(recorder.gpu, "object", [1, 1], format));
     }
     n_drawn
 }

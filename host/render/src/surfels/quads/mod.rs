@@ -8,7 +8,8 @@ use crate::graph::{
 };
 use crate::surfels::chunk::{Chunk, Runs};
 use crate::surfels::columns::elements::linear_of_srgb;
-use crate::surfels::surface::{Surface, SurfaceInput, texture};
+use crate::surfels::spare_textures::texture;
+use crate::surfels::surface::{Surface, SurfaceInput};
 use chunk_uniform::{PlacedChunk, chunk_uniform};
 use std::ops::Range;
 use std::sync::Arc;

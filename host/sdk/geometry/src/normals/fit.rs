@@ -111,7 +111,7 @@ impl Fits {
 
 /// Scratch for the work on a run of points.
 #[derive(Default)]
-struct Room {
+struct RunScratch {
     near: Shared,
     wider: Shared,
     coarse: Scratch,
@@ -130,7 +130,7 @@ pub(super) fn all<T: Send>(
     let coarse = Coarse::build(neighbours, &part(progress, 0.0..0.04))?;
     let steps = Steps::of(neighbours, &part(progress, 0.04..0.05))?;
     let tree = neighbours.tree();
-    let surroundings = Surroundings { neighbours, coarse: &coarse, steps: &steps, k };
+    let all = Fitting { neighbours, coarse: &coarse, steps: &steps, k };
     let fitting = part(progress, 0.05..1.0);
     let mut fits = Fits::default();
     for column in [&mut fits.roughness, &mut fits.errors, &mut fits.uncertainty] {
@@ -139,16 +139,16 @@ pub(super) fn all<T: Send>(
     fits.normals.reserve_exact(tree.len());
     let n_runs = tree.n_leaves().div_ceil(RUN);
     let mut results = Vec::with_capacity(n_runs);
-    let work = |room: &mut Room, run: usize| {
+    let work = |scratch: &mut RunScratch, run: usize| {
         let leaves = run * RUN..((run + 1) * RUN).min(tree.n_leaves());
         let places = tree.leaf(leaves.start).start..tree.leaf(leaves.end - 1).end;
-        room.fits.clear();
-        room.links.clear();
-        leaves.for_each(|leaf| surroundings.fit_leaf(leaf, room));
-        let (fits, links) = (&room.fits, &room.links);
+        scratch.fits.clear();
+        scratch.links.clear();
+        leaves.for_each(|leaf| all.fit_leaf(leaf, scratch));
+        let (fits, links) = (&scratch.fits, &scratch.links);
         (fits.clone(), finish(&Run { neighbours, places, fits, links }))
     };
-    take_runs(n_runs, &fitting, Room::default, work, |(run, result)| {
+    take_runs(n_runs, &fitting, RunScratch::default, work, |(run, result)| {
         fits.extend(&run);
         results.push(result);
     })?;
@@ -156,45 +156,45 @@ pub(super) fn all<T: Send>(
 }
 
 /// What planes are fitted to.
-struct Surroundings<'a> {
+struct Fitting<'a> {
     neighbours: &'a Neighbours,
     coarse: &'a Coarse,
     steps: &'a Steps,
     k: usize,
 }
 
-impl Surroundings<'_> {
+impl Fitting<'_> {
     /// Fits the points of a leaf.
-    fn fit_leaf(&self, leaf: usize, room: &mut Room) {
+    fn fit_leaf(&self, leaf: usize, scratch: &mut RunScratch) {
         let Self { neighbours, coarse, steps, k } = self;
         let tree = neighbours.tree();
         let mut around: Option<Vec<u32>> = None;
         for place in tree.leaf(leaf) {
             let grain = grain(neighbours, place);
-            let near = room.near.nearest(tree, place, (*k).max(LINKS));
+            let near = scratch.near.nearest(tree, place, (*k).max(LINKS));
             let mut links = [place as u32; LINKS];
             for (link, close) in links.iter_mut().zip(near) {
                 *link = close.place() as u32;
             }
             let first =
-                plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut room.points);
+                plane(neighbours, place, &near[..near.len().min(*k)], grain, &mut scratch.points);
             let least = STEP_WIDTH * steps.at(neighbours.point(place));
             let mut best = Best { plane: first, failures: 0, least };
             if best.is_wanting() {
-                let near = room.wider.nearest(tree, place, 2 * k);
-                best.try_wider(plane(neighbours, place, near, grain, &mut room.points));
+                let near = scratch.wider.nearest(tree, place, 2 * k);
+                best.try_wider(plane(neighbours, place, near, grain, &mut scratch.points));
                 let point = neighbours.point(place);
                 for &count in &LEAVES {
                     if !best.is_wanting() {
                         break;
                     }
                     let around =
-                        around.get_or_insert_with(|| coarse.around(leaf, &mut room.coarse));
+                        around.get_or_insert_with(|| coarse.around(leaf, &mut scratch.coarse));
                     best.try_wider(coarse.plane(&around[..count.min(around.len())], point, grain));
                 }
             }
-            room.fits.push(best.plane.into());
-            room.links.push(links);
+            scratch.fits.push(best.plane.into());
+            scratch.links.push(links);
         }
     }
 }
@@ -313,9 +313,9 @@ impl Coarse {
     }
 
     /// The leaves nearest to a leaf, itself first.
-    fn around(&self, leaf: usize, room: &mut Scratch) -> Vec<u32> {
+    fn around(&self, leaf: usize, scratch: &mut Scratch) -> Vec<u32> {
         let most = LEAVES[LEAVES.len() - 1] - 1;
-        let near = room.nearest(&self.tree, self.place[leaf] as usize, most);
+        let near = scratch.nearest(&self.tree, self.place[leaf] as usize, most);
         let near = near.iter().map(|found| self.tree.index(found.place as usize) as u32);
         std::iter::once(leaf as u32).chain(near).collect()
     }
