@@ -102,8 +102,8 @@ impl Coverage {
         let high = down.div_ceil(most.max(1));
         for first in (0..down).step_by(high.max(1)) {
             let rows = first..(first + high).min(down);
-            let mut columns = usize::MAX..0;
-            let mut reached = usize::MAX..0;
+            // First and behind last.
+            let (mut columns, mut reached) = ((usize::MAX, 0), (usize::MAX, 0));
             for row in rows {
                 let cells = row * self.across..(row + 1) * self.across;
                 let of = [self, other].map(|one| one.cells.get(cells.clone()).unwrap_or_default());
@@ -111,13 +111,13 @@ impl Coverage {
                     let first = cells.iter().position(|&holds| holds);
                     let last = cells.iter().rposition(|&holds| holds);
                     if let Some((first, last)) = first.zip(last) {
-                        columns = columns.start.min(first)..columns.end.max(last + 1);
-                        reached = reached.start.min(row)..row + 1;
+                        columns = (columns.0.min(first), columns.1.max(last + 1));
+                        reached = (reached.0.min(row), row + 1);
                     }
                 }
             }
-            if columns.start < columns.end {
-                all.push(self.rectangle(columns, reached));
+            if columns.0 < columns.1 {
+                all.push(self.rectangle(columns.0..columns.1, reached.0..reached.1));
             }
         }
         all

@@ -133,7 +133,9 @@ mod tests {
         stages.end("nobody asked");
         assert!(!stages.are_told() && stages.take().is_empty());
         stages.begin(Clocks { process: clock, thread: clock });
-        ["a", "b"].map(|name| stages.end(name));
+        for name in ["a", "b"] {
+            stages.end(name);
+        }
         stages.part("b: half", 1_500_000);
         stages.end("a");
         let all = stages.take();

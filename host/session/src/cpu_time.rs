@@ -22,6 +22,7 @@ pub fn clocks() -> Option<Clocks> {
         use rustix::time::{ClockId, clock_gettime};
         fn nanoseconds(clock: ClockId) -> u64 {
             let time = clock_gettime(clock);
+            #[allow(clippy::unnecessary_cast, reason = "on some systems they are narrower")]
             let [seconds, rest] = [time.tv_sec, time.tv_nsec].map(|part| part as i64);
             u64::try_from(1_000_000_000 * seconds + rest).unwrap_or(0)
         }

@@ -155,11 +155,11 @@ impl Header {
         };
         let bytes = next(rest)?;
         let mut harmonics = vec![vec![colors]];
-        for order in 1..=self.degree {
+        for (order, signs) in SIGNS.iter().enumerate().take(self.degree + 1).skip(1) {
             let of = |m: usize| {
                 let at = order * order - 1 + m;
                 let own = bytes.chunks_exact(3 * self.n_rest());
-                let value = |byte: &u8| SIGNS[order][m] * (f32::from(*byte) - 128.0) / 128.0;
+                let value = |byte: &u8| signs[m] * (f32::from(*byte) - 128.0) / 128.0;
                 collected(own.flat_map(|own| own[3 * at..3 * at + 3].iter().map(value)))
             };
             harmonics.push((0..=2 * order).map(of).collect::<Result<Vec<_>>>()?);

@@ -36,7 +36,7 @@ fn noise(i: u32, salt: u32) -> f32 {
     let mut bits = i.wrapping_mul(0x9e37_79b9) ^ salt.wrapping_mul(0x85eb_ca6b);
     bits = (bits ^ (bits >> 16)).wrapping_mul(0x7feb_352d);
     bits = (bits ^ (bits >> 15)).wrapping_mul(0x846c_a68b);
-    (bits ^ (bits >> 16)) as f32 / 4_294_967_296.0
+    (bits ^ (bits >> 16)) as f32 * 2f32.powi(-32)
 }
 
 /// The middle of the tube, `t` once around is 2 pi.

@@ -70,7 +70,7 @@ impl Pass {
     #[must_use]
     pub fn reads_radiance(self, radiance: &Radiance) -> Self {
         let Radiance { bands, path, wgsl } = radiance;
-        let pass = bands.iter().fold(self, Pass::reads);
+        let pass = bands.iter().fold(self, Self::reads);
         pass.module(path, "spherical harmonics of clouds", wgsl)
     }
 }
