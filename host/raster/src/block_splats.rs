@@ -6,7 +6,7 @@ use crate::cull::VisibleBlock;
 use crate::lanes::WIDTH;
 use crate::local::Local;
 use crate::splat::{Splat, splats};
-use crate::tile_layout::TILE;
+use crate::tile::layout::TILE;
 use fearless_simd::prelude::*;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

@@ -30,7 +30,6 @@ mod splat;
 #[cfg(test)]
 mod tests;
 mod tile;
-mod tile_layout;
 mod view;
 
 pub use cloud::Cloud;
@@ -53,7 +52,7 @@ use rayon::prelude::*;
 use resolve::Scene;
 use std::sync::{Mutex, PoisonError};
 use tile::Tile;
-use tile_layout::TILE;
+use tile::layout::TILE;
 use view::Eye;
 
 /// Surfels are drawn in groups of so many; blocks begin with one.

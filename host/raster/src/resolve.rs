@@ -6,8 +6,8 @@ use crate::lanes::{F, U, V, WIDTH};
 use crate::pack::pack_surface;
 use crate::picture::{Band, Mode};
 use crate::splat::BACK;
+use crate::tile::layout::{N_NORMAL_SUMS, N_SUMS, SIDE};
 use crate::tile::{Tile, vector};
-use crate::tile_layout::{N_NORMAL_SUMS, N_SUMS, SIDE};
 use fearless_simd::prelude::*;
 use fearless_simd::u32x4;
 

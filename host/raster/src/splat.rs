@@ -4,7 +4,7 @@ use crate::cloud::CloudInView;
 use crate::disc::{Discs, MAX_PULL, load_discs};
 use crate::lanes::{F, I, V, WIDTH, larger, smaller};
 use crate::local::{DrawnSurfel, Local};
-use crate::tile_layout::N_NORMAL_SUMS;
+use crate::tile::layout::N_NORMAL_SUMS;
 use fearless_simd::prelude::*;
 use glam::Vec3;
 

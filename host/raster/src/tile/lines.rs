@@ -2,7 +2,7 @@
 
 use crate::lanes::{F, M, WIDTH};
 use crate::splat::Splat;
-use crate::tile_layout::SIDE;
+use crate::tile::layout::SIDE;
 use fearless_simd::prelude::*;
 
 /// What of a splat is linear in a pixel's place, for the first square of a tile.

@@ -4,6 +4,7 @@
 //! A first pass finds the nearest surfels (the depth buffer), a second adds up the weighted attributes of those
 //! within the depth tolerance of it.
 
+pub(crate) mod layout;
 mod lines;
 mod squares;
 
@@ -14,8 +15,8 @@ use crate::local::Local;
 use crate::picture::{Band, Spent, Timer};
 use crate::resolve::Scene;
 use crate::splat::{BACK, Splat};
-use crate::tile_layout::{N_NORMAL_SUMS, N_SUMS, SIDE, TILE};
 use fearless_simd::prelude::*;
+use layout::{N_NORMAL_SUMS, N_SUMS, SIDE, TILE};
 use lines::PlaneEquations;
 use squares::Squares;
 

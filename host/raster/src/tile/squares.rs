@@ -1,6 +1,6 @@
 //! The squares of pixels that a splat's box touches in a tile.
 
-use crate::tile_layout::SIDE;
+use crate::tile::layout::SIDE;
 use std::ops::Range;
 
 /// The squares of a part of a tile.
