@@ -137,17 +137,14 @@ impl<'a> AllSplats<'a> {
         own
     }
 
-    /// Says that a tile is done with its blocks: most are of one tile where surfels are many, and are let go of at
-    /// once.
-    pub(crate) fn tile_is_done(&self, blocks: &[u32]) {
-        for &at in blocks {
-            let slot = &self.slots[at as usize];
-            if slot.tiles_left.fetch_sub(1, Ordering::AcqRel) > 1 {
-                continue;
-            }
-            let made = locked(&slot.made).take();
-            locked(&self.spare).extend(made.and_then(Arc::into_inner));
+    /// Says that a tile is done with a block: most are of one tile where surfels are many, and are let go of at once.
+    pub(crate) fn tile_is_done(&self, at: u32) {
+        let slot = &self.slots[at as usize];
+        if slot.tiles_left.fetch_sub(1, Ordering::AcqRel) > 1 {
+            return;
         }
+        let made = locked(&slot.made).take();
+        locked(&self.spare).extend(made.and_then(Arc::into_inner));
     }
 }
 

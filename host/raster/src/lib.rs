@@ -189,7 +189,6 @@ impl Worker {
                 continue;
             }
             tile.nearest(simd, [left, band.top], size, all, blocks, (&mut timer, spent));
-            all.tile_is_done(blocks);
             spent.nearest += timer.lap();
             if scene.mode.blends() {
                 tile.blend(simd, scene);

@@ -178,6 +178,7 @@ impl Tile {
         for &at in blocks {
             let (placed, near) = all.block(at);
             if self.is_occluded(&placed.pixels, placed.nearest) {
+                all.tile_is_done(at);
                 continue;
             }
             let is_new = timer.runs() && !all.is_made(at);
@@ -199,6 +200,8 @@ impl Tile {
                     self.meet(simd, splat, block.local(splat), near);
                 }
             }
+            drop(block);
+            all.tile_is_done(at);
             let [x0, y0, x1, y1] = self.cells(&placed.pixels);
             for row in y0..y1 {
                 self.farthest[row * CELLS[0] + x0..row * CELLS[0] + x1].fill(f32::NAN);
