@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Width and height of a cell in pixels.
 pub(crate) const CELL: usize = 16;
 
-/// Cells of [`CELL`] by [`CELL`] pixels that hold a surfel.
+/// Cells of 16 by 16 pixels that hold a surfel.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Coverage {
     size: [usize; 2],
