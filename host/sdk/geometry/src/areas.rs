@@ -186,7 +186,7 @@ impl Search<'_> {
         for (slot, &(_, other)) in found.nearest.iter_mut().zip(near) {
             *slot = other;
         }
-        let at = |index: u32| self.positions[index as usize].as_dvec3();
+        let at = |index: u32| self.positions[index as usize];
         let near = near.iter().map(|&(_, other)| {
             let offset = at(other) - at(index);
             Near { offset, distance: offset.length(), normal: self.normal(other) }

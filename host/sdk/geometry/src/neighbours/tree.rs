@@ -151,7 +151,7 @@ impl Tree {
         (last / self.len().max(1) as u64) as usize
     }
 
-    pub(super) fn at(&self, place: usize) -> [f32; 3] {
+    pub(crate) fn at(&self, place: usize) -> [f32; 3] {
         [self.axes[0][place], self.axes[1][place], self.axes[2][place]]
     }
 

@@ -81,10 +81,37 @@ pub(super) enum Kind {
 /// Points and what is known of their surface.
 pub(super) struct Surface<'a> {
     pub(super) neighbours: &'a Neighbours,
-    /// By place, in shares of the largest number: there is one for each point.
-    normals: Vec<[i16; 3]>,
-    /// By index; empty where all are of surfaces.
-    planarity: &'a [f32],
+    /// By place.
+    facets: Vec<Facet>,
+}
+
+/// A point's normal and planarity. There is one for each point, so that it is packed; what is read of it for the
+/// points around one then lies together, too.
+#[derive(Clone, Copy, Debug)]
+struct Facet {
+    /// In shares of the largest number.
+    normal: [i16; 3],
+    planarity: u16,
+}
+
+impl Facet {
+    fn new(normal: Vec3, planarity: f32) -> Self {
+        // Casts cut off; to round is a call on machines that have no instruction for it.
+        let rounded = |part: f32| part + 0.5f32.copysign(part);
+        Self {
+            normal: normal.to_array().map(|part| rounded(part * f32::from(i16::MAX)) as i16),
+            planarity: rounded(planarity * f32::from(u16::MAX)) as u16,
+        }
+    }
+
+    fn normal(self) -> Vec3 {
+        Vec3::from_array(self.normal.map(f32::from)) * (1.0 / f32::from(i16::MAX))
+    }
+
+    /// Exact to a hundred-thousandth.
+    fn planarity(self) -> f32 {
+        f32::from(self.planarity) * (1.0 / f32::from(u16::MAX))
+    }
 }
 
 /// Scratch for the work on a point.
@@ -100,23 +127,24 @@ impl<'a> Surface<'a> {
     pub(super) fn of(
         neighbours: &'a Neighbours,
         normals: &[Vec3],
-        planarity: &'a [f32],
+        planarity: &[f32],
         progress: Progress<'_>,
     ) -> Result<Self, Cancelled> {
-        let normals = map(neighbours.n_distinct(), progress, |place| {
-            let normal = normals.get(neighbours.index(place)).copied();
-            let normal = normal.filter(|&normal| is_valid(normal)).unwrap_or(Vec3::Z);
-            normal.to_array().map(|part| (part * f32::from(i16::MAX)).round() as i16)
+        let facets = map(neighbours.n_distinct(), progress, |place| {
+            let index = neighbours.index(place);
+            let normal = normals.get(index).copied().filter(|&normal| is_valid(normal));
+            let planarity = planarity.get(index).copied().unwrap_or(1.0);
+            Facet::new(normal.unwrap_or(Vec3::Z), planarity)
         })?;
-        Ok(Self { neighbours, normals, planarity })
+        Ok(Self { neighbours, facets })
     }
 
     fn normal(&self, place: usize) -> Vec3 {
-        Vec3::from_array(self.normals[place].map(f32::from)) * (1.0 / f32::from(i16::MAX))
+        self.facets[place].normal()
     }
 
     pub(super) fn planarity(&self, place: usize) -> f32 {
-        self.planarity.get(self.neighbours.index(place)).copied().unwrap_or(1.0)
+        self.facets[place].planarity()
     }
 
     /// Covers the cell of each point.
@@ -160,32 +188,42 @@ impl<'a> Surface<'a> {
         further: &[Found],
         bench: &mut Bench,
     ) -> Cover {
-        let here = self.neighbours.point(place);
+        let tree = self.neighbours.tree();
+        let here = Vec3::from_array(tree.at(place));
         let search = if k == CELL_NEIGHBOURS { &mut bench.close } else { &mut bench.farther };
-        let near = search.nearest(self.neighbours.tree(), place, k);
-        let point = |place: usize, distance: f64| Near {
-            offset: self.neighbours.point(place) - here,
+        let near = search.nearest(tree, place, k);
+        let point = |place: usize, distance: f32| Near {
+            offset: Vec3::from_array(tree.at(place)) - here,
             distance,
             normal: self.normal(place),
         };
-        bench.near.clear();
-        bench.near.extend(near.iter().map(|close| point(close.place(), close.distance())));
-        let (Some(closest), Some(farthest)) = (bench.near.first(), bench.near.last()) else {
+        let (Some(closest), Some(farthest)) = (near.first(), near.last()) else {
             return Cover::new(0.0, 0.0, 0.0, Kind::Closed);
         };
-        let (closest, farthest) = (closest.distance, farthest.distance);
-        let ring = bench.near[(COMPARED - 1).min(bench.near.len() - 1)].distance;
-        if !further.is_empty() {
-            bench.near.extend(further.iter().map(|f| point(f.place as usize, f.distance)));
-            bench.near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        }
-        let most = bench.near.last().map_or(farthest, |near| near.distance);
+        let (closest, farthest) = (closest.distance(), farthest.distance());
+        let ring = near[(COMPARED - 1).min(near.len() - 1)].distance();
         let cell = bench.cell.get_or_insert_with(|| Cell::new(0.0));
-        cell.become_of(self.normal(place), most, bench.near.iter().copied());
+        let nearest = near.iter().map(|close| point(close.place(), close.distance() as f32));
+        let most = if further.is_empty() {
+            cell.become_of(self.normal(place), farthest, nearest);
+            farthest
+        } else {
+            bench.near.clear();
+            bench.near.extend(nearest);
+            bench.near.extend(further.iter().map(|f| point(f.place as usize, f.distance as f32)));
+            bench.near.sort_by(|a, b| a.distance.total_cmp(&b.distance));
+            let most = bench.near.last().map_or(farthest, |near| f64::from(near.distance));
+            cell.become_of(self.normal(place), most, bench.near.iter().copied());
+            most
+        };
         let radius = COVER * cell.radius().unwrap_or(closest).min(most);
+        let has_gap = || match further.is_empty() {
+            true => has_gap(near.len(), |at| near[at].distance(), most, radius),
+            false => has_gap(bench.near.len(), |at| bench.near[at].distance.into(), most, radius),
+        };
         let kind = match cell.is_closed() {
             false => Kind::Open,
-            true if radius > ring || has_gap(&bench.near, most, radius) => Kind::Wide,
+            true if radius > ring || has_gap() => Kind::Wide,
             true => Kind::Closed,
         };
         Cover::new(radius as f32, farthest as f32, ring as f32, kind)
@@ -197,10 +235,9 @@ impl<'a> Surface<'a> {
 const GAP: f64 = 1.6;
 
 /// Whether a disc reaches across a gap beyond which all others lie in one shell, up to the farthest: as that of a
-/// point which floats with a few others above a surface. Points come nearest first.
-fn has_gap(near: &[Near], farthest: f64, radius: f64) -> bool {
-    let beyond = near.partition_point(|near| near.distance * GAP <= farthest);
-    let distance = |at: usize| near.get(at).map(|near| near.distance);
-    let within = beyond.checked_sub(1).and_then(distance).unwrap_or(0.0);
-    distance(beyond).is_none_or(|beyond| beyond > GAP * within) && radius > within
+/// point which floats with a few others above a surface. The distances of `count` points come nearest first.
+fn has_gap(count: usize, distance: impl Fn(usize) -> f64, farthest: f64, radius: f64) -> bool {
+    let beyond = (0..count).find(|&at| distance(at) * GAP > farthest).unwrap_or(count);
+    let within = if beyond > 0 { distance(beyond - 1) } else { 0.0 };
+    radius > within && (beyond == count || distance(beyond) > GAP * within)
 }

@@ -4,6 +4,7 @@ use super::covering::{Bench, CELL_NEIGHBOURS, COMPARED, Cover, Kind, Surface};
 use super::median;
 use crate::neighbours::{Found, Scratch, Shared};
 use crate::progress::{Cancelled, Progress, map_with, part};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 /// A disc on a surface that is larger than this many times the median of those around it covers a
 /// cell which spans a gap rather than a piece of surface.
@@ -95,18 +96,37 @@ pub(super) fn limit_rough(
     Ok(())
 }
 
+/// A bit for each place, which any thread may set.
+struct Marks(Vec<AtomicU32>);
+
+impl Marks {
+    fn new(count: usize) -> Self {
+        Self((0..count.div_ceil(32)).map(|_| AtomicU32::new(0)).collect())
+    }
+
+    fn has(&self, place: u32) -> bool {
+        self.0[place as usize / 32].load(Relaxed) >> (place % 32) & 1 == 1
+    }
+
+    fn mark(&self, place: u32) {
+        self.0[place as usize / 32].fetch_or(1 << (place % 32), Relaxed);
+    }
+}
+
 /// Points around gaps.
 pub(super) struct Gaps<'a> {
     surface: &'a Surface<'a>,
     cells: &'a [Cover],
     /// For each node of the search the distance of the farthest of the nearest of any point in it.
     reach: Vec<f32>,
+    /// Points of which it is known that their group is larger than [`FLOATING`]. What is known changes no answer.
+    large: Marks,
 }
 
 impl<'a> Gaps<'a> {
     pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
         let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
-        Self { surface, cells, reach }
+        Self { surface, cells, reach, large: Marks::new(cells.len()) }
     }
 
     /// The points that are not surrounded evenly or float, sorted, and for each point whether it belongs to a
@@ -157,21 +177,31 @@ impl<'a> Gaps<'a> {
         let reach = GROUP_REACH * self.cells[place as usize].ring;
         let from = (place as usize, reach * reach);
         let mut group = vec![place];
+        // Points that lead back here.
+        let mut back = vec![true];
+        let mut is_large = self.large.has(place);
         let mut next = 0;
-        while let Some(&member) = group.get(next) {
-            next += 1;
+        while let Some(&member) = group.get(next).filter(|_| !is_large) {
             let ring = self.cells[member as usize].ring;
-            let member = (member as usize, ring * ring);
-            for close in search.nearest_beside(tree, from, member, COMPARED) {
-                let is_mutual = close.distance() as f32 <= self.cells[close.place()].ring;
+            let near = (member as usize, ring * ring);
+            for close in search.nearest_beside(tree, from, near, COMPARED) {
+                let distance = close.distance() as f32;
+                let their_ring = self.cells[close.place()].ring;
                 let other = close.place() as u32;
-                if is_mutual && !group.contains(&other) {
+                if distance <= their_ring && !group.contains(&other) {
                     group.push(other);
-                    if group.len() > FLOATING {
-                        return None;
-                    }
+                    // Of several that are equally far not all need count each other.
+                    back.push(back[next] && distance < their_ring.min(ring));
+                    // What leads to a large group is of one.
+                    is_large |= group.len() > FLOATING || self.large.has(other);
                 }
             }
+            next += 1;
+        }
+        if is_large {
+            let known = group.iter().zip(back).filter(|&(_, back)| back);
+            known.for_each(|(&member, _)| self.large.mark(member));
+            return None;
         }
         group.sort_unstable();
         Some(group)

@@ -7,8 +7,8 @@ use crate::visibility::surfels::Surfel;
 use glam::{Quat, Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Rays in all. Measured: each costs about 1.2 us.
-const RAYS: usize = 1_200_000;
+/// Rays in all, each about 1.2 us. Measured: with more than twice as many no shape of the tests has more normals right.
+const RAYS: usize = 500_000;
 
 /// Most rays to each side of a surfel.
 const MOST: usize = 16;
