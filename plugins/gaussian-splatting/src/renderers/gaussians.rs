@@ -13,7 +13,7 @@
 //! Source: Kerbl et al. 2023, "3D Gaussian Splatting for Real-Time Radiance Field Rendering"; Yu et al. 2024,
 //! "Mip-Splatting"; Kheradmand et al. 2025, "Stochastic Splats".
 
-use super::{Drawing, Kind, NEEDS, draw};
+use super::{Drawing, NEEDS, draw};
 use surfelshop_api::prelude::*;
 
 choices! {
@@ -61,14 +61,9 @@ impl Renderer for Gaussians {
             Filter::Mip => (0.1, 1),
             Filter::None => (0.0, 0),
         };
-        let kind = Kind {
-            wgsl: include_str!("gaussians.wgsl"),
-            footprint: Footprint::Conic,
-            settings: Members::new().f32("low_pass", low_pass).u32("keeps_sum", keeps_sum),
-            // Centres alone have distances: what training shrinks is how far apart planes are met.
-            shows_distortion: false,
-        };
-        draw(frame, &frame.params.drawing, kind, graph);
+        let own = Members::new().f32("low_pass", low_pass).u32("keeps_sum", keeps_sum);
+        let kind = (include_str!("gaussians.wgsl"), Footprint::Conic, own);
+        drop(draw(frame, &frame.params.drawing, kind, graph));
         Ok(())
     }
 }

@@ -11,7 +11,7 @@
 //!
 //! Source: Huang et al. 2024, "2D Gaussian Splatting for Geometrically Accurate Radiance Fields".
 
-use super::{Drawing, Kind, NEEDS, draw};
+use super::{Drawing, NEEDS, draw};
 use surfelshop_api::prelude::*;
 
 params! {
@@ -39,13 +39,14 @@ impl Renderer for Gaussians2d {
     }
 
     fn frame(&mut self, frame: &Frame<Settings>, graph: &mut Graph) -> Result<()> {
-        let kind = Kind {
-            wgsl: include_str!("gaussians_2d.wgsl"),
-            footprint: Footprint::Planar,
-            settings: Members::new(),
-            shows_distortion: true,
-        };
-        draw(frame, &frame.params.drawing, kind, graph);
+        let kind = (include_str!("gaussians_2d.wgsl"), Footprint::Planar, Members::new());
+        let pass = draw(frame, &frame.params.drawing, kind, graph);
+        // What training shrinks. Gaussians in space are met at no distance of their own.
+        let distortion = graph.texture("distortion", Texture::view_sized(Format::R32Float));
+        let unread = graph.texture("not read either", Texture::view_sized(Format::Rgba32Float));
+        let apart = pass("distortion of splats", "footprint").target(unread);
+        graph.pass(apart.depth(SplatDepth::Distortion, distortion));
+        graph.output(Output::Debug("distortion".to_owned()), distortion);
         Ok(())
     }
 }

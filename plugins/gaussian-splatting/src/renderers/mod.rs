@@ -63,18 +63,14 @@ pub(crate) const NEEDS: &[NeedInfo] = &[
     NeedInfo::column(SH[3], 21).optional(),
 ];
 
-/// A renderer's own part.
-pub(crate) struct Kind {
-    pub(crate) wgsl: &'static str,
-    pub(crate) footprint: Footprint,
-    /// Its settings besides size and least opacity.
-    pub(crate) settings: Members,
-    /// Whether it shows how far Gaussians lie apart along rays.
-    pub(crate) shows_distortion: bool,
-}
-
-/// Describes a frame.
-pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Graph) {
+/// Describes a frame of splats of this kind, with `settings` of its own besides size and least opacity; gives what
+/// makes further passes over the same splats.
+pub(crate) fn draw<P>(
+    frame: &Frame<P>,
+    p: &Drawing,
+    (wgsl, footprint, settings): (&'static str, Footprint, Members),
+    graph: &mut Graph,
+) -> impl Fn(&str, &str) -> Pass + use<P> {
     let facts = &frame.cloud;
     let taken = facts.fulfilling(NEEDS);
     let has_surface = facts.has_others(&taken);
@@ -82,22 +78,18 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
     if p.space == Space::Srgb {
         graph.blend_encoded();
     }
-    let (n, gaussians) = graph.columns(
-        "gaussian",
-        facts,
-        &taken,
-        &[
-            BufferColumn::new(POSITION, 3),
-            BufferColumn::new(SPLAT_SCALE, 3),
-            BufferColumn::new(SPLAT_ROTATION, 4),
-            BufferColumn::new(OPACITY, 1).or(1.0),
-        ],
-    );
+    let columns = [
+        BufferColumn::new(POSITION, 3),
+        BufferColumn::new(SPLAT_SCALE, 3),
+        BufferColumn::new(SPLAT_ROTATION, 4),
+        BufferColumn::new(OPACITY, 1).or(1.0),
+    ];
+    let (n, gaussians) = graph.columns("gaussian", facts, &taken, &columns);
     let radiance = graph.radiance("radiance", facts, &taken, p.order);
-    let settings = kind.settings.f32("size", p.size).f32("least_opacity", p.least_opacity);
+    let settings = settings.f32("size", p.size).f32("least_opacity", p.least_opacity);
     let settings = graph.settings("drawing", settings);
-    let pass = |name: &str, function: &str| {
-        Pass::splats(name, kind.wgsl, function, kind.footprint, n)
+    let pass = move |name: &str, function: &str| {
+        Pass::splats(name, wgsl, function, footprint, n)
             .reads(&gaussians)
             .reads_radiance(&radiance)
             .settings(&settings)
@@ -113,8 +105,7 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
     }));
     let behind = graph.texture("surface", Texture::view_sized(Format::Rgba32Float));
     if has_surface {
-        let surface = Pass::shading("surface", include_str!("surface.wgsl"), "shade");
-        graph.pass(surface.target(behind));
+        graph.pass(Pass::shading("surface", include_str!("surface.wgsl"), "shade").target(behind));
     }
     let encoded = u32::from(p.space == Space::Srgb);
     let shown = Members::new().u32("encoded", encoded).u32("has_surface", u32::from(has_surface));
@@ -136,13 +127,7 @@ pub(crate) fn draw<P>(frame: &Frame<P>, p: &Drawing, kind: Kind, graph: &mut Gra
     graph.pass(depths.depth(SplatDepth::Median, median).depth(SplatDepth::Expected, expected));
     graph.output(Output::Depth, median);
     graph.output(Output::Debug("expected-depth".to_owned()), expected);
-    if kind.shows_distortion {
-        let distortion = graph.texture("distortion", Texture::view_sized(Format::R32Float));
-        let unread = graph.texture("not read either", Texture::view_sized(Format::Rgba32Float));
-        let apart = pass("distortion of splats", "footprint").target(unread);
-        graph.pass(apart.depth(SplatDepth::Distortion, distortion));
-        graph.output(Output::Debug("distortion".to_owned()), distortion);
-    }
+    pass
 }
 
 /// A pass that turns sums into a picture.

@@ -5,4 +5,5 @@ mod check;
 mod compare;
 mod explain;
 mod own_cases;
+mod own_renderers;
 mod report;
