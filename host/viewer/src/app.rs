@@ -5,7 +5,7 @@ use crate::desktop::{screen, title};
 use crate::dialogs::files;
 use crate::document::recovery::{self, JournalEnd};
 use crate::document::unsaved_prompt::is_terminating;
-use crate::panels::{side, status, windows};
+use crate::panels::{sides, status, windows};
 use crate::views::canvas;
 use crate::window::Window;
 use crate::{export, measure, start, theme};
@@ -15,9 +15,6 @@ use surfelshop_cloud::display::ColorSource;
 
 /// Time between two frames of the window while pictures are pending, on software drivers.
 const FRAME_INTERVAL: Duration = Duration::from_millis(20);
-
-/// Width of the panels at first: labels and controls beside each other.
-const SIDE_WIDTH: f32 = 340.0;
 
 impl Window {
     /// Leaves the CPU to the engine: where both draw on the CPU, a frame of the window for every
@@ -67,17 +64,8 @@ impl Window {
             egui::Panel::top("toolbar").show(ui, |ui| toolbar::show(self, ui));
         }
         let shows_start_page = self.shows_start_page();
-        if self.preferences.panels && !shows_start_page {
-            egui::Panel::left("panels")
-                .default_size(SIDE_WIDTH)
-                .size_range(260.0..=520.0)
-                .show(ui, |ui| side::show(self, ui));
-        }
-        if self.measure.form.open && !shows_start_page {
-            egui::Panel::right("measure")
-                .default_size(400.0)
-                .size_range(300.0..=720.0)
-                .show(ui, |ui| measure::panel::show(self, ui));
+        if !shows_start_page {
+            sides::show(self, ui);
         }
         let pictures = egui::CentralPanel::no_frame().show(ui, |ui| match shows_start_page {
             true => start::show_page(self, ui),

@@ -40,17 +40,20 @@ pub(crate) struct Window {
 impl Window {
     pub(crate) fn new(ctx: &Context, arguments: &ViewerArguments) -> anyhow::Result<Self> {
         let registry = session::registry(&arguments.plugins)?;
-        let wake = ctx.clone();
-        let thread =
-            RenderThread::start(arguments.device.clone(), arguments.plugins.clone(), move || {
-                wake.request_repaint()
-            })?;
         let (preference_file, preferences, wrong) = PreferenceFile::open();
+        let mut wrong: Vec<String> = wrong.into_iter().collect();
+        let (device, refused) = preferences.device.under(&arguments.device);
+        wrong.extend(refused);
+        wrong.extend(preferences.use_memory());
+        let wake = ctx.clone();
+        let thread = RenderThread::start(device.clone(), arguments.plugins.clone(), move || {
+            wake.request_repaint()
+        })?;
         theme::apply(ctx, &preferences);
         let mut window = Self {
             render: Render::new(thread),
             document: Document::new(arguments.up, &arguments.colors),
-            plugins: Plugins::new(registry, &arguments.device, &arguments.plugins),
+            plugins: Plugins::new(registry, &device, &arguments.plugins),
             measure: Measure::new(&arguments.plugins),
             settings: Settings::default(),
             views: Views::new(arguments.up),

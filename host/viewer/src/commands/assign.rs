@@ -2,8 +2,9 @@
 
 use super::command::Command;
 use super::keymap::Keymap;
-use super::shortcut::{parse, reserved};
+use super::shortcut::{parse, reserved, text};
 use super::table::{COMMANDS, find};
+use crate::window::Window;
 use eframe::egui::KeyboardShortcut;
 use std::collections::BTreeMap;
 
@@ -45,10 +46,26 @@ fn free(keymap: &Keymap, typed: &str) -> Result<KeyboardShortcut, String> {
     }
 }
 
+/// Why a command cannot have a shortcut.
+pub(crate) fn check_shortcut(
+    window: &Window,
+    id: &str,
+    shortcut: KeyboardShortcut,
+) -> Result<(), String> {
+    let typed = text(shortcut);
+    if let Some(what) = reserved(shortcut) {
+        return Err(format!("{typed} {what}"));
+    }
+    let other = window.keymap.command(shortcut).filter(|other| *other != id).and_then(find);
+    match other {
+        Some(other) => Err(format!("{typed} is already the shortcut of \"{}\"", other.name)),
+        None => parse(&typed).map(|_shortcut| ()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::commands::shortcut::text;
 
     fn changed(changes: &[(&str, &[&str])]) -> (Keymap, Vec<String>) {
         let owned = |keys: &[&str]| keys.iter().map(|key| (*key).to_owned()).collect();
@@ -62,9 +79,9 @@ mod tests {
     #[test]
     fn shortcuts_are_changed_swapped_and_taken_away() {
         let (keymap, refused) =
-            changed(&[("split", &["F2", "Ctrl+2"]), ("measure", &[]), ("frame-all", &["M"])]);
+            changed(&[("split", &["F6", "Ctrl+2"]), ("measure", &[]), ("frame-all", &["M"])]);
         assert_eq!(refused, Vec::<String>::new());
-        assert_eq!(of(&keymap, "split"), ["F2", "Ctrl+2"]);
+        assert_eq!(of(&keymap, "split"), ["F6", "Ctrl+2"]);
         assert!(of(&keymap, "measure").is_empty());
         assert_eq!(of(&keymap, "frame-all"), ["M"]);
     }
@@ -76,18 +93,18 @@ mod tests {
             ("split", "W", "W flies forward"),
             ("split", "Shift+D", "flies to the right"),
             ("split", "Hyper+N", "expected a shortcut such as Ctrl+Shift+P"),
-            ("no-such", "F2", "there is no command `no-such`"),
+            ("no-such", "F6", "there is no command `no-such`"),
         ] {
             let (keymap, refused) = changed(&[(id, &[typed])]);
             assert_eq!(refused.len(), 1, "{refused:?}");
             assert!(refused[0].contains(expected), "{refused:?}");
             assert_eq!(of(&keymap, "split"), ["N"]);
         }
-        let (keymap, refused) = changed(&[("flicker", &["F2"]), ("split", &["F2"])]);
+        let (keymap, refused) = changed(&[("flicker", &["F6"]), ("split", &["F6"])]);
         assert!(refused[0].contains("`flicker`"), "{refused:?}");
         assert_eq!(
             (of(&keymap, "split"), of(&keymap, "flicker")),
-            (vec!["N".into()], vec!["F2".into()])
+            (vec!["N".into()], vec!["F6".into()])
         );
     }
 

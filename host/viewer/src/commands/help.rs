@@ -7,15 +7,17 @@ use crate::window::Window;
 use eframe::egui::{self, Align2, Context, Grid, Response, RichText, ScrollArea, Ui, vec2};
 
 /// What the mouse does over pictures, and keys that are held.
-pub(crate) const MOUSE: [(&str, &str); 9] = [
-    ("drag", "orbit; inside a scan, look around"),
+pub(crate) const MOUSE: [(&str, &str); 11] = [
+    ("drag", "turn; while walking, look around"),
     ("right or middle drag, Shift drag", "pan"),
-    ("Ctrl drag", "look around; inside a scan, orbit"),
+    ("Ctrl drag", "look around; while walking, turn"),
     ("wheel", "zoom to the pointer"),
     ("double click", "centre what is under the pointer, and orbit about it"),
     ("click on an axis, drag the axes", "look along it; turn"),
     ("drag a light; Shift or Alt drag", "move the light across; nearer or farther"),
     ("drag the line of a wipe", "show more of one renderer"),
+    ("drag a renderer onto a view", "draw it by that, or compare by a line"),
+    ("right click in a list", "what can be done with it"),
     ("W A S D, E Q", "fly: forward, left, back, right, up, down"),
 ];
 

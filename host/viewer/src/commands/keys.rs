@@ -15,7 +15,10 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
         refused.into_iter().for_each(|line| window.messages.warn(line));
     }
     let asks = window.document.unsaved_prompt.is_some()
-        || window.document.recovery.as_ref().is_some_and(Recovery::asks);
+        || window.document.recovery.as_ref().is_some_and(Recovery::asks)
+        // A new shortcut is pressed, or a name typed.
+        || window.panels.settings.waits.is_some()
+        || window.panels.renaming.is_some();
     if asks || window.panels.dialogs.own_is_open() || window.panels.palette.is_open() {
         return;
     }
@@ -49,7 +52,7 @@ pub(crate) fn handle(window: &mut Window, ctx: &Context) {
 }
 
 fn is_function(key: Key) -> bool {
-    matches!(key, Key::F1 | Key::F11)
+    matches!(key, Key::F1 | Key::F2 | Key::F11)
 }
 
 /// Keys that text fields use with Ctrl.

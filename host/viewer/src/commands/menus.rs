@@ -39,6 +39,11 @@ pub(crate) fn entries(window: &mut Window, ui: &mut Ui, menu: Menu) {
     }
 }
 
+/// An entry of a menu that is not in the bar.
+pub(crate) fn entry(window: &mut Window, ui: &mut Ui, command: &'static Command) {
+    item(window, ui, command);
+}
+
 /// The menu of recent files.
 fn recent(window: &mut Window, ui: &mut Ui) {
     let mut chosen = None;
@@ -68,7 +73,7 @@ fn save_cloud(window: &mut Window, ui: &mut Ui, command: &'static Command) {
         return;
     }
     let mut chosen = None;
-    ui.menu_button(iconed(ui, command.icon, command.name), |ui| {
+    ui.menu_button(iconed(ui, command.icon, "Save a cloud as …"), |ui| {
         for (i, name) in names.iter().enumerate() {
             if ui.button(name).clicked() {
                 chosen = Some(i);

@@ -17,7 +17,8 @@ mod shortcut;
 mod table;
 pub(crate) mod toolbar;
 
-pub(crate) use command::{run, shortcuts};
+pub(crate) use assign::check_shortcut;
+pub(crate) use command::{Command, run, shortcuts, why_not};
 pub(crate) use help::show as show_help;
 pub(crate) use keymap::Keymap;
 #[cfg(test)]
@@ -26,4 +27,5 @@ pub(crate) use palette::entries as palette_entries;
 pub(crate) use palette::name_alone;
 pub(crate) use palette::show as show_palette;
 pub(crate) use palette_state::Palette;
+pub(crate) use shortcut::text as shortcut_text;
 pub(crate) use table::{COMMANDS, find};

@@ -47,7 +47,7 @@ pub(super) fn reserved(shortcut: KeyboardShortcut) -> Option<&'static str> {
 }
 
 /// The text of a shortcut.
-pub(super) fn text(shortcut: KeyboardShortcut) -> String {
+pub(crate) fn text(shortcut: KeyboardShortcut) -> String {
     let KeyboardShortcut { modifiers, logical_key } = shortcut;
     let parts = [
         (modifiers.command || modifiers.ctrl, "Ctrl+"),

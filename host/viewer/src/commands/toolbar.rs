@@ -17,23 +17,29 @@ const GROUPS: [&[&str]; 5] = [
     &["split", "measure"],
 ];
 
+/// Width from which all of them fit, and how many groups do below it; menus have the others.
+const WIDE: f32 = 760.0;
+const N_NARROW: usize = 3;
+
 /// Shows the toolbar.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     ui.horizontal(|ui| {
         ui.set_min_height(30.0);
         ui.spacing_mut().item_spacing.x = 2.0;
         icon_button(window, ui, "panels");
-        for group in GROUPS {
+        let n_groups = if ui.max_rect().width() < WIDE { N_NARROW } else { GROUPS.len() };
+        for group in &GROUPS[..n_groups] {
             ui.add_space(space::SMALL);
             ui.separator();
             ui.add_space(space::SMALL);
-            for id in group {
+            for id in *group {
                 icon_button(window, ui, id);
             }
         }
         ui.add_space(space::MEDIUM);
         looks(window, ui);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            icon_button(window, ui, "properties");
             icon_button(window, ui, "keys");
             icon_button(
                 window,

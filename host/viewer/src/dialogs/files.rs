@@ -6,6 +6,7 @@ use super::request::request;
 use super::state::{DialogPurpose, OpenDialog, ParameterOwner, SystemAnswer};
 use crate::document::file_names::scene_file_name;
 use crate::document::set_environment_file;
+use crate::panels::Selection;
 use crate::window::Window;
 use eframe::egui::Context;
 use std::path::{Path, PathBuf};
@@ -58,8 +59,11 @@ pub(crate) fn save_scene(window: &mut Window, ctx: &Context) {
     }
 }
 
-/// Saves the open cloud; where there are several, the palette asks which.
+/// Saves the selected cloud, or the only one; otherwise the palette asks which.
 pub(crate) fn save_cloud(window: &mut Window, ctx: &Context) {
+    if let Selection::Cloud(index) = window.selection() {
+        return open(window, ctx, DialogPurpose::SaveCloud(index));
+    }
     let clouds = window.document.clouds.as_ref();
     match clouds.map_or(0, |shown| shown.open_clouds.all().len()) {
         0 => {}

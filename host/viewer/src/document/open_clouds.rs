@@ -4,7 +4,7 @@ use super::recovery::CloudRow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use surfelshop_cloud::scene::SceneFile;
-use surfelshop_cloud::{Cloud, Column, Loaded, Summary};
+use surfelshop_cloud::{Cloud, CloudError, Column, Loaded, Summary, Transform};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
 
@@ -23,17 +23,41 @@ pub(crate) struct OpenCloud {
     pub(crate) recovered: bool,
     /// What draws it; none where that is the view's renderer.
     pub(crate) renderer: Option<NamedRenderer>,
+    /// What it is called, where that is not its file's name.
+    title: Option<String>,
+    /// How it was placed in the window, and the cloud before that.
+    placed: Option<(Transform, Cloud)>,
 }
 
 impl OpenCloud {
     fn read(loaded: Loaded, entry: usize) -> Self {
         let on_disk = generations(&loaded.cloud);
-        let (visible, entry, recovered) = (true, Some(entry), false);
-        Self { loaded, visible, entry, saved_as: None, on_disk, recovered, renderer: None }
+        Self { entry: Some(entry), on_disk, ..Self::new(loaded) }
     }
 
-    /// Its file's name, or the name of its source cloud and the tool.
+    /// A cloud that is in no file.
+    fn new(loaded: Loaded) -> Self {
+        let (visible, recovered, on_disk) = (true, false, Vec::new());
+        let (entry, saved_as, renderer, title, placed) = (None, None, None, None, None);
+        Self { loaded, visible, entry, saved_as, on_disk, recovered, renderer, title, placed }
+    }
+
+    /// What it was called; else its file's name, or the name of its source cloud and the tool.
     pub(crate) fn name(&self) -> String {
+        self.title.clone().unwrap_or_else(|| self.file_name())
+    }
+
+    /// What it was called in the window or in its scene.
+    pub(crate) fn title(&self) -> Option<&String> {
+        self.title.as_ref()
+    }
+
+    /// How it was placed in the window, after how its scene places it.
+    pub(crate) fn placement(&self) -> Transform {
+        self.placed.as_ref().map_or_else(Transform::default, |(transform, _)| *transform)
+    }
+
+    fn file_name(&self) -> String {
         let path = self.saved_as.as_deref().unwrap_or(Path::new(&self.loaded.summary.file));
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
         name.unwrap_or_else(|| self.loaded.summary.file.clone())
@@ -41,7 +65,13 @@ impl OpenCloud {
 
     /// Whether it has edits that its file has not.
     pub(crate) fn is_unsaved(&self) -> bool {
-        self.on_disk != generations(&self.loaded.cloud)
+        // A scene says how it is placed.
+        let has_file = self.entry.is_some() || self.saved_as.is_some();
+        let cloud = match &self.placed {
+            Some((_, before)) if has_file => before,
+            _ => &self.loaded.cloud,
+        };
+        self.on_disk != generations(cloud)
     }
 }
 
@@ -54,6 +84,8 @@ pub(crate) fn generations(cloud: &Cloud) -> Vec<u64> {
 #[derive(Clone)]
 pub(crate) struct OpenClouds {
     all: Arc<Vec<OpenCloud>>,
+    /// The clouds of the scene that were removed, by their indices there.
+    removed: Arc<Vec<usize>>,
     /// The visible ones.
     pub(crate) clouds: Arc<Clouds>,
 }
@@ -64,6 +96,8 @@ impl PartialEq for OpenClouds {
         let same = |(a, b): (&OpenCloud, &OpenCloud)| {
             a.visible == b.visible
                 && a.renderer == b.renderer
+                && a.title == b.title
+                && a.placement() == b.placement()
                 && generations(&a.loaded.cloud) == generations(&b.loaded.cloud)
         };
         Arc::ptr_eq(&self.all, &other.all)
@@ -76,7 +110,7 @@ impl OpenClouds {
     pub(crate) fn read(clouds: Clouds, entries: &[usize]) -> Self {
         let all = clouds.loaded.iter().zip(entries);
         let all = all.map(|(loaded, entry)| OpenCloud::read(loaded.clone(), *entry)).collect();
-        Self { all: Arc::new(all), clouds: Arc::new(clouds) }
+        Self { all: Arc::new(all), removed: Arc::default(), clouds: Arc::new(clouds) }
     }
 
     /// Recovered clouds, with the rows of the manifest.
@@ -93,7 +127,8 @@ impl OpenClouds {
             }
             open_cloud
         };
-        Self::of(clouds.loaded.iter().zip(entries).map(open_cloud).collect(), &clouds)
+        let all = clouds.loaded.iter().zip(entries).map(open_cloud).collect();
+        Self::of(all, Arc::default(), &clouds)
     }
 
     /// Whether it is the same set of clouds, with the same ones saved.
@@ -102,14 +137,14 @@ impl OpenClouds {
     }
 
     /// These clouds; `before` is what was open before, whose pyramids and standpoint stay.
-    fn of(all: Vec<OpenCloud>, before: &Clouds) -> Self {
+    fn of(all: Vec<OpenCloud>, removed: Arc<Vec<usize>>, before: &Clouds) -> Self {
         let shown = all
             .iter()
             .filter(|open_cloud| open_cloud.visible)
             .map(|open_cloud| open_cloud.loaded.clone());
         let (pyramids, standpoint) = (before.pyramids.clone(), before.standpoint);
         let clouds = Clouds { pyramids, standpoint, ..Clouds::of(shown.collect()) };
-        Self { clouds: Arc::new(clouds), all: Arc::new(all) }
+        Self { clouds: Arc::new(clouds), removed, all: Arc::new(all) }
     }
 
     /// All clouds, hidden ones too.
@@ -122,12 +157,62 @@ impl OpenClouds {
         if let Some(open_cloud) = all.get_mut(index) {
             change(open_cloud);
         }
-        Self::of(all, &self.clouds)
+        Self::of(all, self.removed.clone(), &self.clouds)
+    }
+
+    /// The same clouds, one of them with what does not change how it is drawn.
+    fn noted(&self, index: usize, change: impl FnOnce(&mut OpenCloud)) -> Self {
+        let mut all = self.all.to_vec();
+        if let Some(open_cloud) = all.get_mut(index) {
+            change(open_cloud);
+        }
+        Self { all: Arc::new(all), ..self.clone() }
+    }
+
+    /// With one cloud called as the user likes; by its file where the title is empty.
+    pub(crate) fn titled(&self, index: usize, title: &str) -> Self {
+        self.noted(index, |open_cloud| {
+            let title = title.trim();
+            open_cloud.title = Some(title.to_owned())
+                .filter(|title| !title.is_empty() && *title != open_cloud.file_name());
+        })
+    }
+
+    /// With one cloud placed anew, from where its scene puts it.
+    pub(crate) fn placed(&self, index: usize, transform: &Transform) -> Result<Self, CloudError> {
+        let Some(open_cloud) = self.all.get(index) else { return Ok(self.clone()) };
+        let before = match &open_cloud.placed {
+            Some((_, before)) => before.clone(),
+            None => open_cloud.loaded.cloud.clone(),
+        };
+        let cloud = before.transformed(transform)?;
+        Ok(self.changed(index, |open_cloud| {
+            open_cloud.loaded.cloud = cloud;
+            open_cloud.placed = Some((*transform, before));
+        }))
+    }
+
+    /// Without one cloud; the file stays. The last one cannot be removed.
+    pub(crate) fn without(&self, index: usize) -> Self {
+        let mut all = self.all.to_vec();
+        if index >= all.len() || all.len() == 1 {
+            return self.clone();
+        }
+        let gone = all.remove(index);
+        let removed = self.removed.iter().copied().chain(gone.entry).collect();
+        Self::of(all, Arc::new(removed), &self.clouds)
+    }
+
+    /// The clouds of the scene that were removed, by their indices there.
+    pub(crate) fn removed(&self) -> &[usize] {
+        &self.removed
     }
 
     /// With another cloud at an index.
     pub(crate) fn edited(&self, index: usize, cloud: Cloud) -> Self {
-        self.changed(index, |open_cloud| open_cloud.loaded.cloud = cloud)
+        self.changed(index, |open_cloud| {
+            (open_cloud.loaded.cloud, open_cloud.placed) = (cloud, None);
+        })
     }
 
     /// With a cloud that a tool made from another one, which becomes hidden.
@@ -144,12 +229,8 @@ impl OpenClouds {
             columns: cloud.columns().iter().map(|column| column.name().to_owned()).collect(),
             ..Summary::default()
         };
-        let loaded = Loaded { cloud, summary };
-        let (entry, saved_as, on_disk) = (None, None, Vec::new());
-        let (recovered, renderer) = (false, None);
-        let visible = true;
-        all.push(OpenCloud { loaded, visible, entry, saved_as, on_disk, recovered, renderer });
-        Self::of(all, &self.clouds)
+        all.push(OpenCloud::new(Loaded { cloud, summary }));
+        Self::of(all, self.removed.clone(), &self.clouds)
     }
 
     /// With one cloud shown or hidden.
@@ -167,12 +248,13 @@ impl OpenClouds {
         let mut all = self.all.to_vec();
         for open_cloud in &mut all {
             let entry = open_cloud.entry.and_then(|entry| scene.clouds.get(entry));
+            open_cloud.title = entry.and_then(|cloud| cloud.name.clone());
             open_cloud.renderer = entry.and_then(|cloud| cloud.renderer.clone()).map(|renderer| {
                 let place = open_cloud.name();
                 NamedRenderer { renderer, place, folder: scene.folder.clone() }
             });
         }
-        Self { all: Arc::new(all), clouds: self.clouds.clone() }
+        Self { all: Arc::new(all), ..self.clone() }
     }
 
     /// What the visible clouds name.
@@ -183,12 +265,11 @@ impl OpenClouds {
 
     /// With one cloud marked as saved, in the state that was written.
     pub(crate) fn saved(&self, index: usize, path: &Path, cloud: &Cloud) -> Self {
-        let mut all = self.all.to_vec();
-        if let Some(open_cloud) = all.get_mut(index) {
+        self.noted(index, |open_cloud| {
             (open_cloud.saved_as, open_cloud.on_disk) = (Some(path.to_owned()), generations(cloud));
-        }
-        // The visible clouds stay the same.
-        Self { all: Arc::new(all), clouds: self.clouds.clone() }
+            // The file has it as it is placed.
+            open_cloud.placed = None;
+        })
     }
 
     /// The generation and bytes of every column.

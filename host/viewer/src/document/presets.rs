@@ -1,6 +1,6 @@
 //! Presets: named parameter values of a renderer, one file each.
 
-use super::scene_values::{toml_of, value_of};
+use super::scene_file::values::{toml_of, value_of};
 use super::state_folder::StateFolder;
 use anyhow::{Context as _, anyhow, bail};
 use std::path::PathBuf;

@@ -1,5 +1,6 @@
 //! The settings of scene and panes, which undo covers.
 
+use super::scene_file::bookmarks::Bookmark;
 use std::collections::BTreeMap;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -40,6 +41,25 @@ impl Mode {
         }
     }
 
+    /// What it does, in a word or two.
+    pub(crate) fn short(self) -> &'static str {
+        match self {
+            Self::Flicker => "in turn",
+            other => other.name(),
+        }
+    }
+
+    /// What it does, in words.
+    pub(crate) fn words(self) -> &'static str {
+        match self {
+            Self::Single => "one picture",
+            Self::SideBySide => "side by side",
+            Self::Wipe => "with a wipe line",
+            Self::Flicker => "in turn",
+            Self::Difference => "their difference",
+        }
+    }
+
     /// The number of renderers it shows.
     pub(crate) fn sides(self) -> usize {
         if self == Self::Single { 1 } else { 2 }
@@ -53,6 +73,10 @@ pub(crate) struct PaneSettings {
     /// The renderers by name; the second is for modes with two.
     pub(crate) renderers: [String; 2],
     pub(crate) mode: Mode,
+    /// What it is called; empty for its number.
+    pub(crate) title: String,
+    /// The cloud that each side shows alone, by its name; none for all.
+    pub(crate) clouds: [Option<String>; 2],
     /// Parameters by renderer.
     pub(crate) values: BTreeMap<String, Values>,
     /// Whether it uses the camera that linked panes share.
@@ -76,11 +100,21 @@ impl PaneSettings {
             id,
             renderers: [renderer.to_owned(), other.to_owned()],
             mode: Mode::Single,
+            title: String::new(),
+            clouds: [None, None],
             values: BTreeMap::new(),
             linked: true,
             wipe: 0.5,
             output: Output::Color,
             unknown: Table::new(),
+        }
+    }
+
+    /// What it is called.
+    pub(crate) fn name(&self) -> String {
+        match self.title.as_str() {
+            "" => format!("view {}", self.id + 1),
+            title => title.to_owned(),
         }
     }
 
@@ -110,6 +144,10 @@ pub(crate) struct Settings {
     pub(crate) shows_legend: bool,
     /// Whether light handles are shown.
     pub(crate) shows_light_handles: bool,
+    /// Lights that are switched off.
+    pub(crate) lights_off: Vec<Light>,
+    /// Remembered cameras.
+    pub(crate) bookmarks: Vec<Bookmark>,
     pub(crate) panes: Vec<PaneSettings>,
 }
 
@@ -128,6 +166,8 @@ impl Default for Settings {
             splats: SplatSettings::default(),
             shows_legend: true,
             shows_light_handles: true,
+            lights_off: Vec::new(),
+            bookmarks: Vec::new(),
             panes: vec![PaneSettings::new(0, USUAL_RENDERER)],
         }
     }

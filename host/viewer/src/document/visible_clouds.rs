@@ -1,6 +1,7 @@
 //! The open clouds with what the views need of the visible ones.
 
 use super::display::job::DisplayInputs;
+use super::one_cloud::{OneCloud, Part};
 use super::open_clouds::OpenClouds;
 use std::sync::Arc;
 use surfelshop_session::input::clouds::Clouds;
@@ -49,5 +50,12 @@ impl VisibleClouds {
     pub(crate) fn named(&self) -> Vec<Option<NamedRenderer>> {
         let of = self.displayed_of.as_ref();
         of.map_or(&self.open_clouds, |of| &of.open_clouds).named()
+    }
+
+    /// What is displayed of a visible cloud of this name; of all of them where there is none.
+    pub(crate) fn part(&self, name: Option<&String>) -> Part {
+        let of = self.displayed_of.as_ref();
+        let open_clouds = of.map_or(&self.open_clouds, |of| &of.open_clouds);
+        OneCloud::default().part((&self.clouds, self.revision), open_clouds, name)
     }
 }

@@ -1,6 +1,7 @@
 //! What is chosen in the export window.
 
 use super::job::ExportPicture;
+use crate::window::Window;
 use surfelshop_api::Camera;
 
 /// Which cameras are exported.
@@ -35,6 +36,8 @@ pub(crate) struct ExportForm {
     pub(super) kind: ExportKind,
     pub(super) renderers: RendererChoice,
     pub(crate) path: String,
+    /// Whether pictures have the size of the view, and not [`Self::size`], pixels.
+    pub(super) as_view: bool,
     pub(super) size: [u32; 2],
     pub(super) n_frames: usize,
     /// Whether what colours mean is drawn into the pictures.
@@ -51,7 +54,8 @@ impl Default for ExportForm {
             open: false,
             kind: ExportKind::View,
             renderers: RendererChoice::First,
-            path: "surfelshop.png".to_owned(),
+            path: usual_path(),
+            as_view: true,
             size: [1920, 1080],
             n_frames: 120,
             legend: true,
@@ -61,11 +65,27 @@ impl Default for ExportForm {
     }
 }
 
+/// A file in the user's folder of pictures, else in the present one.
+fn usual_path() -> String {
+    let home = std::env::var_os(if cfg!(windows) { "USERPROFILE" } else { "HOME" });
+    let pictures = home.map(|home| std::path::PathBuf::from(home).join("Pictures"));
+    let folder = pictures.filter(|folder| folder.is_dir()).or(std::env::current_dir().ok());
+    folder.unwrap_or_default().join("surfelshop.png").display().to_string()
+}
+
+impl ExportForm {
+    /// Width and height of the pictures, pixels.
+    pub(super) fn size_of(&self, window: &Window) -> [u32; 2] {
+        let pane = window.views.panes.get(&window.views.focused).filter(|_| self.as_view);
+        pane.map(|pane| pane.size_px).filter(|size| !size.contains(&0)).unwrap_or(self.size)
+    }
+}
+
 #[cfg(test)]
 impl ExportForm {
     /// Sets path, size and number of pictures.
     pub(crate) fn set(&mut self, path: &str, size: [u32; 2], n_frames: usize) {
         path.clone_into(&mut self.path);
-        (self.size, self.n_frames) = (size, n_frames);
+        (self.as_view, self.size, self.n_frames) = (false, size, n_frames);
     }
 }

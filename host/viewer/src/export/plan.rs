@@ -31,15 +31,17 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
     let shown = window.document.complete_clouds().ok_or("there is nothing to draw yet")?;
     let settings = window.settings.pane(window.views.focused).ok_or("no view is chosen")?;
     let sides = form.renderers.sides();
+    let size = form.size_of(window);
+    let parts = [0, 1].map(|side| shown.part(settings.clouds[side].as_ref()));
     let request = |side: usize, camera: Camera| ViewRequest {
         renderer: settings.renderers[side].clone(),
         values: settings.values_of(side),
-        clouds: shown.clouds.clone(),
-        named: shown.named(),
+        clouds: parts[side].clouds.clone(),
+        named: parts[side].named.clone(),
         scene: window.settings.scene.clone(),
         environment: window.settings.environment.clone(),
         display: window.settings.display_transform(),
-        view: camera::framed_view(camera, &shown.extent, form.size),
+        view: camera::framed_view(camera, &shown.extent, size),
         antialias: window.settings.antialias,
         detail: Detail::FULL,
         in_motion: false,

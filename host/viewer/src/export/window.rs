@@ -13,7 +13,8 @@ use surfelshop_api::Camera;
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let mut open = window.panels.export_form.open;
     let form_window = egui::Window::new("Save pictures").open(&mut open).resizable(false);
-    form_window.default_pos([380.0, 90.0]).show(ctx, |ui| {
+    let middle = ctx.content_rect().center();
+    form_window.pivot(egui::Align2::CENTER_CENTER).default_pos(middle).show(ctx, |ui| {
         if let Some(job) = &window.panels.export_job {
             let text = format!("{} of {}", job.n_written, job.pictures.len());
             ui.add(egui::ProgressBar::new(job.fraction()).text(text));
@@ -53,13 +54,15 @@ fn form(window: &mut Window, ui: &mut Ui) {
     let camera = window.camera_of(window.views.focused);
     let settings = window.settings.pane(window.views.focused).cloned();
     let has_legend = window.legend().is_some();
+    let size = window.panels.export_form.size_of(window);
+    let remembered: Vec<Camera> = window.settings.bookmarks.iter().map(|one| one.camera).collect();
     let form = &mut window.panels.export_form;
     ui.horizontal(|ui| {
         ui.selectable_value(&mut form.kind, ExportKind::View, "this view");
         ui.selectable_value(&mut form.kind, ExportKind::Turntable, "a turn around");
         ui.selectable_value(&mut form.kind, ExportKind::Path, "a path of cameras");
     });
-    if fields(ui, form, settings, camera) {
+    if fields(ui, form, settings, (camera, size, &remembered)) {
         files::open(window, ui.ctx(), DialogPurpose::Pictures);
     }
     if has_legend {
@@ -85,13 +88,14 @@ fn fields(
     ui: &mut Ui,
     form: &mut ExportForm,
     settings: Option<PaneSettings>,
-    camera: Camera,
+    (camera, size, remembered): (Camera, [u32; 2], &[Camera]),
 ) -> bool {
     let mut chooses_file = false;
     egui::Grid::new("export").num_columns(2).show(ui, |ui| {
         let label = ui.label("file (.png or .exr)");
         ui.horizontal(|ui| {
-            ui.text_edit_singleline(&mut form.path).labelled_by(label.id);
+            let line = egui::TextEdit::singleline(&mut form.path).desired_width(320.0);
+            ui.add(line).labelled_by(label.id);
             chooses_file = ui.button("choose …").clicked();
         });
         ui.end_row();
@@ -109,8 +113,15 @@ fn fields(
         }
         let label = ui.label("width x height, pixels");
         ui.horizontal(|ui| {
-            for side in &mut form.size {
-                ui.add(egui::DragValue::new(side).range(1..=16384)).labelled_by(label.id);
+            if ui.checkbox(&mut form.as_view, "as the view").changed() && !form.as_view {
+                form.size = size;
+            }
+            if form.as_view {
+                ui.weak(format!("{} x {}", size[0], size[1]));
+            } else {
+                for side in &mut form.size {
+                    ui.add(egui::DragValue::new(side).range(1..=16384)).labelled_by(label.id);
+                }
             }
         });
         ui.end_row();
@@ -125,6 +136,10 @@ fn fields(
             ui.horizontal(|ui| {
                 if ui.button("add this one").clicked() {
                     form.keys.push(camera);
+                }
+                let all = egui::Button::new("the remembered ones");
+                if ui.add_enabled(remembered.len() > 1, all).clicked() {
+                    form.keys = remembered.to_vec();
                 }
                 if ui.button("forget all").clicked() {
                     form.keys.clear();

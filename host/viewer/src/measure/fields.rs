@@ -3,6 +3,7 @@
 use super::form::ReferenceChoice;
 use crate::dialogs::{DialogPurpose, ParameterOwner, files};
 use crate::panels::parameters;
+use crate::panels::row::{row, row_of};
 use crate::plugins::Readiness;
 use crate::window::Window;
 use eframe::egui::{self, ComboBox, DragValue, Ui};
@@ -26,9 +27,8 @@ pub(super) fn reference(window: &mut Window, ui: &mut Ui) {
     let tracers = window.plugins.registry.names(UnitKind::Tracer);
     choices.extend(tracers.into_iter().map(ReferenceChoice::Tracer));
     choices.push(ReferenceChoice::Picture);
-    ui.horizontal(|ui| {
-        let label = ui.label("against");
-        let combo = ComboBox::from_id_salt("against").selected_text(label_of(&chosen)).width(220.0);
+    row_of(ui, "against", "What counts as right.", |ui, label| {
+        let combo = ComboBox::from_id_salt("against").selected_text(label_of(&chosen)).truncate();
         let shown = combo.show_ui(ui, |ui| {
             for choice in choices {
                 let is_chosen = choice == chosen;
@@ -37,26 +37,30 @@ pub(super) fn reference(window: &mut Window, ui: &mut Ui) {
                 }
             }
         });
-        shown.response.labelled_by(label.id);
+        shown.response.labelled_by(label)
     });
     match window.measure.form.against(window) {
         ReferenceChoice::Itself => {
-            ui.horizontal(|ui| {
-                let label = ui.label(format!("best {}", knob.unwrap_or_default()));
-                let line = egui::TextEdit::singleline(&mut window.measure.form.best);
-                ui.add(line.desired_width(100.0)).labelled_by(label.id);
+            let label = format!("best {}", knob.unwrap_or_default());
+            row(ui, &label, "The value that counts as right.", |ui| {
+                ui.text_edit_singleline(&mut window.measure.form.best)
             });
         }
         ReferenceChoice::Renderer(_) => {}
         ReferenceChoice::Tracer(name) => tracer(window, ui, &name),
         ReferenceChoice::Picture => {
-            ui.horizontal(|ui| {
-                let label = ui.label("file");
+            row_of(ui, "file", "A picture of linear radiance (.exr).", |ui, label| {
                 let line = egui::TextEdit::singleline(&mut window.measure.form.path);
-                ui.add(line.desired_width(220.0)).labelled_by(label.id);
-                if ui.button("choose …").clicked() {
+                let width = (ui.available_width() - 40.0).max(60.0);
+                let line = ui.add(line.desired_width(width)).labelled_by(label);
+                let choose = ui.button("…").on_hover_text("choose a file");
+                choose.widget_info(|| {
+                    egui::WidgetInfo::labeled(egui::Role::Button, true, "choose a file")
+                });
+                if choose.clicked() {
                     files::open(window, ui.ctx(), DialogPurpose::Reference);
                 }
+                line
             });
             ui.weak("its size is the size of the pictures that are measured");
         }
@@ -101,21 +105,20 @@ pub(super) fn size(window: &mut Window, ui: &mut Ui) {
     }
     let [width, height] = window.measure.form.size_px(window);
     let form = &mut window.measure.form;
-    ui.horizontal(|ui| {
-        let label = ui.label("size");
-        let of_view = ui.checkbox(&mut form.as_view, "as the view");
+    row(ui, "as the view", &format!("Pictures of {width} x {height} pixels."), |ui| {
+        let of_view = ui.checkbox(&mut form.as_view, format!("{width} x {height}"));
         if of_view.changed() && !form.as_view {
             form.size = [width, height];
         }
-        if form.as_view {
-            ui.weak(format!("{width} x {height} pixels"));
-        } else {
-            for side in &mut form.size {
-                ui.add(DragValue::new(side).range(1..=16384)).labelled_by(label.id);
-            }
-            ui.weak("pixels");
-        }
+        of_view
     });
+    if !form.as_view {
+        row_of(ui, "size, pixels", "Width and height.", |ui, label| {
+            let [width, height] = &mut form.size;
+            let width = ui.add(DragValue::new(width).range(1..=16384)).labelled_by(label);
+            width | ui.add(DragValue::new(height).range(1..=16384)).labelled_by(label)
+        });
+    }
 }
 
 /// The choice of the varied parameter, and its values.
@@ -124,11 +127,13 @@ pub(super) fn knob(window: &mut Window, ui: &mut Ui) {
     let (renderers, n_sides) = (pane.renderers.clone(), pane.mode.sides());
     let mut side = window.measure.form.side(pane);
     if n_sides == 2 {
-        ui.horizontal(|ui| {
-            ui.label("renderer");
-            for (i, name) in renderers.iter().enumerate() {
-                ui.selectable_value(&mut side, i, name);
-            }
+        row_of(ui, "renderer", "Whose parameter is varied.", |ui, _label| {
+            let shown = ui.horizontal_wrapped(|ui| {
+                for (i, name) in renderers.iter().enumerate() {
+                    ui.selectable_value(&mut side, i, name);
+                }
+            });
+            shown.response
         });
         window.measure.form.side = side;
     }
@@ -139,13 +144,13 @@ pub(super) fn knob(window: &mut Window, ui: &mut Ui) {
     let chosen = window.measure.form.knob(window).map(|knob| knob.id.clone());
     let form = &mut window.measure.form;
     if declared.is_empty() {
-        ui.weak(format!("{} has no parameter to turn", renderers[side]));
+        ui.weak(format!("{} has no parameter to vary", renderers[side]));
         return;
     }
-    ui.horizontal(|ui| {
-        let label = ui.label("turn").on_hover_text("the parameter that is turned");
-        let shown = chosen.as_deref().unwrap_or("choose a parameter");
-        let combo = ComboBox::from_id_salt("knob").selected_text(shown).width(160.0);
+    let about = "The parameter that is varied.";
+    row_of(ui, "vary", about, |ui, label| {
+        let shown = chosen.as_deref().unwrap_or("choose one");
+        let combo = ComboBox::from_id_salt("knob").selected_text(shown).truncate();
         let shown = combo.show_ui(ui, |ui| {
             for knob in &declared {
                 let text = match knob.quality {
@@ -157,15 +162,15 @@ pub(super) fn knob(window: &mut Window, ui: &mut Ui) {
                 }
             }
         });
-        shown.response.labelled_by(label.id);
-        let label = ui.label("times").on_hover_text("frames of each that are timed, in turns");
-        ui.add(DragValue::new(&mut form.repeats).range(1..=100)).labelled_by(label.id);
+        shown.response.labelled_by(label)
     });
     if chosen.is_some() {
-        ui.horizontal(|ui| {
-            let label = ui.label("values");
-            let line = egui::TextEdit::singleline(&mut form.typed);
-            ui.add(line.desired_width(f32::INFINITY)).labelled_by(label.id);
+        row(ui, "values", "Its values, separated by commas.", |ui| {
+            ui.text_edit_singleline(&mut form.typed)
         });
     }
+    let about = "How often each picture is timed, in turns; the median counts.";
+    row(ui, "timed pictures", about, |ui| {
+        ui.add(DragValue::new(&mut form.repeats).range(1..=100))
+    });
 }

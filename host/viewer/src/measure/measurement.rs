@@ -5,9 +5,11 @@
 //! first frame of each subject, in which shaders are compiled, is not timed.
 
 use super::background::BackgroundJob;
+use super::pictures::Pictures;
 use super::plan::{Basis, Plan, ReferenceSource, Subject};
 use super::reference::TraceJob;
 use crate::render_thread::{Detail, MEASURE_PANE, RenderedView, ViewRequest, ViewSlot};
+use eframe::egui::{Context, TextureId};
 use std::collections::VecDeque;
 use std::sync::Arc;
 use surfelshop_api::View;
@@ -63,6 +65,8 @@ pub(crate) struct Measurement {
     pub(crate) subjects: Vec<Subject>,
     /// The numbers of each subject.
     pub(crate) cells: Vec<Option<Cell>>,
+    /// A small picture of each subject.
+    pictures: Pictures,
     pub(crate) status: Status,
     work: Option<Work>,
 }
@@ -100,11 +104,17 @@ impl Measurement {
         let (n_timed, first_ms) = (0, 0.0);
         let work =
             Work { clouds, extent, reference, pending, steps, n_steps, n_timed, drawn, first_ms };
-        Self { basis, subjects, cells: vec![None; n], status: Status::Running, work: Some(work) }
+        let (cells, pictures, status) = (vec![None; n], Pictures::new(n), Status::Running);
+        Self { basis, subjects, cells, pictures, status, work: Some(work) }
     }
 
     pub(crate) fn is_running(&self) -> bool {
         self.status == Status::Running
+    }
+
+    /// The small picture of a subject, once it is drawn.
+    pub(super) fn picture(&self, ctx: &Context, i: usize) -> Option<TextureId> {
+        self.pictures.texture(ctx, i)
     }
 
     /// The progress in [0, 1], and the present step in words.
@@ -246,7 +256,8 @@ impl Measurement {
                 let name = self.basis.source.name();
                 self.fail(format!("{name}: {line}; there is nothing to measure against"));
             }
-            (Step::Draw(_), Ok(rendered)) => {
+            (Step::Draw(i), Ok(rendered)) => {
+                self.pictures.put(i, rendered.size, &rendered.levels);
                 if let Some(work) = &mut self.work {
                     work.drawn = Some((color(&rendered), rendered.frame_ms));
                 }

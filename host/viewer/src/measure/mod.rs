@@ -10,11 +10,13 @@
 //! the next one, the reference.
 
 mod background;
+mod card;
 mod choices;
 mod fields;
 mod form;
 mod measurement;
 pub(crate) mod panel;
+mod pictures;
 mod plan;
 mod planning;
 mod plot;
@@ -22,6 +24,7 @@ mod reference;
 mod run;
 mod state;
 mod table;
+mod words;
 
 #[cfg(test)]
 pub(crate) use form::ReferenceChoice;
@@ -29,5 +32,6 @@ pub(crate) use form::ReferenceChoice;
 pub(crate) use measurement::{Measurement, Status};
 #[cfg(test)]
 pub(crate) use plan::Kind;
+pub(crate) use panel::copy_numbers;
 pub(crate) use run::{advance, take_reply};
 pub(crate) use state::Measure;

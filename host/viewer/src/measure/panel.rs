@@ -6,22 +6,13 @@ use super::measurement::{Measurement, Status};
 use super::plan::{Kind, with};
 use super::run::{begin, cancel};
 use super::{planning, plot, table};
-use crate::theme::dismiss;
+use crate::theme::{Icon, iconed};
 use crate::window::Window;
-use eframe::egui::{self, Align, Layout, ScrollArea, Ui};
+use eframe::egui::{self, ScrollArea, Ui};
 
 /// Shows the panel.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
     Form::update_values(window);
-    ui.add_space(4.0);
-    ui.horizontal(|ui| {
-        ui.heading("Compare quality");
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            if dismiss(ui, "close the panel") {
-                window.measure.form.open = false;
-            }
-        });
-    });
     ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
         // The scroll bar lies over the right edge.
         ui.set_max_width(ui.available_width() - BAR);
@@ -47,6 +38,7 @@ fn current_view(window: &mut Window, ui: &mut Ui) {
     if let Some(measurement) = window.measure.of(Kind::CurrentView) {
         summary(window, ui, measurement, Kind::CurrentView);
         table::pictures(ui, measurement);
+        copy(ui, measurement);
     }
 }
 
@@ -58,9 +50,31 @@ fn series(window: &mut Window, ui: &mut Ui) {
     let now = present_value(window, measurement);
     let drawn = plot::show(ui, measurement, now.as_deref());
     let listed = table::values(ui, measurement, now.as_deref());
+    copy(ui, measurement);
     if let Some(value) = drawn.or(listed) {
         set_knob(window, &value);
     }
+}
+
+/// The button that copies all numbers.
+fn copy(ui: &mut Ui, measurement: &Measurement) {
+    if measurement.cells.iter().all(Option::is_none) {
+        return;
+    }
+    let button = egui::Button::new(iconed(ui, Icon::ClipboardCopy, "copy numbers"));
+    let about = "All numbers with all their digits, as a table for a spreadsheet.";
+    if ui.add(button).on_hover_text(about).clicked() {
+        ui.ctx().copy_text(table::as_text(measurement));
+    }
+}
+
+/// Copies the numbers of what was measured last.
+pub(crate) fn copy_numbers(window: &mut Window, ctx: &egui::Context) {
+    let measure = &window.measure;
+    let all = [&measure.current_view, &measure.series];
+    let text: Vec<String> = all.into_iter().flatten().map(table::as_text).collect();
+    ctx.copy_text(text.join("\n"));
+    window.messages.report("the numbers are copied");
 }
 
 /// The button that begins a measurement, or its progress with the button that cancels it.
@@ -82,15 +96,15 @@ fn run(window: &mut Window, ui: &mut Ui, kind: Kind) {
     }
     let reason = planning::basis(window, kind).err();
     let is_free = reason.is_none() && !window.measure.is_busy() && window.plugins.crash.is_none();
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let button = ui.add_enabled(is_free, egui::Button::new(what));
         let description = match kind {
             Kind::CurrentView => "what the view shows",
             Kind::Series => "error against time, value by value",
         };
         match &reason {
-            None => ui.weak(description),
-            Some(reason) => ui.weak(reason),
+            None => ui.add(egui::Label::new(egui::RichText::new(description).weak()).wrap()),
+            Some(reason) => ui.add(egui::Label::new(egui::RichText::new(reason).weak()).wrap()),
         };
         if button.clicked()
             && let Err(reason) = begin(window, kind)

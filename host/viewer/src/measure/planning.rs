@@ -15,6 +15,10 @@ const MOST_VALUES: usize = 16;
 pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
     let shown = window.document.complete_clouds().ok_or("open a cloud first")?;
     let pane = window.settings.pane(window.views.focused).ok_or("no view is chosen")?;
+    if pane.clouds.iter().take(pane.mode.sides()).any(Option::is_some) {
+        let line = "the view shows one of several clouds, and all are measured";
+        return Err(format!("{line}; choose all clouds under Compare"));
+    }
     let form = &window.measure.form;
     let knob = form.knob(window);
     let side = form.side(pane);
@@ -23,7 +27,7 @@ pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
         Kind::CurrentView => ((0..pane.mode.sides()).map(of).collect(), None),
         Kind::Series => {
             let (name, mut values) = of(side);
-            let knob = knob.ok_or_else(|| format!("choose a parameter of `{name}` to turn"))?;
+            let knob = knob.ok_or_else(|| format!("choose a parameter of `{name}` to vary"))?;
             values.remove(&knob.id);
             (vec![(name, values)], Some(knob.id.clone()))
         }

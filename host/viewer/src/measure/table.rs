@@ -1,8 +1,11 @@
 //! The tables of a measurement.
 
 use super::measurement::Measurement;
+use super::card::Card;
 use super::plot::time;
-use eframe::egui::{Grid, RichText, Ui};
+use super::words::words;
+use crate::theme::space;
+use eframe::egui::{Grid, RichText, Ui, vec2};
 use surfelshop_evaluate::compare::report::METRICS;
 use surfelshop_evaluate::report::cells::Cell;
 use surfelshop_session::timing::median;
@@ -27,9 +30,12 @@ pub(super) fn pictures(ui: &mut Ui, measurement: &Measurement) {
             ui.strong(&cell.value);
         }
         ui.end_row();
-        for (name, meaning, better) in METRICS {
-            let help = format!("{meaning}; {better} is better");
-            row(ui, name, &help, known.iter().map(|cell| metric(cell, name)));
+        for (id, meaning, better) in METRICS {
+            let (title, help) = match words(id) {
+                Some(words) => (words.title(), words.help(id)),
+                None => (id.to_owned(), format!("{meaning}; {better} is better")),
+            };
+            row(ui, &title, &help, known.iter().map(|cell| metric(cell, id)));
         }
         let noise = |cell: &&Cell| Some(cell.noise).filter(|_| !cell.is_faulty());
         let wall = |cell: &Cell| cell.times(|run| Some(run.wall_ms));
@@ -39,27 +45,37 @@ pub(super) fn pictures(ui: &mut Ui, measurement: &Measurement) {
         let texts = |of: &dyn Fn(&&Cell) -> Option<f64>| -> Vec<String> {
             known.iter().map(|cell| of(cell).map_or("-".to_owned(), number)).collect()
         };
-        row(ui, "noise", "root of the reference's own mean squared error", texts(&noise));
         row(
             ui,
-            "frame, ms",
-            "median of those after the first; all frames together where a picture is refined",
+            "noise of the reference",
+            "Root of the reference's own mean squared error: no error below it can be told.",
+            texts(&noise),
+        );
+        row(
+            ui,
+            "time, ms ↓",
+            "Milliseconds of a picture: the median of those after the first; all frames together where one is refined.",
             texts(&of_frame),
         );
-        row(ui, "spread, ms", "between the quartiles", texts(&between));
-        row(ui, "own passes, ms", "its own passes on the device, median", texts(&own));
+        row(ui, "spread of times, ms", "Between the quartiles.", texts(&between));
+        row(
+            ui,
+            "its own passes, ms ↓",
+            "Milliseconds of the renderer's own passes on the device, without the surfels' and the window's: the median.",
+            texts(&own),
+        );
     });
 }
 
 fn row(ui: &mut Ui, name: &str, help: &str, cells: impl IntoIterator<Item = String>) {
     ui.label(name).on_hover_text(help);
     for cell in cells {
-        ui.monospace(cell);
+        ui.monospace(cell).on_hover_text(help);
     }
     ui.end_row();
 }
 
-/// Error and time of each value. Returns the value that was clicked.
+/// Error and time of each value as a card. Returns the value that was clicked.
 pub(super) fn values(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) -> Option<String> {
     let knob = measurement.basis.knob.as_deref().unwrap_or_default();
     measurement.cells.iter().flatten().next()?;
@@ -68,25 +84,57 @@ pub(super) fn values(ui: &mut Ui, measurement: &Measurement, now: Option<&str>) 
             faulty(ui, &cell.value, fault);
         }
     }
-    let mut chosen = None;
     let time = time(&measurement.cells);
-    Grid::new("swept").num_columns(4).striped(true).spacing(SPACING).show(ui, |ui| {
-        for title in [knob, "rmse", "flip.mean", "ms"] {
-            ui.weak(title);
-        }
-        ui.end_row();
-        for cell in measurement.cells.iter().flatten() {
-            let button = ui.selectable_label(now == Some(cell.value.as_str()), &cell.value);
-            if button.on_hover_text(format!("sets {knob} in the view")).clicked() {
+    let fastest = measurement.cells.iter().flatten().filter_map(|cell| time.of(cell));
+    let fastest = fastest.map(|(ms, _)| ms).fold(f64::INFINITY, f64::min);
+    let errors = measurement.cells.iter().flatten().filter_map(|cell| cell.error("rmse"));
+    let least = errors.fold(f64::INFINITY, f64::min);
+    let mut chosen = None;
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing = vec2(space::SMALL, space::SMALL);
+        for (i, cell) in measurement.cells.iter().enumerate() {
+            let Some(cell) = cell else { continue };
+            let ms = time.of(cell).map(|(ms, _)| ms);
+            let marks = [
+                (cell.error("rmse") == Some(least)).then_some("closest"),
+                (ms == Some(fastest)).then_some("fastest"),
+            ];
+            let card = Card {
+                picture: measurement.picture(ui.ctx(), i),
+                title: &cell.value,
+                lines: [
+                    format!("RMSE {}", metric(cell, "rmse")),
+                    format!("FLIP {}", metric(cell, "flip.mean")),
+                    ms.map_or_else(|| "no time".to_owned(), |ms| format!("{} ms", number(ms))),
+                ],
+                mark: marks.into_iter().flatten().collect::<Vec<_>>().join(", "),
+                is_chosen: now == Some(cell.value.as_str()),
+            };
+            let response = card.show(ui).on_hover_text(format!("sets {knob} in the view"));
+            if response.clicked() {
                 chosen = Some(cell.value.clone());
             }
-            ui.monospace(metric(cell, "rmse"));
-            ui.monospace(metric(cell, "flip.mean"));
-            ui.monospace(time.of(cell).map_or("-".to_owned(), |(ms, _)| number(ms)));
-            ui.end_row();
         }
     });
     chosen
+}
+
+/// All numbers of a measurement as lines with tabs, which spreadsheets take.
+pub(super) fn as_text(measurement: &Measurement) -> String {
+    let known: Vec<&Cell> = measurement.cells.iter().flatten().collect();
+    let first = measurement.basis.knob.as_deref().unwrap_or("picture");
+    let line = |name: &str, cells: Vec<String>| format!("{name}\t{}\n", cells.join("\t"));
+    let mut text = line(first, known.iter().map(|cell| cell.value.clone()).collect());
+    for (id, ..) in METRICS {
+        let cells = known.iter().map(|cell| match cell.error(id) {
+            Some(value) => value.to_string(),
+            None => metric(cell, id),
+        });
+        text += &line(id, cells.collect());
+    }
+    let time = time(&measurement.cells);
+    let times = known.iter().map(|cell| time.of(cell).map_or(String::new(), |(ms, _)| ms.to_string()));
+    text + &line("milliseconds", times.collect())
 }
 
 fn faulty(ui: &mut Ui, value: &str, fault: &str) {

@@ -54,7 +54,8 @@ pub(crate) fn show_under(
             grid::show(&painter, rect, &camera, &picture.rendered, &ground);
         }
         if window.preferences.scale_bar {
-            let unit = scale_bar::metres_per_unit(&shown.open_clouds.clouds);
+            let unit = scale_bar::metres_per_unit(&shown.open_clouds.clouds)
+                .or(window.preferences.unit.metres());
             scale_bar::show(ui, &painter, (rect, raised), &camera, unit);
         }
     }

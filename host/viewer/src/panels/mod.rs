@@ -1,24 +1,21 @@
 //! The panels around the views, and the windows over them.
 //!
-//! `side` stacks the panels at the left; `windows` shows the windows that commands open.
+//! `outliner` lists what the scene consists of, and `properties` shows those of what is selected there; `actions` is
+//! what commands do with it. `sides` arranges the panels, and `windows` shows the windows that commands open.
 
 mod about;
-mod background;
-mod breakdown;
-mod camera;
-mod clouds;
-mod colors;
-mod environment_map;
-mod lights;
+mod actions;
 mod manual;
+mod outliner;
 pub(crate) mod parameters;
-mod passes;
-mod picture;
-mod renderer;
-mod row;
-pub(crate) mod side;
+mod properties;
+pub(crate) mod row;
+mod selection;
+pub(crate) mod sides;
 mod state;
 pub(crate) mod status;
 pub(crate) mod windows;
 
+pub(crate) use outliner::Dragged;
+pub(crate) use selection::Selection;
 pub(crate) use state::Panels;

@@ -1,11 +1,11 @@
 //! Widgets for declared parameters.
 
-use crate::theme::{Icon, icon_text, space};
+use super::row::{Row, Scale, slider};
 use eframe::egui::{self, Role, Ui, WidgetInfo};
 use surfelshop_api::params::{ParamDecl, ParamKind, Value, Values};
 
-/// Shows every parameter with its help, unit, range and a reset button. `values` do not contain
-/// parameters at their default.
+/// Shows every parameter with its help, unit, range and a button that brings the usual value back. `values` do not
+/// contain parameters at their default.
 ///
 /// Returns the parameter whose file is to be chosen in a dialog.
 pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> Option<ParamDecl> {
@@ -14,43 +14,49 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
         return None;
     }
     let mut chosen = None;
-    let grid = egui::Grid::new("parameters").num_columns(3).spacing([8.0, 6.0]);
-    grid.min_col_width(space::LABEL).show(ui, |ui| {
-        for parameter in declared {
-            let mut value = parameter.sanitise(values.get(&parameter.id));
-            let before = value.clone();
-            let label = ui.label(&parameter.id).on_hover_text(help(parameter));
-            let response = match (&parameter.kind, &mut value) {
-                (ParamKind::File { .. }, Value::Text(path)) => {
-                    let (response, chooses) = edit_path(ui, &parameter.id, path);
-                    chosen = chooses.then(|| parameter.clone()).or(chosen.take());
-                    response
-                }
-                _ => edit(ui, parameter, &mut value),
-            };
-            response.labelled_by(label.id).on_hover_text(help(parameter));
-            let is_default = value == parameter.default;
-            let reset =
-                egui::Button::new(icon_text(Icon::RotateCcw).small()).frame_when_inactive(false);
-            let reset = ui.add_enabled(!is_default, reset);
-            reset.widget_info(|| WidgetInfo::labeled(Role::Button, !is_default, "reset"));
-            if reset.on_hover_text("back to the default").clicked() {
-                value = parameter.default.clone();
+    for parameter in declared {
+        let mut value = parameter.sanitise(values.get(&parameter.id));
+        let before = value.clone();
+        let (label, about) = (label(parameter), help(parameter));
+        let row = Row::new(&label, &about).reset(value == parameter.default);
+        let shown = row.show(ui, |ui, label| match (&parameter.kind, &mut value) {
+            (ParamKind::File { .. }, Value::Text(path)) => {
+                let (response, chooses) = edit_path(ui, &parameter.id, path);
+                chosen = chooses.then(|| parameter.clone()).or(chosen.take());
+                response.labelled_by(label)
             }
-            if value != before {
-                // Typed values are clamped as for the plugin.
-                let value = parameter.sanitise(Some(&value));
-                if value == parameter.default {
-                    values.remove(&parameter.id);
-                } else {
-                    values.insert(parameter.id.clone(), value);
-                }
-            }
-            ui.end_row();
+            _ => edit(ui, label, parameter, &mut value).labelled_by(label),
+        });
+        if shown.reset {
+            value = parameter.default.clone();
         }
-    });
+        if value != before {
+            // Typed values are clamped as for the plugin.
+            let value = parameter.sanitise(Some(&value));
+            if value == parameter.default {
+                values.remove(&parameter.id);
+            } else {
+                values.insert(parameter.id.clone(), value);
+            }
+        }
+    }
     chosen
 }
+
+/// The label: the id, by which scripts set it, with the unit where that is too long to stand beside the number.
+fn label(parameter: &ParamDecl) -> String {
+    match parameter.unit.as_str() {
+        "" => parameter.id.clone(),
+        unit if unit.chars().count() <= SHORT_UNIT => parameter.id.clone(),
+        unit => format!("{}, {unit}", parameter.id),
+    }
+}
+
+/// Characters of a unit that fits beside a number.
+const SHORT_UNIT: usize = 4;
+
+/// A range beyond this ratio or bound is no range for a slider.
+const WIDEST: f64 = 1e12;
 
 /// A text field for a path, and whether the button beside it was clicked. The path changes when the
 /// field loses focus, since a part of it names no file.
@@ -58,7 +64,7 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
     ui.horizontal(|ui| {
         let id = ui.scope_id().with(id);
         let mut typed = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| path.clone());
-        let line = egui::TextEdit::singleline(&mut typed).hint_text("none").desired_width(140.0);
+        let line = egui::TextEdit::singleline(&mut typed).hint_text("none").desired_width((ui.available_width() - 40.0).max(60.0));
         let response = ui.add(line);
         if response.has_focus() {
             ui.data_mut(|data| data.insert_temp(id, typed));
@@ -78,7 +84,12 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
 
 fn help(parameter: &ParamDecl) -> String {
     let quality = if parameter.quality { " Trades time for quality." } else { "" };
-    format!("{}\n{}.{quality}", parameter.doc, capitalised(&parameter.expectation()))
+    // Nobody types the largest number there is.
+    let expected = match parameter.range {
+        Some([_, high]) if high >= WIDEST => String::new(),
+        _ => format!("\n{}.", capitalised(&parameter.expectation())),
+    };
+    format!("{}{expected}{quality}", parameter.doc)
 }
 
 fn capitalised(text: &str) -> String {
@@ -87,24 +98,25 @@ fn capitalised(text: &str) -> String {
 }
 
 /// The widget for a value of its kind.
-fn edit(ui: &mut Ui, parameter: &ParamDecl, value: &mut Value) -> egui::Response {
+fn edit(
+    ui: &mut Ui,
+    label: egui::Id,
+    parameter: &ParamDecl,
+    value: &mut Value,
+) -> egui::Response {
+    let unit = suffix(parameter);
     match (&parameter.kind, value) {
         (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, ""),
-        (ParamKind::Int, Value::Int(value)) => match parameter.range {
-            Some([low, high]) => ui.add(
-                egui::Slider::new(value, low as i64..=high as i64)
-                    .logarithmic(parameter.logarithmic)
-                    .suffix(suffix(parameter)),
-            ),
-            None => ui.add(egui::DragValue::new(value).suffix(suffix(parameter))),
+        (ParamKind::Int, Value::Int(value)) => match scale(parameter) {
+            Some(scale) => slider(ui, label, value, (&scale, &unit)),
+            None => number(ui, value, parameter.range, 0.1, &unit),
         },
-        (ParamKind::Float, Value::Float(value)) => match parameter.range {
-            Some([low, high]) => ui.add(
-                egui::Slider::new(value, low..=high)
-                    .logarithmic(parameter.logarithmic)
-                    .suffix(suffix(parameter)),
-            ),
-            None => ui.add(egui::DragValue::new(value).speed(0.01).suffix(suffix(parameter))),
+        (ParamKind::Float, Value::Float(value)) => match scale(parameter) {
+            Some(scale) => slider(ui, label, value, (&scale, &unit)),
+            None => {
+                let speed = (0.01 * value.abs()).max(0.001);
+                number(ui, value, parameter.range, speed, &unit)
+            }
         },
         (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value),
         (ParamKind::Color, Value::Color(value)) => {
@@ -118,20 +130,50 @@ fn edit(ui: &mut Ui, parameter: &ParamDecl, value: &mut Value) -> egui::Response
         }
         (ParamKind::Choice(ids), Value::Text(value)) => {
             let combo = egui::ComboBox::from_id_salt(&parameter.id).selected_text(value.as_str());
-            combo
-                .show_ui(ui, |ui| {
-                    for id in ids {
-                        ui.selectable_value(value, id.clone(), id);
-                    }
-                })
-                .response
+            let shown = combo.truncate().show_ui(ui, |ui| {
+                for id in ids {
+                    ui.selectable_value(value, id.clone(), id);
+                }
+            });
+            let is_enabled = shown.response.enabled();
+            shown.response.widget_info(|| {
+                WidgetInfo::labeled(Role::ComboBox, is_enabled, &parameter.id)
+            });
+            shown.response
         }
         _ => ui.weak("cannot be shown"),
     }
 }
 
+/// The slider's range; `None` where a slider cannot be aimed.
+fn scale(parameter: &ParamDecl) -> Option<Scale> {
+    let [low, high] = parameter.range.filter(|[low, high]| {
+        low.is_finite() && high.is_finite() && high.abs().max(low.abs()) < WIDEST
+    })?;
+    Some(Scale { range: low..=high, logarithmic: parameter.logarithmic, unit: "" })
+}
+
+/// A number without a slider.
+fn number<N: egui::emath::Numeric>(
+    ui: &mut Ui,
+    value: &mut N,
+    range: Option<[f64; 2]>,
+    speed: f64,
+    unit: &str,
+) -> egui::Response {
+    let mut drag = egui::DragValue::new(value).speed(speed).suffix(unit);
+    if let Some([low, high]) = range {
+        drag = drag.range(N::from_f64(low)..=N::from_f64(high));
+    }
+    let size = egui::vec2(ui.available_width(), ui.spacing().interact_size.y);
+    ui.add_sized(size, drag)
+}
+
 fn suffix(parameter: &ParamDecl) -> String {
-    if parameter.unit.is_empty() { String::new() } else { format!(" {}", parameter.unit) }
+    match parameter.unit.chars().count() {
+        1..=SHORT_UNIT => format!(" {}", parameter.unit),
+        _ => String::new(),
+    }
 }
 
 #[cfg(test)]
@@ -156,7 +198,7 @@ mod tests {
             );
             harness.run_steps(4);
             assert_eq!(*harness.state(), Values::new(), "{color:?}");
-            let reset = harness.get_by_label("reset");
+            let reset = harness.get_by_label("reset paint");
             assert!(reset.accesskit_node().is_disabled(), "{color:?}");
         }
     }

@@ -24,7 +24,13 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.spinner();
             }
             ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
-                ui.add(Label::new(&window.views.pointer_text).truncate());
+                let text = window.views.pointer_text.as_str();
+                let hint = window.camera_mode().hint();
+                let shows = window.document.clouds.is_some() && !window.shows_start_page();
+                match text.is_empty() && shows {
+                    true => ui.add(Label::new(egui::RichText::new(hint).weak()).truncate()),
+                    false => ui.add(Label::new(text).truncate()),
+                };
             });
         });
     });

@@ -1,14 +1,24 @@
 //! What the user chose for the window itself, apart from scenes: one file of the user.
 
+mod device;
+mod drawing_page;
 mod file;
+mod plugins_page;
+mod shortcuts_page;
+mod units;
 pub(crate) mod window;
+
+pub(crate) use device::DevicePreferences;
+pub(crate) use units::Unit;
 
 pub(crate) use file::PreferenceFile;
 
+use crate::panels::sides::{OUTLINER, PROPERTIES};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use surfelshop_cloud::scene::Table;
-use surfelshop_session::options::UpAxis;
+use surfelshop_session::input::budget;
+use surfelshop_session::options::{UpAxis, values};
 
 /// Light or dark.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -38,6 +48,17 @@ impl From<FileUp> for UpAxis {
     }
 }
 
+/// How a drag turns the camera about what it looks at.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Orbit {
+    /// About the axis that points upwards, which stays upright.
+    #[default]
+    Turntable,
+    /// About any axis.
+    Trackball,
+}
+
 /// Factors on the size of everything.
 pub(crate) const UI_SCALES: [f32; 7] = [0.75, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0];
 
@@ -54,9 +75,21 @@ pub(crate) struct Preferences {
     pub(crate) axes: bool,
     pub(crate) grid: bool,
     pub(crate) scale_bar: bool,
-    /// Whether the bar of icons and the panels at the left are shown.
+    /// Whether the bar of icons, the outliner at the left and the properties at the right are shown.
     pub(crate) toolbar: bool,
     pub(crate) panels: bool,
+    pub(crate) properties: bool,
+    /// Widths of the outliner and of the properties, points.
+    pub(crate) outliner_width: f32,
+    pub(crate) properties_width: f32,
+    /// How a drag turns the camera from outside.
+    pub(crate) orbit: Orbit,
+    /// What a unit of files is that do not say it.
+    pub(crate) unit: Unit,
+    /// What draws, from the next start on.
+    pub(crate) device: DevicePreferences,
+    /// Memory that open pyramids take at most, as on the command line; empty for half of what is free.
+    pub(crate) memory: String,
     /// What points upwards in files with these endings that do not say it themselves.
     pub(crate) up: BTreeMap<String, FileUp>,
     /// The shortcuts of commands by their ids, in place of the usual ones.
@@ -77,6 +110,13 @@ impl Default for Preferences {
             scale_bar: true,
             toolbar: true,
             panels: true,
+            properties: true,
+            outliner_width: OUTLINER,
+            properties_width: PROPERTIES,
+            orbit: Orbit::default(),
+            unit: Unit::default(),
+            device: DevicePreferences::default(),
+            memory: String::new(),
             up: BTreeMap::new(),
             shortcuts: BTreeMap::new(),
             unknown: Table::new(),
@@ -85,6 +125,20 @@ impl Default for Preferences {
 }
 
 impl Preferences {
+    /// Lets open pyramids take as much memory as was chosen, where nothing was typed; a line where that is no size.
+    pub(crate) fn use_memory(&self) -> Option<String> {
+        if self.memory.trim().is_empty() {
+            return None;
+        }
+        match values::memory(self.memory.trim()) {
+            Ok(bytes) => {
+                budget::use_memory(Some(bytes));
+                None
+            }
+            Err(reason) => Some(format!("settings.toml: memory: {reason}; half of what is free is used")),
+        }
+    }
+
     /// The next larger or smaller factor on the size of everything.
     pub(crate) fn scaled(&self, larger: bool) -> f32 {
         let is_next = |scale: &f32| match larger {

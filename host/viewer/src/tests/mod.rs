@@ -8,6 +8,7 @@ mod files;
 mod light_handles;
 mod measure;
 mod memory_use;
+mod outliner;
 mod plugins;
 mod previews;
 mod refining;

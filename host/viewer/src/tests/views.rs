@@ -2,6 +2,7 @@
 
 use super::{SAMPLE, Screen};
 use crate::document::Mode;
+use crate::panels::Selection;
 use crate::window::Window;
 use egui_kittest::kittest::Queryable as _;
 
@@ -16,11 +17,17 @@ fn panels_say_what_is_shown() {
     let mut screen = Screen::sample();
     assert!(covered(screen.window(), 0, 0) > 10_000);
     let harness = &screen.harness;
-    for text in ["Clouds", "Renderer", "Camera", "Light and picture", "Surface", "Passes"] {
+    for text in ["Clouds", "Lights", "Cameras", "Views", "Renderers", "Renderer", "Picture"] {
         assert!(harness.query_all_by_label(text).count() > 0, "nothing is called `{text}`");
     }
-    for text in ["sample.ply", "119 051 surfels", "shininess", "draw both sides", "phong"] {
+    for text in ["sample.ply", "shininess", "exposure", "field of view"] {
         assert!(harness.query_all_by_label(text).count() > 0, "nothing is called `{text}`");
+    }
+    screen.window().select(Selection::Cloud(0));
+    screen.frames();
+    for text in ["119 051", "draw both sides", "point size", "colour by", "Placement"] {
+        let found = screen.harness.query_all_by_label(text).count();
+        assert!(found > 0, "nothing is called `{text}`");
     }
 }
 
@@ -146,14 +153,21 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
         screen.harness.get_all_by_label(entry).last().unwrap().click();
         screen.frames();
     };
+    let press = |screen: &mut Screen, button: &str| {
+        let found = screen.harness.get_all_by_label(button);
+        found.last().unwrap().click();
+        screen.frames();
+    };
+    screen.window().select(Selection::Light(0));
+    screen.frames();
     let usual = levels(&mut screen);
-    choose(&mut screen, "kind of light 1", "another like it");
+    press(&mut screen, "duplicate");
     screen.until("another light", |window| window.settings.scene.lights.len() == 2);
     screen.settle();
     assert_ne!(levels(&mut screen), usual);
     for (kind, labels) in [
-        ("point", &["intensity"] as &[&str]),
-        ("spot", &["turned to", "intensity", "axis to edge", "softness"]),
+        ("point", &["brightness", "position x"] as &[&str]),
+        ("spot", &["turned to x", "brightness", "half angle", "softness"]),
     ] {
         let before = levels(&mut screen);
         choose(&mut screen, "kind of light 2", kind);
@@ -178,19 +192,21 @@ fn lights_are_added_changed_into_other_kinds_and_removed() {
     let read = surfelshop_cloud::scene::read(&scene).unwrap().scene.scene();
     assert_eq!(read.lights, lights(&mut screen));
     for _ in 0..2 {
-        choose(&mut screen, "kind of light 1", "remove it");
+        screen.window().select(Selection::Light(0));
+        screen.frames();
+        press(&mut screen, "remove");
     }
     assert!(lights(&mut screen).is_empty());
-    screen.harness.get_by_label("add a light").click();
+    screen.harness.get_by_label("Add a light").click();
     screen.frames();
     assert_eq!(lights(&mut screen), Scene::default().lights);
     screen.settle();
     assert_eq!(levels(&mut screen), usual);
     for _ in 1..Scene::MAX_LIGHTS {
-        choose(&mut screen, "kind of light 1", "another like it");
+        press(&mut screen, "duplicate");
     }
     assert_eq!(lights(&mut screen).len(), Scene::MAX_LIGHTS);
-    choose(&mut screen, "kind of light 1", "another like it");
+    press(&mut screen, "duplicate");
     assert_eq!(lights(&mut screen).len(), Scene::MAX_LIGHTS, "no more than shaders know");
 }
 
@@ -206,7 +222,9 @@ fn light_from_around_is_chosen_turned_and_dropped() {
         screen.window().views.panes[&0].sides[0].shown.as_ref().unwrap().rendered.levels.clone()
     };
     let without = levels(&mut screen);
-    screen.harness.get_by_label("light around the scene").click();
+    screen.window().select(Selection::Environment);
+    screen.frames();
+    screen.harness.get_all_by_label("light around the scene").last().unwrap().click();
     screen.frames();
     screen.harness.get_by_label("studio").click();
     screen.until("the light", |window| window.settings.environment.is_some());

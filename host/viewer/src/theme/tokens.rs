@@ -13,7 +13,7 @@ pub(crate) mod space {
     /// Between groups.
     pub(crate) const LARGE: f32 = 16.0;
     /// Width of the labels in panels: controls stand in one column.
-    pub(crate) const LABEL: f32 = 118.0;
+    pub(crate) const LABEL: f32 = 112.0;
     /// Radius of corners.
     pub(crate) const CORNER: u8 = 5;
 }

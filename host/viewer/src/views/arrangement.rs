@@ -70,6 +70,41 @@ pub(crate) fn tree(described: &Toml, panes: &[u32]) -> Option<Tree<u32>> {
     (placed == expected).then(|| Tree::new(egui::Id::unique("panes"), root, tiles))
 }
 
+/// A tree with a new view beside or below one that it has; `panes` are all views, the new one included.
+pub(crate) fn beside(
+    tree_of: &Tree<u32>,
+    panes: &[u32],
+    (old, new): (u32, u32),
+    below: bool,
+) -> Option<Tree<u32>> {
+    let place = |pane: u32| {
+        let place = panes.iter().position(|other| *other == pane)?;
+        Some(Toml::Integer(place as i64))
+    };
+    let (old, new) = (place(old)?, place(new)?);
+    let both = Table::from_iter([
+        ("kind".to_owned(), Toml::String(if below { "vertical" } else { "horizontal" }.to_owned())),
+        ("parts".to_owned(), Toml::Array(vec![old.clone(), new])),
+    ]);
+    let whole = part(&tree_of.tiles, tree_of.root?, panes)?;
+    tree(&replaced(whole, &old, &Toml::Table(both)), panes)
+}
+
+/// A description with another part in the place of one.
+fn replaced(described: Toml, old: &Toml, new: &Toml) -> Toml {
+    match described {
+        one if one == *old => new.clone(),
+        Toml::Table(mut table) => {
+            if let Some(Toml::Array(parts)) = table.remove("parts") {
+                let parts = parts.into_iter().map(|part| replaced(part, old, new)).collect();
+                table.insert("parts".to_owned(), Toml::Array(parts));
+            }
+            Toml::Table(table)
+        }
+        other => other,
+    }
+}
+
 fn insert(
     tiles: &mut Tiles<u32>,
     described: &Toml,
@@ -145,6 +180,27 @@ mod tests {
                 None => assert_eq!(n, 1),
             }
         }
+    }
+
+    #[test]
+    fn a_new_view_stands_beside_or_below_one_and_the_others_stay() {
+        let text = "a = { kind = \"horizontal\", shares = [2.0, 1.0], parts = [0, \
+                    { kind = \"vertical\", shares = [1.0, 3.0], parts = [2, 1] }] }";
+        let all = [10, 20, 30, 40];
+        let first = read(text, &all[..3]).unwrap();
+        for below in [false, true] {
+            let split = beside(&first, &all, (30, 40), below).unwrap();
+            let found = describe(&split, &all).unwrap();
+            let kind = if below { "vertical" } else { "horizontal" };
+            let inner = &found["parts"][1]["parts"][0];
+            assert_eq!(inner["kind"].as_str(), Some(kind));
+            assert_eq!(inner["parts"], Toml::Array(vec![Toml::Integer(2), Toml::Integer(3)]));
+            assert_eq!(found["shares"][0].as_float(), Some(2.0));
+            assert_eq!(found["parts"][1]["shares"][1].as_float(), Some(3.0));
+        }
+        let two = beside(&default_tree(&[5]), &[5, 6], (5, 6), true).unwrap();
+        assert_eq!(describe(&two, &[5, 6]).unwrap()["kind"].as_str(), Some("vertical"));
+        assert!(beside(&first, &all, (99, 40), false).is_none());
     }
 
     #[test]

@@ -15,26 +15,29 @@ fn tile_of(tree: &Tree<u32>, pane: u32) -> Option<TileId> {
     tree.tiles.find_pane(&pane)
 }
 
-/// Puts a pane with the same settings beside one.
-pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32) {
+/// Puts a pane with the same settings beside one, or below it; all others stay where they are.
+pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32, below: bool) {
     let Some(settings) = window.settings.pane(pane).cloned() else { return };
     if window.settings.panes.len() >= MOST_PANES {
         window.messages.warn(format!("there are at most {MOST_PANES} panes"));
         return;
     }
     let id = window.settings.free_id();
-    window.settings.panes.push(PaneSettings { id, ..settings });
+    window.settings.panes.push(PaneSettings { id, title: String::new(), ..settings });
     window.views.panes.insert(id, Pane::new());
     if let Some(camera) = window.views.own_cameras.get(&pane).copied() {
         window.views.own_cameras.insert(id, camera);
     }
-    arrange(window, tree);
+    let panes = window.settings.pane_ids();
+    let beside = arrangement::beside(tree, &panes, (pane, id), below);
+    *tree = beside.unwrap_or_else(|| arrangement::default_tree(&panes));
+    window.views.focused = id;
 }
 
 /// Splits the focused pane.
-pub(crate) fn split_focused(window: &mut Window) {
+pub(crate) fn split_focused(window: &mut Window, below: bool) {
     let mut tree = take_tree(window);
-    split(window, &mut tree, window.views.focused);
+    split(window, &mut tree, window.views.focused, below);
     window.views.tree = tree;
 }
 

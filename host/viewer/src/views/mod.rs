@@ -5,6 +5,7 @@
 //! `light_handles` draws draggable lights over them.
 
 pub(crate) mod arrangement;
+mod camera_mode;
 pub(crate) mod canvas;
 mod compare;
 mod events;
@@ -22,6 +23,8 @@ mod state;
 mod surfel;
 mod timings;
 
+pub(crate) use camera_mode::CameraMode;
+pub(crate) use paint::caption;
 pub(crate) use render_state::Render;
 pub(crate) use state::{Views, camera_in, initial_camera};
 #[cfg(test)]

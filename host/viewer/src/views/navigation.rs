@@ -50,6 +50,14 @@ pub(crate) fn orbit(camera: &mut Camera, drag: DVec2) {
     camera.eye = camera.target + turn * (camera.eye - camera.target);
 }
 
+/// Moves the eye around the target about the camera's own axes, over the poles, too; `drag` in radians.
+pub(crate) fn tumble(camera: &mut Camera, drag: DVec2) {
+    let [right, up, _] = axes(camera);
+    let turn = DQuat::from_axis_angle(up, -drag.x) * DQuat::from_axis_angle(right, -drag.y);
+    camera.eye = camera.target + turn * (camera.eye - camera.target);
+    camera.up = turn * up;
+}
+
 /// Looks around: moves the target around the eye; `drag` in radians.
 pub(crate) fn look(camera: &mut Camera, drag: DVec2) {
     let turn = turn(camera, -drag);
@@ -156,6 +164,23 @@ mod tests {
                 let angle = (camera.eye - camera.target).angle_between(DVec3::Y);
                 assert!(angle > 0.5 * POLE && angle < std::f64::consts::PI - 0.5 * POLE);
             }
+        }
+    }
+
+    #[test]
+    fn tumbling_passes_the_poles_and_comes_round() {
+        for projection in BOTH {
+            let mut camera = camera(projection);
+            let before = camera;
+            let mut below = false;
+            for _ in 0..100 {
+                tumble(&mut camera, DVec2::new(0.0, std::f64::consts::TAU / 100.0));
+                assert!((reach(&camera) - reach(&before)).abs() < 1e-9);
+                below |= axes(&camera)[1].dot(DVec3::Y) < -0.5;
+            }
+            assert!(below, "it went upside down");
+            assert!(camera.eye.distance(before.eye) < 1e-9);
+            assert!(axes(&camera)[1].distance(axes(&before)[1]) < 1e-9);
         }
     }
 

@@ -6,16 +6,20 @@ use crate::views::pane::Pane;
 use eframe::egui::{self, Align2, Color32, FontId, Pos2, Rect, Stroke, TextureId, Ui, pos2, vec2};
 use surfelshop_render::PassState;
 
+/// Width of a view whose captions are names alone.
+const NARROW: f32 = 420.0;
+
 const WHOLE: Rect = Rect { min: Pos2::ZERO, max: pos2(1.0, 1.0) };
 
-/// Paints the pictures of a pane, with captions in their corners.
+/// Paints the pictures of a pane, with captions in their corners. Returns where the numbers of their difference stand, and
+/// these.
 pub(crate) fn show(
     ui: &Ui,
     painter: &egui::Painter,
     pane: &mut Pane,
     settings: &PaneSettings,
     rects: &[Rect],
-) {
+) -> Option<(Rect, String)> {
     let texture = |pane: &Pane, side: usize| -> Option<TextureId> {
         pane.sides[side].shown.as_ref().map(|shown| shown.texture.id())
     };
@@ -27,6 +31,9 @@ pub(crate) fn show(
         }
     };
     let mut captions = vec![(rects[0], 0)];
+    let mut second = None;
+    // Two captions with all numbers would lie over each other.
+    let is_narrow = settings.mode.sides() == 2 && rects[0].width() < NARROW;
     match settings.mode {
         Mode::Single => image(texture(pane, 0), rects[0], WHOLE),
         Mode::SideBySide => {
@@ -39,9 +46,7 @@ pub(crate) fn show(
             let cut = settings.wipe;
             image(texture(pane, 0), rects[0], Rect::from_min_max(Pos2::ZERO, pos2(cut, 1.0)));
             image(texture(pane, 1), rects[0], Rect::from_min_max(pos2(cut, 0.0), WHOLE.max));
-            let x = rects[0].left() + cut * rects[0].width();
-            painter.vline(x, rects[0].y_range(), Stroke::new(2.0, Color32::WHITE));
-            caption(painter, rects[0].right_top(), Align2::RIGHT_TOP, &label(pane, settings, 1));
+            second = Some(label(pane, settings, 1, is_narrow));
         }
         Mode::Flicker => {
             let side = usize::from(pane.flicker);
@@ -52,32 +57,46 @@ pub(crate) fn show(
             let heat = pane.heat(ui.ctx()).map(|texture| texture.id());
             image(heat, rects[0], WHOLE);
             scale(painter, rects[0], pane.heat_full);
-            caption(painter, rects[0].right_top(), Align2::RIGHT_TOP, &label(pane, settings, 1));
+            second = Some(label(pane, settings, 1, is_narrow));
         }
     }
+    let mut first = Rect::NOTHING;
     for (rect, side) in captions {
-        caption(painter, rect.left_top(), Align2::LEFT_TOP, &label(pane, settings, side));
+        let text = label(pane, settings, side, is_narrow);
+        first = caption(painter, rect.left_top(), Align2::LEFT_TOP, &text);
     }
-    if settings.mode.sides() == 2
-        && let Some(difference) = pane.difference()
-    {
+    if let Some(text) = second {
+        second_caption(painter, rects[0], first, &text);
+    }
+    let difference = pane.difference().filter(|_| settings.mode.sides() == 2);
+    let described = difference.map(|difference| {
         let text = difference.describe();
-        caption(painter, rects[0].left_bottom(), Align2::LEFT_BOTTOM, &text);
-    }
+        (caption(painter, rects[0].left_bottom(), Align2::LEFT_BOTTOM, &text), text)
+    });
     let waiting = pane.sides.iter().any(|side| side.preparing.is_some());
     if waiting {
         let preparing = pane.sides.iter().find_map(|side| side.preparing.as_deref());
         let text = format!("preparing {} …", preparing.unwrap_or_default());
         caption(painter, rects[0].center(), Align2::CENTER_CENTER, &text);
     }
+    described
+}
+
+/// The caption of the second picture, at the right; below the first one where both do not fit beside each other.
+fn second_caption(painter: &egui::Painter, rect: Rect, first: Rect, text: &str) {
+    let font = FontId::proportional(13.0);
+    let width = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE).size().x;
+    let is_beside = first.right() + width + 32.0 < rect.right();
+    let down = if is_beside { 0.0 } else { first.height() + 4.0 };
+    caption(painter, rect.right_top() + vec2(0.0, down), Align2::RIGHT_TOP, text);
 }
 
 /// The caption of a side: renderer, time and state.
-fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
+fn label(pane: &Pane, settings: &PaneSettings, side: usize, is_narrow: bool) -> String {
     let state = &pane.sides[side];
-    let Some(shown) = &state.shown else {
-        return settings.renderers[side].clone();
-    };
+    let of = settings.clouds[side].as_ref().map(|cloud| format!(": {cloud}")).unwrap_or_default();
+    let shown = state.shown.as_ref().filter(|_| !is_narrow);
+    let Some(shown) = shown else { return format!("{}{of}", settings.renderers[side]) };
     let detail = if shown.rendered.is_full() {
         String::new()
     } else {
@@ -101,16 +120,19 @@ fn label(pane: &Pane, settings: &PaneSettings, side: usize) -> String {
     };
     let traced = shown.rendered.traced.as_ref().map(|traced| format!(", {}", traced.describe()));
     let traced = traced.unwrap_or_default();
-    format!("{}  {milliseconds:.0} ms{reused}{detail}{frame}{traced}", shown.renderer)
+    format!("{}{of}  {milliseconds:.0} ms{reused}{detail}{frame}{traced}", shown.renderer)
 }
 
-fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) {
+/// Words over a picture, on a dark ground; the place of that.
+pub(crate) fn caption(painter: &egui::Painter, at: Pos2, align: Align2, text: &str) -> Rect {
     let away = vec2(8.0 * -align.x().to_sign(), 6.0 * -align.y().to_sign());
     let font = FontId::proportional(13.0);
     let galley = painter.layout_no_wrap(text.to_owned(), font, Color32::WHITE);
     let rect = align.anchor_size(at + away, galley.size());
-    painter.rect_filled(rect.expand2(vec2(6.0, 3.0)), 4.0, OVERLAY);
+    let ground = rect.expand2(vec2(6.0, 3.0));
+    painter.rect_filled(ground, 4.0, OVERLAY);
     painter.galley(rect.min, galley, ON_OVERLAY);
+    ground
 }
 
 /// The scale of the heat map, along the right edge.

@@ -37,6 +37,8 @@ pub(crate) struct ViewInputs {
     pub(crate) revision: u64,
     /// What each of the clouds names to draw it.
     pub(crate) named: Vec<Option<NamedRenderer>>,
+    /// The cloud that is shown alone, by its place among the visible ones.
+    pub(crate) alone: Option<usize>,
 }
 
 /// The last request of a side.
@@ -132,7 +134,9 @@ impl Side {
     /// Whether the picture shown is by the same renderers, of the same clouds.
     fn moved(&self, inputs: &ViewInputs) -> bool {
         let same = |last: &LastRequest| {
-            last.inputs.revision == inputs.revision && last.inputs.named == inputs.named
+            let (last, now) = (&last.inputs, inputs);
+            let clouds = |of: &ViewInputs| (of.revision, of.alone);
+            clouds(last) == clouds(now) && last.named == now.named
         };
         self.shown.as_ref().is_some_and(|shown| shown.renderer == inputs.renderer)
             && self.last_request.as_ref().is_some_and(same)

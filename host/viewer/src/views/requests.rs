@@ -38,6 +38,11 @@ impl Window {
                 }
             }
             for (side, side_state) in shown_sides.iter_mut().enumerate() {
+                let of = shown.displayed_of.as_ref();
+                let open_clouds = of.map_or(&shown.open_clouds, |of| &of.open_clouds);
+                let whole = (&shown.clouds, shown.revision);
+                let part =
+                    self.views.alone.part(whole, open_clouds, settings.clouds[side].as_ref());
                 let inputs = ViewInputs {
                     renderer: settings.renderers[side].clone(),
                     values: settings.values_of(side),
@@ -47,9 +52,10 @@ impl Window {
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     antialias: self.settings.antialias,
                     revision: shown.revision,
-                    named: shown.named(),
+                    named: part.named,
+                    alone: part.index,
                 };
-                let (clouds, adaptive) = (&shown.clouds, self.views.adaptive);
+                let (clouds, adaptive) = (&part.clouds, self.views.adaptive);
                 let serial = &mut self.render.serial;
                 let (request, again) = side_state.next_request(&inputs, clouds, adaptive, serial);
                 if let Some(request) = request {

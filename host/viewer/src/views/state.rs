@@ -2,6 +2,7 @@
 
 use super::arrangement;
 use super::pane::Pane;
+use crate::document::OneCloud;
 use crate::orientation::Flight;
 use egui_tiles::Tree;
 use glam::DVec3;
@@ -26,7 +27,9 @@ pub(crate) struct Views {
     pub(crate) adaptive: bool,
     /// The camera of a pane on its way.
     pub(crate) flight: Option<Flight>,
-    /// Whether the camera stands inside the clouds: a drag looks around then.
+    /// Clouds of views that show one alone: those they are of, and which.
+    pub(super) alone: OneCloud,
+    /// Whether the camera walks: a drag looks around then.
     pub(crate) walking: bool,
     /// The pane and depth that the wheel zooms to while pictures have no depth.
     pub(crate) anchor_depth: Option<(u32, f64)>,
@@ -46,6 +49,7 @@ impl Views {
             focused: 0,
             adaptive: true,
             flight: None,
+            alone: OneCloud::default(),
             walking: false,
             anchor_depth: None,
             pointer_position: None,

@@ -1,6 +1,8 @@
 //! When commands apply.
 
+use crate::panels::Selection;
 use crate::window::Window;
+use surfelshop_api::Scene;
 
 pub(super) type Applies = Result<(), &'static str>;
 
@@ -90,4 +92,73 @@ pub(super) fn has_occlusion(window: &Window) -> Applies {
         columns.into_iter().any(|name| name == surfelshop_api::columns::AO),
         "the cloud has no ambient occlusion yet: Tools > Ambient occlusion makes it",
     )
+}
+
+pub(super) fn can_hide(window: &Window) -> Applies {
+    let can = matches!(
+        window.selection(),
+        Selection::Cloud(_) | Selection::Light(_) | Selection::LightOff(_)
+    );
+    require(can, "select a cloud or a light in the list at the left first")
+}
+
+pub(super) fn can_rename(window: &Window) -> Applies {
+    let can =
+        matches!(window.selection(), Selection::Cloud(_) | Selection::View | Selection::Bookmark(_));
+    require(can, "lights and the environment have no names of their own")
+}
+
+pub(super) fn can_remove(window: &Window) -> Applies {
+    match window.selection() {
+        Selection::Cloud(_) => {
+            has_document(window)?;
+            has_two_clouds(window)
+                .map_err(|_one| "it is the only cloud: open another file in its place")
+        }
+        Selection::Light(_) | Selection::LightOff(_) | Selection::Bookmark(_) => Ok(()),
+        Selection::Environment => {
+            require(window.settings.environment.is_some(), "there is no environment")
+        }
+        Selection::View => has_two_views(window),
+        Selection::Camera => Err("the view always has a camera"),
+    }
+}
+
+pub(super) fn has_duplicate(window: &Window) -> Applies {
+    match window.selection() {
+        Selection::Light(_) | Selection::LightOff(_) => has_light_room(window),
+        Selection::View => has_room_for_views(window),
+        Selection::Camera => has_clouds(window),
+        Selection::Cloud(_) | Selection::Environment | Selection::Bookmark(_) => {
+            Err("lights, views and the camera can be duplicated")
+        }
+    }
+}
+
+pub(super) fn has_light_room(window: &Window) -> Applies {
+    let n = window.settings.scene.lights.len();
+    require(n < Scene::MAX_LIGHTS, "there are eight lights, as many as there can be")
+}
+
+fn n_clouds(window: &Window) -> usize {
+    window.document.clouds.as_ref().map_or(0, |shown| shown.open_clouds.all().len())
+}
+
+pub(super) fn has_two_clouds(window: &Window) -> Applies {
+    require(n_clouds(window) > 1, "fewer than two clouds are open")
+}
+
+pub(super) fn has_hidden_clouds(window: &Window) -> Applies {
+    has_clouds(window)?;
+    let mut all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+    require(all.any(|cloud| !cloud.visible), "every cloud is shown")
+}
+
+pub(super) fn has_bookmarks(window: &Window) -> Applies {
+    require(!window.settings.bookmarks.is_empty(), "no camera is remembered yet")
+}
+
+pub(super) fn has_numbers(window: &Window) -> Applies {
+    let measure = &window.measure;
+    require(measure.current_view.is_some() || measure.series.is_some(), "nothing was measured yet")
 }

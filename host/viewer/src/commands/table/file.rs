@@ -67,7 +67,7 @@ pub(super) static FILE: [Command; 9] = [
     Command::new(
         ("settings", "Settings …", Icon::Settings),
         Menu::File,
-        "Theme, size of everything, motion, and where the file of settings is.",
+        "Theme, views, units, device, memory, shortcuts and trusted plugins.",
         |window, _| window.panels.settings_window = !window.panels.settings_window,
     )
     .keys(&[ctrl(Key::Comma)])

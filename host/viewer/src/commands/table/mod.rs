@@ -1,9 +1,11 @@
 //! All commands, by menu.
 
+mod camera;
 mod conditions;
 mod file;
 mod help;
 mod look;
+mod selection;
 mod view;
 mod window;
 
@@ -12,10 +14,12 @@ use std::sync::LazyLock;
 
 /// All commands, in the order of the menus.
 pub(crate) static COMMANDS: LazyLock<Vec<&'static Command>> = LazyLock::new(|| {
-    let tables: [&'static [Command]; 9] = [
+    let tables: [&'static [Command]; 11] = [
         &file::FILE,
         &file::EDIT,
+        &selection::SELECTION,
         &view::CAMERA,
+        &camera::CAMERAS,
         &view::OVER_PICTURES,
         &view::VIEWS,
         &view::MODES,

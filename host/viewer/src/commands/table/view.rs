@@ -1,7 +1,7 @@
 //! The camera, what is shown over pictures, and the views.
 
 use super::conditions::{
-    flickers, has_clouds, has_inside, has_legend, has_placed_lights, has_room_for_views,
+    flickers, has_clouds, has_inside, has_legend, has_numbers, has_placed_lights, has_room_for_views,
     has_two_views,
 };
 use crate::commands::command::{Command, Menu};
@@ -164,16 +164,24 @@ pub(super) static OVER_PICTURES: [Command; 5] = [
     .state(|window| window.settings.shows_light_handles),
 ];
 
-pub(super) static VIEWS: [Command; 8] = [
+pub(super) static VIEWS: [Command; 10] = [
     Command::new(
         ("split", "Split the view", Icon::SquareSplitHorizontal),
         Menu::View,
         "Puts a second view beside the focused one.",
-        |window, _| layout::split_focused(window),
+        |window, _| layout::split_focused(window, false),
     )
     .keys(&[key(Key::N)])
     .when(has_room_for_views)
     .group(),
+    Command::new(
+        ("split-below", "Split the view below", Icon::SquareSplitVertical),
+        Menu::View,
+        "Puts a second view below the focused one.",
+        |window, _| layout::split_focused(window, true),
+    )
+    .keys(&[shift(Key::N)])
+    .when(has_room_for_views),
     Command::new(
         ("close-view", "Close the view", Icon::X),
         Menu::View,
@@ -212,6 +220,13 @@ pub(super) static VIEWS: [Command; 8] = [
     )
     .keys(&[key(Key::M)])
     .state(|window| window.measure.form.open),
+    Command::new(
+        ("copy-numbers", "Copy the numbers", Icon::ClipboardCopy),
+        Menu::View,
+        "Copies what was measured as a table, for a spreadsheet.",
+        |window, ctx| crate::measure::copy_numbers(window, ctx),
+    )
+    .when(has_numbers),
     Command::new(
         ("adaptive", "Draw less while something moves", Icon::Zap),
         Menu::View,

@@ -1,7 +1,7 @@
 //! The window itself.
 
 use crate::commands::command::{Command, Menu};
-use crate::commands::shortcut::{ctrl, key};
+use crate::commands::shortcut::{ctrl, ctrl_shift, key};
 use crate::preferences::ThemeChoice;
 use crate::theme::Icon;
 use crate::window::Window;
@@ -17,15 +17,23 @@ macro_rules! theme {
     };
 }
 
-pub(super) static WINDOW: [Command; 10] = [
+pub(super) static WINDOW: [Command; 11] = [
     Command::new(
-        ("panels", "Panels at the left", Icon::PanelLeft),
+        ("panels", "Outliner at the left", Icon::PanelLeft),
         Menu::Window,
-        "Shows or hides the panels, so that the pictures have the room.",
+        "Shows or hides the list of clouds, lights, cameras and views.",
         |window, _| window.preferences.panels = !window.preferences.panels,
     )
     .keys(&[ctrl(Key::B)])
     .state(|window| window.preferences.panels),
+    Command::new(
+        ("properties", "Properties at the right", Icon::PanelRight),
+        Menu::Window,
+        "Shows or hides the properties of what is selected.",
+        |window, _| window.preferences.properties = !window.preferences.properties,
+    )
+    .keys(&[ctrl_shift(Key::B)])
+    .state(|window| window.preferences.properties),
     Command::new(
         ("toolbar", "Toolbar", Icon::Grip),
         Menu::Window,

@@ -10,6 +10,7 @@ use super::recovery::restored_clouds;
 use super::scene_file;
 use super::visible_clouds::VisibleClouds;
 use crate::document::settings::USUAL_RENDERER;
+use crate::panels::Selection;
 use crate::render_thread::ViewSlot;
 use crate::views::initial_camera;
 use crate::window::Window;
@@ -209,8 +210,11 @@ impl Window {
         self.document.scene_file = None;
         self.document.scene_path = None;
         self.document.hidden_views.clear();
+        self.settings.bookmarks.clear();
+        self.panels.selection = Selection::default();
         for pane in &mut self.settings.panes {
             (pane.output, pane.unknown) = (Output::Color, Table::new());
+            pane.clouds = Default::default();
         }
     }
 

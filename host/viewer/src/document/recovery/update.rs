@@ -3,7 +3,7 @@
 use super::journal::{EditedCloud, JournalEnd, JournalTarget};
 use super::session::{CloudRow, RECOVERED_SCENE};
 use crate::document::open_clouds::{OpenCloud, OpenClouds};
-use crate::document::scene_file;
+use crate::document::scene_file::{self, placement};
 use crate::window::Window;
 use eframe::egui::Context;
 use std::path::PathBuf;
@@ -63,6 +63,11 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
             cloud.visible = true;
             if let Some(path) = &open_cloud.saved_as {
                 (cloud.path, cloud.transform) = (path.clone(), None);
+            }
+            // What is written for the case of a crash has it.
+            if !open_cloud.is_unsaved() {
+                let before = cloud.transform.take();
+                cloud.transform = placement::over(before, &open_cloud.placement());
             }
         }
         if open_cloud.is_unsaved() {

@@ -1,21 +1,28 @@
-//! The panel of the focused view's renderers: parameters, presets and errors.
+//! The focused view's renderers: parameters, presets and errors.
 
-use super::parameters;
+use super::row_of;
+use crate::panels::parameters;
 use crate::dialogs::{ParameterOwner, files};
-use crate::document::{Mode, StateFolder};
+use crate::document::StateFolder;
+use crate::theme::{Icon, iconed};
 use crate::window::Window;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
-use eframe::egui::{self, PopupCloseBehavior, Ui};
+use eframe::egui::{self, Button, PopupCloseBehavior, Role, Ui, WidgetInfo};
 use surfelshop_api::params::Values;
 
 /// Shows the panel.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let focused = window.views.focused;
     let mut chooses = None;
+    let renderers = window.drawers();
     let Some(pane) = window.settings.pane_mut(focused) else { return };
     for side in 0..pane.mode.sides() {
         let name = pane.renderers[side].clone();
-        ui.strong(&name);
+        choose(ui, &renderers, &mut pane.renderers[side], side, pane.mode.sides());
+        if side == 1 && pane.renderers[0] == pane.renderers[1] {
+            ui.weak("with the parameters above");
+            continue;
+        }
         match window.plugins.declared.get(&name) {
             Some(declared) => {
                 let values = pane.values.entry(name.clone()).or_default();
@@ -43,13 +50,6 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.weak("not loaded yet");
             }
         }
-        if side == 1
-            && pane.mode == Mode::Difference
-            && let Some(pane) = window.views.panes.get_mut(&focused)
-        {
-            let full = egui::Slider::new(&mut pane.heat_full, 1.0 / 255.0..=1.0);
-            ui.add(full.logarithmic(true).text("brightest at a difference of"));
-        }
         let error =
             window.views.panes.get(&focused).and_then(|pane| pane.sides[side].error.clone());
         if let Some(error) = error {
@@ -73,8 +73,9 @@ fn presets(
     let mut chosen = None;
     // A click into the text field must not close the menu.
     let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
-    let button = MenuButton::new(format!("presets of {renderer}")).config(config);
-    button.ui(ui, |ui| {
+    let button = MenuButton::from_button(Button::new(iconed(ui, Icon::Bookmark, "presets")));
+    let button = button.config(config);
+    let (response, _) = button.ui(ui, |ui| {
         for name in state_folder.preset_names(renderer) {
             if ui.button(&name).clicked() {
                 let loaded = state_folder.load_preset(renderer, &name);
@@ -91,5 +92,30 @@ fn presets(
             ui.close();
         }
     });
+    response.widget_info(|| {
+        WidgetInfo::labeled(Role::Button, true, format!("presets of {renderer}"))
+    });
+    response.on_hover_text("Values that were saved under a name.");
     chosen
+}
+
+/// The choice of a renderer.
+fn choose(ui: &mut Ui, names: &[String], chosen: &mut String, side: usize, of: usize) {
+    let label = match (side, of) {
+        (_, 1) => "renderer",
+        (0, _) => "first renderer",
+        _ => "second renderer",
+    };
+    let about = "What draws the view; the outliner lists all, to be dragged onto a view.";
+    row_of(ui, label, about, |ui, _label| {
+        let menu = egui::ComboBox::from_id_salt(("renderer of a side", side)).truncate();
+        let shown = menu.selected_text(chosen.as_str()).show_ui(ui, |ui| {
+            for name in names {
+                ui.selectable_value(chosen, name.clone(), name);
+            }
+        });
+        let what = format!("{label} of the view");
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, &what));
+        shown.response
+    });
 }

@@ -4,6 +4,7 @@ mod categories;
 mod filters;
 mod ramp;
 
+use super::{check_row, row, row_of};
 use crate::window::Window;
 use eframe::egui::{self, Ui};
 use surfelshop_api::columns::{
@@ -29,10 +30,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let by = window.settings.color.by.clone();
     match by {
         ColorBy::Uniform(mut color) => {
-            ui.horizontal(|ui| {
-                let label = ui.label("colour");
-                ui.color_edit_button_srgb(&mut color).labelled_by(label.id);
-            });
+            row(ui, "colour", "", |ui| ui.color_edit_button_srgb(&mut color));
             window.settings.color.by = ColorBy::Uniform(color);
         }
         ColorBy::Attribute(attribute) => numbers(window, ui, &attribute, &whole),
@@ -41,7 +39,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     filters::show(window, ui);
     let n_hidden = window.document.clouds.as_ref().map_or(0, |shown| shown.displayed.n_hidden());
     if n_hidden > 0 {
-        let n = super::clouds::grouped(n_hidden);
+        let n = crate::panels::properties::grouped(n_hidden);
         ui.weak(format!("{n} surfels are hidden"));
     }
     if window.document.display_job.is_some() {
@@ -51,8 +49,8 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         });
     }
     if window.legend().is_some() {
-        ui.checkbox(&mut window.settings.shows_legend, "legend")
-            .on_hover_text("what the colours mean, in a corner of each view");
+        let about = "What the colours mean, in a corner of each view.";
+        check_row(ui, "legend", about, &mut window.settings.shows_legend);
     }
 }
 
@@ -88,16 +86,19 @@ fn source(ui: &mut Ui, color: &mut ColorSource, clouds: &Clouds) {
         (None, _) => String::new(),
     };
     let mut chosen = None;
-    let combo = egui::ComboBox::from_id_salt("colour by").selected_text(name);
-    let shown = combo.width(ui.available_width().min(220.0)).show_ui(ui, |ui| {
-        for (name, by) in choices {
-            if ui.selectable_label(is_same(&by, &color.by), name).clicked() {
-                chosen = Some(by);
+    row_of(ui, "colour by", "What colours surfels.", |ui, _label| {
+        let combo = egui::ComboBox::from_id_salt("colour by").selected_text(name).truncate();
+        let shown = combo.show_ui(ui, |ui| {
+            for (name, by) in choices {
+                if ui.selectable_label(is_same(&by, &color.by), name).clicked() {
+                    chosen = Some(by);
+                }
             }
-        }
-    });
-    shown.response.widget_info(|| {
-        egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "what colours surfels")
+        });
+        shown.response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "what colours surfels")
+        });
+        shown.response
     });
     if let Some(by) = chosen.filter(|by| !is_same(by, &color.by)) {
         *color = ColorSource::new(by);
@@ -129,15 +130,17 @@ fn component(ui: &mut Ui, color: &mut ColorSource, attribute: &Attribute, clouds
     if n < 2 {
         return;
     }
-    ui.horizontal_wrapped(|ui| {
-        ui.label("component");
-        for i in 0..n.min(16) {
-            let letter = ["x", "y", "z"].get(i as usize).filter(|_| n == 3);
-            let label = letter.map_or_else(|| i.to_string(), |letter| (*letter).to_owned());
-            if ui.selectable_label(*component == i, label).clicked() {
-                color.by = ColorBy::Attribute(attribute.clone().with_component(i));
+    row_of(ui, "component", "Which of the numbers of this column.", |ui, _label| {
+        let shown = ui.horizontal_wrapped(|ui| {
+            for i in 0..n.min(16) {
+                let letter = ["x", "y", "z"].get(i as usize).filter(|_| n == 3);
+                let label = letter.map_or_else(|| i.to_string(), |letter| (*letter).to_owned());
+                if ui.selectable_label(*component == i, label).clicked() {
+                    color.by = ColorBy::Attribute(attribute.clone().with_component(i));
+                }
             }
-        }
+        });
+        shown.response
     });
 }
 
@@ -152,14 +155,20 @@ fn map(ui: &mut Ui, color: &mut ColorSource, shown: &Colors) {
         MapChoice::Automatic => automatic.clone(),
         choice => choice.name().to_owned(),
     };
-    let combo = egui::ComboBox::from_label("map").selected_text(name(color.map));
-    combo.show_ui(ui, |ui| {
-        for choice in [MapChoice::Automatic].into_iter().chain(MapChoice::ALL) {
-            let label = match choice {
-                MapChoice::Automatic => "automatic",
-                choice => choice.name(),
-            };
-            ui.selectable_value(&mut color.map, choice, label);
-        }
+    row_of(ui, "colour map", "How numbers become colours.", |ui, _label| {
+        let combo = egui::ComboBox::from_id_salt("map").selected_text(name(color.map)).truncate();
+        let shown = combo.show_ui(ui, |ui| {
+            for choice in [MapChoice::Automatic].into_iter().chain(MapChoice::ALL) {
+                let label = match choice {
+                    MapChoice::Automatic => "automatic",
+                    choice => choice.name(),
+                };
+                ui.selectable_value(&mut color.map, choice, label);
+            }
+        });
+        shown.response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "colour map")
+        });
+        shown.response
     });
 }

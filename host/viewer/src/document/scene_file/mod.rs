@@ -3,8 +3,12 @@
 //! The first renderer of each pane is a view of the scene, which other programs can draw. Comparison
 //! modes and the arrangement, which only the window has, are in `layout`.
 
+pub(crate) mod bookmarks;
+mod lights_off;
+pub(crate) mod placement;
+pub(super) mod values;
+
 use super::open_clouds::OpenCloud;
-use super::scene_values::{toml_of, value_of};
 use super::settings::{Mode, PaneSettings};
 use crate::views::arrangement;
 use crate::views::layout::{MOST_PANES, follow_settings};
@@ -23,6 +27,7 @@ use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::setup::background_of;
 use surfelshop_session::setup::tone_map_of;
 use toml::{Table, Value as Toml};
+use values::{toml_of, value_of};
 
 /// The key of the layout that hides the light handles.
 const LIGHT_HANDLES_KEY: &str = "lamps";
@@ -44,6 +49,8 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.shows_legend = file.layout.get(LEGEND_KEY).and_then(Toml::as_bool).unwrap_or(true);
     settings.shows_light_handles =
         file.layout.get(LIGHT_HANDLES_KEY).and_then(Toml::as_bool).unwrap_or(true);
+    settings.bookmarks = bookmarks::read(&file.layout);
+    settings.lights_off = lights_off::read(&file.layout);
     window.views.own_cameras.clear();
     if let Some(camera) = &file.camera {
         window.views.camera = camera.known;
@@ -86,6 +93,11 @@ fn pane_of(id: u32, view: &Keyed<SceneView>, layout: Option<&Table>) -> PaneSett
     let Some(layout) = layout else { return pane };
     if let Some(name) = layout.get("mode").and_then(Toml::as_str) {
         pane.mode = Mode::ALL.into_iter().find(|mode| mode.name() == name).unwrap_or_default();
+    }
+    pane.title = layout.get("name").and_then(Toml::as_str).unwrap_or_default().to_owned();
+    let shown = layout.get("clouds").and_then(Toml::as_array).map(Vec::as_slice);
+    for (side, cloud) in pane.clouds.iter_mut().zip(shown.unwrap_or_default()) {
+        *side = cloud.as_str().filter(|name| !name.is_empty()).map(str::to_owned);
     }
     if let Some(second) = layout.get("second").and_then(Toml::as_str) {
         second.clone_into(&mut pane.renderers[1]);
@@ -173,6 +185,8 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
         true => file.layout.remove(LEGEND_KEY),
         false => file.layout.insert(LEGEND_KEY.to_owned(), Toml::Boolean(false)),
     };
+    bookmarks::write(&mut file.layout, &settings.bookmarks);
+    lights_off::write(&mut file.layout, &settings.lights_off);
     match arrangement::describe(&window.views.tree, &settings.pane_ids()) {
         Some(described) => file.layout.insert("arrangement".to_owned(), described),
         None => file.layout.remove("arrangement"),
@@ -249,19 +263,27 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
             (Some(cloud), saved) => {
                 cloud.visible = open_cloud.visible;
                 cloud.renderer = renderer_in(window, open_cloud, &folder);
+                cloud.name = open_cloud.title().cloned();
                 if let Some(path) = saved {
                     (cloud.path, cloud.transform) = (path, None);
                 }
+                cloud.transform = placement::over(cloud.transform.take(), &open_cloud.placement());
             }
             (None, Some(path)) => {
                 let renderer = renderer_in(window, open_cloud, &folder);
-                let visible = open_cloud.visible;
-                let cloud = SceneCloud { visible, renderer, ..SceneCloud::new(path) };
+                let (visible, name) = (open_cloud.visible, open_cloud.title().cloned());
+                let transform = placement::over(None, &open_cloud.placement());
+                let new = SceneCloud::new(path);
+                let cloud = SceneCloud { visible, renderer, name, transform, ..new };
                 file.clouds.push(cloud.into());
             }
             (None, None) => {}
         }
     }
+    let removed = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.removed());
+    let removed: Vec<usize> = removed.copied().collect();
+    let mut index = 0..;
+    file.clouds.retain(|_| !index.next().is_some_and(|index| removed.contains(&index)));
 }
 
 /// What draws a cloud, with paths relative to the scene's folder.
@@ -282,6 +304,13 @@ fn layout_of(window: &Window, pane: &PaneSettings, folder: &Path) -> Table {
     layout.insert("mode".to_owned(), Toml::String(pane.mode.name().to_owned()));
     layout.insert("second".to_owned(), Toml::String(pane.renderers[1].clone()));
     layout.insert("wipe".to_owned(), Toml::Float(f64::from(pane.wipe)));
+    if !pane.title.is_empty() {
+        layout.insert("name".to_owned(), Toml::String(pane.title.clone()));
+    }
+    if pane.clouds.iter().any(Option::is_some) {
+        let name = |cloud: &Option<String>| Toml::String(cloud.clone().unwrap_or_default());
+        layout.insert("clouds".to_owned(), Toml::Array(pane.clouds.iter().map(name).collect()));
+    }
     let values = values_in(window, pane, 1, folder);
     if !values.is_empty() {
         let values = values.iter().map(|(id, value)| (id.clone(), toml_of(value))).collect();

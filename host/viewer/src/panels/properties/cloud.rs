@@ -1,10 +1,11 @@
-//! The panel of the open clouds.
+//! The properties of a cloud.
 
-use super::parameters;
-use super::row::row_of;
+use super::command_button;
+use super::row_of;
 use crate::document::OpenCloud;
+use crate::panels::parameters;
 use crate::window::Window;
-use eframe::egui::{self, RichText, Role, Ui, WidgetInfo};
+use eframe::egui::{self, Label, RichText, Role, Ui, WidgetInfo};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use surfelshop_api::UnitKind;
@@ -16,63 +17,45 @@ use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::NamedRenderer;
 use surfelshop_session::output::provenance;
 
-/// Shows the panel.
-pub(super) fn show(window: &mut Window, ui: &mut Ui) {
+/// Shows a cloud.
+pub(super) fn show(window: &mut Window, ui: &mut Ui, index: usize) {
     uploading(window, ui);
-    let Some(shown) = &window.document.clouds else {
-        ui.weak(if window.document.loader.is_some() { "reading" } else { "none is open" });
-        return;
-    };
-    let (mut changed, mut framed) = (None, None);
-    for (i, open_cloud) in shown.open_clouds.all().iter().enumerate() {
-        let Loaded { cloud, summary } = &open_cloud.loaded;
-        // The scene may name it.
-        let entry =
-            open_cloud.entry.and_then(|i| window.document.scene_file.as_ref()?.clouds.get(i));
-        let name = entry.and_then(|entry| entry.name.clone()).unwrap_or_else(|| open_cloud.name());
-        let mut visible = open_cloud.visible;
-        let about = std::iter::once(summary.to_string()).chain(provenance::lines(cloud));
-        let name = RichText::new(name).strong();
-        // A single cloud cannot be hidden.
-        match shown.open_clouds.all().len() == 1 && visible {
-            true => ui.label(name),
-            false => ui.checkbox(&mut visible, name),
-        }
-        .on_hover_text(about.collect::<Vec<_>>().join("\n"));
-        if visible != open_cloud.visible {
-            changed = Some(shown.open_clouds.showing(i, visible));
-        }
-        if shown.open_clouds.all().len() > 1 && !cloud.is_empty() {
-            let zoom = ui
-                .small_button("zoom to it")
-                .on_hover_text("Moves the camera to where this cloud fills the view.");
-            framed = zoom.clicked().then_some(i).or(framed);
-        }
-        let renderer = renderer_of(ui, (i, open_cloud), &window.plugins.registry)
-            .or_else(|| values_of(ui, (i, open_cloud), &window.plugins.declared).map(Some));
-        if let Some(renderer) = renderer {
-            changed = Some(shown.open_clouds.drawn_by(i, renderer));
-        }
-        let is_pyramid = shown.open_clouds.clouds.pyramid_of(cloud).is_some();
-        facts_of(ui, open_cloud, is_pyramid);
+    let Some(shown) = &window.document.clouds else { return };
+    let Some(open_cloud) = shown.open_clouds.all().get(index) else { return };
+    let cloud = &open_cloud.loaded.cloud;
+    let mut changed = None;
+    let renderer = renderer_of(ui, (index, open_cloud), &window.plugins.registry)
+        .or_else(|| values_of(ui, (index, open_cloud), &window.plugins.declared).map(Some));
+    if let Some(renderer) = renderer {
+        changed = Some(shown.open_clouds.drawn_by(index, renderer));
     }
+    let is_pyramid = shown.open_clouds.clouds.pyramid_of(cloud).is_some();
+    facts_of(ui, open_cloud, is_pyramid);
     if let Some(line) = plausibility::far_apart(&shown.clouds) {
-        ui.colored_label(ui.visuals().warn_fg_color, format!("{line}. Zoom to one of them."));
+        let line = format!("{line}. Zoom to one of them.");
+        let text = RichText::new(line).color(ui.visuals().warn_fg_color);
+        ui.add(Label::new(text).wrap());
     }
-    let facts = &shown.open_clouds.clouds.facts;
-    let size = facts.bounds_max - facts.bounds_min;
-    if size.max_element() < 1e6 && size.max_element() > 1e-3 {
-        ui.label(format!("size {:.4} x {:.4} x {:.4}", size.x, size.y, size.z));
-    } else {
-        ui.label(format!("size {:.3e} x {:.3e} x {:.3e}", size.x, size.y, size.z));
-    }
-    ui.weak(facts.columns.join(", "));
     if let Some(open_clouds) = changed {
         window.show_clouds(open_clouds);
     }
-    if let Some(i) = framed {
-        window.frame_cloud(i);
-    }
+    ui.horizontal_wrapped(|ui| {
+        command_button(window, ui, "zoom-selected", "zoom to it");
+        command_button(window, ui, "save-cloud", "save as …");
+        command_button(window, ui, "remove-selected", "remove");
+    });
+}
+
+/// What is known of a cloud, in lines.
+pub(in crate::panels) fn facts(open_cloud: &OpenCloud) -> String {
+    let Loaded { cloud, summary } = &open_cloud.loaded;
+    let lines = std::iter::once(summary.to_string()).chain(provenance::lines(cloud));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// A fact: its name in the column of labels, and what it is.
+fn fact(ui: &mut Ui, name: &str, about: &str, what: &str) {
+    row_of(ui, name, about, |ui, _label| ui.add(Label::new(what).wrap()));
 }
 
 /// The choice of what draws a cloud; the renderer that was chosen, none for that of the view.
@@ -87,8 +70,8 @@ fn renderer_of(
     let suits = |name: &String| registry.suits(name, &facts.clouds);
     let mut chosen = None;
     let name = open_cloud.name();
-    row_of(ui, "renderer", "", |ui, _label| {
-        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index)).width(150.0);
+    row_of(ui, "drawn by", "", |ui, _label| {
+        let menu = egui::ComboBox::from_id_salt(("renderer of a cloud", index)).truncate();
         let shown = menu.selected_text(own.unwrap_or(AS_THE_VIEW)).show_ui(ui, |ui| {
             if ui.selectable_label(own.is_none(), AS_THE_VIEW).clicked() && own.is_some() {
                 chosen = Some(None);
@@ -155,16 +138,29 @@ fn uploading(window: &Window, ui: &mut Ui) {
 /// The size and state of a cloud, and what reading changed in it.
 fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
     let Loaded { cloud, summary } = &open_cloud.loaded;
-    ui.label(match cloud.len() as u64 {
-        _ if is_pyramid => format!("{} surfels, in a pyramid", grouped(summary.n_surfels)),
-        0 => "no points".to_owned(),
-        1 => "1 surfel".to_owned(),
-        n => format!("{} surfels", grouped(n)),
-    });
+    let number = match cloud.len() as u64 {
+        _ if is_pyramid => format!("{}, in a pyramid", grouped(summary.n_surfels)),
+        n => grouped(n),
+    };
+    fact(ui, "surfels", "Oriented discs, one for each point.", &number);
+    let facts = cloud.facts();
+    let size = facts.bounds_max - facts.bounds_min;
+    if !cloud.is_empty() {
+        let digits = |size: f64| match size {
+            size if (1e-3..1e6).contains(&size) => format!("{size:.3}"),
+            size => format!("{size:.3e}"),
+        };
+        let text = size.to_array().map(digits).join(" x ");
+        fact(ui, "size", "Along x, y and z, scene units.", &text);
+    }
+    let columns = cloud.columns().iter().map(|column| column.name()).collect::<Vec<_>>();
+    fact(ui, "columns", "What is known of each surfel.", &columns.join(", "));
+    fact(ui, "file", "", &summary.file);
     if open_cloud.is_unsaved() {
         let text = if open_cloud.recovered { "recovered, not saved" } else { "edited, not saved" };
-        ui.colored_label(ui.visuals().warn_fg_color, text)
-            .on_hover_text("File > Save cloud as … writes it with all its columns");
+        row_of(ui, "state", "File > Save cloud as … writes it with all its columns.", |ui, _| {
+            ui.colored_label(ui.visuals().warn_fg_color, text)
+        });
     }
     // In the words of `info`.
     let done = [
@@ -178,12 +174,13 @@ fn facts_of(ui: &mut Ui, open_cloud: &OpenCloud, is_pyramid: bool) {
         ui.weak(format!("{} {what}", grouped(number)));
     }
     for warning in &summary.warnings {
-        ui.colored_label(ui.visuals().warn_fg_color, warning);
+        let text = RichText::new(warning).color(ui.visuals().warn_fg_color);
+        ui.add(Label::new(text).wrap());
     }
 }
 
 /// A number with spaces between groups of three digits.
-pub(super) fn grouped(number: u64) -> String {
+pub(in crate::panels) fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut grouped = String::new();
     for (i, digit) in digits.chars().enumerate() {

@@ -1,6 +1,6 @@
-//! The panel of the environment map.
+//! The light around the scene.
 
-use super::row::{row, row_of};
+use super::{Scale, command_button, row, row_of, slider_row};
 use crate::dialogs::{DialogPurpose, files};
 use crate::document::set_environment_map;
 use crate::window::Window;
@@ -19,14 +19,18 @@ fn short_name(source: &ProbeSource) -> String {
     }
 }
 
-/// Shows the panel.
+/// The renderer of natural light, and what else uses it.
+const NATURAL: &str = "environment";
+const USES: [&str; 2] = [NATURAL, "reference"];
+
+/// Shows it.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let chosen = window.settings.environment.as_ref().map(|known| short_name(&known.source));
     let text = chosen.unwrap_or_else(|| "none".to_owned());
     let mut chosen_entry = None;
     row_of(ui, "light probe", "The light around the scene.", |ui, _label| {
         let combo = egui::ComboBox::from_id_salt("environment").selected_text(text);
-        let shown = combo.width(150.0).truncate().show_ui(ui, |ui| {
+        let shown = combo.truncate().show_ui(ui, |ui| {
             for what in ["none", "studio", "sky", "a probe …"] {
                 if ui.selectable_label(false, what).clicked() {
                     chosen_entry = Some(what);
@@ -46,16 +50,19 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         None => {}
     }
     let Some(environment) = &mut window.settings.environment else {
-        ui.weak("Probes (.hdr, .exr) can be dropped here; the renderer `environment` uses them.");
+        let text = "Pictures of the light around a place (.hdr, .exr) can be dropped here.";
+        ui.add(egui::Label::new(egui::RichText::new(text).weak()).wrap());
         return;
     };
     let mut degrees = environment.rotation.to_degrees();
-    let slider = egui::Slider::new(&mut degrees, -180.0..=180.0).suffix("°");
-    if row(ui, "turned by", "About the axis that points upwards.", |ui| ui.add(slider)).changed() {
+    let scale = Scale::linear(-180.0..=180.0, "°");
+    let about = "About the axis that points upwards.";
+    if slider_row(ui, "turned by", about, &mut degrees, &scale).changed() {
         environment.rotation = degrees.to_radians();
     }
-    let stops = egui::Slider::new(&mut environment.stops, -8.0..=8.0).suffix(" EV");
-    row(ui, "brightness", "A factor of two for each stop (EV).", |ui| ui.add(stops));
+    let scale = Scale::linear(-8.0..=8.0, " EV");
+    let about = "A factor of two for each stop (EV).";
+    slider_row(ui, "brightness", about, &mut environment.stops, &scale);
     let [forward, up] = [environment.forward, environment.up];
     axis(ui, "centre of the picture", &mut environment.forward, up);
     axis(ui, "up in the picture", &mut environment.up, forward);
@@ -72,6 +79,27 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
             shown.response
         });
     }
+    used_by(window, ui);
+}
+
+/// Offers the renderer that uses the light where the view's does not.
+fn used_by(window: &mut Window, ui: &mut Ui) {
+    let pane = window.settings.pane(window.views.focused);
+    let drawn = pane.map(|pane| pane.renderers[0].clone()).unwrap_or_default();
+    if USES.contains(&drawn.as_str()) {
+        return;
+    }
+    let text = format!("{drawn} draws this view and does not use it.");
+    let text = egui::RichText::new(text).color(ui.visuals().warn_fg_color);
+    ui.add(egui::Label::new(text).wrap());
+    let has = window.renderers().iter().any(|name| name == NATURAL);
+    if has && ui.button(format!("draw the view by {NATURAL}")).clicked() {
+        let focused = window.views.focused;
+        if let Some(pane) = window.settings.pane_mut(focused) {
+            pane.renderers[0] = NATURAL.to_owned();
+        }
+    }
+    command_button(window, ui, "remove-selected", "remove");
 }
 
 /// The choice of an axis perpendicular to another one.

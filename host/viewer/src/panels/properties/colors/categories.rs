@@ -1,6 +1,6 @@
 //! The list of categories, each shown or hidden, with its colour and how many surfels it has.
 
-use crate::panels::clouds::grouped;
+use crate::panels::properties::grouped;
 use crate::window::Window;
 use eframe::egui::{self, Color32, ScrollArea, Sense, Ui, vec2};
 use surfelshop_cloud::display::{Attribute, Categories, Filter, FilterAction, FilterTest};

@@ -1,5 +1,6 @@
 //! The range of a colour map over a histogram, whose two handles are its ends.
 
+use crate::panels::row::row_of;
 use crate::window::Window;
 use eframe::egui::{self, Color32, CursorIcon, Rect, Response, Sense, Stroke, Ui, pos2, vec2};
 use surfelshop_cloud::Cloud;
@@ -20,11 +21,13 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, ramp: &Ramp, whole: &Clouds
     let up = window.document.up.into();
     let clouds: Vec<&Cloud> = whole.loaded.iter().map(|loaded| &loaded.cloud).collect();
     let color = &mut window.settings.color;
-    ui.horizontal(|ui| {
-        ui.label("scale");
-        for scale in Scale::ALL {
-            ui.selectable_value(&mut color.scale, scale, scale.name());
-        }
+    row_of(ui, "scale", "Even steps of numbers, or of their powers of ten.", |ui, _label| {
+        let shown = ui.horizontal(|ui| {
+            for scale in Scale::ALL {
+                ui.selectable_value(&mut color.scale, scale, scale.name());
+            }
+        });
+        shown.response
     });
     // Both are known already from colouring, or found in milliseconds, and kept.
     let known = Statistics::of(&clouds, &ramp.attribute, up);
@@ -76,7 +79,7 @@ fn domain(known: &Statistics, ramp: &Ramp) -> Option<[f64; 2]> {
 
 /// The histogram in the colours of the map, with a handle at each end of the range.
 fn handles(ui: &mut Ui, color: &mut ColorSource, ramp: &Ramp, bins: &Histogram) {
-    let size = vec2(ui.available_width().min(280.0), HEIGHT);
+    let size = vec2(ui.available_width(), HEIGHT);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
     let name = format!("range of {}", ramp.attribute.title());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Slider, true, &name));

@@ -1,6 +1,6 @@
 //! The background of the pictures: a colour, nothing, or the environment.
 
-use super::row::row_of;
+use super::row_of;
 use crate::document::{PaneSettings, Settings};
 use crate::window::Window;
 use eframe::egui::{self, Role, Ui, WidgetInfo};
@@ -55,7 +55,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     let settings = &mut window.settings;
     row_of(ui, "background", "What is behind what is open.", |ui, label| {
         let combo = egui::ComboBox::from_id_salt("background").selected_text(chosen.name());
-        let shown = combo.width(104.0).show_ui(ui, |ui| {
+        let shown = combo.width((ui.available_width() - 52.0).max(60.0)).show_ui(ui, |ui| {
             for choice in Choice::ALL {
                 let is_enabled = choice != Choice::Environment || can_show;
                 ui.add_enabled_ui(is_enabled, |ui| {

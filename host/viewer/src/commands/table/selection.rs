@@ -1,0 +1,76 @@
+//! What is done with what is selected.
+
+use super::conditions::{
+    can_hide, can_remove, can_rename, has_clouds, has_duplicate, has_hidden_clouds, has_light_room,
+    has_two_clouds,
+};
+use crate::commands::command::{Command, Menu};
+use crate::commands::shortcut::{alt, key, shift};
+use crate::theme::Icon;
+use eframe::egui::Key;
+
+pub(super) static SELECTION: [Command; 8] = [
+    Command::new(
+        ("zoom-selected", "See what is selected", Icon::ZoomIn),
+        Menu::Edit,
+        "Moves the camera to the selected cloud, light or remembered camera.",
+        |window, _| window.zoom_to_selected(),
+    )
+    .keys(&[shift(Key::F)])
+    .when(has_clouds)
+    .group(),
+    Command::new(
+        ("toggle-selected", "Hide or show", Icon::EyeOff),
+        Menu::Edit,
+        "Hides the selected cloud or switches the selected light off, or back.",
+        |window, _| window.toggle_selected(),
+    )
+    .keys(&[key(Key::H)])
+    .when(can_hide),
+    Command::new(
+        ("show-all-clouds", "Show all clouds", Icon::Eye),
+        Menu::Edit,
+        "Shows every cloud that is hidden.",
+        |window, _| window.show_all_clouds(),
+    )
+    .keys(&[alt(Key::H)])
+    .when(has_hidden_clouds),
+    Command::new(
+        ("rename-selected", "Rename …", Icon::Pencil),
+        Menu::Edit,
+        "Gives the selected cloud, view or remembered camera another name.",
+        |window, _| window.rename_selected(),
+    )
+    .keys(&[key(Key::F2)])
+    .when(can_rename),
+    Command::new(
+        ("duplicate-selected", "Duplicate", Icon::Copy),
+        Menu::Edit,
+        "Adds a light or a view like the selected one.",
+        |window, _| window.duplicate_selected(),
+    )
+    .when(has_duplicate),
+    Command::new(
+        ("remove-selected", "Remove", Icon::Trash2),
+        Menu::Edit,
+        "Removes what is selected from the scene; files stay.",
+        |window, _| window.remove_selected(),
+    )
+    .keys(&[key(Key::Delete)])
+    .when(can_remove),
+    Command::new(
+        ("add-light", "Add a light", Icon::Plus),
+        Menu::Edit,
+        "Adds a light, and selects it.",
+        |window, _| window.add_light(None),
+    )
+    .when(has_light_room)
+    .group(),
+    Command::new(
+        ("compare-clouds", "Compare two clouds", Icon::FlipHorizontal),
+        Menu::View,
+        "Shows the selected cloud and another one left and right of a line.",
+        |window, _| window.compare_clouds(),
+    )
+    .when(has_two_clouds),
+];

@@ -1,0 +1,135 @@
+//! The mouse over a picture, and keys that fly.
+
+use super::Panes;
+use crate::preferences::Orbit;
+use crate::views::{navigation, surfel};
+use eframe::egui::{self, Key, PointerButton, Ui, Vec2};
+use glam::{DVec2, DVec3};
+
+impl Panes<'_> {
+    /// Moves the camera; `over` is the side under the pointer and the position in its picture.
+    pub(super) fn mouse(
+        &mut self,
+        ui: &Ui,
+        response: &egui::Response,
+        id: u32,
+        size: Vec2,
+        over: Option<(usize, Vec2)>,
+    ) {
+        let mut camera = self.window.camera_of(id);
+        let before = camera;
+        let modifiers = ui.ctx().input(|input| input.modifiers);
+        let per_height = |drag: Vec2| {
+            DVec2::new(f64::from(drag.x), f64::from(drag.y)) / f64::from(size.y.max(1.0))
+        };
+        let drag = per_height(response.drag_delta());
+        let pans = response.dragged_by(PointerButton::Middle)
+            || response.dragged_by(PointerButton::Secondary)
+            || (response.dragged_by(PointerButton::Primary) && modifiers.shift);
+        if pans {
+            navigation::pan(&mut camera, drag);
+        } else if response.dragged_by(PointerButton::Primary)
+            && modifiers.ctrl != self.window.views.walking
+        {
+            navigation::look(&mut camera, drag * 1.5);
+        } else if response.dragged_by(PointerButton::Primary) {
+            // A drag over the whole height is half a turn.
+            let drag = drag * std::f64::consts::PI;
+            match self.window.preferences.orbit {
+                Orbit::Turntable => navigation::orbit(&mut camera, drag),
+                Orbit::Trackball => navigation::tumble(&mut camera, drag),
+            }
+        }
+        if let Some((side, at)) = over {
+            self.pointer(ui, response, id, &mut camera, (side, at, size));
+        }
+        if camera != before {
+            self.window.set_camera(id, camera);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// Zooms to the pointer, flies, and describes the surfel under it. The last argument is the side under
+    /// the pointer, the position in its picture and the picture's size.
+    fn pointer(
+        &mut self,
+        ui: &Ui,
+        response: &egui::Response,
+        id: u32,
+        camera: &mut surfelshop_api::Camera,
+        (side, at, size): (usize, Vec2, Vec2),
+    ) {
+        let before = self.window.camera_of(id);
+        let position = DVec2::new(f64::from(at.x - 0.5 * size.x), f64::from(at.y - 0.5 * size.y))
+            / f64::from(size.y.max(1.0));
+        let depth = self.depth_at(id, side, at / size);
+        let target_depth = (camera.target - camera.eye).dot(camera.forward());
+        // The wheel keeps its anchor while the picture is too coarse to have depths.
+        let target_depth = match (depth, self.window.views.anchor_depth) {
+            (None, Some((pane, depth))) if pane == id => depth,
+            _ => target_depth,
+        };
+        if let Some(depth) = depth {
+            self.window.views.anchor_depth = Some((id, depth));
+        }
+        let wheel = f64::from(ui.ctx().input(|input| input.smooth_scroll_delta().y));
+        if wheel.abs() > 0.0 {
+            let anchor = navigation::point_at(camera, position, depth.unwrap_or(target_depth));
+            navigation::zoom(camera, (-wheel * 0.004).exp(), anchor);
+            let depth = (anchor - camera.eye).dot(camera.forward());
+            self.window.views.anchor_depth = Some((id, depth));
+        }
+        if response.double_clicked()
+            && let Some(depth) = depth
+        {
+            let target = navigation::point_at(camera, position, depth);
+            // Inside a scan one turns to it, from outside one moves over it.
+            let from_target = camera.eye - camera.target;
+            let eye = if self.window.views.walking { camera.eye } else { target + from_target };
+            self.window.fly_to(id, surfelshop_api::Camera { eye, target, ..*camera });
+        }
+        fly(ui, camera);
+        let found = depth.map(|depth| navigation::point_at(&before, position, depth));
+        // The search visits every surfel, so only for another point.
+        if self.window.views.pointer_position != found {
+            self.window.views.pointer_position = found;
+            self.window.views.pointer_text = match (found, &self.window.document.clouds) {
+                (Some(point), Some(shown)) => match &shown.displayed_of {
+                    Some(of) => surfel::describe(&shown.displayed, &of.open_clouds.clouds, point),
+                    None => String::new(),
+                },
+                _ => String::new(),
+            };
+        }
+    }
+
+    /// The depth of a side's picture at a position in fractions of its size.
+    fn depth_at(&self, id: u32, side: usize, at: Vec2) -> Option<f64> {
+        let rendered = &self.window.views.panes.get(&id)?.sides[side].shown.as_ref()?.rendered;
+        let image = rendered.depth.as_ref()?;
+        let (x, y) = ((at.x * image.width as f32) as u32, (at.y * image.height as f32) as u32);
+        let inside = x < image.width && y < image.height;
+        let depth = inside.then(|| f64::from(image.pixel(x, y)[0]))?;
+        (depth > 0.0).then_some(depth)
+    }
+}
+
+/// Flies with the keys while the pointer is over a picture: W A S D, E up, Q down.
+fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
+    if ui.ctx().egui_wants_keyboard_input() {
+        return;
+    }
+    let (keys, seconds) = ui.ctx().input(|input| {
+        let down = |key: Key| f64::from(u8::from(input.key_down(key)));
+        let step = DVec3::new(
+            down(Key::D) - down(Key::A),
+            down(Key::E) - down(Key::Q),
+            down(Key::W) - down(Key::S),
+        );
+        (if input.modifiers.any() { DVec3::ZERO } else { step }, f64::from(input.stable_dt))
+    });
+    if keys != DVec3::ZERO {
+        navigation::fly(camera, keys * seconds.min(0.1));
+    }
+}
+
