@@ -82,6 +82,8 @@ pub(super) fn show_surface(window: &mut Window, ui: &mut Ui) {
         row(ui, "least size", about, |ui| ui.add(slider));
     }
     ui.checkbox(&mut surface.two_sided, "draw both sides");
+    let tint = ui.checkbox(&mut window.settings.splats.tint_backs, "tint backs");
+    tint.on_hover_text("Surfels that are seen from behind are magenta: shows where normals face.");
 }
 
 /// The width of points where they are first chosen, pixels.
