@@ -90,7 +90,9 @@ pub(crate) fn by_ranges(sample: &Sample, line: u64) -> Result<Found> {
 
 fn no_numbers(line: Option<&[u8]>) -> Error {
     let found = line.map_or_else(|| "none".to_owned(), quoted);
-    Error::new(format!("expected lines of at least three numbers, found {found}"))
+    Error::new(format!(
+        "expected lines of at least three numbers, found {found}; is it a table of points? The parameter `delimiter` says how its words are separated"
+    ))
 }
 
 /// The numbers of a sample's lines that fit.
@@ -129,7 +131,7 @@ pub(crate) fn in_table(sample: &Sample, settings: &Settings) -> Result<Found> {
     if let Some(grid) = texts.first().filter(|line| is_grid(line)) {
         let found = quoted(grid);
         return Err(Error::new(format!(
-            "expected a line for each point, found the header of a grid of heights, {found}"
+            "expected a line for each point, found the header of a grid of heights, {found}; make points of it first, as `gdal_translate -of XYZ` does"
         )));
     }
     let one = settings.delimiter.map(|delimiter| [delimiter]);
