@@ -184,6 +184,10 @@ pub(crate) struct ConvertArguments {
     /// Keep only these columns, besides positions: names with commas between.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) columns: Vec<String>,
+    /// A parameter of the format that is written, as id=value, such as version=1.2 of LAS or encoding=ascii of PCD; may
+    /// be repeated.
+    #[arg(long, value_name = "ID=VALUE", value_parser = Setting::parse)]
+    pub(crate) write_set: Vec<Setting>,
     /// Make one cloud of several scans, even where the format could keep them apart.
     #[arg(long)]
     pub(crate) merge: bool,

@@ -211,7 +211,7 @@ pub enum ReadFault {
         out: OutOfMemory,
     },
     /// A format read the file and found no cloud in it.
-    #[error("expected a point cloud, found none in the file")]
+    #[error("expected a point cloud, found none in the file; is it the right one?")]
     NoClouds,
     /// There are more points than indices.
     #[error("expected at most 4294967295 points, found {found}; split the file")]

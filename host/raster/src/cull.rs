@@ -206,6 +206,7 @@ mod tests {
             orthographic,
             world_from_view: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             two_sided: false,
+            back_albedo: None,
             low_pass: 1.0,
             tolerance: 1.0,
             tangent_scale: 1.0,

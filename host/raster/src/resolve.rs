@@ -31,7 +31,11 @@ impl<'a> Scene<'a> {
         mode: Mode,
     ) -> Self {
         let one = |in_view: &CloudInView<'_>| match in_view.columns.albedo {
-            Albedo::Same([r, g, b]) if in_view.columns.ao.is_none() => Some([r, g, b, 1.0]),
+            Albedo::Same([r, g, b])
+                if in_view.columns.ao.is_none() && in_view.eye.back_albedo.is_none() =>
+            {
+                Some([r, g, b, 1.0])
+            }
             _ => None,
         };
         let first = clouds.first().and_then(one);
@@ -229,7 +233,8 @@ fn nearest<S: Simd>(
                 let sign = if number & BACK == 0 { 1.0 } else { -1.0 };
                 let columns = in_view.columns;
                 let normal = columns.normals.one(place).map(|c| sign * c);
-                (normal, columns.albedo_of(place, scene.linear_of_srgb), columns.ao_of(place))
+                let albedo = in_view.seen_albedo(number, scene.linear_of_srgb);
+                (normal, albedo, columns.ao_of(place))
             }
         };
         for axis in 0..3 {

@@ -47,7 +47,7 @@ impl Splat {
         let [x, y, z] = in_view.columns.normals.one(place);
         let mut own = [sign * x, sign * y, sign * z, 1.0, 0.0, 0.0, 0.0, 0.0];
         if N > N_NORMAL_SUMS {
-            let [r, g, b] = in_view.columns.albedo_of(place, linear_of_srgb);
+            let [r, g, b] = in_view.seen_albedo(self.number, linear_of_srgb);
             (own[4], own[5], own[6]) = (r, g, b);
             own[7] = in_view.columns.ao_of(place);
         }
@@ -60,6 +60,15 @@ impl CloudInView<'_> {
     #[inline(always)]
     pub(crate) fn place(&self, number: u32) -> usize {
         ((number & !BACK) - self.first) as usize
+    }
+
+    /// The albedo of a surfel as it is seen: that of backs where these have one.
+    #[inline(always)]
+    pub(crate) fn seen_albedo(&self, number: u32, linear_of_srgb: &[f32; 256]) -> [f32; 3] {
+        match self.eye.back_albedo {
+            Some(albedo) if number & BACK != 0 => albedo,
+            _ => self.columns.albedo_of(self.place(number), linear_of_srgb),
+        }
     }
 }
 

@@ -52,6 +52,7 @@ fn view(orthographic: bool, detail_px: f32) -> View {
         orthographic,
         world_from_view: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         two_sided: true,
+        back_albedo: None,
         low_pass: 1.0,
         tolerance: 1.0,
         tangent_scale: 1.0,

@@ -21,6 +21,8 @@ pub struct View {
     pub world_from_view: [[f32; 3]; 3],
     /// Whether surfels seen from behind are drawn.
     pub two_sided: bool,
+    /// The albedo of surfels that are seen from behind, linear Rec. 709; their own where there is none.
+    pub back_albedo: Option<[f32; 3]>,
     /// Radius of the screen-space low-pass in pixels; 0 is none.
     pub low_pass: f32,
     /// Depth tolerance in radii.
@@ -52,6 +54,7 @@ pub(crate) struct Eye {
     pub(crate) near: f32,
     pub(crate) orthographic: bool,
     pub(crate) two_sided: bool,
+    pub(crate) back_albedo: Option<[f32; 3]>,
     pub(crate) low_pass: f32,
     pub(crate) tolerance: f32,
     pub(crate) radius_scale: f32,
@@ -76,6 +79,7 @@ impl Eye {
             near: view.near,
             orthographic: view.orthographic,
             two_sided: view.two_sided,
+            back_albedo: view.back_albedo,
             low_pass: view.low_pass,
             tolerance: view.tolerance,
             radius_scale: view.tangent_scale / view.unit,

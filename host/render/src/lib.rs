@@ -33,4 +33,4 @@ pub use gpu::{Atomics, Backend, Gpu, GpuError, GpuOptions};
 pub use graph::{CompileCounts, PassReport, PassState, RenderError};
 pub use resource_use::ResourceUse;
 pub use stages::{Clocks, StageClock, StageTime};
-pub use surfels::{ColumnUse, SurfaceCounts, SurfelDrawing};
+pub use surfels::{BACK_ALBEDO, ColumnUse, SurfaceCounts, SurfelDrawing};

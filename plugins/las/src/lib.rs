@@ -2,7 +2,7 @@
 //!
 //! | parameter | type   | default | meaning                                                                |
 //! |-----------|--------|---------|------------------------------------------------------------------------|
-//! | `version` | choice | `auto`  | of files that are written: `1.4`, `1.2`; `auto`: as the cloud's own file |
+//! | `version` | choice | `auto`  | of files that are written: `1.4`, `1.2`; `auto`: the lowest that holds the cloud |
 //! | `scale`   | float  | 0       | step of coordinates that are written; 0: the cloud's own, or one that suits |
 //!
 //! Reads LAS 1.0 to 1.5 with all point formats, 0 to 10, and LAZ of all versions. A COPC file is a LAZ file whose

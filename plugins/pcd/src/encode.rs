@@ -18,6 +18,13 @@ pub(crate) struct Field {
     pub count: usize,
 }
 
+impl Field {
+    /// Bytes in a point.
+    pub(crate) fn bytes(&self) -> usize {
+        self.size * self.count
+    }
+}
+
 /// What becomes of a column's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Form {

@@ -28,22 +28,27 @@
 //! default, zero. It is therefore believed only of organised clouds, which a sensor took.
 //!
 //! Written are all columns in their own types; positions in 4 bytes where that loses nothing, else in 8; colours
-//! as PCL packs them into 4 bytes; no triangles. `binary` streams; the other two take the cloud into memory.
+//! as PCL packs them into 4 bytes; no triangles. `binary` and `ascii` stream, `binary-compressed` holds what it has
+//! compressed until its size is known. Compressed files of up to 256 MiB are decompressed whole, larger ones field by
+//! field beside each other, in two passes and as many times 100 kB as there are fields.
 //!
 //! Source: PCL, "The PCD (Point Cloud Data) file format"; LZF, by Marc Lehmann.
 
 mod ascii;
 mod decode;
 mod encode;
+mod fields;
 mod header;
 mod header_text;
 mod layout;
 mod lzf;
 mod names;
+mod packed;
 mod read;
 mod store;
 #[cfg(test)]
 mod tests;
+mod text;
 mod write;
 
 use surfelshop_api::Format;
@@ -99,7 +104,8 @@ impl Format for Pcd {
         .magic(0, b"# .PCD")
         .magic(0, b"VERSION .7")
         .magic(0, b"VERSION 0.7")
-        .written();
+        .written()
+        .grid();
     type Params = Settings;
 
     fn new(_host: &HostInfo) -> Result<Self> {

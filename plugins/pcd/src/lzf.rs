@@ -5,7 +5,9 @@
 //! after it; length plus 2 bytes are copied from distance plus 1 back. Compressed pieces can be put one behind the
 //! other.
 
-use surfelshop_api::prelude::{Error, Result};
+use std::ops::Range;
+use surfelshop_api::format::FileSource;
+use surfelshop_api::prelude::{Error, Job, Result};
 
 /// Most bytes that one byte of compressed data can stand for: 264 in three.
 const MAX_RATIO: usize = 88;
@@ -18,6 +20,25 @@ const HASH_BITS: u32 = 15;
 /// Bytes of output between two questions whether to go on.
 const ASK: usize = 1 << 20;
 
+fn damaged(at: u64) -> Error {
+    Error::new(format!(
+        "expected compressed points, found damage at their byte {at}; take an undamaged copy of the file"
+    ))
+}
+
+/// Refuses so few compressed bytes that no data of this length is in them.
+///
+/// # Errors
+/// Where that is so.
+pub(crate) fn check_size(packed: usize, len: usize) -> Result<()> {
+    if len > packed.saturating_mul(MAX_RATIO) {
+        return Err(Error::new(format!(
+            "expected compressed points of {len} bytes, found {packed} bytes, which cannot hold them: the header is wrong or the file cut short"
+        )));
+    }
+    Ok(())
+}
+
 /// Decompresses to exactly `len` bytes. `goes_on` is asked every million bytes, with how many there are.
 ///
 /// # Errors
@@ -27,13 +48,8 @@ pub(crate) fn decompress(
     len: usize,
     mut goes_on: impl FnMut(usize) -> Result<()>,
 ) -> Result<Vec<u8>> {
-    let damaged = |at: usize| Error::new(format!("the compressed points are damaged at byte {at}"));
-    if len > input.len().saturating_mul(MAX_RATIO) {
-        return Err(Error::new(format!(
-            "expected compressed points of {len} bytes, found {} bytes, which cannot hold them",
-            input.len()
-        )));
-    }
+    let damaged = |at: usize| damaged(at as u64);
+    check_size(input.len(), len)?;
     let mut out = Vec::new();
     out.try_reserve_exact(len)?;
     let (mut at, mut next_question) = (0, ASK);
@@ -70,6 +86,134 @@ pub(crate) fn decompress(
         return Ok(out);
     }
     Err(Error::new(format!("expected {len} bytes of decompressed points, found {}", out.len())))
+}
+
+/// Bytes of a file that a decoder reads at once.
+const BLOCK: usize = 1 << 14;
+
+/// Bytes of output at which a decoder lets go of those that no copy reaches.
+const MOST_HELD: usize = 1 << 16;
+
+/// Decompresses a part of a file piece by piece; a clone goes on from where the other is.
+#[derive(Clone)]
+pub(crate) struct Decoder<'a> {
+    file: &'a FileSource,
+    /// What of the file is still to be read, and the offset of the first compressed byte.
+    left: Range<u64>,
+    start: u64,
+    input: Vec<u8>,
+    input_at: usize,
+    /// Output that later copies may reach, and how much of it was taken.
+    out: Vec<u8>,
+    taken: usize,
+}
+
+impl<'a> Decoder<'a> {
+    /// Of these bytes of a file.
+    pub(crate) fn new(file: &'a FileSource, bytes: Range<u64>) -> Self {
+        let start = bytes.start;
+        let (input, out) = (Vec::new(), Vec::new());
+        Self { file, left: bytes, start, input, input_at: 0, out, taken: 0 }
+    }
+
+    /// Appends the next bytes of output.
+    ///
+    /// # Errors
+    /// Where the data is damaged, memory runs out, or the system refuses.
+    pub(crate) fn read(&mut self, mut n: usize, into: &mut Vec<u8>) -> Result<()> {
+        into.try_reserve(n)?;
+        while n > 0 {
+            let held = self.held(n)?;
+            into.extend_from_slice(held);
+            n -= held.len();
+        }
+        Ok(())
+    }
+
+    /// Passes over the next bytes of output.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read), and where the user asked to stop.
+    pub(crate) fn skip(&mut self, mut n: usize, job: &Job<'_>) -> Result<()> {
+        let mut next_question = n.saturating_sub(ASK);
+        while n > 0 {
+            n -= self.held(n)?.len();
+            if n <= next_question {
+                job.check()?;
+                next_question = n.saturating_sub(ASK);
+            }
+        }
+        Ok(())
+    }
+
+    /// Some of the next bytes of output, at least one and at most `n`.
+    fn held(&mut self, n: usize) -> Result<&[u8]> {
+        if self.taken == self.out.len() {
+            if self.out.len() > MOST_HELD {
+                self.out.drain(..self.out.len() - MAX_DISTANCE);
+            }
+            self.taken = self.out.len();
+            while self.out.len() < self.taken + BLOCK && self.step()? {}
+            if self.out.len() == self.taken {
+                return Err(Error::new(
+                    "expected more decompressed points, found the end of the compressed ones: the file is damaged",
+                ));
+            }
+        }
+        let from = self.taken;
+        self.taken = self.out.len().min(from + n);
+        Ok(&self.out[from..self.taken])
+    }
+
+    /// Decodes a run or a copy; `false` at the end.
+    fn step(&mut self) -> Result<bool> {
+        let Some(control) = self.byte()? else { return Ok(false) };
+        let control = usize::from(control);
+        if control < MAX_LITERALS {
+            for _ in 0..=control {
+                let byte = self.needed()?;
+                self.out.push(byte);
+            }
+            return Ok(true);
+        }
+        let mut copied = control >> 5;
+        if copied == 7 {
+            copied += usize::from(self.needed()?);
+        }
+        let distance = ((control & 31) << 8) + usize::from(self.needed()?) + 1;
+        if distance > self.out.len() {
+            return Err(damaged(self.place()));
+        }
+        copy_back(&mut self.out, distance, copied + 2);
+        Ok(true)
+    }
+
+    /// Where the next byte lies among the compressed ones.
+    fn place(&self) -> u64 {
+        self.left.start - self.start - (self.input.len() - self.input_at) as u64
+    }
+
+    fn needed(&mut self) -> Result<u8> {
+        let byte = self.byte()?;
+        byte.ok_or_else(|| damaged(self.place()))
+    }
+
+    fn byte(&mut self) -> Result<Option<u8>> {
+        if self.input_at == self.input.len() {
+            let n = (self.left.end - self.left.start).min(BLOCK as u64);
+            if n == 0 {
+                return Ok(None);
+            }
+            // At most a block.
+            self.input.resize(n as usize, 0);
+            self.file.read_exact_at(self.left.start, &mut self.input)?;
+            self.left.start += n;
+            self.input_at = 0;
+        }
+        let byte = self.input[self.input_at];
+        self.input_at += 1;
+        Ok(Some(byte))
+    }
 }
 
 /// Appends `n` bytes from `distance` back, which may be among those that are appended.
@@ -193,7 +337,7 @@ mod tests {
             [&[5, 1, 2][..], &[0, 7, 32, 1], &[0, 7, 7 << 5], &[0, 7, 7 << 5, 1], &[0, 7, 32]]
         {
             let line = decompress(stream, 20, |_| Ok(())).unwrap_err().to_string();
-            assert!(line.contains("damaged"), "{line}");
+            assert!(line.contains("damage"), "{line}");
         }
         assert!(decompress(&[0, 7], 2, |_| Ok(())).unwrap_err().to_string().contains("found 1"));
         assert!(decompress(&[1, 7, 7], 1, |_| Ok(())).is_err());

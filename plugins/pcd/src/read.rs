@@ -3,7 +3,7 @@
 use crate::decode::{Decoded, Place, Rows, decode};
 use crate::header::{Header, Viewpoint};
 use crate::layout::Layout;
-use crate::{Encoding, ViewpointMeaning, ascii, lzf};
+use crate::{Encoding, ViewpointMeaning, ascii, packed};
 use surfelshop_api::columns::Values;
 use surfelshop_api::format::{BATCH, CloudHeader, CloudSink, FileSource, Pose};
 use surfelshop_api::glam::DVec3;
@@ -30,7 +30,9 @@ pub(crate) fn read(
     match header.encoding {
         Encoding::Ascii => ascii::read(file, &header, &layout, clouds, job),
         Encoding::Binary => binary(file, &header, &layout, clouds, job),
-        Encoding::BinaryCompressed => compressed(file, &header, &layout, clouds, job),
+        Encoding::BinaryCompressed => {
+            packed::read(file, &header, &layout, packed::MOST_WHOLE, clouds, job)
+        }
     }
 }
 
@@ -91,7 +93,7 @@ pub(crate) fn hand_over(
     clouds.batch(&values)
 }
 
-fn cut_short(expected: u64, found: u64) -> Error {
+pub(crate) fn cut_short(expected: u64, found: u64) -> Error {
     Error::new(format!(
         "expected {expected} bytes of points, found {found}: the file is cut short, or its header is wrong"
     ))
@@ -126,56 +128,6 @@ fn binary(
         hand_over(&rows, layout, clouds)?;
         done += n as u64;
         job.progress(done as f64 / header.rows as f64, "");
-    }
-    Ok(())
-}
-
-fn compressed(
-    file: &FileSource,
-    header: &Header,
-    layout: &Layout,
-    clouds: &mut CloudSink<'_>,
-    job: &Job<'_>,
-) -> Result<()> {
-    let mut sizes = [0; 8];
-    file.read_exact_at(header.start, &mut sizes)?;
-    let [a, b, c, d, e, f, g, h] = sizes;
-    let (packed, unpacked) = (u32::from_le_bytes([a, b, c, d]), u32::from_le_bytes([e, f, g, h]));
-    // PCL leaves padding out; other programs may not.
-    let n_padding: usize =
-        header.fields.iter().filter(|field| field.is_padding()).map(|field| field.bytes()).sum();
-    let whole = header.rows.saturating_mul(header.step as u64);
-    let without = header.rows.saturating_mul((header.step - n_padding) as u64);
-    if u64::from(unpacked) != whole && u64::from(unpacked) != without {
-        return Err(Error::new(format!(
-            "expected {without} bytes of decompressed points, found {unpacked} announced"
-        )));
-    }
-    let has_padding = u64::from(unpacked) == whole;
-    // All of these are at most `unpacked`, which fits.
-    let (n, len) = (usize::try_from(header.rows)?, usize::try_from(unpacked)?);
-    let input = file.bytes_at(header.start + 8, u64::from(packed))?;
-    job.progress(0.1, "");
-    let share = |out: usize| 0.1 + 0.4 * out as f64 / len.max(1) as f64;
-    let bytes = lzf::decompress(&input, len, |out| {
-        job.progress(share(out), "");
-        job.check()
-    })?;
-    drop(input);
-    let mut start = 0;
-    let mut places = Vec::with_capacity(header.fields.len());
-    for field in &header.fields {
-        places.push(Place { start, stride: field.bytes() });
-        if has_padding || !field.is_padding() {
-            start += field.bytes() * n;
-        }
-    }
-    for first in (0..n).step_by(BATCH) {
-        job.check()?;
-        let (fields, count) = (&header.fields, BATCH.min(n - first));
-        let rows = Rows { bytes: &bytes, fields, places: &places, first, n: count };
-        hand_over(&rows, layout, clouds)?;
-        job.progress(0.5 + 0.5 * (first + count) as f64 / n as f64, "");
     }
     Ok(())
 }

@@ -113,6 +113,7 @@ impl surfelshop_api::Format for Xyz {
             comments: std::iter::once(found.note.clone()).chain(found.comments.clone()).collect(),
             ..CloudHeader::default()
         };
+        found.left_out.iter().for_each(|line| clouds.warn(line));
         if !clouds.begin(&header)? {
             return Ok(());
         }

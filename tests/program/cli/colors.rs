@@ -45,6 +45,26 @@ fn map(map: ColorMap, share: f64) -> Option<[u8; 3]> {
     Some(map.color(share))
 }
 
+#[test]
+fn backs_are_tinted_by_option_and_by_scene() {
+    let folder = row();
+    let text = std::fs::read_to_string(folder.at("row.ply")).unwrap();
+    // The second disc is turned away.
+    let turned = text.replace("2 1 0 0 0 1", "2 1 0 0 0 -1");
+    assert_ne!(turned, text);
+    folder.put("row.ply", &turned);
+    let (plain, tinted) = (discs(&folder, ""), discs(&folder, "--tint-backs"));
+    let back = tinted[1].unwrap();
+    assert!(back[0] > 200 && back[1] < 80 && back[2] > 150, "{back:?}");
+    assert_eq!([0, 2, 3, 4].map(|i| tinted[i]), [0, 2, 3, 4].map(|i| plain[i]));
+    assert!(plain.iter().all(|disc| *disc == plain[0]), "{plain:?}");
+    let scene = std::fs::read_to_string(folder.at("row.scene.toml")).unwrap();
+    folder
+        .put("row.scene.toml", &scene.replace("[camera]", "[splats]\ntint_backs = true\n[camera]"));
+    assert_eq!(discs(&folder, ""), tinted);
+    assert_eq!(discs(&folder, "--tint-backs=false"), plain);
+}
+
 /// Invariant: what nothing shades has the colours of the map, to the last bit
 #[test]
 fn pictures_have_the_colours_of_the_map() {

@@ -87,6 +87,25 @@ fn losses_are_said_in_lines_and_in_json() {
 }
 
 #[test]
+fn parameters_of_the_format_that_is_written_are_set() {
+    let desk = desk();
+    let format = |line: &str, file: &str| {
+        desk.run(&format!("convert in.ply {file} {line}")).done();
+        let cloud = desk.run(&format!("info {file} --json")).json()["clouds"][0].clone();
+        cloud["header"]["format"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(format("", "a.pcd"), "PCD 0.7, binary");
+    assert_eq!(format("--write-set encoding=ascii", "b.pcd"), "PCD 0.7, ascii");
+    assert_eq!(format("--write-set encoding=ascii --estimate", "c.pcd"), "PCD 0.7, ascii");
+    assert!(format("", "a.las").starts_with("LAS 1.2"));
+    assert!(format("--write-set version=1.4", "b.las").starts_with("LAS 1.4"));
+    desk.run("convert in.ply d.las --write-set version=1.3").failed(&["version", "1.2"]);
+    desk.run("convert in.ply d.pcd --write-set colour=1").failed(&["no parameter `colour`"]);
+    desk.run("convert in.ply d.ply --write-set a=1").failed(&["--write-set", "PLY"]);
+    assert!(!desk.at("d.las").exists() && !desk.at("d.ply").exists());
+}
+
+#[test]
 fn points_and_columns_are_chosen_on_the_command_line() {
     let desk = desk();
     let written = |options: &str| {

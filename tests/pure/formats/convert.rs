@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use surfelshop_api::columns::{COLOR, NORMAL, POSITION, RADIUS};
 use surfelshop_api::format::{INTENSITY, Pose, SCAN};
 use surfelshop_cloud::convert::{ConvertError, Converted, Selection, convert};
-use surfelshop_cloud::{Buffer, Cloud, Column};
+use surfelshop_cloud::{Buffer, Cloud, Column, inspect};
 use surfelshop_tests::clouds;
 
 /// More than one batch.
@@ -277,6 +277,38 @@ fn places_that_are_no_numbers_are_left_out_and_counted() {
         assert_eq!((converted.n_written, converted.n_not_finite), (2, 2), "{output}");
         assert_eq!(values(&files.read(output).cloud, "n"), [0.0, 2.0], "{output}");
     }
+}
+
+/// Invariant: organised clouds keep their grids from format to format, empty places and all
+#[test]
+fn grids_are_kept_with_their_empty_places() {
+    let files = Files::new();
+    let head = "VERSION .7\nFIELDS x y z intensity\nSIZE 4 4 4 4\nTYPE F F F F\nCOUNT 1 1 1 1\nWIDTH 3\nHEIGHT 2\n\
+                DATA ascii\n";
+    let rows = "1 0 0 0.5\nnan nan nan 0\n3 0 1 0.25\n4 0 0 1\n5 5 5 1\nnan nan nan 0\n";
+    files.put("in.pcd", format!("{head}{rows}").as_bytes());
+    let grid = |name: &str| {
+        let read = reading(formats());
+        inspect(&files.at(name), &read).unwrap().clouds[0].header.grid
+    };
+    let all = Selection::default();
+    for (from, to) in
+        [("in.pcd", "a.pcd"), ("a.pcd", "b.ptx"), ("b.ptx", "c.ptx"), ("c.ptx", "d.pcd")]
+    {
+        let converted = done(&files, &[from], to, &all);
+        assert_eq!((converted.n_written, converted.n_not_finite), (6, 0), "{to}");
+        assert_eq!(grid(to), Some([3, 2]), "{to}");
+        let (found, expected) = (files.read(to).cloud, files.read("in.pcd").cloud);
+        assert_eq!(places(&found), places(&expected), "{to}");
+        assert_eq!(values(&found, INTENSITY), [0.5, 0.25, 1.0, 1.0], "{to}");
+    }
+    // What knows no grids gets no places without a point, and says so; what was thinned is no grid any more.
+    let converted = done(&files, &["in.pcd"], "e.las", &all);
+    assert_eq!((converted.n_written, converted.n_not_finite), (4, 2));
+    assert!(converted.lost.iter().any(|line| line.contains("grid")), "{:?}", converted.lost);
+    let half = Selection { every: 2, ..Selection::default() };
+    assert_eq!(done(&files, &["in.pcd"], "f.pcd", &half).n_written, 3);
+    assert_eq!(grid("f.pcd"), None);
 }
 
 /// Invariant: a conversion that fails names the file at fault and leaves what stood there before

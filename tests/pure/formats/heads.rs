@@ -73,6 +73,10 @@ impl Formats for Counted {
         formats().takes_several(id)
     }
 
+    fn takes_grids(&self, id: &str) -> bool {
+        formats().takes_grids(id)
+    }
+
     fn endings(&self, written: bool) -> Vec<String> {
         formats().endings(written)
     }

@@ -7,8 +7,8 @@ use surfelshop_api::{CloudFacts, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
 use surfelshop_image::Image;
 use surfelshop_render::{
-    Atomics, Backend, Engine, EngineOptions, GpuOptions, RenderRequest, Rendered, RendererView,
-    SurfelDrawing,
+    Atomics, BACK_ALBEDO, Backend, Engine, EngineOptions, GpuOptions, RenderRequest, Rendered,
+    RendererView, SurfelDrawing,
 };
 use surfelshop_tests::agreement::{Drawn, DrawnView, differences};
 use surfelshop_tests::clouds::{self, Surfels};
@@ -423,6 +423,61 @@ fn a_frame_shows_nothing_of_those_before_it() {
         covered.push(found[1].color.data.chunks_exact(4).filter(|pixel| pixel[3] > 0.0).count());
     }
     assert!(covered[2] == 0 && covered[0] > 500 && covered[3] > 500, "{covered:?}");
+}
+
+/// Invariant: surfels seen from behind, and no others, are tinted in every way to draw; without it nothing changes
+#[test]
+fn backs_are_tinted_in_every_way_to_draw() {
+    let mut sphere = clouds::sphere(3000, 1.0);
+    // Normals of the left half point inwards.
+    let flip = sphere.positions.iter().map(|position| position.x < 0.0);
+    let flip: Vec<bool> = flip.collect();
+    sphere.normals.iter_mut().zip(flip).filter(|(_, flip)| *flip).for_each(|(n, _)| *n = -*n);
+    let mut colored = sphere.clone();
+    colored.colors = vec![[0, 200, 0]; colored.positions.len()];
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 128);
+    let tinted = |albedo: &[f32]| {
+        let off = albedo.iter().zip(BACK_ALBEDO).map(|(found, back)| (found - back).abs());
+        off.fold(0.0f32, f32::max) < 0.01
+    };
+    for mut way in std::iter::once(Way::quads()).chain(Way::others()) {
+        for (name, surfels) in [("plain", &sphere), ("coloured", &colored)] {
+            let case = Case::new(name, surfels, view);
+            let mut shot = |tints| {
+                way.engine.tint_backs(tints);
+                let outputs = [Output::Albedo, Output::Color];
+                [&mut way.flat, &mut way.ewa]
+                    .map(|renderer| render(&mut way.engine, renderer, &case, &outputs).images)
+            };
+            let (before, found, after) = (shot(false), shot(true), shot(false));
+            for renderer in 0..2 {
+                let what = format!("{}, {name}, renderer {renderer}", way.name);
+                for output in 0..2 {
+                    let same = |images: &[(Output, Image)]| images[output].1.data.clone();
+                    assert!(same(&before[renderer]) == same(&after[renderer]), "{what}");
+                }
+                let pixels = |images: &[(Output, Image)]| images[0].1.data.clone();
+                let (plain, found) = (pixels(&before[renderer]), pixels(&found[renderer]));
+                let pairs = plain.chunks_exact(4).zip(found.chunks_exact(4)).enumerate();
+                let (mut n_left, mut n_right) = (0, 0);
+                for (i, (plain, found)) in pairs.filter(|(_, (plain, _))| plain[3] > 0.0) {
+                    match i % 128 {
+                        // Discs of both sides meet in the middle.
+                        x if x < 58 => {
+                            assert!(tinted(found) && !tinted(plain), "{what}: {found:?}");
+                            n_left += 1;
+                        }
+                        x if x >= 70 => {
+                            assert_eq!(plain, found, "{what}");
+                            n_right += 1;
+                        }
+                        _ => {}
+                    }
+                }
+                assert!(n_left > 1000 && n_right > 1000, "{what}: {n_left} {n_right}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -129,7 +129,8 @@ fn files(files: &Recognition) -> String {
     let endings = if endings.is_empty() { "of any name".to_owned() } else { endings.join(", ") };
     let written = if files.written { "read and written" } else { "read" };
     let several = if files.several { ", scans apart" } else { "" };
-    format!("{endings}; {written}{several}")
+    let grids = if files.grid { ", grids" } else { "" };
+    format!("{endings}; {written}{several}{grids}")
 }
 
 #[cfg(test)]
@@ -145,6 +146,8 @@ mod tests {
         assert_eq!(files(&las), ".las, .laz; read");
         (las.written, las.several) = (true, true);
         assert_eq!(files(&las), ".las, .laz; read and written, scans apart");
+        las.grid = true;
+        assert_eq!(files(&las), ".las, .laz; read and written, scans apart, grids");
         assert_eq!(files(&Recognition::default()), "of any name; read");
     }
 }

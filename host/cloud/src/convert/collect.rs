@@ -97,6 +97,7 @@ impl Collection {
             wide_positions: true,
             narrow_colors: self.narrow_colors,
             trained_splats: false,
+            grids: false,
         };
         let (sender, mut source) = transfer(Some(self.header.clone()), Selection::default(), types);
         source.count_scans_from(self.first_scans.get(number).copied().unwrap_or(0));

@@ -101,12 +101,13 @@ pub fn convert(
         headers.iter_mut().for_each(check::narrow_colors);
     }
     let remarks = check::remarks(&headers, selection, !several);
+    let grids = id.as_ref().is_some_and(|id| write.formats.takes_grids(id));
     let merged = (!several).then(|| union::header(&headers, selection));
     let columns = match &merged {
         Some(header) => header.columns.clone(),
         None => union::header(&headers, selection).columns,
     };
-    let types = Types { wide_positions: id.is_some(), narrow_colors, trained_splats };
+    let types = Types { wide_positions: id.is_some(), narrow_colors, trained_splats, grids };
     let (sender, source) = transfer(merged.clone(), selection.clone(), types);
     let counts = Arc::clone(&source.counts);
     let ended = std::thread::scope(|scope| {

@@ -30,6 +30,8 @@ pub(super) struct Types {
     pub(super) narrow_colors: bool,
     /// Splats stay as their trainer wrote them.
     pub(super) trained_splats: bool,
+    /// Places of grids that hold no point are written, too.
+    pub(super) grids: bool,
 }
 
 /// Makes the batches of a cloud that is written out of those of one or several that are read.
@@ -195,7 +197,7 @@ impl Target {
         let every = self.selection.every.max(1);
         let (crop, pose) = (self.selection.crop, self.current.pose);
         // An organised cloud that nobody thins keeps its grid, with the points that are none.
-        let keeps_grid = self.out.grid.is_some();
+        let keeps_grid = self.types.grids && self.out.grid.is_some();
         let mut not_finite = 0;
         let mask = points
             .iter()

@@ -48,6 +48,10 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
         [only] => only.scanner.map(|place| only.pose.place(place)),
         _ => None,
     };
+    let grid = match headers {
+        [only] => only.grid.filter(|_| !selection.thins()),
+        _ => None,
+    };
     let mut comments: Vec<String> =
         headers.iter().flat_map(|header| header.comments.iter().cloned()).collect();
     comments.dedup();
@@ -65,6 +69,7 @@ pub(super) fn header(headers: &[CloudHeader], selection: &Selection) -> CloudHea
             .find(|&up| up != UpAxis::Unknown)
             .unwrap_or_default(),
         metres_per_unit: same(|header| header.metres_per_unit),
+        grid,
         coordinate_system: text(|header| &header.coordinate_system),
         time: text(|header| &header.time),
         has_faces: headers.iter().any(|header| header.has_faces) && !selection.thins(),

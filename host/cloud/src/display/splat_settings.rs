@@ -13,6 +13,8 @@ pub struct SplatSettings {
     pub round_below: f32,
     /// The largest radius that discs are drawn with, scene units, above 0. Ellipses are as large as they are.
     pub largest_radius: Option<f32>,
+    /// Whether surfels that are seen from behind have a colour of their own, which shows where normals face.
+    pub tint_backs: bool,
 }
 
 /// What surfels are drawn as.
@@ -31,7 +33,8 @@ pub enum Look {
 
 impl Default for SplatSettings {
     fn default() -> Self {
-        Self { look: Look::Surface, round_below: Self::ROUND_BELOW, largest_radius: None }
+        let (look, round_below) = (Look::Surface, Self::ROUND_BELOW);
+        Self { look, round_below, largest_radius: None, tint_backs: false }
     }
 }
 
@@ -64,6 +67,9 @@ impl std::fmt::Display for SplatSettings {
                 parts.push(format!("points of radius {radius}"));
             }
             Look::Points { .. } => parts.push("points as large as the low-pass".to_owned()),
+        }
+        if self.tint_backs {
+            parts.push("tinted backs".to_owned());
         }
         f.write_str(&parts.join(", "))
     }

@@ -34,6 +34,11 @@ pub trait Formats: Sync {
     /// Whether a format takes several clouds, each with its pose, when it writes.
     fn takes_several(&self, id: &str) -> bool;
 
+    /// Whether a format takes grids with their empty places when it writes.
+    fn takes_grids(&self, _id: &str) -> bool {
+        false
+    }
+
     /// Endings of the formats, `written` of those that write: for messages and dialogs.
     fn endings(&self, written: bool) -> Vec<String>;
 

@@ -29,12 +29,15 @@ pub(super) fn read(mut section: Section<'_>) -> Result<Keyed<SplatSettings>, Fau
     if let Some(entry) = section.find("largest_radius") {
         splats.largest_radius = Some(entry.within(&LARGEST_RADIUS)? as f32);
     }
+    if let Some(entry) = section.find("tint_backs") {
+        splats.tint_backs = entry.flag()?;
+    }
     Ok(Keyed { known: splats, unknown: section.unknown()? })
 }
 
 /// The entries of `splats`; none where everything is as usual.
 pub(super) fn splat_entries(splats: &Keyed<SplatSettings>) -> Option<Entries> {
-    let SplatSettings { look, round_below, largest_radius } = splats.known;
+    let SplatSettings { look, round_below, largest_radius, tint_backs } = splats.known;
     if splats.known == SplatSettings::default() && splats.unknown.is_empty() {
         return None;
     }
@@ -48,6 +51,7 @@ pub(super) fn splat_entries(splats: &Keyed<SplatSettings>) -> Option<Entries> {
         entries.push(entry("round_below", float(round_below)));
     }
     entries.extend(largest_radius.map(|radius| entry("largest_radius", float(radius))));
+    entries.extend(tint_backs.then(|| entry("tint_backs", true)));
     with_unknown(&mut entries, &splats.unknown);
     Some(entries)
 }

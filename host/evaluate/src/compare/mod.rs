@@ -66,6 +66,9 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),
         false => None,
     };
+    if let Some(studio) = &mut studio {
+        studio.engine.tint_backs(staging.display.splats.tint_backs);
+    }
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let displayed = DisplayedClouds::read(
         &inputs.sources,

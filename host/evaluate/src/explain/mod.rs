@@ -33,7 +33,9 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let reference = renderer_of(arguments, &registry)?;
     let seen = setup::view_of(opened, &reference);
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
+    let tint_backs = staging.display.splats.tint_backs;
     let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+    studio.engine.tint_backs(tint_backs);
     let named = cloud_renderers::named(&inputs.sources);
     let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
     let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
@@ -75,7 +77,8 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             // Its columns would stand in memory besides those of the two that are measured.
             drop((studio, chosen));
             let side = || {
-                let studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+                let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+                studio.engine.tint_backs(tint_backs);
                 let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
                 studio.share(&mut chosen, deal()?, &arguments.set, infos)?;
                 Ok(Side::new(studio, chosen))

@@ -55,7 +55,10 @@ pub(super) fn report(
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
     let draws = is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer);
     let open = || RenderSession::open(&arguments.device, &arguments.plugins);
-    let studio = draws.then(open).transpose()?;
+    let mut studio = draws.then(open).transpose()?;
+    if let Some(studio) = &mut studio {
+        studio.engine.tint_backs(staging.display.splats.tint_backs);
+    }
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let displayed = DisplayedClouds::read(
         &inputs.sources,

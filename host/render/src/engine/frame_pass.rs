@@ -45,6 +45,8 @@ pub(super) struct Submission<'a> {
     pub(super) own: Option<&'a [u32]>,
     /// How surfels are drawn.
     pub(super) drawing: SurfelDrawing,
+    /// Whether those that are seen from behind have a colour of their own.
+    pub(super) tints_backs: bool,
 }
 
 /// What came of a frame, with what later ones take back once the device has accepted it all.
@@ -130,9 +132,11 @@ impl Submission<'_> {
         let mut views = BTreeMap::new();
         for (seat, request) in looked_from(self.plan, &needed, self.data, self.request)? {
             let computes = self.drawing.computes(self.gpu, request.view.size_px);
-            // Cameras of the graph's own have their pixels where they had them.
-            let shift_px = if seat == PassCamera::View { self.shift_px } else { Vec2::ZERO };
-            let prepared = PreparedView::new(self.gpu, &request, self.clouds, computes, shift_px)?;
+            // Cameras of the graph's own have their pixels where they had them, and see what light is reflected by.
+            let is_own = seat == PassCamera::View;
+            let shift_px = if is_own { self.shift_px } else { Vec2::ZERO };
+            let how = (computes, self.tints_backs && is_own);
+            let prepared = PreparedView::new(self.gpu, &request, self.clouds, how, shift_px)?;
             let own = &self.request.view;
             let mut view = PassView::new(self.gpu, request, own, prepared, self.clouds, shift_px);
             view.environment = environment.as_ref();

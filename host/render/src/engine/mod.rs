@@ -60,6 +60,8 @@ pub struct Engine {
     surfels: SurfelDrawing,
     /// Whether equal radii are a constant.
     constant_radii: bool,
+    /// Whether surfels that are seen from behind have a colour of their own.
+    tints_backs: bool,
     /// What is drawn with although it need not be.
     keeping: ablation::Keeping,
     /// Whether depths of graphs that draw clouds themselves show the surface, too.
@@ -94,6 +96,7 @@ impl Engine {
             part_len: options.part_splats.max(1),
             surfels: options.surfels,
             constant_radii,
+            tints_backs: false,
             keeping: ablation::Keeping::default(),
             whole_depths: false,
             plans: 0,
@@ -147,6 +150,12 @@ impl Engine {
     /// seconds.
     pub fn keep_whole_from(&mut self, n_surfels: usize) {
         self.columns.keep_whole_from(n_surfels);
+    }
+
+    /// Has surfels that are seen from behind drawn with [`BACK_ALBEDO`], which shows where their normals face: not in what
+    /// a renderer draws itself. At first all have their own.
+    pub fn tint_backs(&mut self, tints: bool) {
+        self.tints_backs = tints;
     }
 
     /// Draws surfels anew in the next frame even where the same view of them was drawn: for frames
@@ -310,6 +319,7 @@ impl Engine {
             scratch: &mut self.scratch,
             splats: self.surfels.of_splats(&self.gpu),
             drawing,
+            tints_backs: self.tints_backs,
         };
         let done = checked(&device, || work.run()).map_err(RenderError::Device);
         match done.and_then(|done| done) {

@@ -4,7 +4,7 @@ use crate::engine::RenderRequest;
 use crate::gpu::Gpu;
 use crate::graph::RenderError;
 use crate::host_uniform::HostUniform;
-use crate::surfels::{DrawnCloud, SurfaceInput};
+use crate::surfels::{BACK_ALBEDO, DrawnCloud, SurfaceInput};
 use glam::{DVec3, Mat4, Vec2, Vec4};
 use std::ops::RangeInclusive;
 use surfelshop_api::{Lamp, ObjectFrame, Projection, Scene, Uniform, View};
@@ -65,6 +65,7 @@ pub(super) struct PreparedView {
     key: Vec<u8>,
     /// Whether compute draws the small surfels.
     computes: bool,
+    tints_backs: bool,
 }
 
 impl PreparedView {
@@ -72,16 +73,17 @@ impl PreparedView {
         gpu: &Gpu,
         request: &RenderRequest<'_>,
         clouds: &[DrawnCloud],
-        computes: bool,
+        (computes, tints_backs): (bool, bool),
         shift_px: Vec2,
     ) -> Result<Self, RenderError> {
         let drawn = drawn_view(request, clouds);
         let shown = drawn_uniform(request, &drawn, shift_px);
         Ok(Self {
             uniform: uniform(gpu, "drawn view", &shown.into_bytes()),
-            raster_view: raster_view(request, &drawn, shift_px),
-            key: surface_key(request, clouds, computes, shift_px)?,
+            raster_view: raster_view(request, &drawn, tints_backs, shift_px),
+            key: surface_key(request, clouds, (computes, tints_backs), shift_px)?,
             computes,
+            tints_backs,
             drawn,
         })
     }
@@ -102,6 +104,7 @@ impl PreparedView {
             view: &request.view,
             size: request.view.size_px,
             computes: self.computes,
+            tints_backs: self.tints_backs,
             key: self.key.clone(),
         }
     }
@@ -223,6 +226,7 @@ fn lamp_vectors(lamp: &Lamp, eye: DVec3, unit: f64) -> [Vec4; 3] {
 fn raster_view(
     request: &RenderRequest<'_>,
     drawn: &DrawnView,
+    tints_backs: bool,
     shift_px: Vec2,
 ) -> surfelshop_raster::View {
     let settings = &request.scene.surface;
@@ -236,6 +240,7 @@ fn raster_view(
         orthographic: matches!(camera.projection, Projection::Orthographic { .. }),
         world_from_view: world_from_view.to_cols_array_2d(),
         two_sided: settings.two_sided,
+        back_albedo: tints_backs.then_some(BACK_ALBEDO),
         low_pass: settings.low_pass,
         tolerance: settings.depth_tolerance,
         tangent_scale: settings.radius_scale,
@@ -244,12 +249,12 @@ fn raster_view(
     }
 }
 
-/// Equal bytes mean an equal surface: clouds, camera, size, shift, surface settings, stride, detail and how
-/// they are drawn.
+/// Equal bytes mean an equal surface: clouds, camera, size, shift, surface settings, stride, detail, how they are
+/// drawn, and whether backs are tinted.
 fn surface_key(
     request: &RenderRequest<'_>,
     clouds: &[DrawnCloud],
-    computes: bool,
+    how: (bool, bool),
     shift_px: Vec2,
 ) -> Result<Vec<u8>, RenderError> {
     let clouds: Vec<_> = clouds
@@ -259,7 +264,7 @@ fn surface_key(
         })
         .collect();
     let shift_bits = shift_px.to_array().map(f32::to_bits);
-    let drawn = (request.stride, request.detail_px.to_bits(), computes, shift_bits);
+    let drawn = (request.stride, request.detail_px.to_bits(), how, shift_bits);
     rmp_serde::to_vec(&(&request.view, &request.scene.surface, drawn, clouds))
         .map_err(|error| RenderError::Host(error.to_string()))
 }

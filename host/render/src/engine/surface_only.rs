@@ -50,7 +50,8 @@ impl Engine {
     ) -> Result<Vec<PassReport>, RenderError> {
         let mut parts = SurfaceParts::default();
         parts.add(SurfaceMode::Blended);
-        let prepared = PreparedView::new(&self.gpu, request, clouds, computes, Vec2::ZERO)?;
+        let prepared =
+            PreparedView::new(&self.gpu, request, clouds, (computes, false), Vec2::ZERO)?;
         let input = prepared.input(request, clouds);
         let mut recorder = Recorder::new(&self.gpu);
         self.surfaces

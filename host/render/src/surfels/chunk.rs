@@ -57,6 +57,8 @@ pub(crate) struct Chunk<'a> {
     pub(crate) lit: Option<wgpu::Buffer>,
     /// Whether its surfels are cut.
     pub(crate) clipped: bool,
+    /// Whether those that are seen from behind have a colour of their own.
+    pub(crate) tints_backs: bool,
     /// Whether its surfels' normals are drawn as fields, where they have some.
     pub(crate) fields: bool,
     /// The places that are drawn, where they were chosen.
@@ -71,6 +73,7 @@ impl Chunk<'_> {
         defines.extend(self.lit.is_some().then_some("LIT"));
         defines.extend(self.computed.is_some().then_some("COMPUTED"));
         defines.extend(self.runs.is_some().then_some("RUNS"));
+        defines.extend(self.tints_backs.then_some("TINTED_BACKS"));
         let fields = self.fields && self.cloud.has_fields();
         defines.extend(self.clipped.then_some("CLIP"));
         defines.extend(fields.then_some("FIELD"));

@@ -24,5 +24,8 @@ pub(crate) use render_cloud::DrawnCloud;
 pub(crate) use samples::{SURFEL_BYTES, Samples};
 pub(crate) use shading::lit_surface;
 pub use strategy::SurfelDrawing;
+
+/// The albedo of surfels that are seen from behind where these are tinted, linear Rec. 709: that of `disc.wgsl`.
+pub const BACK_ALBEDO: [f32; 3] = [0.8, 0.03, 0.45];
 pub use surface::SurfaceCounts;
 pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};

@@ -115,6 +115,8 @@ impl Surface {
 
 /// What a surface buffer is made from.
 pub(crate) struct SurfaceInput<'a> {
+    /// Whether surfels that are seen from behind have a colour of their own.
+    pub(crate) tints_backs: bool,
     pub(crate) clouds: &'a [DrawnCloud],
     pub(crate) settings: &'a SurfaceSettings,
     /// One surfel of so many is drawn.

@@ -238,6 +238,19 @@ pub enum Ended {
     Failed(Fault),
 }
 
+/// What a format said of a file that it does not read, with what to do where it does not say that itself.
+fn advised(line: String) -> String {
+    let advises = line.contains(';') || line.ends_with('?');
+    let is_damage = ["damaged", "cut short"].iter().any(|word| line.contains(word));
+    match (advises, is_damage) {
+        (true, _) => line,
+        (false, true) => line + "; check the copy or download",
+        (false, false) => {
+            line + "; check the copy, or save it again with the program that it is from"
+        }
+    }
+}
+
 /// What a format said, as the line of its file.
 fn line(unit: &LoadedUnit, fault: &Fault) -> String {
     match fault {
@@ -259,6 +272,10 @@ impl Formats for PluginFormats {
 
     fn takes_several(&self, id: &str) -> bool {
         self.known().any(|(known, files)| known == id && files.several)
+    }
+
+    fn takes_grids(&self, id: &str) -> bool {
+        self.known().any(|(known, files)| known == id && files.grid)
     }
 
     fn endings(&self, written: bool) -> Vec<String> {
@@ -288,6 +305,7 @@ impl Formats for PluginFormats {
         let read = self.runner.read(&unit, wanted, (call.name, file), sink, progress);
         read.map_err(|ended| match ended {
             Ended::Cancelled => ReadFault::Cancelled,
+            Ended::Failed(Fault::Error(said)) => fault(advised(said)),
             Ended::Failed(failed) => fault(line(&unit, &failed)),
         })
     }
@@ -386,5 +404,28 @@ impl CloudSourceHost for WatchedSource<'_> {
             }
         }
         batch
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::advised;
+
+    #[test]
+    fn what_a_format_says_ends_with_what_to_do() {
+        for (said, expected) in [
+            ("expected 7, found 9; write fewer", "expected 7, found 9; write fewer"),
+            ("found a zero: is it a text file?", "found a zero: is it a text file?"),
+            (
+                "found 3 bytes: the file is cut short",
+                "found 3 bytes: the file is cut short; check the copy or download",
+            ),
+            (
+                "expected coder 0, found 15",
+                "expected coder 0, found 15; check the copy, or save it again with the program that it is from",
+            ),
+        ] {
+            assert_eq!(advised(said.to_owned()), expected);
+        }
     }
 }

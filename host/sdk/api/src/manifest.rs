@@ -144,6 +144,9 @@ const fn files_len(files: &FileTypes) -> usize {
     if files.several {
         len += line_len("several", &[]);
     }
+    if files.grid {
+        len += line_len("grid", &[]);
+    }
     len
 }
 
@@ -266,6 +269,9 @@ impl<const N: usize> Writer<N> {
         }
         if files.several {
             self = self.line("several", &[]);
+        }
+        if files.grid {
+            self = self.line("grid", &[]);
         }
         self
     }
@@ -446,7 +452,7 @@ fn read_line(manifest: &mut Manifest, line: &str) {
             let renderer = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Renderer);
             return renderer.map_or((), |renderer| need_line(&mut renderer.needs, next));
         }
-        "ending" | "magic" | "written" | "several" => {
+        "ending" | "magic" | "written" | "several" | "grid" => {
             let format = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Format);
             return format.map_or((), |format| files_line(&mut format.files, key, next));
         }
@@ -495,6 +501,7 @@ fn files_line(files: &mut Recognition, key: &str, mut next: impl FnMut() -> Stri
         }
         "written" => files.written = true,
         "several" => files.several = true,
+        "grid" => files.grid = true,
         _ => {}
     }
 }

@@ -96,6 +96,10 @@ impl Formats for SessionFormats {
         self.found().takes_several(id)
     }
 
+    fn takes_grids(&self, id: &str) -> bool {
+        self.found().takes_grids(id)
+    }
+
     fn endings(&self, written: bool) -> Vec<String> {
         self.found().endings(written)
     }
@@ -160,8 +164,8 @@ fn is_built_in(file: &Path) -> bool {
     matches!(ending.as_str(), "ply" | "obj" | "off")
 }
 
-/// Values of a format's parameters as they were typed, to be read when the format is loaded.
-pub(crate) fn typed_values<'a>(typed: impl Iterator<Item = (&'a str, &'a str)>) -> Option<Values> {
+/// Values of a format's parameters as they were typed, to be read when the format is loaded; `None` where there are none.
+pub fn typed_values<'a>(typed: impl Iterator<Item = (&'a str, &'a str)>) -> Option<Values> {
     let values: Values =
         typed.map(|(id, text)| (id.to_owned(), Value::Text(text.to_owned()))).collect();
     (!values.is_empty()).then_some(values)

@@ -52,6 +52,11 @@ pub struct ColorArguments {
     #[arg(long, value_name = "RADIUS", value_parser = values::largest_radius,
           allow_hyphen_values = true)]
     pub largest_radius: Option<f32>,
+    /// Draw surfels that are seen from behind in magenta, which shows where normals face; `--tint-backs=false` draws them
+    /// as they are where a scene does not. Tracers, and what renderers draw themselves, have no backs.
+    #[arg(long, value_name = "true|false", num_args = 0..=1, require_equals = true,
+          default_missing_value = "true", hide_possible_values = true)]
+    pub tint_backs: Option<bool>,
 }
 
 /// How large points are, as typed.
@@ -114,8 +119,10 @@ impl ColorArguments {
     pub fn is_empty(&self) -> bool {
         let Self { color_by, color_map, color_scale, color_range, hide, only, .. } = self;
         let has_map = color_map.is_some() || color_scale.is_some() || color_range.is_some();
-        let has_look =
-            self.points.is_some() || self.round_below.is_some() || self.largest_radius.is_some();
+        let has_look = self.points.is_some()
+            || self.round_below.is_some()
+            || self.largest_radius.is_some()
+            || self.tint_backs.is_some();
         color_by.is_none() && !has_map && hide.is_empty() && only.is_empty() && !has_look
     }
 
@@ -171,6 +178,7 @@ impl ColorArguments {
         };
         splats.round_below = self.round_below.unwrap_or(splats.round_below);
         splats.largest_radius = self.largest_radius.or(splats.largest_radius);
+        splats.tint_backs = self.tint_backs.unwrap_or(splats.tint_backs);
         Ok(DisplaySettings { color, filters, splats, up })
     }
 }
@@ -307,6 +315,9 @@ mod tests {
             .collect();
         assert_eq!(shown, ["hide a=1", "hide b[2]=0..1", "keep height=..3"]);
         assert!(settings("--hide none", scene()).unwrap().filters.is_empty());
+        let tinted = settings("--tint-backs", scene()).unwrap();
+        assert!(tinted.splats.tint_backs && !scene().splats.tint_backs);
+        assert!(!settings("--tint-backs=false", tinted).unwrap().splats.tint_backs);
         assert_eq!(settings("--color-by file", scene()).unwrap().color.by, ColorBy::File);
     }
 

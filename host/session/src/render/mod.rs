@@ -145,6 +145,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let opening = Instant::now();
     let mut studio = open_studio(arguments, &registry)?;
     timings.device_ms = since(opening);
+    studio.engine.tint_backs(staging.display.splats.tint_backs);
     let loading = Instant::now();
     let mut chosen =
         graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok)?;

@@ -43,6 +43,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         display: window.settings.display_transform(),
         view: camera::framed_view(camera, &shown.extent, size),
         antialias: window.settings.antialias,
+        tint_backs: window.settings.splats.tint_backs,
         detail: Detail::FULL,
         in_motion: false,
         for_measurement: false,

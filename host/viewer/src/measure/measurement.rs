@@ -231,6 +231,7 @@ impl Measurement {
             display: self.basis.display,
             view,
             antialias: self.basis.antialias,
+            tint_backs: self.basis.tint_backs,
             detail: Detail::FULL,
             in_motion: false,
             for_measurement: true,

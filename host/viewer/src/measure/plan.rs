@@ -65,6 +65,7 @@ pub(crate) struct Basis {
     pub(crate) display: DisplayTransform,
     /// Settled pictures that each picture is the mean of.
     pub(crate) antialias: u32,
+    pub(crate) tint_backs: bool,
     /// The revision of the clouds.
     pub(crate) revision: u64,
     /// How often a changed plugin or file had pictures redrawn.

@@ -54,6 +54,7 @@ pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
         environment: settings.environment.clone(),
         display: settings.display_transform(),
         antialias: settings.antialias,
+        tint_backs: settings.splats.tint_backs,
         revision: shown.revision,
         n_redrawn: window.measure.n_redrawn,
     })

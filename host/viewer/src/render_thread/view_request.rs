@@ -36,6 +36,8 @@ pub(crate) struct ViewRequest {
     pub(crate) view: View,
     /// Settled pictures that it is the mean of at rest, each seen at another place of every pixel; at least 1.
     pub(crate) antialias: u32,
+    /// Whether surfels that are seen from behind have a colour of their own.
+    pub(crate) tint_backs: bool,
     /// The share of surfels and pixels that is drawn.
     pub(crate) detail: Detail,
     /// Whether something moves: the first frame is enough, since another request follows.

@@ -33,6 +33,8 @@ fn colours_and_filters_are_what_render_makes_of_the_saved_scene() {
     settings.color.map = MapChoice::Map(ColorMap::Turbo);
     settings.color.range = [RangeEnd::Percent(10.0), RangeEnd::Value(1.75)];
     settings.filters = vec![above(0.75)];
+    // What is open below shows its backs.
+    settings.splats.tint_backs = true;
     screen.settle();
     let shown = n_shown(&mut screen);
     assert!((1000..119_051).contains(&shown), "{shown}");
@@ -44,6 +46,7 @@ fn colours_and_filters_are_what_render_makes_of_the_saved_scene() {
     other.settle();
     let opened = &other.window().settings;
     assert_eq!((&opened.color, &opened.filters), (&settings.color, &settings.filters));
+    assert_eq!(opened.splats, settings.splats);
     assert_eq!(n_pixels_unlike_rendered(&mut other, &scene, built_plugins()), 0);
 }
 

@@ -102,6 +102,40 @@ pub(super) fn faulty() -> PathBuf {
     path
 }
 
+/// Invariant: a third party's format opens in the window, and one that panics is a message and nothing more
+#[test]
+fn formats_of_third_parties_open_and_faulty_ones_are_messages() {
+    let folder = tempfile::tempdir().unwrap();
+    let (good, bad) = (folder.path().join("a.triplets"), folder.path().join("b.panics-in-read"));
+    let places = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    std::fs::write(&good, places.map(f32::to_le_bytes).concat()).unwrap();
+    std::fs::write(&bad, [0]).unwrap();
+    let name = format!("{}formats{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let mut plugin = built_plugins().plugin;
+    plugin.push(faulty().with_file_name(name));
+    let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
+        in_place: false,
+        colors: Default::default(),
+        files: vec![good],
+        up: UpAxis::Y,
+        plugins: PluginFiles { plugin, trust: true, ..PluginFiles::default() },
+        device: DeviceArguments::default(),
+    });
+    screen.settle();
+    let n_shown = |screen: &mut Screen| {
+        screen.window().document.clouds.as_ref().unwrap().clouds.facts.n_surfels
+    };
+    assert_eq!(n_shown(&mut screen), 3);
+    let context = screen.harness.ctx.clone();
+    screen.window().open(&context, vec![bad]);
+    screen.until("the message", |window| window.messages.last().is_some());
+    let line = screen.window().messages.last().unwrap().to_owned();
+    assert!(line.contains("b.panics-in-read") && !line.contains('\n'), "{line}");
+    screen.settle();
+    assert_eq!(n_shown(&mut screen), 3);
+}
+
 /// The library with another renderer's code under the name `fine`: lines of the manifest are exchanged
 /// for others of the same length.
 fn faulty_with_fine_being(id: &str, title: &str) -> Vec<u8> {

@@ -33,6 +33,7 @@ pub(crate) struct ViewInputs {
     pub(crate) view: View,
     /// Settled pictures that it is the mean of at rest.
     pub(crate) antialias: u32,
+    pub(crate) tint_backs: bool,
     /// The revision of the clouds.
     pub(crate) revision: u64,
     /// What each of the clouds names to draw it.
@@ -123,6 +124,7 @@ impl Side {
             display: inputs.display,
             view: inputs.view,
             antialias: inputs.antialias,
+            tint_backs: inputs.tint_backs,
             detail,
             in_motion,
             for_measurement: false,

@@ -51,6 +51,7 @@ impl Window {
                     display: self.settings.display_transform(),
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     antialias: self.settings.antialias,
+                    tint_backs: self.settings.splats.tint_backs,
                     revision: shown.revision,
                     named: part.named,
                     alone: part.index,

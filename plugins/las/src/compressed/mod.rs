@@ -80,7 +80,11 @@ impl Compression {
                 (record.len() - 34) / 6
             )));
         }
-        let vlr = LazVlr::from_buffer(record)?;
+        let vlr = LazVlr::from_buffer(record).map_err(|error| {
+            Error::new(format!(
+                "expected fields of points that LAZ compresses, found others: {error}"
+            ))
+        })?;
         check_items(&vlr, order, header)?;
         let points = u32_at(record, 12);
         let chunk_points = (points != 0 && points != u32::MAX).then_some(u64::from(points));

@@ -246,3 +246,44 @@ fn columns_beyond_what_a_record_holds_are_left_out_and_named() {
     assert_eq!(lines.len(), 59);
     assert!(lines[0].contains("`c341` is left out"), "{}", lines[0]);
 }
+
+/// Invariant: the lowest version that holds a cloud is written where nobody says which
+#[test]
+fn the_lowest_version_that_holds_a_cloud_is_chosen() {
+    let plain = || Cloud::at(line(3)).with("intensity", 1, Owned::U16(vec![1, 2, 3]));
+    let colored = || plain().with("color", 3, Owned::U16(vec![7; 9]));
+    let classes = || plain().with("classification", 1, Owned::U8(vec![2; 3]));
+    let mut in_wkt = plain();
+    in_wkt.header.coordinate_system = r#"PROJCS["x",UNIT["metre",1]]"#.to_owned();
+    let mut many = plain();
+    many.header.rows = Some(u64::from(u32::MAX) + 1);
+    for (cloud, expected) in [
+        (plain(), "LAS 1.2, point format 0"),
+        (plain().with("gps_time", 1, Owned::F64(vec![0.5; 3])), "LAS 1.2, point format 1"),
+        (colored(), "LAS 1.2, point format 2"),
+        (colored().with("gps_time", 1, Owned::F64(vec![0.5; 3])), "LAS 1.2, point format 3"),
+        // Later ones may be above 31.
+        (classes(), "LAS 1.4, point format 6"),
+        (colored().with("nir", 1, Owned::U16(vec![7; 3])), "LAS 1.4, point format 8"),
+        (in_wkt, "LAS 1.4, point format 6"),
+        (many, "LAS 1.4, point format 6"),
+    ] {
+        let (bytes, _) = write(cloud, &settings(Version::Auto), "k.las").unwrap();
+        assert_eq!(read(bytes).unwrap().clouds[0].header.format, expected);
+    }
+}
+
+#[test]
+fn times_of_a_scan_go_into_the_field_of_times() {
+    let times = || Owned::F64(vec![0.5, 1.5, 2.5]);
+    let (bytes, lines) =
+        write(Cloud::at(line(3)).with("time_stamp", 1, times()), &Settings::default(), "l.laz")
+            .unwrap();
+    let found = read(bytes).unwrap();
+    assert_eq!(column(&found, "gps_time"), [0.5, 1.5, 2.5]);
+    assert!(lines.len() == 1 && lines[0].contains("read as `gps_time`"), "{lines:?}");
+    let both = Cloud::at(line(3)).with("time_stamp", 1, times()).with("gps_time", 1, times());
+    let (bytes, lines) = write(both, &Settings::default(), "l.laz").unwrap();
+    let found = read(bytes).unwrap();
+    assert!(has(&found, "time_stamp") && has(&found, "gps_time") && lines.is_empty(), "{lines:?}");
+}

@@ -66,7 +66,8 @@ pub(crate) fn write(
     Ok(lines)
 }
 
-/// The minor version of the file.
+/// The minor version of the file. The lowest that holds what may come: the fields of 1.2 for classes, returns and angles
+/// are narrower than those of 1.4, and later batches may need these.
 fn minor(version: Version, header: &CloudHeader) -> u8 {
     let is_older = ["LAS 1.", "LAZ 1."].iter().any(|format| {
         let rest = header.format.strip_prefix(format);
@@ -74,7 +75,7 @@ fn minor(version: Version, header: &CloudHeader) -> u8 {
     });
     match version {
         Version::Older => 2,
-        Version::Auto if is_older => 2,
+        Version::Auto if is_older || plan::fits_older(header) => 2,
         Version::Auto | Version::Newer => 4,
     }
 }

@@ -4,6 +4,7 @@ use super::extra_fields::{ExtraFields, Fitting};
 use super::values;
 use crate::layout::{ANGLE_STEP, CLASS_FLAGS, NIR, SCAN_FLAGS, SCANNER_CHANNEL, USER_DATA};
 use crate::point_format::PointFormat;
+use crate::projection::is_wkt;
 use surfelshop_api::columns::{COLOR, Element, POSITION, Values};
 use surfelshop_api::format::{
     CLASSIFICATION, CloudHeader, FileColumn, GPS_TIME, INTENSITY, N_RETURNS, POINT_SOURCE,
@@ -69,6 +70,11 @@ impl Plan {
         let mut extra = ExtraFields::new(standard.format.len, &header.columns);
         for (i, column) in header.columns.iter().enumerate() {
             let put = standard.put(i, column);
+            if matches!(put, Some(Put::Time { .. })) && column.name == TIME_STAMP {
+                lines.push(format!(
+                    "`{TIME_STAMP}` is written as the field of GPS times, which is read as `{GPS_TIME}`"
+                ));
+            }
             let is_standard = is_meant(column);
             if is_standard && put.is_none() {
                 lines.push(format!(
@@ -117,23 +123,45 @@ impl Plan {
     }
 }
 
+/// Whether LAS 1.2 holds a cloud with such a header, whatever its points are.
+pub(super) fn fits_older(header: &CloudHeader) -> bool {
+    let is_narrower = |column: &FileColumn| {
+        matches!(
+            column.name.as_str(),
+            CLASSIFICATION
+                | RETURN_NUMBER
+                | N_RETURNS
+                | CLASS_FLAGS
+                | SCAN_FLAGS
+                | SCANNER_CHANNEL
+                | SCAN_ANGLE
+                | NIR
+        )
+    };
+    let is_few = header.rows.is_none_or(|rows| u32::try_from(rows).is_ok());
+    is_few && !is_wkt(&header.coordinate_system) && !header.columns.iter().any(is_narrower)
+}
+
 /// The fields that the standard names.
 struct Standard<'a> {
     first: Option<&'a CloudView<'a>>,
     format: PointFormat,
+    /// The column that goes into the field of times.
+    time: &'a str,
 }
 
 impl<'a> Standard<'a> {
-    fn new(header: &CloudHeader, first: Option<&'a CloudView<'a>>, minor: u8) -> Result<Self> {
+    fn new(header: &'a CloudHeader, first: Option<&'a CloudView<'a>>, minor: u8) -> Result<Self> {
         let is_position = |column: &FileColumn| {
             column.components == 3 && matches!(column.element, Element::F32 | Element::F64)
         };
         if !header.column(POSITION).is_some_and(|(_, column)| is_position(column)) {
             return Err(Error::new("expected a column `position` of three floats, found none"));
         }
-        let has_time = header.column(GPS_TIME).is_some_and(|(_, column)| column.components == 1);
+        let has_time = time_of(header).is_some_and(|column| column.components == 1);
         let has_color = header.column(COLOR).is_some_and(|(_, column)| is_color(column));
-        let mut standard = Self { first, format: format(0)? };
+        let time = time_of(header).map_or(GPS_TIME, |column| column.name.as_str());
+        let mut standard = Self { first, format: format(0)?, time };
         let nir = header.column(NIR);
         let has_nir = nir.is_some_and(|(i, column)| standard.is_whole(i, column, u16::MAX));
         let id = match (minor, has_color) {
@@ -176,7 +204,7 @@ impl<'a> Standard<'a> {
                 Some(Put::Angle { at: 16, step: 1.0, most: f64::from(i8::MAX) })
             }
             (POINT_SOURCE, false) => whole(18, 0, u16::MAX),
-            (GPS_TIME, _) if is_one => Some(Put::Time { at: format.gps_time? }),
+            (name, _) if name == self.time && is_one => Some(Put::Time { at: format.gps_time? }),
             (COLOR, _) if is_color(column) => Some(Put::Color { at: format.color? }),
             (NIR, _) => whole(format.nir?, 0, u16::MAX),
             _ => None,
@@ -205,6 +233,15 @@ impl<'a> Standard<'a> {
         let by_values = || self.values(i).is_some_and(|found| values::all(found, fits));
         column.components == 1 && (column.element == Element::I8 || by_values())
     }
+}
+
+/// What E57 files have as the time of a point.
+const TIME_STAMP: &str = "time_stamp";
+
+/// The column that goes into the field of times: that of GPS, or else that of a scan.
+fn time_of(header: &CloudHeader) -> Option<&FileColumn> {
+    let column = |name| header.column(name).map(|(_, column)| column);
+    column(GPS_TIME).or_else(|| column(TIME_STAMP))
 }
 
 /// Whether a column has the name of a field of the standard, of any version.

@@ -124,3 +124,35 @@ fn large_points_are_read_in_small_batches() {
     let x: Vec<f64> = values(&found, "position").iter().copied().step_by(3).collect();
     assert_eq!(x, (0..100).map(f64::from).collect::<Vec<_>>());
 }
+
+/// Invariant: large compressed files are read as small ones, without being held as a whole
+#[test]
+fn compressed_fields_are_decoded_beside_each_other() {
+    let n = 70_000;
+    let written = round_trips::cloud_of(n, |i| f64::from((i as f32 * 0.01).sin()));
+    let (bytes, _) = write(written, Encoding::BinaryCompressed).unwrap();
+    let whole = read(&bytes).unwrap();
+    let beside = |bytes: &[u8]| -> Result<Collected> {
+        let (mut found, source) =
+            (Collected::default(), FileSource::of_bytes(bytes.to_vec(), "a.pcd"));
+        let header = crate::header::Header::read(&source)?;
+        let mut clouds = CloudSink::new(&mut found, None);
+        let layout = crate::layout::Layout::new(&header.fields, &clouds)?;
+        clouds.begin(&whole.clouds[0].header)?;
+        crate::packed::read(&source, &header, &layout, 0, &mut clouds, &Job::new(&SerialHost))?;
+        Ok(found)
+    };
+    let found = beside(&bytes).unwrap();
+    for (one, other) in whole.clouds[0].columns.iter().zip(&found.clouds[0].columns) {
+        assert!(bits(one) == bits(other));
+    }
+    // Damage ends in a line, wherever it is.
+    let body = bytes.windows(17).position(|word| word == b"binary_compressed").unwrap() + 26;
+    for cut in [body + 10, bytes.len() / 2, bytes.len() - 9] {
+        let mut short = bytes[..cut].to_vec();
+        assert!(beside(&short).unwrap_err().to_string().contains("cut short"));
+        let packed = (cut - body) as u32;
+        short[body - 8..body - 4].copy_from_slice(&packed.to_le_bytes());
+        assert!(beside(&short).is_err());
+    }
+}

@@ -178,5 +178,8 @@ fn headers_are_as_pcl_writes_them() {
         FIELDS x y z rgb gpstime feature\nSIZE 4 4 4 4 8 4\nTYPE F F F U F F\nCOUNT 1 1 1 1 1 2\n\
         WIDTH 1\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 1\nDATA ascii\n\
         0.1 2 1e-9 16744448 1e20 nan -0\n";
-    assert_eq!(String::from_utf8(bytes).unwrap(), expected);
+    // The first line is as long as a header of any number of points needs it.
+    let text = String::from_utf8(bytes).unwrap();
+    let (title, rest) = text.split_once('\n').unwrap();
+    assert_eq!(format!("{}\n{rest}", title.trim_end()), expected);
 }

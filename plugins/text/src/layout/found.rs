@@ -35,6 +35,8 @@ pub(crate) struct Found {
     pub(crate) note: String,
     /// Comments before the numbers.
     pub(crate) comments: Vec<String>,
+    /// Lines about columns that are left out without anybody having said so.
+    pub(crate) left_out: Vec<String>,
 }
 
 impl Found {
@@ -79,6 +81,7 @@ pub(crate) fn by_ranges(sample: &Sample, line: u64) -> Result<Found> {
         line,
         note: String::new(),
         comments: Vec::new(),
+        left_out: Vec::new(),
         cut,
     };
     found.note = format!("columns {} by their values", found.names());
@@ -87,7 +90,9 @@ pub(crate) fn by_ranges(sample: &Sample, line: u64) -> Result<Found> {
 
 fn no_numbers(line: Option<&[u8]>) -> Error {
     let found = line.map_or_else(|| "none".to_owned(), quoted);
-    Error::new(format!("expected lines of at least three numbers, found {found}"))
+    Error::new(format!(
+        "expected lines of at least three numbers, found {found}; is it a table of points? The parameter `delimiter` says how its words are separated"
+    ))
 }
 
 /// The numbers of a sample's lines that fit.
@@ -126,7 +131,7 @@ pub(crate) fn in_table(sample: &Sample, settings: &Settings) -> Result<Found> {
     if let Some(grid) = texts.first().filter(|line| is_grid(line)) {
         let found = quoted(grid);
         return Err(Error::new(format!(
-            "expected a line for each point, found the header of a grid of heights, {found}"
+            "expected a line for each point, found the header of a grid of heights, {found}; make points of it first, as `gdal_translate -of XYZ` does"
         )));
     }
     let one = settings.delimiter.map(|delimiter| [delimiter]);
@@ -145,7 +150,11 @@ pub(crate) fn in_table(sample: &Sample, settings: &Settings) -> Result<Found> {
     let (typed, source) = named(&mut cut, settings, &header)?;
     let data =
         texts.into_iter().skip(body.iter().position(|l| l.number == first.number).unwrap_or(0));
-    let numbers = numbers(&cut, data, sample);
+    let numbers = numbers(&cut, data.clone(), sample);
+    let left_out = match settings.columns.is_empty() {
+        true => words_left_out(&cut, &header, data),
+        false => Vec::new(),
+    };
     let typed = match typed {
         Some(typed) => typed,
         None => ranges::targets(&numbers, &cut.numeric).into_iter().map(|t| (t, None)).collect(),
@@ -157,6 +166,7 @@ pub(crate) fn in_table(sample: &Sample, settings: &Settings) -> Result<Found> {
         line: first.number,
         note: String::new(),
         comments: comments(&header),
+        left_out,
         cut,
     };
     check_position(&found, &header)?;
@@ -282,8 +292,9 @@ fn without_lines(
     let typed: Vec<Typed> = targets(&names).into_iter().map(|target| (target, None)).collect();
     let numbers = Numbers::new(names.len());
     let (start, line) = (sample.place(sample.head.len()), last.number + 1);
+    let (comments, left_out) = Default::default();
     let mut found =
-        Found { cut, typed, numbers, start, line, note: String::new(), comments: Vec::new() };
+        Found { cut, typed, numbers, start, line, note: String::new(), comments, left_out };
     found.note = note(&found, "by their names", 1);
     Some(found)
 }
@@ -301,6 +312,30 @@ fn note(found: &Found, source: &str, n_header: usize) -> String {
         n => note += &format!("; {n} header lines"),
     }
     note
+}
+
+/// Says of each column of words that it is left out.
+fn words_left_out<'a>(
+    cut: &Cut,
+    header: &[&Numbered<'_>],
+    mut data: impl Iterator<Item = &'a [u8]>,
+) -> Vec<String> {
+    /// Most columns that are named.
+    const MOST: usize = 8;
+    let words = data.find(|line| cut.fits(line)).and_then(|line| cut.words(line));
+    let names = names_of(cut, header).unwrap_or_default();
+    let of_words = (0..cut.numeric.len()).filter(|&i| !cut.numeric[i]);
+    let line = |i: usize| {
+        let name = names.get(i).map_or_else(String::new, |name| quoted(name.as_bytes()) + " ");
+        let word = words.as_ref().and_then(|words| words.get(i));
+        let word = word
+            .map_or_else(|| "words".to_owned(), |word| format!("words such as {}", quoted(word)));
+        format!(
+            "column {} {name}is left out: expected numbers, found {word}; write a number for each word to have it as classes",
+            i + 1
+        )
+    };
+    of_words.map(line).take(MOST).collect()
 }
 
 /// The comments among the lines of a header.

@@ -129,7 +129,7 @@ pub(crate) fn write_fixed(
                 lines.push(line);
             }
         }
-        let mut n_points = 0u64;
+        let (mut n_points, mut n_at_zero) = (0u64, 0usize);
         match format {
             FixedFormat::Pts => {
                 let count = output.unknown_count()?;
@@ -143,7 +143,7 @@ pub(crate) fn write_fixed(
                 let (columns, rows) = (output.unknown_count()?, output.unknown_count()?);
                 output.text(&pose_lines(&header.pose))?;
                 while let Some(batch) = clouds.next_batch()? {
-                    write_scan_points(&mut output, &batch, job)?;
+                    n_at_zero += write_scan_points(&mut output, &batch, job)?;
                     n_points += batch.len as u64;
                 }
                 // Our grids go row by row, those of PTX column by column: a row of ours is a column there.
@@ -155,12 +155,25 @@ pub(crate) fn write_fixed(
                 output.count(rows, n_rows)?;
             }
         }
+        if n_at_zero > 0 {
+            lines.push(format!(
+                "points where the scanner stands are written {BESIDE_ZERO} beside it, since 0 0 0 is a place without a point: {n_at_zero}"
+            ));
+        }
     }
     Ok(lines)
 }
 
-/// Points of a scan; those that are not finite stand for places from which nothing came back.
-fn write_scan_points(output: &mut Output<'_>, batch: &CloudView<'_>, job: &Job<'_>) -> Result<()> {
+/// The first coordinate of points at zero: three zeros are a place without a point.
+const BESIDE_ZERO: &str = "1e-9";
+
+/// Points of a scan; those that are not finite stand for places from which nothing came back. Returns how many lie at
+/// zero, which does so, too, and are written beside it.
+fn write_scan_points(
+    output: &mut Output<'_>,
+    batch: &CloudView<'_>,
+    job: &Job<'_>,
+) -> Result<usize> {
     let words = words(FixedFormat::Ptx, batch);
     let none: Vec<Word> = words
         .iter()
@@ -171,16 +184,30 @@ fn write_scan_points(output: &mut Output<'_>, batch: &CloudView<'_>, job: &Job<'
             other => *other,
         })
         .collect();
+    let mut beside = none.clone();
+    if let Some(word) = beside.first_mut() {
+        *word = Word::Text(BESIDE_ZERO);
+    }
     let positions = match batch.column(POSITION).map(|column| column.values) {
         Some(Values::F64(positions)) => positions,
         _ => &[],
     };
     let pieces = output.lines(batch.len, job, |row, text| {
         let position = positions.get(3 * row..3 * row + 3).unwrap_or_default();
-        let is_finite = position.iter().all(|coordinate| coordinate.is_finite());
-        output.line(batch, if is_finite { &words } else { &none }, row, text)
+        let words = match position.iter().all(|coordinate| coordinate.is_finite()) {
+            true if is_at_zero(position) => &beside,
+            true => &words,
+            false => &none,
+        };
+        output.line(batch, words, row, text)
     })?;
-    pieces.iter().try_for_each(|piece| output.text(piece))
+    pieces.iter().try_for_each(|piece| output.text(piece))?;
+    Ok(positions.chunks_exact(3).filter(|position| is_at_zero(position)).count())
+}
+
+/// Whether a position is read as none.
+fn is_at_zero(position: &[f64]) -> bool {
+    !position.is_empty() && position.iter().all(|coordinate| *coordinate == 0.0)
 }
 
 /// The words of a line. Intensity stands where there is a colour, and in scans always.

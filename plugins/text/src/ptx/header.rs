@@ -43,6 +43,13 @@ impl ScanHeader {
         Ok(Self { columns, rows, matrix, transposed })
     }
 
+    /// The grid of the scan's places, whose rows are the columns of the file; `None` where it has one row or column.
+    pub(super) fn grid(&self) -> Option<[u32; 2]> {
+        let [width, height] =
+            [self.rows, self.columns].map(|n| u32::try_from(n).ok().filter(|n| *n > 1));
+        Some([width?, height?])
+    }
+
     /// The pose that the matrix is; `None` where it is no rotation.
     pub(super) fn pose(&self) -> Option<Pose> {
         let axes = DMat3::from_mat4(self.matrix);

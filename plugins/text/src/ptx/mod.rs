@@ -3,7 +3,8 @@
 //! Each scan has ten lines: columns and rows of its grid, place and axes of the scanner, and four lines of a
 //! matrix, the last of which is where the scanner stands. Then comes a line for each place of the grid, column by
 //! column: x y z in the scanner's axes, intensity from 0 to 1, and perhaps a colour of 8 bits. `0 0 0` stands for
-//! a place where nothing came back; these are left out and counted, so that the grid is not kept.
+//! a place where nothing came back: of a grid of several columns and rows it is a point at NaN, so that the grid is
+//! kept, and else it is left out and counted. A column of the file is a row of the cloud's grid.
 //!
 //! The matrix is the scan's pose, and the scanner stands at zero of the scan's axes, unless all points are so far
 //! away that this cannot be. A matrix that is no rotation moves the points instead, and a warning says so.
@@ -20,7 +21,7 @@ mod header;
 use crate::announced::{Announced, MOST_CLOUDS, Reading};
 use crate::layout::Found;
 use crate::output::{FixedFormat, write_fixed};
-use crate::rows::{Options, Unreadable};
+use crate::rows::{NoReturn, Options, Unreadable};
 use crate::text::{LineReader, count, start_of};
 use header::ScanHeader;
 use surfelshop_api::columns::POSITION;
@@ -39,7 +40,7 @@ impl surfelshop_api::Format for Ptx {
         "PTX",
         "Scans as lines of text, each with a grid and a pose: x y z, intensity, colour.",
     );
-    const FILES: FileTypes = FileTypes::new().ending("ptx").written().several();
+    const FILES: FileTypes = FileTypes::new().ending("ptx").written().several().grid();
     type Params = ();
 
     fn new(_host: &HostInfo) -> Result<Self> {
@@ -130,8 +131,9 @@ fn complete(
     let points: Vec<DVec3> = found.map(sampled).unwrap_or_default();
     let returned: Vec<DVec3> =
         points.iter().copied().filter(|point| *point != DVec3::ZERO).collect();
+    let grid = header.rows.and(scan.grid());
     // Where the sample has places without a return, the number of points is less than what is announced.
-    let rows = header.rows.filter(|_| returned.len() == points.len());
+    let rows = header.rows.filter(|_| grid.is_some() || returned.len() == points.len());
     let scanner = is_near_zero(&returned).then(|| match matrix {
         None => DVec3::ZERO,
         Some(matrix) => matrix.w_axis.truncate(),
@@ -142,12 +144,14 @@ fn complete(
         format: "PTX text".to_owned(),
         name: format!("scan {number}"),
         rows,
+        grid,
         pose: pose.unwrap_or_default(),
         scanner: scanner.filter(|place| place.is_finite()),
         comments,
         ..header
     };
-    (header, Options { has_marks: true, zero_is_none: true, matrix })
+    let no_return = if grid.is_some() { NoReturn::Nan } else { NoReturn::LeftOut };
+    (header, Options { has_marks: true, no_return, matrix })
 }
 
 /// The points of a sample.

@@ -8,13 +8,25 @@ use surfelshop_api::columns::{Element, POSITION, Values};
 use surfelshop_api::format::FileSource;
 use surfelshop_api::glam::{DMat4, DVec3};
 
+/// What becomes of points at zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum NoReturn {
+    /// They are points.
+    #[default]
+    Point,
+    /// They are left out: nothing came back from there.
+    LeftOut,
+    /// They are places without a point, at NaN.
+    Nan,
+}
+
 /// What a format asks of its lines.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Options {
     /// Whether a line with a count alone may begin another cloud.
     pub(crate) has_marks: bool,
-    /// Whether a point at zero stands for none.
-    pub(crate) zero_is_none: bool,
+    /// What becomes of points at zero.
+    pub(crate) no_return: NoReturn,
     /// Moves positions.
     pub(crate) matrix: Option<DMat4>,
 }
@@ -197,10 +209,11 @@ fn fill(block: &mut Block, values: &[f64], layout: &Layout, options: &Options) {
     let stride = layout.n_read().max(1);
     let position = layout.columns.iter().find(|column| column.file.name == POSITION);
     let places = position.and_then(|column| column.places.first_chunk::<3>());
-    if let (true, Some(places)) = (options.zero_is_none, places) {
+    let mut none = Vec::new();
+    if let (true, Some(places)) = (options.no_return != NoReturn::Point, places) {
         let rows = (0u32..).zip(values.chunks_exact(stride));
-        let none = rows.filter(|(_, row)| places.iter().all(|&place| row[place] == 0.0));
-        block.none = none.map(|(row, _)| row).collect();
+        let at_zero = rows.filter(|(_, row)| places.iter().all(|&place| row[place] == 0.0));
+        none.extend(at_zero.map(|(row, _)| row));
     }
     let mut moved = Vec::new();
     let mut values = values;
@@ -213,6 +226,18 @@ fn fill(block: &mut Block, values: &[f64], layout: &Layout, options: &Options) {
             }
         }
         values = &moved;
+    }
+    let mut placed = Vec::new();
+    match (options.no_return, places) {
+        (NoReturn::Nan, Some(places)) if !none.is_empty() => {
+            placed.extend_from_slice(values);
+            for row in none {
+                places.iter().for_each(|place| placed[row as usize * stride + place] = f64::NAN);
+            }
+            values = &placed;
+        }
+        (NoReturn::Nan, _) => {}
+        _ => block.none = none,
     }
     let column = |column: &Column| data(column, values, stride, block);
     block.columns = layout.columns.iter().map(column).collect();

@@ -6,6 +6,6 @@ mod line;
 mod number;
 mod unreadable;
 
-pub(crate) use block::{Mark, Options};
+pub(crate) use block::{Mark, NoReturn, Options};
 pub(crate) use hand_over::{Body, Taken};
 pub(crate) use unreadable::Unreadable;

@@ -170,3 +170,13 @@ fn settings_override_what_is_guessed() {
     let line = refusal(read("lon,lat,note\n1,2,3\n"));
     assert!(line.contains("`lon,lat,note`") && line.contains("`columns`"), "{line}");
 }
+
+#[test]
+fn columns_of_words_are_left_out_with_a_line() {
+    let table = "x,y,z,class,intensity\n1,2,3,ground,5\n2,3,4,tree,6\n3,4,5,tree,7\n";
+    let found = read(table).unwrap();
+    assert_eq!(shape(&found.clouds[0]), "position 3 f64, intensity 1 f32");
+    let line = "column 4 `class` is left out: expected numbers, found words such as `ground`; write a number for \
+                each word to have it as classes";
+    assert_eq!(found.warnings, [line]);
+}

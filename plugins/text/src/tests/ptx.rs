@@ -31,7 +31,7 @@ fn scans_have_poses_names_and_the_scanner_at_zero() {
     assert_eq!((a.header.name.as_str(), b.header.name.as_str()), ("scan 1", "scan 2"));
     assert_eq!((a.header.rows, b.header.rows), (Some(4), Some(3)));
     assert_eq!((a.header.scanner, a.header.up), (Some(DVec3::ZERO), UpAxis::Z));
-    assert_eq!(a.header.grid, None);
+    assert_eq!((a.header.grid, b.header.grid), (Some([2, 2]), None));
     // The cloud's own x is the common y.
     let pose = a.header.pose;
     assert_eq!(pose.translation, DVec3::new(100.5, 200.0, 5.0));
@@ -42,9 +42,9 @@ fn scans_have_poses_names_and_the_scanner_at_zero() {
 }
 
 #[test]
-fn places_without_a_return_are_left_out_and_counted_once() {
+fn places_of_a_line_without_a_return_are_left_out_and_counted_once() {
     let lines = "0 0 0 0.5\n1 0 0 0.5\n0.000000 -0.0 0 0.500000\n2 1 0 0.25\n";
-    let found = read_ptx(&scan(2, 2, lines).repeat(2)).unwrap();
+    let found = read_ptx(&scan(1, 4, lines).repeat(2)).unwrap();
     assert_eq!(found.clouds.len(), 2);
     for cloud in &found.clouds {
         assert_eq!(cloud.columns[0], [1.0, 0.0, 0.0, 2.0, 1.0, 0.0]);
@@ -53,6 +53,23 @@ fn places_without_a_return_are_left_out_and_counted_once() {
     }
     let line = "nothing came back from 4 places of the grids, which are left out";
     assert_eq!(found.warnings, [line]);
+}
+
+#[test]
+fn grids_keep_places_without_a_return() {
+    // Three columns of two rows are three rows of ours.
+    let lines = "0 0 0 0.5\n1 0 0 0.5\n3 0 0 0.5\n0 -0.0 0 0.5\n2 1 0 0.25\n5 5 5 1\n";
+    let found = read_ptx(&scan(3, 2, lines)).unwrap();
+    assert_eq!(found.warnings, Vec::<String>::new());
+    let cloud = &found.clouds[0];
+    assert_eq!((cloud.header.grid, cloud.header.rows), (Some([2, 3]), Some(6)));
+    let is_none: Vec<bool> =
+        cloud.columns[0].chunks(3).map(|p| p.iter().all(|c| c.is_nan())).collect();
+    assert_eq!(is_none, [true, false, false, true, false, false]);
+    assert_eq!(cloud.columns[1].len(), 6);
+    // A grid that the file has no room for is none.
+    let short = read_ptx(&scan(3, 2000, lines)).unwrap();
+    assert_eq!((short.clouds[0].header.grid, short.clouds[0].columns[0].len()), (None, 12));
 }
 
 #[test]

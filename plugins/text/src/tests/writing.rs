@@ -128,6 +128,15 @@ fn pts_files_are_read_as_they_were() {
 }
 
 #[test]
+fn points_where_the_scanner_stands_stay_points() {
+    let positions = [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [f64::NAN, 0.0, 0.0], [-0.0, 0.0, 0.0]];
+    let (text, lines) = write_with::<Ptx>(&[StoredCloud::new(&positions)], "a.ptx", &());
+    assert!(lines[0].ends_with(": 2") && lines[0].contains("1e-9 beside it"), "{lines:?}");
+    let found = read_with::<Ptx>(text.as_bytes(), "a.ptx", &()).unwrap();
+    assert_eq!(found.clouds[0].columns[0], [1e-9, 0.0, 0.0, 1.0, 2.0, 3.0, 1e-9, 0.0, 0.0]);
+}
+
+#[test]
 fn scans_are_read_with_their_poses() {
     let rotation = DQuat::from_euler(surfelshop_api::glam::EulerRot::XYZ, 0.3, -0.2, 2.5);
     let pose = Pose { rotation, translation: DVec3::new(4.5e6, -3.25, 1e-3) };

@@ -223,8 +223,12 @@ fn filter() -> impl Strategy<Value = Filter> {
 fn splats() -> impl Strategy<Value = SplatSettings> {
     let look =
         prop_oneof![Just(Look::Surface), (0.0..1e6f32).prop_map(|radius| Look::Points { radius }),];
-    (look, 0.0..=1f32, option::of(1e-6..1e6f32)).prop_map(|(look, round_below, largest_radius)| {
-        SplatSettings { look, round_below, largest_radius }
+    let parts = (look, 0.0..=1f32, option::of(1e-6..1e6f32), any::<bool>());
+    parts.prop_map(|(look, round_below, largest_radius, tint_backs)| SplatSettings {
+        look,
+        round_below,
+        largest_radius,
+        tint_backs,
     })
 }
 

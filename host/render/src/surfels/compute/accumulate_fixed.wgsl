@@ -94,7 +94,7 @@ fn accumulate(
     splat.number = chunk.first + i;
     splat.share = disc.share;
     splat.normal = disc.normal;
-    splat.albedo = load_albedo(i);
+    splat.albedo = seen_albedo(i, disc.back);
     splat.access = load_ao(i);
 #ifdef CLIP
     splat.cut = load_cut(i, disc);

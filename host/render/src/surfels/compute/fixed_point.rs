@@ -54,7 +54,7 @@ impl Drawing<'_> {
         }
         // Where no surfel has a colour or an accessibility of its own there is nothing to add up.
         let plain = |chunk: &crate::surfels::chunk::Chunk<'_>| {
-            let own = ["COLOR8", "COLOR16", "AO", "LIT"];
+            let own = ["COLOR8", "COLOR16", "AO", "LIT", "TINTED_BACKS"];
             !chunk.defines().iter().any(|name| own.contains(name))
         };
         let channels = if self.chunks.iter().all(plain) { 4 } else { 8 };

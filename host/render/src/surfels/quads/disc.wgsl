@@ -157,6 +157,25 @@ fn load_albedo(i: u32) -> vec3<f32> {
 #endif
 }
 
+#ifdef TINTED_BACKS
+// Of surfels that are seen from behind, linear Rec. 709.
+const BACK_RED = 0.8;
+const BACK_GREEN = 0.03;
+const BACK_BLUE = 0.45;
+#endif
+
+// The albedo of a surfel as it is seen: that of backs where these are tinted. What was shaded was so already.
+fn seen_albedo(i: u32, back: u32) -> vec3<f32> {
+#ifdef TINTED_BACKS
+#ifndef LIT
+    if back == 1u {
+        return vec3(BACK_RED, BACK_GREEN, BACK_BLUE);
+    }
+#endif
+#endif
+    return load_albedo(i);
+}
+
 fn load_ao(i: u32) -> f32 {
 #ifdef AO
     return ao[i];

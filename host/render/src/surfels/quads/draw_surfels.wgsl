@@ -130,7 +130,7 @@ fn blended_vertex(@builtin(vertex_index) v: u32, @builtin(instance_index) drawn:
     let p = disc.center + corner.x * disc.axis_u + corner.y * disc.axis_v;
     out.corner_distance = vec3(corner, -p.z);
     out.normal_share = vec4(disc.normal, select(disc.share, -disc.share, disc.back == 1u));
-    out.albedo_ao = vec4(load_albedo(i), load_ao(i));
+    out.albedo_ao = vec4(seen_albedo(i, disc.back), load_ao(i));
 #ifdef CLIP
     out.sides = sides_of(load_cut(i, disc), corner);
 #endif
@@ -188,7 +188,7 @@ fn lookup_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
     }
     let disc = load_disc(i);
     let distance = bitcast<f32>(winner.y);
-    return packing::pack_surface(distance, disc.normal, load_albedo(i), load_ao(i));
+    return packing::pack_surface(distance, disc.normal, seen_albedo(i, disc.back), load_ao(i));
 }
 
 // The material of the nearest surfel, for the pixels of this chunk.

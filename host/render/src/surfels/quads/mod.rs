@@ -91,6 +91,7 @@ impl<'a> Drawing<'a> {
                     uniform,
                     lit: None,
                     clipped: first >= cloud.n_whole,
+                    tints_backs: input.tints_backs,
                     fields: false,
                     runs,
                     computed: None,

@@ -26,7 +26,7 @@ fn record(
         let depth = select(0.0, -center.z, seen);
         let to_eye = view::world_from_view_direction(view::to_eye_in_view(center));
         records[drawn] = Record(
-            packing::pack_surface(depth, disc.normal, load_albedo(i), load_ao(i)),
+            packing::pack_surface(depth, disc.normal, seen_albedo(i, disc.back), load_ao(i)),
             view::world_from_view_direction(center),
             packing::pack_direction(to_eye),
         );

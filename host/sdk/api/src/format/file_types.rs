@@ -28,6 +28,7 @@ pub struct FileTypes {
     pub(crate) n_magics: usize,
     pub(crate) written: bool,
     pub(crate) several: bool,
+    pub(crate) grid: bool,
 }
 
 impl FileTypes {
@@ -41,6 +42,7 @@ impl FileTypes {
             n_magics: 0,
             written: false,
             several: false,
+            grid: false,
         }
     }
 
@@ -102,6 +104,15 @@ impl FileTypes {
         self.several = true;
         self
     }
+
+    /// Says that files hold the grids of organised clouds when they are written: the host hands over every place of a
+    /// [grid](super::CloudHeader::grid), and those that hold no point as points at NaN. Else it leaves these out. Hosts
+    /// that do not know this do, too.
+    #[must_use]
+    pub const fn grid(mut self) -> Self {
+        self.grid = true;
+        self
+    }
 }
 
 impl Default for FileTypes {
@@ -130,6 +141,9 @@ pub struct Recognition {
     pub written: bool,
     /// Whether they hold several clouds with poses when they are written.
     pub several: bool,
+    /// Whether they hold grids with empty places when they are written.
+    #[serde(default)]
+    pub grid: bool,
 }
 
 impl Recognition {

@@ -30,6 +30,8 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     }
     let about = "Surfels are seen from behind, too; without it only where their normals point at the eye.";
     check_row(ui, "draw both sides", about, &mut surface.two_sided);
+    let about = "Surfels that are seen from behind are magenta: shows where normals face.";
+    check_row(ui, "tint backs", about, &mut window.settings.splats.tint_backs);
 }
 
 /// The width of points where they are first chosen, pixels.

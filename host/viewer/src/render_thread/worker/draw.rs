@@ -154,6 +154,7 @@ impl RenderWorker {
     ) -> Result<(ConvergedFrame, Option<Explanation>), RenderError> {
         // A measured picture does not pay for shaders compiled ahead.
         self.session.engine.compile_beside(!request.for_measurement);
+        self.session.engine.tint_backs(request.tint_backs);
         if request.for_measurement {
             // A view may have drawn the same surfels, and a measured picture pays for its own.
             self.session.engine.forget_surfaces();
