@@ -289,6 +289,7 @@ mod tests {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         })
     }
 

@@ -25,4 +25,4 @@ pub(crate) use samples::{SURFEL_BYTES, Samples};
 pub(crate) use shading::lit_surface;
 pub use strategy::SurfelDrawing;
 pub use surface::SurfaceCounts;
-pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};
+pub(crate) use surface::{STOPPED, Surface, SurfaceInput, SurfaceParts, Surfaces};

@@ -221,6 +221,7 @@ impl Measurement {
             display: self.basis.display,
             view,
             antialias: self.basis.antialias,
+            eye_dome: self.basis.eye_dome,
             detail: Detail::FULL,
             in_motion: false,
             for_measurement: true,

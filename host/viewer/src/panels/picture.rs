@@ -10,7 +10,9 @@ use surfelshop_api::SurfaceSettings;
 use surfelshop_api::columns::PLANARITY;
 use surfelshop_api::{Light, ObjectFrame};
 use surfelshop_cloud::display::Look;
-use surfelshop_cloud::scene::{DEPTH_TOLERANCE, LOW_PASS, PLANARITIES};
+use surfelshop_cloud::scene::{
+    DEPTH_TOLERANCE, EyeDomeLighting, EyeDomeUse, LOW_PASS, PLANARITIES,
+};
 use surfelshop_image::display::ToneMap;
 
 /// Shows the panel of light and picture.
@@ -26,6 +28,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         none | neutral.on_hover_text("Khronos PBR Neutral: highlights are compressed.")
     });
     antialiasing(&mut settings.antialias, ui);
+    eye_dome(&mut settings.eye_dome, ui);
     background::show(window, ui);
     let camera = window.camera_of(window.views.focused);
     let (min, max) = window.document.clouds.as_ref().map_or((-DVec3::ONE, DVec3::ONE), |shown| {
@@ -145,4 +148,28 @@ fn look(window: &mut Window, ui: &mut Ui) {
             });
         }
     }
+}
+
+/// What is darkened for lying behind something.
+fn eye_dome(lighting: &mut EyeDomeLighting, ui: &mut Ui) {
+    let about = "Eye-dome lighting: what lies behind something near it on the screen is darker, which shows shapes \
+                 without normals. Automatic: where many surfels are points.";
+    row_of(ui, "depth cue", about, |ui, _label| {
+        let choices = [
+            (EyeDomeUse::Automatic, "automatic"),
+            (EyeDomeUse::Off, "off"),
+            (EyeDomeUse::On, "on"),
+        ];
+        let choice = |(when, text)| ui.selectable_value(&mut lighting.when, when, text);
+        let all = choices.map(choice).into_iter().reduce(|all, one| all | one);
+        all.unwrap_or_else(|| ui.label(""))
+    });
+    if lighting.when == EyeDomeUse::Off {
+        return;
+    }
+    let strength = egui::Slider::new(&mut lighting.strength, 0.0..=4.0);
+    row(ui, "strength", "How dark it becomes; 1 is usual.", |ui| ui.add(strength));
+    let radius = egui::Slider::new(&mut lighting.radius, 1.0..=8.0).suffix(" px");
+    let about = "How far on the screen what is nearer darkens what is behind it.";
+    row(ui, "radius", about, |ui| ui.add(radius));
 }

@@ -145,6 +145,7 @@ fn request_of(window: &Window, renderer: &str) -> ViewRequest {
         display: window.settings.display_transform(),
         view: shown.rendered.view,
         antialias: 1,
+        eye_dome: None,
         detail: Detail::FULL,
         in_motion: false,
         for_measurement: false,
