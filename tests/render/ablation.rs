@@ -80,6 +80,7 @@ impl AblationImage {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         let rendered = engine.render(renderer, &request).unwrap();
         (rendered, engine.left_out(renderer, &request))

@@ -59,6 +59,7 @@ fn render(engine: &mut Engine, unit: &Unit, cloud: &Cloud, scene: &Scene, view: 
         stride: 1,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     engine.render(&mut renderer, &request).unwrap()
 }

@@ -6,6 +6,7 @@
 mod ablation;
 mod antialias;
 mod environment;
+mod eye_dome;
 mod gaussians;
 mod gi;
 mod graph;

@@ -53,6 +53,7 @@ impl Lab {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
         rendered.image(&Output::Color).unwrap().data.clone()

@@ -251,6 +251,7 @@ pub fn render_with(
         stride: 1,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     engine.render(renderer, &request)
 }

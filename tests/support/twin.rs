@@ -3,6 +3,7 @@
 
 mod local;
 mod outline;
+mod rims;
 
 use crate::evaluated_light::arriving;
 use glam::{DMat3, DMat4, DVec2, DVec3};
@@ -122,6 +123,15 @@ impl<'a> Twin<'a> {
     /// The blended surface at a pixel. Takes time for every splat.
     #[must_use]
     pub fn pixel(&self, x: u32, y: u32) -> Pixel {
+        let (pixel, nearest) = self.raw(x, y);
+        match nearest.filter(|splat| splat.back && !splat.is_round) {
+            Some(splat) => self.of_rim(pixel, splat, [x, y]),
+            None => pixel,
+        }
+    }
+
+    /// The same before rims are looked for, and the nearest splat.
+    fn raw(&self, x: u32, y: u32) -> (Pixel, Option<&Splat>) {
         let center = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let mut hits: Vec<Hit<'_>> =
             self.splats.iter().filter_map(|splat| splat.meet(center, self)).collect();
@@ -131,7 +141,10 @@ impl<'a> Twin<'a> {
         let (_, direction) = self.view.ray(center.x, center.y);
         let to_eye = self.view.camera.view_from_world().transpose() * -direction;
         let pixel = blend(&hits, self.scene, self.view, &self.doubt, to_eye);
-        Pixel { sure: pixel.sure && !cut, nearest_sure: pixel.nearest_sure && !cut, ..pixel }
+        let (sure, nearest_sure) = (pixel.sure && !cut, pixel.nearest_sure && !cut);
+        let inside = hits.iter().filter(|hit| hit.inside_px >= 0.0);
+        let nearest = inside.min_by(|a, b| a.depth.total_cmp(&b.depth)).map(|hit| hit.splat);
+        (Pixel { sure, nearest_sure, ..pixel }, nearest)
     }
 }
 

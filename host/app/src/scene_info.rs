@@ -5,7 +5,8 @@ use std::fmt::{self, Write as _};
 use surfelshop_api::{Camera, Light, Projection, SurfaceSettings};
 use surfelshop_cloud::display::ColorSource;
 use surfelshop_cloud::scene::{
-    Backdrop, FORMAT, OpenedScene, SceneCloud, SceneEnvironment, SceneFile, SceneView, ToneMap,
+    Backdrop, EyeDomeLighting, FORMAT, OpenedScene, SceneCloud, SceneEnvironment, SceneFile,
+    SceneView, ToneMap,
 };
 use surfelshop_cloud::{Rotation, Transform};
 use surfelshop_session::input::environment_map;
@@ -66,6 +67,9 @@ pub(crate) fn object(opened: &OpenedScene) -> Value {
         "filters": scene.filters.iter().map(|filter| filter.known.to_string()).collect::<Vec<_>>(),
         "tone_map": tone_map(scene),
         "antialias": scene.antialias,
+        "eye_dome_lighting": scene.eye_dome.when.name(),
+        "eye_dome_strength": scene.eye_dome.strength,
+        "eye_dome_radius": scene.eye_dome.radius,
         "background": match scene.background {
             Backdrop::Transparent => None,
             Backdrop::Color(linear) => Some(linear),
@@ -107,6 +111,9 @@ pub(crate) fn text(opened: &OpenedScene) -> Result<String, fmt::Error> {
     }
     if scene.antialias > 1 {
         row("edges", format!("antialiased, {} samples", scene.antialias))?;
+    }
+    if scene.eye_dome != EyeDomeLighting::default() {
+        row("eye dome", scene.eye_dome.to_string())?;
     }
     let splats = scene.splats.known.to_string();
     let splats = if splats.is_empty() { splats } else { format!(", drawn as {splats}") };

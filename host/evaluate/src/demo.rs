@@ -160,6 +160,7 @@ impl Stage<'_> {
                 stride: 1,
                 detail_px: 0.0,
                 parts: None,
+                eye_dome: None,
             };
             let n_samples = self.arguments.antialias;
             let settled = studio.settle_antialiased(&mut chosen, &request, n_samples)?;

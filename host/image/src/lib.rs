@@ -6,6 +6,7 @@
 pub mod display;
 mod error;
 pub mod exr;
+mod eye_dome;
 mod image;
 pub mod metrics;
 pub mod outputs;
@@ -15,6 +16,7 @@ mod sample_sums;
 pub mod text;
 
 pub use error::FileError;
+pub use eye_dome::EyeDome;
 pub use image::Image;
 pub use picture_mean::{PictureMean, UnlikePictures};
 pub use sample_sums::{SampleSums, TracedPicture};

@@ -50,6 +50,8 @@ use fearless_simd::{Level, dispatch};
 use picture::{Band, Timer};
 use rayon::prelude::*;
 use resolve::Scene;
+use resolve::rims::{self, BackPixel};
+use std::sync::atomic::Ordering;
 use std::sync::{Mutex, PoisonError};
 use tile::Tile;
 use tile::layout::TILE;
@@ -111,15 +113,27 @@ fn draw_with(
     let clock = clocks.map(|clocks| clocks.thread);
     let all = AllSplats::new(&in_view, &placed, &by_band, width, parts.mode == Mode::Fields);
     let spent = Mutex::new(Spent { cull: timer.lap(), ..Spent::default() });
-    bands(picture, width, height).into_par_iter().zip(&by_band).for_each_init(
+    let stop = picture.stop.clone();
+    let is_stopped = || stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed));
+    let mut backs = vec![Vec::new(); by_band.len()];
+    bands(picture, width, height, &mut backs).into_par_iter().zip(&by_band).for_each_init(
         Worker::new,
         |worker, (mut band, of_band)| {
+            if is_stopped() {
+                return;
+            }
             let timer = Timer::new(clock);
             dispatch!(level, simd => worker.draw_band(simd, &mut band, of_band, &all, &scene, timer));
             let own = std::mem::take(&mut worker.spent);
             spent.lock().unwrap_or_else(PoisonError::into_inner).add(&own);
         },
     );
+    if parts.mode != Mode::None && !is_stopped() {
+        rims::smooth(picture, &backs, |number| scene.cloud_of(number), &in_view);
+    }
+    if picture.is_stopped() {
+        picture.forget();
+    }
     picture.spent = spent.into_inner().unwrap_or_else(PoisonError::into_inner);
 }
 
@@ -130,7 +144,12 @@ fn n_surfels(in_view: &[CloudInView<'_>], placed: &VisibleBlock) -> usize {
 }
 
 /// A picture's memory, in rows of tiles.
-fn bands(picture: &mut Picture, width: usize, height: usize) -> Vec<Band<'_>> {
+fn bands<'a>(
+    picture: &'a mut Picture,
+    width: usize,
+    height: usize,
+    backs: &'a mut [Vec<BackPixel>],
+) -> Vec<Band<'a>> {
     let rows = width * TILE[1];
     let mut winners = picture.winners.chunks_mut(rows);
     let mut packed = picture.packed.chunks_mut(rows);
@@ -138,8 +157,8 @@ fn bands(picture: &mut Picture, width: usize, height: usize) -> Vec<Band<'_>> {
     let mut object = picture.object.chunks_mut(rows);
     let across = picture.covered.across();
     let mut cells = picture.covered.cells_mut().chunks_mut(across * (TILE[1] / CELL));
-    let tops = (0..height).step_by(TILE[1]);
-    let band = |top| Band {
+    let tops = (0..height).step_by(TILE[1]).zip(backs);
+    let band = |(top, backs)| Band {
         width,
         top,
         winners: winners.next().unwrap_or_default(),
@@ -148,6 +167,7 @@ fn bands(picture: &mut Picture, width: usize, height: usize) -> Vec<Band<'_>> {
         object: object.next().unwrap_or_default(),
         cells: cells.next().unwrap_or_default(),
         cells_across: across,
+        backs,
     };
     tops.map(band).collect()
 }

@@ -1,7 +1,10 @@
 //! What of a picture is made, its memory, and the rows of it that one thread draws.
 
 use crate::coverage::{CELL, Coverage};
+use crate::resolve::rims::BackPixel;
 use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What of the surface is made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +55,8 @@ pub struct Picture {
     pub covered: Coverage,
     /// Blocks that were drawn, and surfels in them.
     pub drawn: DrawCounts,
+    /// Once it says so, nothing more is drawn, and the picture is worth nothing.
+    pub stop: Option<Arc<AtomicBool>>,
     /// What tells how long stages take, where that is asked for.
     pub clocks: Option<Clocks>,
     /// How long they took; zeros where nobody asked.
@@ -126,6 +131,17 @@ impl Picture {
         }
     }
 
+    /// Lets go of what it holds: it is of no one picture.
+    pub(crate) fn forget(&mut self) {
+        self.covered = Coverage::default();
+    }
+
+    /// Whether it was not to be drawn to its end.
+    #[must_use]
+    pub fn is_stopped(&self) -> bool {
+        self.stop.as_ref().is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
     /// Bytes that it takes, room for larger pictures included.
     #[must_use]
     pub fn bytes(&self) -> u64 {
@@ -156,6 +172,8 @@ pub(crate) struct Band<'a> {
     /// Cells that hold surfels: until a tile is drawn, those of the picture before.
     pub(crate) cells: &'a mut [bool],
     pub(crate) cells_across: usize,
+    /// Its pixels that are seen from behind.
+    pub(crate) backs: &'a mut Vec<BackPixel>,
 }
 
 impl Band<'_> {

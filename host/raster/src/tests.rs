@@ -134,3 +134,78 @@ fn winners_name_surfels_of_the_cloud_also_where_they_are_merged() {
         }
     }
 }
+
+/// Discs on the faces of a box from -1 to 1, turned, around (0, 0, -5), and a sheet seen from behind beside it.
+fn solid_and_sheet(only_sheet: bool) -> Columns {
+    let turned = glam::Mat3::from_euler(glam::EulerRot::XYZ, 0.5, 0.6, 0.2);
+    let (mut positions, mut normals) = (Vec::new(), Vec::new());
+    let n = 9;
+    let at = |i: usize| (i as f32 + 0.5) / n as f32 * 2.0 - 1.0;
+    for axis in (0..3).filter(|_| !only_sheet) {
+        for side in [-1.0, 1.0] {
+            for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
+                let mut place = [0.0; 3];
+                (place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3]) = (side, at(i), at(j));
+                let mut normal = [0.0; 3];
+                normal[axis] = side;
+                let place = turned * glam::Vec3::from(place) - glam::Vec3::new(0.0, 0.0, 5.0);
+                positions.extend(place.to_array());
+                normals.extend((turned * glam::Vec3::from(normal)).to_array());
+            }
+        }
+    }
+    for (i, j) in (0..n * n).map(|k| (k % n, k / n)) {
+        positions.extend([2.4 + 0.5 * at(i), at(j), -5.0]);
+        normals.extend([0.0, 0.0, -1.0]);
+    }
+    let count = positions.len() / 3;
+    let sources = Sources {
+        round: None,
+        positions: &positions,
+        normals: &normals,
+        radii: &vec![0.2; count],
+        tangents: None,
+        ao: None,
+        materials: None,
+    };
+    let order: Vec<u32> = (0..count as u32).collect();
+    let albedo = Albedo::Same([0.5; 3]);
+    Columns::new(&sources, &order, albedo, Splats::default(), false, &linear(), &|_| ())
+}
+
+/// Invariant: what sticks out past a rim looks as the rim does, nothing vanishes, and thin sheets keep their backs
+#[test]
+fn rims_look_as_their_fronts_and_sheets_keep_their_backs() {
+    for orthographic in [false, true] {
+        let mut view = view(orthographic, 0.0);
+        view.half_extent = if orthographic { [4.0, 2.0] } else { [0.8, 0.4] };
+        let drawn = |columns: &Columns, two_sided: bool| {
+            let view = View { two_sided, ..view };
+            let clouds = [Cloud { columns, view_from_cloud: Mat4::IDENTITY, first: 1, object: 0 }];
+            let parts =
+                Parts { mode: Mode::Nearest, winners: true, material: false, object: false };
+            let mut picture = Picture::default();
+            draw(&clouds, &view, parts, &linear(), &mut picture);
+            picture
+        };
+        let both = drawn(&solid_and_sheet(false), true);
+        let fronts = drawn(&solid_and_sheet(false), false);
+        let normals_of_fronts: Vec<u32> =
+            fronts.packed.iter().filter(|words| words[0] != 0).map(|words| words[1]).collect();
+        let sheet = drawn(&solid_and_sheet(true), true);
+        let is_back = |winner: &[u32; 2]| winner[0] >> 31 == 1;
+        let (mut rims, mut of_sheet) = (0, 0);
+        for (i, (words, winner)) in both.packed.iter().zip(&both.winners).enumerate() {
+            assert_eq!(words[0], winner[1], "distances stay");
+            assert_eq!(words[0] != 0, winner[0] != 0, "nothing vanishes");
+            if is_back(winner) && sheet.winners[i][0] != 0 {
+                assert_eq!(words[1], sheet.packed[i][1], "sheets have backs");
+                of_sheet += 1;
+            } else if is_back(winner) {
+                assert!(normals_of_fronts.contains(&words[1]), "pixel {i} is lit from behind");
+                rims += 1;
+            }
+        }
+        assert!(rims > 20 && of_sheet > 500, "{rims} {of_sheet}");
+    }
+}

@@ -14,6 +14,7 @@ pub mod antialias;
 pub mod captured_graph;
 pub mod cloud_renderers;
 pub mod cpu_time;
+pub mod eye_dome;
 pub mod input;
 pub mod interrupt;
 pub mod manual;

@@ -17,7 +17,7 @@ use surfelshop_api::params::linear_to_srgb;
 use surfelshop_api::{Camera, Scene, UnitKind, View};
 use surfelshop_cloud::display::DisplaySettings;
 use surfelshop_cloud::scene::{
-    Backdrop, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
+    Backdrop, EyeDomeLighting, OpenedScene, SceneEnvironment, SceneFile, SceneView, ToneMap,
 };
 use surfelshop_image::display::{self, Background, DisplayTransform};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
@@ -97,6 +97,8 @@ pub struct RenderSetup {
     pub how: DisplayTransform,
     /// Frames that a picture is the mean of, at least 1.
     pub antialias: u32,
+    /// What is darkened for lying behind something.
+    pub eye_dome: EyeDomeLighting,
     /// What the picture shows, where the scene says it.
     pub output: Option<Output>,
     /// The scene's camera, where it counts.
@@ -138,6 +140,10 @@ impl RenderSetup {
             antialias: match file.filter(|_| !given.has("antialias")) {
                 Some(file) => file.antialias,
                 None => arguments.antialias,
+            },
+            eye_dome: match file.filter(|_| !given.has("eye_dome_lighting")) {
+                Some(file) => file.eye_dome,
+                None => arguments.eye_dome_lighting,
             },
             scene,
             environment,
@@ -279,6 +285,7 @@ mod tests {
         file.exposure_stops = -2.0;
         file.tone_map = ToneMap::Neutral;
         file.antialias = 16;
+        file.eye_dome.strength = 0.5;
         file.background = Backdrop::Color([0.25, 0.0, 0.5]);
         file.surface.two_sided = false;
         file.surface.radius_scale = 2.0;
@@ -313,6 +320,7 @@ mod tests {
         assert_eq!(staged.camera, file().camera.map(|camera| camera.known));
         assert_eq!((staged.output, staged.parallel), (None, None));
         assert_eq!(staged.antialias, 16);
+        assert_eq!(staged.eye_dome, file().eye_dome);
         assert_eq!(staged.display, file().display());
         let expected = DisplayTransform {
             exposure_stops: -2.0,
@@ -327,7 +335,7 @@ mod tests {
         let options = "--exposure 0 --tone-map clamp --background transparent --one-sided=false \
                        --radius-scale 1 --depth-tolerance 1 --low-pass 1 --light camera \
                        --camera three-quarter --orthographic=false --output color --up y --antialias 1 --color-by \
-                       file";
+                       file --eye-dome-lighting=automatic";
         let staged = staged(options, None);
         let mut usual = Scene::default();
         // Brightness 1 of the light beside the camera, as typed.
@@ -338,6 +346,7 @@ mod tests {
         assert_eq!(staged.display, DisplaySettings::default());
         assert_eq!((staged.camera, staged.parallel), (None, Some(false)));
         assert_eq!(staged.antialias, 1);
+        assert_eq!(staged.eye_dome, EyeDomeLighting::default());
         assert_eq!(staged.output, Some(Output::Color));
     }
 
@@ -354,6 +363,7 @@ mod tests {
             "orthographic",
             "up",
             "antialias",
+            "eye_dome_lighting",
         ] {
             assert!(render.get_arguments().any(|argument| argument.get_id() == name), "{name}");
         }

@@ -16,15 +16,31 @@ use surfelshop_cloud::display::ColorSource;
 /// Time between two frames of the window while pictures are pending, on software drivers.
 const FRAME_INTERVAL: Duration = Duration::from_millis(20);
 
+/// The same while something moves and no new picture is there: ten a second still follow the pointer elsewhere.
+const MOTION_INTERVAL: Duration = Duration::from_millis(100);
+
 impl Window {
     /// Leaves the CPU to the engine: where both draw on the CPU, a frame of the window for every
-    /// move of the mouse would delay the pending picture.
+    /// move of the mouse would delay the pending picture. In motion the window is painted when there is a new one.
     fn limit_frame_rate(&mut self) {
         if self.render.software && self.works() {
             let elapsed = self.render.last_frame.elapsed();
-            std::thread::sleep(FRAME_INTERVAL.saturating_sub(elapsed));
+            match self.waits_in_motion() {
+                true => self.render.thread.wait(MOTION_INTERVAL.saturating_sub(elapsed)),
+                false => std::thread::sleep(FRAME_INTERVAL.saturating_sub(elapsed)),
+            }
         }
         self.render.last_frame = Instant::now();
+    }
+
+    /// Whether a picture in motion is pending in a view.
+    fn waits_in_motion(&self) -> bool {
+        self.settings.panes.iter().any(|settings| {
+            let sides = self.views.panes.get(&settings.id).map(|pane| &pane.sides);
+            sides.is_some_and(|sides| {
+                sides[..settings.mode.sides()].iter().any(|side| side.waits_in_motion())
+            })
+        })
     }
 
     /// Takes in the edit of a tool that has ended.

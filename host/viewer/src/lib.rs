@@ -57,6 +57,8 @@ pub fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
             .with_inner_size([1280.0, 800.0])
             .with_min_inner_size([480.0, 320.0]),
         wgpu_options: wgpu_options(),
+        // Pictures are shown as they are, and every pixel of the window takes less.
+        dithering: false,
         ..Default::default()
     };
     let arguments = arguments.clone();

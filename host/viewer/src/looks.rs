@@ -5,7 +5,7 @@ use crate::window::Window;
 use surfelshop_api::params::Value;
 use surfelshop_api::{Scene, SurfaceSettings};
 use surfelshop_cloud::display::{ColorBy, ColorSource, Look as Shape};
-use surfelshop_cloud::scene::ProbeSource;
+use surfelshop_cloud::scene::{EyeDomeLighting, ProbeSource};
 use surfelshop_image::display::ToneMap;
 use surfelshop_session::options::lights;
 
@@ -38,6 +38,7 @@ impl Window {
         settings.scene.exposure_stops = 0.0;
         settings.tone_map = ToneMap::Clamp;
         settings.environment = None;
+        settings.eye_dome = EyeDomeLighting::default();
         // One colour for all is that of another look; what shows numbers stays.
         if matches!(settings.color.by, ColorBy::Uniform(_)) {
             settings.color = ColorSource::default();

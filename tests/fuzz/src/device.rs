@@ -57,6 +57,7 @@ fn draw_with(engine: &mut Engine, graph: &EncodedGraph) -> Result<Rendered, Rend
         stride: 1,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     engine.render(&mut view, &request)?;
     engine.render(&mut view, &request)

@@ -71,6 +71,7 @@ impl Sheet {
                 stride: 1,
                 detail_px: 0.0,
                 parts: None,
+                eye_dome: None,
             },
         )?;
         let color = rendered.image(&Output::Color).ok_or_else(|| anyhow::anyhow!("no picture"))?;

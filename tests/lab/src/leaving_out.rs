@@ -64,6 +64,7 @@ impl Side {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         self.engine.forget_surfaces();
         let started = Instant::now();

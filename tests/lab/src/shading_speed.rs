@@ -125,6 +125,7 @@ fn measure(
                 stride: 1,
                 detail_px: 0.0,
                 parts: None,
+                eye_dome: None,
             };
             let one = timed(engine, &mut runner.renderer, &request, runner.pass)?;
             // The first frames compile and filter.

@@ -64,6 +64,7 @@ impl Subject {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         work(&mut self.renderer, &request)
     }

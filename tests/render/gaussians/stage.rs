@@ -192,6 +192,7 @@ pub(crate) fn frame(
         stride: 1,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     engine.render(renderer, &request)
 }

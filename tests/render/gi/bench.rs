@@ -66,6 +66,7 @@ impl Bench {
             stride: self.stride,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         self.engine.render(&mut self.renderer, &request).unwrap()
     }

@@ -124,6 +124,7 @@ fn surfels_drawn_alone_are_those_a_frame_begins_with() {
                     stride: 1,
                     detail_px: 0.0,
                     parts: None,
+                    eye_dome: None,
                 };
                 let passes = engine.draw_surfels(&request).unwrap();
                 let ran = |pass: &PassReport| pass.state == PassState::Ran;

@@ -64,6 +64,7 @@ fn what_runs_instead_is_explained() {
         stride: 1,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     let mut renderer = stage::static_renderer::<SurfelshopPackage>(&engine, 0);
     let rendered = engine.render(&mut renderer, &request).unwrap();

@@ -76,6 +76,7 @@ impl Lab {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         self.engine.render(&mut self.renderer, &request)
     }

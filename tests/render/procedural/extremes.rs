@@ -82,6 +82,7 @@ impl Stage {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         let rendered = self.engine.render(&mut self.renderer, &request).unwrap();
         let color = rendered.image(&Output::Color).unwrap();

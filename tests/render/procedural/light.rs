@@ -90,6 +90,7 @@ impl Lab {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         self.engine.render(renderer, &request).unwrap()
     }

@@ -40,6 +40,7 @@ fn colors(
         stride: 1,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     let rendered = engine.render(renderer, &request).unwrap();
     rendered.image(&Output::Color).unwrap().data.clone()

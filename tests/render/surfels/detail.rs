@@ -50,6 +50,7 @@ impl Lab {
             stride: 1,
             detail_px,
             parts: None,
+            eye_dome: None,
         };
         self.engine.forget_surfaces();
         self.engine.render(&mut self.renderer, &request).unwrap()

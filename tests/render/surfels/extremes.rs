@@ -71,6 +71,7 @@ fn the_sharpest_highlight_is_smooth_and_right() {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         let frame = engine.render(&mut renderer, &request).unwrap();
         let color = frame.image(&Output::Color).unwrap();

@@ -8,4 +8,5 @@ mod extremes;
 mod preview;
 mod pyramids;
 mod scale;
+mod stopping;
 mod strategies;

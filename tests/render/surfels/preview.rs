@@ -23,6 +23,7 @@ fn picture(engine: &mut Engine, cloud: &Cloud, view: View, stride: u32) -> Image
         stride,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     engine.render(&mut renderer, &request).unwrap().images.remove(0).1
 }

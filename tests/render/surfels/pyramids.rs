@@ -53,6 +53,7 @@ impl Lab {
             stride: 1,
             detail_px: 0.0,
             parts: views.parts(),
+            eye_dome: None,
         };
         self.engine.forget_surfaces();
         let rendered = self.engine.render(&mut self.renderer, &request).unwrap();

@@ -122,6 +122,7 @@ fn render_with(
         stride: 1,
         detail_px: case.detail_px,
         parts: None,
+        eye_dome: None,
     };
     engine.render(renderer, &request).unwrap()
 }

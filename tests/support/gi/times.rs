@@ -92,6 +92,7 @@ fn timed(
         stride: bench.stride,
         detail_px: 0.0,
         parts: None,
+        eye_dome: None,
     };
     let (started, cpu) = (Instant::now(), cpu_seconds());
     bench.engine.render(renderer, &request)?;

@@ -74,6 +74,7 @@ impl Lab {
             stride,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         Ok(self.engine.render(&mut self.renderer, &request)?)
     }

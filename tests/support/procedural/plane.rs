@@ -154,6 +154,7 @@ impl Plane {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         let rendered = self.engine.render(&mut self.renderer, &request)?;
         let color = rendered.image(&Output::Color).context("there is no picture")?;

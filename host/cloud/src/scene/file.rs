@@ -1,6 +1,6 @@
 //! What a scene file holds.
 
-use super::display::{Backdrop, ToneMap};
+use super::display::{Backdrop, EyeDomeLighting, ToneMap};
 use super::environment::{ProbeSource, SceneEnvironment};
 use super::keyed::Keyed;
 use super::paths;
@@ -36,6 +36,8 @@ pub struct SceneFile {
     /// Frames that a picture at rest is the mean of, seen at other places of each pixel, from 1, which is none, to
     /// 1024.
     pub antialias: u32,
+    /// What is darkened for lying behind something.
+    pub eye_dome: EyeDomeLighting,
     /// How surfels become a surface.
     pub surface: Keyed<SurfaceSettings>,
     /// The axis that points upwards; `None` where the scene does not say, and it is y.
@@ -124,6 +126,7 @@ impl Default for SceneFile {
             tone_map: ToneMap::default(),
             background: Backdrop::default(),
             antialias: 1,
+            eye_dome: EyeDomeLighting::default(),
             surface: surface.into(),
             up: None,
             color: Keyed::default(),

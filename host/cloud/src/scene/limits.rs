@@ -92,6 +92,13 @@ pub const LOW_PASS: NumberRange = NumberRange::new("a number of pixels", 0.0, 4.
 /// Frames that an antialiased picture is the mean of; 1 is none.
 pub const ANTIALIAS: NumberRange = NumberRange::new("a whole number of frames", 1.0, 1024.0);
 
+/// Strengths of eye-dome lighting.
+pub const EYE_DOME_STRENGTH: NumberRange = NumberRange::new("a strength", 0.0, 100.0);
+
+/// Radii of eye-dome lighting, in pixels.
+pub const EYE_DOME_RADIUS: NumberRange =
+    NumberRange { is_above: true, ..NumberRange::new("a number of pixels", 0.0, 32.0) };
+
 /// Planarities.
 pub const PLANARITIES: NumberRange = NumberRange::new("a planarity", 0.0, 1.0);
 

@@ -24,7 +24,7 @@ mod source;
 mod splats;
 mod write;
 
-pub use display::{Backdrop, ToneMap};
+pub use display::{Backdrop, EyeDomeLighting, EyeDomeUse, ToneMap};
 pub use environment::{Axis, ProbeSource, SceneEnvironment};
 pub use error::{SceneError, SceneFault, SceneWriteError};
 pub use file::{CloudRenderer, SceneCloud, SceneFile, SceneView};

@@ -1,10 +1,10 @@
 //! The small tables of a scene and the ranges of their numbers.
 
-use super::display::{Backdrop, ToneMap};
+use super::display::{Backdrop, EyeDomeLighting, EyeDomeUse, ToneMap};
 use super::keyed::Keyed;
 use super::limits::{
-    ANTIALIAS, DEFAULT_FIELD_OF_VIEW_DEG, DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LOW_PASS,
-    RADIUS_SCALE, STOPS,
+    ANTIALIAS, DEFAULT_FIELD_OF_VIEW_DEG, DEPTH_TOLERANCE, EYE_DOME_RADIUS, EYE_DOME_STRENGTH,
+    FIELD_OF_VIEW_DEG, LOW_PASS, RADIUS_SCALE, STOPS,
 };
 use super::source::{Entry, Fault, Section};
 use crate::cloud::transform::{Rotation, Transform};
@@ -49,6 +49,21 @@ pub(super) fn stops(entry: &Entry<'_>) -> Result<f32, Fault> {
 pub(super) fn antialias(entry: &Entry<'_>) -> Result<u32, Fault> {
     let is_allowed = |n: f64| n.fract() == 0.0 && ANTIALIAS.contains(n);
     Ok(entry.number(&ANTIALIAS.expected(), is_allowed)? as u32)
+}
+
+/// The keys of eye-dome lighting that a scene has.
+pub(super) fn eye_dome(whole: &mut Section<'_>, of: &mut EyeDomeLighting) -> Result<(), Fault> {
+    if let Some(entry) = whole.find("eye_dome_lighting") {
+        let when = entry.text().and_then(EyeDomeUse::named);
+        of.when = when.ok_or_else(|| entry.wrong("\"automatic\", \"off\" or \"on\""))?;
+    }
+    if let Some(entry) = whole.find("eye_dome_strength") {
+        of.strength = entry.within(&EYE_DOME_STRENGTH)? as f32;
+    }
+    if let Some(entry) = whole.find("eye_dome_radius") {
+        of.radius = entry.within(&EYE_DOME_RADIUS)? as f32;
+    }
+    Ok(())
 }
 
 pub(super) fn tone_map(entry: &Entry<'_>) -> Result<ToneMap, Fault> {

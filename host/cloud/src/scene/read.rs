@@ -97,6 +97,7 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     if let Some(entry) = whole.find("antialias") {
         scene.antialias = parts::antialias(&entry)?;
     }
+    parts::eye_dome(&mut whole, &mut scene.eye_dome)?;
     if let Some(entry) = whole.find("camera") {
         scene.camera = Some(parts::camera(entry.section()?)?);
     }

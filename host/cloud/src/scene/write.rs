@@ -2,7 +2,7 @@
 
 use super::angle::degrees;
 use super::color::{color_entries, filter_entries};
-use super::display::{Backdrop, ToneMap};
+use super::display::{Backdrop, EyeDomeLighting, ToneMap};
 use super::environment::{ProbeSource, SceneEnvironment};
 use super::error::{SceneFault, SceneWriteError};
 use super::file::{SceneCloud, SceneFile, SceneView};
@@ -82,6 +82,7 @@ impl SceneFile {
         if self.antialias != 1 {
             entries.push(entry("antialias", i64::from(self.antialias)));
         }
+        entries.extend(eye_dome_entries(self.eye_dome));
         if let Some(up) = self.up {
             entries.push(entry("up", up.name()));
         }
@@ -239,6 +240,18 @@ fn view_entries(view: &Keyed<SceneView>) -> Entries {
     }
     with_unknown(&mut entries, &view.unknown);
     entries
+}
+
+/// What is not as usual.
+fn eye_dome_entries(eye_dome: EyeDomeLighting) -> Entries {
+    let EyeDomeLighting { when, strength, radius } = eye_dome;
+    let usual = EyeDomeLighting::default();
+    let is_other = |a: f32, b: f32| a.to_bits() != b.to_bits();
+    let when = (when != usual.when).then(|| entry("eye_dome_lighting", when.name()));
+    let strength =
+        is_other(strength, usual.strength).then(|| entry("eye_dome_strength", float(strength)));
+    let radius = is_other(radius, usual.radius).then(|| entry("eye_dome_radius", float(radius)));
+    when.into_iter().chain(strength).chain(radius).collect()
 }
 
 /// `#rrggbb` where that is read as this very colour.

@@ -11,6 +11,7 @@ use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
 use surfelshop_runtime::trace::trace;
 use surfelshop_session::cloud_renderers::Beside;
 use surfelshop_session::cpu_time::{clocks, cpu_ms_since, cpu_time};
+use surfelshop_session::eye_dome;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::environment_map::LoadedEnvironment;
 use surfelshop_session::input::pyramids::{Drawn as DrawnClouds, DrawnViews};
@@ -61,6 +62,7 @@ impl Stage<'_> {
             stride: 1,
             detail_px: self.staging.detail_px,
             parts: drawn.parts(),
+            eye_dome: eye_dome::measured(&self.staging.eye_dome),
         }
     }
 }

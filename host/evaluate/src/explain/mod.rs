@@ -14,6 +14,7 @@ use surfelshop_api::{UnitKind, View};
 use surfelshop_render::{Explanation, PassState, PassUse, RenderRequest, RendererUse};
 use surfelshop_runtime::plugins::{Registry, UnitRef};
 use surfelshop_session::cloud_renderers;
+use surfelshop_session::eye_dome;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::input::environment_map::{self, LoadedEnvironment};
@@ -66,6 +67,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
         stride: 1,
         detail_px: staging.detail_px,
         parts: drawn.parts(),
+        eye_dome: eye_dome::measured(&staging.eye_dome),
     };
     let explained = studio.explain(&mut chosen, &request)?;
     let adapter = json::adapter(&studio);

@@ -4,6 +4,7 @@ mod ablation;
 mod column_buffers;
 mod compute;
 mod explain;
+mod eye_dome;
 mod frame_pass;
 mod needs;
 mod options;
@@ -22,7 +23,7 @@ use crate::gpu::{Atomics, Gpu};
 use crate::graph::{Lending, PassScratch, Pipelines, Plan, RenderError, Resources, checked};
 use crate::stages::{Clocks, StageTime};
 use crate::surfels::{
-    ColumnBuffers, ColumnDemand, Columns, DrawnCloud, Samples, Surfaces, SurfelDrawing,
+    ColumnBuffers, ColumnDemand, Columns, DrawnCloud, STOPPED, Samples, Surfaces, SurfelDrawing,
 };
 pub use ablation::Restored;
 pub use explain::{Explanation, FeatureUse, OutputUse, PassUse, RendererUse};
@@ -33,10 +34,12 @@ use renderer_view::next_serial;
 pub use renderer_view::{Companion, RendererView};
 pub use request::{PartOf, Parts, RenderRequest, Rendered, RendererPart};
 use several::Shared;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 use surfelshop_api::abi::EncodedGraph;
 use surfelshop_api::frame::OnDevice;
-use surfelshop_api::graph::{Structure, Work};
+use surfelshop_api::graph::{Output, Structure, Work};
 use surfelshop_api::{CloudView, FrameRequest};
 use surfelshop_image::Image;
 use surfelshop_runtime::boundary::decode;
@@ -67,6 +70,8 @@ pub struct Engine {
     /// Whether depths of graphs that draw clouds themselves show the surface, too.
     whole_depths: bool,
     plans: u32,
+    /// Frames that were stopped.
+    stopped: u32,
     chunks: usize,
 }
 
@@ -100,6 +105,7 @@ impl Engine {
             keeping: ablation::Keeping::default(),
             whole_depths: false,
             plans: 0,
+            stopped: 0,
             chunks: 0,
             gpu,
         })
@@ -118,6 +124,7 @@ impl Engine {
             compiled: self.pipelines.counts,
             surfaces: self.surfaces.counts,
             plans: self.plans,
+            stopped: self.stopped,
             chunks: self.chunks,
             uploads: self.columns.uploads,
             column_bytes: self.columns.bytes(),
@@ -205,14 +212,31 @@ impl Engine {
         request: &RenderRequest<'_>,
         shift_px: Vec2,
     ) -> Result<Rendered, RenderError> {
-        let rendered = self.attempt(renderer, request, shift_px);
+        let rendered = match request.eye_dome {
+            Some(how) if request.outputs.contains(&Output::Color) => {
+                self.attempt_darkened(how, renderer, request, shift_px)
+            }
+            _ => self.attempt(renderer, request, shift_px),
+        };
         rendered.map_err(|error| self.cause(error))
     }
 
-    /// Everything fails on a lost device, each thing in words of its own; the loss is the cause.
-    fn cause(&self, error: RenderError) -> RenderError {
+    /// Has frames end with [`RenderError::Stopped`] soon after this becomes true, where the CPU draws surfels.
+    pub fn stop_when(&mut self, stop: Arc<AtomicBool>) {
+        self.surfaces.stop = Some(stop);
+    }
+
+    /// Everything fails on a lost device, each thing in words of its own; the loss is the cause. What was stopped did
+    /// not fail.
+    fn cause(&mut self, error: RenderError) -> RenderError {
+        let stop = self.surfaces.stop.as_ref();
+        let is_stopped = stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
         match self.gpu.lost() {
             Some(reason) => RenderError::DeviceLost(reason.to_owned()),
+            None if is_stopped && matches!(&error, RenderError::Host(text) if text == STOPPED) => {
+                self.stopped += 1;
+                RenderError::Stopped
+            }
             None => error,
         }
     }

@@ -45,6 +45,8 @@ pub struct Counters {
     pub surfaces: SurfaceCounts,
     /// Structures decoded and checked.
     pub plans: u32,
+    /// Frames that were stopped because nobody wanted them any more.
+    pub stopped: u32,
     /// Chunks of the last frame's clouds.
     pub chunks: usize,
     /// Columns uploaded.

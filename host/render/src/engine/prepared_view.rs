@@ -294,6 +294,7 @@ mod tests {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         })
     }
 

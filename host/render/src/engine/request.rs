@@ -4,7 +4,7 @@ use crate::graph::PassReport;
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{CloudFacts, CloudView, EnvironmentView, Scene, View};
-use surfelshop_image::Image;
+use surfelshop_image::{EyeDome, Image};
 
 /// A frame to be rendered.
 #[derive(Clone, Copy)]
@@ -34,6 +34,8 @@ pub struct RenderRequest<'a> {
     pub detail_px: f32,
     /// Where clouds are parts of others that do not fit into memory as a whole, what they are parts of.
     pub parts: Option<Parts<'a>>,
+    /// Has the colour darkened by what is nearer beside it, whatever draws it; distances show the whole scene then.
+    pub eye_dome: Option<EyeDome>,
 }
 
 /// Clouds that are parts of others.

@@ -77,6 +77,9 @@ pub enum RenderError {
     /// The device is lost: every frame fails until there is a new engine on a new device.
     #[error("the graphics device was lost: {0}")]
     DeviceLost(String),
+    /// Somebody wanted no more of the frame, which was left.
+    #[error("the picture was not wanted any more")]
+    Stopped,
     /// One of the host's own shaders failed.
     #[error("internal shader: {0}")]
     Host(String),

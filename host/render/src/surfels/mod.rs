@@ -28,4 +28,4 @@ pub use strategy::SurfelDrawing;
 /// The albedo of surfels that are seen from behind where these are tinted, linear Rec. 709: that of `disc.wgsl`.
 pub const BACK_ALBEDO: [f32; 3] = [0.8, 0.03, 0.45];
 pub use surface::SurfaceCounts;
-pub(crate) use surface::{Surface, SurfaceInput, SurfaceParts, Surfaces};
+pub(crate) use surface::{STOPPED, Surface, SurfaceInput, SurfaceParts, Surfaces};

@@ -72,6 +72,7 @@ pub(crate) fn texture(
                 wgpu::TextureUsages::RENDER_ATTACHMENT
                     | wgpu::TextureUsages::TEXTURE_BINDING
                     | wgpu::TextureUsages::COPY_DST
+                    | wgpu::TextureUsages::COPY_SRC
             }
         },
         view_formats: &[],

@@ -9,6 +9,7 @@ use crate::surfels::render_cloud::DrawnCloud;
 use crate::surfels::spare_textures::{SpareTextures, texture};
 use glam::{DMat4, DVec3, Mat4};
 use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use surfelshop_api::graph::SurfaceMode;
 use surfelshop_api::{SurfaceSettings, View};
 use surfelshop_raster::Coverage;
@@ -17,6 +18,9 @@ use surfelshop_raster::Coverage;
 const KEPT_SURFACES: usize = 4;
 /// Frames for which the room for a graph's cameras is kept while graphs with fewer are drawn.
 const KEPT_FRAMES: u64 = 64;
+
+/// What is said of a surface that nobody wanted any more.
+pub(crate) const STOPPED: &str = "the picture was not wanted any more";
 
 /// Which parts of the surface a frame needs; each needs the ones before it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -150,6 +154,8 @@ pub(crate) struct Surfaces {
     scratch: surfelshop_raster::Picture,
     /// Textures for what it draws next.
     spare: SpareTextures,
+    /// What says that nobody wants the picture any more.
+    pub(crate) stop: Option<Arc<AtomicBool>>,
     pub(crate) counts: SurfaceCounts,
     /// Surfels that were drawn last.
     pub(crate) n_drawn: usize,
@@ -241,7 +247,9 @@ impl Surfaces {
             };
             let was = (surface.nearest.is_some(), n_blended(&surface));
             let (scratch, spare) = (&mut self.scratch, &mut self.spare);
+            scratch.stop.clone_from(&self.stop);
             let drawn = cpu::ensure(parts, input, &mut surface, scratch, spare, recorder);
+            let drawn = drawn.map_err(|_stopped| STOPPED.to_owned())?;
             self.counts.visibility += drawn;
             if drawn > 0 {
                 surface.n_drawn = self.scratch.drawn.surfels;
@@ -291,6 +299,7 @@ impl Surfaces {
             let view = packed_texture(gpu, input.size);
             let drawing = begun(drawing, input, gpu);
             drawing.lookup(Lookup::Surface, surface, &view, recorder, pipelines)?;
+            let view = drawing.with_smooth_rims(view, surface, recorder, pipelines)?;
             surface.nearest = Some(view);
             self.counts.nearest += 1;
         }
@@ -304,6 +313,7 @@ impl Surfaces {
             let fields = mode == SurfaceMode::Fields;
             let drawing = begun(drawing, input, gpu).with_fields(fields);
             drawing.blended(surface, &view, recorder, pipelines)?;
+            let view = drawing.with_smooth_rims(view, surface, recorder, pipelines)?;
             let place = if fields { &mut surface.fields } else { &mut surface.blended };
             *place = Some(view);
             self.counts.blended += 1;

@@ -4,7 +4,7 @@ use crate::input::budget::Budget;
 use crate::input::formats::SessionFormats;
 use crate::input::pyramids::{self, OpenPyramid};
 use crate::input::scenes::Source;
-use crate::options::camera::Extent;
+use crate::options::camera::{Extent, N_DIRECTIONS, directions};
 use crate::output::terminal::Progress;
 use anyhow::Context as _;
 use glam::{DVec3, Vec3};
@@ -107,28 +107,73 @@ impl Clouds {
         self.loaded.iter().map(|loaded| loaded.cloud.view()).collect()
     }
 
-    /// A sphere around all surfels whose radii are scaled by a factor, for framing.
+    /// A sphere around all surfels whose radii are scaled by a factor, and about their hull, for framing.
     ///
     /// Its centre is that of the bounds, which moves little when surfels are added; it reaches to
     /// the farthest edge of a surfel, which is nearer than the corner of the bounds.
     pub fn extent(&self, radius_scale: f32) -> Extent {
         let center = 0.5 * (self.facts.bounds_min + self.facts.bounds_max);
-        let clouds = self.loaded.iter().map(|loaded| &loaded.cloud);
-        let reach = clouds.map(|cloud| reach(cloud, center, f64::from(radius_scale)));
-        Extent::new(center, reach.fold(0.0, f64::max))
+        let scale = f64::from(radius_scale);
+        let clouds = || self.loaded.iter().map(|loaded| &loaded.cloud);
+        let radius = clouds().map(|cloud| reach(cloud, center, scale)).fold(0.0, f64::max);
+        let n: usize = clouds().map(Cloud::len).sum();
+        let extent = Extent::new(center, radius);
+        if n == 0 {
+            return extent;
+        }
+        let stride = n.div_ceil(HULL_SURFELS);
+        let none = [(f32::NEG_INFINITY, Vec3::NAN); N_DIRECTIONS];
+        let found = clouds().fold(none, |found, cloud| {
+            let own = farthest(cloud, center, radius_scale, stride);
+            farther(found, own)
+        });
+        extent.reaching(found.map(|(_, place)| place))
+    }
+}
+
+/// Surfels of which the hull is made; of more, so many of them.
+const HULL_SURFELS: usize = 1 << 16;
+
+/// How far something reaches along each of the directions, and its place.
+type Farthest = [(f32, Vec3); N_DIRECTIONS];
+
+fn farther(a: Farthest, b: Farthest) -> Farthest {
+    std::array::from_fn(|i| if b[i].0 > a[i].0 { b[i] } else { a[i] })
+}
+
+/// What of each `stride`th surfel of a cloud is farthest from a point in world space, by directions.
+fn farthest(cloud: &Cloud, from: DVec3, radius_scale: f32, stride: usize) -> Farthest {
+    let from = (from - cloud.origin()).as_vec3();
+    let radius = radius_of(cloud);
+    let directions = directions();
+    let mut found = [(f32::NEG_INFINITY, Vec3::NAN); N_DIRECTIONS];
+    for (i, position) in cloud.positions().iter().enumerate().step_by(stride) {
+        let (offset, radius) = (*position - from, radius(i) * radius_scale);
+        for (found, towards) in found.iter_mut().zip(&directions) {
+            let along = offset.dot(*towards) + radius;
+            if along > found.0 {
+                *found = (along, offset + radius * *towards);
+            }
+        }
+    }
+    found
+}
+
+/// The longest half axis of a surfel, scene units.
+fn radius_of(cloud: &Cloud) -> impl Fn(usize) -> f32 + '_ {
+    let radii = cloud.radii();
+    let tangents = [TANGENT_U, TANGENT_V].map(|name| cloud.vectors(name));
+    move |i| {
+        let tangents = tangents.iter().filter_map(|vectors| vectors.get(i));
+        let longest = tangents.map(|tangent| tangent.length()).fold(0.0, f32::max);
+        longest.max(radii.get(i).copied().unwrap_or(0.0))
     }
 }
 
 /// Distance from a point in world space to the farthest edge of a surfel.
 fn reach(cloud: &Cloud, from: DVec3, radius_scale: f64) -> f64 {
     let from = from - cloud.origin();
-    let radii = cloud.radii();
-    let tangents = [TANGENT_U, TANGENT_V].map(|name| cloud.vectors(name));
-    let radius = |i: usize| {
-        let tangents = tangents.iter().filter_map(|vectors| vectors.get(i));
-        let longest = tangents.map(|tangent| tangent.length()).fold(0.0, f32::max);
-        longest.max(radii.get(i).copied().unwrap_or(0.0))
-    };
+    let radius = radius_of(cloud);
     let edge = |(i, offset): (usize, &Vec3)| {
         (offset.as_dvec3() - from).length() + f64::from(radius(i)) * radius_scale
     };

@@ -2,13 +2,13 @@
 
 use crate::options::values::{self, field_of_view};
 use crate::options::{LensArguments, UpAxis};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use surfelshop_api::{Camera, Projection, View};
 
 /// Vertical field of view where none is given, degrees.
 const DEFAULT_FOV_DEG: f64 = surfelshop_cloud::scene::DEFAULT_FIELD_OF_VIEW_DEG;
 
-/// The framed sphere is this much larger than the cloud's, so that nothing touches the border.
+/// What is framed is this much larger than the cloud, so that nothing touches the border.
 const MARGIN: f64 = 1.04;
 
 /// Distance of the near plane as a share of the scene's extent, or of the distance to the target
@@ -107,11 +107,29 @@ fn preset(name: &str) -> Option<CameraSpec> {
     Some(CameraSpec::Preset { towards_camera, up })
 }
 
-/// A sphere around everything that is drawn, surfels' edges included.
+/// A sphere around everything that is drawn, surfels' edges included, and about the convex hull of that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     center: DVec3,
     radius: f64,
+    /// What is farthest in each of [`directions`], from the centre.
+    farthest: [Vec3; N_DIRECTIONS],
+}
+
+/// Directions in which the farthest of what is drawn is known: less than 10 degrees from any other direction, so that
+/// the hull is right within 1.5 %, which the margin has room for.
+pub const N_DIRECTIONS: usize = 128;
+
+/// Directions that lie evenly on the sphere, unit length.
+#[must_use]
+pub fn directions() -> [Vec3; N_DIRECTIONS] {
+    let golden = std::f32::consts::PI * (3.0 - 5f32.sqrt());
+    std::array::from_fn(|i| {
+        let z = 1.0 - (2 * i + 1) as f32 / N_DIRECTIONS as f32;
+        let (sin, cos) = (golden * i as f32).sin_cos();
+        let ring = (1.0 - z * z).sqrt();
+        Vec3::new(ring * cos, ring * sin, z)
+    })
 }
 
 impl Extent {
@@ -122,7 +140,36 @@ impl Extent {
         // from its target to more than a few digits in f64. Below 1e-30, f32 runs out.
         let least = (center.abs().max_element() * 1e-9).max(1e-30);
         let radius = if radius.is_finite() && radius > 0.0 { radius.max(least) } else { 1.0 };
-        Self { center, radius }
+        Self { center, radius, farthest: directions().map(|towards| towards * radius as f32) }
+    }
+
+    /// The same of which this is what is farthest in each of [`directions`], from the centre.
+    #[must_use]
+    pub fn reaching(self, farthest: [Vec3; N_DIRECTIONS]) -> Self {
+        match farthest.iter().all(|place| place.is_finite()) {
+            true => Self { farthest, ..self },
+            false => self,
+        }
+    }
+
+    /// How far from the centre a camera stands whose picture it fills as it is seen from a direction, and half the
+    /// height of a parallel one that it does. Of sphere and hull the one counts that needs less room.
+    fn framed(&self, towards: DVec3, up: DVec3, tangents: [f64; 2]) -> [f64; 2] {
+        let right = up.cross(towards).normalize_or(DVec3::X);
+        let up = towards.cross(right);
+        let [across, above] = tangents.map(|tangent| tangent / MARGIN);
+        // Not so near that the sphere of something flat is all around.
+        let (mut distance, mut half_height) = (1.05 * self.radius, 1e-3 * self.radius);
+        for place in self.farthest.map(|place| place.as_dvec3()) {
+            let (x, y) = (place.dot(right).abs(), place.dot(up).abs());
+            distance = distance.max(place.dot(towards) + (x / across).max(y / above));
+            half_height = half_height.max((x * tangents[1] / across).max(y * MARGIN));
+        }
+        let smaller = tangents[0].min(tangents[1]);
+        let framed = self.radius * MARGIN;
+        // The sphere touches the cone of the smaller side at the sine of its half angle.
+        let of_sphere = [framed / smaller.atan().sin(), framed * tangents[1] / smaller];
+        [distance.min(of_sphere[0]), half_height.min(of_sphere[1])]
     }
 }
 
@@ -134,8 +181,6 @@ pub fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> View {
     };
     let half_tangent = (0.5 * typed_fov.unwrap_or(DEFAULT_FOV_DEG).to_radians()).tan();
     let aspect = f64::from(size_px[0]) / f64::from(size_px[1].max(1));
-    let smaller_side = aspect.min(1.0);
-    let framed = extent.radius * MARGIN;
     // Without clouds there is no inside.
     let camera = match lens.camera {
         CameraSpec::Inside => CameraSpec::three_quarter(),
@@ -144,12 +189,12 @@ pub fn view(lens: &LensArguments, extent: &Extent, size_px: [u32; 2]) -> View {
     let (eye, target, up, half_height) = match camera {
         CameraSpec::Inside => (DVec3::Z, DVec3::ZERO, DVec3::Y, 1.0),
         CameraSpec::Preset { towards_camera, up } => {
-            // The sphere touches the cone of the smaller side at the sine of its half angle.
-            let distance = framed / (half_tangent * smaller_side).atan().sin();
             let towards = turned(lens.up, towards_camera).normalize_or(DVec3::Z);
             let up = turned(lens.up, up);
+            let tangents = [half_tangent * aspect, half_tangent];
+            let [distance, half_height] = extent.framed(towards, up, tangents);
             let eye = extent.center + towards * distance;
-            (eye, extent.center, up, framed / smaller_side)
+            (eye, extent.center, up, half_height)
         }
         CameraSpec::Placed { eye, target, up, .. } => {
             let up = up.unwrap_or_else(|| turned(lens.up, DVec3::Y));
@@ -279,6 +324,41 @@ mod tests {
                 assert!(largest < 1.0 && largest > 0.9, "{preset} {size:?}: {x} {y}");
             }
         }
+    }
+
+    #[test]
+    fn presets_frame_what_is_there_where_it_takes_less_room_than_the_sphere() {
+        // A bar that stands askew.
+        let (a, b) = (DVec3::new(4.0, 1.0, 0.5), DVec3::new(-0.2, 0.3, 0.4));
+        let corners = [a + b, a - b, b - a, -a - b];
+        let farthest = directions().map(|towards| {
+            let along = |corner: &DVec3| corner.dot(towards.as_dvec3());
+            let farthest = corners.iter().max_by(|a, b| along(a).total_cmp(&along(b)));
+            farthest.unwrap().as_vec3()
+        });
+        let center = DVec3::new(3.0, -2.0, 9.0);
+        let extent = Extent::new(center, (a + b).length()).reaching(farthest);
+        for (size, orthographic) in
+            [([200, 100], false), ([100, 200], false), ([80, 80], true), ([300, 90], true)]
+        {
+            for preset in PRESETS {
+                let lens = LensArguments { orthographic, ..lens(preset) };
+                let view = view(&lens, &extent, size);
+                let (clip, offset) = (view.clip_from_view(), view.view_from_offset(center));
+                let reach = |corner: &DVec3| {
+                    let at = clip * offset.transform_point3(*corner).as_vec3().extend(1.0);
+                    (at.x / at.w).abs().max((at.y / at.w).abs())
+                };
+                let reach = corners.iter().map(reach).fold(0.0, f32::max);
+                // The margin of 1.04; from the end of the bar it is the distance to the bar that counts.
+                let is_end_on = ["left", "right"].contains(&preset) && !orthographic;
+                let least = if is_end_on { 0.2 } else { 0.95 };
+                assert!(reach < 0.965 && reach > least, "{preset} {size:?}: {reach}");
+            }
+        }
+        // A ball takes what its sphere does.
+        let ball = Extent::new(DVec3::ZERO, 1.0);
+        assert_eq!(ball, ball.reaching(directions()));
     }
 
     #[test]

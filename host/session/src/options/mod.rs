@@ -16,7 +16,7 @@ use crate::options::values::{Backdrop, Size};
 use clap::{ArgAction, Args, ValueEnum};
 use surfelshop_cloud::Source;
 use surfelshop_cloud::environment_map::Mapping;
-use surfelshop_cloud::scene::Axis;
+use surfelshop_cloud::scene::{Axis, EyeDomeLighting};
 use surfelshop_image::png;
 
 /// What is seen, and in which light: all that a renderer has no say in.
@@ -62,6 +62,14 @@ pub struct PictureArguments {
     #[arg(long, value_name = "FRAMES", default_value_t = 1, hide_default_value = true,
           value_parser = values::antialias)]
     pub antialias: u32,
+    /// Darken what lies behind something near it on the screen (eye-dome lighting), which shows the shape of clouds
+    /// whose normals say little: `on`, `off`, `automatic`, or a strength and perhaps a radius in pixels, usually
+    /// 1,1.4. Automatic is on where a quarter of the surfels or more are round splats, as points are, and off in
+    /// commands that measure. Tracers are not changed by it [default: that of the scene, else automatic].
+    #[arg(long, value_name = "STRENGTH[,RADIUS]", num_args = 0..=1, require_equals = true,
+          default_value = "automatic", default_missing_value = "on", hide_default_value = true,
+          value_parser = values::eye_dome)]
+    pub eye_dome_lighting: EyeDomeLighting,
     /// Factor on every surfel's radius.
     #[arg(long, value_name = "FACTOR", value_parser = values::factor,
           allow_hyphen_values = true)]

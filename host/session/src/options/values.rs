@@ -8,8 +8,8 @@ use surfelshop_api::params::{ParamDecl, ParamKind, Value, linear_to_srgb};
 use surfelshop_cloud::environment_map::Mapping;
 use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::scene::{
-    ANTIALIAS, DEPTH_TOLERANCE, FIELD_OF_VIEW_DEG, LARGEST_RADIUS, LOW_PASS, NumberRange,
-    PLANARITIES, RADIUS_SCALE, STOPS,
+    ANTIALIAS, DEPTH_TOLERANCE, EYE_DOME_RADIUS, EYE_DOME_STRENGTH, EyeDomeLighting, EyeDomeUse,
+    FIELD_OF_VIEW_DEG, LARGEST_RADIUS, LOW_PASS, NumberRange, PLANARITIES, RADIUS_SCALE, STOPS,
 };
 use surfelshop_image::display::Background;
 
@@ -323,6 +323,26 @@ pub fn largest_radius(text: &str) -> Result<f32, String> {
 pub fn antialias(text: &str) -> Result<u32, String> {
     let is_allowed = |n: f64| n.fract() == 0.0 && ANTIALIAS.contains(n);
     number(text, &ANTIALIAS.expected(), is_allowed).map(|n| n as u32)
+}
+
+/// Reads `on`, `off`, `automatic`, or a strength and perhaps a radius: `0.5,2`.
+pub fn eye_dome(text: &str) -> Result<EyeDomeLighting, String> {
+    let usual = EyeDomeLighting::default();
+    if let Some(when) = EyeDomeUse::named(text.trim()) {
+        return Ok(EyeDomeLighting { when, ..usual });
+    }
+    let (strength, radius) = match text.split_once(',') {
+        Some((strength, radius)) => (strength, Some(radius)),
+        None => (text, None),
+    };
+    let strength = within(strength, &EYE_DOME_STRENGTH)
+        .map_err(|reason| format!("expected on, off, automatic or a strength; {reason}"))?;
+    let radius = radius.map(|radius| within(radius, &EYE_DOME_RADIUS)).transpose()?;
+    Ok(EyeDomeLighting {
+        when: EyeDomeUse::On,
+        strength: strength as f32,
+        radius: radius.map_or(usual.radius, |radius| radius as f32),
+    })
 }
 
 /// Reads the radius of merged surfels.

@@ -7,6 +7,7 @@ pub use arguments::RenderArguments;
 
 use crate::captured_graph;
 use crate::cloud_renderers;
+use crate::eye_dome;
 use crate::input::clouds::Clouds;
 use crate::input::displayed::DisplayedClouds;
 use crate::input::environment_map::{self, LoadedEnvironment};
@@ -174,6 +175,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         stride: 1,
         detail_px: staging.detail_px,
         parts: drawn_views.parts(),
+        eye_dome: eye_dome::shown(&staging.eye_dome, clouds),
     };
     let settled = studio.settle_antialiased(&mut chosen, &request, staging.antialias)?;
     timings.frames(&settled);
@@ -201,6 +203,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         "environment": surroundings.as_ref().map(|light| probe_info::object(&light.probe)),
         "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
         "background": encoded(staging.how.background),
+        "eye_dome_lighting": request.eye_dome.map(|how| [how.strength, how.radius]),
         "renderer": json::renderer(&chosen),
         "renderers": json::renderers(&chosen, &settled),
         "adapter": json::adapter(&studio),

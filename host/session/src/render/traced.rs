@@ -11,7 +11,7 @@ use crate::output::json::{self, Written};
 use crate::output::terminal;
 use crate::render::{self, RenderArguments};
 use crate::setup::{RenderSetup, SelectedView};
-use crate::{cloud_renderers, parameters, session};
+use crate::{cloud_renderers, eye_dome, parameters, session};
 use anyhow::{anyhow, bail};
 use serde_json::json;
 use std::sync::Arc;
@@ -60,6 +60,12 @@ pub fn render(
         let id = &reference.id;
         terminal::note(format!(
             "--antialias changes nothing: {id} takes samples of its own in each pixel"
+        ));
+    }
+    if eye_dome::shown(&staging.eye_dome, clouds).is_some() {
+        let id = &reference.id;
+        terminal::note(format!(
+            "eye-dome lighting changes nothing: {id} gives no distances (`--eye-dome-lighting=off` leaves this note out)"
         ));
     }
     let view = render::view(&arguments.picture, staging, clouds);

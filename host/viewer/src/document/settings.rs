@@ -6,7 +6,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Light, Scene};
 use surfelshop_cloud::display::{ColorSource, Filter, SplatSettings};
-use surfelshop_cloud::scene::{SceneEnvironment, Table};
+use surfelshop_cloud::scene::{EyeDomeLighting, SceneEnvironment, Table};
 use surfelshop_image::display::{Background, DisplayTransform, ToneMap};
 
 /// How a pane shows the pictures of its two renderers.
@@ -134,6 +134,8 @@ pub(crate) struct Settings {
     pub(crate) background: Background,
     /// Settled pictures that a view at rest shows the mean of, each seen at another place of every pixel; 1 is none.
     pub(crate) antialias: u32,
+    /// What is darkened for lying behind something.
+    pub(crate) eye_dome: EyeDomeLighting,
     /// What colours surfels.
     pub(crate) color: ColorSource,
     /// Which of them are shown.
@@ -161,6 +163,7 @@ impl Default for Settings {
             tone_map: ToneMap::default(),
             background,
             antialias: 1,
+            eye_dome: EyeDomeLighting::default(),
             color: ColorSource::default(),
             filters: Vec::new(),
             splats: SplatSettings::default(),

@@ -7,6 +7,7 @@ use crate::render_thread::{Detail, ViewRequest};
 use crate::window::Window;
 use std::path::{Path, PathBuf};
 use surfelshop_api::Camera;
+use surfelshop_session::eye_dome;
 use surfelshop_session::options::camera;
 use surfelshop_session::options::values::OutputFile;
 use surfelshop_session::output::files;
@@ -44,6 +45,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         view: camera::framed_view(camera, &shown.extent, size),
         antialias: window.settings.antialias,
         tint_backs: window.settings.splats.tint_backs,
+        eye_dome: eye_dome::shown(&window.settings.eye_dome, &shown.clouds),
         detail: Detail::FULL,
         in_motion: false,
         for_measurement: false,

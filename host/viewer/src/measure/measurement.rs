@@ -232,6 +232,7 @@ impl Measurement {
             view,
             antialias: self.basis.antialias,
             tint_backs: self.basis.tint_backs,
+            eye_dome: self.basis.eye_dome,
             detail: Detail::FULL,
             in_motion: false,
             for_measurement: true,

@@ -6,6 +6,7 @@ use surfelshop_api::params::{ParamDecl, Values};
 use surfelshop_api::{Camera, Scene};
 use surfelshop_cloud::scene::SceneEnvironment;
 use surfelshop_evaluate::report::knobs::typed;
+use surfelshop_image::EyeDome;
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
@@ -66,6 +67,8 @@ pub(crate) struct Basis {
     /// Settled pictures that each picture is the mean of.
     pub(crate) antialias: u32,
     pub(crate) tint_backs: bool,
+    /// How each is darkened by what is nearer, if it is.
+    pub(crate) eye_dome: Option<EyeDome>,
     /// The revision of the clouds.
     pub(crate) revision: u64,
     /// How often a changed plugin or file had pictures redrawn.
@@ -98,6 +101,7 @@ impl Basis {
             (self.size != now.size, "the size has changed"),
             (self.display != now.display, "highlights or background have changed"),
             (self.antialias != now.antialias, "antialiasing has changed"),
+            (self.eye_dome != now.eye_dome, "eye-dome lighting has changed"),
             (self.n_redrawn != now.n_redrawn, "a plugin or a file has changed"),
         ];
         differs.into_iter().find_map(|(differs, what)| differs.then_some(what))

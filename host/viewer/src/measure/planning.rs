@@ -7,6 +7,7 @@ use crate::document::PaneSettings;
 use crate::window::Window;
 use std::path::PathBuf;
 use surfelshop_api::params::Values;
+use surfelshop_session::eye_dome;
 
 /// Most values of a series: a renderer stays loaded for each, so that they are timed in turns.
 const MOST_VALUES: usize = 16;
@@ -55,6 +56,7 @@ pub(crate) fn basis(window: &Window, kind: Kind) -> Result<Basis, String> {
         display: settings.display_transform(),
         antialias: settings.antialias,
         tint_backs: settings.splats.tint_backs,
+        eye_dome: eye_dome::measured(&settings.eye_dome),
         revision: shown.revision,
         n_redrawn: window.measure.n_redrawn,
     })

@@ -2,6 +2,7 @@
 
 use super::view_request::{ViewRequest, ViewSlot};
 use std::collections::{HashMap, VecDeque};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Instant;
 use surfelshop_render::PreparedColumns;
@@ -49,6 +50,8 @@ struct PendingWork {
     requests: HashMap<ViewSlot, ViewRequest>,
     commands: VecDeque<RenderCommand>,
     closed: bool,
+    /// The view of which a whole picture is being drawn, and what stops that.
+    whole: Option<(ViewSlot, Arc<AtomicBool>)>,
 }
 
 /// The queue between the window and the thread; a clone is the same queue.
@@ -69,7 +72,28 @@ impl CommandQueue {
 
     /// Requests a picture; replaces a request for the same slot that has not begun.
     pub(crate) fn request(&self, slot: ViewSlot, request: ViewRequest) {
-        self.change(|pending| drop(pending.requests.insert(slot, request)));
+        self.change(|pending| {
+            // A whole picture is of a view that is no more.
+            if let Some((drawn, stop)) = &pending.whole
+                && *drawn == slot
+                && request.in_motion
+            {
+                stop.store(true, Ordering::Relaxed);
+            }
+            drop(pending.requests.insert(slot, request));
+        });
+    }
+
+    /// Says that a whole picture of a view is being drawn, until another is or none; it is to be left once the view
+    /// moves, which what is returned says.
+    pub(crate) fn draws_whole(&self, slot: Option<ViewSlot>) -> Arc<AtomicBool> {
+        let stop = Arc::new(AtomicBool::new(false));
+        self.change(|pending| {
+            let moves = |slot: &ViewSlot| pending.requests.get(slot).is_some_and(|r| r.in_motion);
+            stop.store(slot.as_ref().is_some_and(moves), Ordering::Relaxed);
+            pending.whole = slot.map(|slot| (slot, stop.clone()));
+        });
+        stop
     }
 
     /// Requests a picture, unless a request for the slot is pending.

@@ -5,6 +5,7 @@ use super::command::{CommandQueue, RenderCommand};
 use super::event::{EventSender, RenderEvent};
 use super::view_request::{ViewRequest, ViewSlot};
 use super::worker::RenderWorker;
+use std::cell::RefCell;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::time::{Duration, Instant};
 use surfelshop_session::options::DeviceArguments;
@@ -17,6 +18,8 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(2);
 pub(crate) struct RenderThread {
     queue: CommandQueue,
     events: Receiver<RenderEvent>,
+    /// The event that was waited for, until it is taken.
+    arrived: RefCell<Option<RenderEvent>>,
 }
 
 impl RenderThread {
@@ -35,7 +38,7 @@ impl RenderThread {
                 worker.run(&commands);
             }
         })?;
-        Ok(Self { queue, events })
+        Ok(Self { queue, events, arrived: RefCell::default() })
     }
 
     /// Requests a picture; replaces a request for the same slot that has not begun.
@@ -53,9 +56,17 @@ impl RenderThread {
         self.queue.release(slot);
     }
 
+    /// Waits until there is an event, at most so long.
+    pub(crate) fn wait(&self, most: Duration) {
+        let mut arrived = self.arrived.borrow_mut();
+        if arrived.is_none() {
+            *arrived = self.events.recv_timeout(most).ok();
+        }
+    }
+
     /// The events since the last call; [`RenderEvent::NoDevice`] once the thread has ended by a fault.
     pub(crate) fn events(&self) -> Vec<RenderEvent> {
-        let mut all = Vec::new();
+        let mut all: Vec<RenderEvent> = self.arrived.borrow_mut().take().into_iter().collect();
         loop {
             match self.events.try_recv() {
                 Ok(event) => all.push(event),

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
+use surfelshop_image::EyeDome;
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
@@ -38,6 +39,8 @@ pub(crate) struct ViewRequest {
     pub(crate) antialias: u32,
     /// Whether surfels that are seen from behind have a colour of their own.
     pub(crate) tint_backs: bool,
+    /// How it is darkened by what is nearer, if it is; in pixels of the whole picture.
+    pub(crate) eye_dome: Option<EyeDome>,
     /// The share of surfels and pixels that is drawn.
     pub(crate) detail: Detail,
     /// Whether something moves: the first frame is enough, since another request follows.

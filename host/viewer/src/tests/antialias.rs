@@ -46,6 +46,34 @@ fn an_antialiased_view_is_what_render_makes_of_the_saved_scene() {
     }
 }
 
+/// Invariant: with eye-dome lighting, chosen or automatic, the window shows what `render` makes of the saved scene,
+/// pixel by pixel
+#[test]
+fn eye_dome_lighting_is_what_render_makes_of_the_saved_scene() {
+    use surfelshop_cloud::display::Look;
+    use surfelshop_cloud::scene::EyeDomeUse;
+    let mut screen = Screen::sample();
+    let folder = tempfile::tempdir().unwrap();
+    screen.window().settings.antialias = 2;
+    screen.settle();
+    let mut levels = vec![shown(screen.window()).1.levels.clone()];
+    for (name, look, when) in [
+        ("on", Look::Surface, EyeDomeUse::On),
+        ("points", Look::Points { radius: 0.0 }, EyeDomeUse::Automatic),
+        ("off", Look::Points { radius: 0.0 }, EyeDomeUse::Off),
+    ] {
+        screen.window().settings.splats.look = look;
+        screen.window().settings.eye_dome.when = when;
+        screen.settle();
+        let now = shown(screen.window()).1.levels.clone();
+        assert!(levels.iter().all(|before| *before != now), "{name} changes nothing");
+        levels.push(now);
+        let scene = folder.path().join(format!("{name}.scene.toml"));
+        screen.window().save_scene(&scene);
+        assert_eq!(n_pixels_unlike_rendered(&mut screen, &scene, built_plugins()), 0, "{name}");
+    }
+}
+
 #[test]
 fn the_first_frame_is_shown_at_once_and_a_change_begins_anew() {
     let mut screen = Screen::sample();

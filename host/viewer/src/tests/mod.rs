@@ -147,6 +147,7 @@ fn request_of(window: &Window, renderer: &str) -> ViewRequest {
         view: shown.rendered.view,
         antialias: 1,
         tint_backs: false,
+        eye_dome: None,
         detail: Detail::FULL,
         in_motion: false,
         for_measurement: false,

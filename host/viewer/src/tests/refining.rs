@@ -213,3 +213,26 @@ fn nothing_is_refined_where_nobody_looks_or_something_moves() {
     assert_eq!(thread.replies(1, TIMEOUT), [20]);
     assert!(thread.replies(1, later).is_empty());
 }
+
+/// Invariant: a whole picture that is begun is left once its view moves, and for nothing else
+#[test]
+fn a_whole_picture_is_left_once_its_view_moves() {
+    use std::sync::atomic::Ordering;
+    let mut screen = screen();
+    let request = request_of(screen.window(), "refines");
+    let queue = crate::render_thread::CommandQueue::default();
+    let (here, there) = (ViewSlot { pane: 0, side: 0 }, ViewSlot { pane: 0, side: 1 });
+    let moved = ViewRequest { in_motion: true, ..request.clone() };
+    let stop = queue.draws_whole(Some(here));
+    queue.request(here, request.clone());
+    queue.request(there, moved.clone());
+    assert!(!stop.load(Ordering::Relaxed), "another view moves, and this one does not");
+    queue.request(here, moved.clone());
+    assert!(stop.load(Ordering::Relaxed));
+    // It has moved before it began.
+    assert!(queue.draws_whole(Some(here)).load(Ordering::Relaxed));
+    // What is in motion itself is drawn to its end.
+    let none = queue.draws_whole(None);
+    queue.request(here, moved);
+    assert!(!none.load(Ordering::Relaxed));
+}

@@ -2,6 +2,7 @@
 
 use super::compare::Difference;
 use super::timings::Timings;
+use crate::document::{Mode, PaneSettings};
 use crate::render_thread::{Detail, Governor};
 use crate::render_thread::{RenderedView, ViewRequest, ViewSlot};
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureId, TextureOptions};
@@ -10,6 +11,7 @@ use std::time::{Duration, Instant};
 use surfelshop_api::params::Values;
 use surfelshop_api::{Scene, View};
 use surfelshop_cloud::scene::SceneEnvironment;
+use surfelshop_image::EyeDome;
 use surfelshop_image::display::DisplayTransform;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
@@ -20,6 +22,8 @@ pub(crate) struct PaneImage {
     pub(crate) renderer: String,
     pub(crate) serial: u64,
     pub(crate) texture: TextureHandle,
+    /// Whether nothing behind it is seen.
+    is_opaque: bool,
 }
 
 /// What a picture depends on, apart from its detail.
@@ -34,6 +38,8 @@ pub(crate) struct ViewInputs {
     /// Settled pictures that it is the mean of at rest.
     pub(crate) antialias: u32,
     pub(crate) tint_backs: bool,
+    /// How it is darkened by what is nearer, if it is.
+    pub(crate) eye_dome: Option<EyeDome>,
     /// The revision of the clouds.
     pub(crate) revision: u64,
     /// What each of the clouds names to draw it.
@@ -82,6 +88,11 @@ impl Side {
             .is_some_and(|last_request| last_request.serial != self.last_reply)
     }
 
+    /// Whether a picture in motion is pending.
+    pub(crate) fn waits_in_motion(&self) -> bool {
+        self.waits() && self.last_request.as_ref().is_some_and(|last| last.in_motion)
+    }
+
     /// The request to be sent now, if any; `adaptive` allows a coarser level of detail in motion.
     ///
     /// Also returns the time after which to call again, where full detail follows later.
@@ -125,6 +136,7 @@ impl Side {
             view: inputs.view,
             antialias: inputs.antialias,
             tint_backs: inputs.tint_backs,
+            eye_dome: inputs.eye_dome,
             detail,
             in_motion,
             for_measurement: false,
@@ -210,7 +222,12 @@ impl Side {
                     self.timings.add(&renderer, &rendered);
                 }
                 let size = rendered.size.map(|side| side as usize);
-                let image = ColorImage::from_rgba_unmultiplied(size, &rendered.levels);
+                // What is opaque is the same either way, and quicker.
+                let is_opaque = rendered.levels.chunks_exact(4).all(|pixel| pixel[3] == u8::MAX);
+                let image = match is_opaque {
+                    true => ColorImage::from_rgba_premultiplied(size, &rendered.levels),
+                    false => ColorImage::from_rgba_unmultiplied(size, &rendered.levels),
+                };
                 // Pixels stay pixels where sizes agree; coarser pictures are smoothed.
                 let options = if rendered.detail.coarseness > 1 {
                     TextureOptions::LINEAR
@@ -219,7 +236,7 @@ impl Side {
                 };
                 let name = format!("pane {} side {}", slot.pane, slot.side);
                 let texture = ctx.load_texture(name, image, options);
-                self.shown = Some(PaneImage { rendered, renderer, serial, texture });
+                self.shown = Some(PaneImage { rendered, renderer, serial, texture, is_opaque });
             }
             Err(error) => self.error = Some(error),
         }
@@ -259,6 +276,13 @@ impl Pane {
     /// A pane that shows nothing yet.
     pub(crate) fn new() -> Self {
         Self { heat_full: 0.1, ..Self::default() }
+    }
+
+    /// Whether a single opaque picture is all that is seen: what would lie below it need not be painted, which on
+    /// software drivers takes as long as the picture.
+    pub(crate) fn covers(&self, settings: &PaneSettings) -> bool {
+        let shown = self.sides[0].shown.as_ref();
+        settings.mode == Mode::Single && shown.is_some_and(|shown| shown.is_opaque)
     }
 
     /// Drops the comparison, where one side is hidden.

@@ -4,6 +4,7 @@ use super::pane::ViewInputs;
 use crate::render_thread::{RenderCommand, ViewSlot};
 use crate::window::Window;
 use eframe::egui::Context;
+use surfelshop_session::eye_dome;
 use surfelshop_session::options::camera;
 
 impl Window {
@@ -18,6 +19,7 @@ impl Window {
         if self.render.no_device || self.plugins.crash.is_some() {
             return;
         }
+        let darkened = eye_dome::shown(&self.settings.eye_dome, &shown.clouds);
         for settings in &self.settings.panes {
             let camera = self.camera_of(settings.id);
             let Some(pane) = self.views.panes.get_mut(&settings.id) else { continue };
@@ -52,6 +54,7 @@ impl Window {
                     view: camera::framed_view(camera, &shown.extent, pane.size_px),
                     antialias: self.settings.antialias,
                     tint_backs: self.settings.splats.tint_backs,
+                    eye_dome: darkened,
                     revision: shown.revision,
                     named: part.named,
                     alone: part.index,

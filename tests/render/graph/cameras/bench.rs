@@ -113,6 +113,7 @@ impl Bench {
             stride: self.stride,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         };
         self.engine.render(&mut seat.renderer, &request)
     }

@@ -176,6 +176,18 @@ fn every_value_is_checked() {
             "2:12: `tone_map`: expected \"clamp\" or \"neutral\", found `'film'`",
         ),
         (
+            "eye_dome_lighting = true",
+            "2:21: `eye_dome_lighting`: expected \"automatic\", \"off\" or \"on\", found `true`",
+        ),
+        (
+            "eye_dome_strength = -1",
+            "2:21: `eye_dome_strength`: expected a strength from 0 to 100, found `-1`",
+        ),
+        (
+            "eye_dome_radius = 0",
+            "2:19: `eye_dome_radius`: expected a number of pixels above 0, at most 32, found `0`",
+        ),
+        (
             "background = '#12345'",
             "2:14: `background`: expected \"transparent\", \"#rrggbb\" or a linear colour of three \
              numbers from 0 to 1, found `'#12345'`",

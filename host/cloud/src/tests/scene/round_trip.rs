@@ -5,8 +5,8 @@ use crate::display::{
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
-    Axis, Backdrop, CloudRenderer, Keyed, ProbeSource, SceneCloud, SceneEnvironment, SceneFile,
-    SceneView, Table, ToneMap, read,
+    Axis, Backdrop, CloudRenderer, EyeDomeLighting, EyeDomeUse, Keyed, ProbeSource, SceneCloud,
+    SceneEnvironment, SceneFile, SceneView, Table, ToneMap, read,
 };
 use crate::{Rotation, Transform};
 use glam::{DQuat, DVec3, Vec3};
@@ -249,6 +249,7 @@ prop_compose! {
         camera in option::of(keyed(camera())),
         lights in vec(keyed(light()), 0..3),
         (exposure_stops, antialias) in (-60.0..=60f32, 1..=1024u32),
+        (when, strength, radius) in (0..3usize, 0.0..=100f32, 0.01..=32f32),
         is_neutral in any::<bool>(),
         background in option::of(color(1.0)),
         surface in keyed(surface()),
@@ -264,6 +265,11 @@ prop_compose! {
             lights,
             exposure_stops,
             antialias,
+            eye_dome: EyeDomeLighting {
+                when: [EyeDomeUse::Automatic, EyeDomeUse::Off, EyeDomeUse::On][when],
+                strength,
+                radius,
+            },
             tone_map: if is_neutral { ToneMap::Neutral } else { ToneMap::Clamp },
             background: background.map_or(Backdrop::Transparent, Backdrop::Color),
             surface,

@@ -81,6 +81,7 @@ impl DrawRequest<'_> {
             stride: 1,
             detail_px: 0.0,
             parts: None,
+            eye_dome: None,
         }
     }
 }

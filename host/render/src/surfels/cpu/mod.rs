@@ -26,7 +26,7 @@ pub(crate) fn ensure(
     picture: &mut Picture,
     spare: &mut SpareTextures,
     recorder: &mut Recorder<'_>,
-) -> u32 {
+) -> Result<u32, Stopped> {
     let one = input.clouds.iter().all(|cloud| cloud.object == 0);
     let wanted = |mode: SurfaceMode, wanted: bool| wanted && surface.packed(mode).is_none();
     let modes = [
@@ -55,6 +55,9 @@ pub(crate) fn ensure(
     for mode in modes {
         stages.end("preparation");
         draw(&clouds, input.raster_view, Parts { mode, ..looked_up }, &LINEAR_OF_SRGB, picture);
+        if picture.is_stopped() {
+            return Err(Stopped);
+        }
         tell(stages, &picture.spent);
         recorder.note(NAME, PassState::Ran);
         keep(picture, mode, looked_up, input.size, surface, spare, recorder);
@@ -65,8 +68,11 @@ pub(crate) fn ensure(
         let format = wgpu::TextureFormat::R32Uint;
         surface.object = Some(texture(recorder.gpu, "object", [1, 1], format));
     }
-    n_drawn
+    Ok(n_drawn)
 }
+
+/// Somebody wanted no more of the picture.
+pub(crate) struct Stopped;
 
 /// Tells what the stages of a surface took.
 fn tell(stages: &Stages, spent: &Spent) {

@@ -214,3 +214,84 @@ fn object_fragment(@builtin(position) p: vec4<f32>) -> @location(0) u32 {
     }
     return chunk.object;
 }
+
+// The packed surface of the picture; see rim_fragment.
+var packed: texture_2d<u32>;
+
+// What hides the centre of a disc is its own rim up to so many of its radii before it.
+const RIM_RADII = 4.0;
+
+// Pixels from one that is seen from behind to the centre of its disc; of larger discs the others are
+// left alone.
+const MOST_STEPS = 128.0;
+
+// The distance of a pixel that is seen from the front; 0 where it is not, or lies outside.
+fn front_distance(pixel: vec2<i32>) -> f32 {
+    if any(pixel < vec2(0)) || any(pixel >= vec2<i32>(textureDimensions(nearest))) {
+        return 0.0;
+    }
+    let winner = textureLoad(nearest, pixel, 0).xy;
+    return select(bitcast<f32>(winner.y), 0.0, winner.x >> BACK_BIT == 1u);
+}
+
+// The longer half axis of a surfel before the low-pass; not above 0 where it is a round splat.
+fn own_radius(i: u32) -> f32 {
+#ifdef TANGENTS
+    let u = vec3(tangent_u[3u * i], tangent_u[3u * i + 1u], tangent_u[3u * i + 2u]);
+    let v = vec3(tangent_v[3u * i], tangent_v[3u * i + 1u], tangent_v[3u * i + 2u]);
+    let axis_u = (chunk.view_from_chunk * vec4(u, 0.0)).xyz;
+    let axis_v = (chunk.view_from_chunk * vec4(v, 0.0)).xyz;
+    return max(length(axis_u), length(axis_v)) * chunk.tangent_scale;
+#else
+#ifdef EQUAL_RADII
+    return chunk.radius * chunk.radius_scale;
+#else
+    return radius[i] * chunk.radius_scale;
+#endif
+#endif
+}
+
+// What is seen of discs from behind only because they stick out past the edge of what hides their
+// centres looks as the front does beside it, and keeps its distance, for the pixels of this chunk.
+// Why stands in `rims.rs` of `host/raster`, the twin.
+@fragment
+fn rim_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
+    let pixel = vec2<i32>(p.xy);
+    let winner = textureLoad(nearest, pixel, 0).xy;
+    let i = nearest_in_chunk(winner);
+    if i >= chunk.count || winner.x >> BACK_BIT == 0u {
+        discard;
+    }
+    let own = own_radius(i);
+    let local = vec3(position[3u * i], position[3u * i + 1u], position[3u * i + 2u]);
+    let center = (chunk.view_from_chunk * vec4(local, 1.0)).xyz;
+    let distance = -center.z;
+    if !(own > 0.0 && distance > view::view.near) {
+        discard;
+    }
+    let clip = view::view.clip_from_view * vec4(center, 1.0);
+    let ndc = clip.xy / clip.w;
+    let size = view::view.size_px;
+    let at = floor(vec2(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size);
+    let to_center = at - vec2<f32>(pixel);
+    let steps = max(abs(to_center.x), abs(to_center.y));
+    if !(steps >= 1.0 && steps <= MOST_STEPS) {
+        discard;
+    }
+    let per_unit = 0.5 * size.y / view::view.half_extent.y;
+    let px = per_unit / select(distance, 1.0, view::view.orthographic == 1u);
+    let slack = RIM_RADII * (own + chunk.low_pass / px);
+    let hides = front_distance(vec2<i32>(at));
+    if hides <= 0.0 || hides > distance || distance - hides > slack {
+        discard;
+    }
+    for (var k = 1.0; k <= steps; k += 1.0) {
+        let from = pixel + vec2<i32>(floor(to_center * k / steps + 0.5));
+        let depth = front_distance(from);
+        if depth > 0.0 && abs(depth - distance) <= slack {
+            return vec4(textureLoad(packed, pixel, 0).x, textureLoad(packed, from, 0).yzw);
+        }
+    }
+    discard;
+    return vec4(0u);
+}

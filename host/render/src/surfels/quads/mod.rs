@@ -1,6 +1,7 @@
 //! The passes that make a surface buffer out of surfels.
 
 mod chunk_uniform;
+mod rims;
 
 use crate::gpu::Gpu;
 use crate::graph::{

@@ -43,6 +43,7 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.tone_map = tone_map_of(file);
     settings.background = background_of(file);
     settings.antialias = file.antialias;
+    settings.eye_dome = file.eye_dome;
     let display = file.display();
     (settings.color, settings.filters) = (display.color, display.filters);
     settings.splats = display.splats;
@@ -149,6 +150,7 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
         Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
     };
     file.antialias = settings.antialias;
+    file.eye_dome = settings.eye_dome;
     file.surface.known = settings.scene.surface;
     put_display(window, &mut file);
     let views = settings.panes.iter().map(|pane| {

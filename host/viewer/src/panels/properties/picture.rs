@@ -3,6 +3,7 @@
 use super::{Scale, background, row_of, slider_row};
 use crate::window::Window;
 use eframe::egui::{self, Ui};
+use surfelshop_cloud::scene::{EyeDomeLighting, EyeDomeUse};
 use surfelshop_image::display::ToneMap;
 
 /// Shows the section.
@@ -17,6 +18,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         none | neutral.on_hover_text("Khronos PBR Neutral: highlights are compressed.")
     });
     antialiasing(&mut settings.antialias, ui);
+    eye_dome(&mut settings.eye_dome, ui);
     background::show(window, ui);
 }
 
@@ -39,3 +41,25 @@ fn antialiasing(antialias: &mut u32, ui: &mut Ui) {
     });
 }
 
+/// What is darkened for lying behind something.
+fn eye_dome(lighting: &mut EyeDomeLighting, ui: &mut Ui) {
+    let about = "Eye-dome lighting: what lies behind something near it on the screen is darker, which shows shapes \
+                 without normals. Automatic: where many surfels are points.";
+    row_of(ui, "depth cue", about, |ui, label| {
+        let choices = [
+            (EyeDomeUse::Automatic, "automatic"),
+            (EyeDomeUse::Off, "off"),
+            (EyeDomeUse::On, "on"),
+        ];
+        let choice = |(when, text)| ui.selectable_value(&mut lighting.when, when, text);
+        let all = choices.map(choice).into_iter().reduce(|all, one| all | one);
+        all.unwrap_or_else(|| ui.label("")).labelled_by(label)
+    });
+    if lighting.when == EyeDomeUse::Off {
+        return;
+    }
+    let about = "How dark it becomes; 1 is usual.";
+    slider_row(ui, "strength", about, &mut lighting.strength, &Scale::linear(0.0..=4.0, ""));
+    let about = "How far on the screen what is nearer darkens what is behind it.";
+    slider_row(ui, "radius", about, &mut lighting.radius, &Scale::linear(1.0..=8.0, " px"));
+}

@@ -67,6 +67,10 @@ impl RenderWorker {
             }
         }
         let frames = Frames::of(slot, request);
+        // Others wait for what is measured or exported.
+        let is_left = !request.in_motion && !matches!(frames, Frames::All);
+        let stop = self.queue.draws_whole(is_left.then_some(slot));
+        self.session.engine.stop_when(stop);
         match self.render(&mut active.view, drawn, frames) {
             Ok((frame, explained)) => {
                 active.mark = None;
@@ -188,6 +192,7 @@ impl RenderWorker {
             stride: if views.parts().is_some() { 1 } else { request.detail.stride },
             detail_px: 0.0,
             parts: views.parts(),
+            eye_dome: request.eye_dome.map(|how| how.in_pixels_of(request.detail.coarseness)),
         };
         let mut frame = match frames {
             Frames::All => {

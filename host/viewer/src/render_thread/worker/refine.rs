@@ -2,7 +2,7 @@
 
 use super::draw::rendered_view;
 use super::refining_view::{FrameUse, RefiningView};
-use super::state::RenderWorker;
+use super::state::{RenderWorker, is_stopped};
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::{RenderedView, ViewReply};
 use crate::render_thread::view_request::{ViewRequest, ViewSlot};
@@ -71,6 +71,8 @@ impl RenderWorker {
                 let Some(rendered) = rendered else { return };
                 Ok(rendered)
             }
+            // The view has moved on.
+            Err(error) if is_stopped(&error) => return,
             Err(error) => Err(format!("{error:#}")),
         };
         self.events.send(RenderEvent::Counters(self.session.engine.counters()));
@@ -104,6 +106,8 @@ impl RenderWorker {
             return Ok((true, None));
         }
         let started = Instant::now();
+        let stop = self.queue.draws_whole(Some(refining.slot));
+        self.session.engine.stop_when(stop);
         let frames = refining.next_frames();
         let drawn = arrived.and_then(|_| self.render(&mut active.view, &request, frames));
         let taken = drawn.and_then(|(mut frame, explained)| {

@@ -1,6 +1,6 @@
 //! The command loop of the render thread.
 
-use super::state::{ActiveRenderer, RenderWorker};
+use super::state::{ActiveRenderer, RenderWorker, is_stopped};
 use crate::render_thread::command::{CommandQueue, RenderCommand, UploadedCloud};
 use crate::render_thread::event::RenderEvent;
 use crate::render_thread::rendered_view::{RenderedView, ViewReply};
@@ -87,6 +87,11 @@ impl RenderWorker {
             rendered.upload_stride = stride;
             rendered
         });
+        if outcome.as_ref().is_err_and(is_stopped) {
+            self.events.send(RenderEvent::Counters(self.session.engine.counters()));
+            // The next request of the view is there already.
+            return self.continue_upload();
+        }
         let outcome = match (is_whole, tracer) {
             (false, _) => {
                 self.unfinished.insert(slot, request);

@@ -202,6 +202,9 @@ impl RenderWorker {
         active: &ActiveRenderer,
         error: RenderError,
     ) -> anyhow::Result<T> {
+        if matches!(error, RenderError::Stopped) {
+            return Err(error.into());
+        }
         if !active.is_file_error(&error) {
             let (unit, contents) = active.failed_by();
             self.record_failure(&unit, contents, &fault_of(&error));
@@ -247,4 +250,9 @@ fn fault_of(error: &RenderError) -> Fault {
         // The cloud and the host's own shaders are not the plugin's fault.
         _ => Fault::NotAsked(error.to_string()),
     }
+}
+
+/// Whether a picture was left because its view moved on.
+pub(super) fn is_stopped(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref::<RenderError>(), Some(RenderError::Stopped))
 }

@@ -82,7 +82,6 @@ impl Panes<'_> {
         let scale = ui.ctx().pixels_per_point();
         let response = ui.allocate_rect(whole, Sense::click_and_drag());
         let painter = ui.painter_at(whole);
-        painter.rect_filled(whole, 0.0, tokens(ui).canvas);
         let parts = match settings.mode {
             Mode::SideBySide => {
                 let middle = whole.center().x;
@@ -99,6 +98,11 @@ impl Panes<'_> {
         let size = vec2(pane.size_px[0] as f32, pane.size_px[1] as f32) / scale;
         let rects: Vec<Rect> =
             parts.iter().map(|part| Rect::from_min_size(part.min, size)).collect();
+        let color = tokens(ui).canvas;
+        match pane.covers(&settings) {
+            true => around(whole, rects[0]).map(|part| painter.rect_filled(part, 0.0, color)),
+            false => [whole, Rect::NOTHING].map(|part| painter.rect_filled(part, 0.0, color)),
+        };
         let described = paint::show(ui, &painter, pane, &settings, &rects);
         if let Some(described) = described {
             numbers::explain(ui, described);
@@ -173,4 +177,11 @@ impl Panes<'_> {
         let place = painter.clip_rect().center();
         painter.text(place, egui::Align2::CENTER_CENTER, text, font, tokens(ui).text);
     }
+}
+
+/// What of a rectangle lies right of and below a picture in its left upper corner.
+fn around(whole: Rect, picture: Rect) -> [Rect; 2] {
+    let right = Rect::from_min_max(pos2(picture.max.x, whole.min.y), whole.max);
+    let below = Rect::from_min_max(pos2(whole.min.x, picture.max.y), whole.max);
+    [right, below]
 }

@@ -1,5 +1,7 @@
 //! Pixels of a tile, as the surface buffer holds them.
 
+pub(crate) mod rims;
+
 use crate::cloud::CloudInView;
 use crate::columns::Albedo;
 use crate::lanes::{F, U, V, WIDTH};
@@ -51,7 +53,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The cloud that a number belongs to.
-    fn cloud_of(&self, number: u32) -> usize {
+    pub(crate) fn cloud_of(&self, number: u32) -> usize {
         let number = number & !BACK;
         self.clouds.partition_point(|in_view| in_view.first <= number).saturating_sub(1)
     }
@@ -66,6 +68,7 @@ pub(crate) fn write<S: Simd>(simd: S, tile: &Tile, scene: &Scene<'_>, band: &mut
         for column in 0..width.div_ceil(SIDE) {
             let square = Tile::square(column, row);
             if scene.mode != Mode::None {
+                backs(simd, tile, [column, row], band);
                 let words = packed(simd, tile, [column, row], scene).map(|words| words.to_array());
                 let across = SIDE.min(width - SIDE * column);
                 for y in 0..SIDE.min(height - SIDE * row) {
@@ -82,6 +85,24 @@ pub(crate) fn write<S: Simd>(simd: S, tile: &Tile, scene: &Scene<'_>, band: &mut
             if band.looks_up() {
                 looked_up(tile, [column, row], square, scene, band);
             }
+        }
+    }
+}
+
+/// Notes the pixels of a square that are seen from behind.
+#[inline(always)]
+fn backs<S: Simd>(simd: S, tile: &Tile, [column, row]: [usize; 2], band: &mut Band<'_>) {
+    let numbers = &tile.number[Tile::square(column, row)];
+    let is_back = U::load_array_ref(simd, numbers).simd_ge(U::splat(simd, BACK));
+    if !is_back.any_true() {
+        return;
+    }
+    for (lane, &number) in numbers.iter().enumerate().filter(|(_, number)| **number >= BACK) {
+        let (x, y) = (SIDE * column + lane % SIDE, SIDE * row + lane / SIDE);
+        if x < tile.size[0] && y < tile.size[1] {
+            // Sides of pictures are below 2^16 each, or nearly so.
+            let at = band.top * band.width + band.at(tile.corner, x, y);
+            band.backs.push((at as u32, number));
         }
     }
 }
