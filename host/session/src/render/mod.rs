@@ -143,10 +143,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         ensure!(arguments.save_graph.is_none(), "{reference} describes no graph to save");
         return traced::render(arguments, &inputs, &reference, seen, &staging);
     }
-    let opening = Instant::now();
-    let mut studio = open_studio(arguments, &registry)?;
-    timings.device_ms = since(opening);
-    studio.engine.tint_backs(staging.display.splats.tint_backs);
+    let mut studio = open_studio(arguments, &registry, &staging, &mut timings)?;
     let loading = Instant::now();
     let mut chosen =
         graph.map_or_else(|| choose(arguments, &inputs, &studio, reference, seen), Ok)?;
@@ -234,15 +231,23 @@ fn outputs(arguments: &RenderArguments) -> Vec<&Path> {
 }
 
 /// Opens the device; without one the line says what draws all the same.
-fn open_studio(arguments: &RenderArguments, registry: &Registry) -> anyhow::Result<RenderSession> {
+fn open_studio(
+    arguments: &RenderArguments,
+    registry: &Registry,
+    staging: &RenderSetup,
+    timings: &mut Timings,
+) -> anyhow::Result<RenderSession> {
+    let opening = Instant::now();
     // What a captured graph would have stored may have been made of another scene than its key says.
     let store = if arguments.graph.is_none() { environment_map::store() } else { None };
-    RenderSession::open_with(&arguments.device, &arguments.plugins, store).map_err(|error| {
-        match registry.names(UnitKind::Tracer).first() {
-            Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
-            None => error,
-        }
-    })
+    let opened = RenderSession::open_with(&arguments.device, &arguments.plugins, store);
+    let mut studio = opened.map_err(|error| match registry.names(UnitKind::Tracer).first() {
+        Some(tracer) => anyhow!("{error:#}; `-r {tracer}` draws without one"),
+        None => error,
+    })?;
+    studio.engine.tint_backs(staging.display.splats.tint_backs);
+    timings.device_ms = since(opening);
+    Ok(studio)
 }
 
 /// Says what of the scene cannot be seen, and where less detail was asked for and is not to be had.

@@ -1,7 +1,7 @@
 //! The tables of a measurement.
 
-use super::measurement::Measurement;
 use super::card::Card;
+use super::measurement::Measurement;
 use super::plot::time;
 use super::words::words;
 use crate::theme::space;
@@ -133,7 +133,8 @@ pub(super) fn as_text(measurement: &Measurement) -> String {
         text += &line(id, cells.collect());
     }
     let time = time(&measurement.cells);
-    let times = known.iter().map(|cell| time.of(cell).map_or(String::new(), |(ms, _)| ms.to_string()));
+    let times =
+        known.iter().map(|cell| time.of(cell).map_or(String::new(), |(ms, _)| ms.to_string()));
     text + &line("milliseconds", times.collect())
 }
 

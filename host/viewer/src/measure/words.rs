@@ -68,12 +68,9 @@ pub(super) fn words(id: &str) -> Option<Words> {
             "What an observer sees when the pictures are flipped, at 67 pixels a degree: 0 nothing, 1 the most; the mean.",
             false,
         ),
-        "flip.p99" => of(
-            "seen at most (FLIP)",
-            "",
-            "The same: 99 % of the pixels do not exceed it.",
-            false,
-        ),
+        "flip.p99" => {
+            of("seen at most (FLIP)", "", "The same: 99 % of the pixels do not exceed it.", false)
+        }
         "max_absolute" => of(
             "largest difference",
             "",

@@ -188,9 +188,8 @@ impl Window {
         let focused = self.views.focused;
         let camera = self.camera_of(focused);
         let shown = self.views.panes.get(&focused).and_then(|pane| pane.sides[0].shown.as_ref());
-        let picture = shown.and_then(|shown| {
-            Thumbnail::of(shown.rendered.size, &shown.rendered.levels)
-        });
+        let picture =
+            shown.and_then(|shown| Thumbnail::of(shown.rendered.size, &shown.rendered.levels));
         let names: Vec<&str> = self.settings.bookmarks.iter().map(|b| b.name.as_str()).collect();
         let free = (1..).map(|i| format!("camera {i}")).find(|n| !names.contains(&n.as_str()));
         let name = free.unwrap_or_else(|| "camera".to_owned());

@@ -64,7 +64,9 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
     ui.horizontal(|ui| {
         let id = ui.scope_id().with(id);
         let mut typed = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| path.clone());
-        let line = egui::TextEdit::singleline(&mut typed).hint_text("none").desired_width((ui.available_width() - 40.0).max(60.0));
+        let line = egui::TextEdit::singleline(&mut typed)
+            .hint_text("none")
+            .desired_width((ui.available_width() - 40.0).max(60.0));
         let response = ui.add(line);
         if response.has_focus() {
             ui.data_mut(|data| data.insert_temp(id, typed));
@@ -98,12 +100,7 @@ fn capitalised(text: &str) -> String {
 }
 
 /// The widget for a value of its kind.
-fn edit(
-    ui: &mut Ui,
-    label: egui::Id,
-    parameter: &ParamDecl,
-    value: &mut Value,
-) -> egui::Response {
+fn edit(ui: &mut Ui, label: egui::Id, parameter: &ParamDecl, value: &mut Value) -> egui::Response {
     let unit = suffix(parameter);
     match (&parameter.kind, value) {
         (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, ""),
@@ -136,9 +133,9 @@ fn edit(
                 }
             });
             let is_enabled = shown.response.enabled();
-            shown.response.widget_info(|| {
-                WidgetInfo::labeled(Role::ComboBox, is_enabled, &parameter.id)
-            });
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, is_enabled, &parameter.id));
             shown.response
         }
         _ => ui.weak("cannot be shown"),

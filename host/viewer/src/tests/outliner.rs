@@ -307,7 +307,8 @@ fn unnamed(screen: &Screen) -> (Vec<String>, BTreeMap<String, usize>) {
     for role in interactive {
         for node in screen.harness.query_all_by_role(role) {
             let node = node.accesskit_node();
-            let by_label = || node.labelled_by().filter_map(|label| label.value().or(label.label()));
+            let by_label =
+                || node.labelled_by().filter_map(|label| label.value().or(label.label()));
             let name = node.label().or_else(|| by_label().next()).unwrap_or_default();
             *counts.entry(format!("{role:?}")).or_insert(0) += 1;
             // The name is read, so that an icon is none.
@@ -326,10 +327,12 @@ fn every_control_of_every_panel_has_a_name_and_a_role() {
     screen.harness.set_size(Vec2::new(1280.0, 1900.0));
     screen.window().settings.panes[0].mode = Mode::Wipe;
     run(&mut screen, "remember-camera");
-    screen.window().settings.scene.lights.push(Light::Point {
-        position: DVec3::ONE,
-        intensity: glam::Vec3::ONE,
-    });
+    screen
+        .window()
+        .settings
+        .scene
+        .lights
+        .push(Light::Point { position: DVec3::ONE, intensity: glam::Vec3::ONE });
     screen.window().toggle_light(Selection::Light(0));
     crate::document::set_environment_map(
         screen.window(),
@@ -355,10 +358,9 @@ fn every_control_of_every_panel_has_a_name_and_a_role() {
         screen.window().select(selection);
         check(&mut screen, &format!("{selection:?}"));
     }
-    screen.window().settings.color =
-        surfelshop_cloud::display::ColorSource::new(surfelshop_cloud::display::ColorBy::Attribute(
-            surfelshop_cloud::display::Attribute::Height,
-        ));
+    screen.window().settings.color = surfelshop_cloud::display::ColorSource::new(
+        surfelshop_cloud::display::ColorBy::Attribute(surfelshop_cloud::display::Attribute::Height),
+    );
     screen.window().select(Selection::Cloud(1));
     screen.settle();
     check(&mut screen, "colours by height");
@@ -384,7 +386,8 @@ fn every_control_of_every_panel_has_a_name_and_a_role() {
         check(&mut screen, &tool);
     }
     screen.window().plugins.tools.open = None;
-    for role in ["Button", "CheckBox", "ComboBox", "Slider", "SpinButton", "TextInput", "ListItem"] {
+    for role in ["Button", "CheckBox", "ComboBox", "Slider", "SpinButton", "TextInput", "ListItem"]
+    {
         assert!(total.get(role).is_some_and(|n| *n > 3), "{role}: {total:?}");
     }
     let eye = screen.harness.get_all_by_label("show sample.ply").next().unwrap();

@@ -1,8 +1,8 @@
 //! The camera, what is shown over pictures, and the views.
 
 use super::conditions::{
-    flickers, has_clouds, has_inside, has_legend, has_numbers, has_placed_lights, has_room_for_views,
-    has_two_views,
+    flickers, has_clouds, has_inside, has_legend, has_numbers, has_placed_lights,
+    has_room_for_views, has_two_views,
 };
 use crate::commands::command::{Command, Menu};
 use crate::commands::shortcut::{alt, ctrl, key, shift};

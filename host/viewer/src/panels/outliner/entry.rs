@@ -130,9 +130,8 @@ fn cut(ui: &Ui, text: &str, font: FontId, room: f32, color: Color32) -> Arc<Gall
 
 fn eye(ui: &Ui, row: &Response, at: Rect, name: &str, shown: bool, color: Color32) -> bool {
     let response = ui.interact(at, row.id.with("eye"), Sense::click());
-    response.widget_info(|| {
-        WidgetInfo::selected(Role::CheckBox, true, shown, format!("show {name}"))
-    });
+    response
+        .widget_info(|| WidgetInfo::selected(Role::CheckBox, true, shown, format!("show {name}")));
     if response.has_focus() {
         let stroke = (1.0, tokens(ui).link);
         let kind = eframe::egui::StrokeKind::Inside;

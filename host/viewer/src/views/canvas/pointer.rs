@@ -132,4 +132,3 @@ fn fly(ui: &Ui, camera: &mut surfelshop_api::Camera) {
         navigation::fly(camera, keys * seconds.min(0.1));
     }
 }
-
