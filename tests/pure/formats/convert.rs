@@ -289,7 +289,7 @@ fn grids_are_kept_with_their_empty_places() {
     files.put("in.pcd", format!("{head}{rows}").as_bytes());
     let grid = |name: &str| {
         let read = reading(formats());
-        inspect(&files.at(name), &read).unwrap().clouds[0].header.grid
+        inspect(files.at(name), &read).unwrap().clouds[0].header.grid
     };
     let all = Selection::default();
     for (from, to) in

@@ -34,9 +34,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
     let reference = renderer_of(arguments, &registry)?;
     let seen = setup::view_of(opened, &reference);
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
-    let tint_backs = staging.display.splats.tint_backs;
-    let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
-    studio.engine.tint_backs(tint_backs);
+    let mut studio = open_studio(arguments, &staging)?;
     let named = cloud_renderers::named(&inputs.sources);
     let of_view = cloud_renderers::settings_of_view(&arguments.set, &reference, &named);
     let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
@@ -79,8 +77,7 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
             // Its columns would stand in memory besides those of the two that are measured.
             drop((studio, chosen));
             let side = || {
-                let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
-                studio.engine.tint_backs(tint_backs);
+                let studio = open_studio(arguments, &staging)?;
                 let mut chosen = studio.choose_for(reference.clone(), seen.as_ref(), &of_view)?;
                 studio.share(&mut chosen, deal()?, &arguments.set, infos)?;
                 Ok(Side::new(studio, chosen))
@@ -112,6 +109,16 @@ pub fn run(arguments: &ExplainArguments, given: &ExplicitOptions) -> anyhow::Res
         Some(n_frames) => terminal::line(measured::lines(&savings, n_frames).join("\n")),
         None => Ok(()),
     }
+}
+
+/// What draws, in the colours that the scene says.
+fn open_studio(
+    arguments: &ExplainArguments,
+    staging: &RenderSetup,
+) -> anyhow::Result<RenderSession> {
+    let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+    studio.engine.tint_backs(staging.display.splats.tint_backs);
+    Ok(studio)
 }
 
 /// The renderer whose frame is explained.

@@ -54,11 +54,7 @@ pub(super) fn report(
     make_folder(&arguments.out)?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
     let draws = is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer);
-    let open = || RenderSession::open(&arguments.device, &arguments.plugins);
-    let mut studio = draws.then(open).transpose()?;
-    if let Some(studio) = &mut studio {
-        studio.engine.tint_backs(staging.display.splats.tint_backs);
-    }
+    let studio = draws.then(|| open_studio(arguments, &staging)).transpose()?;
     let surroundings = environment_map::read_wanted(staging.environment.as_ref())?;
     let displayed = DisplayedClouds::read(
         &inputs.sources,
@@ -126,6 +122,16 @@ pub(super) fn report(
         },
     )?;
     verdict(&all)
+}
+
+/// What draws, in the colours that the scene says.
+fn open_studio(
+    arguments: &ReportArguments,
+    staging: &RenderSetup,
+) -> anyhow::Result<RenderSession> {
+    let mut studio = RenderSession::open(&arguments.device, &arguments.plugins)?;
+    studio.engine.tint_backs(staging.display.splats.tint_backs);
+    Ok(studio)
 }
 
 /// What draws the pictures.

@@ -91,6 +91,9 @@ impl Bench {
         if unit.kind == UnitKind::Renderer && self.session.is_none() {
             self.session = Some(RenderSession::open(&arguments.device, &arguments.plugins)?);
         }
+        if let Some(session) = &mut self.session {
+            session.engine.tint_backs(staging.display.splats.tint_backs);
+        }
         let mut candidate = Candidate::new(self.session.as_ref(), wanted);
         let drawn = candidate.first(&stage, self.session.as_mut())?;
         Ok(Drawn { color: drawn.color, how: staging.how, expected })

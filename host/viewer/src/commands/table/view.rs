@@ -224,7 +224,7 @@ pub(super) static VIEWS: [Command; 10] = [
         ("copy-numbers", "Copy the numbers", Icon::ClipboardCopy),
         Menu::View,
         "Copies what was measured as a table, for a spreadsheet.",
-        |window, ctx| crate::measure::copy_numbers(window, ctx),
+        crate::measure::copy_numbers,
     )
     .when(has_numbers),
     Command::new(
