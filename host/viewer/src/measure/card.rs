@@ -30,7 +30,13 @@ impl Card<'_> {
         let line = if is_over || self.is_chosen { tokens.link } else { tokens.border };
         let fill = if self.is_chosen { tokens.pressed } else { tokens.raised };
         let painter = ui.painter_at(rect);
-        painter.rect(rect, f32::from(space::CORNER), fill, Stroke::new(1.0, line), StrokeKind::Inside);
+        painter.rect(
+            rect,
+            f32::from(space::CORNER),
+            fill,
+            Stroke::new(1.0, line),
+            StrokeKind::Inside,
+        );
         let corner = rect.min + vec2(space::SMALL, space::SMALL);
         let place = Rect::from_min_size(corner, PICTURE.into());
         match self.picture {

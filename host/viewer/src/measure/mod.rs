@@ -30,8 +30,8 @@ mod words;
 pub(crate) use form::ReferenceChoice;
 #[cfg(test)]
 pub(crate) use measurement::{Measurement, Status};
+pub(crate) use panel::copy_numbers;
 #[cfg(test)]
 pub(crate) use plan::Kind;
-pub(crate) use panel::copy_numbers;
 pub(crate) use run::{advance, take_reply};
 pub(crate) use state::Measure;

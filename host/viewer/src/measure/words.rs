@@ -1,5 +1,7 @@
 //! The metrics in plain words.
 
+use crate::theme::Icon;
+
 /// What a metric is called in the panel, its unit, and what it means.
 pub(super) struct Words {
     pub(super) name: &'static str,
@@ -18,7 +20,8 @@ impl Words {
 
     /// The name with an arrow to the better side.
     pub(super) fn title(&self) -> String {
-        let arrow = if self.more_is_better { "↑" } else { "↓" };
+        let arrow = if self.more_is_better { Icon::ArrowUp } else { Icon::ArrowDown };
+        let arrow = arrow.unicode();
         match self.unit {
             "" => format!("{} {arrow}", self.name),
             unit => format!("{}, {unit} {arrow}", self.name),
@@ -68,12 +71,9 @@ pub(super) fn words(id: &str) -> Option<Words> {
             "What an observer sees when the pictures are flipped, at 67 pixels a degree: 0 nothing, 1 the most; the mean.",
             false,
         ),
-        "flip.p99" => of(
-            "seen at most (FLIP)",
-            "",
-            "The same: 99 % of the pixels do not exceed it.",
-            false,
-        ),
+        "flip.p99" => {
+            of("seen at most (FLIP)", "", "The same: 99 % of the pixels do not exceed it.", false)
+        }
         "max_absolute" => of(
             "largest difference",
             "",

@@ -35,16 +35,10 @@ impl Window {
         self.fly_to(self.views.focused, to);
     }
 
-    /// Shows or hides a cloud; the last visible one stays.
+    /// Shows or hides a cloud.
     pub(crate) fn toggle_cloud(&mut self, index: usize) {
         let Some(shown) = &self.document.clouds else { return };
-        let all = shown.open_clouds.all();
-        let Some(cloud) = all.get(index) else { return };
-        let n_visible = all.iter().filter(|cloud| cloud.visible).count();
-        if cloud.visible && n_visible == 1 {
-            self.messages.report("one cloud stays visible: show another one first");
-            return;
-        }
+        let Some(cloud) = shown.open_clouds.all().get(index) else { return };
         let open_clouds = shown.open_clouds.showing(index, !cloud.visible);
         self.show_clouds(open_clouds);
     }
@@ -188,9 +182,8 @@ impl Window {
         let focused = self.views.focused;
         let camera = self.camera_of(focused);
         let shown = self.views.panes.get(&focused).and_then(|pane| pane.sides[0].shown.as_ref());
-        let picture = shown.and_then(|shown| {
-            Thumbnail::of(shown.rendered.size, &shown.rendered.levels)
-        });
+        let picture =
+            shown.and_then(|shown| Thumbnail::of(shown.rendered.size, &shown.rendered.levels));
         let names: Vec<&str> = self.settings.bookmarks.iter().map(|b| b.name.as_str()).collect();
         let free = (1..).map(|i| format!("camera {i}")).find(|n| !names.contains(&n.as_str()));
         let name = free.unwrap_or_else(|| "camera".to_owned());

@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
                 chosen = chooses.then(|| parameter.clone()).or(chosen.take());
                 response.labelled_by(label)
             }
-            _ => edit(ui, label, parameter, &mut value).labelled_by(label),
+            _ => edit(ui, label, parameter, &mut value),
         });
         if shown.reset {
             value = parameter.default.clone();
@@ -64,7 +64,9 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
     ui.horizontal(|ui| {
         let id = ui.scope_id().with(id);
         let mut typed = ui.data(|data| data.get_temp(id)).unwrap_or_else(|| path.clone());
-        let line = egui::TextEdit::singleline(&mut typed).hint_text("none").desired_width((ui.available_width() - 40.0).max(60.0));
+        let line = egui::TextEdit::singleline(&mut typed)
+            .hint_text("none")
+            .desired_width((ui.available_width() - 40.0).max(60.0));
         let response = ui.add(line);
         if response.has_focus() {
             ui.data_mut(|data| data.insert_temp(id, typed));
@@ -77,7 +79,9 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
                 *path = whole.unwrap_or_else(|_empty| typed.to_owned());
             }
         }
-        (response, ui.button("…").on_hover_text("choose a file").clicked())
+        let choose = ui.button("…");
+        choose.widget_info(|| WidgetInfo::labeled(Role::Button, true, "choose a file"));
+        (response, choose.on_hover_text("choose a file").clicked())
     })
     .inner
 }
@@ -98,31 +102,26 @@ fn capitalised(text: &str) -> String {
 }
 
 /// The widget for a value of its kind.
-fn edit(
-    ui: &mut Ui,
-    label: egui::Id,
-    parameter: &ParamDecl,
-    value: &mut Value,
-) -> egui::Response {
+fn edit(ui: &mut Ui, label: egui::Id, parameter: &ParamDecl, value: &mut Value) -> egui::Response {
     let unit = suffix(parameter);
     match (&parameter.kind, value) {
-        (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, ""),
+        (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, "").labelled_by(label),
         (ParamKind::Int, Value::Int(value)) => match scale(parameter) {
             Some(scale) => slider(ui, label, value, (&scale, &unit)),
-            None => number(ui, value, parameter.range, 0.1, &unit),
+            None => number(ui, value, parameter.range, 0.1, &unit).labelled_by(label),
         },
         (ParamKind::Float, Value::Float(value)) => match scale(parameter) {
             Some(scale) => slider(ui, label, value, (&scale, &unit)),
             None => {
                 let speed = (0.01 * value.abs()).max(0.001);
-                number(ui, value, parameter.range, speed, &unit)
+                number(ui, value, parameter.range, speed, &unit).labelled_by(label)
             }
         },
-        (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value),
+        (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value).labelled_by(label),
         (ParamKind::Color, Value::Color(value)) => {
             // The widget rounds on its way through another space: what nobody touches stays.
             let mut edited = *value;
-            let response = ui.color_edit_button_rgb(&mut edited);
+            let response = ui.color_edit_button_rgb(&mut edited).labelled_by(label);
             if response.changed() {
                 *value = edited;
             }
@@ -136,9 +135,9 @@ fn edit(
                 }
             });
             let is_enabled = shown.response.enabled();
-            shown.response.widget_info(|| {
-                WidgetInfo::labeled(Role::ComboBox, is_enabled, &parameter.id)
-            });
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, is_enabled, &parameter.id));
             shown.response
         }
         _ => ui.weak("cannot be shown"),

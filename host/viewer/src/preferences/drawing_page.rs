@@ -78,9 +78,12 @@ fn cache(window: &mut Window, ui: &mut Ui) {
         return;
     };
     let bytes = *window.panels.settings.cache.get_or_insert_with(|| size(&folder));
-    row_of(ui, "folder", "Light probes as they are prepared: made again where they are gone.", |ui, _| {
-        ui.add(Label::new(folder.display().to_string()).wrap())
-    });
+    row_of(
+        ui,
+        "folder",
+        "Light probes as they are prepared: made again where they are gone.",
+        |ui, _| ui.add(Label::new(folder.display().to_string()).wrap()),
+    );
     row_of(ui, "size", "", |ui, _label| {
         ui.label(format!("{:.1} MB", bytes as f64 * 1e-6));
         let empty = ui.add_enabled(bytes > 0, egui::Button::new("empty it"));

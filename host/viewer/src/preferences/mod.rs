@@ -135,7 +135,9 @@ impl Preferences {
                 budget::use_memory(Some(bytes));
                 None
             }
-            Err(reason) => Some(format!("settings.toml: memory: {reason}; half of what is free is used")),
+            Err(reason) => {
+                Some(format!("settings.toml: memory: {reason}; half of what is free is used"))
+            }
         }
     }
 

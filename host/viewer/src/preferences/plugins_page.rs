@@ -19,8 +19,10 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         TrustFile::named(named.as_deref()).map_err(|error| format!("{error:#}"))
     });
     ui.add(
-        Label::new("The code of these plugins may run. Plugins that came with the program always may.")
-            .wrap(),
+        Label::new(
+            "The code of these plugins may run. Plugins that came with the program always may.",
+        )
+        .wrap(),
     );
     ui.add_space(space::SMALL);
     let mut removed = None;

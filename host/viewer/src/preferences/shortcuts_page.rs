@@ -34,10 +34,14 @@ fn row(window: &mut Window, ui: &mut Ui, command: &'static Command, keys: &str) 
     let is_own = window.preferences.shortcuts.contains_key(command.id);
     ui.horizontal(|ui| {
         let width = (ui.available_width() - 210.0).max(80.0);
-        ui.allocate_ui_with_layout(vec2(width, 22.0), Layout::left_to_right(egui::Align::Center), |ui| {
-            ui.set_min_width(width);
-            ui.add(Label::new(command.name).truncate()).on_hover_text(command.about);
-        });
+        ui.allocate_ui_with_layout(
+            vec2(width, 22.0),
+            Layout::left_to_right(egui::Align::Center),
+            |ui| {
+                ui.set_min_width(width);
+                ui.add(Label::new(command.name).truncate()).on_hover_text(command.about);
+            },
+        );
         let text = match (waits, keys) {
             (true, _) => "press the keys …",
             (false, "") => "none",

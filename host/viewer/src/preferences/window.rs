@@ -187,9 +187,9 @@ fn views(window: &mut Window, ui: &mut Ui) {
                 ui.selectable_value(unit, one, one.name());
             }
         });
-        shown.response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "unit of files")
-        });
+        shown
+            .response
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "unit of files"));
         shown.response
     });
     up_axes(window, ui);

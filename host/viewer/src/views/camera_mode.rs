@@ -32,7 +32,9 @@ impl CameraMode {
     /// What mouse and keys do, for the status line.
     pub(crate) fn hint(self) -> &'static str {
         match self {
-            Self::Turntable => "Drag to turn, right drag to pan, wheel to zoom, double click to centre",
+            Self::Turntable => {
+                "Drag to turn, right drag to pan, wheel to zoom, double click to centre"
+            }
             Self::Trackball => {
                 "Drag to tumble over the poles, right drag to pan, wheel to zoom, double click to centre"
             }

@@ -103,8 +103,10 @@ pub(super) fn can_hide(window: &Window) -> Applies {
 }
 
 pub(super) fn can_rename(window: &Window) -> Applies {
-    let can =
-        matches!(window.selection(), Selection::Cloud(_) | Selection::View | Selection::Bookmark(_));
+    let can = matches!(
+        window.selection(),
+        Selection::Cloud(_) | Selection::View | Selection::Bookmark(_)
+    );
     require(can, "lights and the environment have no names of their own")
 }
 

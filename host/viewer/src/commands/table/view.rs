@@ -1,8 +1,8 @@
 //! The camera, what is shown over pictures, and the views.
 
 use super::conditions::{
-    flickers, has_clouds, has_inside, has_legend, has_numbers, has_placed_lights, has_room_for_views,
-    has_two_views,
+    flickers, has_clouds, has_inside, has_legend, has_numbers, has_placed_lights,
+    has_room_for_views, has_two_views,
 };
 use crate::commands::command::{Command, Menu};
 use crate::commands::shortcut::{alt, ctrl, key, shift};
@@ -168,7 +168,7 @@ pub(super) static VIEWS: [Command; 10] = [
     Command::new(
         ("split", "Split the view", Icon::SquareSplitHorizontal),
         Menu::View,
-        "Puts a second view beside the focused one.",
+        "Puts a second view beside the focused one, or below it where that is higher than wide.",
         |window, _| layout::split_focused(window, false),
     )
     .keys(&[key(Key::N)])

@@ -141,12 +141,13 @@ mod tests {
         let levels: Vec<u8> = (0..size[0] * size[1]).flat_map(|i| [i as u8, 90, 7, 255]).collect();
         let picture = Thumbnail::of(size, &levels);
         assert!(picture.is_some());
-        let all = [Projection::Perspective { fov_y: 0.61 }, Projection::Orthographic { height: 3.0 }]
-            .map(|projection| Bookmark {
-                name: "from the \"door\"".to_owned(),
-                camera: camera(projection),
-                picture: picture.clone(),
-            });
+        let all =
+            [Projection::Perspective { fov_y: 0.61 }, Projection::Orthographic { height: 3.0 }]
+                .map(|projection| Bookmark {
+                    name: "from the \"door\"".to_owned(),
+                    camera: camera(projection),
+                    picture: picture.clone(),
+                });
         let mut layout = Table::new();
         write(&mut layout, &all);
         let text = layout.to_string();

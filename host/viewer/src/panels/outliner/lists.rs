@@ -143,8 +143,9 @@ pub(super) fn cameras(window: &mut Window, ui: &mut Ui) {
         let picture = picture.map(|picture| window.panels.pictures.of(ui.ctx(), picture));
         let entry = Entry {
             picture,
-            about: "A click looks from there; drag it onto a view, or to another place of the list."
-                .to_owned(),
+            about:
+                "A click looks from there; drag it onto a view, or to another place of the list."
+                    .to_owned(),
             is_selected: window.selection() == selection,
             ..Entry::new(Icon::Bookmark, &bookmark.name)
         };

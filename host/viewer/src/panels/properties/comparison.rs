@@ -24,9 +24,9 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
                 ui.selectable_value(&mut pane.mode, mode, mode.words());
             }
         });
-        shown.response.widget_info(|| {
-            WidgetInfo::labeled(Role::ComboBox, true, "how pictures are shown")
-        });
+        shown
+            .response
+            .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "how pictures are shown"));
         shown.response
     });
     if names.len() > 1 {

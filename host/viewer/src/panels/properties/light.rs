@@ -87,7 +87,12 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, selection: Selection) {
     }
     let is_on = matches!(selection, Selection::Light(_));
     ui.horizontal_wrapped(|ui| {
-        command_button(window, ui, "toggle-selected", if is_on { "switch off" } else { "switch on" });
+        command_button(
+            window,
+            ui,
+            "toggle-selected",
+            if is_on { "switch off" } else { "switch on" },
+        );
         command_button(window, ui, "duplicate-selected", "duplicate");
         command_button(window, ui, "add-light", "add");
         command_button(window, ui, "remove-selected", "remove");
@@ -135,19 +140,24 @@ fn vector(ui: &mut Ui, label: &str, about: &str, vector: &mut DVec3, speed: f64)
 /// The choice of a light's kind.
 fn kind(ui: &mut Ui, light: &mut Light, name: &str, context: &LightContext) {
     let mut chosen = Kind::of(light);
-    row_of(ui, "kind", "From one direction, from a place, or from a place within a cone.", |ui, _| {
-        let combo = egui::ComboBox::from_id_salt("kind").selected_text(chosen.name());
-        let shown = combo.show_ui(ui, |ui| {
-            for kind in Kind::ALL {
-                ui.selectable_value(&mut chosen, kind, kind.name());
-            }
-        });
-        shown.response.widget_info(|| {
-            let name = format!("kind of {name}");
-            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
-        });
-        shown.response
-    });
+    row_of(
+        ui,
+        "kind",
+        "From one direction, from a place, or from a place within a cone.",
+        |ui, _| {
+            let combo = egui::ComboBox::from_id_salt("kind").selected_text(chosen.name());
+            let shown = combo.show_ui(ui, |ui| {
+                for kind in Kind::ALL {
+                    ui.selectable_value(&mut chosen, kind, kind.name());
+                }
+            });
+            shown.response.widget_info(|| {
+                let name = format!("kind of {name}");
+                egui::WidgetInfo::labeled(egui::Role::ComboBox, true, name)
+            });
+            shown.response
+        },
+    );
     if chosen != Kind::of(light) {
         *light = convert(light, chosen, context);
     }

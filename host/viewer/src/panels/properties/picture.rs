@@ -38,4 +38,3 @@ fn antialiasing(antialias: &mut u32, ui: &mut Ui) {
         all.unwrap_or_else(|| ui.label("")).labelled_by(label)
     });
 }
-

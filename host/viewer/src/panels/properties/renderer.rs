@@ -1,9 +1,9 @@
 //! The focused view's renderers: parameters, presets and errors.
 
 use super::row_of;
-use crate::panels::parameters;
 use crate::dialogs::{ParameterOwner, files};
 use crate::document::StateFolder;
+use crate::panels::parameters;
 use crate::theme::{Icon, iconed};
 use crate::window::Window;
 use eframe::egui::containers::menu::{MenuButton, MenuConfig};
@@ -92,9 +92,8 @@ fn presets(
             ui.close();
         }
     });
-    response.widget_info(|| {
-        WidgetInfo::labeled(Role::Button, true, format!("presets of {renderer}"))
-    });
+    response
+        .widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("presets of {renderer}")));
     response.on_hover_text("Values that were saved under a name.");
     chosen
 }

@@ -28,7 +28,8 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         let about = "Surfels are widened by this low-pass filter, so that fine ones neither vanish nor flicker.";
         slider_row(ui, "least size", about, &mut surface.low_pass, &scale);
     }
-    let about = "Surfels are seen from behind, too; without it only where their normals point at the eye.";
+    let about =
+        "Surfels are seen from behind, too; without it only where their normals point at the eye.";
     check_row(ui, "draw both sides", about, &mut surface.two_sided);
 }
 

@@ -4,8 +4,8 @@ use crate::document::{Mode, PaneSettings};
 use crate::theme::{Icon, ON_OVERLAY, tokens};
 use crate::window::Window;
 use eframe::egui::{
-    Align2, Color32, CursorIcon, FontId, Key, Painter, Rect, Sense, Stroke, Ui, WidgetInfo,
-    pos2, vec2,
+    Align2, Color32, CursorIcon, FontId, Key, Painter, Rect, Sense, Stroke, Ui, WidgetInfo, pos2,
+    vec2,
 };
 
 /// Half the width of what the pointer hits, and the radius of the handle.

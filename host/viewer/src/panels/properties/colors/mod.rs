@@ -166,9 +166,9 @@ fn map(ui: &mut Ui, color: &mut ColorSource, shown: &Colors) {
                 ui.selectable_value(&mut color.map, choice, label);
             }
         });
-        shown.response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "colour map")
-        });
+        shown
+            .response
+            .widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "colour map"));
         shown.response
     });
 }
