@@ -85,6 +85,8 @@ fn contents(window: &mut Window, ui: &mut Ui, screen: egui::Vec2) {
                 let button = egui::Button::selectable(is_shown, page.name());
                 if ui.add_sized(vec2(PAGES, 24.0), button).clicked() {
                     window.panels.settings.page = page;
+                    // The entries above are drawn already.
+                    ui.ctx().request_repaint();
                 }
             }
         });
