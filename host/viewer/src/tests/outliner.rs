@@ -4,7 +4,7 @@ use super::{SAMPLE, Screen};
 use crate::commands::{self, COMMANDS};
 use crate::document::Mode;
 use crate::panels::Selection;
-use crate::preferences::window::Page;
+use crate::preferences::Page;
 use crate::views::CameraMode;
 use crate::window::Window;
 use eframe::egui::accesskit::{Role, Toggled};
