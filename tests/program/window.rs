@@ -283,14 +283,14 @@ fn a_session_with_mouse_and_keys() {
     }
     program.key("n");
     program.picture(1, "ewa-phong");
-    screen.xdotool("mousemove 600 500 click 1");
+    screen.xdotool("mousemove 400 500 click 1");
     program.key("alt+3");
     program.picture(0, "flat");
     std::thread::sleep(Duration::from_millis(500));
     looks_like(&screen, "window-wipe");
 
     // The second slider of the panel is `specular`.
-    program.drag([162, 383], [200, 383]);
+    program.drag([1095, 231], [1130, 231]);
     program.picture(0, "ewa-phong");
     program.key("ctrl+s");
     wait_for(&scene, |text| text.contains("specular") && text.contains("wipe"));

@@ -13,6 +13,7 @@ use crate::views::messages::Messages;
 use crate::views::pane::Side;
 use crate::views::{Render, Views, camera_in, initial_camera, navigation};
 use eframe::egui::Context;
+use std::path::{Path, PathBuf};
 use surfelshop_api::{Camera, Projection, UnitKind};
 use surfelshop_cloud::display::Legend;
 use surfelshop_session::input::clouds::Clouds;
@@ -64,11 +65,25 @@ impl Window {
             keymap: Keymap::default(),
         };
         wrong.into_iter().for_each(|line| window.messages.warn(line));
+        window.draw_by_named(&arguments.plugins.plugin);
         // Without files there is the start page.
         if !arguments.files.is_empty() {
             window.open(ctx, arguments.files.clone());
         }
         Ok(window)
+    }
+
+    /// Draws by the renderer of the one plugin file that was named, where it has one alone.
+    fn draw_by_named(&mut self, files: &[PathBuf]) {
+        let [file] = files else { return };
+        let whole = |path: &Path| std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let file = whole(file);
+        let units = self.plugins.registry.units(UnitKind::Renderer);
+        let own = units.filter(|(entry, ..)| whole(&entry.path) == file);
+        let names: Vec<String> = own.map(|(_, _, unit)| unit.id.clone()).collect();
+        if let ([name], Some(pane)) = (&names[..], self.settings.panes.first_mut()) {
+            pane.renderers[0].clone_from(name);
+        }
     }
 
     /// A new request number.
@@ -200,10 +215,12 @@ impl Window {
             &mut panels.manual.open,
             &mut panels.plugin_list,
             &mut self.messages.open,
+            &mut panels.export_form.open,
             &mut panels.start_page,
         ];
         let found = open.into_iter().find(|open| **open);
-        found.is_some_and(|open| std::mem::replace(open, false))
+        let closes = found.is_some_and(|open| std::mem::replace(open, false));
+        closes || self.plugins.tools.open.take().is_some()
     }
 
     /// Writes the settings of the window where they have changed.

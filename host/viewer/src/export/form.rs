@@ -1,7 +1,6 @@
 //! What is chosen in the export window.
 
 use super::job::ExportPicture;
-use crate::window::Window;
 use surfelshop_api::Camera;
 
 /// Which cameras are exported.
@@ -71,14 +70,6 @@ fn usual_path() -> String {
     let pictures = home.map(|home| std::path::PathBuf::from(home).join("Pictures"));
     let folder = pictures.filter(|folder| folder.is_dir()).or(std::env::current_dir().ok());
     folder.unwrap_or_default().join("surfelshop.png").display().to_string()
-}
-
-impl ExportForm {
-    /// Width and height of the pictures, pixels.
-    pub(super) fn size_of(&self, window: &Window) -> [u32; 2] {
-        let pane = window.views.panes.get(&window.views.focused).filter(|_| self.as_view);
-        pane.map(|pane| pane.size_px).filter(|size| !size.contains(&0)).unwrap_or(self.size)
-    }
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
     let shown = window.document.complete_clouds().ok_or("there is nothing to draw yet")?;
     let settings = window.settings.pane(window.views.focused).ok_or("no view is chosen")?;
     let sides = form.renderers.sides();
-    let size = form.size_of(window);
+    let size = size_of(window);
     let parts = [0, 1].map(|side| shown.part(settings.clouds[side].as_ref()));
     let request = |side: usize, camera: Camera| ViewRequest {
         renderer: settings.renderers[side].clone(),
@@ -69,6 +69,13 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         }
     }
     Ok(pictures)
+}
+
+/// Width and height of the pictures, pixels.
+pub(super) fn size_of(window: &Window) -> [u32; 2] {
+    let form = &window.panels.export_form;
+    let pane = window.views.panes.get(&window.views.focused).filter(|_| form.as_view);
+    pane.map(|pane| pane.size_px).filter(|size| !size.contains(&0)).unwrap_or(form.size)
 }
 
 /// `pictures/snail.png` with `0007` becomes `pictures/snail-0007.png`.

@@ -1,7 +1,7 @@
 //! The export window: its form, a question before files are overwritten, and the progress.
 
 use super::form::{ExportForm, ExportKind, RendererChoice};
-use super::plan::plan;
+use super::plan::{plan, size_of};
 use super::run::{end, start};
 use crate::dialogs::{DialogPurpose, files};
 use crate::document::PaneSettings;
@@ -54,7 +54,7 @@ fn form(window: &mut Window, ui: &mut Ui) {
     let camera = window.camera_of(window.views.focused);
     let settings = window.settings.pane(window.views.focused).cloned();
     let has_legend = window.legend().is_some();
-    let size = window.panels.export_form.size_of(window);
+    let size = size_of(window);
     let remembered: Vec<Camera> = window.settings.bookmarks.iter().map(|one| one.camera).collect();
     let form = &mut window.panels.export_form;
     ui.horizontal(|ui| {

@@ -63,7 +63,9 @@ fn copy(ui: &mut Ui, measurement: &Measurement) {
     }
     let button = egui::Button::new(iconed(ui, Icon::ClipboardCopy, "copy numbers"));
     let about = "All numbers with all their digits, as a table for a spreadsheet.";
-    if ui.add(button).on_hover_text(about).clicked() {
+    let response = ui.add(button);
+    response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, true, "copy numbers"));
+    if response.on_hover_text(about).clicked() {
         ui.ctx().copy_text(table::as_text(measurement));
     }
 }

@@ -4,7 +4,7 @@ use super::card::Card;
 use super::measurement::Measurement;
 use super::plot::time;
 use super::words::words;
-use crate::theme::space;
+use crate::theme::{Icon, space};
 use eframe::egui::{Grid, RichText, Ui, vec2};
 use surfelshop_evaluate::compare::report::METRICS;
 use surfelshop_evaluate::report::cells::Cell;
@@ -53,14 +53,14 @@ pub(super) fn pictures(ui: &mut Ui, measurement: &Measurement) {
         );
         row(
             ui,
-            "time, ms ↓",
+            &format!("time, ms {}", Icon::ArrowDown.unicode()),
             "Milliseconds of a picture: the median of those after the first; all frames together where one is refined.",
             texts(&of_frame),
         );
         row(ui, "spread of times, ms", "Between the quartiles.", texts(&between));
         row(
             ui,
-            "its own passes, ms ↓",
+            &format!("its own passes, ms {}", Icon::ArrowDown.unicode()),
             "Milliseconds of the renderer's own passes on the device, without the surfels' and the window's: the median.",
             texts(&own),
         );

@@ -1,5 +1,7 @@
 //! The metrics in plain words.
 
+use crate::theme::Icon;
+
 /// What a metric is called in the panel, its unit, and what it means.
 pub(super) struct Words {
     pub(super) name: &'static str,
@@ -18,7 +20,8 @@ impl Words {
 
     /// The name with an arrow to the better side.
     pub(super) fn title(&self) -> String {
-        let arrow = if self.more_is_better { "↑" } else { "↓" };
+        let arrow = if self.more_is_better { Icon::ArrowUp } else { Icon::ArrowDown };
+        let arrow = arrow.unicode();
         match self.unit {
             "" => format!("{} {arrow}", self.name),
             unit => format!("{}, {unit} {arrow}", self.name),

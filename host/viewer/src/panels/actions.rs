@@ -35,16 +35,10 @@ impl Window {
         self.fly_to(self.views.focused, to);
     }
 
-    /// Shows or hides a cloud; the last visible one stays.
+    /// Shows or hides a cloud.
     pub(crate) fn toggle_cloud(&mut self, index: usize) {
         let Some(shown) = &self.document.clouds else { return };
-        let all = shown.open_clouds.all();
-        let Some(cloud) = all.get(index) else { return };
-        let n_visible = all.iter().filter(|cloud| cloud.visible).count();
-        if cloud.visible && n_visible == 1 {
-            self.messages.report("one cloud stays visible: show another one first");
-            return;
-        }
+        let Some(cloud) = shown.open_clouds.all().get(index) else { return };
         let open_clouds = shown.open_clouds.showing(index, !cloud.visible);
         self.show_clouds(open_clouds);
     }

@@ -10,6 +10,7 @@ mod outliner;
 pub(crate) mod parameters;
 mod properties;
 pub(crate) mod row;
+mod selected;
 mod selection;
 pub(crate) mod sides;
 mod state;

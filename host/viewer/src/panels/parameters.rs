@@ -25,7 +25,7 @@ pub(crate) fn show(ui: &mut Ui, declared: &[ParamDecl], values: &mut Values) -> 
                 chosen = chooses.then(|| parameter.clone()).or(chosen.take());
                 response.labelled_by(label)
             }
-            _ => edit(ui, label, parameter, &mut value).labelled_by(label),
+            _ => edit(ui, label, parameter, &mut value),
         });
         if shown.reset {
             value = parameter.default.clone();
@@ -79,7 +79,9 @@ fn edit_path(ui: &mut Ui, id: &str, path: &mut String) -> (egui::Response, bool)
                 *path = whole.unwrap_or_else(|_empty| typed.to_owned());
             }
         }
-        (response, ui.button("…").on_hover_text("choose a file").clicked())
+        let choose = ui.button("…");
+        choose.widget_info(|| WidgetInfo::labeled(Role::Button, true, "choose a file"));
+        (response, choose.on_hover_text("choose a file").clicked())
     })
     .inner
 }
@@ -103,23 +105,23 @@ fn capitalised(text: &str) -> String {
 fn edit(ui: &mut Ui, label: egui::Id, parameter: &ParamDecl, value: &mut Value) -> egui::Response {
     let unit = suffix(parameter);
     match (&parameter.kind, value) {
-        (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, ""),
+        (ParamKind::Bool, Value::Bool(value)) => ui.checkbox(value, "").labelled_by(label),
         (ParamKind::Int, Value::Int(value)) => match scale(parameter) {
             Some(scale) => slider(ui, label, value, (&scale, &unit)),
-            None => number(ui, value, parameter.range, 0.1, &unit),
+            None => number(ui, value, parameter.range, 0.1, &unit).labelled_by(label),
         },
         (ParamKind::Float, Value::Float(value)) => match scale(parameter) {
             Some(scale) => slider(ui, label, value, (&scale, &unit)),
             None => {
                 let speed = (0.01 * value.abs()).max(0.001);
-                number(ui, value, parameter.range, speed, &unit)
+                number(ui, value, parameter.range, speed, &unit).labelled_by(label)
             }
         },
-        (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value),
+        (ParamKind::Text, Value::Text(value)) => ui.text_edit_singleline(value).labelled_by(label),
         (ParamKind::Color, Value::Color(value)) => {
             // The widget rounds on its way through another space: what nobody touches stays.
             let mut edited = *value;
-            let response = ui.color_edit_button_rgb(&mut edited);
+            let response = ui.color_edit_button_rgb(&mut edited).labelled_by(label);
             if response.changed() {
                 *value = edited;
             }

@@ -12,9 +12,7 @@ use eframe::egui::{
 /// Width of a window in which the panels stand at both sides.
 const WIDE: f32 = 860.0;
 
-/// Widths of the panels at first, and between which they are dragged.
-pub(crate) const OUTLINER: f32 = 218.0;
-pub(crate) const PROPERTIES: f32 = 336.0;
+/// Widths between which the panels are dragged.
 const OUTLINERS: std::ops::RangeInclusive<f32> = 150.0..=420.0;
 const PROPERTIES_OF: std::ops::RangeInclusive<f32> = 290.0..=640.0;
 

@@ -6,7 +6,7 @@ use super::outliner::BookmarkPictures;
 use crate::commands::Palette;
 use crate::dialogs::Dialogs;
 use crate::export::{ExportForm, ExportJob};
-use crate::preferences::window::SettingsWindow;
+use crate::preferences::SettingsWindow;
 use crate::start::Thumbnails;
 
 /// What panels, menus and dialogs remember from frame to frame.

@@ -3,7 +3,7 @@
 use crate::render_thread::{RenderCommand, UnitHealth};
 use crate::window::Window;
 use eframe::egui::{Grid, ScrollArea, Ui};
-use surfelshop_runtime::plugins::{Entry, State};
+use surfelshop_runtime::plugins::{Entry, State, TrustState};
 use surfelshop_session::plugin_facts::{author, licence, trusted};
 
 /// Digits of a SHA-256 that a row shows; the tooltip has all.
@@ -54,7 +54,13 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
     } else {
         String::new()
     });
-    ui.label(if known { author(&manifest) } else { String::new() });
+    // The program's own name nobody.
+    let is_own = manifest.authors.is_empty() && matches!(entry.trust, TrustState::OfProgram);
+    ui.label(match (known, is_own) {
+        (true, true) => "Surfelshop".to_owned(),
+        (true, false) => author(&manifest),
+        (false, _) => String::new(),
+    });
     ui.label(if known { licence(&manifest) } else { "" });
     let sha256 = entry.contents.to_string();
     let file = format!("{}…  {}", &sha256[..DIGITS], entry.path.display());

@@ -41,8 +41,9 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     egui::Window::new(title)
         .id(egui::Id::unique("tool"))
         .open(&mut open)
-        .default_width(360.0)
-        .default_pos([380.0, 90.0])
+        .default_width(380.0)
+        .pivot(egui::Align2::CENTER_CENTER)
+        .default_pos(ctx.content_rect().center())
         .show(ctx, |ui| {
             ui.label(summary);
             ui.separator();

@@ -7,13 +7,14 @@ mod plugins_page;
 mod shortcuts_page;
 mod units;
 pub(crate) mod window;
+mod window_state;
 
 pub(crate) use device::DevicePreferences;
 pub(crate) use units::Unit;
+pub(crate) use window_state::{Page, SettingsWindow};
 
 pub(crate) use file::PreferenceFile;
 
-use crate::panels::sides::{OUTLINER, PROPERTIES};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use surfelshop_cloud::scene::Table;
@@ -58,6 +59,10 @@ pub(crate) enum Orbit {
     /// About any axis.
     Trackball,
 }
+
+/// Widths of the outliner and of the properties at first, points.
+const OUTLINER: f32 = 218.0;
+const PROPERTIES: f32 = 336.0;
 
 /// Factors on the size of everything.
 pub(crate) const UI_SCALES: [f32; 7] = [0.75, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0];

@@ -1,60 +1,15 @@
 //! The window of settings, page by page, and the file that holds them.
 
-use super::{FileUp, Orbit, ThemeChoice, UI_SCALES, Unit};
+use super::{FileUp, Orbit, Page, ThemeChoice, UI_SCALES, Unit};
 use super::{drawing_page, plugins_page, shortcuts_page};
 use crate::panels::row::{check_row, row_of};
 use crate::theme::space;
 use crate::window::Window;
 use eframe::egui::{self, Align2, Context, Label, RichText, ScrollArea, Ui, vec2};
-use surfelshop_session::trust_file::TrustFile;
 
 /// Width of the list of pages, and size of a page at most.
 const PAGES: f32 = 110.0;
 const PAGE: [f32; 2] = [520.0, 420.0];
-
-/// A page of the window.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Page {
-    #[default]
-    Appearance,
-    Views,
-    Drawing,
-    Shortcuts,
-    Plugins,
-}
-
-impl Page {
-    /// All, in the order of the list.
-    pub(crate) const ALL: [Self; 5] =
-        [Self::Appearance, Self::Views, Self::Drawing, Self::Shortcuts, Self::Plugins];
-
-    /// The name in the list.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Appearance => "Appearance",
-            Self::Views => "Views",
-            Self::Drawing => "Drawing",
-            Self::Shortcuts => "Shortcuts",
-            Self::Plugins => "Plugins",
-        }
-    }
-}
-
-/// What the window remembers from frame to frame.
-#[derive(Default)]
-pub(crate) struct SettingsWindow {
-    pub(crate) page: Page,
-    /// Words that the shown shortcuts have.
-    pub(super) search: String,
-    /// The command that waits for a new shortcut.
-    pub(crate) waits: Option<&'static str>,
-    /// Why the last one was refused.
-    pub(super) refused: Option<String>,
-    /// The trusted plugins, or why they cannot be read.
-    pub(super) trusted: Option<Result<TrustFile, String>>,
-    /// What the folder of what can be made again takes, bytes.
-    pub(super) cache: Option<u64>,
-}
 
 /// Shows the window if it is open.
 pub(crate) fn show(window: &mut Window, ctx: &Context) {
@@ -85,6 +40,8 @@ fn contents(window: &mut Window, ui: &mut Ui, screen: egui::Vec2) {
                 let button = egui::Button::selectable(is_shown, page.name());
                 if ui.add_sized(vec2(PAGES, 24.0), button).clicked() {
                     window.panels.settings.page = page;
+                    // The entries above are drawn already.
+                    ui.ctx().request_repaint();
                 }
             }
         });

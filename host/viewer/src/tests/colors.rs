@@ -148,6 +148,9 @@ fn what_a_cloud_lacks_is_said_and_shown_without() {
 #[test]
 fn the_panel_has_sources_maps_and_filters() {
     let mut screen = Screen::sample();
+    screen.window().select(crate::panels::Selection::Cloud(0));
+    // High enough for all of it.
+    screen.harness.set_size(eframe::egui::Vec2::new(1000.0, 1600.0));
     screen.window().settings.color = by_height();
     screen.settle();
     screen.frames();

@@ -51,6 +51,8 @@ fn pictures_are_written_at_any_size_and_all_around() {
     );
     // No file is overwritten without a question.
     let old = std::fs::read(path("one.png")).unwrap();
+    screen.window().messages.dismiss_all();
+    screen.frames();
     screen.harness.get_by_label("this view").click();
     screen.window().panels.export_form.set(path("one.png").to_str().unwrap(), [50, 40], 2);
     screen.frames();

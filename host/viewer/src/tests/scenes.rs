@@ -95,6 +95,8 @@ fn a_cloud_has_a_renderer_of_its_own() {
         side.shown.as_ref().unwrap().rendered.levels.clone()
     };
     let before = levels(&mut screen);
+    screen.window().select(crate::panels::Selection::Cloud(1));
+    screen.frames();
     screen.harness.get_by_label("renderer of b.ply").click();
     screen.frames();
     screen.harness.get_all_by_label("flat").last().unwrap().click();

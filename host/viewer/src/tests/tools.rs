@@ -219,18 +219,19 @@ fn a_new_cloud_stands_beside_its_source_which_is_hidden() {
     assert!(!items(window)[0].is_unsaved() && items(window)[1].is_unsaved());
     screen.settle();
     // With both visible there is a choice of clouds.
-    screen.harness.get_by_label("sample.ply").click();
+    let eye = |name: &str| format!("show {name}");
+    screen.harness.get_by_label(&eye("sample.ply")).click();
     screen
         .until("both", |window| window.document.clouds.as_ref().unwrap().clouds.loaded.len() == 2);
     // With both hidden the picture is the background.
     for name in ["sample.ply", "sample.ply (makes-cloud)"] {
-        screen.harness.get_by_label(name).click();
+        screen.harness.get_by_label(&eye(name)).click();
         screen.frames();
     }
     assert!(screen.window().document.clouds.as_ref().unwrap().clouds.loaded.is_empty());
     screen.settle();
     for name in ["sample.ply", "sample.ply (makes-cloud)"] {
-        screen.harness.get_by_label(name).click();
+        screen.harness.get_by_label(&eye(name)).click();
         screen.frames();
     }
     screen.window().plugins.tools.cloud_index = 1;

@@ -29,7 +29,9 @@ pub(crate) fn split(window: &mut Window, tree: &mut Tree<u32>, pane: u32, below:
         window.views.own_cameras.insert(id, camera);
     }
     let panes = window.settings.pane_ids();
-    let beside = arrangement::beside(tree, &panes, (pane, id), below);
+    // A high one is halved across, so that no view becomes a strip.
+    let [width, height] = window.views.panes.get(&pane).map_or([1, 0], |pane| pane.size_px);
+    let beside = arrangement::beside(tree, &panes, (pane, id), below || width < height);
     *tree = beside.unwrap_or_else(|| arrangement::default_tree(&panes));
     window.views.focused = id;
 }

@@ -33,7 +33,8 @@ pub(crate) fn show(
     let mut captions = vec![(rects[0], 0)];
     let mut second = None;
     // Two captions with all numbers would lie over each other.
-    let is_narrow = settings.mode.sides() == 2 && rects[0].width() < NARROW;
+    let narrow = if settings.mode.sides() == 2 { NARROW } else { 0.62 * NARROW };
+    let is_narrow = rects[0].width() < narrow;
     match settings.mode {
         Mode::Single => image(texture(pane, 0), rects[0], WHOLE),
         Mode::SideBySide => {

@@ -24,7 +24,10 @@ pub(crate) fn describe(displayed: &DisplayedClouds, whole: &Clouds, point: DVec3
     let color = color(cloud, index);
     let name = match whole.loaded.len() {
         0 | 1 => String::new(),
-        _ => format!(" of {}", loaded.summary.file),
+        _ => {
+            let file = std::path::Path::new(&loaded.summary.file);
+            format!(" of {}", file.file_name().unwrap_or_default().to_string_lossy())
+        }
     };
     let attribute = displayed.display().colors().attribute();
     let number = attribute.and_then(|attribute| {

@@ -168,7 +168,7 @@ pub(super) static VIEWS: [Command; 10] = [
     Command::new(
         ("split", "Split the view", Icon::SquareSplitHorizontal),
         Menu::View,
-        "Puts a second view beside the focused one.",
+        "Puts a second view beside the focused one, or below it where that is higher than wide.",
         |window, _| layout::split_focused(window, false),
     )
     .keys(&[key(Key::N)])

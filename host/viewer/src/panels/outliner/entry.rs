@@ -76,7 +76,13 @@ pub(super) fn show(ui: &mut Ui, entry: &Entry<'_>) -> RowResponse {
     let note = cut(ui, entry.note, small, 0.5 * (right - left), note_color);
     let note_width = note.size().x;
     let at = pos2(right - note_width, rect.center().y - 0.5 * note.size().y);
+    let place = Rect::from_min_size(at, note.size());
     ui.painter().galley(at, note, note_color);
+    if !entry.note.is_empty() {
+        // Read after the name.
+        let note = ui.interact(place, row.id.with("note"), Sense::hover());
+        note.widget_info(|| WidgetInfo::labeled(Role::Label, true, entry.note));
+    }
     let room = right - note_width - left - space::SMALL;
     name(ui, entry.name, pos2(left, rect.center().y), room, text);
     let eye_clicked = entry.eye.is_some_and(|shown| {

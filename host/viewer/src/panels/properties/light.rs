@@ -83,7 +83,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui, selection: Selection) {
     if is_placed {
         let about = "Lights that have a place are over the picture where the pointer is, to be \
                      dragged, and never in saved pictures.";
-        check_row(ui, "show handles", about, &mut window.settings.shows_light_handles);
+        check_row(ui, "show lights", about, &mut window.settings.shows_light_handles);
     }
     let is_on = matches!(selection, Selection::Light(_));
     ui.horizontal_wrapped(|ui| {

@@ -23,7 +23,7 @@ use super::row::{Scale, check_row, row, row_of, slider_row};
 use crate::commands::{self, find};
 use crate::theme::{Icon, icon_text, iconed, space, tokens};
 use crate::window::Window;
-use eframe::egui::{Button, CollapsingHeader, Response, RichText, Ui};
+use eframe::egui::{Button, CollapsingHeader, Response, RichText, Role, Ui, WidgetInfo};
 
 /// Shows the properties of what is selected.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
@@ -45,7 +45,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
             section(ui, "Compare", true, |ui| comparison::show(window, ui));
             section(ui, "Picture", true, |ui| picture::show(window, ui));
             section(ui, "Camera", true, |ui| camera::show(window, ui));
-            section(ui, "Passes", false, |ui| passes::show(window, ui));
+            section(ui, "Passes", true, |ui| passes::show(window, ui));
             section(ui, "What it is made of", false, |ui| breakdown::show(window, ui));
         }
     }
@@ -91,7 +91,9 @@ fn command_button(window: &mut Window, ui: &mut Ui, id: &str, words: &str) -> Op
     let command = find(id)?;
     let refused = commands::why_not(window, command);
     let button = Button::new(iconed(ui, command.icon, words));
-    let response = ui.add_enabled(refused.is_none(), button);
+    let is_enabled = refused.is_none();
+    let response = ui.add_enabled(is_enabled, button);
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, is_enabled, words));
     let about = match refused {
         None => command.about.to_owned(),
         Some(reason) => format!("Not now: {reason}."),

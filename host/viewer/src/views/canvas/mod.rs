@@ -126,6 +126,9 @@ impl Panes<'_> {
         if response.clicked() {
             self.window.select(Selection::View);
         }
+        if response.dragged() && !handles.dragged && !axes.dragged {
+            pointer::pivot(self.window, &painter, id, &rects);
+        }
         let dragged_line = wipe::show(self.window, ui, &painter, rects[0], &settings);
         dropped::show(self.window, ui, &response, &painter, id);
         // The wheel zooms over a light handle, too.

@@ -2,8 +2,9 @@
 
 use super::Panes;
 use crate::preferences::Orbit;
-use crate::views::{navigation, surfel};
-use eframe::egui::{self, Key, PointerButton, Ui, Vec2};
+use crate::views::{navigation, picking, surfel};
+use crate::window::Window;
+use eframe::egui::{self, Color32, Key, Painter, PointerButton, Rect, Stroke, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 impl Panes<'_> {
@@ -111,6 +112,25 @@ impl Panes<'_> {
         let inside = x < image.width && y < image.height;
         let depth = inside.then(|| f64::from(image.pixel(x, y)[0]))?;
         (depth > 0.0).then_some(depth)
+    }
+}
+
+/// Marks what the camera turns about, while it is dragged.
+pub(super) fn pivot(window: &Window, painter: &Painter, pane: u32, rects: &[Rect]) {
+    if window.views.walking {
+        return;
+    }
+    let camera = window.camera_of(pane);
+    let Some(found) = picking::project(&camera, camera.target) else { return };
+    for rect in rects {
+        let offset = Vec2::from(found.position.as_vec2().to_array()) * rect.height();
+        let at = rect.center() + offset;
+        for (width, color) in [(3.0, Color32::from_black_alpha(150)), (1.0, Color32::WHITE)] {
+            let stroke = Stroke::new(width, color);
+            painter.circle_stroke(at, 5.0, stroke);
+            painter.hline(at.x - 9.0..=at.x + 9.0, at.y, stroke);
+            painter.vline(at.x, at.y - 9.0..=at.y + 9.0, stroke);
+        }
     }
 }
 
