@@ -14,7 +14,8 @@
 //! | `shininess`, `flags`, `texture`, `weight`, `sampling_density`, `isovalue`, `origin_cell`, `camera_depth`, `camera_id`, `camera_xy`, `camera_angles` | as stored | |
 //!
 //! A set stands where its transform and the file's axes put it: rigid transforms become the cloud's pose, others are
-//! applied to the surfels. y is up then. The camera of the scene, markers, feature relations and coarser resolutions are not
+//! applied to the surfels. y is up then, or x or z where that is so in a file whose other axes follow from it: its
+//! coordinates stay. The camera of the scene, markers, feature relations and coarser resolutions are not
 //! read.
 //!
 //! | parameter | type | default | meaning |

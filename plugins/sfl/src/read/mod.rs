@@ -17,7 +17,7 @@ use geometry::Geometry;
 use placement::Placement;
 use scene::{Facts, Scene};
 use set::SurfelSet;
-use surfelshop_api::format::{CloudHeader, CloudSink, FileSource, UpAxis};
+use surfelshop_api::format::{CloudHeader, CloudSink, FileSource};
 use surfelshop_api::{Job, Result};
 
 /// Reads all surfel sets of a file.
@@ -116,7 +116,7 @@ fn cloud_header(facts: &Facts, set: &SurfelSet, placement: &Placement, plan: &Pl
         columns: plan.file_columns(),
         bounds: set.bounds.map(|bounds| placement.bounds(bounds)),
         pose: placement.pose,
-        up: UpAxis::Y,
+        up: facts.up,
         metres_per_unit: facts.metres_per_unit,
         time: facts.date.clone(),
         comments: facts.comments.iter().chain(&set.comments).cloned().chain(own).collect(),

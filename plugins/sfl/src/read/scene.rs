@@ -3,15 +3,19 @@
 use super::placement::is_invertible;
 use super::set::{SurfelSet, matrix, or_warn};
 use crate::gff::{Directory, Gff, MAX_CHILDREN, root_offset, tags};
-use surfelshop_api::format::FileSource;
-use surfelshop_api::glam::{DMat3, DVec3};
+use crate::write::axes_of;
+use surfelshop_api::format::{FileSource, UpAxis};
+use surfelshop_api::glam::{DMat3, DVec3, Vec3};
 use surfelshop_api::{Error, Result};
 
 /// What a file says of all its sets.
 #[derive(Clone, Debug)]
 pub(crate) struct Facts {
-    /// Rows: the directions to the right, upwards and back, of the file's coordinates.
+    /// Rows: the directions to the right, upwards and back, of the file's coordinates; these as they are where the file's
+    /// own point up along x or z.
     pub(crate) axes: DMat3,
+    /// What points up of the coordinates that come of it.
+    pub(crate) up: UpAxis,
     /// Length of a unit; 0 where the file has none.
     pub(crate) metres_per_unit: f64,
     /// When the file was made; may be empty.
@@ -149,7 +153,21 @@ impl Facts {
         if camera.is_some() {
             comments.push("the camera of the scene is not read".to_owned());
         }
-        Self { axes: axes(gff, root, warnings), metres_per_unit, date, comments }
+        let (axes, up) = upright(axes(gff, root, warnings));
+        Self { axes, up, metres_per_unit, date, comments }
+    }
+}
+
+/// Axes, and what points up with them. A file whose x or z points up, and whose other two axes follow from it, keeps its
+/// coordinates: those that are written so come back as they were.
+fn upright(axes: DMat3) -> (DMat3, UpAxis) {
+    let as_written = |up: &UpAxis| {
+        let rows = axes_of(*up).map(|row| Vec3::from(row).as_dvec3());
+        DMat3::from_cols(rows[0], rows[1], rows[2]).transpose() == axes
+    };
+    match [UpAxis::X, UpAxis::Z].into_iter().find(as_written) {
+        Some(up) => (DMat3::IDENTITY, up),
+        None => (axes, UpAxis::Y),
     }
 }
 

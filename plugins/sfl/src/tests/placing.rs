@@ -3,7 +3,7 @@
 use super::clouds::{column, read};
 use super::files::{Made, bytes_of, file_behind, resolution, root_of, set};
 use surfelshop_api::columns::Element;
-use surfelshop_api::format::Collected;
+use surfelshop_api::format::{Collected, UpAxis};
 use surfelshop_api::glam::DVec3;
 
 /// A surfel with position, normal, radius, or the two tangents in place of normal and radius.
@@ -55,17 +55,34 @@ fn rigid_transforms_are_poses() {
 
 #[test]
 fn axes_turn_the_surfels_so_that_y_is_up() {
-    let z_up = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+    // y to the right, z upwards and x back.
+    let z_up = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
     let found = read_root(&axes(root_of(vec![disc()]), z_up));
-    assert_eq!(vector(&found, "position"), DVec3::new(1.0, 3.0, -2.0));
-    assert_near(vector(&found, "normal"), [0.0, 0.8, -0.6]);
+    assert_eq!(vector(&found, "position"), DVec3::new(2.0, 3.0, 1.0));
+    assert_eq!(found.clouds[0].header.up, UpAxis::Y);
+    assert_near(vector(&found, "normal"), [0.6, 0.8, 0.0]);
     assert_eq!(found.clouds[0].header.columns[0].element, Element::F32);
     // Everything that the host makes of it is C T p.
     let found = read_root(&axes(root_of(vec![disc().floats(0x0161, &MOVED_QUARTER_TURN)]), z_up));
     let pose = found.clouds[0].header.pose;
-    assert_near(pose.place(vector(&found, "position")), [8.0, 33.0, -21.0]);
+    assert_near(pose.place(vector(&found, "position")), [21.0, 33.0, 8.0]);
     // T n = (-0.6, 0, 0.8).
-    assert_near(pose.rotation * vector(&found, "normal"), [-0.6, 0.8, 0.0]);
+    assert_near(pose.rotation * vector(&found, "normal"), [0.0, 0.8, -0.6]);
+}
+
+/// Invariant: coordinates of files whose x or z points up, as they are written here, stay
+#[test]
+fn axes_that_point_up_otherwise_are_said_and_coordinates_stay() {
+    let z_up = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
+    let x_up = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    for (rows, up) in [(z_up, UpAxis::Z), (x_up, UpAxis::X)] {
+        let found =
+            read_root(&axes(root_of(vec![disc().floats(0x0161, &MOVED_QUARTER_TURN)]), rows));
+        let header = &found.clouds[0].header;
+        assert_eq!((vector(&found, "position"), header.up), (DVec3::new(1.0, 2.0, 3.0), up));
+        assert_near(header.pose.place(DVec3::new(1.0, 2.0, 3.0)), [8.0, 21.0, 33.0]);
+        assert_near(vector(&found, "normal"), [0.0, 0.6, 0.8]);
+    }
 }
 
 #[test]
@@ -122,9 +139,9 @@ fn transforms_that_mirror_turn_the_second_tangent_round() {
 #[test]
 fn boxes_follow_the_surfels() {
     let bounds = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
-    let z_up = [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]];
-    let found = read_root(&axes(root_of(vec![disc().floats(0x0118, &bounds)]), z_up));
-    let expected = [DVec3::new(1.0, 3.0, -5.0), DVec3::new(4.0, 6.0, -2.0)];
+    let turned = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]];
+    let found = read_root(&axes(root_of(vec![disc().floats(0x0118, &bounds)]), turned));
+    let expected = [DVec3::new(2.0, 3.0, 1.0), DVec3::new(5.0, 6.0, 4.0)];
     assert_eq!(found.clouds[0].header.bounds, Some(expected));
     let not_finite = [1.0, 2.0, 3.0, 4.0, f32::NAN, 6.0];
     let found = read_root(&root_of(vec![disc().floats(0x0118, &not_finite)]));

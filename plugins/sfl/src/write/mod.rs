@@ -12,6 +12,7 @@ mod set;
 use crate::gff::{ENTRY_BYTES, MAX_CHILDREN, closing};
 use crate::settings::Settings;
 use report::Report;
+pub(crate) use scene::axes_of;
 use scene::{SceneBlock, SceneEnd};
 use set::SetWriter;
 use surfelshop_api::format::{CloudSource, FileSink};

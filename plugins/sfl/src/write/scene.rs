@@ -41,7 +41,7 @@ pub(super) fn bounds_floats(bounds: Option<[DVec3; 2]>) -> [f32; 6] {
 }
 
 /// The directions to the right, upwards and back, where an axis points up.
-fn axes(up: UpAxis) -> [[f32; 3]; 3] {
+pub(crate) fn axes_of(up: UpAxis) -> [[f32; 3]; 3] {
     match up {
         UpAxis::Unknown | UpAxis::Y => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
         UpAxis::X => [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
@@ -89,7 +89,7 @@ impl SceneBlock {
         if let Some(version) = self.version {
             root = root.words(tags::VERSION, &[version]);
         }
-        let [right, up, back] = axes(self.up);
+        let [right, up, back] = axes_of(self.up);
         root = root.floats(tags::RIGHT, &right).floats(tags::UP, &up).floats(tags::BACK, &back);
         if self.metres_per_unit > 0.0 && self.metres_per_unit.is_finite() {
             root = root.floats(tags::DEFAULT_UNITS, &[self.metres_per_unit as f32]);
