@@ -12,7 +12,7 @@ const MOST_STEPS: f64 = 128.0;
 const DOUBT: f64 = 1e-3;
 
 /// A pixel of which rounding may decide something besides.
-struct Told {
+struct Checked {
     pixel: Pixel,
     sure: bool,
 }
@@ -20,7 +20,7 @@ struct Told {
 impl Twin<'_> {
     /// The pixel as it is where it shows the back of a splat.
     pub(super) fn of_rim(&self, own: Pixel, splat: &Splat, at: [u32; 2]) -> Pixel {
-        let Told { pixel, sure } = self.told(own, splat, at);
+        let Checked { pixel, sure } = self.told(own, splat, at);
         let nearest_sure = own.nearest_sure && pixel.nearest_sure && sure;
         Pixel {
             depth: own.depth,
@@ -31,9 +31,9 @@ impl Twin<'_> {
         }
     }
 
-    fn told(&self, own: Pixel, splat: &Splat, at: [u32; 2]) -> Told {
+    fn told(&self, own: Pixel, splat: &Splat, at: [u32; 2]) -> Checked {
         let view = self.view;
-        let left = |sure| Told { pixel: own, sure };
+        let left = |sure| Checked { pixel: own, sure };
         let distance = -splat.center.z;
         let radius = splat.axis_u.length().max(splat.axis_v.length());
         if distance <= view.near || radius <= 0.0 {
@@ -70,7 +70,7 @@ impl Twin<'_> {
             let Some(pixel) = front else { continue };
             sure &= !is_near((pixel.depth - distance).abs(), slack);
             if (pixel.depth - distance).abs() <= slack {
-                return Told { pixel, sure };
+                return Checked { pixel, sure };
             }
         }
         left(sure)

@@ -24,14 +24,14 @@ const MOST_STEPS: i32 = 128;
 pub(crate) type BackPixel = (u32, u32);
 
 /// A picture of the surface, and which of its pixels are seen from behind.
-struct Seen<'a> {
+struct SurfacePixels<'a> {
     packed: &'a [[u32; 4]],
     /// A bit a pixel.
     backs: &'a [u64],
     size: [i32; 2],
 }
 
-impl Seen<'_> {
+impl SurfacePixels<'_> {
     /// The distance of a pixel that is seen from the front, where it is one.
     fn front(&self, [x, y]: [i32; 2]) -> Option<(usize, f32)> {
         let [width, height] = self.size;
@@ -101,13 +101,14 @@ pub(crate) fn smooth(
             *word |= 1 << (at % 64);
         }
     }
-    let seen = Seen { packed: &picture.packed, backs: &bits, size: size.map(|side| side as i32) };
+    let surface =
+        SurfacePixels { packed: &picture.packed, backs: &bits, size: size.map(|side| side as i32) };
     let changed: Vec<(u32, usize)> = backs
         .par_iter()
         .flatten_iter()
         .filter_map(|&(at, number)| {
             let in_view = clouds.get(cloud_of(number))?;
-            Some((at, seen.stands_for(at, number & !BACK, in_view)?))
+            Some((at, surface.stands_for(at, number & !BACK, in_view)?))
         })
         .collect();
     for (at, from) in changed {

@@ -286,10 +286,10 @@ fn rim_fragment(@builtin(position) p: vec4<f32>) -> @location(0) vec4<u32> {
         discard;
     }
     for (var k = 1.0; k <= steps; k += 1.0) {
-        let from = pixel + vec2<i32>(floor(to_center * k / steps + 0.5));
-        let depth = front_distance(from);
+        let beside = pixel + vec2<i32>(floor(to_center * k / steps + 0.5));
+        let depth = front_distance(beside);
         if depth > 0.0 && abs(depth - distance) <= slack {
-            return vec4(textureLoad(packed, pixel, 0).x, textureLoad(packed, from, 0).yzw);
+            return vec4(textureLoad(packed, pixel, 0).x, textureLoad(packed, beside, 0).yzw);
         }
     }
     discard;
