@@ -59,9 +59,10 @@ fn read(text: &str) -> Result<Collected> {
     read_with::<Xyz>(text.as_bytes(), "table.xyz", &Settings::default())
 }
 
-/// Reads a table that is one cloud about which nothing is doubtful.
+/// Reads a table that is one cloud about which nothing is doubtful; columns of words may be left out.
 fn cloud(text: &str) -> CollectedCloud {
     let mut collected = read(text).unwrap_or_else(|error| panic!("{error}: {text}"));
+    collected.warnings.retain(|line| !line.contains("is left out: expected numbers"));
     assert_eq!(collected.warnings, Vec::<String>::new(), "{text}");
     assert_eq!(collected.clouds.len(), 1);
     collected.clouds.remove(0)
