@@ -151,7 +151,7 @@ pub enum ReadFault {
         found: String,
     },
     /// Coordinates are missing.
-    #[error("expected properties x, y and z of `{element}`, found {found}; name them so")]
+    #[error("expected properties x, y and z of {}, found {found}; name them so", quoted(element.as_bytes()))]
     NoCoordinates {
         /// The element of points.
         element: String,
@@ -160,8 +160,9 @@ pub enum ReadFault {
     },
     /// The header announces more than the file holds.
     #[error(
-        "element `{element}`: expected {expected}, found {found}; \
-         the file is cut short or its count is wrong"
+        "element {}: expected {expected}, found {found}; \
+         the file is cut short or its count is wrong",
+        quoted(element.as_bytes())
     )]
     Truncated {
         /// The element.
@@ -191,8 +192,9 @@ pub enum ReadFault {
     },
     /// A record is longer than any that is meant.
     #[error(
-        "record {record} of element `{element}`: expected at most {most} bytes, found more; the \
-         lengths of its lists are wrong"
+        "record {record} of element {}: expected at most {most} bytes, found more; the \
+         lengths of its lists are wrong",
+        quoted(element.as_bytes())
     )]
     LongRecord {
         /// The element.

@@ -94,7 +94,10 @@ fn what_is_streamed_is_what_reading_and_writing_make() {
             _ => given(cloud),
         };
         files.write(&whole, &given(loaded.cloud.clone()));
-        assert_same(&files.read(to).cloud, &files.read(&whole).cloud, &format!("{from} to {to}"));
+        // LAS 1.2 stays 1.2; a cloud in memory does not say what it is from, and 1.4 has another field.
+        let [found, whole] = [to, whole.as_str()]
+            .map(|name| files.read(name).cloud.without_column("scanner_channel"));
+        assert_same(&found, &whole, &format!("{from} to {to}"));
     }
 }
 
@@ -192,11 +195,7 @@ fn only_columns_that_are_named_are_kept() {
         assert_eq!(converted.columns, [POSITION, INTENSITY], "{output}");
         let cloud = files.read(output).cloud;
         assert!(cloud.column(COLOR).is_none(), "{output}");
-        // Every point of LAS 1.4 has a time; those that nobody gave are zero.
-        match output {
-            "out.las" => assert!(values(&cloud, "gps_time").iter().all(|&time| time == 0.0)),
-            _ => assert!(cloud.column("gps_time").is_none(), "{output}"),
-        }
+        assert!(cloud.column("gps_time").is_none(), "{output}");
         assert_eq!(
             cloud.column(INTENSITY).unwrap().values(),
             ball.column(INTENSITY).unwrap().values()

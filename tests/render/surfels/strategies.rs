@@ -434,6 +434,7 @@ fn backs_are_tinted_in_every_way_to_draw() {
     let flip = sphere.positions.iter().map(|position| position.x < 0.0);
     let flip: Vec<bool> = flip.collect();
     sphere.normals.iter_mut().zip(flip).filter(|(_, flip)| *flip).for_each(|(n, _)| *n = -*n);
+    sphere.colors.clear();
     let mut colored = sphere.clone();
     colored.colors = vec![[0, 200, 0]; colored.positions.len()];
     let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 128);
@@ -460,22 +461,20 @@ fn backs_are_tinted_in_every_way_to_draw() {
                 let pixels = |images: &[(Output, Image)]| images[0].1.data.clone();
                 let (plain, found) = (pixels(&before[renderer]), pixels(&found[renderer]));
                 let pairs = plain.chunks_exact(4).zip(found.chunks_exact(4)).enumerate();
-                let (mut n_left, mut n_right) = (0, 0);
+                let (mut left, mut right) = ([0; 2], [0; 2]);
                 for (i, (plain, found)) in pairs.filter(|(_, (plain, _))| plain[3] > 0.0) {
+                    assert!(!tinted(plain), "{what}");
                     match i % 128 {
                         // Discs of both sides meet in the middle.
-                        x if x < 58 => {
-                            assert!(tinted(found) && !tinted(plain), "{what}: {found:?}");
-                            n_left += 1;
-                        }
-                        x if x >= 70 => {
-                            assert_eq!(plain, found, "{what}");
-                            n_right += 1;
-                        }
+                        x if x < 58 => left[usize::from(tinted(found))] += 1,
+                        x if x >= 70 => right[usize::from(plain == found)] += 1,
                         _ => {}
                     }
                 }
-                assert!(n_left > 1000 && n_right > 1000, "{what}: {n_left} {n_right}");
+                // At the rim discs of the far side stick out, which show the other side.
+                for [wrong, right] in [left, right] {
+                    assert!(right > 1000 && wrong * 10 < right, "{what}: {wrong} {right}");
+                }
             }
         }
     }

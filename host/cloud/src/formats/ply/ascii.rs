@@ -92,9 +92,9 @@ pub(super) fn read<R: BufRead>(
         n_longer += u64::from(record_of(lines, element, &mut fields)?);
     }
     if n_longer > 0 {
-        let name = &element.name;
+        let name = quoted(element.name.as_bytes());
         warnings.push(format!(
-            "{n_longer} lines of element `{name}` have more values than the header declares; \
+            "{n_longer} lines of element {name} have more values than the header declares; \
              the first ones were read"
         ));
     }
@@ -130,7 +130,8 @@ fn record_of<R>(
     let mut words = text.split_ascii_whitespace();
     let too_few = || {
         let kind = if has_lists(element) { "lists and values" } else { "values" };
-        let expected = format!("{} {kind} of element `{}`", element.properties.len(), element.name);
+        let name = quoted(element.name.as_bytes());
+        let expected = format!("{} {kind} of element {name}", element.properties.len());
         fault(expected, format!("{}", text.split_ascii_whitespace().count()))
     };
     let mut column = 0;
@@ -140,15 +141,16 @@ fn record_of<R>(
             Kind::Scalar(scalar) => {
                 let value = number(word, scalar);
                 if !value.is_some_and(|value| fields[column].values.push(value)) {
-                    let expected =
-                        format!("a number of type {} for `{}`", scalar.name(), property.name);
+                    let name = quoted(property.name.as_bytes());
+                    let expected = format!("a number of type {} for {name}", scalar.name());
                     return Err(fault(expected, quoted(word.as_bytes())));
                 }
                 column += 1;
             }
             Kind::List { .. } => {
                 let Ok(length) = word.parse::<usize>() else {
-                    let expected = format!("the length of list `{}`", property.name);
+                    let name = quoted(property.name.as_bytes());
+                    let expected = format!("the length of list {name}");
                     return Err(fault(expected, quoted(word.as_bytes())));
                 };
                 for _ in 0..length {

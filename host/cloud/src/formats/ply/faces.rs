@@ -2,7 +2,7 @@
 
 use super::element::{at_end, shrunk};
 use super::header::{ElementDef, Kind};
-use crate::error::ReadFault;
+use crate::error::{ReadFault, quoted};
 use crate::faces::Faces;
 use crate::formats::body::Body;
 use crate::memory::grow;
@@ -109,7 +109,7 @@ pub(super) fn read<R: Read>(
 
 fn negative(element: &ElementDef, record: u64) -> ReadFault {
     ReadFault::Value {
-        place: format!("record {record} of element `{}`", element.name),
+        place: format!("record {record} of element {}", quoted(element.name.as_bytes())),
         expected: "a list with a length of at least 0".to_owned(),
         found: "a negative length".to_owned(),
     }

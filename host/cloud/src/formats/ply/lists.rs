@@ -3,7 +3,7 @@
 
 use super::element::at_end;
 use super::header::{ElementDef, Kind};
-use crate::error::ReadFault;
+use crate::error::{ReadFault, quoted};
 use crate::formats::body::Body;
 use crate::table::Field;
 use ply_rs_bw::parser::Parser;
@@ -105,7 +105,7 @@ fn each<R: Read>(
         }
         take(row.map_err(|error| match error.kind() {
             std::io::ErrorKind::InvalidInput => ReadFault::Value {
-                place: format!("record {record} of element `{}`", element.name),
+                place: format!("record {record} of element {}", quoted(element.name.as_bytes())),
                 expected: "a list with a length of at least 0".to_owned(),
                 found: "a negative length".to_owned(),
             },
