@@ -284,6 +284,8 @@ fn a_session_with_mouse_and_keys() {
     program.key("n");
     program.picture(1, "ewa-phong");
     screen.xdotool("mousemove 400 500 click 1");
+    // A key of the same frame would still be for the new view.
+    std::thread::sleep(Duration::from_secs(1));
     program.key("alt+3");
     program.picture(0, "flat");
     std::thread::sleep(Duration::from_millis(500));
