@@ -350,10 +350,11 @@ mod tests {
                     (at.x / at.w).abs().max((at.y / at.w).abs())
                 };
                 let reach = corners.iter().map(reach).fold(0.0, f32::max);
-                // The margin of 1.04; from the end of the bar it is the distance to the bar that counts.
+                // The margin of 1.04, of which the sphere's perspective leaves less; from the end of the bar it is the
+                // distance to the bar that counts.
                 let is_end_on = ["left", "right"].contains(&preset) && !orthographic;
                 let least = if is_end_on { 0.2 } else { 0.95 };
-                assert!(reach < 0.965 && reach > least, "{preset} {size:?}: {reach}");
+                assert!(reach < 1.0 && reach > least, "{preset} {size:?}: {reach}");
             }
         }
         // A ball takes what its sphere does.
