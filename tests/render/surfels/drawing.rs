@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::srgb_to_linear;
-use surfelshop_api::{Projection, Scene, View, columns};
+use surfelshop_api::{Projection, Scene, SurfaceSettings, View, columns};
 use surfelshop_cloud::{Buffer, Cloud, Column};
 use surfelshop_tests::cast::{Agreement, cast};
 use surfelshop_tests::{clouds, stage};
@@ -192,13 +192,24 @@ fn blended_normals_of_a_sphere_are_its_own() {
         let frame =
             stage::render(&mut engine, &mut renderer, &cloud, &Scene::default(), view, &outputs)
                 .unwrap();
+        let surface = SurfaceSettings { two_sided: false, ..SurfaceSettings::default() };
+        let scene = Scene { surface, ..Scene::default() };
+        let fronts =
+            stage::render(&mut engine, &mut renderer, &cloud, &scene, view, &outputs).unwrap();
         let world_from_view = view.camera.view_from_world().transpose();
         let normals = frame.image(&Output::Normal).unwrap();
         let depths = frame.image(&Output::Depth).unwrap();
+        let is_front = fronts.image(&Output::Depth).unwrap();
+        let mut n_past_rim = 0;
         for y in 0..256 {
             for x in 0..256 {
                 let depth = f64::from(depths.pixel(x, y)[0]);
                 if depth == 0.0 {
+                    continue;
+                }
+                // What sticks out past the rim has the normal of the rim, which is farther in.
+                if is_front.pixel(x, y)[0] == 0.0 {
+                    n_past_rim += 1;
                     continue;
                 }
                 let (_, ray) = view.ray(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -212,5 +223,7 @@ fn blended_normals_of_a_sphere_are_its_own() {
                 assert!(angle < bound, "at {x} {y}: {found} for {truth}");
             }
         }
+        // Of an outline of some 500 pixels.
+        assert!(n_past_rim < 250, "{n_past_rim}");
     });
 }

@@ -7,6 +7,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::{Value, Values};
 use surfelshop_api::{CloudFacts, Projection, Scene, View};
 use surfelshop_cloud::Cloud;
+use surfelshop_image::Image;
 use surfelshop_render::{
     Atomics, Backend, Engine, EngineOptions, GpuOptions, RenderRequest, Rendered, RendererView,
     SurfelDrawing,
