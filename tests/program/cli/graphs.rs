@@ -5,6 +5,12 @@ use std::path::{Path, PathBuf};
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sample.ply");
 
+/// Where the stored pictures were drawn from, by what is drawn.
+const SAMPLE_FROM: &str = "2.15903046331131,2.5276005638755947,3.8247997419520763;\
+                           -0.01952570676803589,0.9423533082008362,0.05172586441040039";
+const SPLATS_FROM: &str = "2.3137441744367027,2.6370805787123333,4.099913761536963;\
+                           -0.021083861589431763,0.9381206035614014,0.056190311908721924";
+
 fn stored(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("stored").join(name)
 }
@@ -25,14 +31,14 @@ fn graphs_of_earlier_revisions_draw_what_they_drew_then() {
     ] {
         let graph = stored(&format!("{name}.graph")).display().to_string();
         let line = ["render", SAMPLE, "--size", "64", "-o", "now.png", "--graph", &graph];
-        desk.run_with(&[&line[..], light].concat()).done();
+        desk.run_with(&[&line[..], &["--camera", SAMPLE_FROM], light].concat()).done();
         assert_looks_as_then(&desk, name);
     }
     let cloud = stored("3.9/splats.ply").display().to_string();
     for name in ["3.9/gaussians", "3.9/gaussians-2d", "3.9/splats"] {
         let graph = stored(&format!("{name}.graph")).display().to_string();
-        desk.run_with(&["render", &cloud, "--size", "64", "-o", "now.png", "--graph", &graph])
-            .done();
+        let line = ["render", &cloud, "--size", "64", "-o", "now.png", "--graph", &graph];
+        desk.run_with(&[&line[..], &["--camera", SPLATS_FROM]].concat()).done();
         assert_looks_as_then(&desk, name);
     }
 }
@@ -60,7 +66,7 @@ fn a_library_of_splats_draws_what_it_drew_then() {
     drop(library);
     let cloud = stored("3.9/splats.ply").display().to_string();
     let unit = ["-r", "stored-splats", "--plugin", "splats.so", "--trust"];
-    let line = ["render", &cloud, "--size", "64", "-o", "now.png"];
+    let line = ["render", &cloud, "--size", "64", "-o", "now.png", "--camera", SPLATS_FROM];
     desk.run_with(&[&line[..], &unit].concat()).done();
     assert_looks_as_then(&desk, "3.9/splats");
     // A cloud without what it needs is refused by the names of the columns.

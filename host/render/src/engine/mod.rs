@@ -159,7 +159,8 @@ impl Engine {
         self.columns.keep_whole_from(n_surfels);
     }
 
-    /// Has surfels that are seen from behind drawn with [`BACK_ALBEDO`], which shows where their normals face: not in what
+    /// Has surfels that are seen from behind drawn with [`crate::BACK_ALBEDO`], which shows where their normals
+    /// face: not in what
     /// a renderer draws itself. At first all have their own.
     pub fn tint_backs(&mut self, tints: bool) {
         self.tints_backs = tints;

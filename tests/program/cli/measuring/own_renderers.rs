@@ -1,7 +1,6 @@
 //! Clouds that name their renderer, where others are measured: what is measured is the picture that `render` shows.
 
 use crate::cli::program::{TestFolder, read_png};
-use serde_json::Value;
 
 const SAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../assets/sample.ply");
 const SPLATS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/stored/3.9/splats.ply");
@@ -45,7 +44,8 @@ fn what_is_measured_is_the_picture_with_all_clouds() {
     let same = "compare mixed.scene.toml -r ewa-phong --reference reported/reference.exr --size 64 \
                 --repeats 1 -o again --json";
     let told = desk.run(same).json();
-    assert_eq!(told["renderers"][0]["errors"]["rmse"], Value::from(0.0));
+    // Files hold colours times coverage; to divide by it rounds.
+    assert!(told["renderers"][0]["errors"]["rmse"].as_f64().unwrap() < 1e-6, "{told}");
 
     let case = "check flat --scene mixed.scene.toml --expect flat.exr --psnr 120";
     desk.run(case).done();

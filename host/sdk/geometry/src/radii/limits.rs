@@ -97,9 +97,9 @@ pub(super) fn limit_rough(
 }
 
 /// A bit for each place, which any thread may set.
-struct Marks(Vec<AtomicU32>);
+struct LargeGroups(Vec<AtomicU32>);
 
-impl Marks {
+impl LargeGroups {
     fn new(count: usize) -> Self {
         Self((0..count.div_ceil(32)).map(|_| AtomicU32::new(0)).collect())
     }
@@ -120,13 +120,13 @@ pub(super) struct Gaps<'a> {
     /// For each node of the search the distance of the farthest of the nearest of any point in it.
     reach: Vec<f32>,
     /// Points of which it is known that their group is larger than [`FLOATING`]. What is known changes no answer.
-    large: Marks,
+    large: LargeGroups,
 }
 
 impl<'a> Gaps<'a> {
     pub(super) fn between(surface: &'a Surface<'a>, cells: &'a [Cover]) -> Self {
         let reach = surface.neighbours.tree().largest(|place| cells[place].farthest);
-        Self { surface, cells, reach, large: Marks::new(cells.len()) }
+        Self { surface, cells, reach, large: LargeGroups::new(cells.len()) }
     }
 
     /// The points that are not surrounded evenly or float, sorted, and for each point whether it belongs to a
