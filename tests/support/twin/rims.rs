@@ -41,6 +41,13 @@ impl Twin<'_> {
         }
         let center = splat.screen_from_disc(view).z_axis;
         let center = center.truncate() / center.z;
+        // Where no pixel that may be the centre's shows a front, it does not matter which one it is.
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
+        let centers = corners.map(|(x, y)| (center + DOUBT * DVec2::new(x, y)).floor());
+        let fronts = centers.map(|at| self.front(at));
+        if fronts.iter().all(|(front, _)| front.is_none()) {
+            return left(fronts.iter().all(|(_, known)| *known));
+        }
         let to_edge = (center - center.round()).abs().min_element();
         let mut sure = to_edge > DOUBT;
         let from = DVec2::new(f64::from(at[0]), f64::from(at[1]));

@@ -160,8 +160,7 @@ impl Engine {
     }
 
     /// Has surfels that are seen from behind drawn with [`crate::BACK_ALBEDO`], which shows where their normals
-    /// face: not in what
-    /// a renderer draws itself. At first all have their own.
+    /// face: not in what a renderer draws itself. At first all have their own.
     pub fn tint_backs(&mut self, tints: bool) {
         self.tints_backs = tints;
     }
