@@ -75,7 +75,7 @@ pub fn memory(n: usize) -> u64 {
 ///
 /// Normals without a direction, and those of positions that are not finite, are left alone. Points of
 /// thin sheets that are free on both sides, such as leaves, may face either way. O(n log n) time:
-/// measured 2.9 s of one processor for a million points and 4.8 s for four, of which 2 s are for the first 100 000.
+/// measured 3.5 s of one processor for a million points beside other work, of which 2.5 s are for the first 100 000.
 ///
 /// # Errors
 /// Where `progress` asks to stop; `normals` are then unchanged.
