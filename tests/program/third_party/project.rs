@@ -62,6 +62,9 @@ pub(crate) fn cargo(project: &Path, options: &[&str], for_rustc: &[&str]) -> Out
         }
     }
     command.current_dir(project).env("CARGO_TARGET_DIR", folder("target"));
+    // The interface and what it needs are compiled again here. How well they are optimised changes no result, and the
+    // whole-program optimisation of the template takes most of the time.
+    command.env("CARGO_PROFILE_RELEASE_LTO", "off").env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1");
     command.args(options).arg("--offline").args(for_rustc).output().unwrap()
 }
 

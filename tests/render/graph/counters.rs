@@ -160,43 +160,33 @@ fn changed_surface_settings_make_a_new_surface() {
     assert_eq!(engine.counters().surfaces.visibility, 2, "the first one was kept");
 }
 
+/// What stays is told by counts and by bytes. A buffer of a few bytes may or may not be given back when a
+/// number is read, so the fewest bytes of the last twenty switches are set against the most of twenty early
+/// ones: whatever each switch leaves is there two hundred times.
 #[test]
 fn two_hundred_switches_leave_nothing_behind() {
-    let cloud = clouds::sphere(3_000, 1.0).cloud();
-    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 128);
+    let cloud = clouds::sphere(500, 1.0).cloud();
+    let view = stage::view(DVec3::new(0.5, 1.0, 3.0), DVec3::ZERO, 32);
     let (scene, outputs) = (Scene::default(), [Output::Color]);
     let mut engine = quads();
     let units = [("surfelshop_flat", "flat"), ("surfelshop_ewa_phong", "ewa-phong")];
-    let mut state = Vec::new();
-    let (mut switches, mut repeats) = (Vec::new(), Vec::new());
-    for i in 0..220 {
+    let (mut counted, mut bytes) = (Vec::new(), Vec::new());
+    for i in 0..240 {
         // An instance of its own each time, as when the window switches.
         let (library, unit) = units[i % 2];
         let mut renderer = stage::built_renderer(&engine, library, unit);
-        for (n, times) in [&mut switches, &mut repeats].into_iter().enumerate() {
-            // Another camera each time, so that no surface is taken from before.
-            let mut moved = view;
-            moved.camera.eye.x += 0.001 * (2 * i + n) as f64;
-            let started = std::time::Instant::now();
-            stage::render(&mut engine, &mut renderer, &cloud, &scene, moved, &outputs).unwrap();
-            times.push(started.elapsed().as_secs_f64() * 1e3);
-        }
+        // Another camera each time, so that no surface is taken from before.
+        let mut moved = view;
+        moved.camera.eye.x += 0.001 * i as f64;
+        stage::render(&mut engine, &mut renderer, &cloud, &scene, moved, &outputs).unwrap();
         let counters = engine.counters();
+        counted.push((counters.compiled, counters.column_bytes));
         let allocated = engine.gpu().device.generate_allocator_report();
-        let allocated = allocated.map(|report| report.total_allocated_bytes);
-        state.push((counters.compiled, counters.column_bytes, allocated));
+        bytes.push(allocated.unwrap().total_allocated_bytes);
     }
-    let median = |times: &mut Vec<f64>| {
-        times.sort_by(f64::total_cmp);
-        times[times.len() / 2]
-    };
-    let (switch, repeat) = (median(&mut switches), median(&mut repeats));
-    println!("median of a frame after a switch {switch:.2} ms, of the next one {repeat:.2} ms");
-    let [first, last] = [state[19], state[219]];
-    assert_eq!(first.0, last.0, "nothing is compiled again");
-    assert_eq!(first.1, last.1, "columns are shared");
-    println!("{:?} bytes on the device after 20 switches, {:?} after 220", first.2, last.2);
-    assert_eq!(first.2, last.2, "nothing is left on the device");
+    assert_eq!(counted[19], counted[239], "nothing is compiled again and columns are shared");
+    let (early, late) = (bytes[20..40].iter().max(), bytes[220..].iter().min());
+    assert!(late <= early, "{late:?} bytes on the device after 220 switches, {early:?} after 20");
 }
 
 #[test]
