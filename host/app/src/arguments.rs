@@ -76,6 +76,8 @@ pub(crate) enum Command {
     Index(IndexArguments),
     /// Render the sample cloud with every renderer.
     Demo(DemoArguments),
+    /// Tell shells and desktops of the program: completions, manual pages, menu entry, kinds of files.
+    Setup(SetupArguments),
     /// Print a page of the manual, or its contents; `surfelshop COMMAND --help` lists options.
     Help {
         /// What the page is about.
@@ -196,6 +198,26 @@ pub(crate) struct ConvertArguments {
     pub(crate) estimate: bool,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop setup
+  surfelshop setup --prefix /usr/local --program surfelshop
+  surfelshop setup --remove")]
+pub(crate) struct SetupArguments {
+    /// Where to write: `share` below it gets the files, and `bin` a link to this program where --program is not given
+    /// [default: ~/.local].
+    #[arg(long, value_name = "DIR")]
+    pub(crate) prefix: Option<PathBuf>,
+    /// How desktops start the program [default: the place of this one].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) program: Option<String>,
+    /// Remove what an earlier setup wrote, and nothing else.
+    #[arg(long)]
+    pub(crate) remove: bool,
     #[command(flatten)]
     pub(crate) report: PrintArguments,
 }

@@ -14,6 +14,7 @@ mod info;
 mod plugins;
 mod pyramid_info;
 mod scene_info;
+mod setup;
 mod tool_object;
 
 use anyhow::Context as _;
@@ -63,6 +64,7 @@ fn main() -> ExitCode {
         Some(Command::Convert(arguments)) => convert::run(&arguments),
         Some(Command::Index(arguments)) => index::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),
+        Some(Command::Setup(arguments)) => setup::run(&arguments),
         Some(Command::Help { topic }) => help(topic.as_deref()),
         None => surfelshop_viewer::run(&cli.viewer),
     };

@@ -72,7 +72,8 @@ pub(crate) fn object(opened: &OpenedScene) -> Value {
         "eye_dome_radius": scene.eye_dome.radius,
         "background": match scene.background {
             Backdrop::Transparent => None,
-            Backdrop::Color(linear) => Some(linear),
+            Backdrop::Color(linear) => Some(json!(linear)),
+            Backdrop::Gradient { top, bottom } => Some(json!([top, bottom])),
         },
         "warnings": opened.warnings,
     })

@@ -28,6 +28,70 @@ pub enum Background {
     Transparent,
     /// A colour, sRGB-encoded in [0, 1]; neither exposed nor tone-mapped.
     Color([f32; 3]),
+    /// Two colours, sRGB-encoded in [0, 1], and what is between them from the upper to the lower edge of the picture;
+    /// neither exposed nor tone-mapped.
+    Gradient {
+        /// At the upper edge.
+        top: [f32; 3],
+        /// At the lower edge.
+        bottom: [f32; 3],
+    },
+}
+
+/// Pixels after which the pattern that hides the steps of a gradient repeats, along and across.
+const DITHER_SIDE: usize = 8;
+
+impl Background {
+    /// What is behind a pixel of a picture of `height` rows, sRGB-encoded in [0, 1]; `None` where nothing is.
+    ///
+    /// Gradients are shifted by up to half an 8-bit level, in an ordered pattern of 8 x 8 pixels: without it their
+    /// levels would be seen as bands.
+    ///
+    /// Source: B. E. Bayer, An optimum method for two-level rendition of continuous-tone pictures, ICC 1973.
+    #[must_use]
+    pub fn behind(&self, [x, y]: [usize; 2], height: u32) -> Option<[f32; 3]> {
+        match self {
+            Self::Transparent => None,
+            Self::Color(encoded) => Some(*encoded),
+            Self::Gradient { top, bottom } => {
+                let along = (y as f32 + 0.5) / height.max(1) as f32;
+                let shift = (threshold(x, y) - 0.5) / 255.0;
+                let channel = |i: usize| top[i] + (bottom[i] - top[i]) * along;
+                Some([0, 1, 2].map(|i| (channel(i) + shift).clamp(0.0, 1.0)))
+            }
+        }
+    }
+
+    /// The mean of what is behind a picture, sRGB-encoded in [0, 1]; `None` where nothing is.
+    #[must_use]
+    pub fn mean(&self) -> Option<[f32; 3]> {
+        match self {
+            Self::Transparent => None,
+            Self::Color(encoded) => Some(*encoded),
+            Self::Gradient { top, bottom } => Some([0, 1, 2].map(|i| 0.5 * (top[i] + bottom[i]))),
+        }
+    }
+
+    /// What is behind the pixels of a row, which repeats; linear.
+    fn row(&self, y: usize, height: u32) -> [Option<[f32; 3]>; DITHER_SIDE] {
+        let first = self.behind([0, y], height).map(|encoded| encoded.map(srgb_to_linear));
+        let mut row = [first; DITHER_SIDE];
+        if matches!(self, Self::Gradient { .. }) {
+            for (x, one) in row.iter_mut().enumerate().skip(1) {
+                *one = self.behind([x, y], height).map(|encoded| encoded.map(srgb_to_linear));
+            }
+        }
+        row
+    }
+}
+
+/// The place of a pixel in the order of the pattern, in (0, 1): bits of `y` and of `x ^ y` in turn, the lowest first.
+fn threshold(x: usize, y: usize) -> f32 {
+    let mut order = 0;
+    for bit in 0..3 {
+        order = 4 * order + 2 * (((x ^ y) >> bit) & 1) + ((y >> bit) & 1);
+    }
+    (order as f32 + 0.5) / 64.0
 }
 
 /// How a picture is developed.
@@ -47,23 +111,35 @@ pub struct DisplayTransform {
 pub fn develop(radiance: &Image, how: &DisplayTransform) -> Image {
     let gain = how.exposure_stops.exp2();
     let mut data = Vec::with_capacity(radiance.data.len());
-    for pixel in radiance.data.chunks_exact(4) {
-        let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
-        match how.background {
-            Background::Transparent => {
-                data.extend(mapped.map(linear_to_srgb));
-                data.push(alpha);
-            }
-            Background::Color(background) => {
-                for (value, behind) in mapped.into_iter().zip(background) {
-                    let linear = value * alpha + srgb_to_linear(behind) * (1.0 - alpha);
-                    data.push(linear_to_srgb(linear));
+    for (y, pixels) in rows(radiance).enumerate() {
+        let behind = how.background.row(y, radiance.height);
+        for (x, pixel) in pixels.chunks_exact(4).enumerate() {
+            let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
+            match behind[x % DITHER_SIDE] {
+                None => {
+                    data.extend(mapped.map(linear_to_srgb));
+                    data.push(alpha);
                 }
-                data.push(1.0);
+                Some(behind) => {
+                    for (value, behind) in mapped.into_iter().zip(behind) {
+                        data.push(linear_to_srgb(value * alpha + behind * (1.0 - alpha)));
+                    }
+                    data.push(1.0);
+                }
             }
         }
     }
     Image { width: radiance.width, height: radiance.height, components: 4, data }
+}
+
+/// The rows of a picture of four components.
+fn rows(image: &Image) -> impl Iterator<Item = &[f32]> {
+    image.data.chunks(row_length(image))
+}
+
+/// Values in a row of a picture of four components; never 0.
+fn row_length(image: &Image) -> usize {
+    4 * (image.width as usize).max(1)
 }
 
 /// A pixel's colour after exposure and tone mapping, linear in [0, 1], and its coverage.
@@ -92,11 +168,7 @@ pub fn develop_to_8_bit(radiance: &Image, how: &DisplayTransform) -> Vec<u8> {
     static ENCODER: LazyLock<Encoder> = LazyLock::new(Encoder::new);
     let encoder = &*ENCODER;
     let gain = how.exposure_stops.exp2();
-    let behind = match how.background {
-        Background::Color(encoded) => Some(encoded.map(srgb_to_linear)),
-        Background::Transparent => None,
-    };
-    let develop = |pixel: &[f32]| -> [u8; 4] {
+    let develop = |pixel: &[f32], behind: Option<[f32; 3]>| -> [u8; 4] {
         let (mapped, alpha) = exposed(pixel, gain, how.tone_map);
         let mut level = [0; 4];
         for channel in 0..3 {
@@ -109,13 +181,20 @@ pub fn develop_to_8_bit(radiance: &Image, how: &DisplayTransform) -> Vec<u8> {
         level[3] = if behind.is_some() { 255 } else { (alpha * 255.0 + 0.5) as u8 };
         level
     };
-    // Much of a picture is nothing.
-    let of_nothing = develop(&[0.0; 4]);
+    let n = row_length(radiance);
     let mut levels = vec![0; radiance.data.len()];
-    let pixels = levels.par_chunks_exact_mut(4).zip(radiance.data.par_chunks_exact(4));
-    pixels.with_min_len(1 << 12).for_each(|(level, pixel)| {
-        let is_nothing = pixel.iter().all(|value| value.to_bits() == 0);
-        level.copy_from_slice(&if is_nothing { of_nothing } else { develop(pixel) });
+    let rows = levels.par_chunks_mut(n).zip(radiance.data.par_chunks(n)).enumerate();
+    rows.with_min_len((1 << 14) / n + 1).for_each(|(y, (levels, values))| {
+        let behind = how.background.row(y, radiance.height);
+        // Much of a picture is nothing.
+        let of_nothing = behind.map(|behind| develop(&[0.0; 4], behind));
+        let pixels = levels.chunks_exact_mut(4).zip(values.chunks_exact(4));
+        for (x, (level, pixel)) in pixels.enumerate() {
+            let is_nothing = pixel.iter().all(|value| value.to_bits() == 0);
+            let at = x % DITHER_SIDE;
+            let found = if is_nothing { of_nothing[at] } else { develop(pixel, behind[at]) };
+            level.copy_from_slice(&found);
+        }
     });
     levels
 }
@@ -222,6 +301,30 @@ mod tests {
     }
 
     #[test]
+    fn gradients_go_from_edge_to_edge_without_bands() {
+        // Eight levels over 512 rows: as steps they would be bands of 64 rows.
+        let level = |level: f32| [level / 255.0; 3];
+        let background = Background::Gradient { top: level(100.0), bottom: level(108.0) };
+        let how = DisplayTransform { background, ..DisplayTransform::default() };
+        let (width, height) = (64, 512);
+        let data = vec![0.0; 4 * width * height];
+        let image = Image { width: width as u32, height: height as u32, components: 4, data };
+        let levels = develop_to_8_bit(&image, &how);
+        // A constant is met to half of a 64th by every 8 x 8 pixels. What changes by an eighth of a level meanwhile
+        // is at most half of that off, and rounding in f32 is far below.
+        let most = 0.5 / 64.0 + 0.5 / 8.0 + 1e-3;
+        for (block, rows) in levels.chunks_exact(4 * width * 8).enumerate() {
+            let sum: u64 = rows.iter().step_by(4).map(|&level| u64::from(level)).sum();
+            let mean = sum as f64 / (width * 8) as f64;
+            let expected = 100.0 + 8.0 * (block as f64 + 0.5) / (height / 8) as f64;
+            assert!((mean - expected).abs() <= most, "rows {block}: {mean}, expected {expected}");
+        }
+        // The pattern has each of its 64 places once.
+        let places = (0..64).map(|i| (64.0 * threshold(i % 8, i / 8)) as usize);
+        assert_eq!(places.collect::<std::collections::BTreeSet<_>>().len(), 64);
+    }
+
+    #[test]
     fn nothing_that_is_not_finite_reaches_the_picture() {
         for tone_map in [ToneMap::Clamp, ToneMap::Neutral] {
             let how = DisplayTransform { tone_map, ..DisplayTransform::default() };
@@ -242,8 +345,11 @@ mod tests {
         }
         values.extend((0..20_000).map(|i| (i as f32 * 0.618_034).fract() * 1.5));
         let data = values.iter().flat_map(|&v| [v, 0.3 * v, 1.0 - v, v.fract()]).collect();
-        let image = Image { width: values.len() as u32, height: 1, components: 4, data };
-        let backgrounds = [Background::Transparent, Background::Color([0.2, 0.7, 1.0])];
+        let (width, height) = (values.len() as u32 / 13, 13);
+        let mut image = Image { width, height, components: 4, data };
+        image.data.truncate(4 * (width * height) as usize);
+        let gradient = Background::Gradient { top: [0.2, 0.7, 1.0], bottom: [0.1, 0.0, 0.3] };
+        let backgrounds = [Background::Transparent, Background::Color([0.2, 0.7, 1.0]), gradient];
         for tone_map in [ToneMap::Clamp, ToneMap::Neutral] {
             for background in backgrounds {
                 for exposure_stops in [0.0, -1.3] {

@@ -82,12 +82,13 @@ fn map_colors(mut image: Image, map: impl Fn(f32) -> f32) -> Image {
 /// Puts data over a background without encoding it.
 fn over_background(rgba: &Image, background: Background) -> Image {
     let mut image = map_colors(rgba.clone(), |value| value.clamp(0.0, 1.0));
-    for pixel in image.data.chunks_exact_mut(4) {
+    let (width, height) = ((image.width as usize).max(1), image.height);
+    for (i, pixel) in image.data.chunks_exact_mut(4).enumerate() {
         let alpha = if pixel[3].is_finite() { pixel[3].clamp(0.0, 1.0) } else { 0.0 };
-        match background {
-            Background::Transparent if alpha > 0.0 => pixel[3] = alpha,
-            Background::Transparent => pixel.fill(0.0),
-            Background::Color(behind) => {
+        match background.behind([i % width, i / width], height) {
+            None if alpha > 0.0 => pixel[3] = alpha,
+            None => pixel.fill(0.0),
+            Some(behind) => {
                 for (value, behind) in pixel.iter_mut().zip(behind) {
                     *value = *value * alpha + behind * (1.0 - alpha);
                 }

@@ -54,6 +54,7 @@ pub const PAGES: &[Page] = pages! {
     "Measure", "explain", "What a frame is made of", "measure/explain";
     "Measure", "check", "Check a plugin", "measure/check";
     "Measure", "precision", "Precision", "measure/precision";
+    "Reference", "install", "Install", "reference/install";
     "Reference", "scenes", "Scene files", "reference/scenes";
     "Reference", "scripts", "In scripts", "reference/scripts";
     "Reference", "devices", "Graphics devices", "reference/devices";

@@ -262,10 +262,15 @@ pub fn tone_map_of(file: &SceneFile) -> display::ToneMap {
 pub fn background_of(file: &SceneFile) -> Background {
     match file.background {
         Backdrop::Transparent => Background::Transparent,
-        Backdrop::Color(linear) => {
-            Background::Color(linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))))
+        Backdrop::Color(linear) => Background::Color(encoded(linear)),
+        Backdrop::Gradient { top, bottom } => {
+            Background::Gradient { top: encoded(top), bottom: encoded(bottom) }
         }
     }
+}
+
+fn encoded(linear: [f32; 3]) -> [f32; 3] {
+    linear.map(|channel| linear_to_srgb(channel.clamp(0.0, 1.0)))
 }
 
 #[cfg(test)]

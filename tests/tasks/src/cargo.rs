@@ -74,7 +74,7 @@ pub(crate) fn run_host(arguments: &[String]) -> Result<ExitCode, String> {
 
 /// The folder of release programs. It is found from this program's own place, which is right
 /// whatever variable or configuration file moved Cargo's target folder.
-fn release_folder() -> Result<PathBuf, String> {
+pub(crate) fn release_folder() -> Result<PathBuf, String> {
     let own = std::env::current_exe().map_err(|error| format!("own place unknown: {error}"))?;
     let profile_folder = own.parent().ok_or("own place has no folder")?;
     Ok(profile_folder.with_file_name("release"))

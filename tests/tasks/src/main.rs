@@ -1,6 +1,6 @@
-//! The tasks behind `cargo demo` and `cargo verify`.
+//! The tasks behind `cargo demo`, `cargo verify` and `cargo package-all`.
 //!
-//! Both are aliases in `.cargo/config.toml`, because a first visitor should need two commands and
+//! They are aliases in `.cargo/config.toml`, because a first visitor should need two commands and
 //! no reading. This crate has no dependencies, so that it compiles in a second and can say what
 //! the machine lacks before the long build starts.
 
@@ -9,6 +9,7 @@
 mod cargo;
 mod install;
 mod machine;
+mod package;
 mod programs;
 mod steps;
 mod verify;
@@ -18,8 +19,9 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 Usage: cargo demo [ARGUMENTS]     build the host and every plugin, then run `surfelshop demo`
        cargo verify [--long]      check formatting, lints and documentation, and run all tests
+       cargo package-all          build packages of everything: a .tar.gz that runs in any folder, a .deb
 
-Both first make sure that the machine has a graphics driver (a software driver will do), and ask
+The first two make sure that the machine has a graphics driver (a software driver will do), and ask
 before they install one. With CI=true in the environment they install without asking.
 
 Options of demo:
@@ -34,6 +36,7 @@ enum Task {
     Help,
     Demo(Vec<String>),
     Verify { long: bool },
+    Package,
 }
 
 /// Reads the command line; the error says what was not understood.
@@ -45,7 +48,14 @@ fn parse(arguments: &[String]) -> Result<Task, String> {
         "-h" | "--help" | "help" => Ok(Task::Help),
         "demo" => Ok(Task::Demo(rest.to_vec())),
         "verify" => parse_verify(rest),
-        unknown => Err(format!("unknown task `{unknown}`: expected `demo` or `verify`")),
+        "package-all" => match rest {
+            [] => Ok(Task::Package),
+            [first, ..] if first == "-h" || first == "--help" => Ok(Task::Help),
+            [first, ..] => Err(format!("unknown option `{first}` of `package-all`")),
+        },
+        unknown => {
+            Err(format!("unknown task `{unknown}`: expected `demo`, `verify` or `package-all`"))
+        }
     }
 }
 
@@ -92,6 +102,13 @@ fn main() -> ExitCode {
             install::ensure(&[machine::VULKAN, machine::OPENGL, machine::SCREEN]);
             verify::run(long)
         }
+        Ok(Task::Package) => match package::run() {
+            Ok(()) => ExitCode::SUCCESS,
+            Err(reason) => {
+                eprintln!("error: {reason}");
+                ExitCode::FAILURE
+            }
+        },
         Err(reason) => {
             eprintln!("error: {reason}\n\n{USAGE}");
             ExitCode::from(2)
@@ -114,10 +131,12 @@ mod tests {
     }
 
     #[test]
-    fn verify_knows_long_and_help_only() {
+    fn verify_knows_long_and_help_only_and_package_all_nothing() {
         assert_eq!(parsed("verify"), Ok(Task::Verify { long: false }));
         assert_eq!(parsed("verify --long"), Ok(Task::Verify { long: true }));
         assert_eq!(parsed("verify --help"), Ok(Task::Help));
+        assert_eq!(parsed("package-all"), Ok(Task::Package));
+        assert!(parsed("package-all --fast").is_err_and(|reason| reason.contains("--fast")));
         assert!(parsed("verify --fast").is_err_and(|reason| reason.contains("--fast")));
     }
 

@@ -18,6 +18,13 @@ pub enum Backdrop {
     Transparent,
     /// A colour, linear Rec. 709 in [0, 1]; neither exposed nor tone-mapped.
     Color([f32; 3]),
+    /// Two colours like that, at the upper and the lower edge of the picture; between them sRGB codes change evenly.
+    Gradient {
+        /// At the upper edge.
+        top: [f32; 3],
+        /// At the lower edge.
+        bottom: [f32; 3],
+    },
 }
 
 /// Eye-dome lighting: what lies behind something near it on the screen is darker.

@@ -75,15 +75,19 @@ pub(super) fn tone_map(entry: &Entry<'_>) -> Result<ToneMap, Fault> {
 }
 
 pub(super) fn backdrop(entry: &Entry<'_>) -> Result<Backdrop, Fault> {
-    let expected = "\"transparent\", \"#rrggbb\" or a linear colour of three numbers from 0 to 1";
+    const COLOR: &str = "\"#rrggbb\" or a linear colour of three numbers from 0 to 1";
+    let color = |entry: &Entry<'_>, expected: &str| match entry.text() {
+        Some(text) => hexadecimal(text).ok_or_else(|| entry.wrong(expected)),
+        None => floats(entry, expected, |channel| (0.0..=1.0).contains(&channel)),
+    };
     if entry.text() == Some("transparent") {
         return Ok(Backdrop::Transparent);
     }
-    let color = match entry.text() {
-        Some(text) => hexadecimal(text).ok_or_else(|| entry.wrong(expected))?,
-        None => floats(entry, expected, |channel| (0.0..=1.0).contains(&channel))?,
-    };
-    Ok(Backdrop::Color(color))
+    if let Some([top, bottom]) = entry.items().as_deref() {
+        return Ok(Backdrop::Gradient { top: color(top, COLOR)?, bottom: color(bottom, COLOR)? });
+    }
+    let expected = format!("\"transparent\", {COLOR}, or two colours: [upper edge, lower edge]");
+    color(entry, &expected).map(Backdrop::Color)
 }
 
 /// The linear colour of `#rrggbb`, which is sRGB-encoded.

@@ -254,9 +254,16 @@ fn eye_dome_entries(eye_dome: EyeDomeLighting) -> Entries {
     when.into_iter().chain(strength).chain(radius).collect()
 }
 
-/// `#rrggbb` where that is read as this very colour.
 fn backdrop(backdrop: Backdrop) -> Value {
-    let Backdrop::Color(linear) = backdrop else { return "transparent".into() };
+    match backdrop {
+        Backdrop::Transparent => "transparent".into(),
+        Backdrop::Color(linear) => short_color(linear),
+        Backdrop::Gradient { top, bottom } => Value::Array([top, bottom].map(short_color).to_vec()),
+    }
+}
+
+/// `#rrggbb` where that is read as this very colour.
+fn short_color(linear: [f32; 3]) -> Value {
     let code = |value: &f32| (0..=u8::MAX).find(|code| channel(*code) == *value);
     let codes: Vec<u8> = linear.iter().filter_map(code).collect();
     match codes[..] {

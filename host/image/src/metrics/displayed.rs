@@ -8,7 +8,7 @@ use crate::display::{Background, DisplayTransform, develop};
 pub(super) fn shown(picture: &Image, development: &DisplayTransform) -> Image {
     let background = match development.background {
         Background::Transparent => Background::Color([0.0; 3]),
-        given @ Background::Color(_) => given,
+        given => given,
     };
     develop(picture, &DisplayTransform { background, ..*development })
 }

@@ -52,7 +52,8 @@ pub struct PictureArguments {
     /// How brightness above white is brought down in a PNG.
     #[arg(long, value_enum, value_name = "HOW", default_value_t)]
     pub tone_map: ToneMapChoice,
-    /// What stands where no surfel is: transparent, white, black, gray, #rrggbb or r,g,b (linear).
+    /// What stands where no surfel is: transparent, white, black, gray, #rrggbb or r,g,b (linear); two of these as
+    /// TOP:BOTTOM for a gradient.
     #[arg(long, value_name = "COLOR", default_value = "transparent",
           value_parser = Backdrop::parse)]
     pub background: Backdrop,

@@ -226,29 +226,40 @@ pub fn vector(text: &str) -> Option<Result<DVec3, String>> {
 pub struct Backdrop(pub Background);
 
 impl Backdrop {
-    /// Reads a name or a colour.
+    /// Reads a name or a colour, or two with a colon between them for the upper and the lower edge.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let encoded = match text {
-            "transparent" => return Ok(Self(Background::Transparent)),
-            "white" => [1.0; 3],
-            "black" => [0.0; 3],
-            "gray" | "grey" => [0.5; 3],
-            _ => {
-                // Colours are typed everywhere as they are for parameters of renderers.
-                let color = ParamDecl { kind: ParamKind::Color, ..ParamDecl::default() };
-                match color.parse(text) {
-                    Ok(Value::Color(linear)) => linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))),
-                    _ => {
-                        let expected = color.expectation();
-                        return Err(format!(
-                            "expected transparent, white, black, gray or {expected}"
-                        ));
-                    }
+        if text == "transparent" {
+            return Ok(Self(Background::Transparent));
+        }
+        Ok(Self(match text.split_once(':') {
+            Some((top, bottom)) => {
+                Background::Gradient { top: encoded_color(top)?, bottom: encoded_color(bottom)? }
+            }
+            None => Background::Color(encoded_color(text)?),
+        }))
+    }
+}
+
+/// The sRGB-encoded colour of a name, or of what parameters of renderers are typed as.
+fn encoded_color(text: &str) -> Result<[f32; 3], String> {
+    Ok(match text {
+        "white" => [1.0; 3],
+        "black" => [0.0; 3],
+        "gray" | "grey" => [0.5; 3],
+        _ => {
+            let color = ParamDecl { kind: ParamKind::Color, ..ParamDecl::default() };
+            match color.parse(text) {
+                Ok(Value::Color(linear)) => linear.map(|c| linear_to_srgb(c.clamp(0.0, 1.0))),
+                _ => {
+                    let expected = color.expectation();
+                    return Err(format!(
+                        "expected transparent, white, black, gray or {expected}, or two colours as TOP:BOTTOM, \
+                         found `{text}`"
+                    ));
                 }
             }
-        };
-        Ok(Self(Background::Color(encoded)))
-    }
+        }
+    })
 }
 
 /// A parameter's value as typed, not yet checked against its declaration.
@@ -398,6 +409,10 @@ mod tests {
         }
         assert_eq!(Backdrop::parse("transparent").unwrap().0, Background::Transparent);
         assert!(Backdrop::parse("mauve").unwrap_err().contains("#rrggbb"));
+        let (top, bottom) = ([1.0; 3], [0.5; 3]);
+        let gradient = Background::Gradient { top, bottom };
+        assert_eq!(Backdrop::parse("white:gray").unwrap().0, gradient);
+        assert!(Backdrop::parse("white:mauve").unwrap_err().contains("found `mauve`"));
     }
 
     #[test]

@@ -265,11 +265,12 @@ fn note(clouds: &Clouds, staging: &RenderSetup, chosen: &LoadedRenderer, settled
     }
 }
 
-/// The colour behind the clouds, sRGB-encoded.
-fn encoded(background: Background) -> Option<[f32; 3]> {
+/// The colour behind the clouds, sRGB-encoded, or those at the upper and the lower edge.
+fn encoded(background: Background) -> Option<serde_json::Value> {
     match background {
         Background::Transparent => None,
-        Background::Color(encoded) => Some(encoded),
+        Background::Color(encoded) => Some(json!(encoded)),
+        Background::Gradient { top, bottom } => Some(json!([top, bottom])),
     }
 }
 

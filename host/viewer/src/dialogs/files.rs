@@ -128,6 +128,7 @@ fn use_files(window: &mut Window, ctx: &Context, purpose: DialogPurpose, files: 
     let Some(path) = files.first() else { return };
     match purpose {
         DialogPurpose::Open => window.open(ctx, files),
+        DialogPurpose::Add => window.add(ctx, files),
         DialogPurpose::SaveScene => window.save_scene(&scene_file_name(path)),
         DialogPurpose::SaveCloud(index) => window.save_cloud(ctx, index, path),
         DialogPurpose::Probe => set_environment_file(window, path),

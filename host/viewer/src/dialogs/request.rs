@@ -19,11 +19,15 @@ pub(super) fn request(window: &Window, purpose: &DialogPurpose) -> Request {
     let save =
         |name: &str, completed: Completion| Purpose::Save { name: name.to_owned(), completed };
     match purpose {
-        DialogPurpose::Open => {
+        DialogPurpose::Open | DialogPurpose::Add => {
             let formats = window.plugins.formats().endings(false);
             let known = ["ply", "obj", "off"].into_iter().chain(formats.iter().map(String::as_str));
-            let known: Vec<&str> = known.chain(["toml", "hdr", "exr"]).collect();
-            request("Open clouds or a scene", "clouds and scenes", &known, Purpose::OpenSeveral)
+            let (title, filter, others) = match purpose {
+                DialogPurpose::Add => ("Add clouds", "clouds", &["hdr", "exr"][..]),
+                _ => ("Open clouds or a scene", "clouds and scenes", &["toml", "hdr", "exr"][..]),
+            };
+            let known: Vec<&str> = known.chain(others.iter().copied()).collect();
+            request(title, filter, &known, Purpose::OpenSeveral)
         }
         DialogPurpose::SaveScene => {
             let purpose = save("surfelshop.scene.toml", Completion::new(scene_file_name));

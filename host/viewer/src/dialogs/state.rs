@@ -10,6 +10,8 @@ use std::sync::mpsc::Receiver;
 pub(crate) enum DialogPurpose {
     /// Open clouds or a scene.
     Open,
+    /// Add clouds to what is open.
+    Add,
     /// Save the scene.
     SaveScene,
     /// Save the cloud of this index.

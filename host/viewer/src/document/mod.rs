@@ -27,6 +27,8 @@ pub(crate) use history::Snapshot;
 pub(crate) use one_cloud::OneCloud;
 pub(crate) use open_clouds::{OpenCloud, OpenClouds, generations};
 pub(crate) use scene_file::bookmarks::{Bookmark, MOST_BOOKMARKS, PICTURE, Thumbnail};
-pub(crate) use settings::{Mode, PaneSettings, Settings, USUAL_RENDERER, has_direction};
+pub(crate) use settings::{
+    Mode, PaneSettings, Settings, USUAL_BACKGROUND, USUAL_RENDERER, has_direction,
+};
 pub(crate) use state::Document;
 pub(crate) use state_folder::StateFolder;

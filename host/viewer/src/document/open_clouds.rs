@@ -233,6 +233,20 @@ impl OpenClouds {
         Self::of(all, self.removed.clone(), &self.clouds)
     }
 
+    /// With clouds that were read from further files. They are in no scene yet, and saving one names their files.
+    pub(crate) fn with(&self, added: &Clouds) -> Self {
+        let mut all = self.all.to_vec();
+        all.extend(added.loaded.iter().map(|loaded| {
+            let file = Path::new(&loaded.summary.file);
+            let path = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+            let on_disk = generations(&loaded.cloud);
+            OpenCloud { saved_as: Some(path), on_disk, ..OpenCloud::new(loaded.clone()) }
+        }));
+        let pyramids = self.clouds.pyramids.iter().chain(&added.pyramids).cloned().collect();
+        let before = Clouds { pyramids, ..(*self.clouds).clone() };
+        Self::of(all, self.removed.clone(), &before)
+    }
+
     /// With one cloud shown or hidden.
     pub(crate) fn showing(&self, index: usize, visible: bool) -> Self {
         self.changed(index, |open_cloud| open_cloud.visible = visible)

@@ -153,15 +153,19 @@ pub(crate) struct Settings {
     pub(crate) panes: Vec<PaneSettings>,
 }
 
+/// Grays on which both dark and bright edges are visible.
+pub(crate) const USUAL_BACKGROUND: Background = Background::Gradient {
+    top: [66.0 / 255.0, 70.0 / 255.0, 76.0 / 255.0],
+    bottom: [32.0 / 255.0, 33.0 / 255.0, 35.0 / 255.0],
+};
+
 impl Default for Settings {
     fn default() -> Self {
-        // A dark gray on which both dark and bright edges are visible.
-        let background = Background::Color([41.0, 43.0, 46.0].map(|level| level / 255.0));
         Self {
             scene: Scene::default(),
             environment: None,
             tone_map: ToneMap::default(),
-            background,
+            background: USUAL_BACKGROUND,
             antialias: 1,
             eye_dome: EyeDomeLighting::default(),
             color: ColorSource::default(),

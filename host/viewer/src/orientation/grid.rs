@@ -76,10 +76,9 @@ pub(super) fn show(
     rendered: &RenderedView,
     ground: &Ground,
 ) {
-    let is_light = match ground.background {
-        Background::Color([red, green, blue]) => 0.3 * red + 0.6 * green + 0.1 * blue > 0.5,
-        Background::Transparent => false,
-    };
+    let behind = ground.background.mean();
+    let is_light =
+        behind.is_some_and(|[red, green, blue]| 0.3 * red + 0.6 * green + 0.1 * blue > 0.5);
     let plain = match is_light {
         true => Color32::from_black_alpha(44),
         false => Color32::from_white_alpha(30),

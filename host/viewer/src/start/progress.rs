@@ -25,7 +25,8 @@ pub(crate) fn show(window: &Window, ctx: &Context, pictures: Rect) {
     Area::new(Id::unique("reading")).pivot(pivot).fixed_pos(place).show(ctx, |ui| {
         Frame::window(ui.style()).show(ui, |ui| {
             ui.set_width(WIDTH.min(pictures.width() - 4.0 * space::LARGE).max(160.0));
-            ui.strong(format!("Reading {names}"));
+            let verb = if loader.adds { "Adding" } else { "Reading" };
+            ui.strong(format!("{verb} {names}"));
             let bar = ProgressBar::new(loader.fraction()).desired_height(8.0);
             ui.add(bar);
             ui.horizontal(|ui| {

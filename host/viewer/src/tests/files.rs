@@ -22,6 +22,43 @@ fn a_file_that_cannot_be_read_is_named_and_the_cloud_stays() {
     assert_eq!(window.document.clouds.as_ref().unwrap().clouds.facts.n_surfels, 119_051);
 }
 
+/// Invariant: adding files changes nothing but the clouds, and is one step of undo
+#[test]
+fn further_files_are_added_beside_what_is_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let (more, scene) = (folder.path().join("more.ply"), folder.path().join("a.scene.toml"));
+    std::fs::copy(super::SAMPLE, &more).unwrap();
+    let mut screen = Screen::sample();
+    let context = screen.harness.ctx.clone();
+    let names = |window: &Window| {
+        let shown = window.document.clouds.as_ref().unwrap();
+        shown.open_clouds.all().iter().map(|cloud| cloud.name()).collect::<Vec<_>>()
+    };
+    screen.window().settings.scene.exposure_stops = 0.5;
+    screen.window().views.camera.eye *= 1.25;
+    screen.settle();
+    let (settings, camera) = (screen.window().settings.clone(), screen.window().views.camera);
+    screen.window().add(&context, vec![more.clone()]);
+    screen.until("both clouds", |window| window.document.loader.is_none());
+    screen.settle();
+    let window = screen.window();
+    assert_eq!(names(window), ["sample.ply", "more.ply"]);
+    assert_eq!(window.document.clouds.as_ref().unwrap().clouds.facts.n_surfels, 2 * 119_051);
+    assert!(window.settings == settings && window.views.camera == camera && !window.has_unsaved());
+    assert_eq!(window.selection(), crate::panels::Selection::Cloud(1));
+    window.save_scene(&scene);
+    let saved = |scene: &Path| surfelshop_cloud::scene::read(scene).unwrap().scene.clouds.len();
+    assert_eq!(saved(&scene), 2);
+    crate::document::undo::undo(window);
+    assert_eq!(names(window), ["sample.ply"]);
+    window.save_scene(&scene);
+    assert_eq!(saved(&scene), 1);
+    crate::document::undo::redo(window);
+    assert_eq!(names(window), ["sample.ply", "more.ply"]);
+    window.add(&context, vec![scene]);
+    assert!(window.messages.contains("expected clouds to add, found a scene"));
+}
+
 #[test]
 fn pictures_are_written_at_any_size_and_all_around() {
     let folder = tempfile::tempdir().unwrap();

@@ -190,12 +190,17 @@ fn every_value_is_checked() {
         (
             "background = '#12345'",
             "2:14: `background`: expected \"transparent\", \"#rrggbb\" or a linear colour of three \
-             numbers from 0 to 1, found `'#12345'`",
+             numbers from 0 to 1, or two colours: [upper edge, lower edge], found `'#12345'`",
         ),
         (
             "background = [0, 2, 0]",
             "2:14: `background`: expected \"transparent\", \"#rrggbb\" or a linear colour of three \
-             numbers from 0 to 1, found `[0, 2, 0]`",
+             numbers from 0 to 1, or two colours: [upper edge, lower edge], found `[0, 2, 0]`",
+        ),
+        (
+            "background = ['#123456', 'mauve']",
+            "2:26: `background`: expected \"#rrggbb\" or a linear colour of three numbers from 0 to 1, \
+             found `'mauve'`",
         ),
         ("camera = 3", "2:10: `camera`: expected a table, found `3`"),
         (

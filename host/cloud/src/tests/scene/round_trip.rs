@@ -232,6 +232,14 @@ fn splats() -> impl Strategy<Value = SplatSettings> {
     })
 }
 
+fn backdrop() -> impl Strategy<Value = Backdrop> {
+    prop_oneof![
+        Just(Backdrop::Transparent),
+        color(1.0).prop_map(Backdrop::Color),
+        [color(1.0), color(1.0)].prop_map(|[top, bottom]| Backdrop::Gradient { top, bottom }),
+    ]
+}
+
 prop_compose! {
     fn display()(
         up in option::of(prop_oneof![Just(UpDirection::Y), Just(UpDirection::Z)]),
@@ -251,7 +259,7 @@ prop_compose! {
         (exposure_stops, antialias) in (-60.0..=60f32, 1..=1024u32),
         (when, strength, radius) in (0..3usize, 0.0..=100f32, 0.01..=32f32),
         is_neutral in any::<bool>(),
-        background in option::of(color(1.0)),
+        background in backdrop(),
         surface in keyed(surface()),
         environment in option::of(keyed(environment())),
         (up, color, filters, splats) in display(),
@@ -271,7 +279,7 @@ prop_compose! {
                 radius,
             },
             tone_map: if is_neutral { ToneMap::Neutral } else { ToneMap::Clamp },
-            background: background.map_or(Backdrop::Transparent, Backdrop::Color),
+            background,
             surface,
             environment,
             up,

@@ -9,7 +9,7 @@ use crate::theme::Icon;
 use crate::window::Window;
 use eframe::egui::{Context, Key, ViewportCommand};
 
-pub(super) static FILE: [Command; 9] = [
+pub(super) static FILE: [Command; 10] = [
     Command::new(
         ("open", "Open …", Icon::FolderOpen),
         Menu::File,
@@ -17,6 +17,14 @@ pub(super) static FILE: [Command; 9] = [
         |window, ctx| files::open(window, ctx, DialogPurpose::Open),
     )
     .keys(&[ctrl(Key::O)]),
+    Command::new(
+        ("add", "Add …", Icon::FolderPlus),
+        Menu::File,
+        "Opens further clouds beside those that are open; camera, lights and views stay.",
+        |window, ctx| files::open(window, ctx, DialogPurpose::Add),
+    )
+    .keys(&[ctrl_shift(Key::O)])
+    .when(has_document),
     Command::new(
         ("open-last", "Open the last session", Icon::History),
         Menu::File,

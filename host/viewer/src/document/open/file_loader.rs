@@ -28,6 +28,8 @@ pub(crate) struct LoadedFiles {
 /// Files being read; dropping it stops the thread.
 pub(crate) struct FileLoader {
     pub(crate) files: Vec<PathBuf>,
+    /// Whether they come beside what is open; else they replace it.
+    pub(crate) adds: bool,
     started: Instant,
     state: Arc<Progress>,
     previews: Receiver<Clouds>,
@@ -51,8 +53,8 @@ impl FileLoader {
     /// another axis.
     pub(crate) fn start(
         files: Vec<PathBuf>,
-        formats: SessionFormats,
-        up: UpAxis,
+        adds: bool,
+        (formats, up): (SessionFormats, UpAxis),
         wake: impl Fn() + Send + Sync + 'static,
     ) -> std::io::Result<Self> {
         let state = Arc::new(Progress::default());
@@ -66,7 +68,7 @@ impl FileLoader {
             drop(send.send(read));
             wake();
         })?;
-        Ok(Self { files, started: Instant::now(), state, previews, result })
+        Ok(Self { files, adds, started: Instant::now(), state, previews, result })
     }
 
     /// The progress in [0, 1].
@@ -203,9 +205,13 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let loader =
-            FileLoader::start(vec!["no/such/cloud.ply".into()], formats(), UpAxis::Auto, || ())
-                .unwrap();
+        let loader = FileLoader::start(
+            vec!["no/such/cloud.ply".into()],
+            false,
+            (formats(), UpAxis::Auto),
+            || (),
+        )
+        .unwrap();
         let error = result(&loader).err().unwrap();
         assert!(error.contains("no/such/cloud.ply"), "{error}");
     }

@@ -1,11 +1,12 @@
 //! Clouds and scenes are opened.
 
+mod add;
 pub(crate) mod file_loader;
 pub(crate) mod preview;
 mod previewing;
 
 use super::environment_map::set_environment_file;
-use super::open_clouds::{OpenCloud, OpenClouds};
+use super::open_clouds::OpenClouds;
 use super::recovery::restored_clouds;
 use super::scene_file;
 use super::visible_clouds::VisibleClouds;
@@ -44,9 +45,14 @@ impl Window {
         if files.is_empty() {
             return;
         }
+        self.read(ctx, files, false);
+    }
+
+    /// Starts to read files, whose clouds are added to what is open or replace it.
+    fn read(&mut self, ctx: &Context, files: Vec<PathBuf>, adds: bool) {
         let wake = ctx.clone();
         let (formats, up) = (self.plugins.formats(), self.up_of(&files));
-        match FileLoader::start(files, formats, up, move || wake.request_repaint()) {
+        match FileLoader::start(files, adds, (formats, up), move || wake.request_repaint()) {
             Ok(loader) => {
                 self.document.loader = Some(loader);
                 self.panels.start_page = false;
@@ -73,19 +79,24 @@ impl Window {
         shown.map(|loaded| PathBuf::from(&loaded.summary.file)).collect()
     }
 
-    /// Opens files that were dropped onto the window.
+    /// Opens files that were dropped onto the window, or adds them where Shift is held.
     pub(crate) fn take_dropped_files(&mut self, ctx: &Context) {
-        let dropped: Vec<PathBuf> = ctx.input(|input| {
-            input.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect()
+        let (dropped, adds) = ctx.input(|input| {
+            let files = input.raw.dropped_files.iter().map(|file| file.path().to_owned());
+            (files.collect::<Vec<PathBuf>>(), input.modifiers.shift)
         });
-        if !dropped.is_empty() {
-            self.open(ctx, dropped);
+        match (dropped.is_empty(), adds) {
+            (true, _) => {}
+            (false, true) => self.add(ctx, dropped),
+            (false, false) => self.open(ctx, dropped),
         }
     }
 
     /// Shows clouds that were read, unless unsaved edits would be lost.
     pub(crate) fn take_loaded(&mut self) {
-        if self.document.loader.is_none() || !self.may_replace_clouds() {
+        let Some(loader) = &self.document.loader else { return };
+        let adds = loader.adds;
+        if !adds && !self.may_replace_clouds() {
             return;
         }
         let Some(result) = self.document.loader.as_ref().and_then(FileLoader::finished) else {
@@ -104,6 +115,9 @@ impl Window {
                 return;
             }
         };
+        if adds {
+            return self.show_added(&files, &loaded);
+        }
         if let Some(opened) = &loaded.scene {
             opened.warnings.iter().for_each(|line| self.messages.warn(line.as_str()));
         }
@@ -234,15 +248,16 @@ impl Window {
     /// renderer needs what they lack. Where one suits some of them, it draws these beside the usual one.
     fn choose_renderers(&mut self) {
         let Some(shown) = &mut self.document.clouds else { return };
-        let clouds = &shown.clouds.facts.clouds;
+        let visible = shown.open_clouds.clouds.clone();
+        let clouds = &visible.facts.clouds;
         let registry = &self.plugins.registry;
-        let all = shown.open_clouds.all();
-        let places: Vec<String> = all.iter().map(OpenCloud::name).collect();
+        let all = shown.open_clouds.all().iter().enumerate();
+        let (indices, places): (Vec<usize>, Vec<String>) =
+            all.filter(|(_, cloud)| cloud.visible).map(|(i, cloud)| (i, cloud.name())).unzip();
         let mut named = shown.open_clouds.named();
         let suited = cloud_renderers::suit(registry, clouds, &mut named, &places);
         let suited = suited.map(|unit| registry.name(&unit));
-        // All are visible when they are opened.
-        for (i, renderer) in named.into_iter().enumerate() {
+        for (i, renderer) in indices.into_iter().zip(named) {
             shown.open_clouds = shown.open_clouds.drawn_by(i, renderer);
         }
         let is_suited = |name: &str| registry.suits(name, clouds);

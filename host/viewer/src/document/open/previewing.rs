@@ -10,7 +10,8 @@ use surfelshop_session::input::clouds::Clouds;
 impl Window {
     /// Shows what was read so far, unless unsaved edits are open.
     pub(crate) fn take_preview(&mut self) {
-        let loader = self.document.loader.as_ref();
+        // What is open stays in sight while more is read.
+        let loader = self.document.loader.as_ref().filter(|loader| !loader.adds);
         let Some(clouds) = loader.and_then(|loader| loader.preview()) else { return };
         let is_empty = clouds.facts.n_surfels == 0;
         if !is_empty && (self.document.replace_confirmed || !self.has_unsaved()) {

@@ -17,7 +17,7 @@ pub(crate) fn restore(window: &mut Window, ctx: &Context, session: OrphanSession
     };
     let wake = ctx.clone();
     let (formats, up) = (window.plugins.formats(), window.document.typed_up);
-    match FileLoader::start(vec![path], formats, up, move || wake.request_repaint()) {
+    match FileLoader::start(vec![path], false, (formats, up), move || wake.request_repaint()) {
         Ok(loader) => {
             window.document.loader = Some(loader);
             if let Some(recovery) = &mut window.document.recovery {

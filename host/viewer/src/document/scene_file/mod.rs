@@ -148,6 +148,9 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
     file.background = match settings.background {
         Background::Transparent => Backdrop::Transparent,
         Background::Color(encoded) => Backdrop::Color(encoded.map(srgb_to_linear)),
+        Background::Gradient { top, bottom } => {
+            Backdrop::Gradient { top: top.map(srgb_to_linear), bottom: bottom.map(srgb_to_linear) }
+        }
     };
     file.antialias = settings.antialias;
     file.eye_dome = settings.eye_dome;

@@ -30,7 +30,8 @@ pub(crate) enum Dragged {
 /// Shows the lists.
 pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     ui.spacing_mut().item_spacing.y = 1.0;
-    group(window, ui, "Clouds", Some("open"), lists::clouds);
+    let adds = if window.document.clouds.is_some() { "add" } else { "open" };
+    group(window, ui, "Clouds", Some(adds), lists::clouds);
     group(window, ui, "Lights", Some("add-light"), lists::lights);
     group(window, ui, "Cameras", Some("remember-camera"), lists::cameras);
     group(window, ui, "Views", Some("split"), lists::views);
