@@ -141,8 +141,7 @@ pub(super) fn transfer(
     let other = spare.clone();
     let source = TransferSource { receiver, target, next, ended, faces, batch, spare, counts };
     let (header, splats, keeps_trained) = (None, None, types.trained_splats);
-    let sink =
-        TransferSink { shared, header, splats, keeps_trained, columns, spare: other, n: 0 };
+    let sink = TransferSink { shared, header, splats, keeps_trained, columns, spare: other, n: 0 };
     (sink, source)
 }
 

@@ -150,8 +150,7 @@ impl Registry {
             let bytes = read(&file);
             let contents = LazyContents { file: file.clone(), digest: Arc::default() };
             let digest = || bytes.as_deref().map(Contents::of).unwrap_or_default();
-            let trust =
-                asked.standing(&place, &file, || *contents.digest.get_or_init(digest));
+            let trust = asked.standing(&place, &file, || *contents.digest.get_or_init(digest));
             let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
                 Ok(manifest) => State::Available(manifest),
                 Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
