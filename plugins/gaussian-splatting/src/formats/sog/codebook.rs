@@ -137,10 +137,10 @@ pub(super) fn palette(values: &[f32], width: usize, most: usize, job: &Job<'_>) 
         let own = &mut rows[first..first + n];
         let is_below = |row: &u32| f64::from(values[*row as usize * width + widest]) < mean;
         let n_below = partition(own, is_below);
-        if !(error > 0.0) || n_below == 0 || n_below == n {
+        if error <= 0.0 || n_below == 0 || n_below == n {
             groups.push(Group { error: 0.0, first, n, widest, mean });
             // Then no rows of others differ either.
-            if !(error > 0.0) {
+            if error <= 0.0 {
                 break;
             }
             continue;
