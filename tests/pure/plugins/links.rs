@@ -40,7 +40,7 @@ fn a_link_turned_after_it_was_judged_loads_what_was_judged() {
     let (shelf, registry) = scanned(&trusted, trust);
     let unit = registry.find(UnitKind::Renderer, "fine").unwrap();
     assert_eq!(unit.package, RIVAL);
-    let judged = registry.entries()[0].contents;
+    let judged = registry.entries()[0].contents();
     assert_eq!(registry.entries()[0].trust, TrustState::Place);
 
     // Between judging and loading.

@@ -74,7 +74,7 @@ fn object(entry: &Entry) -> Value {
         "origin": entry.origin,
         "state": state,
         "reason": reason,
-        "sha256": entry.contents.to_string(),
+        "sha256": entry.contents().to_string(),
         "trust": entry.trust,
         "manifest": manifest,
     })
@@ -108,7 +108,7 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
     if is_link {
         row("leads to", &entry.file.display().to_string());
     }
-    row("sha256", &entry.contents.to_string());
+    row("sha256", &entry.contents().to_string());
     row("found", origin(entry.origin));
     row("trusted", trusted(entry.trust));
     row("api", &api_range(manifest));

@@ -226,12 +226,16 @@ impl Buffer {
     /// The surfels whose entry in `mask` is true; each has `components` elements.
     #[must_use]
     pub(crate) fn select(&self, components: usize, mask: &[bool]) -> Self {
-        map_vec!(self, vec => vec
-            .chunks_exact(components)
-            .zip(mask)
-            .filter(|(_, keep)| **keep)
-            .flat_map(|(surfel, _)| surfel.iter().copied())
-            .collect())
+        let n = mask.iter().filter(|keep| **keep).count();
+        map_vec!(self, vec => {
+            let mut selected = Vec::with_capacity(n * components);
+            for (surfel, keep) in vec.chunks_exact(components).zip(mask) {
+                if *keep {
+                    selected.extend_from_slice(surfel);
+                }
+            }
+            selected
+        })
     }
 
     /// The surfels of these indices, each of which must be there, where there is memory for them.

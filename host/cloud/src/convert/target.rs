@@ -7,6 +7,7 @@ use crate::cloud::buffer::Buffer;
 use crate::cloud::roles::Motion;
 use crate::formats::parts::{absent, turn, turn_by_role};
 use glam::DVec3;
+use std::borrow::Cow;
 use std::sync::atomic::Ordering;
 use surfelshop_api::CloudView;
 use surfelshop_api::columns::{COLOR, ColumnView, Element, NORMAL, POSITION, TANGENT_U, TANGENT_V};
@@ -17,7 +18,7 @@ use surfelshop_api::params::srgb_to_linear;
 #[derive(Default)]
 pub(super) struct TargetBatch {
     pub(super) rows: usize,
-    columns: Vec<Buffer>,
+    pub(super) columns: Vec<Buffer>,
     pub(super) faces: Vec<[u32; 3]>,
 }
 
@@ -152,16 +153,18 @@ impl Target {
         TargetBatch { rows: 0, columns: columns.collect(), faces: Vec::new() }
     }
 
-    /// A batch out of one that was read.
-    pub(super) fn batch(&mut self, mut columns: Vec<Buffer>) -> TargetBatch {
+    /// A batch out of one that was read; columns that it does not take stay where they are.
+    pub(super) fn batch(&mut self, columns: &mut [Buffer]) -> TargetBatch {
         let Some((place, _)) = self.current.column(POSITION) else { return self.empty() };
-        let points = points(&columns[place]);
-        let mask = self.mask(&points);
+        let mask = self.mask(&points(&columns[place]));
         let rows = mask.iter().filter(|&&keep| keep).count();
-        self.has_gaps |= rows < points.len();
+        let all = rows == mask.len();
+        self.has_gaps |= !all;
         self.counts.written.fetch_add(rows as u64, Ordering::Relaxed);
         self.n_out += rows as u64;
-        let all = rows == points.len();
+        if rows == 0 {
+            return self.empty();
+        }
         let pose = self.pose();
         let motion = Motion::new(pose.rotation, 1.0);
         let mut made = Vec::with_capacity(self.out.columns.len());
@@ -172,13 +175,17 @@ impl Target {
                 (SCAN, None) => Buffer::U16(vec![self.scan; rows]),
                 (_, None) => filled(column, rows),
                 (POSITION, Some(_)) if pose != Pose::default() => {
+                    let points = points(&columns[place]);
                     let moved = points.iter().zip(&mask).filter(|(_, keep)| **keep);
-                    Buffer::F64(moved.flat_map(|(p, _)| pose.place(*p).to_array()).collect())
+                    let moved = moved.map(|(p, _)| pose.place(DVec3::from_array(*p)).to_array());
+                    Buffer::F64(moved.flatten().collect())
                 }
                 (name, Some((place, found))) => {
-                    let values = std::mem::replace(&mut columns[place], Buffer::U8(Vec::new()));
                     let components = found.components as usize;
-                    let mut values = if all { values } else { values.select(components, &mask) };
+                    let mut values = match all {
+                        true => std::mem::replace(&mut columns[place], Buffer::U8(Vec::new())),
+                        false => columns[place].select(components, &mask),
+                    };
                     if matches!(name, NORMAL | TANGENT_U | TANGENT_V) {
                         turn(&mut values, pose.rotation);
                     } else {
@@ -193,7 +200,7 @@ impl Target {
     }
 
     /// The points that stay.
-    fn mask(&mut self, points: &[DVec3]) -> Vec<bool> {
+    fn mask(&mut self, points: &[[f64; 3]]) -> Vec<bool> {
         let every = self.selection.every.max(1);
         let (crop, pose) = (self.selection.crop, self.current.pose);
         // An organised cloud that nobody thins keeps its grid, with the points that are none.
@@ -202,6 +209,7 @@ impl Target {
         let mask = points
             .iter()
             .map(|point| {
+                let point = DVec3::from_array(*point);
                 let number = self.n_seen;
                 self.n_seen += 1;
                 if !point.is_finite() {
@@ -209,7 +217,7 @@ impl Target {
                     return keeps_grid;
                 }
                 let inside = crop.is_none_or(|[low, high]| {
-                    let place = pose.place(*point);
+                    let place = pose.place(point);
                     place.cmpge(low).all() && place.cmple(high).all()
                 });
                 number.is_multiple_of(every) && inside
@@ -238,14 +246,12 @@ impl Target {
 }
 
 /// Coordinates in double precision.
-fn points(values: &Buffer) -> Vec<DVec3> {
+fn points(values: &Buffer) -> Cow<'_, [[f64; 3]]> {
     match values {
-        Buffer::F64(values) => {
-            values.as_chunks::<3>().0.iter().map(|point| DVec3::from_array(*point)).collect()
-        }
+        Buffer::F64(values) => Cow::Borrowed(values.as_chunks::<3>().0),
         other => {
             let wide: Vec<f64> = other.iter_f64().collect();
-            wide.as_chunks::<3>().0.iter().map(|point| DVec3::from_array(*point)).collect()
+            Cow::Owned(wide.as_chunks::<3>().0.to_vec())
         }
     }
 }

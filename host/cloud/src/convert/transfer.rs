@@ -16,6 +16,39 @@ use surfelshop_api::{CloudView, Error, Result};
 
 /// Batches that wait for the writer.
 const WAITING: usize = 4;
+/// Columns that are written and wait to be filled again.
+const MOST_SPARE: usize = 64;
+
+/// Columns whose values are written: memory that the system need not find again for every batch.
+#[derive(Clone, Default)]
+struct Spare(Arc<Mutex<Vec<Buffer>>>);
+
+impl Spare {
+    fn columns(&self) -> MutexGuard<'_, Vec<Buffer>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn put(&self, columns: Vec<Buffer>) {
+        let mut spare = self.columns();
+        let free = MOST_SPARE.saturating_sub(spare.len());
+        spare.extend(columns.into_iter().filter(|column| !column.is_empty()).take(free));
+    }
+
+    /// A copy of values.
+    fn filled(&self, values: &Values<'_>) -> Result<Buffer> {
+        let element = values.element();
+        let mut spare = self.columns();
+        let found = spare.iter().position(|column| column.element() == element);
+        let mut buffer = match found {
+            Some(place) => spare.remove(place),
+            None => Buffer::with_capacity(element, 0),
+        };
+        drop(spare);
+        buffer.clear();
+        buffer.append(values).map_err(|out| Error::new(out.to_string()))?;
+        Ok(buffer)
+    }
+}
 
 /// What goes through the queue.
 enum Message {
@@ -73,6 +106,7 @@ pub(super) struct TransferSink {
     splats: Option<TrainedSplats>,
     keeps_trained: bool,
     columns: Option<Vec<String>>,
+    spare: Spare,
     /// Points of the cloud so far.
     n: u64,
 }
@@ -86,6 +120,7 @@ pub(super) struct TransferSource {
     ended: bool,
     faces: Vec<[u32; 3]>,
     batch: TargetBatch,
+    spare: Spare,
     pub(super) counts: SharedCounts,
 }
 
@@ -101,10 +136,13 @@ pub(super) fn transfer(
     let columns = selection.columns.clone();
     let counts: SharedCounts = Arc::default();
     let target = Target::new(merged, selection, types, Arc::clone(&counts));
+    let spare = Spare::default();
     let (next, ended, faces, batch) = Default::default();
-    let source = TransferSource { receiver, target, next, ended, faces, batch, counts };
-    let keeps_trained = types.trained_splats;
-    (TransferSink { shared, header: None, splats: None, keeps_trained, columns, n: 0 }, source)
+    let other = spare.clone();
+    let source = TransferSource { receiver, target, next, ended, faces, batch, spare, counts };
+    let (header, splats, keeps_trained) = (None, None, types.trained_splats);
+    let sink = TransferSink { shared, header, splats, keeps_trained, columns, spare: other, n: 0 };
+    (sink, source)
 }
 
 impl TransferSink {
@@ -129,13 +167,6 @@ impl TransferSink {
     pub(super) fn columns(&self) -> Option<Vec<String>> {
         self.columns.clone()
     }
-}
-
-/// A copy of values.
-fn owned(values: &Values<'_>) -> Result<Buffer> {
-    let mut buffer = Buffer::with_capacity(values.element(), 0);
-    buffer.append(values).map_err(|out| Error::new(out.to_string()))?;
-    Ok(buffer)
 }
 
 impl CloudSinkHost for TransferSink {
@@ -166,7 +197,7 @@ impl CloudSinkHost for TransferSink {
             Some(splats) => {
                 splats.batch(values, rows).map_err(|fault| Error::new(fault.to_string()))?
             }
-            None => values.iter().map(owned).collect::<Result<Vec<_>>>()?,
+            None => values.iter().map(|values| self.spare.filled(values)).collect::<Result<_>>()?,
         };
         self.shared.send(Message::Batch(copies))
     }
@@ -229,8 +260,10 @@ impl CloudSourceHost for TransferSource {
         }
         loop {
             match self.receive()? {
-                Message::Batch(columns) => {
-                    self.batch = self.target.batch(columns);
+                Message::Batch(mut columns) => {
+                    self.spare.put(std::mem::take(&mut self.batch.columns));
+                    self.batch = self.target.batch(&mut columns);
+                    self.spare.put(columns);
                     if self.batch.rows > 0 {
                         break;
                     }

@@ -13,5 +13,6 @@ pub(crate) mod ply;
 pub(crate) mod positioned;
 pub(crate) mod stream;
 pub(crate) mod table_sink;
+pub(crate) mod unpacked;
 
 pub(crate) use body::Body;

@@ -10,7 +10,7 @@ use crate::formats::lent_table::LentTable;
 use crate::formats::plugins::FormatCall;
 use crate::formats::positioned::SystemFile;
 use crate::formats::table_sink::TableSink;
-use crate::formats::{Body, obj, off, ply};
+use crate::formats::{Body, obj, off, ply, unpacked};
 use crate::options::ReadOptions;
 use crate::summary::Loaded;
 use crate::table::Table;
@@ -20,6 +20,7 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
+use surfelshop_api::format::FileHost;
 use surfelshop_geometry::{Progress, part};
 
 /// How pyramids begin, which are drawn and not read.
@@ -60,7 +61,7 @@ pub(crate) enum SourceFile {
     Plugin {
         /// The format's id.
         id: String,
-        file: Arc<SystemFile>,
+        file: Arc<dyn FileHost>,
         /// The file's name, without its folder.
         name: String,
     },
@@ -112,6 +113,12 @@ const PACKED_PLY: &str = "splats.compressed.ply";
 
 /// Opens a file and finds out what format it has.
 pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile, ReadFault> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    if let Some(archive) = unpacked::open(path)?
+        && let Some(id) = options.formats.by_bytes(archive.head())
+    {
+        return Ok(SourceFile::Plugin { id, file: Arc::new(archive), name });
+    }
     // Counts are checked against the length, which a pipe or a device does not have.
     let (file, metadata) = files::open(path)?;
     let mut reader = BufReader::with_capacity(1 << 16, file);
@@ -126,7 +133,6 @@ pub(crate) fn open(path: &Path, options: &ReadOptions<'_>) -> Result<SourceFile,
         return Err(ReadFault::Pyramid);
     }
     let length = metadata.len();
-    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let of_plugin = |id: String, reader: BufReader<File>| SourceFile::Plugin {
         id,
         file: Arc::new(SystemFile::new(reader.into_inner(), length)),

@@ -48,7 +48,7 @@ impl UnitRef {
 
     /// Whether a file may run that the unit's place leads to.
     pub(super) fn standing(&self, file: &Path, contents: Contents) -> TrustState {
-        self.trust.standing(&Place::new(&self.path, self.origin), file, contents)
+        self.trust.standing(&Place::new(&self.path, self.origin), file, || contents)
     }
 
     fn names(&self) -> (UnitKind, &str, &str, &Path) {

@@ -7,7 +7,7 @@ use super::trust::{Trust, TrustState, resolved};
 use serde::{Serialize, Serializer};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use surfelshop_api::UnitKind;
 use surfelshop_api::manifest::{Manifest, UnitEntry};
 
@@ -37,8 +37,22 @@ pub enum State {
     Refused(String),
 }
 
+/// The contents of a file: digested when it is read where trust hangs on them, and when somebody asks where it
+/// does not. The program's own plugins are tens of megabytes, which every command would digest.
+#[derive(Clone, Debug)]
+struct LazyContents {
+    file: PathBuf,
+    digest: Arc<OnceLock<Contents>>,
+}
+
+impl LazyContents {
+    fn get(&self) -> Contents {
+        *self.digest.get_or_init(|| Contents::of_file(&self.file))
+    }
+}
+
 /// A file in the list of plugins.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub struct Entry {
     /// The file, as its place names it.
     #[serde(serialize_with = "lossy")]
@@ -50,7 +64,7 @@ pub struct Entry {
     pub origin: Origin,
     /// Its contents, where it could be read.
     #[serde(serialize_with = "written")]
-    pub contents: Contents,
+    contents: LazyContents,
     /// Whether its code may run.
     pub trust: TrustState,
     /// What became of it.
@@ -61,6 +75,13 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// The contents of its file, as they were when it was listed; those of a file of the program itself as they are
+    /// when somebody asks first.
+    #[must_use]
+    pub fn contents(&self) -> Contents {
+        self.contents.get()
+    }
+
     /// The manifest of a plugin whose units can be loaded.
     #[must_use]
     pub fn available(&self) -> Option<&Manifest> {
@@ -111,7 +132,7 @@ impl Entry {
 }
 
 /// The plugins at hand.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 #[serde(transparent)]
 pub struct Registry {
     entries: Vec<Entry>,
@@ -127,7 +148,9 @@ impl Registry {
             // Once: what is judged here is what is loaded later, whatever links lead to by then.
             let file = resolved(&place.path);
             let bytes = read(&file);
-            let contents = bytes.as_deref().map(Contents::of).unwrap_or_default();
+            let contents = LazyContents { file: file.clone(), digest: Arc::default() };
+            let digest = || bytes.as_deref().map(Contents::of).unwrap_or_default();
+            let trust = asked.standing(&place, &file, || *contents.digest.get_or_init(digest));
             let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
                 Ok(manifest) => State::Available(manifest),
                 Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
@@ -136,7 +159,6 @@ impl Registry {
                     State::Refused(refused.to_string())
                 }
             };
-            let trust = asked.standing(&place, &file, contents);
             let (path, origin, asked) = (place.path, place.origin, Arc::clone(&asked));
             entries.push(Entry { path, file, origin, contents, trust, state, asked });
         }
@@ -195,8 +217,8 @@ fn shadow_duplicates(entries: &mut [Entry]) {
     }
 }
 
-fn written<S: Serializer>(contents: &Contents, serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(contents)
+fn written<S: Serializer>(contents: &LazyContents, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&contents.get())
 }
 
 /// Paths need not be UTF-8; lists show what can be shown.

@@ -74,16 +74,23 @@ impl Trust {
         self.own.extend(other.own);
     }
 
-    /// Whether a file may run that a place leads to: where it really lies, and what it holds.
+    /// Whether a file may run that a place leads to: where it really lies, and what it holds. The contents of the
+    /// program's own files are not asked for.
     #[must_use]
-    pub fn standing(&self, place: &Place, file: &Path, contents: Contents) -> TrustState {
+    pub fn standing(
+        &self,
+        place: &Place,
+        file: &Path,
+        contents: impl FnOnce() -> Contents,
+    ) -> TrustState {
         // A link beside the program may lead anywhere, and one that leads there may be turned.
         let lies_there = located(&place.path).parent() == file.parent();
         let is_own = place.origin == Origin::BesideProgram
             || file.parent().is_some_and(|folder| self.own.contains(folder));
         if is_own && lies_there {
-            TrustState::OfProgram
-        } else if self.builds.contains(&contents) {
+            return TrustState::OfProgram;
+        }
+        if self.builds.contains(&contents()) {
             TrustState::Build
         } else if self.places.contains(file) {
             TrustState::Place
@@ -120,7 +127,7 @@ mod tests {
         let (old, new) = (Contents::of(b"old"), Contents::of(b"new"));
         let file = Path::new("/nowhere/plugin.so");
         let standing =
-            |trust: &Trust, origin, contents| trust.standing(&place(origin), file, contents);
+            |trust: &Trust, origin, contents| trust.standing(&place(origin), file, || contents);
         let mut trust = Trust::default();
         assert_eq!(standing(&trust, Origin::BesideProgram, old), TrustState::OfProgram);
         for origin in [Origin::UserFolder, Origin::Environment, Origin::CommandLine] {
@@ -153,7 +160,7 @@ mod tests {
         trust.own_folder(own.path());
         let standing = |trust: &Trust, path: PathBuf| {
             let place = Place::new(&path, Origin::CommandLine);
-            trust.standing(&place, &resolved(&path), Contents::default())
+            trust.standing(&place, &resolved(&path), Contents::default)
         };
         assert_eq!(standing(&trust, file.clone()), TrustState::OfProgram);
         // The folder by another name.

@@ -70,7 +70,11 @@ fn free_place(cloud: &Cloud, up: UpAxis) -> Option<Standpoint> {
         UpAxis::Z => DVec3::Z,
         _ => source.grid_up.unwrap_or(DVec3::Y),
     };
-    let eye_height = source.metres().map(|metres| (EYES / metres) as f32);
+    let facts = cloud.facts();
+    let widest = (facts.bounds_max - facts.bounds_min).max_element();
+    // Nobody stands in what is smaller than a person.
+    let eye_height = source.metres().map(|metres| EYES / metres).filter(|eyes| widest > 2.0 * eyes);
+    let eye_height = eye_height.map(|eyes| eyes as f32);
     let standing = Standing { up: axis.as_vec3(), eye_height };
     let step = cloud.len().div_ceil(STOOD_AMONG).max(1);
     let every = |all: &[Vec3]| -> Vec<Vec3> { all.iter().copied().step_by(step).collect() };
@@ -207,5 +211,29 @@ mod tests {
         };
         assert_eq!((eye, (target - eye).normalize_or_zero()), (DVec3::X, DVec3::X));
         assert_eq!(stand(&seen_from(Some(DVec3::X), &[]), UpAxis::Auto), None);
+    }
+
+    #[test]
+    fn nobody_stands_beside_what_is_smaller_than_a_person() {
+        let ball = |radius: f32| -> Vec<[f32; 3]> {
+            (0..4000)
+                .map(|i| {
+                    let (z, turn) = (1.0 - (i as f32 + 0.5) / 2000.0, 2.399_963 * i as f32);
+                    let around = (1.0 - z * z).sqrt();
+                    [around * turn.cos(), around * turn.sin(), z].map(|part| radius * part)
+                })
+                .collect()
+        };
+        for radius in [0.08f32, 8.0] {
+            let mut clouds = seen_from(None, &ball(radius));
+            for Loaded { cloud, .. } in &mut clouds.loaded {
+                let source = Source { metres_per_unit: 1.0, ..Source::default() };
+                *cloud = cloud.clone().with_source(source);
+            }
+            let found = with_standpoint(clouds, UpAxis::Auto).standpoint;
+            // In a hollow ball there may be a place, beside it there is none.
+            let is_inside = |found: Standpoint| found.place.length() < f64::from(radius);
+            assert!(found.is_none_or(is_inside), "{radius}: {:?}", found.map(|found| found.place));
+        }
     }
 }

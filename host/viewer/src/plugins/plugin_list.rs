@@ -22,7 +22,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             ui.end_row();
             for entry in window.plugins.registry.entries() {
                 if row(ui, entry) {
-                    window.plugins.undecided.remove(&entry.contents);
+                    window.plugins.undecided.remove(&entry.contents());
                 }
                 ui.end_row();
             }
@@ -62,7 +62,7 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
         (false, _) => String::new(),
     });
     ui.label(if known { licence(&manifest) } else { "" });
-    let sha256 = entry.contents.to_string();
+    let sha256 = entry.contents().to_string();
     let file = format!("{}…  {}", &sha256[..DIGITS], entry.path.display());
     ui.label(file).on_hover_text(sha256);
     asks

@@ -30,7 +30,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
         return; // One question at a time.
     }
     let undecided = |entry: &&Entry| {
-        entry.asks_for_trust() && !window.plugins.undecided.contains(&entry.contents)
+        entry.asks_for_trust() && !window.plugins.undecided.contains(&entry.contents())
     };
     let Some(entry) = window.plugins.registry.entries().iter().find(undecided).cloned() else {
         return;
@@ -40,12 +40,12 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let answer = if shown.should_close() { Some(Answer::NotNow) } else { shown.inner };
     let Some(answer) = answer else { return };
     // Not asked again before the new list of plugins arrives.
-    window.plugins.undecided.insert(entry.contents);
+    window.plugins.undecided.insert(entry.contents());
     match answer {
         Answer::NotNow => window
             .messages
             .report(format!("{} stays unused; Help > Plugins asks again", entry.path.display())),
-        Answer::Once => window.render.thread.add(RenderCommand::Trust(Some(entry.contents))),
+        Answer::Once => window.render.thread.add(RenderCommand::Trust(Some(entry.contents()))),
         Answer::Build | Answer::Place => {
             match add_to_trust_list(window, &entry, answer == Answer::Place) {
                 Ok(()) => window.render.thread.add(RenderCommand::Trust(None)),
@@ -80,7 +80,7 @@ fn question(ui: &mut Ui, entry: &Entry) -> Option<Answer> {
         if is_link {
             row("leads to", entry.file.display().to_string());
         }
-        let sha256 = entry.contents.to_string();
+        let sha256 = entry.contents().to_string();
         let (first, second) = sha256.split_at(32);
         row("SHA-256", format!("{first}\n{second}"));
     });
@@ -115,5 +115,5 @@ fn offers(units: &[UnitEntry]) -> String {
 fn add_to_trust_list(window: &Window, entry: &Entry, place: bool) -> anyhow::Result<()> {
     let Some(manifest) = entry.manifest() else { return Ok(()) };
     let path = TrustFile::path(window.plugins.trust_file.as_deref())?;
-    TrustFile::change(&path, |list| list.add(&entry.file, manifest, entry.contents, place))
+    TrustFile::change(&path, |list| list.add(&entry.file, manifest, entry.contents(), place))
 }

@@ -4,6 +4,7 @@ mod compressed_ply;
 mod packed;
 mod sog;
 mod sog_file;
+mod sog_writing;
 mod splat;
 mod spz;
 mod spz_damage;
@@ -23,11 +24,11 @@ use surfelshop_api::tool::EditHeader;
 use surfelshop_api::{CloudView, Format};
 
 /// A host of a job that nobody watches, or that the user stops.
-struct Host {
+pub(crate) struct Host {
     stopped: bool,
 }
 
-const HOST: Host = Host { stopped: false };
+pub(crate) const HOST: Host = Host { stopped: false };
 
 impl JobHost for Host {
     fn progress(&self, fraction: f64, _message: &str) {

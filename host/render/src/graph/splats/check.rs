@@ -4,7 +4,7 @@ use crate::gpu::Gpu;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::plan::{Node, Plan, Planned, defines_of};
 use crate::graph::splats::source::{
-    COMPOSE_PER_PIXEL, compose_defines, is_of_composing, per_pixel_source,
+    COMPOSE_PER_PIXEL, Form, compose_defines, is_of_composing, per_pixel_source,
 };
 use crate::shader_compiler::{members_read, reflect};
 use surfelshop_api::graph::{Composition, Format, Pass, Splats, TextureId};
@@ -71,8 +71,6 @@ impl Plan {
         planned: &mut Planned,
     ) -> Result<(), String> {
         let Some(function) = &splats.per_pixel else { return Ok(()) };
-        let source = per_pixel_source(pass, splats.targets.len(), function)?;
-        let defines = [defines_of(pass), compose_defines(splats)].concat();
         // The author's own text has been compiled: what is wrong behind it, the function does not fit.
         let n_lines = pass.wgsl.lines().count();
         let is_behind = |message: &str| {
@@ -80,14 +78,22 @@ impl Plan {
             let line = line.and_then(|line| line.parse::<usize>().ok());
             line.is_some_and(|line| line > n_lines) || message.contains("'surfelshop_")
         };
-        let shader = pipelines
-            .shader_with(&source, &pass.modules, &defines)
-            .map_err(|message| match is_behind(&message) {
-                true => format!(
-                    "`{function}` does not fit; expected `fn {function}(p: splat::Pixel) -> splat::Fragment`"
-                ),
-                false => message,
-            })?;
+        let mut shader_of = |form: Form| {
+            let source = per_pixel_source(pass, splats.targets.len(), function, form)?;
+            let defines = [defines_of(pass), compose_defines(splats, form)].concat();
+            pipelines.shader_with(&source, &pass.modules, &defines)
+        };
+        let shader = match Form::of(gpu) {
+            Form::Tiles => shader_of(Form::Tiles),
+            // Functions stand there several times, and a long one may be too long.
+            Form::Runs => shader_of(Form::Runs).or_else(|_| shader_of(Form::Tiles)),
+        };
+        let shader = shader.map_err(|message| match is_behind(&message) {
+            true => format!(
+                "`{function}` does not fit; expected `fn {function}(p: splat::Pixel) -> splat::Fragment`"
+            ),
+            false => message,
+        })?;
         let stage = naga::ShaderStage::Compute;
         let point =
             reflect(&shader.composed, stage, COMPOSE_PER_PIXEL).map_err(|error| error.message)?;

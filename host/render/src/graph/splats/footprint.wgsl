@@ -46,6 +46,19 @@ fn are_finite(v: vec4<f32>) -> bool {
     return is_finite_number(v.x) && is_finite_number(v.y) && is_finite_number(v.z) && is_finite_number(v.w);
 }
 
+// Whether footprints lie in planes: known before, where a text is made for one kind.
+fn is_planar() -> bool {
+#ifdef PLANAR
+    return true;
+#else
+#ifdef CONIC
+    return false;
+#else
+    return params.planar == 1u;
+#endif
+#endif
+}
+
 // Twice the exponent at which a splat is not seen any more.
 fn cutoff_of(opacity: f32) -> f32 {
     return 2.0 * log(min(opacity, 1.0) / LEAST_OPACITY);

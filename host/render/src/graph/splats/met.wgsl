@@ -20,7 +20,7 @@ fn met(f: Footprint, pixel: vec2<f32>) -> Hit {
 #ifdef PER_PIXEL
     var at = p;
 #endif
-    if params.planar == 1u {
+    if is_planar() {
         let w = select(f.distance, vec3(0.0, 0.0, 1.0), params.orthographic == 1u);
         let k = vec3(p.x * w.xy - f.shape.xy, p.x * w.z);
         let l = vec3(p.y * w.xy - f.shape.zw, p.y * w.z);

@@ -5,7 +5,7 @@ use surfelshop_api::Projection;
 use surfelshop_api::graph::{Composition, Footprint, Splats};
 
 /// Side of a tile, `TILE` of the shaders.
-const TILE: u32 = 16;
+pub(super) const TILE: u32 = 16;
 
 /// `Params` of the shaders, but for the number that differs from step to step.
 #[derive(Clone, Copy)]

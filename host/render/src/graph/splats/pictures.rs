@@ -4,7 +4,7 @@ use crate::graph::bind;
 use crate::graph::execute::Variables;
 use crate::graph::splats::device::{Device, name_of};
 use crate::graph::splats::parameters::Parameters;
-use crate::graph::splats::source::{COMPOSE, PREFIX, compose_defines, compose_source};
+use crate::graph::splats::source::{COMPOSE, Form, PREFIX, compose_defines, compose_source};
 use crate::graph::splats::{Made, part_of, surface};
 use surfelshop_api::graph::{SplatDepth, Splats, TextureId};
 
@@ -31,7 +31,8 @@ impl Device<'_, '_> {
             false => self.numbers("no surface", 1),
         };
         let sums = self.numbers("sums of splats", 4 * n_payloads * view.stride * height);
-        let defines = compose_defines(splats);
+        let form = Form::of(self.recorder.gpu);
+        let defines = compose_defines(splats, form);
         let n_depths = 2 + u32::from(defines.contains(&"DISTORTION"));
         let depths = self.numbers("depths of splats", n_depths * view.depth_stride * height);
         let params = self.uniform(&view.words(made.n));
@@ -47,7 +48,10 @@ impl Device<'_, '_> {
         ];
         let groups = [view.across, view.down];
         match self.per_pixel {
-            None => self.run_with(&compose_source(splats), &defines, COMPOSE, groups, &bound)?,
+            None => {
+                let text = compose_source(splats, form);
+                self.run_with(&text, &defines, COMPOSE, groups, &bound)?;
+            }
             Some(pipeline) => {
                 let group = bind(self.recorder.gpu, pipeline, |name| {
                     let own = name.strip_prefix(PREFIX).unwrap_or_default();

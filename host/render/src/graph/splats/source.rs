@@ -1,7 +1,9 @@
 //! The entry points around an author's splat function, and around what puts splats together.
 
+use crate::gpu::Gpu;
 use crate::graph::shading::check_function;
-use surfelshop_api::graph::{Composition, MAX_PAYLOADS, Pass, SplatDepth, Splats};
+use crate::graph::splats::parameters::TILE;
+use surfelshop_api::graph::{Composition, Footprint, MAX_PAYLOADS, Pass, SplatDepth, Splats};
 
 /// The entry point that goes over splats, and what it reads and writes.
 pub(crate) const SPLAT_ENTRY: &str = "surfelshop_make_splats";
@@ -57,8 +59,26 @@ pub(super) const EXTENT: &str = include_str!("extent.wgsl");
 pub(super) const MET: &str = include_str!("met.wgsl");
 pub(super) const MOMENTS: &str = include_str!("moments.wgsl");
 pub(super) const CHANCE: &str = include_str!("chance.wgsl");
-/// What puts splats together.
+/// What puts splats together where a device computes.
 const COMPOSING: [&str; 5] = [FOOTPRINT, MET, MOMENTS, CHANCE, include_str!("compose_splats.wgsl")];
+/// The last of them where the processor does.
+const COMPOSING_RUNS: &str = include_str!("compose_runs.wgsl");
+
+/// How invocations share the work of putting splats together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Form {
+    /// A workgroup fetches a tile's splats for all of its pixels, of which each invocation has one.
+    Tiles,
+    /// An invocation has a run of pixels, and shares nothing.
+    Runs,
+}
+
+impl Form {
+    /// What is faster on a device.
+    pub(crate) fn of(gpu: &Gpu) -> Self {
+        if gpu.is_software() { Self::Runs } else { Self::Tiles }
+    }
+}
 
 /// The entry point that puts splats together.
 pub(super) const COMPOSE: &str = "compose";
@@ -70,13 +90,33 @@ pub(crate) const COMPOSE_PER_PIXEL: &str = "surfelshop_compose";
 pub(super) const PREFIX: &str = "surfelshop_";
 
 /// The text that puts splats together, but for the functions that are the host's.
-fn composing(n_payloads: usize) -> String {
-    format!("const N_PAYLOADS = {n_payloads}u;\n{}", COMPOSING.join("\n"))
+fn composing(n_payloads: usize, form: Form, is_per_pixel: bool) -> String {
+    let payloads = format!("const N_PAYLOADS = {n_payloads}u;\n");
+    if form == Form::Tiles {
+        return payloads + &COMPOSING.join("\n");
+    }
+    // Drivers put an author's function wherever it is called.
+    let [across, down] = if is_per_pixel { [2, 1] } else { [4, 2] };
+    let mut text = format!(
+        "{payloads}const RUN = vec2<u32>({across}u, {down}u);\nconst IS_PER_PIXEL = {is_per_pixel};\n"
+    );
+    let [shared @ .., _] = COMPOSING;
+    text += &shared.join("\n");
+    text.push('\n');
+    for line in COMPOSING_RUNS.lines() {
+        let n = if line.contains("EACH") { across * down } else { 1 };
+        for i in 0..n {
+            text += &line.replace("EACH", &i.to_string());
+            text.push('\n');
+        }
+    }
+    let groups = [TILE / across, TILE / down].map(|side| side.to_string());
+    text.replace("GROUP_ACROSS", &groups[0]).replace("GROUP_DOWN", &groups[1])
 }
 
 /// The text that puts splats of a pass together by opacities that fall off as Gaussians.
-pub(super) fn compose_source(splats: &Splats) -> String {
-    composing(splats.targets.len())
+pub(super) fn compose_source(splats: &Splats, form: Form) -> String {
+    composing(splats.targets.len(), form, false)
 }
 
 /// The author's text with what puts splats together behind it, which calls their function for each splat of a pixel.
@@ -87,9 +127,10 @@ pub(crate) fn per_pixel_source(
     pass: &Pass,
     n_payloads: usize,
     function: &str,
+    form: Form,
 ) -> Result<String, String> {
     check_function(pass, function)?;
-    let text = composing(n_payloads);
+    let text = composing(n_payloads, form, true);
     let names = declared(&text);
     let word = |word: &str| match word {
         "FUNCTION_PER_PIXEL" => function.to_owned(),
@@ -101,17 +142,22 @@ pub(crate) fn per_pixel_source(
 }
 
 /// What is defined while the text that puts splats together is preprocessed.
-pub(crate) fn compose_defines(splats: &Splats) -> Vec<&'static str> {
+pub(crate) fn compose_defines(splats: &Splats, form: Form) -> Vec<&'static str> {
     let is_mean = matches!(splats.composition, Composition::Normalized { .. });
     let is_wide = splats.depths.iter().any(|(which, _)| *which == SplatDepth::Distortion);
     let has_function = splats.per_pixel.is_some();
     let picks = matches!(splats.composition, Composition::Nearest | Composition::Stochastic { .. });
+    // A text for this pass alone, which leaves out what it does not need.
+    let is_own = has_function || form == Form::Runs;
+    let is_planar = splats.footprint == Footprint::Planar;
     let all = [
         (has_function, "PER_PIXEL"),
-        (has_function && !splats.tested, "NO_SURFACE"),
-        (has_function && splats.depths.is_empty(), "NO_DEPTHS"),
-        (has_function && picks, "NO_BLENDING"),
-        (has_function && !picks, "NO_PICKING"),
+        (is_own && !splats.tested, "NO_SURFACE"),
+        (is_own && splats.depths.is_empty(), "NO_DEPTHS"),
+        (is_own && picks, "NO_BLENDING"),
+        (is_own && !picks, "NO_PICKING"),
+        (form == Form::Runs && is_planar, "PLANAR"),
+        (form == Form::Runs && !is_planar, "CONIC"),
         (is_mean, "NORMALIZED"),
         (is_wide, "DISTORTION"),
     ];
@@ -205,12 +251,12 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
     fn a_pass_without_a_function_of_pixels_has_the_text_it_had() {
         let (plain, splats) = pass(|pass| pass);
         assert_eq!(splat_source(&plain, 1).unwrap(), PLAIN);
-        assert!(compose_defines(&splats).is_empty());
+        assert!(compose_defines(&splats, Form::Tiles).is_empty());
         // And the function that makes footprints is the same beside one of pixels.
         let (changed, splats) = pass(|pass| pass.per_pixel("round"));
         assert_eq!(splat_source(&changed, 1).unwrap(), PLAIN);
         assert_eq!(
-            compose_defines(&splats),
+            compose_defines(&splats, Form::Tiles),
             ["PER_PIXEL", "NO_SURFACE", "NO_DEPTHS", "NO_PICKING"]
         );
     }
@@ -236,11 +282,14 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
                 }
                 return f;
             }";
-        for composition in [
+        let compositions = [
             Composition::Over,
             Composition::Stochastic { samples: 4 },
             Composition::Normalized { tolerance: 0.1 },
-        ] {
+        ];
+        for (composition, form) in
+            compositions.into_iter().flat_map(|one| [(one, Form::Tiles), (one, Form::Runs)])
+        {
             for changed in [None, Some("met")] {
                 for depth in [None, Some(SplatDepth::Distortion)] {
                     let (plain, mut splats) = pass(|pass| pass.composed(composition));
@@ -250,16 +299,17 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
                         depth.map(|which| (which, splats.targets[0])).into_iter().collect();
                     let (source, entry) = match changed {
                         Some(function) => {
-                            (per_pixel_source(&plain, 4, function).unwrap(), COMPOSE_PER_PIXEL)
+                            let text = per_pixel_source(&plain, 4, function, form);
+                            (text.unwrap(), COMPOSE_PER_PIXEL)
                         }
-                        None => (compose_source(&splats), COMPOSE),
+                        None => (compose_source(&splats, form), COMPOSE),
                     };
-                    let defines = compose_defines(&splats);
+                    let defines = compose_defines(&splats, form);
                     let shader = pipelines.shader(&source, &defines).unwrap();
                     let made = pipelines.compute(entry, &shader, entry, &Settings::default());
                     // With depths there is one more.
                     let fits = changed.is_none() || depth.is_none();
-                    assert_eq!(made.is_ok(), fits, "{defines:?}: {:?}", made.err());
+                    assert_eq!(made.is_ok(), fits, "{form:?}, {defines:?}: {:?}", made.err());
                 }
             }
         }
@@ -267,18 +317,23 @@ surfelshop_payloads[k * 1u + 0u] = s.payload[0];
 
     #[test]
     fn every_name_of_the_host_is_told_apart_from_those_of_authors() {
-        let text = composing(2);
-        let names = declared(&text);
-        for name in ["N_PAYLOADS", "Footprint", "params", "batch", "shaded", "compose", "chance"] {
-            assert!(names.contains(&name), "{name} is missing in {names:?}");
+        let of_tiles = ["batch", "shaded"].as_slice();
+        for (form, own) in [(Form::Tiles, of_tiles), (Form::Runs, &["see", "RUN", "Open"])] {
+            let text = composing(2, form, true);
+            let names = declared(&text);
+            for name in ["N_PAYLOADS", "Footprint", "params", "compose", "chance"].iter().chain(own)
+            {
+                assert!(names.contains(name), "{name} is missing in {names:?}");
+            }
+            let (changed, _) = pass(|pass| pass);
+            let source = per_pixel_source(&changed, 2, "round", form).unwrap();
+            let behind = &source[changed.wgsl.len()..];
+            assert_eq!(declared(behind).len(), names.len());
+            assert!(declared(behind).iter().all(|name| name.starts_with(PREFIX)), "{behind}");
+            assert!(behind.contains("= round(p);") && !behind.contains("FUNCTION_PER_PIXEL"));
         }
         let (changed, _) = pass(|pass| pass);
-        let source = per_pixel_source(&changed, 2, "round").unwrap();
-        let behind = &source[changed.wgsl.len()..];
-        assert_eq!(declared(behind).len(), names.len());
-        assert!(declared(behind).iter().all(|name| name.starts_with(PREFIX)), "{behind}");
-        assert!(behind.contains("= round(p);") && !behind.contains("FUNCTION_PER_PIXEL"));
-        let line = per_pixel_source(&changed, 2, "square").unwrap_err();
+        let line = per_pixel_source(&changed, 2, "square", Form::Tiles).unwrap_err();
         assert_eq!(line, "the shader has no function `square`; it has: round");
     }
 }

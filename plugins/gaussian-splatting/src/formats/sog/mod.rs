@@ -13,21 +13,31 @@
 //! Read are version 2, and version 1, which has bounds in the place of codebooks and logits as opacities. Images that
 //! nobody wants are not unpacked. Files do not say which axis points up.
 //!
-//! A format sees one file: the images beside a `meta.json` in a folder are packed first, `zip -0 scene.sog *`.
+//! A folder with these files is read as an archive of them: the host hands folders over so.
+//!
+//! Written is version 2. A codebook has the numbers of the cloud where these are 256 at most, so that what was read is
+//! written as it was; more numbers share codes such that they are off by little. Likewise up to 65536 different sets of
+//! spherical harmonics have an entry of the palette each, and more of them share entries, which a line says. The order
+//! of the Gaussians stays.
 //!
 //! Source: `PlayCanvas`, "The SOG Format"; for version 1 playcanvas/splat-transform, `read-sog-v1.ts`.
 
+mod archive;
+mod codebook;
 mod images;
 mod meta;
 mod points;
+mod write;
 mod zip;
 
 use super::batch::{Batch, in_batches};
 use super::outgoing::FormatRange;
 use meta::Meta;
 use points::{Images, UNPACKING};
-use surfelshop_api::format::{CloudHeader, CloudSink, FileSource, FileTypes, UpAxis};
-use surfelshop_api::prelude::{Error, HostInfo, Job, Result, UnitInfo};
+use surfelshop_api::format::{
+    CloudHeader, CloudSink, CloudSource, FileSink, FileSource, FileTypes, UpAxis,
+};
+use surfelshop_api::prelude::{Error, HostInfo, Job, LimitInfo, Result, UnitInfo};
 use zip::Archive;
 
 /// The file that says what the others are.
@@ -45,10 +55,17 @@ const RANGE: FormatRange = FormatRange { name: "SOG", degree: 3, up: UpAxis::Unk
 pub(crate) struct Sog;
 
 impl surfelshop_api::Format for Sog {
-    const INFO: UnitInfo =
-        UnitInfo::new("sog", "SOG", "Reads PlayCanvas's Gaussian splats in images (.sog).");
-    const FILES: FileTypes = FileTypes::new().ending("sog").magic(0, zip::MAGIC);
+    const INFO: UnitInfo = UnitInfo::new(
+        "sog",
+        "SOG",
+        "Reads and writes PlayCanvas's Gaussian splats in images (.sog).",
+    );
+    const FILES: FileTypes = FileTypes::new().ending("sog").magic(0, zip::MAGIC).written();
     type Params = ();
+    const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
+        "moved",
+        "positions have 16 bits between bounds and single precision in such files",
+    )];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)
@@ -104,6 +121,16 @@ impl surfelshop_api::Format for Sog {
         images.warnings().iter().for_each(|line| clouds.warn(line));
         batch.finish(clouds);
         Ok(())
+    }
+
+    fn write(
+        &mut self,
+        clouds: &mut CloudSource<'_>,
+        (): &(),
+        file: &FileSink,
+        job: &Job<'_>,
+    ) -> Result<Vec<String>> {
+        write::write(clouds, file, job)
     }
 }
 

@@ -204,3 +204,20 @@ fn unpacked([a, b, c, tag]: [u8; 4]) -> Option<[f32; 4]> {
     let [w, x, y, z] = rotation::without_largest([a, b, c].map(part), largest);
     Some([x, y, z, w])
 }
+
+/// The pixel of a rotation, as [`unpacked`] takes it.
+pub(super) fn packed(rotation: [f32; 4]) -> [u8; 4] {
+    let [x, y, z, w] = rotation::unit(rotation);
+    let parts = [w, x, y, z];
+    let largest =
+        (1..4).fold(0, |most, i| if parts[i].abs() > parts[most].abs() { i } else { most });
+    let sign = if parts[largest] < 0.0 { -1.0 } else { 1.0 };
+    let mut pixel = [0; 4];
+    let others = (0..4).filter(|i| *i != largest);
+    for (byte, i) in pixel.iter_mut().zip(others) {
+        let share = 0.5 * (sign * parts[i] / FRAC_1_SQRT_2 + 1.0);
+        *byte = (255.0 * share).round() as u8;
+    }
+    pixel[3] = FIRST_TAG + largest as u8;
+    pixel
+}

@@ -13,14 +13,14 @@ pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 
 /// Bytes of the record at the end, without the comment behind it, and how it begins.
 const END: usize = 22;
-const END_MAGIC: [u8; 4] = *b"PK\x05\x06";
+pub(super) const END_MAGIC: [u8; 4] = *b"PK\x05\x06";
 
 /// Longest comment behind the record at the end.
 const MOST_COMMENT: u64 = u16::MAX as u64;
 
 /// Bytes of an entry of the table and of a file's own header, without names, and how they begin.
 const ENTRY: usize = 46;
-const ENTRY_MAGIC: [u8; 4] = *b"PK\x01\x02";
+pub(super) const ENTRY_MAGIC: [u8; 4] = *b"PK\x01\x02";
 const LOCAL: u64 = 30;
 
 /// Most bytes of the table that are read.
