@@ -13,19 +13,27 @@
 //! surfelshop bake scan.ply -t smooth -o smooth.ply
 //! ```
 
+mod boolean;
+mod columns;
 mod deform;
+mod icp;
 mod lattice;
 mod linear;
+mod ply;
+mod register;
+mod seam;
 mod search;
 mod smooth;
+mod sphere_fit;
 mod surfels;
 #[cfg(test)]
 mod tests;
 mod transform;
+mod winding;
 
 use surfelshop_api::export_plugin;
 
 export_plugin! {
     id: "org.surfelshop.pointshop",
-    tools: [smooth::Smooth, transform::Transform, deform::Deform],
+    tools: [smooth::Smooth, boolean::Boolean, register::Register, transform::Transform, deform::Deform],
 }

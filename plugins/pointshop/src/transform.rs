@@ -162,7 +162,7 @@ impl Placement {
 
     /// Stages the cloud under the map, and says so, with these words behind.
     pub(crate) fn stage(&self, cloud: &CloudView<'_>, job: &Job<'_>, words: &str) -> Result<()> {
-        job.progress(0.0, "moving surfels");
+        job.progress(0.9, "moving surfels");
         job.check()?;
         let mut said = format!("{} surfels", cloud.len);
         if !cloud.faces.is_empty() {

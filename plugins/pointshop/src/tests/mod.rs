@@ -1,6 +1,9 @@
 //! Tests through `Tool::run`, with a host that records what is staged.
 
+mod boolean;
 mod maps;
+mod ply;
+mod register;
 mod shapes;
 mod smooth;
 
