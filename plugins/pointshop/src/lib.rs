@@ -16,11 +16,14 @@
 mod boolean;
 mod columns;
 mod deform;
+mod holes;
 mod icp;
 mod lattice;
 mod linear;
+mod patch;
 mod ply;
 mod register;
+mod rims;
 mod seam;
 mod search;
 mod smooth;
@@ -28,6 +31,7 @@ mod sphere_fit;
 mod surfels;
 #[cfg(test)]
 mod tests;
+mod thin_plate;
 mod transform;
 mod winding;
 
@@ -35,5 +39,5 @@ use surfelshop_api::export_plugin;
 
 export_plugin! {
     id: "org.surfelshop.pointshop",
-    tools: [smooth::Smooth, boolean::Boolean, register::Register, transform::Transform, deform::Deform],
+    tools: [smooth::Smooth, boolean::Boolean, register::Register, holes::FillHoles, transform::Transform, deform::Deform],
 }

@@ -60,11 +60,6 @@ impl Search {
         Ok(Self { order, points, axes })
     }
 
-    /// Number of finite points.
-    pub(crate) fn len(&self) -> usize {
-        self.order.len()
-    }
-
     /// The `k` nearest points within a distance, nearest first, ties by index.
     pub(crate) fn nearest(&self, at: DVec3, k: usize, reach: f64) -> Vec<Found> {
         let mut found: Vec<Found> = Vec::with_capacity(k + 1);

@@ -76,4 +76,20 @@ impl AlgebraicSphere {
         let far = -2.0 * value / (length + root);
         far.is_finite().then(|| Foot { place: place + far * normal, normal })
     }
+
+    /// How far along a unit direction the surface is met where its normal faces that way; `None` where
+    /// it is not.
+    pub(crate) fn along(&self, from: DVec3, direction: DVec3) -> Option<f64> {
+        let x = from - self.origin;
+        let value = self.constant + self.linear.dot(x) + self.square * x.length_squared();
+        let slope = (self.linear + 2.0 * self.square * x).dot(direction);
+        // Of the two places that one where the gradient along the direction, the root, is positive.
+        let root = (slope * slope - 4.0 * self.square * value).sqrt();
+        let far = if slope > 0.0 {
+            -2.0 * value / (slope + root)
+        } else {
+            (root - slope) / (2.0 * self.square)
+        };
+        (root > 0.0 && far.is_finite()).then_some(far)
+    }
 }

@@ -185,15 +185,15 @@ fn a_shared_face_stays_once() {
     let second = cuboid(Vec3::new(0.45, 0.25, 0.0), Vec3::new(1.5, 0.75, 1.0), 0.1);
     let file = TemporaryFile::new("shared.ply", ply_text(&second, false).as_bytes());
     let params = Settings { with: file.path(), operation: Operation::Union };
-    let pieces = pieces(&run::<Boolean>(&first, &params).unwrap());
+    let joined = pieces(&run::<Boolean>(&first, &params).unwrap());
     for i in 0..900 {
         let (x, y) = (0.06 + 0.9 * f64::from(i % 30) / 30.0, 0.06 + 0.9 * f64::from(i / 30) / 30.0);
         let top = |piece: &&Piece| piece.normal.z > 0.5 && (piece.place.z - 1.0).abs() < 1e-6;
         let from = DVec3::new(x, y, 2.0);
-        let of_first = pieces.iter().filter(top).any(|p| p.meets(from, -DVec3::Z).is_some());
+        let of_first = joined.iter().filter(top).any(|p| p.meets(from, -DVec3::Z).is_some());
         assert!(of_first, "a hole at {x} {y}");
     }
-    let inside = pieces.iter().filter(|piece| {
+    let inside = joined.iter().filter(|piece| {
         let p = piece.place;
         (p.x - 0.5).abs() < 0.4 && (p.y - 0.5).abs() < 0.4 && (p.z - 0.5).abs() < 0.4
     });
@@ -201,7 +201,7 @@ fn a_shared_face_stays_once() {
     // The one less the other has a notch, lined by faces that look into it.
     let params = Settings { with: file.path(), operation: Operation::Difference };
     let ran = run::<Boolean>(&first, &params).unwrap();
-    let lining = super::boolean::pieces(&ran);
+    let lining = pieces(&ran);
     assert!(lining.iter().any(|p| (p.place.x - 0.45).abs() < 1e-6 && p.normal.x > 0.99));
     // What of discs beyond the edges of the box is outside both stays; their middles go.
     let inside = |piece: &&Piece| {

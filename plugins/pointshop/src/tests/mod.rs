@@ -1,6 +1,7 @@
 //! Tests through `Tool::run`, with a host that records what is staged.
 
 mod boolean;
+mod holes;
 mod maps;
 mod ply;
 mod register;
@@ -101,6 +102,7 @@ struct ToolOutput {
 
 impl ToolOutput {
     fn names(&self) -> Vec<String> {
+        assert!(!self.staged.is_empty(), "{}", self.message);
         let (EditHeader::Columns(columns) | EditHeader::NewCloud { columns, .. }) =
             &self.staged[0].0
         else {
@@ -149,8 +151,8 @@ fn stops_everywhere<T: Tool>(cloud: &TestCloud, params: &T::Params) {
         let result = tool.run(&cloud.view(), params, &Job::new(&host));
         if host.n_checks.get() < stops_at {
             result.unwrap();
-            assert!(!host.staged.borrow().is_empty());
             let messages = host.messages.borrow();
+            assert!(!host.staged.borrow().is_empty(), "{:?}", messages.last());
             assert!(messages.windows(2).all(|pair| pair[0].0 <= pair[1].0 + 1e-12), "{messages:?}");
             assert_eq!(messages.last().map(|(fraction, _)| *fraction), Some(1.0));
             assert!(stops_at > 1, "{stops_at}");
