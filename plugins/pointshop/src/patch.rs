@@ -60,6 +60,13 @@ const STEEP: f64 = 0.15;
 /// Share of surfels around that may be folded.
 const FEW: f64 = 0.05;
 
+/// Spacings within which a new surfel lies beside another, and those that it may be off its plane there.
+const BESIDE: f64 = 1.5;
+const OFF: f64 = 0.6;
+
+/// Share of new surfels beside others that may be off.
+const FEW_OFF: f64 = 0.1;
+
 /// The surface around a hole in axes of its own.
 struct Band {
     middle: DVec3,
@@ -103,7 +110,10 @@ pub(crate) fn filled(
             None => return Outcome::Folded,
         }
     }
-    if new.is_empty() { Outcome::NoHole } else { Outcome::Filled(new) }
+    if new.is_empty() {
+        return Outcome::NoHole;
+    }
+    if band.continues_in(&new, surfels) { Outcome::Filled(new) } else { Outcome::Folded }
 }
 
 impl Band {
@@ -146,6 +156,23 @@ impl Band {
         let at = DVec2::new(offset.dot(self.u), offset.dot(self.v));
         let radius = surfels.radii.get(index as usize).copied().unwrap_or(0.0);
         Member { index, at, height: offset.dot(self.normal), radius }
+    }
+
+    /// Whether new surfels that lie beside those around lie in their planes.
+    fn continues_in(&self, new: &[NewSurfel], surfels: &Surfels) -> bool {
+        let beside = new.iter().filter_map(|surfel| {
+            let nearest = surfel.shares.first()?.0 as usize;
+            let offset = surfel.place - surfels.places[nearest];
+            (offset.length() < BESIDE * self.spacing).then_some((surfel, nearest, offset))
+        });
+        let (mut n, mut n_off) = (0, 0);
+        for (surfel, nearest, offset) in beside {
+            let normal = surfels.normals[nearest];
+            let is_off = offset.dot(normal).abs() > OFF * self.spacing;
+            n += 1;
+            n_off += usize::from(is_off || normal.dot(surfel.normal) < 0.5);
+        }
+        n > 0 && f64::from(n_off as u32) <= FEW_OFF * f64::from(n)
     }
 
     /// The surfels of the surface that the border is one of, as far as the border reaches: those

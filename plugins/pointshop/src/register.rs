@@ -134,19 +134,24 @@ impl Tool for Register {
         let Motion { turn, translation } = last.motion;
         // The motion of offsets from the cloud's origin, as one of places.
         let translation = translation + cloud.origin - turn * cloud.origin;
+        let bounds = Bounds::of(surfels.places.iter().copied());
+        let (middle, extent) = bounds.map_or((DVec3::ZERO, 1.0), |b| (b.centre(), b.extent()));
+        let middle = cloud.origin + middle;
+        let about_middle = translation + turn * middle - middle;
         let ended = if last.settled { "" } else { ", not settled" };
         let words = format!(
-            "; RMS {:.6e} of {:.1} % in pairs after {n_rounds} rounds{ended}; {}",
+            "; RMS {:.3e}, {:.0} % in pairs, {n_rounds} rounds{ended}: about=centre {}",
             last.residual,
             100.0 * last.n_pairs as f64 / steps[2].len() as f64,
-            as_transform(turn, translation)
+            as_transform(turn, about_middle, extent)
         );
         Placement::rigid(turn, translation).stage(cloud, job, &words)
     }
 }
 
-/// A motion as parameters of `transform`.
-fn as_transform(turn: DQuat, t: DVec3) -> String {
+/// A motion of a cloud of some extent as parameters of `transform`, to a millionth of a degree and of about
+/// the extent.
+fn as_transform(turn: DQuat, t: DVec3, extent: f64) -> String {
     let m = DMat3::from_quat(turn);
     let y = -m.x_axis.z.clamp(-1.0, 1.0).asin();
     // Looking along the turned axis, only the sum of the other two angles counts.
@@ -157,10 +162,17 @@ fn as_transform(turn: DQuat, t: DVec3) -> String {
         (m.y_axis.z.atan2(m.z_axis.z), m.x_axis.y.atan2(m.x_axis.x))
     };
     let [x, y, z] = [x, y, z].map(f64::to_degrees);
-    format!(
-        "rotate-x={x:.9} rotate-y={y:.9} rotate-z={z:.9} translate-x={} translate-y={} translate-z={}",
-        t.x, t.y, t.z
-    )
+    let digits = (6.0 - extent.log10().floor()).clamp(0.0, 15.0) as usize;
+    let named = [
+        ("rotate-x", x, 6),
+        ("rotate-y", y, 6),
+        ("rotate-z", z, 6),
+        ("translate-x", t.x, digits),
+        ("translate-y", t.y, digits),
+        ("translate-z", t.z, digits),
+    ];
+    let words = named.map(|(name, value, digits)| format!("{name}={value:.digits$}"));
+    words.join(" ")
 }
 
 /// Numbers of surfels in an order that looks random and is always the same.

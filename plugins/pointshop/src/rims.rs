@@ -15,6 +15,9 @@ const REACH: f64 = 2.0;
 /// An angle without surfels from which on one is at a border: about that at the rim of a hole of two spacings.
 const GAP: f64 = 110.0 / 360.0 * TAU;
 
+/// Sine of the angle to the plane from which on a surfel lies above or below.
+const ABOVE: f64 = 0.8;
+
 /// Spacings within which surfels at borders are of one border.
 const LINK: f64 = 3.0;
 
@@ -36,15 +39,12 @@ pub(crate) fn at_borders(
         let (place, normal) = (surfels.places[i], surfels.normals[i]);
         let (u, v) = normal.any_orthonormal_pair();
         let near = search.nearest(place, AROUND + 1, REACH * apart[i]);
-        let others = near.iter().filter(|found| {
-            let turned = surfels.normals[found.index as usize].dot(normal);
-            found.squared > 0.0 && turned > 0.0
-        });
-        let mut angles: Vec<f64> = others
-            .map(|found| {
-                let offset = surfels.places[found.index as usize] - place;
-                offset.dot(v).atan2(offset.dot(u))
-            })
+        // Surfels of other surfaces count, since what ends at another surface is no border; those above and
+        // below are in no direction.
+        let offsets = near.iter().map(|found| surfels.places[found.index as usize] - place);
+        let mut angles: Vec<f64> = offsets
+            .filter(|offset| offset.dot(normal).abs() < ABOVE * offset.length())
+            .map(|offset| offset.dot(v).atan2(offset.dot(u)))
             .collect();
         angles.sort_unstable_by(f64::total_cmp);
         let Some((first, last)) = angles.first().zip(angles.last()) else { return true };
