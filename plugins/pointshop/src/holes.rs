@@ -98,7 +98,7 @@ impl Tool for FillHoles {
         let new = once(patches, job)?;
         let mut said = format!("{n_holes} holes filled with {} surfels", new.len());
         if n_folded > 0 {
-            said += &format!("; {n_folded} borders fold over and stay");
+            said += &format!("; {n_folded} borders of folded or overlapping surfaces stay");
         }
         if !wide.is_empty() {
             said += &format!("; {} borders are wider than {largest:.6} and stay", wide.len());

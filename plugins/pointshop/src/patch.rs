@@ -5,6 +5,7 @@ use crate::sphere_fit::{AlgebraicSphere, Sums};
 use crate::surfels::{Surfels, median};
 use crate::thin_plate::ThinPlate;
 use std::collections::HashSet;
+use std::f64::consts::PI;
 use surfelshop_api::glam::{DVec2, DVec3};
 use surfelshop_geometry::hashing::scattered;
 
@@ -62,10 +63,14 @@ const FEW: f64 = 0.05;
 
 /// Spacings within which a new surfel lies beside another, and those that it may be off its plane there.
 const BESIDE: f64 = 1.5;
-const OFF: f64 = 0.6;
+const OFF: f64 = 0.7;
+
+/// Share of the rim of a hole that others must lie beside: what only looks like a hole, as layers one above
+/// the other do, has few.
+const SURROUNDED: f64 = 0.4;
 
 /// Share of new surfels beside others that may be off.
-const FEW_OFF: f64 = 0.1;
+const FEW_OFF: f64 = 0.25;
 
 /// The surface around a hole in axes of its own.
 struct Band {
@@ -158,7 +163,7 @@ impl Band {
         Member { index, at, height: offset.dot(self.normal), radius }
     }
 
-    /// Whether new surfels that lie beside those around lie in their planes.
+    /// Whether new surfels lie beside others all around, and in their planes.
     fn continues_in(&self, new: &[NewSurfel], surfels: &Surfels) -> bool {
         let beside = new.iter().filter_map(|surfel| {
             let nearest = surfel.shares.first()?.0 as usize;
@@ -170,9 +175,11 @@ impl Band {
             let normal = surfels.normals[nearest];
             let is_off = offset.dot(normal).abs() > OFF * self.spacing;
             n += 1;
-            n_off += usize::from(is_off || normal.dot(surfel.normal) < 0.5);
+            n_off += usize::from(is_off || normal.dot(surfel.normal) < 0.3);
         }
-        n > 0 && f64::from(n_off as u32) <= FEW_OFF * f64::from(n)
+        // The rim of a round hole of as many surfels has so many beside it.
+        let rim = 2.0 * (PI * new.len() as f64).sqrt();
+        f64::from(n) >= SURROUNDED * rim && f64::from(n_off as u32) <= FEW_OFF * f64::from(n)
     }
 
     /// The surfels of the surface that the border is one of, as far as the border reaches: those
