@@ -60,6 +60,9 @@ params! {
     }
 }
 
+/// Why cases of checks, which have one cloud, are refused.
+pub(crate) const NEEDS_SECOND: &str = "it needs a second cloud, and the case has one";
+
 /// The tool.
 pub(crate) struct Boolean;
 
@@ -70,6 +73,12 @@ impl Tool for Boolean {
         "Joins, intersects or subtracts two closed clouds.",
     );
     type Params = Settings;
+    const LIMITS: &'static [LimitInfo] = &[
+        LimitInfo::new("outputs", NEEDS_SECOND),
+        LimitInfo::new("threads", NEEDS_SECOND),
+        LimitInfo::new("again", NEEDS_SECOND),
+        LimitInfo::new("reordered", NEEDS_SECOND),
+    ];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

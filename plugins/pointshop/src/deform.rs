@@ -2,7 +2,7 @@
 //!
 //! | parameter | type  | default | meaning                                                          |
 //! |-----------|-------|---------|------------------------------------------------------------------|
-//! | `lattice` | text  | empty   | how many control points there are and which are moved, see below  |
+//! | `lattice` | text  | `2 2 2` | how many control points there are and which are moved, see below  |
 //! | `file`    | file  |         | a text file with the same, instead                               |
 //!
 //! The text is numbers: k, l and m, at least 2 each and at most 32, the control points along x, y and z;
@@ -42,8 +42,8 @@ params! {
     pub struct Settings {
         /// Control points along x, y and z, and then, of each that is moved: its numbers along x, y
         /// and z, from 0, and how far, in shares of the box: `2 2 2 1 1 1 0 0 0.5`.
-        lattice: String { default: String::new() },
-        /// A text file with the same, instead.
+        lattice: String { default: "2 2 2".to_owned() },
+        /// A text file with the same, which counts instead.
         file: FilePath { default: FilePath::default(), endings: &["txt"] },
     }
 }
@@ -129,18 +129,11 @@ fn tangents(cloud: &CloudView<'_>, surfels: &Surfels) -> Vec<[DVec3; 2]> {
 }
 
 fn lattice(params: &Settings) -> Result<Lattice> {
-    let text = params.lattice.trim();
-    match (text.is_empty(), params.file.is_empty()) {
-        (true, true) => Err(Error::new(
-            "expected a `lattice` such as `2 2 2  1 1 1 0 0 0.5`, or a `file` with one, found none",
-        )),
-        (false, false) => Err(Error::new("expected a `lattice` or a `file` with one, found both")),
-        (false, true) => Lattice::read(text),
-        (true, false) => {
-            let text = std::fs::read_to_string(&params.file).at(&params.file)?;
-            Lattice::read(&text).map_err(|error| error.at(&params.file))
-        }
+    if params.file.is_empty() {
+        return Lattice::read(&params.lattice);
     }
+    let text = std::fs::read_to_string(&params.file).at(&params.file)?;
+    Lattice::read(&text).map_err(|error| error.at(&params.file))
 }
 
 /// Stretches by less than this share leave discs round.

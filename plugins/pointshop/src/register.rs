@@ -30,6 +30,7 @@
 //! surfelshop bake second.ply -t register --set to=first.ply -o moved.ply
 //! ```
 
+use crate::boolean::NEEDS_SECOND;
 use crate::icp::{Motion, Target, rounds};
 use crate::ply::PlyFile;
 use crate::search::Search;
@@ -79,8 +80,12 @@ impl Tool for Register {
     const INFO: UnitInfo =
         UnitInfo::new("register", "Register", "Moves a cloud onto another one of the same thing.");
     type Params = Settings;
-    const LIMITS: &'static [LimitInfo] =
-        &[LimitInfo::new("reordered", "which surfels are compared depends on their numbers")];
+    const LIMITS: &'static [LimitInfo] = &[
+        LimitInfo::new("outputs", NEEDS_SECOND),
+        LimitInfo::new("threads", NEEDS_SECOND),
+        LimitInfo::new("again", NEEDS_SECOND),
+        LimitInfo::new("reordered", NEEDS_SECOND),
+    ];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)

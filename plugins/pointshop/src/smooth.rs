@@ -26,12 +26,11 @@
 //! ```
 
 use crate::search::Search;
-use crate::surfels::{Surfels, finite, flat, floats, progress_of, spacings};
+use crate::surfels::{Surfels, finite, flat, floats, spacings};
 use std::ops::Range;
 use surfelshop_api::columns::{NORMAL, POSITION, TANGENT_U, TANGENT_V};
-use surfelshop_api::glam::{DQuat, DVec3, Vec3};
+use surfelshop_api::glam::{DQuat, DVec3};
 use surfelshop_api::prelude::*;
-use surfelshop_geometry::areas;
 
 choices! {
     /// Which way the filter works.
@@ -95,10 +94,6 @@ impl Tool for Smooth {
         "Filters positions and normals, and preserves the volume.",
     );
     type Params = Settings;
-    const LIMITS: &'static [LimitInfo] = &[LimitInfo::new(
-        "reordered",
-        "sums are rounded by the order of surfels at equal distances",
-    )];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)
@@ -156,7 +151,8 @@ impl Tool for Smooth {
                 *moved = (-2.0 * strength * *moved).clamp(-most, most);
             }
         }
-        balance(cloud, &surfels, &mut moved, job)?;
+        balance(&apart, &mut moved);
+        job.check()?;
         let said = statement(&moved, &apart);
         let along = |((&place, &direction), &distance)| place + distance * direction;
         let places: Vec<DVec3> =
@@ -176,24 +172,15 @@ fn statement(moved: &[f64], apart: &[f64]) -> String {
 }
 
 /// Moves all by one distance along their normals, so that as much volume is added as is taken.
-fn balance(
-    cloud: &CloudView<'_>,
-    surfels: &Surfels,
-    moved: &mut [f64],
-    job: &Job<'_>,
-) -> Result<()> {
-    let positions: Vec<Vec3> = cloud.vectors(POSITION).collect();
-    let normals: Vec<Vec3> = surfels.normals.iter().map(|normal| normal.as_vec3()).collect();
-    let progress = progress_of(job, 0.9..0.98, "balancing the volume");
-    let areas = areas::effective(&positions, &normals, &progress)?;
-    let weighed = || areas.iter().zip(moved.iter()).map(|(&area, &moved)| (f64::from(area), moved));
-    let (whole, swept) = weighed()
+fn balance(apart: &[f64], moved: &mut [f64]) {
+    // A surfel stands for the square of its spacing.
+    let weighed = apart.iter().zip(moved.iter()).map(|(apart, moved)| (apart * apart, *moved));
+    let (whole, swept) = weighed
         .filter(|(area, moved)| area.is_finite() && moved.is_finite())
         .fold((0.0, 0.0), |(whole, swept), (area, moved)| (whole + area, swept + area * moved));
     if whole > 0.0 && (swept / whole).is_finite() {
         moved.iter_mut().for_each(|moved| *moved -= swept / whole);
     }
-    job.check()
 }
 
 /// Surfels around each that have a say, row by row.

@@ -265,7 +265,7 @@ fn what_changes_nothing_keeps_discs_and_clip_lines_turn_along() {
 fn lattices_that_make_no_sense_are_refused() {
     let cloud = ball(100);
     for (text, expected) in [
-        ("", "found none"),
+        ("", "found 0 numbers"),
         ("2 2", "found 2 numbers"),
         ("1 2 2", "from 2 to 32, found `1`"),
         ("2 2 33", "found `33`"),
