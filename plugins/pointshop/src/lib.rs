@@ -24,23 +24,16 @@ mod boolean;
 mod columns;
 mod deform;
 mod holes;
-mod icp;
-mod lattice;
 mod linear;
-mod patch;
 mod ply;
 mod register;
-mod rims;
-mod seam;
 mod search;
 mod smooth;
 mod sphere_fit;
 mod surfels;
 #[cfg(test)]
 mod tests;
-mod thin_plate;
 mod transform;
-mod winding;
 
 use surfelshop_api::export_plugin;
 

@@ -211,7 +211,7 @@ fn a_lattice_of_eight_points_may_stretch_evenly() {
 #[test]
 fn derivatives_are_those_of_the_map() {
     let text = "3 4 2 1 2 1 0.4 -0.3 0.2  0 3 0 0.1 0.1 0.1  2 0 1 -0.2 0 0.3";
-    let lattice = crate::lattice::Lattice::read(text).unwrap();
+    let lattice = deform::lattice::Lattice::read(text).unwrap();
     let (at, step) = (DVec3::new(0.3, 0.6, 0.8), 1e-6);
     let (_, slope) = lattice.offset(at);
     for axis in 0..3 {
@@ -245,7 +245,7 @@ fn what_changes_nothing_keeps_discs_and_clip_lines_turn_along() {
         let local = |u: Vec3, v: Vec3| x * u + y * v;
         let tangent = |name: &str| before.vectors(name).nth(i).unwrap();
         let at = local(tangent("tangent_u"), tangent("tangent_v"));
-        let bent = crate::lattice::Lattice::read("2 2 2 0 0 0 -0.3 0.1 0").unwrap();
+        let bent = deform::lattice::Lattice::read("2 2 2 0 0 0 -0.3 0.1 0").unwrap();
         let size =
             DVec3::from(surfelshop_geometry::Bounds::of_positions(&cloud.places()).unwrap().size());
         let min = surfelshop_geometry::Bounds::of_positions(&cloud.places()).unwrap().min;

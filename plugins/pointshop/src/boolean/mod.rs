@@ -25,12 +25,15 @@
 //! surfelshop bake block.ply -t boolean --set with=drill.ply --set operation=difference -o part.ply
 //! ```
 
+pub(crate) mod seam;
+mod winding;
+
+use crate::boolean::seam::{Fate, Side, Solid, UNCUT, cut_again};
+use crate::boolean::winding::Winding;
 use crate::columns::{Column, rows_of_file};
 use crate::ply::PlyFile;
-use crate::seam::{Fate, Side, Solid, UNCUT, cut_again};
 use crate::search::Search;
 use crate::surfels::{Surfels, progress_of, spacings};
-use crate::winding::Winding;
 use std::ops::Range;
 use surfelshop_api::columns::{CLIP, NORMAL, POSITION, RADIUS, TANGENT_U, TANGENT_V};
 use surfelshop_api::glam::{DVec3, Vec3};

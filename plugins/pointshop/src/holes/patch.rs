@@ -1,9 +1,9 @@
 //! A patch of surfels over a hole.
 
+use crate::holes::thin_plate::ThinPlate;
 use crate::search::Search;
 use crate::sphere_fit::{AlgebraicSphere, Sums};
 use crate::surfels::{Surfels, median};
-use crate::thin_plate::ThinPlate;
 use std::collections::HashSet;
 use std::f64::consts::PI;
 use surfelshop_api::glam::{DVec2, DVec3};

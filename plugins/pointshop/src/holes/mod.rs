@@ -19,10 +19,14 @@
 //! surfelshop bake scan.ply -t fill-holes --set largest=0.2 -o whole.ply
 //! ```
 
+mod patch;
+mod rims;
+mod thin_plate;
+
+use crate::boolean::seam::UNCUT;
 use crate::columns::{Column, from_linear, to_linear};
-use crate::patch::{NewSurfel, Outcome, filled};
-use crate::rims::{at_borders, borders};
-use crate::seam::UNCUT;
+use crate::holes::patch::{NewSurfel, Outcome, filled};
+use crate::holes::rims::{at_borders, borders};
 use crate::search::Search;
 use crate::surfels::{Surfels, finite, spacings};
 use surfelshop_api::columns::{

@@ -1,9 +1,9 @@
 //! What of a surfel stays outside or inside another solid, and the lines that cut it there.
 
+use crate::boolean::winding::Winding;
 use crate::search::{Found, Search};
 use crate::sphere_fit::{AlgebraicSphere, Foot, Sums};
 use crate::surfels::Surfels;
-use crate::winding::Winding;
 use surfelshop_api::glam::DVec3;
 
 /// A closed cloud that others are cut by.

@@ -25,7 +25,9 @@
 //! surfelshop bake model.ply -t deform --set lattice="2 2 3  0 0 2 0.3 0 0  1 0 2 0.3 0 0" -o bent.ply
 //! ```
 
-use crate::lattice::Lattice;
+pub(crate) mod lattice;
+
+use crate::deform::lattice::Lattice;
 use crate::linear::{cofactors, half_axes};
 use crate::surfels::{Surfels, flat};
 use crate::transform::unchanged;

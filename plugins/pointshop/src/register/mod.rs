@@ -30,9 +30,11 @@
 //! surfelshop bake second.ply -t register --set to=first.ply -o moved.ply
 //! ```
 
+mod icp;
+
 use crate::boolean::NEEDS_SECOND;
-use crate::icp::{Motion, Target, rounds};
 use crate::ply::PlyFile;
+use crate::register::icp::{Motion, Target, rounds};
 use crate::search::Search;
 use crate::surfels::{Surfels, finite, median, spacings};
 use crate::transform::Placement;
@@ -119,7 +121,7 @@ impl Tool for Register {
         for (i, start) in starts.iter().enumerate() {
             let at = |i: usize| 0.2 + 0.2 * i as f64 / starts.len() as f64;
             let found = fit(*start, 0, at(i)..at(i + 1))?;
-            let is_better = |best: &crate::icp::Fit| found.residual < best.residual;
+            let is_better = |best: &icp::Fit| found.residual < best.residual;
             if best.as_ref().is_none_or(is_better) {
                 best = Some(found);
             }
