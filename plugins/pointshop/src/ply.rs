@@ -189,12 +189,15 @@ impl PlyFile {
     }
 }
 
+/// A property's name and type.
+type HeaderProperty = (String, Option<Element>);
+
 /// What a header has said so far.
 #[derive(Default)]
 struct Header {
     encoding: Option<Encoding>,
     /// Each element: its name, count, and properties; of lists there is no type.
-    elements: Vec<(String, usize, Vec<(String, Option<Element>)>)>,
+    elements: Vec<(String, usize, Vec<HeaderProperty>)>,
 }
 
 impl Header {

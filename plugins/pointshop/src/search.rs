@@ -37,8 +37,9 @@ impl Search {
         let finite = (0u32..).zip(points).filter(|(_, point)| point.is_finite());
         let mut order: Vec<u32> = finite.map(|(index, _)| index).collect();
         let mut axes = vec![0; order.len()];
-        let mut open = vec![0..order.len()];
-        while let Some(range) = open.pop() {
+        let mut open = Vec::from([(0, order.len())]);
+        while let Some((start, end)) = open.pop() {
+            let range = start..end;
             if range.len() <= LEAF {
                 continue;
             }
@@ -54,7 +55,7 @@ impl Search {
             });
             let middle = range.start + middle;
             axes[middle] = axis as u8;
-            open.extend([range.start..middle, middle + 1..range.end]);
+            open.extend([(range.start, middle), (middle + 1, range.end)]);
         }
         let points = order.iter().map(|&index| points[index as usize]).collect();
         Ok(Self { order, points, axes })

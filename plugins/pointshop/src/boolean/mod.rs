@@ -28,7 +28,7 @@
 pub(crate) mod seam;
 mod winding;
 
-use crate::boolean::seam::{Fate, Side, Solid, UNCUT, cut_again};
+use crate::boolean::seam::{Fate, Side, Solid, UNCUT, cut_again, cuts_nothing};
 use crate::boolean::winding::Winding;
 use crate::columns::{Column, rows_of_file};
 use crate::ply::PlyFile;
@@ -287,7 +287,7 @@ impl Outcome {
         let of_file: Option<Vec<Vec<f64>>> =
             (0..7).map(|i| file.values(&format!("{CLIP}_{i}"))).collect();
         let with = |new: [f32; 7], before: Option<[f32; 7]>| match before {
-            Some(before) if new == UNCUT => before,
+            Some(before) if cuts_nothing(&new) => before,
             Some(before) => cut_again(&before, new),
             None => new,
         };

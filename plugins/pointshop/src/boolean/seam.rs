@@ -38,6 +38,11 @@ pub(crate) enum Fate {
 /// Lines that cut nothing.
 pub(crate) const UNCUT: [f32; 7] = [0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0];
 
+/// Whether lines are said to cut nothing.
+pub(crate) fn cuts_nothing(lines: &[f32; 7]) -> bool {
+    lines[6] < 0.5
+}
+
 /// Nearest surfels of the other solid that a surfel is compared with.
 const COMPARED: usize = 32;
 

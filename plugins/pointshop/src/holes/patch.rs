@@ -234,7 +234,7 @@ impl Plane {
         let margin = 4.0 * band.spacing;
         let (min, max) = (min - margin, max + margin);
         let size = ((max - min) / cell).ceil();
-        if !(size.x * size.y <= MOST_CELLS) {
+        if !size.is_finite() || size.x * size.y > MOST_CELLS {
             return None;
         }
         let (width, height) = (size.x as usize, size.y as usize);

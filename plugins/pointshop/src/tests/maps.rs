@@ -108,10 +108,10 @@ fn every_column_is_transformed_by_what_it_holds() {
     let turn = DMat3::from_quat(turn) * DMat3::from_diagonal(DVec3::new(-1.0, 1.0, 1.0));
     let of = |name: &str| -> Vec<Vec3> { cloud.view().vectors(name).collect() };
     let places = ran.vectors(POSITION);
-    for i in 0..200 {
+    for (i, place) in places.iter().enumerate() {
         let expected =
             2.5 * turn * (cloud.origin + of(POSITION)[i].as_dvec3()) + DVec3::new(0.0, 7.0, 0.0);
-        assert!((ran.origin() + places[i].as_dvec3()).distance(expected) < 1e-5);
+        assert!((ran.origin() + place.as_dvec3()).distance(expected) < 1e-5);
         let normal = ran.vectors(NORMAL)[i].as_dvec3();
         assert!(normal.distance(turn * of(NORMAL)[i].as_dvec3()) < 1e-6);
         let u = ran.vectors("tangent_u")[i].as_dvec3();
@@ -246,8 +246,7 @@ fn what_changes_nothing_keeps_discs_and_clip_lines_turn_along() {
         let tangent = |name: &str| before.vectors(name).nth(i).unwrap();
         let at = local(tangent("tangent_u"), tangent("tangent_v"));
         let bent = deform::lattice::Lattice::read("2 2 2 0 0 0 -0.3 0.1 0").unwrap();
-        let size =
-            DVec3::from(surfelshop_geometry::Bounds::of_positions(&cloud.places()).unwrap().size());
+        let size = surfelshop_geometry::Bounds::of_positions(&cloud.places()).unwrap().size();
         let min = surfelshop_geometry::Bounds::of_positions(&cloud.places()).unwrap().min;
         let share = (cloud.places()[i].as_dvec3() - min) / size;
         let map = DMat3::IDENTITY

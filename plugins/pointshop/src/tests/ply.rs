@@ -24,7 +24,8 @@ fn binary(big: bool) -> Vec<u8> {
                 $(bytes.extend(if big { $value.to_be_bytes() } else { $value.to_le_bytes() });)*
             };
         }
-        put!(x as f64);
+        let x: f64 = x;
+        put!(x);
         put!(y, z, w);
     }
     bytes
