@@ -240,8 +240,8 @@ impl Plane {
         let (width, height) = (size.x as usize, size.y as usize);
         let mut plane = Self { min, cell, width, height, covered: vec![false; width * height] };
         for Member { at, radius, .. } in covering {
-            // Where radii leave gaps, spacings tell what a surface is.
-            let reach = radius.clamp(0.75 * band.spacing, 2.0 * band.spacing);
+            // Where radii leave gaps, or stand out over a border, spacings tell what a surface is.
+            let reach = radius.clamp(0.75 * band.spacing, 1.2 * band.spacing);
             plane.near(*at, reach, |cells, i| cells[i] = true);
         }
         Some(plane)
