@@ -11,6 +11,7 @@ mod imports;
 mod invariants;
 mod names;
 mod plugins;
+mod pointshop;
 mod prelude;
 mod preparation;
 mod reference;

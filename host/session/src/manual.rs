@@ -45,6 +45,7 @@ pub const PAGES: &[Page] = pages! {
     "Clouds", "surfaces", "From bare points to a surface", "clouds/surfaces";
     "Clouds", "pyramids", "Clouds larger than memory", "clouds/pyramids";
     "Clouds", "prepare", "Prepare a cloud", "clouds/prepare";
+    "Clouds", "pointshop", "Edit a cloud", "clouds/pointshop";
     "Clouds", "bake", "Bake", "clouds/bake";
     "Clouds", "ambient-occlusion", "Ambient occlusion", "clouds/ambient-occlusion";
     "Measure", "compare", "Compare renderers", "measure/compare";

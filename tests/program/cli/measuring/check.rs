@@ -52,6 +52,15 @@ fn built_in_plugins_pass() {
     let known = [
         ("procedural", "neutral-columns"),
         ("procedural", "turned"),
+        // No case has a second cloud.
+        ("boolean", "outputs"),
+        ("boolean", "threads"),
+        ("boolean", "again"),
+        ("boolean", "reordered"),
+        ("register", "outputs"),
+        ("register", "threads"),
+        ("register", "again"),
+        ("register", "reordered"),
         ("thin", "reordered"),
         ("thin", "parts"),
         ("spz", "moved"),
