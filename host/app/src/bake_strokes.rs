@@ -27,7 +27,10 @@ pub(crate) fn read(
 ) -> anyhow::Result<Vec<(usize, NamedStroke)>> {
     let Some(path) = &arguments.strokes else { return Ok(Vec::new()) };
     if let Some(step) = steps.iter().find(|step| !step.is_handled()) {
-        bail!("--strokes: `{}` is not led by hand; run it with a `bake` of its own", step.reference.id);
+        bail!(
+            "--strokes: `{}` is not led by hand; run it with a `bake` of its own",
+            step.reference.id
+        );
     }
     let place = |(i, stroke): (usize, NamedStroke)| {
         let step = steps.iter().position(|step| stroke.is_of(&step.reference));

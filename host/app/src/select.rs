@@ -3,8 +3,8 @@
 use crate::arguments::SelectArguments;
 use anyhow::{anyhow, bail};
 use serde_json::json;
-use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::display::UpDirection;
+use surfelshop_cloud::scene::Axis;
 use surfelshop_cloud::selection::{deleted, extracted, with_value};
 use surfelshop_cloud::{Cloud, WriteOptions};
 use surfelshop_session::input::clouds::Clouds;

@@ -70,7 +70,9 @@ fn raise(cloud: &CloudView<'_>, height: f32, job: &Job<'_>) -> Result<()> {
     for (i, place) in cloud.vectors(POSITION).enumerate() {
         let normal = Vec3::from_slice(&normals[3 * i..3 * i + 3]);
         let (unit, slope) = match stroke {
-            Some(stroke) => (stroke.radius as f32, slope(stroke, cloud.origin + place.as_dvec3(), normal)),
+            Some(stroke) => {
+                (stroke.radius as f32, slope(stroke, cloud.origin + place.as_dvec3(), normal))
+            }
             None => (own_radii.map_or(0.0, |radii| radii[i]), Vec3::ZERO),
         };
         positions.extend((place + normal * (weights[i] * height * unit)).to_array());
@@ -94,7 +96,8 @@ fn slope(stroke: &surfelshop_api::Stroke, place: DVec3, normal: Vec3) -> Vec3 {
     /// Of a radius: where the slope is measured.
     const STEP: f64 = 1e-3;
     let falloff = stroke.dabs.falloff;
-    let fall = (falloff.weight((share - STEP).max(0.0)) - falloff.weight(share + STEP)) / (2.0 * STEP);
+    let fall =
+        (falloff.weight((share - STEP).max(0.0)) - falloff.weight(share + STEP)) / (2.0 * STEP);
     let along = away.as_vec3().reject_from_normalized(normal.normalize_or(Vec3::Y));
     along.normalize_or_zero() * fall.clamp(0.0, 4.0) as f32
 }

@@ -25,7 +25,10 @@ impl JobHost for Desk {
 }
 
 /// Four surfels with weights 0.25 to 1, white in 8 bits, around the origin.
-fn run<T: Tool>(mut tool: T, change: impl Fn(&mut T::Params)) -> Result<(EditHeader, Vec<Vec<u8>>)> {
+fn run<T: Tool>(
+    mut tool: T,
+    change: impl Fn(&mut T::Params),
+) -> Result<(EditHeader, Vec<Vec<u8>>)> {
     let weights = [0.25, 0.5, 0.75, 1.0];
     let positions: Vec<f32> = (0..4).flat_map(|i| [(3 - i) as f32, 0.0, 0.0]).collect();
     let normals = [0.0, 1.0, 0.0].repeat(4);
@@ -39,7 +42,8 @@ fn run<T: Tool>(mut tool: T, change: impl Fn(&mut T::Params)) -> Result<(EditHea
         column(WEIGHT, 1, Values::F32(&weights)),
     ];
     let cloud = CloudView { origin: DVec3::splat(1e6), len: 4, columns, ..CloudView::default() };
-    let sample = StrokeSample { place: DVec3::splat(1e6), normal: Vec3::Y, time: 0.0, pressure: 1.0 };
+    let sample =
+        StrokeSample { place: DVec3::splat(1e6), normal: Vec3::Y, time: 0.0, pressure: 1.0 };
     let stroke = Stroke { radius: 4.0, dabs: Dabs::USUAL, samples: vec![sample] };
     let desk = Desk::default();
     let mut params = T::Params::from_values(&surfelshop_api::params::Values::new());

@@ -58,11 +58,18 @@ impl Tool for Value {
         };
         macro_rules! whole {
             ($variant:ident, $type:ty, $old:expr) => {{
-                if value.fract() != 0.0 || value < f64::from(<$type>::MIN) || value > f64::from(<$type>::MAX) {
+                if value.fract() != 0.0
+                    || value < f64::from(<$type>::MIN)
+                    || value > f64::from(<$type>::MAX)
+                {
                     let kind = stringify!($type);
-                    return Err(Error::new(format!("column `{name}`: expected a number of type {kind}, found {value}")));
+                    return Err(Error::new(format!(
+                        "column `{name}`: expected a number of type {kind}, found {value}"
+                    )));
                 }
-                let chosen = |(old, weight): (&$type, &f32)| if *weight >= 0.5 { value as $type } else { *old };
+                let chosen = |(old, weight): (&$type, &f32)| {
+                    if *weight >= 0.5 { value as $type } else { *old }
+                };
                 let values: Vec<$type> = $old.iter().zip(&weights).map(chosen).collect();
                 stage(Values::$variant(&values))
             }};
@@ -76,7 +83,8 @@ impl Tool for Value {
             Some(Values::U32(old)) => whole!(U32, u32, old),
             Some(Values::I32(old)) => whole!(I32, i32, old),
             Some(Values::F64(old)) => {
-                let values: Vec<f64> = old.iter().zip(&weights).map(|(old, w)| mixed(*old, *w)).collect();
+                let values: Vec<f64> =
+                    old.iter().zip(&weights).map(|(old, w)| mixed(*old, *w)).collect();
                 stage(Values::F64(&values))
             }
             Some(Values::F32(old)) => {

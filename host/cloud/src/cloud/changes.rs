@@ -44,7 +44,9 @@ pub fn changed_rows(one: u64, other: u64) -> Option<Vec<u32>> {
     let line = |generation: u64| {
         let mut line = vec![(generation, None)];
         while let (Some((last, _)), true) = (line.last(), line.len() <= MOST_STEPS) {
-            let Some(change) = changes.iter().rev().find(|change| change.to == *last) else { break };
+            let Some(change) = changes.iter().rev().find(|change| change.to == *last) else {
+                break;
+            };
             line.push((change.from, Some(Arc::clone(&change.rows))));
         }
         line

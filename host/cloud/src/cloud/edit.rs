@@ -2,8 +2,8 @@
 
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
-use crate::cloud::patch::{added, patched};
 use crate::cloud::column::Column;
+use crate::cloud::patch::{added, patched};
 use crate::cloud::provenance::{CloudEdit, How, ToolRun};
 use crate::cloud::roles::can_have;
 use crate::error::CloudError;

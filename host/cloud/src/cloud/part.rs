@@ -1,8 +1,8 @@
 //! Some of a cloud's surfels, for a tool to work on, and what it makes of them put back.
 
 use crate::cloud::Cloud;
-use crate::cloud::column::Column;
 use crate::cloud::buffer::Buffer;
+use crate::cloud::column::Column;
 use crate::cloud::edit::EditedCloud;
 use crate::cloud::patch::enlarged;
 use crate::cloud::provenance::{CloudEdit, How, ToolRun};
@@ -109,10 +109,8 @@ impl CloudPart {
             let found = range.filter(|&i| is_within(i)).map(|i| (i as u32, weight(i)));
             found.filter(|(_, weight)| *weight > 0.0).collect()
         };
-        let blocks: Vec<Vec<(u32, f32)>> = (0..whole.len().div_ceil(BLOCK))
-            .into_par_iter()
-            .map(|i| block(i * BLOCK))
-            .collect();
+        let blocks: Vec<Vec<(u32, f32)>> =
+            (0..whole.len().div_ceil(BLOCK)).into_par_iter().map(|i| block(i * BLOCK)).collect();
         let (rows, weights): (Vec<u32>, Vec<f32>) = blocks.into_iter().flatten().unzip();
         Self::of(whole, rows.into(), Some(weights))
     }
@@ -227,7 +225,9 @@ fn dabs(stroke: &Stroke, origin: DVec3) -> Result<Vec<Dab>, CloudError> {
     }
     let is_sound = |i: &usize| {
         let sample = &samples[*i];
-        sample.place.is_finite() && sample.normal.is_finite() && (0.0..=1.0).contains(&sample.pressure)
+        sample.place.is_finite()
+            && sample.normal.is_finite()
+            && (0.0..=1.0).contains(&sample.pressure)
     };
     if let Some(bad) = (0..samples.len()).find(|i| !is_sound(i)) {
         let found = format!("sample {bad} with other numbers");
@@ -241,7 +241,8 @@ fn dabs(stroke: &Stroke, origin: DVec3) -> Result<Vec<Dab>, CloudError> {
     let dab = |i: usize, share: f64| {
         let (a, b) = (&samples[i], &samples[(i + 1).min(samples.len() - 1)]);
         let normal = a.normal.lerp(b.normal, share as f32);
-        let pressure = f64::from(a.pressure) + share * (f64::from(b.pressure) - f64::from(a.pressure));
+        let pressure =
+            f64::from(a.pressure) + share * (f64::from(b.pressure) - f64::from(a.pressure));
         Dab { place: a.place.lerp(b.place, share) - origin, normal, pressure }
     };
     let mut dabs = vec![dab(0, 0.0)];

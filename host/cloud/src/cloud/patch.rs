@@ -94,7 +94,8 @@ impl Column {
     pub(crate) fn followed_by(&self, more: &Self) -> Result<Self, CloudError> {
         same_type(self, more)?;
         let len = self.values().len() + more.values().len();
-        let mut values = Buffer::with_room(self.values().element(), len).map_err(CloudError::Memory)?;
+        let mut values =
+            Buffer::with_room(self.values().element(), len).map_err(CloudError::Memory)?;
         for part in [self, more] {
             values.append(&part.values().as_values()).map_err(CloudError::Memory)?;
         }
@@ -134,7 +135,8 @@ fn same_type(column: &Column, new: &Column) -> Result<(), CloudError> {
     if of(column) == of(new) {
         return Ok(());
     }
-    let words = |(components, element): (u32, Element)| format!("{components} x {}", element.name());
+    let words =
+        |(components, element): (u32, Element)| format!("{components} x {}", element.name());
     let (expected, found) = (words(of(column)), words(of(new)));
     Err(CloudError::Type { column: column.name().to_owned(), expected, found })
 }
@@ -177,4 +179,3 @@ pub(super) fn enlarged(cloud: &Cloud, columns: Vec<Column>) -> Result<Cloud, Clo
     columns.iter().try_for_each(|column| column.check(len))?;
     Ok(cloud.with_rows(columns, len, cloud.faces().to_vec()))
 }
-

@@ -13,8 +13,10 @@ fn line(n: usize, scale: f32, origin: DVec3) -> Cloud {
     let position = (0..n).flat_map(|i| [i as f32 * scale, 0.0, 0.0]).collect();
     let normal = (0..n).flat_map(|i| [0.0, if i % 2 == 0 { 1.0 } else { -1.0 }, 0.0]).collect();
     let ao = (0..n).map(|i| i as f32 / 100.0).collect();
-    let column = |name: &str, components, values| Column::new(name, components, Buffer::F32(values));
-    let columns = vec![column("position", 3, position), column("normal", 3, normal), column("ao", 1, ao)];
+    let column =
+        |name: &str, components, values| Column::new(name, components, Buffer::F32(values));
+    let columns =
+        vec![column("position", 3, position), column("normal", 3, normal), column("ao", 1, ao)];
     Cloud::new(origin, columns).unwrap()
 }
 
@@ -43,7 +45,9 @@ fn header(name: &str) -> ColumnHeader {
 
 #[test]
 fn strokes_concern_the_same_surfels_at_any_scale_and_place() {
-    for (scale, origin) in [(1.0f32, DVec3::ZERO), (1e-6, DVec3::ZERO), (1.0, DVec3::new(1e6, 0.0, -1e6))] {
+    for (scale, origin) in
+        [(1.0f32, DVec3::ZERO), (1e-6, DVec3::ZERO), (1.0, DVec3::new(1e6, 0.0, -1e6))]
+    {
         let cloud = line(30, scale, origin);
         let along = |reach| {
             let stroke = stroke([10.0, 14.0], f64::from(scale), origin, reach);
@@ -83,7 +87,8 @@ fn strokes_that_cannot_be_followed_are_refused_in_a_line() {
 #[test]
 fn what_is_made_of_a_part_is_put_back_where_it_was() {
     let cloud = line(30, 1.0, DVec3::ZERO);
-    let part = CloudPart::along(&cloud, &stroke([10.0, 12.0], 1.0, DVec3::ZERO, Reach::Volume), None);
+    let part =
+        CloudPart::along(&cloud, &stroke([10.0, 12.0], 1.0, DVec3::ZERO, Reach::Volume), None);
     let part = part.unwrap();
     assert_eq!(&*part.rows, [9, 10, 11, 12, 13]);
     let mut staged = StagedEdits::new(part.cloud.clone());
@@ -95,7 +100,10 @@ fn what_is_made_of_a_part_is_put_back_where_it_was() {
     assert_eq!([ao[9], ao[10], ao[13], ao[14]], [0.5, 0.10, 1.0, 0.14]);
     let generation = |cloud: &Cloud| cloud.column("ao").unwrap().generation();
     assert_eq!(changed_rows(generation(&cloud), generation(&edited.cloud)), Some(vec![9, 13]));
-    assert_eq!(cloud.column("position").unwrap().generation(), edited.cloud.column("position").unwrap().generation());
+    assert_eq!(
+        cloud.column("position").unwrap().generation(),
+        edited.cloud.column("position").unwrap().generation()
+    );
     assert!(edited.cloud.column(WEIGHT).is_none());
     let [note] = edited.cloud.history() else { panic!("one note") };
     assert_eq!((note.how, note.n_surfels, note.n_before), (How::Stroked, 5, 30));
@@ -122,7 +130,8 @@ fn what_is_made_of_a_part_is_put_back_where_it_was() {
 #[test]
 fn answers_for_surfels_that_were_not_given_are_refused_by_their_number() {
     let cloud = line(30, 1.0, DVec3::ZERO);
-    let part = CloudPart::along(&cloud, &stroke([10.0, 12.0], 1.0, DVec3::ZERO, Reach::Volume), None);
+    let part =
+        CloudPart::along(&cloud, &stroke([10.0, 12.0], 1.0, DVec3::ZERO, Reach::Volume), None);
     let part = part.unwrap();
     let refusal = |rows: &[u32], values: &[f32], name: &str| {
         let mut staged = StagedEdits::new(part.cloud.clone());
@@ -135,11 +144,25 @@ fn answers_for_surfels_that_were_not_given_are_refused_by_their_number() {
         refusal(&[1, 5], &[0.0; 2], "ao"),
         "edit: expected answers for the 5 surfels that it was given, found one for surfel 5"
     );
-    assert_eq!(refusal(&[1, 1], &[0.0; 2], "ao"), "edit: expected one answer for each surfel, found two for surfel 1");
+    assert_eq!(
+        refusal(&[1, 1], &[0.0; 2], "ao"),
+        "edit: expected one answer for each surfel, found two for surfel 1"
+    );
     assert_eq!(refusal(&[1], &[0.0; 2], "ao"), "column `ao`: expected 1 values, found 2");
-    assert_eq!(refusal(&[1], &[0.0], "oa"), "edit: expected values of columns that are there, found some of `oa`");
+    assert_eq!(
+        refusal(&[1], &[0.0], "oa"),
+        "edit: expected values of columns that are there, found some of `oa`"
+    );
     let mut staged = StagedEdits::new(part.cloud.clone());
-    staged.stage(&EditHeader::NewCloud { origin: DVec3::ZERO, columns: vec![ColumnHeader { components: 3, ..header("position") }] }, &[&bytes(&[0.0f32; 3])]).unwrap();
+    staged
+        .stage(
+            &EditHeader::NewCloud {
+                origin: DVec3::ZERO,
+                columns: vec![ColumnHeader { components: 3, ..header("position") }],
+            },
+            &[&bytes(&[0.0f32; 3])],
+        )
+        .unwrap();
     let line = part.put_back(&staged.commit(run()).unwrap(), run()).unwrap_err().to_string();
     assert!(line.contains("found a cloud of its own"), "{line}");
 }

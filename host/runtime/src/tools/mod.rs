@@ -16,6 +16,8 @@ mod device;
 mod host_job;
 mod pace;
 mod progress;
+#[cfg(test)]
+mod tests;
 
 use crate::boundary::Fault;
 use crate::plugins::{LoadedUnit, Timeouts, on_own_thread};

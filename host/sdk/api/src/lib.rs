@@ -99,8 +99,8 @@ pub mod prelude {
     pub use crate::params::FilePath;
     pub use crate::tool::NewColumn;
     pub use crate::{
-        AoAffects, Camera, CloudFacts, CloudInfo, Edit, Environment, Error, Frame, Handling, HostInfo, Job,
-        Light, LimitInfo, NeedInfo, Projection, Renderer, Result, ResultExt, Scope, Tile, Tool,
-        Traced, Tracer, Uniform, UnitInfo, View, choices, export_plugin, params,
+        AoAffects, Camera, CloudFacts, CloudInfo, Edit, Environment, Error, Frame, Handling,
+        HostInfo, Job, Light, LimitInfo, NeedInfo, Projection, Renderer, Result, ResultExt, Scope,
+        Tile, Tool, Traced, Tracer, Uniform, UnitInfo, View, choices, export_plugin, params,
     };
 }

@@ -61,8 +61,7 @@ pub struct Dabs {
 
 impl Dabs {
     /// A quarter of a radius apart, with a smooth edge, on the side that is seen.
-    pub const USUAL: Self =
-        Self { spacing: 0.25, falloff: Falloff::Smooth, reach: Reach::Facing };
+    pub const USUAL: Self = Self { spacing: 0.25, falloff: Falloff::Smooth, reach: Reach::Facing };
 }
 
 impl Default for Dabs {
@@ -192,7 +191,11 @@ mod tests {
         let bytes = rmp_serde::to_vec_named(&call).unwrap();
         assert_eq!(rmp_serde::from_slice::<StrokeCall>(&bytes).unwrap(), call);
         // What is added later is passed over, and what is missing has its usual value.
-        let bytes = rmp_serde::to_vec_named(&std::collections::BTreeMap::from([("later", 1)])).unwrap();
-        assert_eq!(rmp_serde::from_slice::<StrokeCall>(&bytes).unwrap_or_default(), StrokeCall::default());
+        let bytes =
+            rmp_serde::to_vec_named(&std::collections::BTreeMap::from([("later", 1)])).unwrap();
+        assert_eq!(
+            rmp_serde::from_slice::<StrokeCall>(&bytes).unwrap_or_default(),
+            StrokeCall::default()
+        );
     }
 }

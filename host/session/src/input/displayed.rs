@@ -75,10 +75,7 @@ impl DisplayedClouds {
     ///
     /// # Errors
     /// Where there is no memory.
-    pub fn tinted(
-        self,
-        selections: &[Option<Arc<Selection>>],
-    ) -> Result<Self, SelectionError> {
+    pub fn tinted(self, selections: &[Option<Arc<Selection>>]) -> Result<Self, SelectionError> {
         if selections.iter().flatten().all(|selection| selection.is_empty()) {
             return Ok(self);
         }

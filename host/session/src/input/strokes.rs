@@ -60,8 +60,9 @@ impl NamedStroke {
             let declared = declared.iter().find(|declared| declared.id == *id);
             let declared = declared.with_context(|| format!("it has no parameter `{id}`"))?;
             let value = value_of(json).and_then(|value| declared.fitted(&value));
-            let value = value
-                .with_context(|| format!("`{id}`: expected {}, found {json}", declared.expectation()))?;
+            let value = value.with_context(|| {
+                format!("`{id}`: expected {}, found {json}", declared.expectation())
+            })?;
             values.insert(id.clone(), value);
         }
         Ok(values)
@@ -92,11 +93,18 @@ fn value_of(json: &Json) -> Option<Value> {
 pub fn read(path: &Path) -> anyhow::Result<Vec<NamedStroke>> {
     let name = path.display();
     let length = std::fs::metadata(path).with_context(|| format!("{name}"))?.len();
-    ensure!(length <= MOST_BYTES, "{name}: expected strokes of at most 1 GiB, found {length} bytes");
+    ensure!(
+        length <= MOST_BYTES,
+        "{name}: expected strokes of at most 1 GiB, found {length} bytes"
+    );
     let text = std::fs::read_to_string(path).with_context(|| format!("{name}"))?;
     let file: StrokeFile = serde_json::from_str(&text)
         .with_context(|| format!("{name}: expected a file of strokes"))?;
-    ensure!(file.format == FORMAT, "{name}: expected \"format\": \"{FORMAT}\", found \"{}\"", file.format);
+    ensure!(
+        file.format == FORMAT,
+        "{name}: expected \"format\": \"{FORMAT}\", found \"{}\"",
+        file.format
+    );
     let version = file.version;
     ensure!(
         version == VERSION,
@@ -144,12 +152,20 @@ mod tests {
         };
         let stroke = r#"{"tool": "brush", "stroke": {"radius": 0.1, "samples": [{"place": [0.1, 1e6, 3e-7]}]}}"#;
         let whole = |version: u32, strokes: &str| {
-            format!(r#"{{"format": "surfelshop strokes", "version": {version}, "strokes": [{strokes}]}}"#)
+            format!(
+                r#"{{"format": "surfelshop strokes", "version": {version}, "strokes": [{strokes}]}}"#
+            )
         };
         assert!(line("").contains("a.json: expected a file of strokes: EOF"));
-        assert!(line(&whole(2, stroke)).ends_with("expected version 1 of strokes, found 2; update Surfelshop"));
+        assert!(
+            line(&whole(2, stroke))
+                .ends_with("expected version 1 of strokes, found 2; update Surfelshop")
+        );
         assert!(line(&whole(1, "")).ends_with("expected strokes, found none"));
-        assert!(line(&whole(1, stroke).replace("shop strokes", "shop")).contains("found \"surfelshop\""));
+        assert!(
+            line(&whole(1, stroke).replace("shop strokes", "shop"))
+                .contains("found \"surfelshop\"")
+        );
         std::fs::write(&path, whole(1, stroke)).unwrap();
         let strokes = read(&path).unwrap();
         assert_eq!(strokes[0].stroke.samples[0].place.to_array(), [0.1, 1e6, 3e-7]);

@@ -146,8 +146,9 @@ impl ColumnValue {
     /// # Errors
     /// A line that says what was expected.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let expected =
-            || format!("expected NAME=VALUE, such as classification=6 or color=255,0,0, found {text}");
+        let expected = || {
+            format!("expected NAME=VALUE, such as classification=6 or color=255,0,0, found {text}")
+        };
         let (name, values) = text.split_once('=').ok_or_else(expected)?;
         let values: Option<Vec<f64>> = values.split(',').map(|v| v.trim().parse().ok()).collect();
         let values = values.filter(|values| values.iter().all(|value| value.is_finite()));
@@ -176,7 +177,8 @@ mod tests {
     #[test]
     fn steps_are_done_one_after_the_other() {
         let select = |steps: &[&str]| {
-            let steps: Vec<SelectStep> = steps.iter().map(|s| SelectStep::parse(s).unwrap()).collect();
+            let steps: Vec<SelectStep> =
+                steps.iter().map(|s| SelectStep::parse(s).unwrap()).collect();
             select(&cloud(), &steps, UpDirection::Y).unwrap().indices().collect::<Vec<_>>()
         };
         assert_eq!(select(&["box:0,-1,-1:3,1,1"]), [0, 1, 2, 3]);
@@ -191,7 +193,16 @@ mod tests {
 
     #[test]
     fn what_is_mistyped_is_answered_in_a_line() {
-        for wrong in ["", "sphere:1,2:3", "sphere:1,2,3:-1", "plane:0,0,0:0,0,0", "grow:x", "not:invert", "a", "none"] {
+        for wrong in [
+            "",
+            "sphere:1,2:3",
+            "sphere:1,2,3:-1",
+            "plane:0,0,0:0,0,0",
+            "grow:x",
+            "not:invert",
+            "a",
+            "none",
+        ] {
             let line = SelectStep::parse(wrong).unwrap_err();
             assert!(line.starts_with("expected all, box:") && !line.contains('\n'), "{line}");
         }

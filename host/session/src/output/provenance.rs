@@ -52,7 +52,9 @@ pub fn lines(cloud: &Cloud) -> Vec<String> {
             How::Kept => format!("{n_surfels} of {n_before} surfels kept by {made}"),
             // Whether it made them of the cloud that it was given, only the tool knows.
             How::Derived => format!("{n_surfels} surfels made by {made}; it was given {n_before}"),
-            How::Enlarged => format!("{n_surfels} surfels of {n_before}, with those added by {made}"),
+            How::Enlarged => {
+                format!("{n_surfels} surfels of {n_before}, with those added by {made}")
+            }
             How::Stroked => format!("a stroke over {n_surfels} of {n_before} surfels by {made}"),
         }
     };

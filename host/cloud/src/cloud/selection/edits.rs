@@ -73,9 +73,13 @@ pub fn with_value(
         }
         None => {
             let are_bytes = values.iter().all(|v| v.fract() == 0.0 && (0.0..=255.0).contains(v));
-            let element = usual_type(name).unwrap_or(if are_bytes { Element::U8 } else { Element::F32 });
+            let element =
+                usual_type(name).unwrap_or(if are_bytes { Element::U8 } else { Element::F32 });
             ask(bytes(element))?;
-            Column::new(name, components as u32, Buffer::zeros(element, 0)).unsaid(cloud.len())?.values().clone()
+            Column::new(name, components as u32, Buffer::zeros(element, 0))
+                .unsaid(cloud.len())?
+                .values()
+                .clone()
         }
     };
     let element = buffer.element();

@@ -12,9 +12,9 @@ mod error;
 mod neighbours;
 mod region;
 mod screen;
-mod tint;
 #[cfg(test)]
 mod tests;
+mod tint;
 
 pub use edits::{deleted, extracted, with_value};
 pub use error::SelectionError;

@@ -17,7 +17,8 @@ const RADII: f64 = 2.0;
 /// radii, what as many on the faces of their box would have between them. Scene units.
 #[must_use]
 pub fn usual_distance(cloud: &Cloud) -> f64 {
-    let mut radii: Vec<f32> = cloud.radii().iter().copied().filter(|radius| *radius > 0.0).collect();
+    let mut radii: Vec<f32> =
+        cloud.radii().iter().copied().filter(|radius| *radius > 0.0).collect();
     if radii.is_empty() {
         let bounds = surfelshop_geometry::Bounds::of_positions(cloud.positions());
         let extent = bounds.map_or(0.0, |bounds| bounds.diagonal());
@@ -60,11 +61,7 @@ pub fn shrunk(
 ///
 /// # Errors
 /// Where the distance is none, or there is no memory.
-pub fn component(
-    cloud: &Cloud,
-    place: DVec3,
-    distance: f64,
-) -> Result<Selection, SelectionError> {
+pub fn component(cloud: &Cloud, place: DVec3, distance: f64) -> Result<Selection, SelectionError> {
     let mut first = Selection::none(cloud.len())?;
     let positions = checked(cloud, &first, distance)?;
     let at = place - cloud.origin();

@@ -78,7 +78,8 @@ impl ScreenShape {
 impl DepthPicture<'_> {
     /// The distance at a pixel; 0 where nothing is.
     fn at(&self, x: i64, y: i64) -> f64 {
-        let inside = (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y);
+        let inside =
+            (0..i64::from(self.width)).contains(&x) && (0..i64::from(self.height)).contains(&y);
         let index = y * i64::from(self.width) + x;
         let value = usize::try_from(index).ok().filter(|_| inside).and_then(|i| self.values.get(i));
         value.map_or(0.0, |value| f64::from(*value))
@@ -107,7 +108,8 @@ impl ScreenRegion<'_> {
         let view_from_cloud = self.view.view_from_offset(cloud.origin());
         let [half_x, half_y] = self.view.half_extent();
         let size = DVec2::from(self.view.size_px.map(f64::from));
-        let central = matches!(self.view.camera.projection, surfelshop_api::Projection::Perspective { .. });
+        let central =
+            matches!(self.view.camera.projection, surfelshop_api::Projection::Perspective { .. });
         let (positions, radii) = (cloud.positions(), cloud.radii());
         let [low, high] = self.shape.bounds();
         let share = |in_view: DVec3| {

@@ -1,9 +1,9 @@
 use super::*;
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
+use crate::cloud::changes::changed_rows;
 use crate::cloud::column::Column;
 use crate::display::{Attribute, FilterTest, UpDirection};
-use crate::cloud::changes::changed_rows;
 use glam::{DVec2, DVec3};
 use surfelshop_api::{Camera, Projection, View};
 
@@ -65,7 +65,9 @@ fn selections_are_sets_of_bits() {
 
 #[test]
 fn regions_are_in_world_space_at_any_scale() {
-    for (scale, origin) in [(1.0, DVec3::ZERO), (1e-6, DVec3::ZERO), (1.0, DVec3::new(1e6, -2e6, 50.0))] {
+    for (scale, origin) in
+        [(1.0, DVec3::ZERO), (1e-6, DVec3::ZERO), (1.0, DVec3::new(1e6, -2e6, 50.0))]
+    {
         let cloud = sheets(10, scale, origin);
         let size = f64::from(scale);
         let at = |x: f64, y: f64, z: f64| origin + DVec3::new(x, y, z) * size;
@@ -168,21 +170,32 @@ fn what_is_selected_is_deleted_extracted_and_given_values() {
     let classified = with_value(&cloud, &ones, "class", &[7.0]).unwrap();
     let Some(Buffer::U8(values)) = classified.column("class").map(Column::values) else { panic!() };
     assert!((0..200).all(|i| values[i] == if i % 3 == 1 { 7 } else { (i % 3) as u8 }));
-    assert_eq!(changed_rows(
-        cloud.column("class").unwrap().generation(),
-        classified.column("class").unwrap().generation(),
-    ).map(|rows| rows.len()), Some(67));
+    assert_eq!(
+        changed_rows(
+            cloud.column("class").unwrap().generation(),
+            classified.column("class").unwrap().generation(),
+        )
+        .map(|rows| rows.len()),
+        Some(67)
+    );
     // New columns have the type that their name or their values ask for.
     let material = with_value(&cloud, &ones, "material", &[3.0]).unwrap();
-    assert!(matches!(material.column("material").unwrap().values(), Buffer::U32(values) if values[1] == 3));
+    assert!(
+        matches!(material.column("material").unwrap().values(), Buffer::U32(values) if values[1] == 3)
+    );
     let color = with_value(&cloud, &ones, "color", &[255.0, 0.0, 9.0]).unwrap();
-    assert!(matches!(color.column("color").unwrap().values(), Buffer::U8(v) if v[3..6] == [255, 0, 9]));
+    assert!(
+        matches!(color.column("color").unwrap().values(), Buffer::U8(v) if v[3..6] == [255, 0, 9])
+    );
     let line = |result: Result<Cloud, SelectionError>| result.unwrap_err().to_string();
     assert_eq!(
         line(with_value(&cloud, &ones, "class", &[300.0])),
         "column `class`: expected a number of type u8, found 300"
     );
-    assert_eq!(line(with_value(&cloud, &ones, "position", &[0.0])), "column `position`: expected 3 values, found 1");
+    assert_eq!(
+        line(with_value(&cloud, &ones, "position", &[0.0])),
+        "column `position`: expected 3 values, found 1"
+    );
     let none = Selection::none(200).unwrap();
     assert_eq!(line(deleted(&cloud, &none)), "nothing is selected");
     assert!(line(deleted(&cloud, &none.inverted())).starts_with("all 200 surfels"));
@@ -192,13 +205,16 @@ fn what_is_selected_is_deleted_extracted_and_given_values() {
 fn a_tint_changes_what_is_selected_and_nothing_else() {
     let cloud = cloud();
     let none = Selection::none(200).unwrap();
-    let generations = |cloud: &Cloud| cloud.columns().iter().map(Column::generation).collect::<Vec<_>>();
+    let generations =
+        |cloud: &Cloud| cloud.columns().iter().map(Column::generation).collect::<Vec<_>>();
     assert_eq!(generations(&tinted(&cloud, &none, None).unwrap()), generations(&cloud));
     let some = Selection::of(200, |i| i == 5 || i == 150).unwrap();
     let with_colors = with_value(&cloud, &none.inverted(), "color", &[10.0, 20.0, 30.0]).unwrap();
     // Shown are the surfels of the second half alone.
     let rows: Vec<u32> = (100..200).collect();
-    let shown = with_colors.keep(&none.inverted().mask().iter().enumerate().map(|(i, _)| i >= 100).collect::<Vec<_>>());
+    let shown = with_colors.keep(
+        &none.inverted().mask().iter().enumerate().map(|(i, _)| i >= 100).collect::<Vec<_>>(),
+    );
     let tint = tinted(&shown.unwrap(), &some, Some(&rows)).unwrap();
     let Some(Buffer::U8(values)) = tint.column("color").map(Column::values) else { panic!() };
     for (i, color) in values.chunks_exact(3).enumerate() {

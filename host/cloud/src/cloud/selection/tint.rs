@@ -27,10 +27,13 @@ pub fn tinted(
     rows: Option<&[u32]>,
 ) -> Result<Cloud, SelectionError> {
     let is_selected = |i: usize| {
-        selection.contains(rows.map_or(i, |rows| rows.get(i).map_or(usize::MAX, |row| *row as usize)))
+        selection
+            .contains(rows.map_or(i, |rows| rows.get(i).map_or(usize::MAX, |row| *row as usize)))
     };
-    let chosen: Arc<[u32]> =
-        (0..cloud.len()).filter(|&i| is_selected(i)).filter_map(|i| u32::try_from(i).ok()).collect();
+    let chosen: Arc<[u32]> = (0..cloud.len())
+        .filter(|&i| is_selected(i))
+        .filter_map(|i| u32::try_from(i).ok())
+        .collect();
     if chosen.is_empty() {
         return Ok(cloud.clone());
     }
@@ -38,7 +41,8 @@ pub fn tinted(
         Some(column) => column.clone(),
         None => {
             ask((cloud.len() as u64).saturating_mul(3))?;
-            let neutral = NEUTRAL_ALBEDO.map(|albedo| (255.0 * linear_to_srgb(albedo)).round() as u8);
+            let neutral =
+                NEUTRAL_ALBEDO.map(|albedo| (255.0 * linear_to_srgb(albedo)).round() as u8);
             let neutral = neutral.repeat(cloud.len());
             Column::new(COLOR, 3, Buffer::U8(neutral))
         }
@@ -52,7 +56,8 @@ pub fn tinted(
             let at = row as usize * components + channel;
             match &mut values {
                 Buffer::U8(values) => {
-                    values[at] = (255.0 * mixed(f32::from(values[at]) / 255.0, channel)).round() as u8;
+                    values[at] =
+                        (255.0 * mixed(f32::from(values[at]) / 255.0, channel)).round() as u8;
                 }
                 Buffer::U16(values) => {
                     let code = mixed(f32::from(values[at]) / 65535.0, channel);

@@ -62,7 +62,9 @@ impl Description {
         let spacing = self.handling.dabs().spacing;
         if !(SPACINGS[0]..=SPACINGS[1]).contains(&spacing) {
             let [low, high] = SPACINGS;
-            return Err(format!("handling: expected a spacing of {low} to {high} radii, found {spacing}"));
+            return Err(format!(
+                "handling: expected a spacing of {low} to {high} radii, found {spacing}"
+            ));
         }
         Ok(())
     }

@@ -61,7 +61,8 @@ impl DisplayInputs {
         let unfiltered = DisplaySettings { filters: Vec::new(), ..self.settings.clone() };
         let mut error = None;
         for settings in [&self.settings, &uncolored, &unfiltered] {
-            let displayed = DisplayedClouds::new(whole, settings).map_err(|error| error.to_string());
+            let displayed =
+                DisplayedClouds::new(whole, settings).map_err(|error| error.to_string());
             let tinted = |displayed: DisplayedClouds| {
                 displayed.tinted(&self.selections).map_err(|error| error.to_string())
             };

@@ -129,8 +129,8 @@ impl Panes<'_> {
         }
         let dragged_line = wipe::show(self.window, ui, &painter, rects[0], &settings);
         let is_free = !dragged_line && !handles.dragged && !axes.dragged;
-        let is_taken = is_free
-            && hands::over_picture(self.window, ui, &response, &painter, id, &rects);
+        let is_taken =
+            is_free && hands::over_picture(self.window, ui, &response, &painter, id, &rects);
         if response.dragged() && is_free && !is_taken {
             pointer::pivot(self.window, &painter, id, &rects);
         }

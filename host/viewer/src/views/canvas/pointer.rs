@@ -2,6 +2,7 @@
 
 use super::Panes;
 use crate::preferences::Orbit;
+use crate::views::hands::HandMode;
 use crate::views::{navigation, picking, surfel};
 use crate::window::Window;
 use eframe::egui::{self, Color32, Key, Painter, PointerButton, Rect, Stroke, Ui, Vec2};
@@ -82,7 +83,7 @@ impl Panes<'_> {
             self.window.views.anchor_depth = Some((id, depth));
         }
         if response.double_clicked()
-            && !is_taken
+            && self.window.views.hands.mode == HandMode::Camera
             && let Some(depth) = depth
         {
             let target = navigation::point_at(camera, position, depth);

@@ -42,7 +42,8 @@ pub(super) fn show(
             let radius = hands.radius * rect.height();
             for stroke in strokes() {
                 // Beside the cloud it is faint: nothing would be painted there.
-                let color = if on_surface { stroke.color } else { stroke.color.gamma_multiply(0.4) };
+                let color =
+                    if on_surface { stroke.color } else { stroke.color.gamma_multiply(0.4) };
                 painter.circle_stroke(at, radius, Stroke { color, ..stroke });
             }
         }

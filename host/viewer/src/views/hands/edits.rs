@@ -3,8 +3,8 @@
 use crate::document::OpenClouds;
 use crate::window::Window;
 use std::path::{Path, PathBuf};
-use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
 use surfelshop_cloud::Cloud;
+use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
 use surfelshop_session::input::strokes;
 
 /// Most files of strokes of one name.
@@ -126,6 +126,9 @@ mod tests {
 
     #[test]
     fn thousands_are_told_apart() {
-        assert_eq!([0, 999, 1000, 438_101, 12_345_678].map(grouped), ["0", "999", "1,000", "438,101", "12,345,678"]);
+        assert_eq!(
+            [0, 999, 1000, 438_101, 12_345_678].map(grouped),
+            ["0", "999", "1,000", "438,101", "12,345,678"]
+        );
     }
 }

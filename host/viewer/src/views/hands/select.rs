@@ -98,7 +98,9 @@ impl Window {
     /// Of a selection what filters show.
     fn only_shown(&self, place: usize, chosen: Selection) -> Result<Selection, SelectionError> {
         let shown = self.document.clouds.as_ref();
-        let Some(rows) = shown.and_then(|shown| shown.displayed.rows(place)) else { return Ok(chosen) };
+        let Some(rows) = shown.and_then(|shown| shown.displayed.rows(place)) else {
+            return Ok(chosen);
+        };
         let mut visible = Selection::none(chosen.len())?;
         rows.iter().for_each(|row| visible.insert(*row as usize));
         chosen.combined(&visible, Combine::Intersect)

@@ -151,7 +151,9 @@ impl Window {
         let Some(shown) = &self.document.clouds else { return Vec::new() };
         let open = &shown.open_clouds;
         let visible = open.all().iter().enumerate().filter(|(_, cloud)| cloud.visible);
-        let placed = visible.enumerate().map(|(place, (i, open_cloud))| (i, place, &open_cloud.loaded.cloud));
+        let placed = visible
+            .enumerate()
+            .map(|(place, (i, open_cloud))| (i, place, &open_cloud.loaded.cloud));
         let in_memory = placed.filter(|(.., cloud)| open.clouds.pyramid_of(cloud).is_none());
         in_memory.map(|(i, place, cloud)| (i, place, cloud.clone())).collect()
     }

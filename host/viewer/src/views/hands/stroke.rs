@@ -113,7 +113,7 @@ impl Window {
     /// Starts the tool over a stroke, unless it is at work or knows as much of it.
     fn start_run(&mut self, stroke: &Stroke) {
         let Some(run) = &mut self.views.hands.stroke else { return };
-        if run.running.is_some() || run.n_samples == stroke.samples.len() && run.whole.is_none() {
+        if run.running.is_some() || run.n_samples == stroke.samples.len() {
             return;
         }
         let Readiness::Ready(unit) = self.plugins.tools.units.readiness(&run.name) else { return };
