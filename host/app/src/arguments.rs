@@ -5,7 +5,6 @@ use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use glam::DVec3;
 use std::path::PathBuf;
-use surfelshop_cloud::scene::Axis;
 use surfelshop_evaluate::bench::BenchArguments;
 use surfelshop_evaluate::check::CheckArguments;
 use surfelshop_evaluate::compare::CompareArguments;
@@ -14,7 +13,7 @@ use surfelshop_evaluate::explain::ExplainArguments;
 use surfelshop_evaluate::report::ReportArguments;
 use surfelshop_session::options::select::{ColumnValue, SelectStep};
 use surfelshop_session::options::values::{self, Setting};
-use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments};
+use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments, UpAxis};
 use surfelshop_session::render::RenderArguments;
 use surfelshop_viewer::ViewerArguments;
 
@@ -114,9 +113,9 @@ pub(crate) struct BakeArguments {
     /// Work on these surfels alone: as `surfelshop select` takes it; may be repeated.
     #[arg(long, value_name = "WHAT", value_parser = SelectStep::parse, allow_hyphen_values = true)]
     pub(crate) select: Vec<SelectStep>,
-    /// The axis that `height` is along where it selects: y or z.
-    #[arg(long, value_name = "AXIS", value_parser = values::axis)]
-    pub(crate) up: Option<Axis>,
+    /// The axis that `height` is along where it selects [default: that of the file, else y].
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    pub(crate) up: UpAxis,
     /// Memory that the work over a pyramid takes at most, such as 500MB or 4GB.
     #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
     pub(crate) memory: u64,
@@ -164,9 +163,9 @@ pub(crate) struct SelectArguments {
     /// repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = ColumnValue::parse)]
     pub(crate) set: Vec<ColumnValue>,
-    /// The axis that `height` is along: y or z.
-    #[arg(long, value_name = "AXIS", value_parser = values::axis)]
-    pub(crate) up: Option<Axis>,
+    /// The axis that `height` is along [default: that of the file, else y].
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    pub(crate) up: UpAxis,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
     #[command(flatten)]

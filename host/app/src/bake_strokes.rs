@@ -1,7 +1,6 @@
 //! Strokes of a file, done again by `surfelshop bake`, and tools over what is selected.
 
 use crate::arguments::BakeArguments;
-use crate::select::up_of;
 use anyhow::{Context as _, anyhow, bail};
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -58,7 +57,7 @@ pub(crate) fn replay(
         values.extend(steps[*step].values.clone());
         let chosen = match arguments.select.is_empty() {
             true => None,
-            false => Some(select(cloud, &arguments.select, up_of(arguments.up))?),
+            false => Some(select(cloud, &arguments.select, arguments.up.or_of([cloud.source()]).into())?),
         };
         let part = CloudPart::along(cloud, &named.stroke, chosen.as_ref()).with_context(of)?;
         let n_concerned = part.rows.len() as u64;
@@ -101,7 +100,7 @@ pub(crate) fn run_selected(
     step: &Step,
     (cloud, options, stop): (&Cloud, &ToolOptions, &AtomicBool),
 ) -> anyhow::Result<(Done, Option<Duration>)> {
-    let chosen = select(cloud, &arguments.select, up_of(arguments.up))?;
+    let chosen = select(cloud, &arguments.select, arguments.up.or_of([cloud.source()]).into())?;
     let part = CloudPart::selected(cloud, &chosen)?;
     Ok((step.run_on(&step.values, part, None, (options, stop))?, None))
 }

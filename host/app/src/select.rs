@@ -3,8 +3,7 @@
 use crate::arguments::SelectArguments;
 use anyhow::{anyhow, bail};
 use serde_json::json;
-use surfelshop_cloud::display::UpDirection;
-use surfelshop_cloud::scene::Axis;
+use std::path::PathBuf;
 use surfelshop_cloud::selection::{deleted, extracted, with_value};
 use surfelshop_cloud::{Cloud, WriteOptions};
 use surfelshop_session::input::clouds::Clouds;
@@ -14,14 +13,6 @@ use surfelshop_session::options::select::select;
 use surfelshop_session::output::files;
 use surfelshop_session::output::terminal::{self, Progress};
 use surfelshop_session::tool_run;
-
-/// The axis that height is along.
-pub(crate) fn up_of(axis: Option<Axis>) -> UpDirection {
-    match axis {
-        Some(Axis::Z) => UpDirection::Z,
-        _ => UpDirection::Y,
-    }
-}
 
 /// Runs the command.
 pub(crate) fn run(arguments: &SelectArguments) -> anyhow::Result<()> {
@@ -35,14 +26,14 @@ pub(crate) fn run(arguments: &SelectArguments) -> anyhow::Result<()> {
     let source = tool_run::source(file)?;
     // Who names a cloud twice wants it replaced.
     files::allow(file);
-    files::check_outputs(&out.iter().collect::<Vec<_>>())?;
+    files::check_outputs(&out.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     let formats = SessionFormats::new(&arguments.plugins);
     let mut clouds = Clouds::read(&[source], &formats)?;
     pyramids::refuse(&clouds, "select")?;
     let loaded = clouds.loaded.pop().ok_or_else(|| anyhow!("no cloud was read"))?;
     let cloud = loaded.cloud;
     let of_file = |error| anyhow!("{}: {error}", file.display());
-    let chosen = select(&cloud, what, up_of(arguments.up)).map_err(of_file)?;
+    let chosen = select(&cloud, what, arguments.up.or_of([cloud.source()]).into()).map_err(of_file)?;
     let (n_selected, n) = (chosen.count(), cloud.len());
     let mut written = None;
     if let Some(out) = out {

@@ -1,11 +1,10 @@
 //! # `value`: a number along a stroke
 //!
-//! | parameter | type  | default    | meaning                                                            |
-//! |-----------|-------|------------|--------------------------------------------------------------------|
-//! | `column`  | text  | `material` | the column: `material`, `ao`, `classification` or any other of one |
-//! |           |       |            | component                                                          |
-//! | `value`   | float | 1          | the number                                                         |
-//! | `opacity` | float | 1          | of columns of floats: how much of it where the stroke is strongest |
+//! | parameter | type  | default    | meaning                                                   |
+//! |-----------|-------|------------|-----------------------------------------------------------|
+//! | `column`  | text  | `material` | the column, of one component: `material`, `ao`, a class … |
+//! | `value`   | float | 1          | the number                                                |
+//! | `opacity` | float | 1          | of floats: how much of it where the stroke is strongest   |
 //!
 //! Method. Columns of whole numbers have the number where the weight is at least a half, columns of floats are mixed by
 //! weight and opacity. A column that is not there is made: `material` of u32, others of f32.

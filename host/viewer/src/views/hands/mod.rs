@@ -1,12 +1,13 @@
 //! Hands on the cloud: surfels are selected in a picture, and tools are led over it.
 //!
-//! `state` holds what a hand does and what is selected, `gesture` follows the pointer, `place` finds what lies under
+//! `state` holds what a hand does and what is selected, `actions` changes it, `gesture` follows the pointer, `place` finds what lies under
 //! it, `select` and `stroke` do what a gesture means, `edits` does something with what is selected, and `options` and
 //! `cursor` show it.
 //!
 //! Invariants: a gesture changes nothing in settings; a stroke is one step of undo; what fails leaves the cloud as it
 //! was before the gesture.
 
+mod actions;
 mod cursor;
 mod edits;
 mod gesture;
@@ -15,6 +16,7 @@ mod place;
 mod select;
 mod state;
 mod stroke;
+mod stroke_run;
 
 pub(crate) use edits::status;
 pub(super) use gesture::over_picture;

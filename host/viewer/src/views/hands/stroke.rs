@@ -1,6 +1,7 @@
 //! Tools that are led: what a tool makes of a stroke is shown while it goes on, and is a step of undo once it is over.
 
 use super::state::Gesture;
+use super::stroke_run::StrokeRun;
 use crate::document::{OpenClouds, generations};
 use crate::plugins::{Readiness, mark_in_use};
 use crate::render_thread::mark_abandoned;
@@ -9,24 +10,8 @@ use eframe::egui::Context;
 use std::time::Duration;
 use surfelshop_api::{Handling, Stroke, UnitKind};
 use surfelshop_cloud::{Cloud, CloudPart};
-use surfelshop_runtime::plugins::{Contents, CrashMark, UnitRef, UnitState};
+use surfelshop_runtime::plugins::UnitState;
 use surfelshop_runtime::tools::{Ended, Running};
-
-/// A tool over a stroke, on a cloud as it was before.
-pub(super) struct StrokeRun {
-    name: String,
-    reference: UnitRef,
-    /// The cloud among the open ones, and all of them before the stroke.
-    index: usize,
-    before: OpenClouds,
-    base: Cloud,
-    running: Option<(Running, Contents)>,
-    /// Samples that the run that is under way or was the last knows.
-    n_samples: usize,
-    /// The whole stroke, once it is over.
-    whole: Option<Stroke>,
-    _mark: Option<CrashMark>,
-}
 
 impl Window {
     /// Leads a tool along the gesture so far; `over` where it has ended.
@@ -99,7 +84,7 @@ impl Window {
         let shown = self.document.clouds.as_ref().ok_or("no cloud is open")?;
         Ok(StrokeRun {
             name: name.to_owned(),
-            _mark: mark_in_use(&reference),
+            mark: mark_in_use(&reference),
             reference,
             index,
             before: shown.open_clouds.clone(),
