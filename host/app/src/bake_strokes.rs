@@ -57,7 +57,9 @@ pub(crate) fn replay(
         values.extend(steps[*step].values.clone());
         let chosen = match arguments.select.is_empty() {
             true => None,
-            false => Some(select(cloud, &arguments.select, arguments.up.or_of([cloud.source()]).into())?),
+            false => {
+                Some(select(cloud, &arguments.select, arguments.up.or_of([cloud.source()]).into())?)
+            }
         };
         let part = CloudPart::along(cloud, &named.stroke, chosen.as_ref()).with_context(of)?;
         let n_concerned = part.rows.len() as u64;

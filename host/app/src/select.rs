@@ -33,7 +33,8 @@ pub(crate) fn run(arguments: &SelectArguments) -> anyhow::Result<()> {
     let loaded = clouds.loaded.pop().ok_or_else(|| anyhow!("no cloud was read"))?;
     let cloud = loaded.cloud;
     let of_file = |error| anyhow!("{}: {error}", file.display());
-    let chosen = select(&cloud, what, arguments.up.or_of([cloud.source()]).into()).map_err(of_file)?;
+    let chosen =
+        select(&cloud, what, arguments.up.or_of([cloud.source()]).into()).map_err(of_file)?;
     let (n_selected, n) = (chosen.count(), cloud.len());
     let mut written = None;
     if let Some(out) = out {

@@ -285,7 +285,10 @@ fn an_edit_sends_what_it_changed_and_undo_sends_as_much() {
     let changed = draw(&mut engine, &edited);
     let after = engine.counters();
     assert_ne!(first, changed);
-    assert_eq!((after.uploads, after.patched_columns), (before.uploads, before.patched_columns + 1));
+    assert_eq!(
+        (after.uploads, after.patched_columns),
+        (before.uploads, before.patched_columns + 1)
+    );
     let sent = after.sent_column_bytes - before.sent_column_bytes;
     let most = 4 * 16 * some.count() as u64;
     assert!(sent > 0 && sent <= most && sent < 20_000, "{sent} bytes for {} surfels", some.count());

@@ -14,7 +14,7 @@ use surfelshop_session::options::{DeviceArguments, UpAxis};
 
 /// In the picture: in the middle of the sample, and beside it.
 const MIDDLE: Pos2 = pos2(450.0, 380.0);
-const CORNER: Pos2 = pos2(800.0, 600.0);
+const CORNER: Pos2 = pos2(60.0, 420.0);
 
 fn with_brushes() -> Screen {
     let mut plugins = built_plugins();

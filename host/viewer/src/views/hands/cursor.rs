@@ -1,6 +1,5 @@
 //! What is shown under the pointer: a rectangle, a line, or the circle of a brush.
 
-use super::gesture::picture_at;
 use super::state::HandMode;
 use crate::window::Window;
 use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, StrokeKind};
@@ -37,8 +36,7 @@ pub(super) fn show(
         (HandMode::Brush | HandMode::Tool(_), _) => {
             let Some(at) = pointer else { return };
             let Some(rect) = rects.iter().find(|rect| rect.contains(at)) else { return };
-            let on_surface = gesture.is_some()
-                || picture_at(window, pane, rects, at).is_some_and(|p| p.hit(at).is_some());
+            let on_surface = gesture.is_some() || window.views.pointer_position.is_some();
             let radius = hands.radius * rect.height();
             for stroke in strokes() {
                 // Beside the cloud it is faint: nothing would be painted there.

@@ -4,7 +4,9 @@ use super::cursor;
 use super::place::{Picture, rounded};
 use super::state::{Gesture, HandMode};
 use crate::window::Window;
-use eframe::egui::{CursorIcon, Modifiers, Painter, PointerButton, Pos2, Rect, Response, Ui};
+use eframe::egui::{
+    CursorIcon, Event, Modifiers, Painter, PointerButton, Pos2, Rect, Response, Ui,
+};
 use surfelshop_api::StrokeSample;
 use surfelshop_cloud::selection::Combine;
 
@@ -44,10 +46,24 @@ pub(in crate::views) fn over_picture(
     if begins && let Some(at) = press_place(ui).or(pointer) {
         begin(window, ui, pane, rects, at);
     }
-    if let Some(at) = pointer
-        && window.views.hands.gesture.as_ref().is_some_and(|gesture| gesture.pane == pane)
-    {
-        follow(window, ui, at);
+    // Between two frames of the window there may be several moves.
+    let moves = ui.ctx().input(|input| {
+        let place = |event: &Event| match event {
+            Event::PointerMoved(at) => Some(*at),
+            _ => None,
+        };
+        let is_press = |event: &Event| matches!(event, Event::PointerButton { pressed: true, .. });
+        // What came before the button went down is of no gesture.
+        let first = input.events.iter().rposition(is_press).unwrap_or(0);
+        input.events[first..].iter().filter_map(place).collect::<Vec<Pos2>>()
+    });
+    for at in moves.into_iter().chain(pointer) {
+        if window.views.hands.gesture.as_ref().is_some_and(|gesture| gesture.pane == pane) {
+            follow(window, ui, at);
+        }
+    }
+    if window.views.hands.gesture.is_some() && !ui.ctx().input(|input| input.events.is_empty()) {
+        window.preview_gesture(ui.ctx());
     }
     let ended = response.drag_stopped_by(PointerButton::Primary)
         || response.clicked_by(PointerButton::Primary);
@@ -67,7 +83,7 @@ fn press_place(ui: &Ui) -> Option<Pos2> {
 }
 
 /// The picture under a place, where it has depths.
-pub(super) fn picture_at(window: &Window, pane: u32, rects: &[Rect], at: Pos2) -> Option<Picture> {
+fn picture_at(window: &Window, pane: u32, rects: &[Rect], at: Pos2) -> Option<Picture> {
     let side = rects.iter().position(|rect| rect.contains(at))?;
     let shown = window.views.panes.get(&pane)?.sides.get(side)?.shown.as_ref()?;
     let depth = shown.rendered.depth.clone()?;
@@ -102,7 +118,7 @@ fn begin(window: &mut Window, ui: &Ui, pane: u32, rects: &[Rect], at: Pos2) {
 fn follow(window: &mut Window, ui: &Ui, at: Pos2) {
     let (time, force) = ui.ctx().input(|input| {
         let force = input.events.iter().rev().find_map(|event| match event {
-            eframe::egui::Event::Touch { force, .. } => *force,
+            Event::Touch { force, .. } => *force,
             _ => None,
         });
         (input.time, force)
@@ -133,5 +149,4 @@ fn follow(window: &mut Window, ui: &Ui, at: Pos2) {
             pressure: shorter(force.unwrap_or(1.0).clamp(0.0, 1.0)),
         });
     }
-    window.preview_gesture(ui.ctx());
 }

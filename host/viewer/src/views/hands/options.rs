@@ -33,8 +33,8 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
         .open(&mut open)
         .resizable(false)
         .default_width(270.0)
-        .pivot(Align2::LEFT_TOP)
-        .default_pos(pictures.min + vec2(space::MEDIUM, 40.0))
+        .pivot(Align2::RIGHT_BOTTOM)
+        .default_pos(pictures.max - vec2(2.0 * space::MEDIUM, 2.0 * space::MEDIUM))
         .show(ctx, |ui| {
             ui.set_max_width(300.0);
             match &mode {
