@@ -41,45 +41,36 @@ pub(in crate::views) fn over_picture(
         return false;
     }
     let pointer = response.interact_pointer_pos().or(response.hover_pos());
-    let begins = response.drag_started_by(PointerButton::Primary)
-        || response.clicked_by(PointerButton::Primary);
-    if begins && let Some(at) = press_place(ui).or(pointer) {
-        begin(window, ui, pane, rects, at);
-    }
-    // Between two frames of the window there may be several moves.
-    let moves = ui.ctx().input(|input| {
-        let place = |event: &Event| match event {
-            Event::PointerMoved(at) => Some(*at),
-            _ => None,
-        };
-        let is_press = |event: &Event| matches!(event, Event::PointerButton { pressed: true, .. });
-        // What came before the button went down is of no gesture.
-        let first = input.events.iter().rposition(is_press).unwrap_or(0);
-        input.events[first..].iter().filter_map(place).collect::<Vec<Pos2>>()
-    });
-    for at in moves.into_iter().chain(pointer) {
-        if window.views.hands.gesture.as_ref().is_some_and(|gesture| gesture.pane == pane) {
-            follow(window, ui, at);
+    let is_over = response.contains_pointer() || response.is_pointer_button_down_on();
+    // As they came: between two frames of the window there may be a whole stroke.
+    let events = ui.ctx().input(|input| input.events.clone());
+    for event in &events {
+        let own = window.views.hands.gesture.as_ref().is_some_and(|own| own.pane == pane);
+        match event {
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed, .. } => {
+                match pressed {
+                    true if is_over => begin(window, ui, pane, rects, *pos),
+                    false if own => {
+                        follow(window, ui, *pos);
+                        if let Some(gesture) = window.views.hands.gesture.take() {
+                            window.end_gesture(ui.ctx(), gesture);
+                        }
+                    }
+                    _ => {}
+                }
+            }
+            Event::PointerMoved(at) if own => follow(window, ui, *at),
+            _ => {}
         }
     }
-    if window.views.hands.gesture.is_some() && !ui.ctx().input(|input| input.events.is_empty()) {
+    if window.views.hands.gesture.is_some() && !events.is_empty() {
         window.preview_gesture(ui.ctx());
-    }
-    let ended = response.drag_stopped_by(PointerButton::Primary)
-        || response.clicked_by(PointerButton::Primary);
-    if ended && let Some(gesture) = window.views.hands.gesture.take() {
-        window.end_gesture(ui.ctx(), gesture);
     }
     if response.contains_pointer() || window.views.hands.gesture.is_some() {
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
         cursor::show(window, painter, pane, rects, pointer);
     }
     true
-}
-
-/// Where the button went down: a drag is known only some points later.
-fn press_place(ui: &Ui) -> Option<Pos2> {
-    ui.ctx().input(|input| input.pointer.press_origin())
 }
 
 /// The picture under a place, where it has depths.
