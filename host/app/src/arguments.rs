@@ -11,8 +11,9 @@ use surfelshop_evaluate::compare::CompareArguments;
 use surfelshop_evaluate::demo::DemoArguments;
 use surfelshop_evaluate::explain::ExplainArguments;
 use surfelshop_evaluate::report::ReportArguments;
+use surfelshop_session::options::select::{ColumnValue, SelectStep};
 use surfelshop_session::options::values::{self, Setting};
-use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments};
+use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments, UpAxis};
 use surfelshop_session::render::RenderArguments;
 use surfelshop_viewer::ViewerArguments;
 
@@ -72,6 +73,8 @@ pub(crate) enum Command {
     Plugins(PluginsArguments),
     /// Read a cloud and write it in another format, with the normals and radii it lacked.
     Convert(ConvertArguments),
+    /// Select surfels of a cloud: count them, or write them, the others, or all with another value of a column.
+    Select(Box<SelectArguments>),
     /// Make a pyramid of files of any size: a cloud that is drawn without being in memory.
     Index(IndexArguments),
     /// Render the sample cloud with every renderer.
@@ -90,6 +93,7 @@ pub(crate) enum Command {
   surfelshop bake scan.ply -t ambient-occlusion -o shaded.ply
   surfelshop bake scan.ply -t outliers -t ambient-occlusion --set ambient-occlusion:rays=256 \\
       -o clean.ply --json
+  surfelshop bake scan.ply -t brush -t eraser --strokes scan.strokes.json -o painted.ply
 The file appears whole or not at all: after a failure or Ctrl-C, what stood there before still does.
 `surfelshop info` shows which tools made a file, with which parameters.")]
 pub(crate) struct BakeArguments {
@@ -104,6 +108,16 @@ pub(crate) struct BakeArguments {
     /// The file to write, .ply or that of another format; of a pyramid .surfels.
     #[arg(short, long, value_name = "FILE", value_parser = values::cloud_file)]
     pub(crate) out: PathBuf,
+    /// Strokes of tools that are led by hand, done again in their order: a file that the window wrote. All tools
+    /// that it names have to be there with -t.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) strokes: Option<PathBuf>,
+    /// Work on these surfels alone: as `surfelshop select` takes it; may be repeated.
+    #[arg(long, value_name = "WHAT", value_parser = SelectStep::parse, allow_hyphen_values = true)]
+    pub(crate) select: Vec<SelectStep>,
+    /// The axis that `height` is along where it selects [default: that of the file, else y].
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    pub(crate) up: UpAxis,
     /// Memory that the work over a pyramid takes at most, such as 500MB or 4GB.
     #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
     pub(crate) memory: u64,
@@ -121,6 +135,41 @@ pub(crate) struct BakeArguments {
     pub(crate) plugins: PluginFiles,
     #[command(flatten)]
     pub(crate) device: DeviceArguments,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop select scan.ply classification=7                              how many
+  surfelshop select scan.ply box:0,0,0:5,5,3 -o room.ply                   these alone
+  surfelshop select scan.ply component:0,0,0 invert --delete -o clean.ply  all others but these
+  surfelshop select scan.ply height=..0.2 grow:0.05 --up z --set classification=2 -o ground.ply
+Each WHAT adds to those before; not: before one takes it away, and and: keeps what is in both.")]
+pub(crate) struct SelectArguments {
+    /// The cloud, or a scene (.scene.toml) that shows one.
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// What is selected: all, box:X,Y,Z:X,Y,Z, sphere:X,Y,Z:RADIUS, plane:X,Y,Z:X,Y,Z (a place on it, and its normal),
+    /// component:X,Y,Z[:DISTANCE] (what hangs together with a place), NAME=LOW..HIGH or NAME=N,N (values of a column,
+    /// or height); then invert, grow[:DISTANCE] and shrink[:DISTANCE].
+    #[arg(value_name = "WHAT", required = true, value_parser = SelectStep::parse)]
+    pub(crate) what: Vec<SelectStep>,
+    /// The file to write; without it surfels are counted.
+    #[arg(short, long, value_name = "FILE", value_parser = values::cloud_file)]
+    pub(crate) out: Option<PathBuf>,
+    /// Write what is not selected.
+    #[arg(long, conflicts_with = "set")]
+    pub(crate) delete: bool,
+    /// Write all, with this value of a column where it is selected: NAME=VALUE, or a value for each component; may be
+    /// repeated.
+    #[arg(long, value_name = "NAME=VALUE", value_parser = ColumnValue::parse)]
+    pub(crate) set: Vec<ColumnValue>,
+    /// The axis that `height` is along [default: that of the file, else y].
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    pub(crate) up: UpAxis,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
     #[command(flatten)]
     pub(crate) report: PrintArguments,
 }

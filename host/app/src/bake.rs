@@ -2,7 +2,7 @@
 
 use crate::arguments::BakeArguments;
 use crate::tool_object::tool_object;
-use crate::{bake_pyramid, info};
+use crate::{bake_pyramid, bake_strokes, info};
 use anyhow::{anyhow, bail};
 use glam::DQuat;
 use serde_json::{Map, Value, json};
@@ -22,6 +22,7 @@ use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::pyramids;
 use surfelshop_session::input::scenes::Source;
+use surfelshop_session::input::strokes::NamedStroke;
 use surfelshop_session::options::values;
 use surfelshop_session::output::json::plain;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -36,6 +37,8 @@ struct Baked {
     n_after: usize,
     cpu: Option<Duration>,
     columns: Vec<NewColumn>,
+    /// Of strokes: how many there were, and how many surfels they concerned.
+    strokes: Option<(usize, u64)>,
 }
 
 /// A column that a tool made.
@@ -68,6 +71,13 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
         device: session::gpu_options(&arguments.device).into(),
     };
     if is_pyramid_file(&arguments.file) {
+        if arguments.strokes.is_some() || !arguments.select.is_empty() {
+            bail!(
+                "{}: --strokes and --select work on clouds in memory, and this is a pyramid; use the files that it \
+                 was made of",
+                arguments.file.display()
+            );
+        }
         files::allow(&arguments.file);
         files::check_outputs(&[&arguments.out])?;
         return bake_pyramid::run(arguments, &steps, &options, stop);
@@ -79,13 +89,14 @@ pub(crate) fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
             arguments.file.display()
         );
     }
+    let strokes = bake_strokes::read(arguments, &steps)?;
     let source = tool_run::source(&arguments.file)?;
     if !scene::is_scene(&arguments.file) {
         // Who names a cloud twice wants it replaced.
         files::allow(&arguments.file);
     }
     files::check_outputs(&[&arguments.out])?;
-    let baked = bake(arguments, &steps, (source, &options), stop);
+    let baked = bake(arguments, (&steps, strokes), (source, &options), stop);
     if stop.load(Ordering::Relaxed)
         && let Err(error) = &baked
     {
@@ -175,7 +186,7 @@ fn left_as_they_were(cloud: &Cloud, how: &Transform) -> Option<String> {
 /// Reads, runs the tools and writes.
 fn bake(
     arguments: &BakeArguments,
-    steps: &[Step],
+    (steps, strokes): (&[Step], Vec<(usize, NamedStroke)>),
     (source, options): (Source, &ToolOptions),
     stop: &AtomicBool,
 ) -> anyhow::Result<(Loaded, Cloud, Vec<Baked>)> {
@@ -197,18 +208,24 @@ fn bake(
         .summary
         .warnings
         .extend(transform.and_then(|how| left_as_they_were(&loaded.cloud, &how)));
-    let (mut cloud, mut baked) = (loaded.cloud.clone(), Vec::new());
-    for step in steps {
-        let n_before = cloud.len();
-        let (done, cpu) = step.run(&cloud, options, stop)?;
-        let mut columns = Vec::new();
-        if let Some(edited) = &done.edited {
-            cloud = edited.cloud.clone();
-            let made = edited.columns.iter().filter_map(|name| cloud.column(name));
-            columns = made.map(NewColumn::of).collect();
+    let mut cloud = loaded.cloud.clone();
+    let baked = match strokes.is_empty() {
+        true => run_all(arguments, steps, (&mut cloud, options, stop))?,
+        false => {
+            let n_before = cloud.len();
+            let given = (&mut cloud, options, stop);
+            let replayed = bake_strokes::replay(arguments, steps, &strokes, given)?;
+            let baked = steps.iter().zip(replayed).map(|(step, replayed)| match replayed {
+                Some(replayed) => {
+                    let strokes = Some((replayed.n_strokes, replayed.n_concerned));
+                    let baked = Baked::of(replayed.done, (n_before, cloud.len()), None, &cloud);
+                    Ok(Baked { strokes, ..baked })
+                }
+                None => bail!("{}: no stroke of it comes near the cloud", step.reference),
+            });
+            baked.collect::<anyhow::Result<_>>()?
         }
-        baked.push(Baked { done, n_before, n_after: cloud.len(), cpu, columns });
-    }
+    };
     tracing::debug!("writing {}", arguments.out.display());
     let progress = Progress::new(format!("writing {}", arguments.out.display()));
     let tell = |fraction| asked(progress.tell(fraction));
@@ -217,6 +234,40 @@ fn bake(
     let written = surfelshop_cloud::write(&arguments.out, &cloud, &options)?;
     written.lost.iter().for_each(terminal::warn);
     Ok((loaded, cloud, baked))
+}
+
+/// Runs tools over a cloud, or over what is selected of it, one after the other.
+fn run_all(
+    arguments: &BakeArguments,
+    steps: &[Step],
+    (cloud, options, stop): (&mut Cloud, &ToolOptions, &AtomicBool),
+) -> anyhow::Result<Vec<Baked>> {
+    let mut baked = Vec::new();
+    for step in steps {
+        let n_before = cloud.len();
+        let (done, cpu) = match arguments.select.is_empty() {
+            true => step.run(cloud, options, stop)?,
+            false => bake_strokes::run_selected(arguments, step, (cloud, options, stop))?,
+        };
+        if let Some(edited) = &done.edited {
+            *cloud = edited.cloud.clone();
+        }
+        baked.push(Baked::of(done, (n_before, cloud.len()), cpu, cloud));
+    }
+    Ok(baked)
+}
+
+impl Baked {
+    fn of(
+        done: Done,
+        (n_before, n_after): (usize, usize),
+        cpu: Option<Duration>,
+        cloud: &Cloud,
+    ) -> Self {
+        let made = done.edited.iter().flat_map(|edited| &edited.columns);
+        let columns = made.filter_map(|name| cloud.column(name)).map(NewColumn::of).collect();
+        Self { done, n_before, n_after, cpu, columns, strokes: None }
+    }
 }
 
 impl NewColumn {
@@ -254,7 +305,7 @@ impl Spread {
 
 /// A run in JSON.
 fn object(step: &Step, baked: &Baked) -> Value {
-    let Baked { done, n_before, n_after, cpu, columns } = baked;
+    let Baked { done, n_before, n_after, cpu, columns, strokes } = baked;
     let parameters: Map<String, Value> =
         done.values.iter().map(|(id, value)| (id.clone(), plain(value))).collect();
     let column = |column: &NewColumn| {
@@ -277,21 +328,30 @@ fn object(step: &Step, baked: &Baked) -> Value {
         "surfels_in": n_before,
         "surfels_out": n_after,
         "whole_cloud": done.edited.as_ref().and_then(|edited| edited.whole).map(provenance::word),
+        "strokes": strokes.map(|(n, _)| n),
+        "surfels_concerned": strokes.map(|(_, n)| n),
         "columns": columns.iter().map(column).collect::<Vec<_>>(),
     })
 }
 
 /// A run in words.
 fn line(step: &Step, baked: &Baked) -> String {
-    let Baked { done, n_before, n_after, cpu, columns } = baked;
+    let Baked { done, n_before, n_after, cpu, columns, strokes } = baked;
     let mut parts = Vec::new();
+    if let Some((n, n_concerned)) = strokes {
+        let plural = if *n == 1 { "" } else { "s" };
+        parts.push(format!("{n} stroke{plural} over {n_concerned} surfels"));
+    }
     match done.edited.as_ref().map(|edited| edited.whole) {
         None => parts.push("changed nothing".to_owned()),
         Some(Some(How::Kept)) => parts.push(format!("kept {n_after} of {n_before} surfels")),
         Some(Some(How::Derived)) => {
             parts.push(format!("made a cloud of {n_after} surfels, given {n_before}"));
         }
-        Some(None) => {}
+        Some(Some(How::Enlarged)) => {
+            parts.push(format!("added {} surfels", n_after.saturating_sub(*n_before)));
+        }
+        Some(Some(How::Stroked) | None) => {}
     }
     for NewColumn { name, spread, .. } in columns {
         parts.push(match spread {

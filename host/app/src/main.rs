@@ -7,6 +7,7 @@
 mod arguments;
 mod bake;
 mod bake_pyramid;
+mod bake_strokes;
 mod contents_info;
 mod convert;
 mod index;
@@ -14,6 +15,7 @@ mod info;
 mod plugins;
 mod pyramid_info;
 mod scene_info;
+mod select;
 mod setup;
 mod tool_object;
 
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Some(Command::Bake(arguments)) => bake::run(&arguments),
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
+        Some(Command::Select(arguments)) => select::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),
         Some(Command::Index(arguments)) => index::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),

@@ -68,6 +68,17 @@ pub enum CloudError {
         /// What was staged.
         found: String,
     },
+    /// A stroke cannot be followed.
+    #[error("stroke: expected {expected}, found {found}")]
+    Stroke {
+        /// What would be right.
+        expected: String,
+        /// What it has.
+        found: String,
+    },
+    /// There is no memory for it.
+    #[error(transparent)]
+    Memory(#[from] OutOfMemory),
     /// A triangle has a corner that is no surfel.
     #[error("triangle {triangle}: expected corners below {len}")]
     Face {

@@ -39,9 +39,12 @@ mod write;
 
 pub use cloud::Cloud;
 pub use cloud::buffer::Buffer;
+pub use cloud::changes::changed_rows;
 pub use cloud::column::{Column, is_well_known};
 pub use cloud::edit::{EditedCloud, StagedEdits};
+pub use cloud::part::CloudPart;
 pub use cloud::provenance::{CloudEdit, How, ToolRun};
+pub use cloud::selection;
 pub use cloud::source::{Scan, Source};
 pub use cloud::splat_columns;
 pub use cloud::splats::SplatKind;

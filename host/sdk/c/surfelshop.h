@@ -60,7 +60,7 @@
  * larger minor version than their own.
  */
 #define SURFELSHOP_ABI_MAJOR 3
-#define SURFELSHOP_ABI_MINOR 10
+#define SURFELSHOP_ABI_MINOR 11
 
 #ifdef __cplusplus
 extern "C" {
@@ -204,11 +204,15 @@ typedef struct surfelshop_job {
      *
      *     {"Columns": [{"name": "ao", "components": 1, "element": "f32"}, ...]}
      *     "Keep"
+     *     {"Values": [...]}   since ABI 3.11: the first element of `values` is places of surfels, uint32_t
+     *                         each, and the columns have the values of these alone
+     *     {"Add": [...]}      since ABI 3.11: new surfels; the first element of `values` is for each a surfel
+     *                         whose values it has in columns that are not told, uint32_t each
      *     {"NewCloud": {"origin": [x, y, z], "columns": [...]}}
      *
      * and `values` has the little-endian elements of each of these columns, or for "Keep" one byte
      * per surfel, 1 where it stays and else 0. The host copies them. A run stages columns as often
-     * as it likes and then at most one "Keep", or one new cloud and nothing else. Where it returns
+     * and "Values" as it likes and then at most one "Keep" or "Add", or one new cloud and nothing else. Where it returns
      * anything but SURFELSHOP_OK, the reason is on the error channel of `sink`, which is the
      * plugin's own.
      */
@@ -261,7 +265,14 @@ typedef struct surfelshop_plugin_table {
      * Writes the description of a unit, {"params": [...], "limits": [...]}: ParamDecl of
      * host/sdk/api/src/params.rs and Limit of host/sdk/api/src/unit.rs. Tools may add a "scope", one of
      * "cloud", "surfel", "neighbours" and "scene", by which they run over clouds larger than memory: Scope
-     * of the latter file. It is the same at every call.
+     * of the latter file. Since ABI 3.11 they may add a "handling", such as
+     *
+     *     {"stroke": {"spacing": 0.25, "falloff": "smooth", "reach": "facing"}}
+     *
+     * or the same with "click": Handling of host/sdk/api/src/stroke.rs. The manifest then has a line
+     * "handling\tstroke\n" behind the tool's, and `run` gets {"values": {...}, "stroke": {...}}, StrokeCall of
+     * that file, in the place of the values alone, with a cloud of the surfels that are concerned; its column
+     * "stroke_weight" says how much. The description is the same at every call.
      */
     int32_t (*describe)(uint32_t unit, surfelshop_sink sink);
     /**

@@ -30,6 +30,7 @@ macro_rules! pages {
 /// All pages, in the order of the contents.
 pub const PAGES: &[Page] = pages! {
     "Use", "viewer", "The window", "use/viewer";
+    "Use", "hands", "Hands on the cloud", "use/hands";
     "Use", "render", "Render pictures", "use/render";
     "Use", "colours", "Colours and filters", "use/colours";
     "Use", "lights", "Lights", "use/lights";
@@ -71,6 +72,7 @@ pub const PAGES: &[Page] = pages! {
     "Plugins", "graphs", "A graph of your own", "plugins/graph";
     "Plugins", "splat-function", "A splat function", "plugins/splats";
     "Plugins", "tools", "A tool", "plugins/tool";
+    "Plugins", "hand-tools", "A tool that is led by hand", "plugins/hands";
     "Plugins", "tracers", "A tracer", "plugins/tracer";
     "Plugins", "new-format", "A file format", "plugins/format";
     "Plugins", "may-use", "What a shader may use", "plugins/may-use";

@@ -8,7 +8,8 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use surfelshop_api::params::Values;
-use surfelshop_cloud::Cloud;
+use surfelshop_api::{Handling, Stroke};
+use surfelshop_cloud::{Cloud, CloudPart};
 use surfelshop_runtime::plugins::{LoadedUnit, UnitRef};
 use surfelshop_runtime::tools::{self, Done, Ended, Running, ToolOptions};
 
@@ -71,9 +72,38 @@ impl Step {
         tell: &dyn Fn(&tools::Progress),
     ) -> anyhow::Result<(Done, Option<Duration>)> {
         let Self { reference, unit, values } = self;
-        let cpu = cpu_time();
-        let mut running = Running::start(unit, values, cloud, options)
+        let running = Running::start(unit, values, cloud, options)
             .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
+        self.ended(running, stop, tell)
+    }
+
+    /// Whether the tool is led by hand.
+    pub fn is_handled(&self) -> bool {
+        self.unit.description.handling != Handling::Cloud
+    }
+
+    /// Runs the tool over a part of a cloud, along a stroke where it is led by hand.
+    pub fn run_on(
+        &self,
+        values: &Values,
+        part: CloudPart,
+        stroke: Option<Stroke>,
+        (options, stop): (&ToolOptions, &AtomicBool),
+    ) -> anyhow::Result<Done> {
+        let Self { reference, unit, .. } = self;
+        let running = Running::start_on(unit, values, part, stroke, options)
+            .map_err(|fault| anyhow!("{reference} could not start: {fault}"))?;
+        Ok(self.ended(running, stop, &|_| {})?.0)
+    }
+
+    /// Waits for the end of a run.
+    fn ended(
+        &self,
+        mut running: Running,
+        stop: &AtomicBool,
+        tell: &dyn Fn(&tools::Progress),
+    ) -> anyhow::Result<(Done, Option<Duration>)> {
+        let (reference, cpu) = (&self.reference, cpu_time());
         tracing::debug!("running {reference}");
         loop {
             if stop.load(Ordering::Relaxed) {

@@ -6,7 +6,7 @@ use crate::dialogs::files;
 use crate::document::recovery::{self, JournalEnd};
 use crate::document::unsaved_prompt::is_terminating;
 use crate::panels::{sides, status, windows};
-use crate::views::canvas;
+use crate::views::{canvas, hands};
 use crate::window::Window;
 use crate::{export, measure, start, theme};
 use eframe::egui::{self, Context, Ui};
@@ -87,6 +87,7 @@ impl Window {
             true => start::show_page(self, ui),
             false => canvas::show(self, ui),
         });
+        hands::show_options(self, &ctx, pictures.response.rect);
         start::show_progress(self, &ctx, pictures.response.rect);
         self.messages.show(&ctx, pictures.response.rect);
         windows::show(self, &ctx);
@@ -97,7 +98,9 @@ impl Window {
         self.copy_shared_camera();
         recovery::update(self, &ctx);
         self.send_requests(&ctx);
-        if !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
+        // A stroke is a step once it is over.
+        let is_idle = !self.views.hands.is_at_work();
+        if is_idle && !ctx.egui_is_using_pointer() && !ctx.input(|input| input.pointer.any_down()) {
             if self.document.preview.is_none() {
                 self.document.history.record(&self.snapshot());
             }

@@ -220,7 +220,7 @@ impl Window {
         ];
         let found = open.into_iter().find(|open| **open);
         let closes = found.is_some_and(|open| std::mem::replace(open, false));
-        closes || self.plugins.tools.open.take().is_some()
+        closes || self.plugins.tools.open.take().is_some() || self.let_go()
     }
 
     /// Writes the settings of the window where they have changed.

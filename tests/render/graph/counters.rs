@@ -251,3 +251,41 @@ fn the_simplest_scene_takes_less_than_half_the_memory_of_the_fullest() {
     // which this renderer does not read, stay where they are.
     assert_eq!((least, most), (12 + 12 + 4, 12 + 12 + 24 + 8 + 4));
 }
+
+/// Invariant: of a column that differs in some surfels only these are sent
+#[test]
+fn an_edit_sends_what_it_changed_and_undo_sends_as_much() {
+    use surfelshop_cloud::selection::{Region, with_value};
+    let view = stage::view(DVec3::new(0.0, 0.0, 3.0), DVec3::ZERO, 64);
+    let draw = |engine: &mut Engine, cloud: &surfelshop_cloud::Cloud| {
+        let mut renderer = stage::built_renderer(engine, PHONG.0, PHONG.1);
+        let outputs = [Output::Color];
+        let frame =
+            stage::render(engine, &mut renderer, cloud, &Scene::default(), view, &outputs).unwrap();
+        frame.images[0].1.data.clone()
+    };
+    let cloud = clouds::sphere(20_000, 1.0).cloud();
+    let all = Region::All.select(&cloud).unwrap();
+    let cloud = with_value(&cloud, &all, "color", &[200.0, 180.0, 160.0]).unwrap();
+    let mut engine = quads();
+    let first = draw(&mut engine, &cloud);
+    let before = engine.counters();
+    let some = Region::Sphere { center: DVec3::Z, radius: 0.2 }.select(&cloud).unwrap();
+    let edited = with_value(&cloud, &some, "color", &[10.0, 240.0, 20.0]).unwrap();
+    let changed = draw(&mut engine, &edited);
+    let after = engine.counters();
+    assert_ne!(first, changed);
+    assert_eq!(
+        (after.uploads, after.patched_columns),
+        (before.uploads, before.patched_columns + 1)
+    );
+    let sent = after.sent_column_bytes - before.sent_column_bytes;
+    let most = 4 * 16 * some.count() as u64;
+    assert!(sent > 0 && sent <= most && sent < 20_000, "{sent} bytes for {} surfels", some.count());
+    assert_eq!(changed, draw(&mut quads(), &edited), "as from nothing");
+    // Undone it is what it was.
+    assert_eq!(first, draw(&mut engine, &cloud));
+    let undone = engine.counters();
+    assert_eq!(undone.sent_column_bytes - after.sent_column_bytes, sent);
+    assert_eq!(undone.uploads, before.uploads);
+}

@@ -201,6 +201,11 @@ fn well_known_type(name: &str) -> Option<&'static [(Element, u32)]> {
     })
 }
 
+/// The element type that a column of this name has where it is made anew; `None` where any will do.
+pub(crate) fn usual_type(name: &str) -> Option<Element> {
+    well_known_type(name).and_then(|types| types.first()).map(|(element, _)| *element)
+}
+
 /// Whether a name stands for a column that the host gives a meaning. Those of Gaussian splats have it only with their
 /// types: see [`splat_columns`](crate::splat_columns).
 #[must_use]

@@ -3,6 +3,7 @@
 use crate::cloud::Cloud;
 use crate::cloud::buffer::Buffer;
 use crate::cloud::column::Column;
+use crate::cloud::patch::{added, patched};
 use crate::cloud::provenance::{CloudEdit, How, ToolRun};
 use crate::cloud::roles::can_have;
 use crate::error::CloudError;
@@ -23,6 +24,7 @@ pub struct StagedEdits {
     columns: Vec<String>,
     whole: Option<How>,
     kept: Option<Vec<bool>>,
+    n_added: usize,
 }
 
 /// A cloud after a run.
@@ -36,13 +38,16 @@ pub struct EditedCloud {
     pub whole: Option<How>,
     /// Which surfels of the cloud before are still there, where some are gone.
     pub kept: Option<Vec<bool>>,
+    /// How many surfels were added, behind the others.
+    pub n_added: usize,
 }
 
 impl StagedEdits {
     /// Nothing yet.
     #[must_use]
     pub fn new(cloud: Cloud) -> Self {
-        Self { source: cloud.clone(), cloud, columns: Vec::new(), whole: None, kept: None }
+        let (columns, whole, kept, n_added) = Default::default();
+        Self { source: cloud.clone(), cloud, columns, whole, kept, n_added }
     }
 
     /// The cloud that the tool sees.
@@ -59,8 +64,9 @@ impl StagedEdits {
     pub fn stage(&mut self, header: &EditHeader, values: &[&[u8]]) -> Result<(), CloudError> {
         if let Some(whole) = self.whole {
             let before = match whole {
-                How::Kept => "a mask",
                 How::Derived => "a new cloud",
+                How::Enlarged => "new surfels",
+                How::Kept | How::Stroked => "a mask",
             };
             return Err(wrong("no further edit in this run", format!("one after {before}")));
         }
@@ -79,6 +85,18 @@ impl StagedEdits {
                     self.kept = Some(mask);
                 }
             }
+            EditHeader::Values(headers) => {
+                let (rows, columns) = rows_and_columns(headers, values, self.source.len())?;
+                self.cloud = patched(&self.cloud, &rows, &columns)?;
+                self.columns.extend(headers.iter().map(|header| header.name.clone()));
+            }
+            EditHeader::Add(headers) => {
+                let (like, columns) = rows_and_columns(headers, values, self.source.len())?;
+                if !like.is_empty() {
+                    self.cloud = added(&self.cloud, &like, &columns)?;
+                    (self.whole, self.n_added) = (Some(How::Enlarged), like.len());
+                }
+            }
             EditHeader::NewCloud { .. } if !self.columns.is_empty() => {
                 let expected = "a new cloud alone, with all its columns";
                 return Err(wrong(expected, "one after columns of this cloud".to_owned()));
@@ -95,7 +113,7 @@ impl StagedEdits {
     /// nothing was.
     #[must_use]
     pub fn commit(self, made: ToolRun) -> Option<EditedCloud> {
-        let Self { source, cloud, columns, whole, kept } = self;
+        let Self { source, cloud, columns, whole, kept, n_added } = self;
         if columns.is_empty() && whole.is_none() {
             return None;
         }
@@ -114,7 +132,7 @@ impl StagedEdits {
             let (n_surfels, n_before) = (cloud.len() as u64, source.len() as u64);
             CloudEdit { how, n_surfels, n_before, made: made.clone() }
         }));
-        Some(EditedCloud { cloud: noted.with_history(history), columns, whole, kept })
+        Some(EditedCloud { cloud: noted.with_history(history), columns, whole, kept, n_added })
     }
 }
 
@@ -145,6 +163,36 @@ fn columns(headers: &[ColumnHeader], values: &[&[u8]]) -> Result<Vec<Column>, Cl
         Some((_, column)) => Err(CloudError::Twice { column: column.name().to_owned() }),
         None => Ok(columns),
     }
+}
+
+/// Places of surfels that a tool was given, and the columns of these.
+fn rows_and_columns(
+    headers: &[ColumnHeader],
+    values: &[&[u8]],
+    n_given: usize,
+) -> Result<(Vec<u32>, Vec<Column>), CloudError> {
+    let Some((rows, values)) = values.split_first() else {
+        return Err(wrong("places of surfels before their values", "none".to_owned()));
+    };
+    let (words, rest) = rows.as_chunks::<4>();
+    if !rest.is_empty() {
+        return Err(wrong("places of four bytes each", format!("{} bytes", rows.len())));
+    }
+    let rows: Vec<u32> = words.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    if let Some(row) = rows.iter().find(|row| **row as usize >= n_given) {
+        let expected = format!("answers for the {n_given} surfels that it was given");
+        return Err(wrong(expected, format!("one for surfel {row}")));
+    }
+    let columns = columns(headers, values)?;
+    for column in &columns {
+        let expected = rows.len() as u64 * u64::from(column.components());
+        let found = column.values().len();
+        if found as u64 != expected {
+            let column = column.name().to_owned();
+            return Err(CloudError::Length { column, expected, found });
+        }
+    }
+    Ok((rows, columns))
 }
 
 /// A mask with an entry for each surfel.

@@ -1,12 +1,16 @@
 //! A cloud: named typed columns around an origin, and what can be done to it as a whole.
 
 pub(crate) mod buffer;
+pub(crate) mod changes;
 pub(crate) mod color;
 pub(crate) mod column;
 pub(crate) mod edit;
 mod facts;
+pub(crate) mod part;
+pub(crate) mod patch;
 pub(crate) mod provenance;
 pub(crate) mod roles;
+pub mod selection;
 pub(crate) mod source;
 pub(crate) mod splats;
 pub(crate) mod transform;

@@ -82,7 +82,7 @@ impl fmt::Display for ToolRun {
 pub struct CloudEdit {
     /// What it did.
     pub how: How,
-    /// Surfels of the cloud after the run.
+    /// Surfels of the cloud after the run; of a stroke, those that it concerned.
     pub n_surfels: u64,
     /// Surfels of the cloud that the tool ran on.
     pub n_before: u64,
@@ -97,14 +97,23 @@ pub enum How {
     Kept,
     /// It made a cloud of its own from the other.
     Derived,
+    /// It added surfels.
+    Enlarged,
+    /// It was led over some surfels by hand.
+    Stroked,
 }
 
 impl How {
+    /// All.
+    const ALL: [Self; 4] = [Self::Kept, Self::Derived, Self::Enlarged, Self::Stroked];
+
     /// The word in files, and the one between the numbers of surfels.
     fn words(self) -> [&'static str; 2] {
         match self {
             Self::Kept => ["kept", "of"],
             Self::Derived => ["derived", "from"],
+            Self::Enlarged => ["enlarged", "from"],
+            Self::Stroked => ["stroked", "of"],
         }
     }
 }
@@ -114,7 +123,7 @@ impl CloudEdit {
         let (what, run) = note.split_once(": ")?;
         let [word, n_surfels, between, n_before] =
             what.split_ascii_whitespace().collect::<Vec<_>>().try_into().ok()?;
-        let how = [How::Kept, How::Derived].into_iter().find(|h| h.words() == [word, between])?;
+        let how = How::ALL.into_iter().find(|h| h.words() == [word, between])?;
         let (n_surfels, n_before) = (n_surfels.parse().ok()?, n_before.parse().ok()?);
         Some(Self { how, n_surfels, n_before, made: Arc::new(ToolRun::parse(run)?) })
     }
@@ -211,7 +220,7 @@ mod tests {
 
     #[test]
     fn notes_of_clouds_are_read_as_they_are_written() {
-        for how in [How::Kept, How::Derived] {
+        for how in How::ALL {
             let note = CloudEdit { how, n_surfels: 900, n_before: 1000, made: Arc::new(run()) };
             assert_eq!(CloudEdit::parse(&note.to_string()), Some(note));
         }

@@ -85,6 +85,17 @@ impl Default for Display {
     }
 }
 
+/// The numbers of an attribute, surfel by surfel; NaN where there is none.
+pub(crate) fn numbers<'a>(
+    cloud: &'a Cloud,
+    attribute: &Attribute,
+    up: UpDirection,
+) -> Result<impl Fn(usize) -> f64 + Sync + Send + use<'a>, DisplayError> {
+    let scalar = Scalar::of(cloud, attribute, up)?;
+    let scalar = scalar.ok_or_else(|| unknown(&[cloud], attribute))?;
+    Ok(move |index| if index < scalar.len() { scalar.value(index) } else { f64::NAN })
+}
+
 impl Display {
     /// What settings mean for these clouds.
     ///

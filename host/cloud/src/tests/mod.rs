@@ -10,6 +10,7 @@ mod meshes;
 mod objects;
 mod scene;
 mod splats;
+mod strokes;
 mod transforms;
 mod writing;
 

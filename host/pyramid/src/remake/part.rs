@@ -68,7 +68,7 @@ impl Part<'_> {
             Some(edited) => {
                 columns.clone_from(&edited.columns);
                 let is_moved = columns.iter().any(|name| name == POSITION);
-                if edited.whole == Some(How::Derived) || is_moved {
+                if matches!(edited.whole, Some(How::Derived | How::Enlarged)) || is_moved {
                     drop(leaves);
                     let cloud = of_part(&edited, n_own, bounds, known)?;
                     at_border = over_border(&cloud, bounds);
@@ -226,6 +226,11 @@ fn of_part(
                 cloud.world_position(i).is_some_and(is_new)
             };
             (0..cloud.len()).map(reaches).collect()
+        }
+        // Those that were added lie behind the context.
+        (Some(How::Enlarged), _) => {
+            let first_new = cloud.len() - edited.n_added.min(cloud.len());
+            (0..cloud.len()).map(|i| i < n_own || i >= first_new).collect()
         }
         (_, kept) => {
             let n_own = kept.as_ref().map_or(n_own, |kept| count(kept, 0..n_own));

@@ -127,6 +127,8 @@ impl Engine {
             stopped: self.stopped,
             chunks: self.chunks,
             uploads: self.columns.uploads,
+            patched_columns: self.columns.patches,
+            sent_column_bytes: self.columns.sent_bytes,
             column_bytes: self.columns.bytes(),
             host_column_bytes: self.columns.host_bytes(),
             surfel_buffers: self.samples.made,

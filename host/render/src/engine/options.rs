@@ -51,6 +51,10 @@ pub struct Counters {
     pub chunks: usize,
     /// Columns uploaded.
     pub uploads: u32,
+    /// Columns made of others on the device, of which only the surfels that differ were sent.
+    pub patched_columns: u32,
+    /// Bytes of columns sent to the device.
+    pub sent_column_bytes: u64,
     /// Bytes of columns on the device now.
     pub column_bytes: u64,
     /// Bytes of columns in memory now, as the CPU draws them.

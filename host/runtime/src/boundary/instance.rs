@@ -12,7 +12,7 @@ use surfelshop_api::abi::table::{Bytes, PluginTable, RawCloud, RawColumn, channe
 use surfelshop_api::frame::OnDevice;
 use surfelshop_api::job::JobHost;
 use surfelshop_api::params::Values;
-use surfelshop_api::{CloudView, FrameRequest, Tile, Traced};
+use surfelshop_api::{CloudView, FrameRequest, StrokeCall, Tile, Traced};
 
 /// An instance of a unit inside a plugin; dropping it ends it there.
 pub struct Instance {
@@ -152,7 +152,28 @@ impl Instance {
         cloud: &CloudView<'_>,
         job: &dyn JobHost,
     ) -> Result<(), Fault> {
-        let values = encode(values)?;
+        self.run_with(&encode(values)?, cloud, job)
+    }
+
+    /// Runs a tool that is handled over the surfels of a stroke; it stages edits with `job`. ABI 3.11.
+    ///
+    /// # Errors
+    /// Where the plugin fails; staged edits are then to be dropped.
+    pub fn run_stroke(
+        &mut self,
+        call: &StrokeCall,
+        cloud: &CloudView<'_>,
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
+        self.run_with(&encode(call)?, cloud, job)
+    }
+
+    fn run_with(
+        &mut self,
+        call: &[u8],
+        cloud: &CloudView<'_>,
+        job: &dyn JobHost,
+    ) -> Result<(), Fault> {
         let columns = raw_columns(cloud);
         let cloud = raw_cloud(cloud, &columns);
         let job = raw_job(&job);
@@ -161,7 +182,7 @@ impl Instance {
         let status = unsafe {
             (self.table.run)(
                 self.pointer,
-                Bytes::of(&values),
+                Bytes::of(call),
                 &raw const cloud,
                 &raw const job,
                 outputs.sink(),

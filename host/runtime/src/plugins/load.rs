@@ -185,8 +185,8 @@ impl LoadedUnit {
         }
         let title = format!("Captured graph {name}");
         let (id, kind, summary) = (name.to_owned(), UnitKind::Renderer, String::new());
-        let (files, needs) = Default::default();
-        let unit = UnitEntry { kind, id, title, summary, files, needs };
+        let (files, needs, handling) = Default::default();
+        let unit = UnitEntry { kind, id, title, summary, files, needs, handling };
         let manifest = Manifest { id: "graph".to_owned(), ..Manifest::default() };
         let plugin = Plugin::of::<Nothing>();
         let (unit_index, description, contents, took) = Default::default();

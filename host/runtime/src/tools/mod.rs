@@ -5,6 +5,9 @@
 //! committed whole to a new cloud, or dropped where it failed or was cancelled. The cloud it ran on
 //! stays as it was in every case.
 //!
+//! A tool that is handled gets a [`CloudPart`], the surfels along a stroke, and what it makes of them is put into the
+//! whole cloud. A stroke has a deadline besides: a hand waits for it.
+//!
 //! Invariants: nobody waits for a tool longer than its patience after it was asked to stop; what a
 //! tool that does not stop holds (its thread, the threads of its loops, its device) is its own and
 //! is left behind with it; what a loop computes does not depend on the number of threads.
@@ -13,6 +16,8 @@ mod device;
 mod host_job;
 mod pace;
 mod progress;
+#[cfg(test)]
+mod tests;
 
 use crate::boundary::Fault;
 use crate::plugins::{LoadedUnit, Timeouts, on_own_thread};
@@ -22,14 +27,17 @@ use std::fmt;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant, SystemTime};
-use surfelshop_api::HostInfo;
-use surfelshop_api::params::Values;
+use surfelshop_api::params::{Value, Values};
+use surfelshop_api::{Handling, HostInfo, Stroke, StrokeCall};
 use surfelshop_cloud::files::return_to_folder;
-use surfelshop_cloud::{Cloud, EditedCloud, StagedEdits, ToolRun};
+use surfelshop_cloud::{Cloud, CloudPart, EditedCloud, StagedEdits, ToolRun};
 
 pub use device::{DeviceOpener, ToolDevice};
 pub use pace::Pace;
 pub use progress::Progress;
+
+/// The parameter that a stroke is noted as, besides those of its tool: JSON.
+pub const STROKE_NOTE: &str = "stroke";
 
 /// How a tool is run.
 #[derive(Clone, Debug, Default)]
@@ -92,6 +100,12 @@ pub struct Running {
     version: String,
     values: Values,
     asked_to_stop: Option<Instant>,
+    /// What it works on, where that is not all of a cloud.
+    part: Option<CloudPart>,
+    /// What the hand did.
+    stroke: Option<Stroke>,
+    /// Whether it took longer than a hand waits.
+    is_late: bool,
 }
 
 impl fmt::Debug for Running {
@@ -102,7 +116,7 @@ impl fmt::Debug for Running {
 
 impl Running {
     /// Starts a tool over a cloud, which shares its columns with the caller's. Parameters that are
-    /// missing or do not fit have their defaults.
+    /// missing or do not fit have their defaults. One that is handled is led over all of it.
     ///
     /// # Errors
     /// Where there is no thread for it.
@@ -110,6 +124,35 @@ impl Running {
         unit: &LoadedUnit,
         values: &Values,
         cloud: &Cloud,
+        options: &ToolOptions,
+    ) -> Result<Self, Fault> {
+        if unit.description.handling == Handling::Cloud {
+            return Self::begin(unit, values, (cloud, None, None), options);
+        }
+        let part = CloudPart::all(cloud).map_err(|error| Fault::NotAsked(error.to_string()))?;
+        Self::start_on(unit, values, part, None, options)
+    }
+
+    /// Starts a tool over a part of a cloud: one that is handled with the stroke that the part lies along, and without
+    /// one over all of the part; any other over what is selected.
+    ///
+    /// # Errors
+    /// Where there is no thread for it.
+    pub fn start_on(
+        unit: &LoadedUnit,
+        values: &Values,
+        part: CloudPart,
+        stroke: Option<Stroke>,
+        options: &ToolOptions,
+    ) -> Result<Self, Fault> {
+        let cloud = part.cloud.clone();
+        Self::begin(unit, values, (&cloud, Some(part), stroke), options)
+    }
+
+    fn begin(
+        unit: &LoadedUnit,
+        values: &Values,
+        (cloud, part, stroke): (&Cloud, Option<CloudPart>, Option<Stroke>),
         options: &ToolOptions,
     ) -> Result<Self, Fault> {
         let declared = &unit.description.params;
@@ -120,6 +163,8 @@ impl Running {
         let options_given = options.clone();
         let (plugin, index, given) = (unit.plugin, unit.unit_index, values.clone());
         let (cloud, at_work) = (cloud.clone(), shared.clone());
+        let is_handled = unit.description.handling != Handling::Cloud;
+        let call = StrokeCall { values: given, stroke: stroke.clone().unwrap_or_default() };
         on_own_thread(move || {
             let version = env!("CARGO_PKG_VERSION").to_owned();
             let host = HostInfo { host_version: version, ..HostInfo::default() };
@@ -128,7 +173,10 @@ impl Running {
                 Err(fault) => return drop(answer.send(Err(fault))),
             };
             let desk = HostJob::new(at_work, cloud.clone(), options_given);
-            let ran = instance.run(&given, &cloud.view(), &desk);
+            let ran = match is_handled {
+                true => instance.run_stroke(&call, &cloud.view(), &desk),
+                false => instance.run(&call.values, &cloud.view(), &desk),
+            };
             desk.end();
             return_to_folder();
             // Nobody receives where the host stopped waiting. The instance ends after that: it may
@@ -143,6 +191,9 @@ impl Running {
             version: unit.manifest.version.clone(),
             values,
             asked_to_stop: None,
+            part,
+            stroke,
+            is_late: false,
         })
     }
 
@@ -167,14 +218,25 @@ impl Running {
     /// Waits at most this long for the end; `None` where the tool is still at work. To be asked
     /// until it has an answer, which it gives once.
     pub fn wait(&mut self, at_most: Duration) -> Option<Ended> {
+        // A hand waits for a stroke as long as it would for a picture.
+        if self.stroke.is_some() && !self.is_late && self.shared.elapsed() > self.patience.frame {
+            self.is_late = true;
+            self.cancel();
+        }
         let limit = match self.time_left() {
             Some(left) => at_most.min(left),
             None => at_most,
         };
         match self.answers.recv_timeout(limit) {
+            Ok(Ok(_) | Err(Fault::Error(_))) if self.is_late => {
+                Some(Ended::Failed(Fault::TimedOut(self.patience.frame)))
+            }
             Ok(Ok(_)) if self.is_cancelled() => Some(Ended::Cancelled),
             Ok(Err(Fault::Error(_))) if self.is_cancelled() => Some(Ended::Cancelled),
-            Ok(Ok(staged)) => Some(Ended::Done(Box::new(self.done(staged)))),
+            Ok(Ok(staged)) => Some(match self.done(staged) {
+                Ok(done) => Ended::Done(Box::new(done)),
+                Err(fault) => Ended::Failed(fault),
+            }),
             Ok(Err(fault)) => Some(Ended::Failed(fault)),
             Err(RecvTimeoutError::Disconnected) => {
                 Some(Ended::Failed(Fault::Misbehaved("it ended its thread".to_owned())))
@@ -200,16 +262,29 @@ impl Running {
         }
     }
 
-    fn done(&self, staged: StagedEdits) -> Done {
+    fn done(&self, staged: StagedEdits) -> Result<Done, Fault> {
         let (tool, version) = (self.tool.clone(), self.version.clone());
-        let made = ToolRun::new(tool, version, &self.values, SystemTime::now());
-        Done {
-            edited: staged.commit(made),
+        let mut noted = self.values.clone();
+        if let Some(stroke) = &self.stroke {
+            let text = serde_json::to_string(stroke);
+            let text = text.map_err(|error| Fault::NotAsked(error.to_string()))?;
+            noted.insert(STROKE_NOTE.to_owned(), Value::Text(text));
+        }
+        let made = ToolRun::new(tool, version, &noted, SystemTime::now());
+        let edited = match (&self.part, staged.commit(made.clone())) {
+            (Some(part), Some(edited)) => {
+                let whole = part.put_back(&edited, made);
+                Some(whole.map_err(|error| Fault::Misbehaved(error.to_string()))?)
+            }
+            (_, edited) => edited,
+        };
+        Ok(Done {
+            edited,
             values: self.values.clone(),
             took: self.shared.took(),
             device: self.shared.device(),
             said: self.shared.conclusion(),
-        }
+        })
     }
 }
 

@@ -36,6 +36,10 @@ pub const ROUND: &str = "round";
 /// [`Scope`](crate::Scope).
 pub const CONTEXT: &str = "context";
 
+/// How much a stroke concerns a surfel: one `f32` above 0 and at most 1. There where a tool is
+/// [handled](crate::Handling); what it makes of the column is dropped. ABI 3.11.
+pub const WEIGHT: &str = "stroke_weight";
+
 /// Linear normal field of an elliptical surfel: four `f32`, x, y, α and β.
 ///
 /// The normal at (u, v), in units of the half axes, has the direction of
@@ -351,6 +355,13 @@ impl<'a> CloudView<'a> {
             Some(Values::U8(values)) => values.get(index).is_some_and(|&value| value != 0),
             _ => false,
         }
+    }
+
+    /// How much a stroke concerns each surfel: see [`WEIGHT`]; 1 where there is none. ABI 3.11.
+    #[must_use]
+    pub fn weights(&self) -> Vec<f32> {
+        let weights = self.floats(WEIGHT, 1);
+        weights.map_or_else(|| vec![1.0; self.len], <[f32]>::to_vec)
     }
 
     /// The albedo of each surfel as the host's surface buffer has it: linear Rec. 709, at least 0; 8- and

@@ -15,7 +15,7 @@
 ///
 /// `minor: 7,` behind the id says that hosts from ABI 3.7 on will do, though the crate is newer: such hosts load the
 /// library, and what of a frame they would not know is refused with a line by every host. Formats need 8 and columns
-/// in `NEEDS` 9, or they do not compile. Without it hosts have to be as new as the crate. ABI 3.10.
+/// in `NEEDS` 9, tools with `HANDLING` 11, or they do not compile. Without it hosts have to be as new as the crate. ABI 3.10.
 #[macro_export]
 macro_rules! export_plugin {
     ($($body:tt)*) => {
@@ -96,7 +96,10 @@ macro_rules! static_plugin {
                     .reading(<$renderer as $crate::Renderer>::NEEDS),
             ),)*)?
             $($(($crate::UnitKind::Tracer, <$tracer as $crate::Tracer>::INFO),)*)?
-            $($(($crate::UnitKind::Tool, <$tool as $crate::Tool>::INFO),)*)?
+            $($((
+                $crate::UnitKind::Tool,
+                <$tool as $crate::Tool>::INFO.handled(<$tool as $crate::Tool>::HANDLING),
+            ),)*)?
             $($((
                 $crate::UnitKind::Format,
                 <$format as $crate::Format>::INFO.recognising(<$format as $crate::Format>::FILES),

@@ -19,6 +19,10 @@ pub mod tool {
     #![doc = include_str!("../../../manual/plugins/tool.md")]
 }
 
+pub mod hands {
+    #![doc = include_str!("../../../manual/plugins/hands.md")]
+}
+
 pub mod tracer {
     #![doc = include_str!("../../../manual/plugins/tracer.md")]
 }

@@ -3,6 +3,7 @@
 use crate::abi::EncodedGraph;
 use crate::error::{Error, Result};
 use crate::graph::{BufferId, Graph};
+use crate::stroke::Stroke;
 use crate::tool::{ColumnHeader, Edit, EditHeader, NewColumn};
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -59,13 +60,27 @@ pub const RANGE: usize = 16;
 /// A running tool's or tracer's line to the host.
 pub struct Job<'a> {
     host: &'a dyn JobHost,
+    stroke: Option<&'a Stroke>,
 }
 
 impl<'a> Job<'a> {
     /// A job that reports to `host`.
     #[must_use]
     pub fn new(host: &'a dyn JobHost) -> Self {
-        Self { host }
+        Self { host, stroke: None }
+    }
+
+    /// The same of a tool that is handled. ABI 3.11.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn with_stroke(self, stroke: &'a Stroke) -> Self {
+        Self { stroke: Some(stroke), ..self }
+    }
+
+    /// What the hand did, where the tool is [handled](crate::Handling). ABI 3.11.
+    #[must_use]
+    pub fn stroke(&self) -> Option<&'a Stroke> {
+        self.stroke
     }
 
     /// Tells how far the work is, in [0, 1], and what is being done; an empty message keeps the
@@ -160,9 +175,9 @@ impl<'a> Job<'a> {
 
     /// Stages an edit; it is committed when the tool returns `Ok`.
     ///
-    /// A run stages columns as often as it likes, a later one of a name in the place of an earlier,
-    /// and then at most one mask; or it stages one new cloud and nothing else. Lengths are those of
-    /// the cloud that the tool was given.
+    /// A run stages columns and values as often as it likes, a later one of a name in the place of an earlier,
+    /// and then at most one mask or some new surfels; or it stages one new cloud and nothing else. Lengths are those
+    /// of the cloud that the tool was given.
     ///
     /// # Errors
     /// Where the edit does not fit the cloud or what was staged before; it is then left out.
@@ -186,6 +201,16 @@ impl<'a> Job<'a> {
             Edit::Keep(mask) => {
                 let bytes = mask.iter().map(|&keep| u8::from(keep)).collect();
                 self.stage(&EditHeader::Keep, &[bytes])
+            }
+            Edit::Values { surfels: rows, columns } | Edit::Add { like: rows, columns } => {
+                let values = columns.iter().map(|column| little_endian(&column.values));
+                let rows = little_endian(&crate::columns::Values::U32(rows));
+                let bytes: Vec<Vec<u8>> = std::iter::once(rows).chain(values).collect();
+                let header = match edit {
+                    Edit::Add { .. } => EditHeader::Add(describe(columns)),
+                    _ => EditHeader::Values(describe(columns)),
+                };
+                self.stage(&header, &bytes)
             }
             Edit::NewCloud { origin, columns } => {
                 let bytes: Vec<Vec<u8>> =

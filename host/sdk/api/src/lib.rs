@@ -61,6 +61,7 @@ pub mod manifest;
 mod need;
 pub mod params;
 mod scene;
+mod stroke;
 pub mod tool;
 mod uniform;
 mod unit;
@@ -82,6 +83,7 @@ pub use scene::object::ObjectFrame;
 pub use scene::occlusion::{AoAffects, Occlusion};
 pub use scene::phong::Phong;
 pub use scene::{Scene, SurfaceSettings};
+pub use stroke::{Dabs, Falloff, Handling, Reach, Stroke, StrokeCall, StrokeSample};
 pub use tool::{Edit, Tile, Traced};
 pub use uniform::Uniform;
 pub use unit::{Limit, LimitInfo, Renderer, Scope, Tool, Tracer};
@@ -97,8 +99,8 @@ pub mod prelude {
     pub use crate::params::FilePath;
     pub use crate::tool::NewColumn;
     pub use crate::{
-        AoAffects, Camera, CloudFacts, CloudInfo, Edit, Environment, Error, Frame, HostInfo, Job,
-        Light, LimitInfo, NeedInfo, Projection, Renderer, Result, ResultExt, Scope, Tile, Tool,
-        Traced, Tracer, Uniform, UnitInfo, View, choices, export_plugin, params,
+        AoAffects, Camera, CloudFacts, CloudInfo, Edit, Environment, Error, Frame, Handling,
+        HostInfo, Job, Light, LimitInfo, NeedInfo, Projection, Renderer, Result, ResultExt, Scope,
+        Tile, Tool, Traced, Tracer, Uniform, UnitInfo, View, choices, export_plugin, params,
     };
 }

@@ -60,7 +60,11 @@ pub const ABI_MAJOR: u16 = 3;
 /// [`export_plugin!`](crate::export_plugin)); renderers that draw some clouds beside others say how their colours go over
 /// these ([`Graph::blend_encoded`](crate::Graph::blend_encoded)); and shaders are told where the picture is seen in each
 /// pixel (`shift_px` of `surfelshop::view`).
-pub const ABI_MINOR: u16 = 10;
+///
+/// 11: tools are handled ([`Tool::HANDLING`](crate::Tool)): they get the surfels along a stroke with their weights
+/// ([`Job::stroke`](crate::Job::stroke)), and answer with values of some surfels or new ones
+/// ([`Edit::Values`](crate::Edit), `Add`).
+pub const ABI_MINOR: u16 = 11;
 /// Bytes before the text.
 pub const HEADER_LEN: usize = 24;
 /// Longest text a reader accepts, in bytes.
@@ -101,6 +105,10 @@ pub const fn least_minor(said: &[u16], units: &[(UnitKind, UnitInfo)]) -> u16 {
             "formats came with ABI 3.8: `minor` is too low"
         );
         assert!(minor >= 9 || info.needs.is_empty(), "NEEDS came with ABI 3.9: `minor` is too low");
+        assert!(
+            minor >= 11 || info.handling.is_empty(),
+            "HANDLING came with ABI 3.11: `minor` is too low"
+        );
         i += 1;
     }
     minor
@@ -117,7 +125,8 @@ const fn text_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usiz
         let (kind, info) = units[i];
         len += line_len(kind.word(), &[info.id, info.title, info.summary])
             + files_len(&info.files)
-            + needs_len(info.needs);
+            + needs_len(info.needs)
+            + handling_len(info.handling);
         i += 1;
     }
     len
@@ -148,6 +157,11 @@ const fn files_len(files: &FileTypes) -> usize {
         len += line_len("grid", &[]);
     }
     len
+}
+
+/// Length of the line that says how a tool is handled.
+const fn handling_len(word: &str) -> usize {
+    if word.is_empty() { 0 } else { line_len("handling", &[word]) }
 }
 
 /// Most components that a manifest has digits for.
@@ -303,6 +317,9 @@ pub const fn encode<const N: usize>(
             .line(kind.word(), &[info.id, info.title, info.summary])
             .files(&info.files)
             .needs(info.needs);
+        if !info.handling.is_empty() {
+            out = out.line("handling", &[info.handling]);
+        }
         i += 1;
     }
     out.bytes
@@ -325,6 +342,9 @@ pub struct UnitEntry {
     /// The columns that a renderer cannot do without; empty of other units.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub needs: Vec<Need>,
+    /// How a tool is handled: `stroke` or `click`; empty where it is not, and of other units. ABI 3.11.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub handling: String,
 }
 
 fn is_empty(files: &Recognition) -> bool {
@@ -452,6 +472,10 @@ fn read_line(manifest: &mut Manifest, line: &str) {
             let renderer = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Renderer);
             return renderer.map_or((), |renderer| need_line(&mut renderer.needs, next));
         }
+        "handling" => {
+            let tool = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Tool);
+            return tool.map_or((), |tool| tool.handling = next());
+        }
         "ending" | "magic" | "written" | "several" | "grid" => {
             let format = manifest.units.last_mut().filter(|unit| unit.kind == UnitKind::Format);
             return format.map_or((), |format| files_line(&mut format.files, key, next));
@@ -459,8 +483,8 @@ fn read_line(manifest: &mut Manifest, line: &str) {
         _ => return,
     };
     let (id, title, summary) = (next(), next(), next());
-    let (files, needs) = Default::default();
-    manifest.units.push(UnitEntry { kind, id, title, summary, files, needs });
+    let (files, needs, handling) = Default::default();
+    manifest.units.push(UnitEntry { kind, id, title, summary, files, needs, handling });
 }
 
 /// Reads one column that a renderer cannot do without; what is damaged is needed by nobody.
@@ -570,6 +594,20 @@ mod tests {
         const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
         let units = decode(&BYTES).unwrap().units;
         assert_eq!(units[0].needs, [Need::from(&NEEDS[0])]);
+    }
+
+    #[test]
+    fn how_tools_are_handled_is_read_back() {
+        const TOOL: UnitInfo = UnitInfo::new("one", "One", "The first.");
+        const UNITS: &[(UnitKind, UnitInfo)] = &[
+            (UnitKind::Tool, TOOL.handled(crate::Handling::STROKE)),
+            (UnitKind::Tool, TOOL.handled(crate::Handling::Cloud)),
+        ];
+        const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
+        let units = decode(&BYTES).unwrap().units;
+        assert_eq!([&*units[0].handling, &*units[1].handling], ["stroke", ""]);
+        assert_eq!(least_minor(&[11], UNITS), 11);
+        assert!(std::panic::catch_unwind(|| least_minor(&[10], UNITS)).is_err());
     }
 
     #[test]

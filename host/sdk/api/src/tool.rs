@@ -49,6 +49,21 @@ pub enum Edit<'a> {
     Columns(Vec<NewColumn<'a>>),
     /// Keeps the surfels whose entry is true; one entry per surfel.
     Keep(Cow<'a, [bool]>),
+    /// Replaces values of some surfels: in columns that are there, of the type and components that they have.
+    /// ABI 3.11.
+    Values {
+        /// Which surfels: places in the cloud that the tool was given, each at most once.
+        surfels: &'a [u32],
+        /// Their values, one after the other.
+        columns: Vec<NewColumn<'a>>,
+    },
+    /// Adds surfels behind those that are there. ABI 3.11.
+    Add {
+        /// For each new surfel one that is there, whose values it has in columns that are not told.
+        like: &'a [u32],
+        /// The values of the new surfels, in columns that are there.
+        columns: Vec<NewColumn<'a>>,
+    },
     /// Stands beside the source as a cloud of its own.
     NewCloud {
         /// World position that the new `position` column is relative to.
@@ -76,6 +91,10 @@ pub enum EditHeader {
     Columns(Vec<ColumnHeader>),
     /// See [`Edit::Keep`]; one slice of bytes, 0 or 1.
     Keep,
+    /// See [`Edit::Values`]; the first slice is the places, u32 each. ABI 3.11.
+    Values(Vec<ColumnHeader>),
+    /// See [`Edit::Add`]; the first slice is `like`, u32 each. ABI 3.11.
+    Add(Vec<ColumnHeader>),
     /// See [`Edit::NewCloud`].
     NewCloud {
         /// Origin of the new cloud, world space.

@@ -5,6 +5,7 @@ use crate::graph::Graph;
 use crate::job::Job;
 use crate::need::NeedInfo;
 use crate::params::ParamSet;
+use crate::stroke::Handling;
 use crate::tool::{Tile, Traced};
 use crate::unit_info::UnitInfo;
 use serde::{Deserialize, Serialize};
@@ -140,6 +141,9 @@ pub trait Tool: Send + Sized + 'static {
 
     /// How much of a cloud it has to see to tell what becomes of a surfel.
     const SCOPE: Scope = Scope::Cloud;
+
+    /// How it is handled: `Handling::STROKE` of a brush. ABI 3.11.
+    const HANDLING: Handling = Handling::Cloud;
 
     /// Makes an instance; one per run.
     ///

@@ -44,6 +44,8 @@ pub struct UnitInfo {
     pub(crate) files: FileTypes,
     /// Columns that a renderer reads, for the manifest.
     pub(crate) needs: &'static [NeedInfo],
+    /// How a tool is handled, for the manifest; empty where it is not.
+    pub(crate) handling: &'static str,
 }
 
 impl UnitInfo {
@@ -64,7 +66,7 @@ impl UnitInfo {
             );
             i += 1;
         }
-        Self { id, title, summary, files: FileTypes::new(), needs: &[] }
+        Self { id, title, summary, files: FileTypes::new(), needs: &[], handling: "" }
     }
 
     /// The same with the columns that a renderer reads.
@@ -72,6 +74,14 @@ impl UnitInfo {
     #[must_use]
     pub const fn reading(mut self, needs: &'static [NeedInfo]) -> Self {
         self.needs = needs;
+        self
+    }
+
+    /// The same with how a tool is handled.
+    #[doc(hidden)]
+    #[must_use]
+    pub const fn handled(mut self, handling: crate::stroke::Handling) -> Self {
+        self.handling = handling.word();
         self
     }
 

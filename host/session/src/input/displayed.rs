@@ -7,6 +7,7 @@ use crate::output::terminal;
 use serde_json::{Value, json};
 use std::sync::Arc;
 use surfelshop_cloud::display::{Colors, Display, DisplayError, DisplaySettings, Legend};
+use surfelshop_cloud::selection::{Selection, SelectionError, tinted};
 use surfelshop_cloud::{Cloud, Loaded, Summary};
 
 /// Clouds as they are displayed.
@@ -67,6 +68,31 @@ impl DisplayedClouds {
         }
         let clouds = Clouds { standpoint: whole.standpoint, pyramids, ..Clouds::of(loaded) };
         Ok(Self { clouds: Arc::new(clouds), kept, display, n_surfels })
+    }
+
+    /// The same with what is selected tinted; for each cloud a selection of the cloud that it was made of. What is not
+    /// selected stays as it is.
+    ///
+    /// # Errors
+    /// Where there is no memory.
+    pub fn tinted(self, selections: &[Option<Arc<Selection>>]) -> Result<Self, SelectionError> {
+        if selections.iter().flatten().all(|selection| selection.is_empty()) {
+            return Ok(self);
+        }
+        let mut loaded = self.clouds.loaded.clone();
+        for (i, shown) in loaded.iter_mut().enumerate() {
+            if let Some(selection) = selections.get(i).and_then(Option::as_deref) {
+                shown.cloud = tinted(&shown.cloud, selection, self.rows(i))?;
+            }
+        }
+        let (standpoint, pyramids) = (self.clouds.standpoint, self.clouds.pyramids.clone());
+        let clouds = Clouds { standpoint, pyramids, ..Clouds::of(loaded) };
+        Ok(Self { clouds: Arc::new(clouds), ..self })
+    }
+
+    /// The surfels of a cloud that are shown, ascending; `None` where all are.
+    pub fn rows(&self, cloud: usize) -> Option<&[u32]> {
+        self.kept.get(cloud).and_then(Option::as_deref)
     }
 
     /// How the load of each cloud went.

@@ -11,3 +11,4 @@ pub mod probe_info;
 pub mod pyramids;
 pub mod sample;
 pub mod scenes;
+pub mod strokes;

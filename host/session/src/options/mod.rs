@@ -5,6 +5,7 @@ pub mod colors;
 pub mod explicit;
 pub mod lights;
 mod plugin_files;
+pub mod select;
 pub mod values;
 
 pub use plugin_files::{FormatArguments, PluginFiles};

@@ -4,6 +4,7 @@ use crate::output::json::plain;
 use serde_json::{Map, Value, json};
 use surfelshop_api::params;
 use surfelshop_cloud::{Cloud, CloudEdit, How, ToolRun};
+use surfelshop_runtime::tools::STROKE_NOTE;
 
 /// A run of a tool in JSON.
 pub fn object(made: &ToolRun) -> Value {
@@ -34,6 +35,8 @@ pub fn word(how: How) -> &'static str {
     match how {
         How::Kept => "kept",
         How::Derived => "derived",
+        How::Enlarged => "enlarged",
+        How::Stroked => "stroked",
     }
 }
 
@@ -49,6 +52,10 @@ pub fn lines(cloud: &Cloud) -> Vec<String> {
             How::Kept => format!("{n_surfels} of {n_before} surfels kept by {made}"),
             // Whether it made them of the cloud that it was given, only the tool knows.
             How::Derived => format!("{n_surfels} surfels made by {made}; it was given {n_before}"),
+            How::Enlarged => {
+                format!("{n_surfels} surfels of {n_before}, with those added by {made}")
+            }
+            How::Stroked => format!("a stroke over {n_surfels} of {n_before} surfels by {made}"),
         }
     };
     let columns = cloud.columns().iter().filter_map(of_column);
@@ -58,8 +65,9 @@ pub fn lines(cloud: &Cloud) -> Vec<String> {
 fn text(made: &ToolRun) -> String {
     let ToolRun { tool, version, values, time } = made;
     let value = |value: &params::Value| plain(value).to_string();
-    let values: Vec<String> =
-        values.iter().map(|(id, given)| format!("{id} {}", value(given))).collect();
+    // The places of a stroke are for programs.
+    let told = values.iter().filter(|(id, _)| *id != STROKE_NOTE);
+    let values: Vec<String> = told.map(|(id, given)| format!("{id} {}", value(given))).collect();
     let with = if values.is_empty() { String::new() } else { format!(": {}", values.join(", ")) };
     format!("{tool} {version}, {time}{with}")
 }

@@ -10,6 +10,7 @@ use eframe::egui::{Context, KeyboardShortcut};
 pub(crate) enum Menu {
     File,
     Edit,
+    Select,
     Camera,
     View,
     Look,
@@ -19,14 +20,23 @@ pub(crate) enum Menu {
 
 impl Menu {
     /// All, in the order of the menu bar.
-    pub(crate) const ALL: [Self; 7] =
-        [Self::File, Self::Edit, Self::Camera, Self::View, Self::Look, Self::Window, Self::Help];
+    pub(crate) const ALL: [Self; 8] = [
+        Self::File,
+        Self::Edit,
+        Self::Select,
+        Self::Camera,
+        Self::View,
+        Self::Look,
+        Self::Window,
+        Self::Help,
+    ];
 
     /// The name in the menu bar.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::File => "File",
             Self::Edit => "Edit",
+            Self::Select => "Select",
             Self::Camera => "Camera",
             Self::View => "View",
             Self::Look => "Look",

@@ -18,6 +18,7 @@ mod table;
 pub(crate) mod toolbar;
 
 pub(crate) use assign::check_shortcut;
+pub(crate) use button::icon_button;
 pub(crate) use command::{Command, run, shortcuts, why_not};
 pub(crate) use help::show as show_help;
 pub(crate) use keymap::Keymap;

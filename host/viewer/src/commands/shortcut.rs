@@ -57,7 +57,9 @@ pub(crate) fn text(shortcut: KeyboardShortcut) -> String {
     let mut text: String =
         parts.into_iter().filter(|(held, _)| *held).map(|(_, name)| name).collect();
     text += match logical_key {
-        Key::Questionmark | Key::Comma => logical_key.symbol_or_name(),
+        Key::Questionmark | Key::Comma | Key::OpenBracket | Key::CloseBracket => {
+            logical_key.symbol_or_name()
+        }
         key => key.name(),
     };
     text
@@ -95,6 +97,7 @@ mod tests {
         for shortcut in [
             key(Key::F1),
             key(Key::Questionmark),
+            key(Key::OpenBracket),
             ctrl(Key::Comma),
             ctrl(Key::Plus),
             ctrl_shift(Key::P),

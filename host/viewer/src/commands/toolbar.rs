@@ -9,17 +9,18 @@ use eframe::egui::containers::menu::MenuButton;
 use eframe::egui::{Align, Button, Layout, Role, Ui, WidgetInfo, vec2};
 
 /// The commands, in groups.
-const GROUPS: [&[&str]; 5] = [
+const GROUPS: [&[&str]; 6] = [
     &["open", "save-scene", "save-pictures"],
     &["undo", "redo"],
     &["frame-all", "orthographic"],
+    &["select-rectangle", "select-lasso", "select-brush", "lead-tool"],
     &["axes", "grid", "scale-bar"],
     &["split", "measure"],
 ];
 
 /// Width from which all of them fit, and how many groups do below it; menus have the others.
-const WIDE: f32 = 760.0;
-const N_NARROW: usize = 3;
+const WIDE: f32 = 880.0;
+const N_NARROW: usize = 4;
 
 /// Shows the toolbar.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {

@@ -1,5 +1,6 @@
 //! The status line: what is under the pointer, and the adapter.
 
+use crate::views::hands;
 use crate::window::Window;
 use eframe::egui::{self, Label, Ui};
 
@@ -16,7 +17,8 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             // The name of a driver is long, and in brackets.
             let name = whole.split(" (").next().unwrap_or(whole);
             ui.weak(name).on_hover_text(whole);
-            for text in tracing(window).into_iter().chain(work(window)) {
+            let selected = hands::status(window);
+            for text in selected.into_iter().chain(tracing(window)).chain(work(window)) {
                 ui.label(text);
             }
             // It spins until the picture is final, also while it is refined.
@@ -25,7 +27,8 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
             }
             ui.with_layout(egui::Layout::left_to_right(egui::Align::Center), |ui| {
                 let text = window.views.pointer_text.as_str();
-                let hint = window.camera_mode().hint();
+                let hint = hands::hint(&window.views.hands.mode)
+                    .unwrap_or_else(|| window.camera_mode().hint());
                 let shows = window.document.clouds.is_some() && !window.shows_start_page();
                 match text.is_empty() && shows {
                     true => ui.add(Label::new(egui::RichText::new(hint).weak()).truncate()),

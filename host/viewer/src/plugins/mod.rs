@@ -9,4 +9,5 @@ pub(crate) mod trust;
 mod unit_loader;
 
 pub(crate) use state::Plugins;
+pub(crate) use tool_window::title_and_summary;
 pub(crate) use unit_loader::{Readiness, UnitLoader, mark_in_use};

@@ -26,7 +26,10 @@ pub(crate) fn menu(window: &mut Window, ui: &mut Ui) {
     for name in names {
         let Some((title, summary)) = title_and_summary(window, &name) else { continue };
         if ui.button(format!("{title} …")).on_hover_text(summary).clicked() {
-            window.plugins.tools.open = Some(name);
+            match window.is_led_by_hand(&name) {
+                true => window.take_tool(name),
+                false => window.plugins.tools.open = Some(name),
+            }
             ui.close();
         }
     }

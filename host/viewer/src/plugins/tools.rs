@@ -71,6 +71,11 @@ impl Tools {
         }
     }
 
+    /// How tools are run.
+    pub(crate) fn options(&self) -> &ToolOptions {
+        &self.options
+    }
+
     /// The running tool, its progress, and whether it was cancelled.
     pub(crate) fn running(&self) -> Option<(&str, Progress, bool)> {
         let run = self.run.as_ref()?;
@@ -201,7 +206,13 @@ fn commit(
         None => String::new(),
     };
     messages.report(match edited.whole {
-        None => format!("{name} made {columns} of {cloud} in {took:.1} s{said}{shown}"),
+        None | Some(How::Stroked) => {
+            format!("{name} made {columns} of {cloud} in {took:.1} s{said}{shown}")
+        }
+        Some(How::Enlarged) => {
+            let more = n_now.saturating_sub(n_before);
+            format!("{name} added {more} surfels to {cloud} in {took:.1} s{said}")
+        }
         Some(How::Kept) => {
             format!("{name} kept {n_now} of {n_before} surfels of {cloud} in {took:.1} s{said}")
         }

@@ -2,13 +2,14 @@
 //!
 //! `state` holds them, `requests` sends what they lack to the render thread, and `events` takes in its
 //! replies. `canvas` shows the panes and moves cameras, `paint` draws their pictures, and
-//! `light_handles` draws draggable lights over them.
+//! `light_handles` draws draggable lights over them. `hands` selects surfels and leads tools.
 
 pub(crate) mod arrangement;
 mod camera_mode;
 pub(crate) mod canvas;
 mod compare;
 mod events;
+pub(crate) mod hands;
 pub(crate) mod layout;
 mod legend;
 mod light_handles;

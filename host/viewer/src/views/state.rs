@@ -1,6 +1,7 @@
 //! The state of the views: panes, cameras, and what is under the pointer.
 
 use super::arrangement;
+use super::hands::Hands;
 use super::pane::Pane;
 use crate::document::OneCloud;
 use crate::orientation::Flight;
@@ -25,6 +26,8 @@ pub(crate) struct Views {
     pub(crate) focused: u32,
     /// Whether pictures in motion are drawn at a coarser level of detail.
     pub(crate) adaptive: bool,
+    /// What a drag does besides moving the camera, and what is selected.
+    pub(crate) hands: Hands,
     /// The camera of a pane on its way.
     pub(crate) flight: Option<Flight>,
     /// Clouds of views that show one alone: those they are of, and which.
@@ -48,6 +51,7 @@ impl Views {
             tree: arrangement::default_tree(&[0]),
             focused: 0,
             adaptive: true,
+            hands: Hands::default(),
             flight: None,
             alone: OneCloud::default(),
             walking: false,

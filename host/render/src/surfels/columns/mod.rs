@@ -4,6 +4,7 @@ pub(crate) mod arranging;
 pub(crate) mod demand;
 pub(crate) mod elements;
 pub(crate) mod order;
+pub(crate) mod patch;
 pub(crate) mod radii;
 pub(crate) mod upload;
 pub(crate) mod usage;
@@ -66,6 +67,10 @@ pub(crate) struct Columns {
     pub(crate) frame: u64,
     /// Columns uploaded since the engine was made.
     pub(crate) uploads: u32,
+    /// Columns that were made of others on the device.
+    pub(crate) patches: u32,
+    /// Bytes of columns sent to the device.
+    pub(crate) sent_bytes: u64,
 }
 
 impl Columns {
@@ -88,6 +93,8 @@ impl Columns {
             chunk_len: chunk_len.clamp(1, fits.max(1)),
             frame: 0,
             uploads: 0,
+            patches: 0,
+            sent_bytes: 0,
         }
     }
 
@@ -176,6 +183,8 @@ impl Columns {
         }
         self.radii.absorb(other.radii, last_used);
         self.uploads += other.uploads;
+        self.patches += other.patches;
+        self.sent_bytes += other.sent_bytes;
     }
 
     /// Bytes of columns on the device.

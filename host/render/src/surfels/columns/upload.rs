@@ -8,6 +8,7 @@ use crate::surfels::columns::elements::{
     floats_of, is_color, part_of, round_of,
 };
 use crate::surfels::columns::order::drawing_order;
+use crate::surfels::columns::patch::PatchSource;
 use crate::surfels::columns::{Columns, Uploaded, WIDEST_OF_SPLATS, WIDEST_STRIDE, widest_of};
 use crate::surfels::render_cloud::DrawnCloud;
 use std::cell::OnceCell;
@@ -227,11 +228,23 @@ impl Columns {
         let n_whole = if variable == columns::CLIP { arriving.drawn.n_whole } else { 0 };
         let chunks = arriving.drawn.chunks();
         let merged = arriving.drawn.merged.clone();
-        let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
         let generation = drawn_generation(arriving.cloud, column);
         let key = (generation, arriving.order_serial, variable);
+        // Merged surfels follow from many, and those that are cut lie in other chunks.
+        if merged.is_none()
+            && variable != columns::CLIP
+            && let Some(known) = self.predecessor(key, arriving.cloud.len)
+        {
+            let order = arriving.order.get_or_init(|| drawing_order(arriving.cloud));
+            let stride = usize::try_from(stride).unwrap_or(usize::MAX);
+            let source = PatchSource { order, encode, stride, chunks: &chunks, largest };
+            self.patch(known, key, &source);
+        }
+        let (device, queue, uploads) = (&self.device, &self.queue, &mut self.uploads);
+        let sent_bytes = &mut self.sent_bytes;
         let uploaded = self.uploaded.entry(key).or_insert_with(|| {
             *uploads += 1;
+            *sent_bytes += n_places as u64 * stride;
             let order = || arriving.order.get_or_init(|| drawing_order(arriving.cloud));
             let put: &dyn Fn(usize, &mut Vec<u8>) = match &merged {
                 Some(merged) => {
@@ -252,7 +265,7 @@ impl Columns {
                     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some(variable),
                         size: (len * stride) as u64,
-                        usage: wgpu::BufferUsages::STORAGE,
+                        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                         mapped_at_creation: true,
                     });
                     // Written where the device reads it: no second copy of a chunk.

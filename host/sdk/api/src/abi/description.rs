@@ -2,11 +2,15 @@
 
 use crate::need::Need;
 use crate::params::{ParamDecl, ParamKind, Value};
+use crate::stroke::Handling;
 use crate::unit::{Limit, Scope};
 use serde::{Deserialize, Serialize};
 
 /// Most parameters of a unit; a panel of so many is of no use to anybody.
 const MAX_PARAMS: usize = 1024;
+
+/// Least and largest distance of dabs, in radii.
+const SPACINGS: [f32; 2] = [0.01, 10.0];
 
 /// What a unit says of itself once it is loaded.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -21,6 +25,13 @@ pub struct Description {
     /// Of a renderer: the columns that it reads. ABI 3.9.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub needs: Vec<Need>,
+    /// Of a tool: how it is handled. ABI 3.11.
+    #[serde(skip_serializing_if = "is_of_clouds")]
+    pub handling: Handling,
+}
+
+fn is_of_clouds(handling: &Handling) -> bool {
+    *handling == Handling::Cloud
 }
 
 impl Description {
@@ -47,6 +58,13 @@ impl Description {
                 return Err(format!("parameter `{id}` is declared twice"));
             }
             check(declared).map_err(|what| format!("parameter `{id}`: {what}"))?;
+        }
+        let spacing = self.handling.dabs().spacing;
+        if !(SPACINGS[0]..=SPACINGS[1]).contains(&spacing) {
+            let [low, high] = SPACINGS;
+            return Err(format!(
+                "handling: expected a spacing of {low} to {high} radii, found {spacing}"
+            ));
         }
         Ok(())
     }

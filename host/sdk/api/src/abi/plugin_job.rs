@@ -33,6 +33,13 @@ impl JobHost for RemoteJob {
     }
 
     fn stage(&self, header: &EditHeader, values: &[&[u8]]) -> Result<()> {
+        if self.minor < 11 && matches!(header, EditHeader::Values(_) | EditHeader::Add(_)) {
+            return Err(Error::new(format!(
+                "values of some surfels and new surfels came with ABI 3.11; the plugin says that hosts of ABI 3.{} \
+                 will do: raise `minor` of export_plugin!, or do without",
+                self.minor
+            )));
+        }
         let header = rmp_serde::to_vec_named(header)?;
         let slices: Vec<Bytes> = values.iter().map(|value| Bytes::of(value)).collect();
         let written = Written::default();

@@ -15,6 +15,7 @@ use crate::manifest::{ABI_MAJOR, ABI_MINOR};
 use crate::need::Need;
 use crate::params::{ParamDecl, ParamSet, Values};
 use crate::scene::object::ObjectFrame;
+use crate::stroke::{Handling, StrokeCall};
 use crate::tool::{Tile, Traced};
 use crate::unit::{Limit, LimitInfo, Renderer, Tool, Tracer};
 use crate::unit_info::{UnitInfo, UnitKind};
@@ -71,7 +72,8 @@ pub(super) trait Instance {
     ) -> Result<()> {
         Err(Error::new("this unit is not a tracer"))
     }
-    fn run(&mut self, _values: &Values, _cloud: &CloudView<'_>, _job: &Job<'_>) -> Result<()> {
+    /// `call` is msgpack of values, or of a [`StrokeCall`] where the tool is handled.
+    fn run(&mut self, _call: &[u8], _cloud: &CloudView<'_>, _job: Job<'_>) -> Result<()> {
         Err(Error::new("this unit is not a tool"))
     }
     fn read(
@@ -120,8 +122,13 @@ impl<T: Tracer> Instance for TracerInstance<T> {
 }
 
 impl<T: Tool> Instance for ToolInstance<T> {
-    fn run(&mut self, values: &Values, cloud: &CloudView<'_>, job: &Job<'_>) -> Result<()> {
-        self.0.run(cloud, &T::Params::from_values(values), job)
+    fn run(&mut self, call: &[u8], cloud: &CloudView<'_>, job: Job<'_>) -> Result<()> {
+        if T::HANDLING == Handling::Cloud {
+            let values: Values = rmp_serde::from_slice(call)?;
+            return self.0.run(cloud, &T::Params::from_values(&values), &job);
+        }
+        let StrokeCall { values, stroke } = rmp_serde::from_slice(call)?;
+        self.0.run(cloud, &T::Params::from_values(&values), &job.with_stroke(&stroke))
     }
 }
 
@@ -181,6 +188,7 @@ impl Unit {
             info: T::INFO,
             describe: || Description {
                 scope: T::SCOPE,
+                handling: T::HANDLING,
                 ..description(T::Params::declare(), T::LIMITS)
             },
             create: |host| Ok(Box::new(ToolInstance(T::new(host)?))),
@@ -324,14 +332,14 @@ unsafe extern "C" fn run(
 ) -> i32 {
     guarded(sink, || {
         // SAFETY: the host keeps the bytes alive and unchanged for the duration of the call.
-        let values: Values = rmp_serde::from_slice(unsafe { values.as_slice() })?;
+        let call = unsafe { values.as_slice() };
         // SAFETY: the host passes a valid cloud whose columns live for the duration of the call.
         let cloud = unsafe { cloud_view(&*cloud) }?;
         // SAFETY: the pointer comes from `create`; the host makes one such call at a time.
         let created = unsafe { &mut *instance.cast::<Created>() };
         // SAFETY: the host passes a valid job for the duration of the call.
         let remote = RemoteJob { raw: unsafe { *job }, minor: created.minor };
-        created.unit.run(&values, &cloud, &Job::new(&remote))
+        created.unit.run(call, &cloud, Job::new(&remote))
     })
 }
 

@@ -171,7 +171,8 @@ pub struct PluginTable {
         job: *const RawJob,
         sink: Sink,
     ) -> i32,
-    /// Runs a tool with msgpack of [`Values`](crate::params::Values).
+    /// Runs a tool with msgpack of [`Values`](crate::params::Values), or of a [`StrokeCall`](crate::StrokeCall) where
+    /// it says that it is handled.
     pub run: unsafe extern "C" fn(
         instance: *mut c_void,
         values: Bytes,

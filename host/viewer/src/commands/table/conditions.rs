@@ -110,7 +110,21 @@ pub(super) fn can_rename(window: &Window) -> Applies {
     require(can, "lights and the environment have no names of their own")
 }
 
+/// Surfels are selected.
+pub(super) fn has_surfels(window: &Window) -> Applies {
+    require(window.n_selected().0 > 0, "no surfel is selected")
+}
+
+/// There is a tool that is led by hand.
+pub(super) fn has_hand_tools(window: &Window) -> Applies {
+    has_document(window)?;
+    require(!window.hand_tools().is_empty(), "no tool that is led by hand is installed")
+}
+
 pub(super) fn can_remove(window: &Window) -> Applies {
+    if has_surfels(window).is_ok() {
+        return Ok(());
+    }
     match window.selection() {
         Selection::Cloud(_) => {
             has_document(window)?;

@@ -3,6 +3,7 @@
 mod camera;
 mod conditions;
 mod file;
+mod hands;
 mod help;
 mod look;
 mod selection;
@@ -14,10 +15,11 @@ use std::sync::LazyLock;
 
 /// All commands, in the order of the menus.
 pub(crate) static COMMANDS: LazyLock<Vec<&'static Command>> = LazyLock::new(|| {
-    let tables: [&'static [Command]; 11] = [
+    let tables: [&'static [Command]; 12] = [
         &file::FILE,
         &file::EDIT,
         &selection::SELECTION,
+        &hands::HANDS,
         &view::CAMERA,
         &camera::CAMERAS,
         &view::OVER_PICTURES,

@@ -53,8 +53,11 @@ pub(super) static SELECTION: [Command; 8] = [
     Command::new(
         ("remove-selected", "Remove", Icon::Trash2),
         Menu::Edit,
-        "Removes what is selected from the scene; files stay.",
-        |window, _| window.remove_selected(),
+        "Deletes the selected surfels; where none is, removes what is selected from the scene. Files stay.",
+        |window, _| match window.n_selected() {
+            (0, _) => window.remove_selected(),
+            _ => window.delete_surfels(),
+        },
     )
     .keys(&[key(Key::Delete)])
     .when(can_remove),

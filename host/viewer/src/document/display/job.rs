@@ -2,8 +2,10 @@
 
 use crate::document::open_clouds::OpenClouds;
 use eframe::egui::Context;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, channel};
-use surfelshop_cloud::display::{ColorSource, DisplayError, DisplaySettings};
+use surfelshop_cloud::display::{ColorSource, DisplaySettings};
+use surfelshop_cloud::selection::Selection;
 use surfelshop_session::input::displayed::DisplayedClouds;
 use surfelshop_session::options::camera::Extent;
 
@@ -15,6 +17,8 @@ const AT_ONCE: u64 = 300_000;
 pub(crate) struct DisplayInputs {
     pub(crate) open_clouds: OpenClouds,
     pub(super) settings: DisplaySettings,
+    /// What is selected of each visible cloud, and tinted.
+    pub(super) selections: Vec<Option<Arc<Selection>>>,
     pub(super) radius_scale: f32,
 }
 
@@ -23,20 +27,28 @@ pub(super) struct DisplayOutcome {
     pub(super) displayed: DisplayedClouds,
     pub(super) extent: Extent,
     /// Why they are not displayed as the settings say.
-    pub(super) error: Option<DisplayError>,
+    pub(super) error: Option<String>,
 }
 
 impl DisplayInputs {
     /// Whether what is displayed of these is the same.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
         // The factor on radii changes the extent alone, which follows it.
-        self.settings == other.settings && self.open_clouds == other.open_clouds
+        let same = |pair: (&Option<Arc<Selection>>, &Option<Arc<Selection>>)| match pair {
+            (Some(one), Some(other)) => Arc::ptr_eq(one, other),
+            (one, other) => one.is_none() && other.is_none(),
+        };
+        self.settings == other.settings
+            && self.open_clouds == other.open_clouds
+            && self.selections.len() == other.selections.len()
+            && self.selections.iter().zip(&other.selections).all(same)
     }
 
     /// Whether that takes no time.
     pub(super) fn is_quick(&self) -> bool {
         let loaded = &self.open_clouds.clouds.loaded;
-        let is_plain = self.settings.is_plain(loaded.iter().map(|loaded| &loaded.cloud));
+        let is_plain = self.settings.is_plain(loaded.iter().map(|loaded| &loaded.cloud))
+            && self.selections.iter().all(Option::is_none);
         is_plain || self.open_clouds.clouds.facts.n_surfels <= AT_ONCE
     }
 
@@ -49,7 +61,12 @@ impl DisplayInputs {
         let unfiltered = DisplaySettings { filters: Vec::new(), ..self.settings.clone() };
         let mut error = None;
         for settings in [&self.settings, &uncolored, &unfiltered] {
-            match DisplayedClouds::new(whole, settings) {
+            let displayed =
+                DisplayedClouds::new(whole, settings).map_err(|error| error.to_string());
+            let tinted = |displayed: DisplayedClouds| {
+                displayed.tinted(&self.selections).map_err(|error| error.to_string())
+            };
+            match displayed.and_then(tinted) {
                 Ok(displayed) => {
                     let extent = displayed.clouds.extent(self.radius_scale);
                     return DisplayOutcome { displayed, extent, error };

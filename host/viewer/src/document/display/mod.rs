@@ -33,11 +33,10 @@ impl Window {
                 Err(TryRecvError::Empty) => {}
             }
         }
-        let settings = self.display_settings();
+        let (settings, selections) = (self.display_settings(), self.visible_selections());
         let Some(shown) = &mut self.document.clouds else { return };
-        let radius_scale = shown.radius_scale;
-        let inputs =
-            DisplayInputs { open_clouds: shown.open_clouds.clone(), settings, radius_scale };
+        let (open_clouds, radius_scale) = (shown.open_clouds.clone(), shown.radius_scale);
+        let inputs = DisplayInputs { open_clouds, settings, selections, radius_scale };
         if shown.displayed_of.as_ref().is_some_and(|of| of.is_alike(&inputs)) {
             // A cloud that was saved is the same one.
             shown.displayed_of = Some(inputs);
@@ -73,7 +72,7 @@ impl Window {
         }
         self.views.pointer_position = None;
         if let Some(error) = error {
-            self.messages.warn(error.to_string());
+            self.messages.warn(error);
         }
     }
 }

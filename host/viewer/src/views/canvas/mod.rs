@@ -9,6 +9,7 @@ mod pointer;
 mod tools;
 mod wipe;
 
+use super::hands::{self, HandMode};
 use super::layout;
 use super::legend;
 use super::light_handles;
@@ -123,21 +124,24 @@ impl Panes<'_> {
         if response.clicked() || response.dragged() || handles.dragged || axes.dragged {
             self.window.views.focused = id;
         }
-        if response.clicked() {
+        if response.clicked() && self.window.views.hands.mode == HandMode::Camera {
             self.window.select(Selection::View);
         }
-        if response.dragged() && !handles.dragged && !axes.dragged {
+        let dragged_line = wipe::show(self.window, ui, &painter, rects[0], &settings);
+        let is_free = !dragged_line && !handles.dragged && !axes.dragged;
+        let is_taken =
+            is_free && hands::over_picture(self.window, ui, &response, &painter, id, &rects);
+        if response.dragged() && is_free && !is_taken {
             pointer::pivot(self.window, &painter, id, &rects);
         }
-        let dragged_line = wipe::show(self.window, ui, &painter, rects[0], &settings);
         dropped::show(self.window, ui, &response, &painter, id);
         // The wheel zooms over a light handle, too.
         let over = response.hover_pos().or(handles.hovered).or(axes.hovered).and_then(|at| {
             let side = rects.iter().position(|rect| rect.contains(at))?;
             Some((side, at - rects[side].min))
         });
-        if !dragged_line && !handles.dragged && !axes.dragged {
-            self.mouse(ui, &response, id, size, over);
+        if is_free {
+            self.mouse(ui, &response, id, size, (over, is_taken));
         }
         let focused = self.window.views.focused == id && self.window.settings.panes.len() > 1;
         if focused {

@@ -2,21 +2,25 @@
 
 use super::Panes;
 use crate::preferences::Orbit;
+use crate::views::hands::HandMode;
 use crate::views::{navigation, picking, surfel};
 use crate::window::Window;
 use eframe::egui::{self, Color32, Key, Painter, PointerButton, Rect, Stroke, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 impl Panes<'_> {
-    /// Moves the camera; `over` is the side under the pointer and the position in its picture.
+    /// Moves the camera; `over` is the side under the pointer and the position in its picture. Where a hand has taken
+    /// the first button, the one in the middle turns.
     pub(super) fn mouse(
         &mut self,
         ui: &Ui,
         response: &egui::Response,
         id: u32,
         size: Vec2,
-        over: Option<(usize, Vec2)>,
+        (over, is_taken): (Option<(usize, Vec2)>, bool),
     ) {
+        let turning = if is_taken { PointerButton::Middle } else { PointerButton::Primary };
+        let turns = response.dragged_by(turning);
         let mut camera = self.window.camera_of(id);
         let before = camera;
         let modifiers = ui.ctx().input(|input| input.modifiers);
@@ -24,16 +28,14 @@ impl Panes<'_> {
             DVec2::new(f64::from(drag.x), f64::from(drag.y)) / f64::from(size.y.max(1.0))
         };
         let drag = per_height(response.drag_delta());
-        let pans = response.dragged_by(PointerButton::Middle)
-            || response.dragged_by(PointerButton::Secondary)
-            || (response.dragged_by(PointerButton::Primary) && modifiers.shift);
+        let pans = response.dragged_by(PointerButton::Secondary)
+            || (response.dragged_by(PointerButton::Middle) && !is_taken)
+            || (turns && modifiers.shift);
         if pans {
             navigation::pan(&mut camera, drag);
-        } else if response.dragged_by(PointerButton::Primary)
-            && modifiers.ctrl != self.window.views.walking
-        {
+        } else if turns && modifiers.ctrl != self.window.views.walking {
             navigation::look(&mut camera, drag * 1.5);
-        } else if response.dragged_by(PointerButton::Primary) {
+        } else if turns {
             // A drag over the whole height is half a turn.
             let drag = drag * std::f64::consts::PI;
             match self.window.preferences.orbit {
@@ -81,6 +83,7 @@ impl Panes<'_> {
             self.window.views.anchor_depth = Some((id, depth));
         }
         if response.double_clicked()
+            && self.window.views.hands.mode == HandMode::Camera
             && let Some(depth) = depth
         {
             let target = navigation::point_at(camera, position, depth);

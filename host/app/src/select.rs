@@ -1,0 +1,70 @@
+//! `surfelshop select`: some of a cloud's surfels counted, taken out, left out or given values.
+
+use crate::arguments::SelectArguments;
+use anyhow::{anyhow, bail};
+use serde_json::json;
+use std::path::PathBuf;
+use surfelshop_cloud::selection::{deleted, extracted, with_value};
+use surfelshop_cloud::{Cloud, WriteOptions};
+use surfelshop_session::input::clouds::Clouds;
+use surfelshop_session::input::formats::SessionFormats;
+use surfelshop_session::input::pyramids;
+use surfelshop_session::options::select::select;
+use surfelshop_session::output::files;
+use surfelshop_session::output::terminal::{self, Progress};
+use surfelshop_session::tool_run;
+
+/// Runs the command.
+pub(crate) fn run(arguments: &SelectArguments) -> anyhow::Result<()> {
+    let SelectArguments { file, what, out, delete, set, .. } = arguments;
+    if out.is_none() && (*delete || !set.is_empty()) {
+        bail!("--delete and --set change a cloud: name the file to write with -o");
+    }
+    if let Some(out) = out {
+        files::check_writable(out)?;
+    }
+    let source = tool_run::source(file)?;
+    // Who names a cloud twice wants it replaced.
+    files::allow(file);
+    files::check_outputs(&out.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let formats = SessionFormats::new(&arguments.plugins);
+    let mut clouds = Clouds::read(&[source], &formats)?;
+    pyramids::refuse(&clouds, "select")?;
+    let loaded = clouds.loaded.pop().ok_or_else(|| anyhow!("no cloud was read"))?;
+    let cloud = loaded.cloud;
+    let of_file = |error| anyhow!("{}: {error}", file.display());
+    let chosen =
+        select(&cloud, what, arguments.up.or_of([cloud.source()]).into()).map_err(of_file)?;
+    let (n_selected, n) = (chosen.count(), cloud.len());
+    let mut written = None;
+    if let Some(out) = out {
+        let changed: Cloud = match (delete, &set[..]) {
+            (true, _) => deleted(&cloud, &chosen).map_err(of_file)?,
+            (false, []) => extracted(&cloud, &chosen).map_err(of_file)?,
+            (false, set) => set.iter().try_fold(cloud, |cloud, value| {
+                with_value(&cloud, &chosen, &value.name, &value.values).map_err(of_file)
+            })?,
+        };
+        let progress = Progress::new(format!("writing {}", out.display()));
+        let tell = |fraction| progress.tell(fraction);
+        let options = WriteOptions { comments: loaded.summary.comments, ..formats.writing(&tell) };
+        let done = surfelshop_cloud::write(out, &changed, &options)?;
+        done.lost.iter().for_each(terminal::warn);
+        written = Some((out.display().to_string(), changed.len()));
+    }
+    if arguments.report.json {
+        return terminal::json(&json!({
+            "command": "select",
+            "version": env!("CARGO_PKG_VERSION"),
+            "selected": n_selected,
+            "surfels": n,
+            "file": written.as_ref().map(|(file, _)| file),
+            "surfels_written": written.as_ref().map(|(_, n)| n),
+        }));
+    }
+    terminal::line(format!("{}: {n_selected} of {n} surfels selected", file.display()))?;
+    match written {
+        Some((out, n)) => terminal::line(format!("{out}: {n} surfels")),
+        None => Ok(()),
+    }
+}

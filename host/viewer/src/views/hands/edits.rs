@@ -1,0 +1,134 @@
+//! What is done with selected surfels: each is a step of undo.
+
+use crate::document::OpenClouds;
+use crate::window::Window;
+use std::path::{Path, PathBuf};
+use surfelshop_cloud::Cloud;
+use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
+use surfelshop_session::input::strokes;
+
+/// Most files of strokes of one name.
+const MOST_FILES: usize = 1000;
+
+impl Window {
+    /// Changes each visible cloud of which something is selected, and says what was done to how many surfels.
+    fn edit_selected(
+        &mut self,
+        done: &str,
+        change: impl Fn(&Cloud, &Selection, usize, &OpenClouds) -> Result<OpenClouds, SelectionError>,
+    ) {
+        let (n, _) = self.n_selected();
+        if n == 0 {
+            self.messages.report("nothing is selected");
+            return;
+        }
+        // Earlier changes are a step of their own.
+        self.document.history.record(&self.snapshot());
+        for (index, _, cloud) in self.hand_clouds() {
+            let Some(selection) = self.views.hands.selection_of(&cloud) else { continue };
+            let Some(shown) = &self.document.clouds else { return };
+            match change(&cloud, &selection, index, &shown.open_clouds) {
+                Ok(changed) => self.show_clouds(changed),
+                Err(error) => return self.messages.warn(error.to_string()),
+            }
+        }
+        let plural = if n == 1 { "" } else { "s" };
+        self.messages.report(format!("{done} {} surfel{plural}", grouped(n)));
+    }
+
+    /// Deletes what is selected.
+    pub(crate) fn delete_surfels(&mut self) {
+        self.edit_selected("deleted", |cloud, selection, index, open| {
+            Ok(open.edited(index, deleted(cloud, selection)?))
+        });
+    }
+
+    /// Deletes what is not selected.
+    pub(crate) fn crop_to_surfels(&mut self) {
+        self.edit_selected("kept", |cloud, selection, index, open| {
+            Ok(open.edited(index, extracted(cloud, selection)?))
+        });
+    }
+
+    /// Makes what is selected a cloud of its own, beside the rest.
+    pub(crate) fn split_surfels(&mut self) {
+        self.edit_selected("split off", |cloud, selection, index, open| {
+            let (part, rest) = (extracted(cloud, selection)?, deleted(cloud, selection)?);
+            Ok(open.derived(index, part, "part").showing(index, true).edited(index, rest))
+        });
+    }
+
+    /// Writes a number into a column of what is selected.
+    pub(crate) fn set_value_of_surfels(&mut self) {
+        let (name, value) = self.views.hands.value.clone();
+        self.edit_selected(&format!("set {name} of"), |cloud, selection, index, open| {
+            Ok(open.edited(index, with_value(cloud, selection, name.trim(), &[value])?))
+        });
+    }
+
+    /// Writes the strokes of the visible clouds into a file beside the first of them.
+    pub(crate) fn save_strokes(&mut self) {
+        let clouds = self.hand_clouds();
+        let all = clouds.iter().flat_map(|(.., cloud)| strokes::of_cloud(cloud));
+        let all: Vec<_> = all.collect();
+        let shown = self.document.clouds.as_ref();
+        let first = clouds.first().and_then(|(i, ..)| shown?.open_clouds.all().get(*i));
+        let Some(first) = first.filter(|_| !all.is_empty()) else {
+            self.messages.report("no tool was led over a cloud by hand");
+            return;
+        };
+        let n = all.len();
+        let written = strokes::text(all).and_then(|text| {
+            let path = unused(Path::new(&first.loaded.summary.file));
+            std::fs::write(&path, text)?;
+            Ok(path)
+        });
+        let plural = if n == 1 { "" } else { "s" };
+        match written {
+            Ok(path) => self.messages.report(format!("{}: {n} stroke{plural}", path.display())),
+            Err(error) => self.messages.warn(format!("the strokes were not written: {error:#}")),
+        }
+    }
+}
+
+/// A file beside a cloud that is not there yet.
+fn unused(cloud: &Path) -> PathBuf {
+    let name = |i: usize| match i {
+        0 => cloud.with_extension("strokes.json"),
+        i => cloud.with_extension(format!("{}.strokes.json", i + 1)),
+    };
+    let free = (0..MOST_FILES).map(name).find(|path| !path.exists());
+    free.unwrap_or_else(|| name(MOST_FILES))
+}
+
+/// A number with commas between thousands.
+pub(super) fn grouped(n: usize) -> String {
+    let digits = n.to_string();
+    let mut text = String::new();
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+/// What is selected, for the status line.
+pub(crate) fn status(window: &Window) -> Option<String> {
+    let (n, of) = window.n_selected();
+    (n > 0).then(|| format!("{} of {} selected", grouped(n), grouped(of)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn thousands_are_told_apart() {
+        assert_eq!(
+            [0, 999, 1000, 438_101, 12_345_678].map(grouped),
+            ["0", "999", "1,000", "438,101", "12,345,678"]
+        );
+    }
+}
