@@ -3,8 +3,8 @@
 use super::*;
 use crate::plugins::Timeouts;
 use std::time::Duration;
-use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::columns::Values as ColumnValues;
+use surfelshop_api::glam::{DVec3, Vec3};
 use surfelshop_api::params::Values;
 use surfelshop_api::prelude::*;
 use surfelshop_api::{Dabs, StrokeSample, static_plugin};

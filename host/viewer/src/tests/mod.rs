@@ -5,6 +5,7 @@ mod colors;
 mod commands;
 mod edits;
 mod files;
+mod hands;
 mod light_handles;
 mod measure;
 mod memory_use;

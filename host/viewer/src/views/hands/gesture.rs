@@ -9,6 +9,7 @@ use eframe::egui::{
 };
 use surfelshop_api::StrokeSample;
 use surfelshop_cloud::selection::Combine;
+use surfelshop_image::Image;
 
 /// Points that a line of a lasso is made of are at least so far apart, points.
 const LEAST_STEP: f32 = 2.0;
@@ -77,8 +78,15 @@ pub(in crate::views) fn over_picture(
 fn picture_at(window: &Window, pane: u32, rects: &[Rect], at: Pos2) -> Option<Picture> {
     let side = rects.iter().position(|rect| rect.contains(at))?;
     let shown = window.views.panes.get(&pane)?.sides.get(side)?.shown.as_ref()?;
-    let depth = shown.rendered.depth.clone()?;
+    let depth = distances(shown.rendered.depth.as_ref()?);
     Some(Picture { rect: rects[side], view: shown.rendered.view, depth })
+}
+
+/// The first component of each pixel: pictures of distances come with three more.
+fn distances(depth: &Image) -> Image {
+    let n = (depth.components as usize).max(1);
+    let data = depth.data.chunks_exact(n).map(|pixel| pixel[0]).collect();
+    Image { components: 1, data, ..*depth }
 }
 
 fn begin(window: &mut Window, ui: &Ui, pane: u32, rects: &[Rect], at: Pos2) {

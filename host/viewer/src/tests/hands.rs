@@ -1,0 +1,260 @@
+//! Surfels are selected and tools are led by hand.
+
+use super::{SAMPLE, Screen, built_plugins};
+use crate::ViewerArguments;
+use crate::plugins::Readiness;
+use crate::views::hands::HandMode;
+use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
+use egui_kittest::kittest::Queryable as _;
+use surfelshop_api::columns::COLOR;
+use surfelshop_api::params::Value;
+use surfelshop_cloud::{Cloud, How};
+use surfelshop_session::input::strokes;
+use surfelshop_session::options::{DeviceArguments, UpAxis};
+
+/// In the picture: in the middle of the sample, and beside it.
+const MIDDLE: Pos2 = pos2(450.0, 380.0);
+const CORNER: Pos2 = pos2(60.0, 420.0);
+
+fn with_brushes() -> Screen {
+    let mut plugins = built_plugins();
+    let brush = plugins.plugin[0].with_file_name(format!(
+        "{}surfelshop_brush{}",
+        std::env::consts::DLL_PREFIX,
+        std::env::consts::DLL_SUFFIX
+    ));
+    plugins.plugin.push(brush);
+    let mut screen = Screen::with(&ViewerArguments {
+        memory: None,
+        in_place: false,
+        colors: Default::default(),
+        files: vec![SAMPLE.into()],
+        up: UpAxis::Y,
+        plugins,
+        device: DeviceArguments::default(),
+    });
+    screen.settle();
+    // Without panels the picture is all of the window.
+    let window = screen.window();
+    (window.preferences.panels, window.preferences.properties) = (false, false);
+    screen.frames();
+    screen.settle();
+    screen
+}
+
+fn cloud(screen: &mut Screen) -> Cloud {
+    let shown = screen.window().document.clouds.as_ref().unwrap();
+    shown.open_clouds.all()[0].loaded.cloud.clone()
+}
+
+fn drag(screen: &mut Screen, line: &[Pos2], modifiers: Modifiers) {
+    screen.settle();
+    screen.harness.hover_at(line[0]);
+    screen.frames();
+    screen.harness.event(Event::ModifiersChanged(modifiers));
+    let button = |pos: Pos2, pressed: bool| Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers,
+    };
+    screen.harness.event(button(line[0], true));
+    screen.harness.step();
+    for ends in line.windows(2) {
+        for i in 1..=8u8 {
+            let at = ends[0].lerp(ends[1], f32::from(i) / 8.0);
+            screen.harness.event(Event::PointerMoved(at));
+            screen.harness.step();
+        }
+    }
+    screen.harness.event(button(*line.last().unwrap(), false));
+    screen.harness.event(Event::ModifiersChanged(Modifiers::NONE));
+    screen.until("the end of the gesture", |window| !window.views.hands.is_at_work());
+    screen.frames();
+}
+
+fn generation(cloud: &Cloud, name: &str) -> Option<u64> {
+    cloud.column(name).map(|column| column.generation())
+}
+
+/// Invariant: what is selected by hand is tinted and nothing else, and deleting it is one step of undo
+#[test]
+fn a_rectangle_selects_what_is_seen_and_delete_is_undone() {
+    let mut screen = with_brushes();
+    let before = cloud(&mut screen);
+    let displayed = |screen: &mut Screen| {
+        let shown = screen.window().document.clouds.as_ref().unwrap();
+        generation(&shown.clouds.loaded[0].cloud, COLOR)
+    };
+    let plain = displayed(&mut screen);
+    screen.harness.key_press(Key::T);
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Rectangle);
+    let camera = screen.window().views.camera;
+    let around = [MIDDLE - eframe::egui::vec2(60.0, 60.0), MIDDLE + eframe::egui::vec2(60.0, 60.0)];
+    drag(&mut screen, &around, Modifiers::NONE);
+    assert_eq!(screen.window().views.camera, camera, "the camera stays");
+    let (n, of) = screen.window().n_selected();
+    assert!(n > 100 && n < of / 2 && of == before.len(), "{n} of {of}");
+    assert_ne!(displayed(&mut screen), plain, "the tint");
+    assert_eq!(generation(&cloud(&mut screen), COLOR), generation(&before, COLOR));
+    // What lies behind is more.
+    screen.window().views.hands.through = true;
+    drag(&mut screen, &around, Modifiers::NONE);
+    let through = screen.window().n_selected().0;
+    assert!(through > n + n / 4, "{through} with what lies behind, {n} of what is seen");
+    screen.window().views.hands.through = false;
+    drag(&mut screen, &around, Modifiers::COMMAND);
+    let left = screen.window().n_selected().0;
+    assert_eq!(left, through - n, "Ctrl takes away");
+    screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::I);
+    screen.frames();
+    assert_eq!(screen.window().n_selected().0, of - left);
+    assert!(screen.harness.query_all_by_label_contains(" selected").count() > 0, "the status line");
+    screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::I);
+    screen.frames();
+    screen.harness.key_press(Key::Delete);
+    screen.frames();
+    assert_eq!(cloud(&mut screen).len(), of - left);
+    assert_eq!(screen.window().n_selected().0, 0);
+    screen.settle();
+    screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    screen.frames();
+    let after = cloud(&mut screen);
+    assert_eq!(generation(&after, "position"), generation(&before, "position"), "the same columns");
+    assert_eq!(screen.window().n_selected().0, left, "and what was selected of them");
+    // Escape lets go of what is selected, and then of the mode.
+    for _ in 0..2 {
+        screen.harness.key_press(Key::Escape);
+        screen.frames();
+    }
+    assert_eq!(screen.window().n_selected().0, 0);
+    assert_eq!(screen.window().views.hands.mode, HandMode::Camera);
+    screen.settle();
+    assert_eq!(displayed(&mut screen), plain, "nothing is tinted");
+}
+
+#[test]
+fn lassos_and_brushes_select_and_split_off() {
+    let mut screen = with_brushes();
+    screen.harness.key_press(Key::L);
+    screen.frames();
+    let corner = |x: f32, y: f32| MIDDLE + eframe::egui::vec2(x, y);
+    drag(
+        &mut screen,
+        &[corner(-60.0, 60.0), corner(60.0, 60.0), corner(60.0, -60.0)],
+        Modifiers::NONE,
+    );
+    let lasso = screen.window().n_selected().0;
+    assert!(lasso > 50, "{lasso}");
+    screen.harness.key_press(Key::C);
+    screen.frames();
+    drag(&mut screen, &[corner(-40.0, -40.0), corner(-20.0, -40.0)], Modifiers::SHIFT);
+    let more = screen.window().n_selected().0;
+    assert!(more > lasso, "{more} from {lasso}");
+    screen.window().grow_surfels();
+    let grown = screen.window().n_selected().0;
+    assert!(grown > more);
+    screen.window().views.hands.value = ("class".to_owned(), 7.0);
+    screen.window().set_value_of_surfels();
+    let classified = cloud(&mut screen);
+    let seven = (0..classified.len())
+        .filter(|&i| classified.column("class").unwrap().values().get_f64(i) == Some(7.0));
+    assert_eq!(seven.count(), grown);
+    let of = classified.len();
+    screen.window().split_surfels();
+    screen.frames();
+    let all: Vec<usize> = screen
+        .window()
+        .document
+        .clouds
+        .as_ref()
+        .unwrap()
+        .open_clouds
+        .all()
+        .iter()
+        .map(|open| {
+            assert!(open.visible);
+            open.loaded.cloud.len()
+        })
+        .collect();
+    assert_eq!(all, [of - grown, grown]);
+    // Beside the cloud nothing is selected, and a click there lets go.
+    screen.harness.key_press(Key::T);
+    screen.frames();
+    screen.window().select_all_surfels();
+    drag(&mut screen, &[CORNER, CORNER], Modifiers::NONE);
+    assert_eq!(screen.window().n_selected().0, 0);
+}
+
+/// Invariant: a stroke is one step of undo, and its file makes the same bits
+#[test]
+fn a_stroke_paints_is_undone_and_is_recorded() {
+    let mut screen = with_brushes();
+    let before = cloud(&mut screen);
+    screen.harness.key_press(Key::P);
+    screen.frames();
+    assert_eq!(screen.window().views.hands.mode, HandMode::Tool("brush".to_owned()));
+    screen.until("the tool", |window| {
+        matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
+    });
+    let paint = Value::Color([0.0, 0.8, 0.1]);
+    screen
+        .window()
+        .plugins
+        .tools
+        .values
+        .entry("brush".to_owned())
+        .or_default()
+        .insert("color".to_owned(), paint);
+    let left = MIDDLE - eframe::egui::vec2(60.0, 0.0);
+    drag(&mut screen, &[left, MIDDLE], Modifiers::NONE);
+    let painted = cloud(&mut screen);
+    assert_ne!(generation(&painted, COLOR), generation(&before, COLOR));
+    assert_eq!(generation(&painted, "position"), generation(&before, "position"));
+    let [note] = painted.history() else { panic!("one stroke") };
+    assert_eq!(note.how, How::Stroked);
+    assert!(note.n_surfels > 50 && note.n_surfels < before.len() as u64 / 2, "{}", note.n_surfels);
+    let rows = surfelshop_cloud::changed_rows(
+        generation(&before, COLOR).unwrap(),
+        generation(&painted, COLOR).unwrap(),
+    );
+    assert!(rows.is_some_and(|rows| rows.len() as u64 <= note.n_surfels));
+
+    // Led again along what was noted it makes the same.
+    let noted = strokes::of_cloud(&painted);
+    let text = strokes::text(noted).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.strokes.json");
+    std::fs::write(&path, text).unwrap();
+    let again = strokes::read(&path).unwrap();
+    let Readiness::Ready(unit) = screen.window().plugins.tools.units.readiness("brush") else {
+        panic!()
+    };
+    let values = again[0].values(&unit.description.params).unwrap();
+    let part = surfelshop_cloud::CloudPart::along(&before, &again[0].stroke, None).unwrap();
+    let mut running = surfelshop_runtime::tools::Running::start_on(
+        unit,
+        &values,
+        part,
+        Some(again[0].stroke.clone()),
+        &Default::default(),
+    )
+    .unwrap();
+    let Some(surfelshop_runtime::tools::Ended::Done(done)) = running.wait(super::TIMEOUT) else {
+        panic!()
+    };
+    let replayed = done.edited.unwrap().cloud;
+    assert!(replayed.column(COLOR).unwrap().values() == painted.column(COLOR).unwrap().values());
+
+    screen.settle();
+    screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    screen.frames();
+    assert_eq!(generation(&cloud(&mut screen), COLOR), generation(&before, COLOR), "one step");
+    assert!(cloud(&mut screen).history().is_empty());
+    // Only what is selected is painted.
+    screen.window().change_selections(|_, before| Ok(before.inverted()));
+    screen.window().select_no_surfels();
+    drag(&mut screen, &[CORNER, CORNER + eframe::egui::vec2(0.0, 10.0)], Modifiers::NONE);
+    assert!(cloud(&mut screen).history().is_empty(), "beside the cloud");
+}
