@@ -10,9 +10,9 @@ use surfelshop_api::{Dabs, Stroke, StrokeSample};
 
 /// Takes what a tool stages.
 #[derive(Default)]
-struct Desk(RefCell<Vec<(EditHeader, Vec<Vec<u8>>)>>);
+struct Recorder(RefCell<Vec<(EditHeader, Vec<Vec<u8>>)>>);
 
-impl JobHost for Desk {
+impl JobHost for Recorder {
     fn progress(&self, _fraction: f64, _message: &str) {}
     fn cancelled(&self) -> bool {
         false
@@ -45,11 +45,11 @@ fn run<T: Tool>(
     let sample =
         StrokeSample { place: DVec3::splat(1e6), normal: Vec3::Y, time: 0.0, pressure: 1.0 };
     let stroke = Stroke { radius: 4.0, dabs: Dabs::USUAL, samples: vec![sample] };
-    let desk = Desk::default();
+    let recorder = Recorder::default();
     let mut params = T::Params::from_values(&surfelshop_api::params::Values::new());
     change(&mut params);
-    tool.run(&cloud, &params, &Job::new(&desk).with_stroke(&stroke))?;
-    let mut staged = desk.0.into_inner();
+    tool.run(&cloud, &params, &Job::new(&recorder).with_stroke(&stroke))?;
+    let mut staged = recorder.0.into_inner();
     assert_eq!(staged.len(), 1, "each stages one edit");
     Ok(staged.remove(0))
 }

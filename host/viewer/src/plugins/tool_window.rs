@@ -3,6 +3,7 @@
 use super::unit_loader::Readiness;
 use crate::dialogs::{ParameterOwner, files};
 use crate::panels::parameters;
+use crate::theme::space;
 use crate::window::Window;
 use eframe::egui::{self, Context, Ui};
 use surfelshop_api::UnitKind;
@@ -17,18 +18,31 @@ pub(crate) fn title_and_summary(window: &Window, name: &str) -> Option<(String, 
     found.map(|(_, _, unit)| (unit.title.clone(), unit.summary.clone()))
 }
 
-/// The entries of the menu.
+/// The entries of the menu: those that are led by hand below one of their own.
 pub(crate) fn menu(window: &mut Window, ui: &mut Ui) {
     let names = window.plugins.registry.names(UnitKind::Tool);
     if names.is_empty() {
         ui.weak("no tool is installed");
     }
+    let (by_hand, whole): (Vec<String>, Vec<String>) =
+        names.into_iter().partition(|name| window.is_led_by_hand(name));
+    if !by_hand.is_empty() {
+        ui.menu_button("Led by hand", |ui| entries(window, ui, &by_hand));
+        ui.separator();
+    }
+    // There may be more than the window is high.
+    let below = ui.ctx().content_rect().bottom() - ui.cursor().top();
+    let height = (below - 3.0 * space::LARGE).max(120.0);
+    egui::ScrollArea::vertical().max_height(height).show(ui, |ui| entries(window, ui, &whole));
+}
+
+fn entries(window: &mut Window, ui: &mut Ui, names: &[String]) {
     for name in names {
-        let Some((title, summary)) = title_and_summary(window, &name) else { continue };
+        let Some((title, summary)) = title_and_summary(window, name) else { continue };
         if ui.button(format!("{title} …")).on_hover_text(summary).clicked() {
-            match window.is_led_by_hand(&name) {
-                true => window.take_tool(name),
-                false => window.plugins.tools.open = Some(name),
+            match window.is_led_by_hand(name) {
+                true => window.take_tool(name.clone()),
+                false => window.plugins.tools.open = Some(name.clone()),
             }
             ui.close();
         }

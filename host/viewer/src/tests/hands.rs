@@ -207,8 +207,8 @@ fn a_stroke_paints_is_undone_and_is_recorded() {
         .entry("brush".to_owned())
         .or_default()
         .insert("color".to_owned(), paint);
-    let left = MIDDLE - eframe::egui::vec2(60.0, 0.0);
-    drag(&mut screen, &[left, MIDDLE], Modifiers::NONE);
+    let above = MIDDLE - eframe::egui::vec2(0.0, 40.0);
+    drag(&mut screen, &[above - eframe::egui::vec2(40.0, 0.0), above], Modifiers::NONE);
     let painted = cloud(&mut screen);
     assert_ne!(generation(&painted, COLOR), generation(&before, COLOR));
     assert_eq!(generation(&painted, "position"), generation(&before, "position"));

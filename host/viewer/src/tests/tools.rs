@@ -45,7 +45,8 @@ fn first_generations(screen: &mut Screen) -> Vec<u64> {
 fn choose(screen: &mut Screen, title: &str) {
     screen.harness.get_by_label("Tools").click();
     screen.frames();
-    screen.harness.get_by_label(&format!("{title} …")).click();
+    // The menu scrolls where it is longer than the window.
+    screen.harness.get_by_label(&format!("{title} …")).click_accesskit();
     screen.frames();
     screen.until("its code", |window| {
         let name = window.plugins.tools.open.as_deref().unwrap_or_default();

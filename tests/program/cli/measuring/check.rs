@@ -4,6 +4,23 @@ use crate::cli::bake::example;
 use crate::cli::program::TestFolder;
 use serde_json::Value;
 
+/// Tools that see a cloud as a whole: their case `parts` is left out.
+const WHOLE: [&str; 13] = [
+    "sample",
+    "splats",
+    "brush",
+    "value",
+    "eraser",
+    "inflate",
+    "carve",
+    "smooth",
+    "boolean",
+    "register",
+    "fill-holes",
+    "transform",
+    "deform",
+];
+
 /// Case and verdict of all that was run.
 fn verdicts(told: &Value) -> Vec<(String, String, String)> {
     let units = told["units"].as_array().unwrap();
@@ -36,7 +53,7 @@ fn built_in_plugins_pass() {
             // A format that only reads has no files of its own to read back.
             "left_out" if ["compressed-ply", "gltf", "stl"].contains(&unit.as_str()) => true,
             // What sees a cloud as a whole, and what makes one of its own, is not held to parts.
-            "left_out" if case == "parts" => ["sample", "splats"].contains(&unit.as_str()),
+            "left_out" if case == "parts" => WHOLE.contains(&unit.as_str()),
             "left_out" => case == "parameters" || case == "cancel",
             _ => false,
         };

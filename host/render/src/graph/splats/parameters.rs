@@ -1,11 +1,9 @@
 //! What the shaders that put splats together are told.
 
 use crate::graph::execute::Variables;
+use crate::graph::splats::source::TILE;
 use surfelshop_api::Projection;
 use surfelshop_api::graph::{Composition, Footprint, Splats};
-
-/// Side of a tile, `TILE` of the shaders.
-pub(super) const TILE: u32 = 16;
 
 /// `Params` of the shaders, but for the number that differs from step to step.
 #[derive(Clone, Copy)]

@@ -2,8 +2,10 @@
 
 use crate::gpu::Gpu;
 use crate::graph::shading::check_function;
-use crate::graph::splats::parameters::TILE;
 use surfelshop_api::graph::{Composition, Footprint, MAX_PAYLOADS, Pass, SplatDepth, Splats};
+
+/// Side of a tile, `TILE` of the shaders.
+pub(super) const TILE: u32 = 16;
 
 /// The entry point that goes over splats, and what it reads and writes.
 pub(crate) const SPLAT_ENTRY: &str = "surfelshop_make_splats";

@@ -19,7 +19,7 @@ const LEAST_SAMPLE: f64 = 0.1;
 
 /// What keys that are held make of a selection.
 fn how(modifiers: Modifiers) -> Combine {
-    match (modifiers.shift, modifiers.ctrl) {
+    match (modifiers.shift, modifiers.command) {
         (true, true) => Combine::Intersect,
         (true, false) => Combine::Add,
         (false, true) => Combine::Subtract,
