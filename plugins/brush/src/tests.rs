@@ -46,7 +46,7 @@ fn run<T: Tool>(
         StrokeSample { place: DVec3::splat(1e6), normal: Vec3::Y, time: 0.0, pressure: 1.0 };
     let stroke = Stroke { radius: 4.0, dabs: Dabs::USUAL, samples: vec![sample] };
     let recorder = Recorder::default();
-    let mut params = T::Params::from_values(&surfelshop_api::params::Values::new());
+    let mut params = T::Params::from_values(&params::Values::new());
     change(&mut params);
     tool.run(&cloud, &params, &Job::new(&recorder).with_stroke(&stroke))?;
     let mut staged = recorder.0.into_inner();

@@ -50,7 +50,7 @@ mod tests {
     fn every_command_has_a_page_with_its_options_and_shells_know_it() {
         let files = files().unwrap();
         let text = |path: &str| {
-            let file = files.iter().find(|file| file.path == PathBuf::from(path));
+            let file = files.iter().find(|file| file.path == std::path::Path::new(path));
             String::from_utf8(file.unwrap_or_else(|| panic!("{path}")).bytes.clone()).unwrap()
         };
         for command in program().get_subcommands() {

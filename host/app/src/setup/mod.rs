@@ -10,6 +10,7 @@ use anyhow::{Context as _, bail, ensure};
 use serde_json::json;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
+use surfelshop_cloud::files::write_whole;
 use surfelshop_session::output::terminal;
 
 /// The list of what was written, below the prefix.
@@ -107,29 +108,11 @@ fn make_link(_: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Writes a file, whole or not at all.
+/// Writes a file, whole or not at all, and makes its folder.
 fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
     let cannot = || format!("{}: cannot be written", path.display());
-    let folder = path.parent().unwrap_or(path);
-    fs::create_dir_all(folder).with_context(cannot)?;
-    let mut file =
-        tempfile::Builder::new().prefix(".surfelshop-").tempfile_in(folder).with_context(cannot)?;
-    std::io::Write::write_all(&mut file, bytes).with_context(cannot)?;
-    readable_by_all(file.as_file()).with_context(cannot)?;
-    file.persist(path).with_context(cannot)?;
-    Ok(())
-}
-
-/// A temporary file is private; these are for every user of the prefix.
-#[cfg(unix)]
-fn readable_by_all(file: &fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt as _;
-    file.set_permissions(fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn readable_by_all(_: &fs::File) -> std::io::Result<()> {
-    Ok(())
+    fs::create_dir_all(path.parent().unwrap_or(path)).with_context(cannot)?;
+    write_whole(path, bytes).with_context(cannot)
 }
 
 /// Removes what an earlier setup wrote below a prefix, and folders that are empty then; their names.

@@ -52,10 +52,9 @@ pub fn changed_rows(one: u64, other: u64) -> Option<Vec<u32>> {
         line
     };
     let (ones, others) = (line(one), line(other));
-    let place = |(i, (generation, _)): (usize, &(u64, Option<Arc<[u32]>>))| {
-        others.iter().position(|(other, _)| other == generation).map(|j| (i, j))
-    };
-    let (i, j) = ones.iter().enumerate().find_map(place)?;
+    let place = |generation: u64| others.iter().position(|(other, _)| *other == generation);
+    let mut places = ones.iter().enumerate().map(|(i, (generation, _))| (i, place(*generation)));
+    let (i, j) = places.find_map(|(i, j)| Some((i, j?)))?;
     let steps = ones[..=i].iter().chain(&others[..=j]).filter_map(|(_, rows)| rows.as_ref());
     let mut rows: Vec<u32> = steps.flat_map(|rows| rows.iter().copied()).collect();
     rows.sort_unstable();

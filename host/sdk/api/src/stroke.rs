@@ -90,7 +90,7 @@ impl Falloff {
     /// How much a surfel is concerned at a share of the radius: 1 in the middle, 0 beyond the radius.
     #[must_use]
     pub fn weight(self, share: f64) -> f64 {
-        if !(share <= 1.0) {
+        if share > 1.0 || share.is_nan() {
             return 0.0;
         }
         match self {

@@ -1,7 +1,6 @@
 //! The licences of all crates that are compiled into the program and its plugins.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -36,8 +35,7 @@ pub(super) fn write(path: &Path) -> Result<(), String> {
     let mut list = String::new();
     for one in &crates {
         let full = format!("{} {}", one.name, one.version);
-        // Writing to a text never fails.
-        let _ = writeln!(list, "{full}: {} {}", one.licence, one.repository);
+        list += &format!("{full}: {} {}\n", one.licence, one.repository);
         for text in licence_texts(&sources, one) {
             texts.entry(text).or_default().push(full.clone());
         }
@@ -49,7 +47,7 @@ pub(super) fn write(path: &Path) -> Result<(), String> {
     );
     for (text, of) in texts {
         let line = "-".repeat(80);
-        let _ = write!(whole, "\n{line}\n{}\n{line}\n\n{}\n", of.join(", "), text.trim());
+        whole += &format!("\n{line}\n{}\n{line}\n\n{}\n", of.join(", "), text.trim());
     }
     fs::write(path, whole).map_err(|error| said(path, &error))
 }

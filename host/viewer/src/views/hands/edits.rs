@@ -4,6 +4,7 @@ use crate::document::OpenClouds;
 use crate::window::Window;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Cloud;
+use surfelshop_cloud::files::write_whole;
 use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
 use surfelshop_session::input::strokes;
 
@@ -80,7 +81,7 @@ impl Window {
         let n = all.len();
         let written = strokes::text(all).and_then(|text| {
             let path = unused(Path::new(&first.loaded.summary.file));
-            std::fs::write(&path, text)?;
+            write_whole(&path, text.as_bytes())?;
             Ok(path)
         });
         let plural = if n == 1 { "" } else { "s" };
@@ -106,7 +107,7 @@ pub(super) fn grouped(n: usize) -> String {
     let digits = n.to_string();
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             text.push(',');
         }
         text.push(digit);
