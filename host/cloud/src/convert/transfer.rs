@@ -16,10 +16,9 @@ use surfelshop_api::{CloudView, Error, Result};
 
 /// Batches that wait for the writer.
 const WAITING: usize = 4;
-/// Columns that are written and wait to be filled again.
-const MOST_SPARE: usize = 64;
 
-/// Columns whose values are written: memory that the system need not find again for every batch.
+/// Columns whose values are written: memory that the system need not find again for every batch. At most as many as a
+/// batch has: what waits longer would grow with the file.
 #[derive(Clone, Default)]
 struct Spare(Arc<Mutex<Vec<Buffer>>>);
 
@@ -30,7 +29,7 @@ impl Spare {
 
     fn put(&self, columns: Vec<Buffer>) {
         let mut spare = self.columns();
-        let free = MOST_SPARE.saturating_sub(spare.len());
+        let free = columns.len().saturating_sub(spare.len());
         spare.extend(columns.into_iter().filter(|column| !column.is_empty()).take(free));
     }
 
