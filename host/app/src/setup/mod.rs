@@ -6,7 +6,7 @@ mod desktop;
 mod generated;
 
 use crate::arguments::SetupArguments;
-use anyhow::{Context as _, bail, ensure};
+use anyhow::{Context as _, ensure};
 use serde_json::json;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -41,6 +41,10 @@ pub(crate) fn run(arguments: &SetupArguments) -> anyhow::Result<()> {
     // First the list, so that what is written after a failure can be removed, too.
     let names = files.iter().map(|file| file.path.as_path());
     let link = linked(arguments).then(|| PathBuf::from("bin/surfelshop"));
+    // Before anything is written: what is in the list is removed later, and a link of the user's must not be in it.
+    if let Some(link) = &link {
+        check_free(&prefix.join(link))?;
+    }
     let names: Vec<&Path> = names.chain(link.as_deref()).chain([Path::new(LIST)]).collect();
     let list: String = names.iter().map(|name| format!("{}\n", name.display())).collect();
     write(&prefix.join(LIST), list.as_bytes())?;
@@ -84,23 +88,25 @@ fn linked(arguments: &SetupArguments) -> bool {
     cfg!(unix) && arguments.program.is_none()
 }
 
+/// Refuses to link where something stands.
+fn check_free(at: &Path) -> anyhow::Result<()> {
+    let name = at.display();
+    ensure!(
+        own_program()? != at,
+        "{name}: this program stands there itself; choose another --prefix"
+    );
+    ensure!(
+        at.symlink_metadata().is_err(),
+        "{name}: expected nothing there, or a link of an earlier setup; remove it first"
+    );
+    Ok(())
+}
+
 #[cfg(unix)]
 fn make_link(at: &Path) -> anyhow::Result<()> {
-    let program = own_program()?;
     let cannot = || format!("{}: the link cannot be made", at.display());
-    ensure!(
-        program != at,
-        "{}: this program stands there itself; choose another --prefix",
-        at.display()
-    );
-    if at.symlink_metadata().is_ok() {
-        bail!(
-            "{}: expected nothing there, or a link of an earlier setup; remove it first",
-            at.display()
-        );
-    }
     fs::create_dir_all(at.parent().unwrap_or(at)).with_context(cannot)?;
-    std::os::unix::fs::symlink(program, at).with_context(cannot)
+    std::os::unix::fs::symlink(own_program()?, at).with_context(cannot)
 }
 
 #[cfg(not(unix))]
@@ -229,6 +235,22 @@ mod tests {
             }
         }
         assert_eq!(left, [other]);
+    }
+
+    #[test]
+    #[cfg(unix)]
+    fn what_stands_where_the_link_goes_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let prefix = folder.path().join("usr");
+        let link = prefix.join("bin/surfelshop");
+        fs::create_dir_all(link.parent().unwrap()).unwrap();
+        std::os::unix::fs::symlink("elsewhere", &link).unwrap();
+        let given = SetupArguments { program: None, ..arguments(&prefix) };
+        let error = run(&given).unwrap_err();
+        assert!(error.to_string().contains("expected nothing there"), "{error}");
+        assert!(!prefix.join(LIST).exists(), "nothing was written");
+        run(&SetupArguments { remove: true, ..given }).unwrap();
+        assert!(link.is_symlink());
     }
 
     #[test]

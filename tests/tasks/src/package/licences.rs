@@ -16,17 +16,13 @@ struct Linked {
     repository: String,
 }
 
-/// Writes name, version, licence and the texts of the licences of every crate, each text once.
-pub(super) fn write(path: &Path) -> Result<(), String> {
-    let told = cargo::output(cargo::bare().args([
-        "tree",
-        "--workspace",
-        "--locked",
-        "--edges=normal",
-        "--prefix=none",
-        "--no-dedupe",
-        "--format={p}|{l}|{r}",
-    ]))?;
+/// Writes name, version, licence and the texts of the licences of every crate that these packages link, each text once.
+pub(super) fn write(path: &Path, packages: &[String]) -> Result<(), String> {
+    let mut tree = cargo::bare();
+    tree.args(["tree", "--locked", "--edges=normal", "--prefix=none", "--no-dedupe"]);
+    tree.arg("--format={p}|{l}|{r}");
+    tree.args(packages.iter().map(|name| format!("--package={name}")));
+    let told = cargo::output(&mut tree)?;
     let mut crates: Vec<Linked> = told.lines().filter_map(linked).collect();
     crates.sort();
     crates.dedup();

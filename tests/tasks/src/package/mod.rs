@@ -53,7 +53,9 @@ pub(crate) fn run() -> Result<(), String> {
 /// Puts the program with all that belongs to it into a folder.
 fn stage(root: &Path, release: &Path, folder: &Path) -> Result<(), String> {
     copy_program(&release.join("surfelshop"), &folder.join("surfelshop"))?;
-    for library in libraries(root)? {
+    let mut packages = plugins(root)?;
+    for package in &packages {
+        let library = format!("lib{}.so", package.replace('-', "_"));
         copy_program(&release.join(&library), &folder.join("plugins").join(&library))?;
     }
     for asset in ASSETS {
@@ -63,23 +65,22 @@ fn stage(root: &Path, release: &Path, folder: &Path) -> Result<(), String> {
     copy(&root.join("LICENSE"), &folder.join("LICENSE"))?;
     copy(&root.join("README.md"), &folder.join("README.md"))?;
     sdk::stage(root, folder)?;
-    licences::write(&folder.join("THIRD-PARTY-LICENSES.txt"))?;
+    packages.push("surfelshop".to_owned());
+    licences::write(&folder.join("THIRD-PARTY-LICENSES.txt"), &packages)?;
     // What a desktop and a shell need is the program's own to say.
     let mut setup = Command::new(folder.join("surfelshop"));
     cargo::output(setup.args(["setup", "--program", "surfelshop", "--prefix"]).arg(folder))?;
     Ok(())
 }
 
-/// The file names of the built-in plugins.
-fn libraries(root: &Path) -> Result<Vec<String>, String> {
+/// The packages of the built-in plugins.
+fn plugins(root: &Path) -> Result<Vec<String>, String> {
     let folder = root.join(PLUGINS);
     let entries = fs::read_dir(&folder).map_err(|error| said(&folder, &error))?;
     let mut names: Vec<String> = entries
         .filter_map(Result::ok)
         .filter(|entry| entry.path().join("Cargo.toml").is_file())
-        .map(|entry| {
-            format!("libsurfelshop_{}.so", entry.file_name().to_string_lossy().replace('-', "_"))
-        })
+        .map(|entry| format!("surfelshop-{}", entry.file_name().to_string_lossy()))
         .collect();
     names.sort();
     Ok(names)
