@@ -70,6 +70,7 @@ pub fn run(arguments: &ViewerArguments) -> anyhow::Result<()> {
             let mut window = window::Window::new(&cc.egui_ctx, &arguments)?;
             // A scene that is opened says how its views are.
             window.settings.antialias = USUAL_ANTIALIAS;
+            window.document.usual_antialias = USUAL_ANTIALIAS;
             Ok(Box::new(window))
         }),
     );

@@ -149,7 +149,7 @@ impl Window {
     pub(crate) fn inside(&self) -> Option<Camera> {
         let shown = self.document.clouds.as_ref()?;
         let camera = inside::stand(&shown.clouds, self.document.up)?;
-        Some(camera_in(&shown.extent, self.document.up, camera))
+        Some(camera_in(&shown.extent, self.document.up, camera, self.views.shape()))
     }
 
     /// Moves the camera of the focused pane inside the clouds.
@@ -177,7 +177,7 @@ impl Window {
 
     /// The camera that sees all of an extent, in the projection of the focused pane.
     pub(crate) fn framing(&self, extent: &Extent) -> Camera {
-        let mut camera = initial_camera(extent, self.document.up);
+        let mut camera = initial_camera(extent, self.document.up, self.views.shape());
         camera.projection = match self.camera_of(self.views.focused).projection {
             perspective @ Projection::Perspective { .. } => perspective,
             Projection::Orthographic { .. } => {

@@ -15,7 +15,7 @@ pub fn find_sample() -> anyhow::Result<PathBuf> {
         || {
             format!(
                 "expected the sample cloud {SAMPLE} in the current folder or in one above the \
-             program, found none; run this in a checkout of Surfelshop"
+             program, found none; packages and checkouts of Surfelshop have it"
             )
         },
     )

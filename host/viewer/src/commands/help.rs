@@ -68,8 +68,8 @@ fn lists(window: &Window, ui: &mut Ui) {
     }
     ui.add_space(space::MEDIUM);
     ui.weak(
-        "Everything else is found by words: \"All commands\". Shortcuts are changed in the file of \
-         settings; the page \"The window\" of the manual says how.",
+        "Everything else is found by words: \"All commands\". Shortcuts are changed in File > \
+         Settings > Shortcuts.",
     );
 }
 

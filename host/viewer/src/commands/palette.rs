@@ -148,7 +148,9 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
 fn list(ui: &mut Ui, rows: &[Entry], chosen: usize, scrolls: bool) -> Option<usize> {
     let mut clicked = None;
     let height = (ui.ctx().content_rect().height() - 220.0).clamp(3.0 * ROW, 12.0 * ROW);
-    ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+    // The window around it has the height of the frame before, which may have had no rows.
+    let area = ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+    area.auto_shrink([false, true]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for (i, entry) in rows.iter().enumerate() {
             let response = row(ui, entry, i == chosen);

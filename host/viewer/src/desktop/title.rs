@@ -17,9 +17,9 @@ fn title(window: &Window) -> String {
     const PROGRAM: &str = "Surfelshop";
     let document = &window.document;
     let scene = document.scene_path.as_ref().and_then(|path| path.file_name());
-    let clouds = document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
-    let first = clouds.clone().next().map(|cloud| cloud.name());
+    let mut clouds = document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+    let first = clouds.next().map(|cloud| cloud.name());
     let name = scene.map(|name| name.to_string_lossy().into_owned()).or(first);
-    let mark = if clouds.clone().any(|cloud| cloud.is_unsaved()) { "• " } else { "" };
+    let mark = if window.has_unsaved() { "• " } else { "" };
     name.map_or(PROGRAM.to_owned(), |name| format!("{mark}{name} - {PROGRAM}"))
 }

@@ -7,18 +7,28 @@ use crate::document::OpenCloud;
 use crate::document::unsaved_prompt::{PromptCause, UnsavedPrompt, is_terminating};
 use crate::window::Window;
 use eframe::egui::{Context, Id, Modal, Ui, ViewportCommand};
+use std::path::Path;
 
 /// The question's width, points.
 const WIDTH: f32 = 460.0;
 
 impl Window {
-    /// Whether there are unsaved edits.
+    /// Whether there are unsaved edits of clouds or of a scene.
     pub(crate) fn has_unsaved(&self) -> bool {
-        self.document
-            .clouds
-            .iter()
-            .flat_map(|shown| shown.open_clouds.all())
-            .any(OpenCloud::is_unsaved)
+        let mut all = self.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
+        all.any(OpenCloud::is_unsaved) || self.changed_scene().is_some()
+    }
+
+    /// The scene's file, where the scene is no more what is in it. Moves of the camera do not count, as for undo, nor
+    /// does a scene that was never saved: the next start can open the last session.
+    fn changed_scene(&self) -> Option<&Path> {
+        let path = self.document.scene_path.as_deref()?;
+        let now = self.snapshot();
+        let is_changed = match &self.document.written {
+            Some(written) => *written != now,
+            None => self.document.history.has_undo(&now),
+        };
+        is_changed.then_some(path)
     }
 
     /// Keeps the window open where closing it would lose edits, and asks. Called first in a frame, and
@@ -70,8 +80,9 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
     let names: Vec<String> =
         all.filter(|open_cloud| open_cloud.is_unsaved()).map(OpenCloud::name).collect();
-    let shown =
-        Modal::new(Id::unique("unsaved edits")).show(ctx, |ui| question(ui, prompt.cause, &names));
+    let scene = window.changed_scene().map(|path| path.display().to_string());
+    let shown = Modal::new(Id::unique("unsaved edits"))
+        .show(ctx, |ui| question(ui, prompt.cause, &names, scene.as_deref()));
     let answer = if shown.should_close() { Some(Answer::Cancel) } else { shown.inner };
     match answer {
         None => {}
@@ -83,22 +94,42 @@ pub(crate) fn show(window: &mut Window, ctx: &Context) {
     }
 }
 
-fn question(ui: &mut Ui, cause: PromptCause, names: &[String]) -> Option<Answer> {
+fn question(
+    ui: &mut Ui,
+    cause: PromptCause,
+    names: &[String],
+    scene: Option<&str>,
+) -> Option<Answer> {
     ui.set_max_width(WIDTH);
     ui.heading(match cause {
         PromptCause::Close => "Save edits before closing?",
         PromptCause::Open => "Save edits before opening other files?",
     });
-    ui.label("Edits of these clouds are in no file yet, and are lost otherwise:");
-    ui.add_space(4.0);
-    for name in names {
-        ui.strong(name);
+    if !names.is_empty() {
+        ui.label("Edits of these clouds are in no file yet, and are lost otherwise:");
+        ui.add_space(4.0);
+        for name in names {
+            ui.strong(name);
+        }
+        ui.add_space(6.0);
     }
-    ui.add_space(6.0);
+    if let Some(scene) = scene {
+        ui.label("Changes of this scene are not in its file:");
+        ui.add_space(4.0);
+        ui.strong(scene);
+        ui.add_space(6.0);
+    }
+    let save = match (names.is_empty(), scene) {
+        (true, _) => ("save", "writes the scene's file again"),
+        (false, Some(_)) => {
+            ("save …", "asks for a file for each cloud, and writes the scene's again")
+        }
+        (false, None) => ("save …", "asks for a file for each of them"),
+    };
     let mut answer = None;
     ui.horizontal(|ui| {
         for (text, tip, is) in [
-            ("save …", "asks for a file for each of them", Answer::Save),
+            (save.0, save.1, Answer::Save),
             ("discard", "the edits are lost", Answer::Discard),
             ("cancel", "everything stays as it is", Answer::Cancel),
         ] {
@@ -131,7 +162,7 @@ fn proceed(window: &mut Window, ctx: &Context, cause: PromptCause) {
     }
 }
 
-/// Saves one edited cloud after the other; ends with the first one that is not saved.
+/// Saves one edited cloud after the other, and the scene that names them; ends with the first one that is not saved.
 fn save(window: &mut Window, ctx: &Context, prompt: UnsavedPrompt, last: Option<usize>) {
     if window.panels.dialogs.are_open() || window.document.cloud_writer.is_some() {
         waiting(window, ctx);
@@ -139,7 +170,16 @@ fn save(window: &mut Window, ctx: &Context, prompt: UnsavedPrompt, last: Option<
     }
     let all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
     match all.enumerate().find(|(_, open_cloud)| open_cloud.is_unsaved()).map(|(i, _)| i) {
-        None => proceed(window, ctx, prompt.cause),
+        None => {
+            if let Some(path) = window.changed_scene().map(Path::to_owned) {
+                window.save_scene(&path);
+            }
+            match window.changed_scene() {
+                None => proceed(window, ctx, prompt.cause),
+                // It could not be written, which is reported.
+                Some(_) => cancel(window),
+            }
+        }
         // The dialog was cancelled, or the file could not be written, which is reported.
         Some(next) if last == Some(next) => cancel(window),
         Some(next) => {

@@ -50,6 +50,7 @@ impl Window {
             Err(reason) => self.messages.warn(reason),
             Ok(lost) => {
                 self.messages.report(format!("wrote {}", path.display()));
+                self.list_recent(std::slice::from_ref(&path));
                 lost.into_iter().for_each(|line| self.messages.warn(line));
                 let n_opened_now = self.document.n_opened;
                 let shown = self.document.clouds.as_mut();
@@ -76,6 +77,8 @@ impl Window {
                 let clouds = scene_file::opened_clouds(self, &file.folder);
                 self.document.scene_file = Some(SceneFile { clouds, ..file });
                 self.document.scene_path = Some(path.to_owned());
+                self.document.written = Some(self.snapshot());
+                self.list_recent(&[path.to_owned()]);
             }
             Err(error) => self.messages.warn(error.to_string()),
         }

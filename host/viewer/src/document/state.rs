@@ -2,7 +2,7 @@
 
 use super::cloud_writer::CloudWriter;
 use super::display::job::DisplayJob;
-use super::history::History;
+use super::history::{History, Snapshot};
 use super::open::file_loader::FileLoader;
 use super::open::preview::Preview;
 use super::recovery::Recovery;
@@ -34,6 +34,10 @@ pub(crate) struct Document {
     /// The scene that was opened or saved last, with all its keys.
     pub(crate) scene_file: Option<SceneFile>,
     pub(crate) scene_path: Option<PathBuf>,
+    /// What was in the scene's file when it was written last; `None` since it was opened.
+    pub(crate) written: Option<Snapshot>,
+    /// Samples of pictures at rest where no scene says another number.
+    pub(crate) usual_antialias: u32,
     /// The scene's views beyond the most panes of the window.
     pub(crate) hidden_views: Vec<Keyed<SceneView>>,
     /// The user's folder for recent files, the last session and presets.
@@ -75,6 +79,8 @@ impl Document {
             files: Vec::new(),
             scene_file: None,
             scene_path: None,
+            written: None,
+            usual_antialias: 1,
             hidden_views: Vec::new(),
             recent: state_folder.as_ref().map(StateFolder::recent).unwrap_or_default(),
             state_folder,

@@ -33,7 +33,9 @@ impl Window {
         let was_walking = std::mem::replace(&mut self.views.walking, false);
         // From inside a scan the distance says nothing.
         let former = match (&self.document.clouds, was_walking) {
-            (Some(shown), true) => initial_camera(&shown.extent, self.document.up),
+            (Some(shown), true) => {
+                initial_camera(&shown.extent, self.document.up, self.views.shape())
+            }
             _ => former,
         };
         self.fly_to(self.views.focused, view.camera(&former, self.document.up));

@@ -37,7 +37,7 @@ impl Window {
             self.preferences.up.insert(ending, own);
         }
         let Some(shown) = &self.document.clouds else { return };
-        let camera = initial_camera(&shown.extent, up);
+        let camera = initial_camera(&shown.extent, up, self.views.shape());
         self.views.own_cameras.clear();
         self.views.walking = false;
         self.views.flight = None;

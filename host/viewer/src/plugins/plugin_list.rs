@@ -3,14 +3,24 @@
 use crate::render_thread::{RenderCommand, UnitHealth};
 use crate::window::Window;
 use eframe::egui::{Grid, ScrollArea, Ui};
+use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, State, TrustState};
 use surfelshop_session::plugin_facts::{author, licence, trusted};
 
 /// Digits of a SHA-256 that a row shows; the tooltip has all.
 const DIGITS: usize = 12;
 
-const TITLES: [&str; 8] =
-    ["package", "version", "state", "trusted", "ABI", "by", "licence", "SHA-256 and file"];
+const TITLES: [&str; 9] = [
+    "package",
+    "what it adds",
+    "version",
+    "state",
+    "trusted",
+    "ABI",
+    "by",
+    "licence",
+    "SHA-256 and file",
+];
 
 /// Every plugin, and the units that failed.
 pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
@@ -35,6 +45,7 @@ pub(crate) fn show(window: &mut Window, ui: &mut Ui) {
 fn row(ui: &mut Ui, entry: &Entry) -> bool {
     let manifest = entry.manifest().cloned().unwrap_or_default();
     ui.label(&manifest.id);
+    units(ui, &manifest);
     ui.label(&manifest.version);
     ui.label(match &entry.state {
         State::Available(_) => "available".to_owned(),
@@ -66,6 +77,16 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
     let file = format!("{}…  {}", &sha256[..DIGITS], entry.path.display());
     ui.label(file).on_hover_text(sha256);
     asks
+}
+
+/// What a package adds, a line for each unit; the pointer over a line tells what that does.
+fn units(ui: &mut Ui, manifest: &Manifest) {
+    ui.vertical(|ui| {
+        for unit in &manifest.units {
+            let line = ui.label(format!("{} {}", unit.kind.word(), unit.id));
+            line.on_hover_text(format!("{}: {}", unit.title, unit.summary));
+        }
+    });
 }
 
 /// The units that failed, with a button that switches them on.

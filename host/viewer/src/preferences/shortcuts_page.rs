@@ -83,13 +83,32 @@ fn set(window: &mut Window, id: &str, own: Option<Vec<String>>) {
     window.panels.settings.refused = None;
 }
 
+/// Whether a key only says what the next one means.
+fn is_modifier(key: Key) -> bool {
+    matches!(
+        key,
+        Key::ShiftLeft
+            | Key::ShiftRight
+            | Key::ControlLeft
+            | Key::ControlRight
+            | Key::AltLeft
+            | Key::AltRight
+            | Key::SuperLeft
+            | Key::SuperRight
+            | Key::CapsLock
+            | Key::NumLock
+    )
+}
+
 /// Takes the keys that are pressed for the command that waits for them.
 fn take_press(window: &mut Window, ui: &Ui) {
     let Some(id) = window.panels.settings.waits else { return };
     ui.ctx().memory_mut(|memory| memory.stop_text_input());
     let pressed = ui.input_mut(|input| {
         let press = input.events.iter().find_map(|event| match event {
-            Event::Key { key, pressed: true, modifiers, .. } => Some((*key, *modifiers)),
+            Event::Key { key, pressed: true, modifiers, .. } if !is_modifier(*key) => {
+                Some((*key, *modifiers))
+            }
             _ => None,
         });
         input.events.retain(|event| !matches!(event, Event::Key { .. } | Event::Text(_)));
@@ -106,4 +125,6 @@ fn take_press(window: &mut Window, ui: &Ui) {
         Ok(()) => set(window, id, Some(vec![shortcut_text(shortcut)])),
         Err(reason) => window.panels.settings.refused = Some(reason),
     }
+    // The list is that of the frame before.
+    ui.ctx().request_repaint();
 }

@@ -22,7 +22,7 @@ impl Example {
     pub(super) fn words(self) -> (Icon, &'static str, &'static str) {
         match self {
             Self::Sample => {
-                (Icon::Shapes, "Sample", "mushrooms and a snail, 119 051 surfels with colours")
+                (Icon::Shapes, "Sample", "mushrooms and a snail, 119,051 surfels with colours")
             }
             Self::CornellBox => {
                 (Icon::Box, "Cornell box", "a room with a lamp, for indirect light")
@@ -53,7 +53,7 @@ impl Example {
                     cache_folder().unwrap_or_else(|| std::env::temp_dir().join("surfelshop"));
                 let folder = folder.join("examples");
                 std::fs::create_dir_all(&folder)?;
-                splat_scene::write(&folder)
+                splat_scene::make(&folder)
             }
         }
     }

@@ -123,7 +123,7 @@ path = \"gaussian-knot.ply\"
 ";
 
 /// Writes the cloud as binary PLY, and the scene beside it; returns the scene.
-pub(super) fn write(folder: &Path) -> anyhow::Result<PathBuf> {
+pub(super) fn make(folder: &Path) -> anyhow::Result<PathBuf> {
     let mut splats = Vec::new();
     tube(&mut splats);
     ground(&mut splats);
@@ -136,10 +136,18 @@ pub(super) fn write(folder: &Path) -> anyhow::Result<PathBuf> {
     for splat in &splats {
         bytes.extend(record(splat).into_iter().flat_map(f32::to_le_bytes));
     }
-    files::write_whole(&folder.join("gaussian-knot.ply"), &bytes)?;
+    write(&folder.join("gaussian-knot.ply"), &bytes)?;
     let scene = folder.join("gaussian-knot.scene.toml");
-    files::write_whole(&scene, SCENE.as_bytes())?;
+    write(&scene, SCENE.as_bytes())?;
     Ok(scene)
+}
+
+/// Writes a file, unless it is there already: it may be open, and what is read is not written.
+fn write(path: &Path, bytes: &[u8]) -> anyhow::Result<()> {
+    match std::fs::read(path) {
+        Ok(there) if there == bytes => Ok(()),
+        _ => files::write_whole(path, bytes),
+    }
 }
 
 #[cfg(test)]
@@ -150,10 +158,10 @@ mod tests {
     #[test]
     fn the_scene_is_read_as_gaussians() {
         let folder = tempfile::tempdir().unwrap();
-        let scene = write(folder.path()).unwrap();
+        let scene = make(folder.path()).unwrap();
         let path = scene.with_file_name("gaussian-knot.ply");
         let first = std::fs::read(&path).unwrap();
-        write(folder.path()).unwrap();
+        make(folder.path()).unwrap();
         assert!(first == std::fs::read(&path).unwrap(), "it is the same each time");
         let loaded = surfelshop_cloud::read(&path, &ReadOptions::default()).unwrap();
         assert_eq!(loaded.cloud.len() as u32, ALONG * AROUND + ON_GROUND);

@@ -2,9 +2,9 @@
 
 use super::tools::{items, run, with_tools};
 use super::{SAMPLE, Screen};
-use crate::document::OpenCloud;
 use crate::document::recovery::JournalEnd;
 use crate::document::recovery::Recovery;
+use crate::document::{OpenCloud, undo};
 use crate::window::Window;
 use eframe::egui::{ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable as _;
@@ -98,6 +98,38 @@ fn closing_over_edits_asks_once_and_saves_discards_or_stays() {
     assert!(screen.close(), "nothing would be lost");
 }
 
+/// Costs 3 s
+#[test]
+fn changes_of_a_scene_are_asked_about_and_written_to_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("a.scene.toml");
+    let mut screen = Screen::sample();
+    assert!(screen.close(), "there is no scene");
+    screen.window().document.close_confirmed = false;
+    screen.window().save_scene(&scene);
+    assert!(!screen.window().has_unsaved());
+    screen.window().settings.scene.exposure_stops = 1.5;
+    assert!(!screen.close());
+    screen.frames();
+    assert!(screen.asks("Changes of this scene are not in its file:"));
+    screen.click("cancel");
+    assert!(screen.window().has_unsaved());
+    assert!(!screen.close());
+    screen.frames();
+    screen.click("save");
+    screen.until("the end", |window| window.document.close_confirmed);
+    assert!(std::fs::read_to_string(&scene).unwrap().contains("exposure = 1.5"));
+    // As opened, and with a change that is taken back.
+    let mut screen = Screen::open(&[scene.to_str().unwrap()]);
+    screen.settle();
+    assert!(!screen.window().has_unsaved());
+    screen.window().settings.scene.exposure_stops = -1.0;
+    screen.until("a step", |window| window.has_unsaved());
+    undo::undo(screen.window());
+    screen.settle();
+    assert!(screen.close());
+}
+
 #[test]
 fn other_files_take_the_place_of_edits_after_a_question() {
     const QUESTION: &str = "Save edits before opening other files?";
@@ -178,7 +210,7 @@ fn edits_are_recovered_after_a_kill() {
     screen.until_said("recovered sample.ply, not saved yet");
     let expected = surfelshop_cloud::read(&expected, &ReadOptions::default()).unwrap().cloud;
     same(&items(screen.window())[0].loaded.cloud, &expected);
-    assert!(items(screen.window())[0].is_unsaved() && screen.asks("recovered, not saved"));
+    assert!(items(screen.window())[0].is_unsaved() && screen.asks("recovered"));
     // The scene names the source file.
     let scene = folder.path().join("a.scene.toml");
     screen.window().save_scene(&scene);

@@ -1,11 +1,11 @@
 //! Scenes: saved, opened, and drawn by `render`.
 
 use super::{SAMPLE, Screen, built_plugins};
-use crate::document::{Mode, undo};
+use crate::document::{Mode, USUAL_BACKGROUND, USUAL_RENDERER, undo};
 use egui_kittest::kittest::Queryable as _;
-use surfelshop_session::options::PluginFiles;
-
 use std::path::Path;
+use surfelshop_cloud::display::{ColorBy, ColorSource};
+use surfelshop_session::options::PluginFiles;
 
 /// Invariant: what the window shows of a still view is what `render` makes of the saved scene,
 /// pixel by pixel
@@ -195,7 +195,19 @@ fn another_cloud_does_not_overwrite_the_scene_before() {
     screen.until("the cloud", |window| {
         window.document.loader.is_none() && window.document.scene_file.is_none()
     });
+    let settings = screen.window().settings.clone();
     assert_eq!(screen.window().document.scene_path, None);
+    assert_eq!(settings.background, USUAL_BACKGROUND, "that of the scene went with it");
+    assert_eq!((settings.panes.len(), &*settings.panes[0].renderers[0]), (1, USUAL_RENDERER));
+    // Other files leave what was chosen for those before, but not how they are drawn.
+    screen.window().settings.panes[0].renderers[0] = "flat".to_owned();
+    screen.window().settings.color = ColorSource::new(ColorBy::Normal);
+    screen.settle();
+    let n_opened = screen.window().document.n_opened;
+    screen.window().open(&context, vec![SAMPLE.into()]);
+    screen.until("the cloud again", |window| window.document.n_opened > n_opened);
+    let settings = &screen.window().settings;
+    assert_eq!((&settings.color, &*settings.panes[0].renderers[0]), (&Default::default(), "flat"));
 }
 
 #[test]

@@ -94,7 +94,7 @@ fn an_edit_is_shown_told_and_undone_to_the_very_same_columns() {
     assert!(shown.revision > load && shown.clouds.facts.columns.contains(&"ao".to_owned()));
     assert!(items(screen.window())[0].is_unsaved());
     screen.settle();
-    screen.until_label("edited, not saved");
+    screen.until_label("edited");
     screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     screen.until("the cloud before", |window| !items(window)[0].is_unsaved());
     assert_eq!(first_generations(&mut screen), before);

@@ -86,7 +86,7 @@ pub(crate) const LIGHT: Tokens = Tokens {
     canvas: rgb(205, 208, 213),
     panel: rgb(243, 244, 246),
     raised: rgb(255, 255, 255),
-    field: rgb(255, 255, 255),
+    field: rgb(229, 232, 236),
     button: rgb(225, 228, 232),
     hovered: rgb(212, 217, 224),
     pressed: rgb(198, 205, 214),

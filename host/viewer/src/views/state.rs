@@ -45,7 +45,7 @@ pub(crate) struct Views {
 impl Views {
     pub(crate) fn new(up: UpAxis) -> Self {
         Self {
-            camera: initial_camera(&Extent::new(DVec3::ZERO, 1.0), up),
+            camera: initial_camera(&Extent::new(DVec3::ZERO, 1.0), up, USUAL_SHAPE),
             own_cameras: HashMap::new(),
             panes: BTreeMap::from([(0, Pane::new())]),
             tree: arrangement::default_tree(&[0]),
@@ -62,13 +62,56 @@ impl Views {
     }
 }
 
-/// The camera that shows all of a cloud, from the front, the side and above.
-pub(crate) fn initial_camera(extent: &Extent, up: UpAxis) -> Camera {
-    camera_in(extent, up, CameraSpec::three_quarter())
+/// Width and height of what a camera frames where views are as wide or wider.
+const USUAL_SHAPE: [u32; 2] = [4, 3];
+
+impl Views {
+    /// Width and height that a camera has to fill so that all views show what it frames.
+    pub(crate) fn shape(&self) -> [u32; 2] {
+        let aspect = |[width, height]: [u32; 2]| f64::from(width) / f64::from(height);
+        let sizes = self.panes.values().map(|pane| pane.size_px);
+        let sizes = sizes.filter(|size| !size.contains(&0)).chain([USUAL_SHAPE]);
+        sizes.min_by(|a, b| aspect(*a).total_cmp(&aspect(*b))).unwrap_or(USUAL_SHAPE)
+    }
+}
+
+/// The camera that shows all of a cloud, from the front, the side and above, in pictures of this width and height.
+pub(crate) fn initial_camera(extent: &Extent, up: UpAxis, shape: [u32; 2]) -> Camera {
+    camera_in(extent, up, CameraSpec::three_quarter(), shape)
 }
 
 /// The camera of a preset, or of a place.
-pub(crate) fn camera_in(extent: &Extent, up: UpAxis, camera: CameraSpec) -> Camera {
+pub(crate) fn camera_in(
+    extent: &Extent,
+    up: UpAxis,
+    camera: CameraSpec,
+    shape: [u32; 2],
+) -> Camera {
     let lens = LensArguments { camera, up, fov: None, orthographic: false, zoom: 1.0 };
-    camera::view(&lens, extent, [4, 3]).camera
+    camera::view(&lens, extent, shape).camera
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_framed_fits_into_the_narrowest_view() {
+        let mut views = Views::new(UpAxis::Y);
+        let extent = Extent::new(DVec3::ZERO, 1.0);
+        let distance = |views: &Views| {
+            let camera = initial_camera(&extent, UpAxis::Y, views.shape());
+            camera.eye.distance(camera.target)
+        };
+        let usual = distance(&views);
+        let pane = |size_px: [u32; 2]| {
+            let mut pane = Pane::new();
+            pane.size_px = size_px;
+            pane
+        };
+        views.panes.insert(1, pane([900, 300]));
+        assert_eq!(distance(&views), usual, "wider ones show all of it");
+        views.panes.insert(2, pane([300, 600]));
+        assert!(distance(&views) > 1.5 * usual);
+    }
 }

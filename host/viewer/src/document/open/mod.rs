@@ -10,17 +10,19 @@ use super::open_clouds::OpenClouds;
 use super::recovery::restored_clouds;
 use super::scene_file;
 use super::visible_clouds::VisibleClouds;
-use crate::document::settings::USUAL_RENDERER;
+use crate::document::settings::{Settings, USUAL_RENDERER};
 use crate::panels::Selection;
 use crate::render_thread::ViewSlot;
-use crate::views::initial_camera;
+use crate::views::layout::follow_settings;
+use crate::views::{arrangement, initial_camera};
 use crate::window::Window;
 use eframe::egui::Context;
 use file_loader::{FileLoader, LoadedFiles};
 use std::path::PathBuf;
+use surfelshop_api::SurfaceSettings;
 use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
-use surfelshop_cloud::display::{ColorSource, Display};
+use surfelshop_cloud::display::{ColorSource, Display, Look};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
 use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::environment_map::is_probe;
@@ -107,6 +109,8 @@ impl Window {
         let recovery = self.document.recovery.as_mut();
         let session = recovery.and_then(|recovery| recovery.reading.take());
         self.document.replace_confirmed = false;
+        // What was changed while some of the points were shown stays.
+        let previewed = self.document.preview.as_ref().map(|_| self.settings.clone());
         let moved = self.end_preview();
         let loaded = match result {
             Ok(loaded) => loaded,
@@ -130,8 +134,12 @@ impl Window {
             }
             return;
         }
+        if let Some(settings) = &previewed {
+            self.settings.clone_from(settings);
+            follow_settings(self);
+        }
         let has_camera = loaded.scene.as_ref().is_some_and(|file| file.scene.camera.is_some());
-        self.show_loaded(files, loaded);
+        self.show_loaded(files, loaded, previewed.is_some());
         if let Some(camera) = moved.filter(|_| !has_camera) {
             self.views.camera = camera;
             if let Some(shown) = &mut self.document.clouds {
@@ -140,16 +148,16 @@ impl Window {
         }
     }
 
-    /// Shows clouds and the scene that were read from these files.
-    fn show_loaded(&mut self, files: Vec<PathBuf>, loaded: LoadedFiles) {
+    /// Shows clouds and the scene that were read from these files, of which some points may have been shown before.
+    fn show_loaded(&mut self, files: Vec<PathBuf>, loaded: LoadedFiles, previewed: bool) {
         let LoadedFiles { clouds, scene, entries } = loaded;
+        if scene.is_none() && !previewed {
+            self.leave_settings();
+        }
+        self.document.written = None;
         let file = scene.as_ref().map(|opened| &opened.scene);
         self.show_new_clouds(OpenClouds::read(clouds, &entries), file);
-        if let Some(state_folder) = &self.document.state_folder {
-            // A list that cannot be written does not prevent opening.
-            drop(state_folder.add_recent(&files));
-            self.document.recent = state_folder.recent();
-        }
+        self.list_recent(&files);
         let is_cloud = |file: &PathBuf| !surfelshop_cloud::scene::is_scene(file);
         self.document.files = files.into_iter().filter(is_cloud).collect();
         if let Some(opened) = scene {
@@ -165,6 +173,35 @@ impl Window {
         }
         self.apply_typed_colors();
         self.document.history.clear();
+    }
+
+    /// Puts files that were opened or written on top of the list of recent ones.
+    pub(super) fn list_recent(&mut self, files: &[PathBuf]) {
+        if let Some(state_folder) = &self.document.state_folder {
+            // A list that cannot be written prevents nothing.
+            drop(state_folder.add_recent(files));
+            self.document.recent = state_folder.recent();
+        }
+    }
+
+    /// Leaves what belongs to the former files: all settings of a scene; of other files their colours, filters, and whether
+    /// they are shown as points.
+    pub(super) fn leave_settings(&mut self) {
+        if self.document.scene_file.is_some() {
+            let antialias = self.document.usual_antialias;
+            self.settings = Settings { antialias, ..Settings::default() };
+            self.views.own_cameras.clear();
+            follow_settings(self);
+            self.views.tree = arrangement::default_tree(&self.settings.pane_ids());
+            return;
+        }
+        let settings = &mut self.settings;
+        settings.color = ColorSource::default();
+        settings.filters.clear();
+        if settings.splats.look != Look::Surface {
+            settings.splats.look = Look::Surface;
+            settings.scene.surface.low_pass = SurfaceSettings::default().low_pass;
+        }
     }
 
     /// Puts what was typed about colours and filters over what a scene says, for the first files.
@@ -237,7 +274,7 @@ impl Window {
     pub(crate) fn look_first(&mut self) {
         let Some(shown) = &self.document.clouds else { return };
         let is_within = shown.frames && is_first_view(&shown.clouds);
-        let outside = initial_camera(&shown.extent, self.document.up);
+        let outside = initial_camera(&shown.extent, self.document.up, self.views.shape());
         let inside = self.inside().filter(|_| is_within);
         self.views.walking = inside.is_some();
         lights::suit(&mut self.settings.scene.lights, inside.is_some());
@@ -246,7 +283,7 @@ impl Window {
 
     /// Draws clouds by the renderer that reads what others do not, where the usual one drew, and by the usual one where a
     /// renderer needs what they lack. Where one suits some of them, it draws these beside the usual one.
-    fn choose_renderers(&mut self) {
+    pub(super) fn choose_renderers(&mut self) {
         let Some(shown) = &mut self.document.clouds else { return };
         let visible = shown.open_clouds.clouds.clone();
         let clouds = &visible.facts.clouds;

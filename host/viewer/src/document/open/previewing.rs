@@ -3,6 +3,7 @@
 use super::preview::Preview;
 use crate::document::open_clouds::OpenClouds;
 use crate::document::visible_clouds::VisibleClouds;
+use crate::views::layout::follow_settings;
 use crate::window::Window;
 use surfelshop_api::Camera;
 use surfelshop_session::input::clouds::Clouds;
@@ -41,8 +42,12 @@ impl Window {
                     former_camera: self.views.camera,
                     former_walking: self.views.walking,
                     former_up: self.document.up,
+                    former_settings: self.settings.clone(),
+                    former_tree: self.views.tree.clone(),
                     camera: self.views.camera,
                 });
+                self.leave_settings();
+                self.choose_renderers();
                 false
             }
         };
@@ -64,6 +69,9 @@ impl Window {
         let revision = self.document.clouds.as_ref().map_or(0, |shown| shown.revision) + 1;
         self.document.clouds = preview.former.map(|former| VisibleClouds { revision, ..former });
         self.document.up = preview.former_up;
+        self.settings = preview.former_settings;
+        follow_settings(self);
+        self.views.tree = preview.former_tree;
         (self.views.camera, self.views.walking) = (preview.former_camera, preview.former_walking);
         self.views.pointer_position = None;
         moved

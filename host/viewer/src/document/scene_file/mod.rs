@@ -24,6 +24,7 @@ use surfelshop_cloud::scene::{
 use surfelshop_image::display::{self, Background};
 use surfelshop_session::input::environment_map;
 use surfelshop_session::input::scenes::NamedRenderer;
+use surfelshop_session::options::UpAxis;
 use surfelshop_session::setup::background_of;
 use surfelshop_session::setup::tone_map_of;
 use toml::{Table, Value as Toml};
@@ -202,8 +203,11 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
 /// Updates what colours and filters the clouds; unknown keys stay with what is as it was.
 fn put_display(window: &Window, file: &mut SceneFile) {
     let display = window.display_settings();
-    // The usual axis is left out where it was not said before.
-    if file.up.is_some() || display.up != UpDirection::default() {
+    // The usual axis is left out where it was not said before, and where the clouds do not say another one.
+    let shown = window.document.clouds.iter().flat_map(|shown| &shown.clouds.loaded);
+    let of_clouds = UpAxis::Auto.or_of(shown.map(|loaded| loaded.cloud.source()));
+    let is_usual = [display.up, of_clouds.into()].iter().all(|up| *up == UpDirection::default());
+    if file.up.is_some() || !is_usual {
         file.up = Some(display.up);
     }
     file.color.known = display.color;

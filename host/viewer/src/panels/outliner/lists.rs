@@ -25,12 +25,15 @@ pub(super) fn clouds(window: &mut Window, ui: &mut Ui) {
             true => cloud.loaded.summary.n_surfels,
             false => cloud.loaded.cloud.len() as u64,
         };
-        let edited = if cloud.recovered { "recovered, not saved" } else { "edited, not saved" };
+        let edited = if cloud.recovered { "recovered" } else { "edited" };
         let number = compact(n);
         let entry = Entry {
             note: if cloud.is_unsaved() { edited } else { &number },
             warns: cloud.is_unsaved(),
-            about: facts(cloud),
+            about: match cloud.is_unsaved() {
+                true => format!("{edited}, not saved\n{}", facts(cloud)),
+                false => facts(cloud),
+            },
             is_selected: window.selection() == selection,
             eye: Some(cloud.visible),
             ..Entry::new(Icon::Cloud, &name)
@@ -236,8 +239,10 @@ pub(super) fn renderers(window: &mut Window, ui: &mut Ui) {
         };
         let entry = Entry {
             note,
-            about: "A double click draws the focused view by it. Drag it onto a view: left to draw it, right to compare."
-                .to_owned(),
+            about: format!(
+                "{}\n\nA double click draws the focused view by it. Drag it onto a view: left to draw it, right to compare.",
+                summary(window, &name)
+            ),
             ..Entry::new(Icon::Brush, &name)
         };
         let shown = super::entry::show(ui, &entry);
@@ -259,6 +264,18 @@ pub(super) fn renderers(window: &mut Window, ui: &mut Ui) {
             window.select(Selection::View);
         }
     }
+}
+
+/// What a renderer or tracer is, as its package says.
+fn summary(window: &Window, name: &str) -> String {
+    let registry = &window.plugins.registry;
+    let kinds = [UnitKind::Renderer, UnitKind::Tracer];
+    let found = kinds.into_iter().find_map(|kind| {
+        let unit = registry.find(kind, name).ok()?;
+        let mut units = registry.units(kind);
+        units.find(|(_, manifest, u)| manifest.id == unit.package && u.id == unit.id)
+    });
+    found.map_or_else(String::new, |(_, _, unit)| format!("{}: {}", unit.title, unit.summary))
 }
 
 /// The name of what is dragged, beside the pointer.

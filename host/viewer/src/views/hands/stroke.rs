@@ -9,7 +9,8 @@ use crate::window::Window;
 use eframe::egui::Context;
 use std::time::Duration;
 use surfelshop_api::{Handling, Stroke, UnitKind};
-use surfelshop_cloud::{Cloud, CloudPart};
+use surfelshop_cloud::display::ColorBy;
+use surfelshop_cloud::{Cloud, CloudPart, Column};
 use surfelshop_runtime::plugins::UnitState;
 use surfelshop_runtime::tools::{Ended, Running};
 
@@ -172,6 +173,7 @@ impl Window {
             Some(whole) if run.n_samples >= whole.samples.len() => {
                 let n = run.n_samples;
                 self.views.hands.said = format!("{}: a stroke of {n} samples", run.name);
+                self.tell_of_hidden_colors();
                 self.views.hands.stroke = None;
                 self.document.history.record(&self.snapshot());
             }
@@ -182,6 +184,19 @@ impl Window {
             None => {}
         }
         ctx.request_repaint();
+    }
+
+    /// Says where colours were painted that the colours of the view do not show.
+    fn tell_of_hidden_colors(&mut self) {
+        let (Some(run), Some(shown)) = (&self.views.hands.stroke, &self.document.clouds) else {
+            return;
+        };
+        let color = |cloud: &Cloud| cloud.column("color").map(Column::generation);
+        let now = shown.open_clouds.all().get(run.index).map(|open| &open.loaded.cloud);
+        let is_painted = now.is_some_and(|now| color(now) != color(&run.base));
+        if is_painted && self.settings.color.by != ColorBy::File {
+            self.views.hands.said += "; its colours do not show: the cloud is coloured by something else (Properties > colours)";
+        }
     }
 
     /// Shows the clouds as they were before a stroke that failed, and says why.
