@@ -13,8 +13,22 @@ fn desk() -> TestFolder {
 }
 
 /// Endings of files that are written.
-const WRITTEN: [&str; 13] =
-    ["las", "laz", "e57", "pcd", "xyz", "csv", "pts", "ptx", "sfl", "ply", "spz", "splat", "sog"];
+const WRITTEN: [&str; 14] = [
+    "las",
+    "laz",
+    "e57",
+    "pcd",
+    "xyz",
+    "csv",
+    "pts",
+    "ptx",
+    "sfl",
+    "ply",
+    "spz",
+    "splat",
+    "sog",
+    "compressed.ply",
+];
 
 fn formats_loaded(told: &Value) -> u64 {
     told["formats_loaded"].as_u64().unwrap_or_else(|| panic!("{told}"))
