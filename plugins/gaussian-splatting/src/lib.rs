@@ -12,7 +12,7 @@
 //! | `spz`            | `.spz`            | reads versions 1 to 4 of Niantic's packed Gaussians; writes version 3   |
 //! | `splat`          | `.splat`          | reads and writes records of 32 bytes, without spherical harmonics      |
 //! | `sog`            | `.sog`            | reads versions 1 and 2 of `PlayCanvas`'s images of Gaussians; writes version 2 |
-//! | `compressed-ply` | `.compressed.ply` | reads the packed PLY files of `SuperSplat` and `PlayCanvas`              |
+//! | `compressed-ply` | `.compressed.ply` | reads and writes the packed PLY files of `SuperSplat` and `PlayCanvas`   |
 //!
 //! Each format's file opens with its rules. All of them hand over the same columns, of `f32`:
 //!

@@ -50,7 +50,7 @@ const fn target(id: &'static str, ending: &'static str, written: bool) -> Target
 }
 
 const COMPRESSED_PLY: Target =
-    target("org.surfelshop.gaussian-splatting/compressed-ply", "compressed.ply", false);
+    target("org.surfelshop.gaussian-splatting/compressed-ply", "compressed.ply", true);
 const E57: Target = target("org.surfelshop.e57/e57", "e57", true);
 const GLTF: Target = target("org.surfelshop.gltf/gltf", "glb", false);
 const LAS: Target = target("org.surfelshop.las/las", "laz", true);

@@ -13,8 +13,22 @@ fn desk() -> TestFolder {
 }
 
 /// Endings of files that are written.
-const WRITTEN: [&str; 13] =
-    ["las", "laz", "e57", "pcd", "xyz", "csv", "pts", "ptx", "sfl", "ply", "spz", "splat", "sog"];
+const WRITTEN: [&str; 14] = [
+    "las",
+    "laz",
+    "e57",
+    "pcd",
+    "xyz",
+    "csv",
+    "pts",
+    "ptx",
+    "sfl",
+    "ply",
+    "spz",
+    "splat",
+    "sog",
+    "compressed.ply",
+];
 
 fn formats_loaded(told: &Value) -> u64 {
     told["formats_loaded"].as_u64().unwrap_or_else(|| panic!("{told}"))
@@ -68,6 +82,21 @@ fn every_format_that_is_written_is_read_and_drawn() {
         desk.run(&format!("render out.{ending} -r flat --camera front --size 16 -o {picture}"))
             .done();
         assert_eq!(read_png(&desk.at(&picture)).get_pixel(8, 8)[3], 255, "{ending}");
+    }
+}
+
+/// The longest ending that a format has says which one writes: `.compressed.ply` is no plain PLY.
+#[test]
+fn the_longest_ending_says_what_is_written() {
+    let desk = desk();
+    for (name, format, n_loaded) in
+        [("a.compressed.ply", "compressed PLY", 1), ("a.b.ply", "PLY, binary", 0)]
+    {
+        desk.run(&format!("convert in.ply {name}")).done();
+        let told = desk.run(&format!("info {name} --json")).json();
+        assert_eq!(formats_loaded(&told), n_loaded, "{name}");
+        let found = told["clouds"][0]["header"]["format"].as_str().unwrap();
+        assert!(found.starts_with(format), "{name}: {found}");
     }
 }
 

@@ -37,10 +37,15 @@ pub(super) fn unpacked(bits: u32) -> [f32; 4] {
     without_largest([number(20), number(10), number(0)], (bits >> 30) as usize)
 }
 
+/// The place of the component that is farthest from 0, the first of equal ones.
+pub(super) fn largest(q: [f32; 4]) -> usize {
+    (1..4).fold(0, |most, i| if q[i].abs() > q[most].abs() { i } else { most })
+}
+
 /// The 32 bits of a quaternion, as [`unpacked`] takes them.
 pub(super) fn packed(q: [f32; 4]) -> u32 {
     let q = unit(q);
-    let place = (1..4).fold(0, |most, i| if q[i].abs() > q[most].abs() { i } else { most });
+    let place = largest(q);
     let others = (0..4).filter(|i| *i != place);
     others.fold(place as u32, |bits, i| {
         let sign = u32::from((q[i] < 0.0) != (q[place] < 0.0));

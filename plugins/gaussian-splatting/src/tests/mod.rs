@@ -1,6 +1,7 @@
 //! Tests through `Format`, with files in memory.
 
 mod compressed_ply;
+mod compressed_ply_writing;
 mod packed;
 mod sog;
 mod sog_file;

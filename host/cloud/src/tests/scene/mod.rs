@@ -2,6 +2,7 @@
 
 mod reading;
 mod refusals;
+mod refused_files;
 mod round_trip;
 
 use crate::scene::{OpenedScene, SceneFile, read};

@@ -9,7 +9,7 @@ use surfelshop_api::prelude::{Error, Result};
 const MOST_BYTES: u64 = 1 << 16;
 
 /// Bounds of positions and of logarithms of sizes.
-const BOUNDS: [&str; 12] = [
+pub(super) const BOUNDS: [&str; 12] = [
     "min_x",
     "min_y",
     "min_z",
@@ -25,9 +25,10 @@ const BOUNDS: [&str; 12] = [
 ];
 
 /// Bounds of colours, which older files do not have.
-const COLOR_BOUNDS: [&str; 6] = ["min_r", "min_g", "min_b", "max_r", "max_g", "max_b"];
+pub(super) const COLOR_BOUNDS: [&str; 6] = ["min_r", "min_g", "min_b", "max_r", "max_g", "max_b"];
 
-const PACKED: [&str; 4] = ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
+pub(super) const PACKED: [&str; 4] =
+    ["packed_position", "packed_rotation", "packed_scale", "packed_color"];
 
 /// Types of properties: the names of a type, and its bytes.
 const TYPES: [(&[&str], usize); 8] = [

@@ -13,16 +13,29 @@
 //! bits name, and three times 10 bits; colours and opacity have 8 bits. Other elements and properties are stepped over.
 //! Files do not say which axis points up.
 //!
+//! What is written has Gaussians along a Z-curve, so that those of a chunk lie close together: the finer are its steps.
+//! Spherical harmonics are held within -4 and 4 in steps of 1/32, logarithms of sizes within -20 and 20.
+//!
 //! Source: playcanvas/splat-transform, `decompress-ply.ts` and `compressed-chunk.ts`.
 
 mod header;
 mod points;
+mod write;
 
 use super::batch::{Batch, in_batches, resize};
+use super::outgoing::FormatRange;
 use header::Header;
 use points::{CHUNK, Chunk, Vertex};
-use surfelshop_api::format::{CloudHeader, CloudSink, FileSource, FileTypes};
-use surfelshop_api::prelude::{HostInfo, Job, Result, UnitInfo};
+use surfelshop_api::format::{
+    CloudHeader, CloudSink, CloudSource, FileSink, FileSource, FileTypes, UpAxis,
+};
+use surfelshop_api::prelude::{HostInfo, Job, LimitInfo, Result, UnitInfo};
+
+const RANGE: FormatRange = FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown };
+
+/// Why points come back a little beside.
+const COARSE: &str =
+    "positions have 10 and 11 bits between the bounds of 256 neighbours in such files";
 
 /// The format.
 pub(crate) struct CompressedPly;
@@ -31,11 +44,13 @@ impl surfelshop_api::Format for CompressedPly {
     const INFO: UnitInfo = UnitInfo::new(
         "compressed-ply",
         "Compressed PLY",
-        "Reads packed Gaussian splats of SuperSplat and PlayCanvas (.compressed.ply).",
+        "Reads and writes packed Gaussian splats of SuperSplat and PlayCanvas (.compressed.ply).",
     );
     // They begin as any PLY file does.
-    const FILES: FileTypes = FileTypes::new().ending("compressed.ply");
+    const FILES: FileTypes = FileTypes::new().ending("compressed.ply").written();
     type Params = ();
+    const LIMITS: &'static [LimitInfo] =
+        &[LimitInfo::new("round-trip", COARSE), LimitInfo::new("moved", COARSE)];
 
     fn new(_host: &HostInfo) -> Result<Self> {
         Ok(Self)
@@ -89,5 +104,15 @@ impl surfelshop_api::Format for CompressedPly {
         })?;
         batch.finish(clouds);
         Ok(())
+    }
+
+    fn write(
+        &mut self,
+        clouds: &mut CloudSource<'_>,
+        (): &(),
+        file: &FileSink,
+        job: &Job<'_>,
+    ) -> Result<Vec<String>> {
+        write::write(clouds, file, job)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::super::{Gaussian, SH_0, rest_of, rotation};
 use super::header::Header;
+use super::write::Prepared;
 use std::f32::consts::SQRT_2;
 
 /// Gaussians of a chunk.
@@ -40,6 +41,84 @@ impl Chunk {
             },
         }
     }
+
+    /// The narrowest around these.
+    pub(super) fn around<'a>(gaussians: impl Iterator<Item = &'a Prepared>) -> Self {
+        let none = [[f32::INFINITY; 3], [f32::NEG_INFINITY; 3]];
+        let wide = |[low, high]: &mut Bounds, values: [f32; 3]| {
+            for (axis, value) in values.into_iter().enumerate() {
+                low[axis] = low[axis].min(value);
+                high[axis] = high[axis].max(value);
+            }
+        };
+        let mut chunk = Self { position: none, scale: none, color: none };
+        for gaussian in gaussians {
+            wide(&mut chunk.position, gaussian.position.map(|number| number as f32));
+            wide(&mut chunk.scale, gaussian.scale);
+            wide(&mut chunk.color, gaussian.color);
+        }
+        chunk
+    }
+
+    /// The row of a file, with bounds of colours.
+    pub(super) fn bytes(&self) -> [u8; 72] {
+        let mut bytes = [0; 72];
+        let all = [self.position, self.scale, self.color];
+        let numbers = all.as_flattened().as_flattened();
+        let (words, _) = bytes.as_chunks_mut::<4>();
+        for (word, number) in words.iter_mut().zip(numbers) {
+            *word = number.to_le_bytes();
+        }
+        bytes
+    }
+
+    /// The row of a Gaussian within its bounds.
+    pub(super) fn packed(&self, gaussian: &Prepared) -> [u8; 16] {
+        let Prepared { position, scale, color, opacity, rotation } = *gaussian;
+        let [red, green, blue] =
+            [0, 1, 2].map(|axis| bits_of(share_of(color[axis].into(), axis, &self.color), 8));
+        let words = [
+            together(position, &self.position),
+            turned(rotation),
+            together(scale.map(f64::from), &self.scale),
+            red << 24 | green << 16 | blue << 8 | u32::from(opacity),
+        ];
+        let mut row = [0; 16];
+        let (parts, _) = row.as_chunks_mut::<4>();
+        for (part, word) in parts.iter_mut().zip(words) {
+            *part = word.to_le_bytes();
+        }
+        row
+    }
+}
+
+/// Where a number lies between the bounds of an axis, 0 to 1; 0 where these are equal.
+fn share_of(number: f64, axis: usize, [low, high]: &Bounds) -> f64 {
+    let (low, high) = (f64::from(low[axis]), f64::from(high[axis]));
+    if high > low { ((number - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 }
+}
+
+/// So many bits of a share, as [`share`] takes them.
+fn bits_of(share: f64, bits: u32) -> u32 {
+    (share * f64::from((1u32 << bits) - 1)).round() as u32
+}
+
+/// Numbers between bounds in 11, 10 and 11 bits, as [`between`] takes them.
+fn together(numbers: [f64; 3], bounds: &Bounds) -> u32 {
+    let bits = |axis: usize, n: u32| bits_of(share_of(numbers[axis], axis, bounds), n);
+    bits(0, 11) << 21 | bits(1, 10) << 11 | bits(2, 11)
+}
+
+/// The word of a rotation: two bits for the place of the largest of w, x, y, z, then ten for each of the others.
+fn turned(rotation: [f32; 4]) -> u32 {
+    let [x, y, z, w] = rotation::unit(rotation);
+    let q = [w, x, y, z];
+    let place = rotation::largest(q);
+    let others = (0..4).filter(|i| *i != place);
+    others.fold(place as u32, |word, i| {
+        let number = q[i] * q[place].signum() / SQRT_2 + 0.5;
+        word << 10 | bits_of(f64::from(number).clamp(0.0, 1.0), 10)
+    })
 }
 
 /// The packed words of a Gaussian.
@@ -110,4 +189,11 @@ fn harmonic(byte: u8) -> f32 {
         _ => (f32::from(byte) + 0.5) / 256.0,
     };
     8.0 * (share - 0.5)
+}
+
+/// The byte of a spherical harmonic, and whether it holds it; 0 of what is no number.
+pub(super) fn harmonic_byte(value: f32) -> (u8, bool) {
+    let value = if value.is_finite() { value } else { 0.0 };
+    let step = (256.0 * (value / 8.0 + 0.5)).floor();
+    (step as u8, (0.0..=256.0).contains(&step))
 }
