@@ -194,13 +194,14 @@ const RESERVED: [Reserved; 5] = [
 ];
 
 /// Rooms whose packages must not even pull in a reserved crate through others.
-const CLEAN: [&str; 9] = [
+const CLEAN: [&str; 10] = [
     "host/sdk/api",
     "host/sdk/geometry",
     "host/sdk/shading",
     "host/cloud",
     "host/raster",
     "host/image",
+    "host/sandbox",
     "host/runtime",
     "plugins",
     "assets",

@@ -51,8 +51,9 @@ fn some_values() -> [Values; 3] {
     ]
 }
 
-/// Invariant: a renderer draws the same picture, byte for byte, whether it is a library or a module. Costs the
-/// compilation of a C file and two small pictures.
+/// Costs the compilation of a C file and two small pictures.
+///
+/// Invariant: a renderer draws the same picture, byte for byte, whether it is a library or a module
 #[test]
 fn a_renderer_draws_the_same_picture_as_module_and_as_library() {
     let library = folder("librim_beside_module.so");
@@ -74,8 +75,9 @@ fn a_renderer_draws_the_same_picture_as_module_and_as_library() {
     assert!(picture(&library, &["--trust"]) == picture(&stored("rim.wasm"), &[]));
 }
 
-/// Invariant: a format writes the same bytes and reads the same cloud, whether it is a library or a module. Costs
-/// the compilation of a C file and four conversions of the sample.
+/// Costs the compilation of a C file and four conversions of the sample.
+///
+/// Invariant: a format writes the same bytes and reads the same cloud, whether it is a library or a module
 #[test]
 fn a_format_writes_and_reads_the_same_as_module_and_as_library() {
     let library = folder("libxyzb_beside_module.so");
@@ -190,8 +192,7 @@ fn module_of(kind: &str) -> PathBuf {
     folder("target/wasm32-unknown-unknown/release").join(format!("{name}.wasm"))
 }
 
-/// Invariant: the same source gives the same graphs as module and as library, and passes every case of `check`.
-/// Projects are written here; with `SURFELSHOP_LONG` they are built, too, which needs Rust's standard library for
+/// The same source gives the same graphs as module and as library, and passes every case of `check`. Projects are written here; with `SURFELSHOP_LONG` they are built, too, which needs Rust's standard library for
 /// WebAssembly: some minutes where it is there, and a failure that says so where it is not.
 #[test]
 fn projects_of_every_kind_pass_every_case_as_modules() {

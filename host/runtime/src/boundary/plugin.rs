@@ -47,7 +47,7 @@ impl Plugin {
     ///
     /// # Errors
     /// Where it is no module that can be run; says why.
-    pub fn sandboxed(module: &[u8]) -> Result<Self, String> {
+    pub(crate) fn sandboxed(module: &[u8]) -> Result<Self, String> {
         Ok(Self(Code::Sandboxed(Box::leak(Box::new(Module::new(module)?)))))
     }
 

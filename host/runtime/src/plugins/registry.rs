@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::UnitKind;
 use surfelshop_api::manifest::{Manifest, UnitEntry};
-use surfelshop_sandbox::is_module;
+use surfelshop_sandbox::{Unfit, is_module};
 
 /// What became of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -157,7 +157,11 @@ impl Registry {
             };
             let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
                 Ok(manifest) => State::Available(manifest),
-                Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
+                Err(
+                    Refused::NoManifest
+                    | Refused::OtherMachine { .. }
+                    | Refused::Module(Unfit::NoManifest),
+                ) if place.shared => continue,
                 Err(refused) => {
                     tracing::debug!(path = %place.path.display(), %refused, "plugin refused");
                     State::Refused(refused.to_string())
