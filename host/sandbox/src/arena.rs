@@ -7,7 +7,8 @@ const PAGE: u64 = 65536;
 /// What is lent lies at multiples of this.
 const ALIGNMENT: u64 = 16;
 
-/// Pages that the host added to a memory, for its own use: one part after another, until all of a call is let go.
+/// Parts of a memory that are the host's: what the module's allocator set aside for it, or pages that it added itself.
+/// They stay, and are filled one after another until all of a call is let go.
 #[derive(Debug, Default)]
 pub(crate) struct Arena {
     parts: Vec<Part>,
@@ -30,6 +31,11 @@ impl Mark {
     }
 }
 
+/// What is set aside for `len` bytes: no less than a page, and room to align them.
+pub(crate) fn with_margin(len: usize) -> u64 {
+    ((len as u64).next_multiple_of(ALIGNMENT) + ALIGNMENT).max(PAGE)
+}
+
 impl Arena {
     /// How much is in use now.
     pub(crate) fn mark(&self) -> Mark {
@@ -43,19 +49,30 @@ impl Arena {
         }
     }
 
-    /// The address of room for `len` bytes.
-    pub(crate) fn take(
+    /// The address of room for `len` bytes, where there is some.
+    pub(crate) fn take(&mut self, len: usize) -> Option<u32> {
+        let len = (len as u64).next_multiple_of(ALIGNMENT);
+        let has_room = |part: &&mut Part| part.end - part.used >= len;
+        let part = self.parts.iter_mut().find(has_room)?;
+        let address = part.used;
+        part.used += len;
+        Some(address as u32)
+    }
+
+    /// Adds what the module's own allocator has set aside: at least [`with_margin`] bytes.
+    pub(crate) fn add(&mut self, address: u32, len: u64) {
+        let (start, end) =
+            (u64::from(address).next_multiple_of(ALIGNMENT), u64::from(address) + len);
+        self.parts.push(Part { start, end, used: start });
+    }
+
+    /// Adds pages to the memory, with room for `len` bytes.
+    pub(crate) fn grow(
         &mut self,
         (store, memory): (&mut Store<StoreLimits>, Memory),
         len: usize,
-    ) -> Result<u32, Stop> {
+    ) -> Result<(), Stop> {
         let len = (len as u64).next_multiple_of(ALIGNMENT);
-        let has_room = |part: &&mut Part| part.end - part.used >= len;
-        if let Some(part) = self.parts.iter_mut().find(has_room) {
-            let address = part.used;
-            part.used += len;
-            return Ok(address as u32);
-        }
         let pages = len.div_ceil(PAGE).max(1);
         let before = memory.grow(&mut *store, pages).map_err(|_refused| {
             Stop::Impossible(format!(
@@ -69,11 +86,6 @@ impl Arena {
             Some(last) if last.end == start => last.end = end,
             _ => self.parts.push(Part { start, end, used: start }),
         }
-        let Some(last) = self.parts.last_mut() else {
-            return Err(Stop::Impossible("there is no room".to_owned()));
-        };
-        let address = last.used;
-        last.used += len;
-        Ok(address as u32)
+        Ok(())
     }
 }

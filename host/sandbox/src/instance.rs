@@ -1,6 +1,6 @@
 //! A module with a memory of its own, and how its functions run.
 
-use crate::arena::Arena;
+use crate::arena::{Arena, with_margin};
 use crate::function::{self, HostFunction, Request};
 use crate::host::Host;
 use crate::layout::{FORMATS_LEN, PAIR_LEN, TABLE_LEN, u16_at, u32_at};
@@ -22,6 +22,11 @@ const SLICE: u64 = 5_000_000;
 const MAX_NESTED: u32 = 4;
 /// What a call of the host costs, in steps: about as long as the module's own code takes for as many.
 const REQUEST_STEPS: u64 = 500;
+/// Most steps of setting memory aside.
+const ALLOC_STEPS: u64 = 100_000_000;
+/// The function of a module that sets memory aside, which is called where there is one. Some allocators take all of
+/// the memory that is there when they are first asked.
+const ALLOC: &str = "surfelshop_alloc";
 /// Most elements of a function table.
 const MAX_TABLE: usize = 100_000;
 
@@ -71,6 +76,7 @@ pub struct Instance {
     table: Table,
     /// Where the host's functions begin in it.
     first_host: u32,
+    alloc: Option<Func>,
     pub(crate) functions: Functions,
     pub(crate) arena: Arena,
     /// Where its unit's instance is, once it was made.
@@ -117,12 +123,14 @@ impl Instance {
         let (plugin, files) =
             (address(&store, table::SYMBOL), address(&store, format_table::SYMBOL));
         let plugin = plugin.ok_or_else(|| lacks(table::SYMBOL))?;
+        let alloc = made.get_func(&store, ALLOC);
         let first_host = lend_functions(&mut store, table)?;
         let mut instance = Self {
             store,
             memory,
             table,
             first_host,
+            alloc,
             functions: Functions::default(),
             arena: Arena::default(),
             unit: 0,
@@ -230,7 +238,38 @@ impl Instance {
 
     /// Room of the host's in its memory, until that is let go of.
     pub(crate) fn room(&mut self, len: usize) -> Result<u32, Stop> {
-        self.arena.take((&mut self.store, self.memory), len)
+        if let Some(address) = self.arena.take(len) {
+            return Ok(address);
+        }
+        match self.alloc {
+            Some(alloc) => {
+                let len = with_margin(len);
+                let address = self.allocate(alloc, len)?;
+                self.arena.add(address, len);
+            }
+            None => self.arena.grow((&mut self.store, self.memory), len)?,
+        }
+        self.arena.take(len).ok_or_else(|| Stop::misbehaved("its memory does not grow"))
+    }
+
+    /// Has the module's own allocator set bytes aside.
+    fn allocate(&mut self, alloc: Func, len: u64) -> Result<u32, Stop> {
+        let stop = |error: wasmi::Error| Stop::of(&error);
+        let too_large = || {
+            let mib = len.div_ceil(1 << 20);
+            Stop::Impossible(format!("its memory has no room for {mib} MiB that it is to be lent"))
+        };
+        let asked = u32::try_from(len).map_err(|_beyond| too_large())?;
+        let (left, mut address) = (self.store.get_fuel().map_err(stop)?, [Val::I32(0)]);
+        self.store.set_fuel(ALLOC_STEPS).map_err(stop)?;
+        alloc.call(&mut self.store, &[Val::I32(asked as i32)], &mut address).map_err(stop)?;
+        self.store.set_fuel(left).map_err(stop)?;
+        let address = address[0].i32().unwrap_or(0) as u32;
+        if address == 0 {
+            return Err(too_large());
+        }
+        self.slice(address, asked)?;
+        Ok(address)
     }
 
     /// Copies bytes into room of the host's.

@@ -483,6 +483,14 @@ SURFELSHOP_ASSERT(format_table_layout, sizeof(surfelshop_format_table) == 16 + 2
  * file, so it holds nothing but bytes; the zero that ends the literal is behind the stated length.
  */
 #if defined(__wasm__)
+#include <stdlib.h>
+
+/** Sets memory aside for what the host lends, so that it is no allocator's. */
+__attribute__((weak, export_name("surfelshop_alloc"))) void *surfelshop_alloc(size_t len)
+{
+    return malloc(len);
+}
+
 /*
  * A sandboxed plugin imports nothing. Where its C library formats text it names the system's files, too, which are
  * never written: these take their place, and the linker needs no import.

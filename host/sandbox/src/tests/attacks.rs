@@ -156,7 +156,18 @@ fn lies_about_addresses_and_lengths_are_found() {
 fn wrong_functions_are_told_apart() {
     let line = stopped("(func $frame (param i32 i32 i32 i32) (result i32) i32.const 0)");
     assert!(line.contains("other arguments than the interface says"), "{line}");
-    // A sink whose function is the host's, and one that is nothing.
+    // A loop body that is the host's.
+    let mut noted = Noted::default();
+    let mut tool = instance(
+        "(type $parallel (func (param i32 i32 f64 f64 i32 i32) (result i32)))
+        (func $run (param i32 i32 i32) (param $job i32) (param $sink i32) (result i32)
+            (call_indirect (type $parallel) (i32.const 0) (i32.const 9) (f64.const 0) (f64.const 1)
+                (i32.load offset=4 (local.get $sink)) (i32.const 0) (i32.load offset=16 (local.get $job))))",
+    );
+    tool.create(0, b"", &mut noted).unwrap();
+    let line = tool.run(b"", &CloudView::default(), &mut noted).unwrap_err().to_string();
+    assert!(line.contains("passed on a function of the host"), "{line}");
+    // A sink whose function is none.
     let stage = |write: &str| {
         format!(
             "(type $stage (func (param i32 i32 i32 i32 i32) (result i32)))
@@ -175,8 +186,6 @@ fn wrong_functions_are_told_apart() {
         tool.create(0, b"", &mut noted).unwrap();
         tool.run(b"", &CloudView::default(), &mut noted).unwrap_err().to_string()
     };
-    let line = run("(i32.load offset=4 (local.get $sink))");
-    assert!(line.contains("passed on a function of the host"), "{line}");
     assert!(run("(i32.const 12345)").contains("has none there"));
     assert!(run("(i32.const 0)").contains("has none there"));
 }

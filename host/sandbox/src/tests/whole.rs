@@ -1,7 +1,9 @@
 //! Modules that do as they should.
 
 use super::{Noted, frame, instance};
-use surfelshop_api::columns::Values;
+use crate::{BatchTaker, Host, Instance, Lent, Limits, Module, Stop};
+use surfelshop_api::columns::{Element, Values};
+use surfelshop_api::format::{CloudHeader, FileColumn};
 use surfelshop_api::{CloudView, ColumnView};
 
 /// Writes the request back to channel 3 of the call's sink. Costs a millisecond.
@@ -111,4 +113,98 @@ fn a_tool_loops_and_stages() {
     assert_eq!(words, [10_000, 0, 1, said], "the sum, both statuses, and the length of the line");
     assert_eq!(noted.edits, [b"good".to_vec()]);
     assert_eq!((noted.progress.len(), noted.progress[2]), (3, 1.0));
+}
+
+/// A file in memory, a cloud that is written to it, and what is read back.
+#[derive(Default)]
+struct Files {
+    file: Vec<u8>,
+    said: Vec<u8>,
+    clouds: usize,
+    batches: usize,
+    read: Vec<Vec<u8>>,
+}
+
+impl Host for Files {
+    fn write(&mut self, channel: u32, bytes: &[u8]) {
+        if channel == 1 {
+            self.said = bytes.to_vec();
+        }
+    }
+
+    fn length(&mut self) -> u64 {
+        self.file.len() as u64
+    }
+
+    fn read_at(&mut self, offset: u64, buffer: &mut [u8]) -> Result<usize, String> {
+        let there = self.file.get(offset as usize..).unwrap_or_default();
+        let len = there.len().min(buffer.len());
+        buffer[..len].copy_from_slice(&there[..len]);
+        Ok(len)
+    }
+
+    fn write_at(&mut self, offset: u64, bytes: &[u8]) -> Result<(), String> {
+        let end = offset as usize + bytes.len();
+        self.file.resize(self.file.len().max(end), 0);
+        self.file[offset as usize..end].copy_from_slice(bytes);
+        Ok(())
+    }
+
+    fn next_cloud(&mut self) -> Result<Option<Vec<u8>>, String> {
+        self.clouds += 1;
+        let column = |name: &str, element| FileColumn::new(name, 3, element);
+        let columns = vec![column("position", Element::F64), column("color", Element::U8)];
+        let header = CloudHeader { rows: Some(4), columns, ..CloudHeader::default() };
+        Ok((self.clouds == 1).then(|| rmp_serde::to_vec_named(&header).unwrap()))
+    }
+
+    fn next_batch(&mut self, take: &mut BatchTaker<'_>) -> Result<Result<bool, Stop>, String> {
+        self.batches += 1;
+        if self.batches > 2 {
+            return Ok(Ok(false));
+        }
+        let columns = vec![
+            ColumnView {
+                name: "position",
+                components: 3,
+                generation: 0,
+                values: Values::F64(&[1.0, 2.0, 3.0, -4.0, 5.0, 6.5]),
+            },
+            ColumnView {
+                name: "color",
+                components: 3,
+                generation: 0,
+                values: Values::U8(&[1, 2, 3, 4, 5, 6]),
+            },
+        ];
+        Ok(take(&CloudView { len: 2, columns, ..CloudView::default() }).map(|()| true))
+    }
+
+    fn begin(&mut self, _header: &[u8]) -> Result<bool, String> {
+        Ok(true)
+    }
+
+    fn batch(&mut self, columns: &[&[u8]]) -> Result<(), String> {
+        self.read.extend(columns.iter().map(|column| column.to_vec()));
+        Ok(())
+    }
+}
+
+/// A format in C, whose allocator takes all memory that is there when it is first asked: what the host lends is no
+/// part of it. Costs some milliseconds.
+#[test]
+fn a_format_in_c_writes_and_reads() {
+    let bytes = include_bytes!("../../../../tests/stored/sandbox/xyzb.wasm");
+    let mut format = Instance::new(&Module::new(bytes).unwrap(), Limits::default()).unwrap();
+    let mut files = Files::default();
+    let status = format.create(0, b"\x80", &mut files);
+    assert_eq!(status, Ok((0, true)), "{}", String::from_utf8_lossy(&files.said));
+    let status = format.file(b"\x80", Lent::Written("a.xyzb"), &mut files);
+    assert_eq!(status, Ok(0), "{}", String::from_utf8_lossy(&files.said));
+    assert!(files.file.starts_with(b"points xyzb 1\n"), "{:?}", files.file);
+    let status = format.file(b"\x81\xa6values\x80", Lent::Read("a.xyzb"), &mut files);
+    assert_eq!(status, Ok(0), "{}", String::from_utf8_lossy(&files.said));
+    let twice = |values: &[u8]| [values, values].concat();
+    let places = [1.0_f64, 2.0, 3.0, -4.0, 5.0, 6.5].map(f64::to_le_bytes).concat();
+    assert_eq!(files.read, [twice(&places), twice(&[1, 2, 3, 4, 5, 6])]);
 }
