@@ -1,6 +1,6 @@
 //! The direction of dependencies, proved from `cargo metadata`.
 //!
-//! `sdk <- {cloud, raster, image} <- {runtime, pyramid} <- render <- session <- evaluate <- viewer <- app`; plugins see the SDK alone; tests
+//! `sdk <- {cloud, raster, image, sandbox} <- {runtime, pyramid} <- render <- session <- evaluate <- viewer <- app`; plugins see the SDK alone; tests
 //! see everything and nobody sees them. Declared dependencies are judged for every platform and kind, development included,
 //! since a cycle through a test rots as well as any other. What a package pulls in through others
 //! is judged for the platform at hand, because only its packages are sure to be downloaded.
@@ -19,7 +19,7 @@ struct Layer {
     because: &'static str,
 }
 
-const LAYERS: [Layer; 16] = [
+const LAYERS: [Layer; 17] = [
     Layer {
         folder: "host/sdk/api",
         sees: &[],
@@ -56,8 +56,13 @@ const LAYERS: [Layer; 16] = [
         because: "pictures are written and compared where there is no graphics device",
     },
     Layer {
+        folder: "host/sandbox",
+        sees: &["host/sdk/api"],
+        because: "modules run where there is nothing that they could ask for",
+    },
+    Layer {
         folder: "host/runtime",
-        sees: &["host/sdk/api", "host/cloud", "host/image"],
+        sees: &["host/sdk/api", "host/cloud", "host/image", "host/sandbox"],
         because: "plugins are loaded, and tools and tracers run, where there is no graphics device",
     },
     Layer {
@@ -189,13 +194,14 @@ const RESERVED: [Reserved; 5] = [
 ];
 
 /// Rooms whose packages must not even pull in a reserved crate through others.
-const CLEAN: [&str; 9] = [
+const CLEAN: [&str; 10] = [
     "host/sdk/api",
     "host/sdk/geometry",
     "host/sdk/shading",
     "host/cloud",
     "host/raster",
     "host/image",
+    "host/sandbox",
     "host/runtime",
     "plugins",
     "assets",

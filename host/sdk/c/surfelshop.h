@@ -1,7 +1,7 @@
 /*
  * surfelshop.h: the plugin boundary of Surfelshop for C and C++.
  *
- * A plugin is a shared library that exports two objects: SURFELSHOP_MANIFEST, bytes that say what
+ * A plugin is a shared library, or a WebAssembly module, that exports two objects: SURFELSHOP_MANIFEST, bytes that say what
  * the library is, which the host reads before it loads any code, and SURFELSHOP_PLUGIN, a table of
  * functions; one that reads or writes files exports SURFELSHOP_FORMATS, too. rim.c beside this file is
  * a whole renderer, gaussians.c one that reads columns and draws splats, and xyzb.c a whole file format.
@@ -11,7 +11,14 @@
  *     cc -shared -fPIC -O2 -o libgaussians_c.so gaussians.c -lm
  *     cc -shared -fPIC -O2 -o libxyzb_c.so xyzb.c -lm
  *
- * and used like any other plugin. This header is plain C99 and compiles as C++, too; it
+ * and used like any other plugin. A module that runs in a sandbox, so that nobody has to trust it, is
+ * built from the same file with Debian's packages clang, lld, wasi-libc and libclang-rt-14-dev-wasm32:
+ *
+ *     clang --target=wasm32-wasi -O2 -nostartfiles -Wl,--no-entry -Wl,--export-table \
+ *         -Wl,--growable-table -Wl,--export=SURFELSHOP_PLUGIN \
+ *         -Wl,--export-if-defined=SURFELSHOP_FORMATS -Wl,--strip-all -o rim.wasm rim.c
+ *
+ * This header is plain C99 and compiles as C++, too; it
  * needs nothing but the C library.
  *
  * What crosses the boundary is either a structure declared here or a message in MessagePack, which
@@ -475,6 +482,52 @@ SURFELSHOP_ASSERT(format_table_layout, sizeof(surfelshop_format_table) == 16 + 2
  * Goes once into a library, at file scope, with a semicolon. The host reads the object out of the
  * file, so it holds nothing but bytes; the zero that ends the literal is behind the stated length.
  */
+#if defined(__wasm__)
+#include <stdlib.h>
+
+/** Sets memory aside for what the host lends, so that it is no allocator's. */
+__attribute__((weak, export_name("surfelshop_alloc"))) void *surfelshop_alloc(size_t len)
+{
+    return malloc(len);
+}
+
+/*
+ * A sandboxed plugin imports nothing. Where its C library formats text it names the system's files, too, which are
+ * never written: these take their place, and the linker needs no import.
+ */
+__attribute__((weak)) int __imported_wasi_snapshot_preview1_fd_close(int file)
+{
+    (void)file;
+    return 8;
+}
+__attribute__((weak)) int __imported_wasi_snapshot_preview1_fd_seek(int file, int64_t by, int from,
+                                                                    int out)
+{
+    (void)file, (void)by, (void)from, (void)out;
+    return 8;
+}
+__attribute__((weak)) int __imported_wasi_snapshot_preview1_fd_write(int file, int parts, int n,
+                                                                     int out)
+{
+    (void)file, (void)parts, (void)n, (void)out;
+    return 8;
+}
+
+/* In a custom section, which hosts read without running anything. The text is the assembler's to count. */
+#define SURFELSHOP_TEXT_OF(...) #__VA_ARGS__
+#define SURFELSHOP_WRITTEN(...) SURFELSHOP_TEXT_OF(__VA_ARGS__)
+#define SURFELSHOP_MANIFEST_OF(...) \
+    __asm__(".section .custom_section.surfelshop.manifest,\"\",@\n" \
+            ".ascii \"SURFELSHOP-PLUG\\n\"\n" \
+            ".int16 " SURFELSHOP_WRITTEN(SURFELSHOP_ABI_MAJOR) "\n" \
+            ".int16 " SURFELSHOP_WRITTEN(SURFELSHOP_ABI_MINOR) "\n" \
+            ".int32 .Lsurfelshop_end-.Lsurfelshop_text\n" \
+            ".Lsurfelshop_text:\n" \
+            ".ascii " #__VA_ARGS__ "\n" \
+            ".Lsurfelshop_end:\n" \
+            ".section .text,\"\",@\n"); \
+    extern const int surfelshop_manifest_is_a_section
+#else
 #define SURFELSHOP_MANIFEST_OF(lines) \
     typedef struct surfelshop_manifest { \
         uint8_t magic[16]; \
@@ -491,6 +544,7 @@ SURFELSHOP_ASSERT(format_table_layout, sizeof(surfelshop_format_table) == 16 + 2
         {(sizeof(lines) - 1) & 255, (sizeof(lines) - 1) >> 8 & 255, \
          (sizeof(lines) - 1) >> 16 & 255, (sizeof(lines) - 1) >> 24 & 255}, \
         lines}
+#endif
 
 /** Writes `len` bytes to a channel; the caller keeps them. */
 static inline void surfelshop_write(surfelshop_sink sink, uint32_t channel, const void *from,

@@ -62,6 +62,7 @@ pub const PAGES: &[Page] = pages! {
     "Reference", "devices", "Graphics devices", "reference/devices";
     "Reference", "strategies", "Ways to draw surfels", "reference/strategies";
     "Reference", "trust", "Plugins and trust", "reference/trust";
+    "Reference", "sandbox", "The sandbox", "reference/sandbox";
     "Reference", "conventions", "Conventions", "reference/conventions";
     "Reference", "architecture", "Architecture", "reference/architecture";
     "Reference", "invariants", "Invariants", "reference/invariants";

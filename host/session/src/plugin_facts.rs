@@ -31,6 +31,7 @@ pub fn trusted(standing: TrustState) -> &'static str {
         TrustState::Build => "yes, this build",
         TrustState::Place => "yes, whatever is built there",
         TrustState::Once => "yes, this once",
+        TrustState::Sandboxed => "not needed, it runs in a sandbox",
         TrustState::New => "no: its code runs after `surfelshop plugins trust`, or with --trust",
     }
 }

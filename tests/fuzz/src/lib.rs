@@ -12,6 +12,7 @@ mod device;
 mod format;
 mod graph;
 mod manifest;
+mod module;
 mod mutate;
 mod parameters;
 mod pyramid;
@@ -22,6 +23,7 @@ pub use cloud::{cloud, probe};
 pub use format::{compressed_ply, e57, gltf, las, pcd, pts, ptx, sfl, sog, splat, spz, stl, xyz};
 pub use graph::graph;
 pub use manifest::manifest;
+pub use module::module;
 pub use mutate::{Chance, mutated};
 pub use parameters::parameters;
 pub use pyramid::pyramid;
@@ -36,7 +38,7 @@ pub const MOST_BYTES: usize = 512 << 20;
 pub type Target = fn(&[u8]);
 
 /// The targets by the names of their folders in `corpus`.
-pub const TARGETS: [(&str, Target); 21] = [
+pub const TARGETS: [(&str, Target); 22] = [
     ("cloud", cloud),
     ("compressed-ply", compressed_ply),
     ("e57", e57),
@@ -44,6 +46,7 @@ pub const TARGETS: [(&str, Target); 21] = [
     ("graph", graph),
     ("las", las),
     ("manifest", manifest),
+    ("module", module),
     ("parameters", parameters),
     ("pcd", pcd),
     ("probe", probe),

@@ -12,3 +12,5 @@ mod c;
 mod format_in_c;
 #[cfg(unix)]
 mod hostile;
+#[cfg(unix)]
+mod modules;

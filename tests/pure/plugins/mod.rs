@@ -11,5 +11,6 @@ mod links;
 mod loading;
 mod lookup;
 mod rebuilt;
+mod sandboxed;
 mod search;
 mod watching;

@@ -107,6 +107,9 @@ pub(crate) struct NewArguments {
     /// `surfelshop-api`].
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u16).range(0..=i64::from(surfelshop_api::manifest::ABI_MINOR)))]
     pub(crate) minor: Option<u16>,
+    /// Have Cargo build a WebAssembly module, which runs in a sandbox and needs nobody's trust.
+    #[arg(long)]
+    pub(crate) sandbox: bool,
 }
 
 #[cfg(test)]
@@ -124,6 +127,7 @@ mod tests {
             " new a/b --kind tool",
             " new a --kind format",
             " new a --kind splat",
+            " new a --kind tracer --sandbox",
             " new a --api https://example.org/s.git --tag v1 --minor 7",
             " trust a.so --place",
         ] {

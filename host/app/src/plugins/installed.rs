@@ -8,7 +8,7 @@ use std::env::consts::DLL_SUFFIX;
 use std::path::{Path, PathBuf};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{
-    self, Contents, Entry, Origin, Place, Registry, SearchPath, user_plugins_folder,
+    self, Contents, Entry, Origin, Place, Registry, SearchPath, is_module, user_plugins_folder,
 };
 use surfelshop_session::output::{files, terminal};
 use surfelshop_session::trust_file::TrustFile;
@@ -21,7 +21,7 @@ fn folder() -> anyhow::Result<PathBuf> {
     })
 }
 
-/// Copies plugins into the user's folder and trusts them.
+/// Copies plugins into the user's folder, and trusts those that need it.
 pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Result<()> {
     let folder = folder()?;
     std::fs::create_dir_all(&folder)
@@ -58,7 +58,10 @@ pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Re
             files::write_whole(target, &bytes)?;
             let (_, copied) = inspected(target)?;
             ensure!(copied == *contents, "{}: the file changed meanwhile", file.display());
-            list.add(target, manifest, *contents, false)?;
+            // A module runs in a sandbox, and needs no trust.
+            if !is_module(&bytes) {
+                list.add(target, manifest, *contents, false)?;
+            }
         }
         Ok(wanted.into_iter().map(|(_, target, manifest, _)| (target, manifest)))
     })?;

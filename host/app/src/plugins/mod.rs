@@ -4,6 +4,7 @@
 pub(crate) mod arguments;
 mod installed;
 mod list;
+mod names;
 mod new;
 mod trusted;
 

@@ -1,5 +1,6 @@
 //! `surfelshop plugins new`: a project that builds, loads and passes `check`, to be changed from there.
 
+use super::names::check_name;
 use crate::plugins::arguments::{NewArguments, NewKind};
 use anyhow::{Context as _, ensure};
 use serde_json::json;
@@ -10,78 +11,6 @@ use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
 use surfelshop_runtime::plugins::is_package_id;
 use surfelshop_session::output::{command_line, terminal};
 
-/// Names that Cargo or Rust would not take, or that would be taken for others.
-const TAKEN: [&str; 68] = [
-    "abstract",
-    "alloc",
-    "as",
-    "async",
-    "aux",
-    "await",
-    "become",
-    "box",
-    "break",
-    "build",
-    "con",
-    "const",
-    "continue",
-    "core",
-    "crate",
-    "deps",
-    "do",
-    "dyn",
-    "else",
-    "enum",
-    "examples",
-    "extern",
-    "false",
-    "final",
-    "fn",
-    "for",
-    "gen",
-    "glam",
-    "if",
-    "impl",
-    "in",
-    "incremental",
-    "let",
-    "loop",
-    "macro",
-    "match",
-    "mod",
-    "move",
-    "mut",
-    "nul",
-    "override",
-    "priv",
-    "prn",
-    "proc-macro",
-    "pub",
-    "ref",
-    "return",
-    "self",
-    "serde",
-    "static",
-    "std",
-    "struct",
-    "super",
-    "surfelshop-api",
-    "surfelshop-geometry",
-    "test",
-    "trait",
-    "true",
-    "try",
-    "type",
-    "typeof",
-    "unsafe",
-    "unsized",
-    "use",
-    "virtual",
-    "where",
-    "while",
-    "yield",
-];
-
 /// A file of a template: where it goes, and its text.
 type File = (&'static str, &'static str);
 
@@ -91,6 +20,10 @@ const COMMON: [File; 3] = [
     ("README.md", include_str!("template/README.txt")),
     (".gitignore", "/target\n"),
 ];
+
+/// The file that has Cargo build a WebAssembly module.
+const SANDBOX: [File; 1] =
+    [(".cargo/config.toml", include_str!("template/sandbox/config.toml.txt"))];
 
 impl NewKind {
     fn files(self) -> &'static [File] {
@@ -190,11 +123,14 @@ pub(super) fn run(arguments: &NewArguments, json: bool) -> anyhow::Result<()> {
         }));
     }
     let (folder, library) = (path.display(), project.library());
+    let target = project.target();
     let enter = command_line::words("cd", [folder.to_string()]);
     terminal::line(format!("{} is in {folder}. Next:\n", project.kind.what()))?;
-    terminal::line(format!("  {enter}\n  cargo build --release"))?;
+    terminal::line(format!("  {enter}\n{}  cargo build --release", indented(target)))?;
     let program = command_line::program_anywhere();
-    terminal::line(format!("  {program} plugins trust --place {library}"))?;
+    if !project.sandbox {
+        terminal::line(format!("  {program} plugins trust --place {library}"))?;
+    }
     for look in project.kind.look(&project.name, &library).lines() {
         terminal::line(format!("  {}", look.replacen("surfelshop", &program, 1)))?;
     }
@@ -209,6 +145,8 @@ struct Project {
     dependencies: String,
     /// The oldest minor version of the ABI, where one is said.
     minor: Option<u16>,
+    /// Whether it is to be a WebAssembly module.
+    sandbox: bool,
 }
 
 impl Project {
@@ -224,17 +162,43 @@ impl Project {
         );
         check_minor(arguments.kind, arguments.minor)?;
         let dependencies = dependencies(arguments)?;
-        Ok(Self { kind: arguments.kind, name, package, dependencies, minor: arguments.minor })
+        let (kind, minor, sandbox) = (arguments.kind, arguments.minor, arguments.sandbox);
+        Ok(Self { kind, name, package, dependencies, minor, sandbox })
     }
 
     /// Where Cargo puts the library.
     fn library(&self) -> String {
-        format!("target/release/{DLL_PREFIX}{}{DLL_SUFFIX}", self.name.replace('-', "_"))
+        let name = self.name.replace('-', "_");
+        match self.sandbox {
+            true => format!("target/wasm32-unknown-unknown/release/{name}.wasm"),
+            false => format!("target/release/{DLL_PREFIX}{name}{DLL_SUFFIX}"),
+        }
+    }
+
+    /// What Rust needs once before the project builds, as a line.
+    fn target(&self) -> &'static str {
+        match self.sandbox {
+            true => "rustup target add wasm32-unknown-unknown\n",
+            false => "",
+        }
+    }
+
+    /// What is said of trust, as lines between the commands, and as a sentence behind them.
+    fn trust(&self) -> (String, &'static str) {
+        match self.sandbox {
+            true => (String::new(), include_str!("template/sandbox/remarks.txt").trim_end()),
+            false => (
+                format!("surfelshop plugins trust --place {}\n", self.library()),
+                "The second command says once that whatever is built there may run.",
+            ),
+        }
     }
 
     /// The files with their texts.
     fn files(&self) -> impl Iterator<Item = (&'static str, String)> {
-        COMMON.iter().chain(self.kind.files()).map(|(file, text)| (*file, self.filled(text)))
+        let sandbox = if self.sandbox { &SANDBOX[..] } else { &[] };
+        let files = COMMON.iter().chain(sandbox).chain(self.kind.files());
+        files.map(|(file, text)| (*file, self.filled(text)))
     }
 
     fn filled(&self, text: &str) -> String {
@@ -260,6 +224,7 @@ impl Project {
             false => format!(" and {}", shaders.join(", ")),
         };
         let (library, what) = (self.library(), self.kind.what().trim_end_matches(','));
+        let (trust, about_trust) = self.trust();
         text.replace("{{id}}", &self.name)
             .replace("{{Name}}", &type_name)
             .replace("{{title}}", &title)
@@ -269,6 +234,9 @@ impl Project {
             .replace("{{dependencies}}", &self.dependencies)
             .replace("{{what}}", what)
             .replace("{{shader}}", &shaders)
+            .replace("{{target}}", self.target())
+            .replace("{{trust}}", &trust)
+            .replace("{{about trust}}", about_trust)
             .replace("{{remarks}}", self.kind.remarks())
             .replace("{{look}}", &self.kind.look(&self.name, &library))
             .replace("{{library}}", &library)
@@ -288,9 +256,10 @@ impl Project {
         let made = made.with_context(cannot)?;
         // A folder for temporary files is private; a project is like any other.
         let root = made.path().join("project");
-        std::fs::create_dir_all(root.join("src")).with_context(cannot)?;
         for (file, text) in self.files() {
-            std::fs::write(root.join(file), text).with_context(cannot)?;
+            let file = root.join(file);
+            std::fs::create_dir_all(file.parent().unwrap_or(&root)).with_context(cannot)?;
+            std::fs::write(file, text).with_context(cannot)?;
         }
         if is_empty {
             std::fs::remove_dir(path).with_context(cannot)?;
@@ -299,25 +268,14 @@ impl Project {
     }
 }
 
+/// A line of a command as it stands below others.
+fn indented(line: &str) -> String {
+    if line.is_empty() { String::new() } else { format!("  {line}") }
+}
+
 /// The ending of a format's files: its name without hyphens, as far as endings go.
 fn ending(name: &str) -> String {
     name.chars().filter(|c| *c != '-').take(MAX_ENDING_LEN).collect()
-}
-
-/// Refuses names that Cargo, Rust or a command line would not take.
-fn check_name(name: &str) -> anyhow::Result<()> {
-    let allowed = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-';
-    let sound = name.starts_with(|c: char| c.is_ascii_lowercase())
-        && name.chars().all(allowed)
-        && !name.ends_with('-')
-        && !name.contains("--")
-        && name.len() <= 64;
-    ensure!(sound, "{name}: expected a name of a-z, 0-9 and single -, such as rim-light");
-    ensure!(
-        !TAKEN.contains(&name),
-        "{name}: this name is taken by Rust or its libraries; choose another"
-    );
-    Ok(())
 }
 
 /// Refuses a minor version that the templates of a kind do not run in.
@@ -429,18 +387,6 @@ mod tests {
     use clap::ValueEnum as _;
 
     #[test]
-    fn names_that_cargo_or_rust_refuse_are_refused_in_a_line() {
-        for name in ["rim", "rim-light", "a1"] {
-            assert!(check_name(name).is_ok(), "{name}");
-        }
-        for name in ["Rim", "1rim", "rim_light", "-rim", "rim-", "a--b", "self", "std", "ä", "a b"]
-        {
-            assert!(check_name(name).is_err(), "{name}");
-        }
-        assert!(TAKEN.is_sorted());
-    }
-
-    #[test]
     fn folders_are_named_from_the_project() {
         let folder = tempfile::tempdir().unwrap();
         let root = folder.path().canonicalize().unwrap();
@@ -462,7 +408,8 @@ mod tests {
         for kind in NewKind::value_variants().iter().copied() {
             let (name, package) = ("rim-light".to_owned(), "org.example.rim-light".to_owned());
             let dependencies = "a = 1".to_owned();
-            let project = Project { kind, name, package, dependencies, minor: Some(9) };
+            let (minor, sandbox) = (Some(9), kind != NewKind::Graph);
+            let project = Project { kind, name, package, dependencies, minor, sandbox };
             for (file, text) in project.files() {
                 assert!(!text.contains("{{"), "{file} of {kind:?}: {text}");
             }

@@ -87,15 +87,19 @@ unsafe extern "C" fn write_at(context: *mut c_void, offset: u64, bytes: Bytes, s
 }
 
 /// A sink of clouds as it is lent to a format.
-struct LentSink<'a> {
+pub(super) struct LentSink<'a> {
     host: &'a mut dyn CloudSinkHost,
     header: Option<CloudHeader>,
     /// Columns whose bytes a plugin passed at an address that is none of their type.
     aligned: Vec<Vec<u64>>,
 }
 
-impl LentSink<'_> {
-    fn begin(&mut self, header: &[u8]) -> Result<bool, String> {
+impl<'a> LentSink<'a> {
+    pub(super) fn new(host: &'a mut dyn CloudSinkHost) -> Self {
+        Self { host, header: None, aligned: Vec::new() }
+    }
+
+    pub(super) fn begin(&mut self, header: &[u8]) -> Result<bool, String> {
         if header.len() > MAX_HEADER_BYTES {
             let found = header.len();
             return Err(format!(
@@ -113,7 +117,7 @@ impl LentSink<'_> {
         Ok(wanted)
     }
 
-    fn batch(&mut self, columns: &[Bytes]) -> Result<(), String> {
+    pub(super) fn batch(&mut self, columns: &[&[u8]]) -> Result<(), String> {
         let Some(header) = &self.header else {
             return Err("a batch came before the header of its cloud".to_owned());
         };
@@ -124,20 +128,28 @@ impl LentSink<'_> {
         self.aligned.clear();
         self.aligned.resize_with(columns.len(), Vec::new);
         let mut values = Vec::with_capacity(columns.len());
-        for ((column, bytes), aligned) in header.columns.iter().zip(columns).zip(&mut self.aligned)
+        for ((column, &bytes), aligned) in header.columns.iter().zip(columns).zip(&mut self.aligned)
         {
             let size = column.element.size();
-            if bytes.len % size != 0 {
+            if !bytes.len().is_multiple_of(size) {
                 return Err(format!(
                     "column `{}` of a batch: expected whole values of {size} bytes, found {} bytes",
-                    column.name, bytes.len
+                    column.name,
+                    bytes.len()
                 ));
             }
-            // SAFETY: the plugin lends the bytes for the call.
-            let slice = unsafe { bytes.as_slice() };
-            values.push(typed(column.element, slice, aligned));
+            values.push(typed(column.element, bytes, aligned));
         }
         self.host.batch(&values).map_err(|error| error.to_string())
+    }
+
+    pub(super) fn faces(&mut self, triangles: &[[u32; 3]]) -> Result<(), String> {
+        self.host.faces(triangles).map_err(|error| error.to_string())
+    }
+
+    pub(super) fn warn(&mut self, line: &[u8]) {
+        let text = String::from_utf8_lossy(&line[..line.len().min(super::MAX_ERROR_BYTES)]);
+        self.host.warn(&super::outputs::one_line(&text));
     }
 }
 
@@ -204,7 +216,8 @@ unsafe extern "C" fn batch(
     // SAFETY: the plugin lends `n_values` columns for the call, and passes the context it was given.
     unsafe {
         let values = if n_values == 0 { &[] } else { slice::from_raw_parts(values, n_values) };
-        on_sink(context, sink, |lent| lent.batch(values).map(|()| status::OK))
+        let values: Vec<&[u8]> = values.iter().map(|column| column.as_slice()).collect();
+        on_sink(context, sink, |lent| lent.batch(&values).map(|()| status::OK))
     }
 }
 
@@ -218,10 +231,7 @@ unsafe extern "C" fn faces(
     unsafe {
         let triangles =
             if n_triangles == 0 { &[] } else { slice::from_raw_parts(triangles, n_triangles) };
-        on_sink(context, sink, |lent| {
-            lent.host.faces(triangles).map_err(|error| error.to_string())?;
-            Ok(status::OK)
-        })
+        on_sink(context, sink, |lent| lent.faces(triangles).map(|()| status::OK))
     }
 }
 
@@ -229,8 +239,7 @@ unsafe extern "C" fn warn(context: *mut c_void, line: Bytes) {
     // SAFETY: the plugin lends the line for the call, and passes the context it was given.
     let (cell, line) = unsafe { (&*context.cast::<SinkCell<'_>>(), line.as_slice()) };
     if let Ok(lent) = cell.try_borrow_mut().as_mut() {
-        let text = String::from_utf8_lossy(&line[..line.len().min(super::MAX_ERROR_BYTES)]);
-        lent.host.warn(&super::outputs::one_line(&text));
+        lent.warn(line);
     }
 }
 
@@ -287,12 +296,15 @@ impl Instance {
         clouds: &mut dyn CloudSinkHost,
         job: &dyn JobHost,
     ) -> Result<(), Fault> {
-        let table = self.formats()?;
         let request = encode(call)?;
+        let native = match self.held() {
+            Ok(native) => native,
+            Err(sandboxed) => return sandboxed.read(&request, (name, file), clouds, job),
+        };
+        let table = native.formats()?;
         let lent = LentFile { host: file };
         let file = lent.raw(name);
-        let cell: SinkCell<'_> =
-            RefCell::new(LentSink { host: clouds, header: None, aligned: Vec::new() });
+        let cell: SinkCell<'_> = RefCell::new(LentSink::new(clouds));
         let context = std::ptr::from_ref(&cell).cast_mut().cast();
         let sink = RawCloudSink { context, begin, batch, faces, warn };
         let job = raw_job(&job);
@@ -300,7 +312,7 @@ impl Instance {
         // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
         let status = unsafe {
             (table.read)(
-                self.pointer(),
+                native.pointer(),
                 Bytes::of(&request),
                 &raw const file,
                 &raw const sink,
@@ -322,19 +334,26 @@ impl Instance {
         (name, file): (&str, &dyn FileHost),
         job: &dyn JobHost,
     ) -> Result<Vec<String>, Fault> {
-        let table = self.formats()?;
         let values = encode(values)?;
+        let mut outputs = Outputs::default();
+        let native = match self.held() {
+            Ok(native) => native,
+            Err(sandboxed) => {
+                sandboxed.write(&values, clouds, (name, file), job, &mut outputs)?;
+                return lines(&mut outputs);
+            }
+        };
+        let table = native.formats()?;
         let lent = LentFile { host: file };
         let file = lent.raw(name);
         let mut source = LentSource { host: clouds, columns: Vec::new() };
         let context = std::ptr::from_mut(&mut source).cast();
         let clouds = RawCloudSource { context, next_cloud, next_batch };
         let job = raw_job(&job);
-        let mut outputs = Outputs::default();
         // SAFETY: the instance is alive and used by this call alone; everything lent lives for it.
         let status = unsafe {
             (table.write)(
-                self.pointer(),
+                native.pointer(),
                 Bytes::of(&values),
                 &raw const clouds,
                 &raw const file,
@@ -343,11 +362,16 @@ impl Instance {
             )
         };
         outputs.check(status)?;
-        let lines = outputs.take(LINES_CHANNEL);
-        if lines.is_empty() {
-            return Ok(Vec::new());
-        }
-        rmp_serde::from_slice(&lines)
-            .map_err(|error| Fault::Misbehaved(format!("what it says is unreadable: {error}")))
+        lines(&mut outputs)
     }
+}
+
+/// What a file that was written cannot hold.
+fn lines(outputs: &mut Outputs) -> Result<Vec<String>, Fault> {
+    let lines = outputs.take(LINES_CHANNEL);
+    if lines.is_empty() {
+        return Ok(Vec::new());
+    }
+    rmp_serde::from_slice(&lines)
+        .map_err(|error| Fault::Misbehaved(format!("what it says is unreadable: {error}")))
 }

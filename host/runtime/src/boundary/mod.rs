@@ -18,6 +18,7 @@ mod job;
 mod outputs;
 mod plugin;
 mod request;
+mod sandboxed;
 
 pub use decode::decode;
 pub use fault::Fault;

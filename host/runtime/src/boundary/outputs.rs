@@ -29,21 +29,26 @@ impl Outputs {
             // SAFETY: the context is the `Outputs` whose sink this is, alive for the call and
             // used by one thread at a time; the plugin lends the bytes for the call.
             let (outputs, bytes) = unsafe { (&mut *context.cast::<Outputs>(), bytes.as_slice()) };
-            let bytes = match channel {
-                channel::ERROR => &bytes[..bytes.len().min(MAX_ERROR_BYTES)],
-                _ => bytes,
-            };
-            outputs.total = outputs.total.saturating_add(bytes.len());
-            for (found, most) in [(bytes.len(), most(channel)), (outputs.total, MAX_OUTPUT_BYTES)] {
-                if found > most {
-                    outputs.too_much.get_or_insert((found, most));
-                    return;
-                }
-            }
-            outputs.channels.retain(|(other, _)| *other != channel);
-            outputs.channels.push((channel, bytes.to_vec()));
+            outputs.write(channel, bytes);
         }
         Sink { context: std::ptr::from_mut(self).cast(), write }
+    }
+
+    /// Takes a copy of what goes through a channel, within the limits.
+    pub(super) fn write(&mut self, channel: u32, bytes: &[u8]) {
+        let bytes = match channel {
+            channel::ERROR => &bytes[..bytes.len().min(MAX_ERROR_BYTES)],
+            _ => bytes,
+        };
+        self.total = self.total.saturating_add(bytes.len());
+        for (found, most) in [(bytes.len(), most(channel)), (self.total, MAX_OUTPUT_BYTES)] {
+            if found > most {
+                self.too_much.get_or_insert((found, most));
+                return;
+            }
+        }
+        self.channels.retain(|(other, _)| *other != channel);
+        self.channels.push((channel, bytes.to_vec()));
     }
 
     pub(super) fn channel(&self, channel: u32) -> &[u8] {
@@ -55,9 +60,14 @@ impl Outputs {
         found.map(|(_, bytes)| std::mem::take(bytes)).unwrap_or_default()
     }
 
+    /// The line on the error channel; empty where there is none.
+    pub(super) fn line(&self) -> String {
+        one_line(&String::from_utf8_lossy(self.channel(channel::ERROR)))
+    }
+
     pub(super) fn check(&self, status: i32) -> Result<(), Fault> {
         let line = || {
-            let line = one_line(&String::from_utf8_lossy(self.channel(channel::ERROR)));
+            let line = self.line();
             if line.is_empty() { "it gave no reason".to_owned() } else { line }
         };
         match status {

@@ -4,6 +4,7 @@ use super::fault::Fault;
 use super::instance::Instance;
 use super::outputs::Outputs;
 use super::request::encode;
+use super::sandboxed::{self, Sandboxed};
 use core::ffi::c_void;
 use core::mem::offset_of;
 use std::fmt;
@@ -13,12 +14,25 @@ use surfelshop_api::abi::plugin_format;
 use surfelshop_api::abi::plugin_side::{self, Description, Package};
 use surfelshop_api::abi::table::{Bytes, MAGIC, PluginTable, channel};
 use surfelshop_api::manifest::{ABI_MAJOR, ABI_MINOR};
+use surfelshop_sandbox::Module;
 
 /// A plugin whose code is in memory.
 #[derive(Clone, Copy)]
-pub struct Plugin {
-    table: &'static PluginTable,
-    formats: Option<&'static FormatTable>,
+pub struct Plugin(Code);
+
+#[derive(Clone, Copy)]
+enum Code {
+    /// Functions of a library, or of this program.
+    Native(Tables),
+    /// A WebAssembly module, which stays in memory as libraries do.
+    Sandboxed(&'static Module),
+}
+
+/// The tables of functions of a library.
+#[derive(Clone, Copy)]
+pub(super) struct Tables {
+    pub(super) plugin: &'static PluginTable,
+    pub(super) formats: Option<&'static FormatTable>,
 }
 
 impl Plugin {
@@ -26,7 +40,15 @@ impl Plugin {
     #[must_use]
     pub fn of<P: Package>() -> Self {
         let formats = Some(const { &plugin_format::format_table() });
-        Self { table: const { &plugin_side::table::<P>() }, formats }
+        Self(Code::Native(Tables { plugin: const { &plugin_side::table::<P>() }, formats }))
+    }
+
+    /// A plugin that is a WebAssembly module: it runs in a sandbox.
+    ///
+    /// # Errors
+    /// Where it is no module that can be run; says why.
+    pub(crate) fn sandboxed(module: &[u8]) -> Result<Self, String> {
+        Ok(Self(Code::Sandboxed(Box::leak(Box::new(Module::new(module)?)))))
     }
 
     /// The plugin with the functions of its formats, from the address of their table.
@@ -68,8 +90,11 @@ impl Plugin {
                 ));
             }
         }
+        let Code::Native(tables) = self.0 else {
+            return misbehaved("it has a table of formats and none of functions".to_owned());
+        };
         // SAFETY: the whole table is there, with no function missing, and it stays.
-        Ok(Self { formats: Some(unsafe { &*table }), ..self })
+        Ok(Self(Code::Native(Tables { formats: Some(unsafe { &*table }), ..tables })))
     }
 
     /// A plugin from the address of its exported table.
@@ -119,7 +144,7 @@ impl Plugin {
             }
         }
         // SAFETY: the whole table is there, with no function missing, and it stays.
-        Ok(Self { table: unsafe { &*table }, formats: None })
+        Ok(Self(Code::Native(Tables { plugin: unsafe { &*table }, formats: None })))
     }
 
     /// What a unit says of itself, by its position in the manifest.
@@ -128,9 +153,14 @@ impl Plugin {
     /// Where the plugin fails or writes something that is no description.
     pub fn describe(&self, unit: u32) -> Result<Description, Fault> {
         let mut outputs = Outputs::default();
-        // SAFETY: the table's functions may be called with a sink that lives for the call.
-        let status = unsafe { (self.table.describe)(unit, outputs.sink()) };
-        outputs.check(status)?;
+        match self.0 {
+            Code::Native(tables) => {
+                // SAFETY: the table's functions may be called with a sink that lives for the call.
+                let status = unsafe { (tables.plugin.describe)(unit, outputs.sink()) };
+                outputs.check(status)?;
+            }
+            Code::Sandboxed(module) => sandboxed::describe(module, unit, &mut outputs)?,
+        }
         let misbehaved = |what: &dyn fmt::Display| {
             Fault::Misbehaved(format!("its description is no good: {what}"))
         };
@@ -150,16 +180,22 @@ impl Plugin {
     /// Where the plugin fails.
     pub fn create(&self, unit: u32, host: &HostInfo) -> Result<Instance, Fault> {
         let host = encode(host)?;
+        let tables = match self.0 {
+            Code::Native(tables) => tables,
+            Code::Sandboxed(module) => {
+                return Sandboxed::create(module, unit, host).map(Instance::sandboxed);
+            }
+        };
         let mut outputs = Outputs::default();
         let mut instance = std::ptr::null_mut();
         // SAFETY: bytes, place and sink live for the call.
         let status = unsafe {
-            (self.table.create)(unit, Bytes::of(&host), &raw mut instance, outputs.sink())
+            (tables.plugin.create)(unit, Bytes::of(&host), &raw mut instance, outputs.sink())
         };
         outputs.check(status)?;
         if instance.is_null() {
             return Err(Fault::Misbehaved("it made no instance and gave no reason".to_owned()));
         }
-        Ok(Instance::new(self.table, self.formats, instance))
+        Ok(Instance::native(tables, instance))
     }
 }

@@ -132,12 +132,13 @@ pub(super) fn libraries_in(folder: &Place) -> Vec<Place> {
     paths.into_iter().map(|path| Place { path, ..folder.clone() }).collect()
 }
 
-/// Whether a name ends as libraries of any system do: those of other systems are listed with the
-/// reason why they do not work here.
+/// Whether a name ends as libraries of any system do, or WebAssembly modules: libraries of other systems are listed
+/// with the reason why they do not work here.
 #[must_use]
 pub fn has_library_extension(path: &Path) -> bool {
     let extension = path.extension().and_then(|extension| extension.to_str());
-    extension.is_some_and(|e| ["so", "dylib", "dll"].iter().any(|l| e.eq_ignore_ascii_case(l)))
+    extension
+        .is_some_and(|e| ["so", "dylib", "dll", "wasm"].iter().any(|l| e.eq_ignore_ascii_case(l)))
 }
 
 /// The folder for the user's own plugins; `None` where the system names none.

@@ -9,6 +9,7 @@ use surfelshop_api::abi::format_table::{self, FormatTable};
 use surfelshop_api::abi::table::{self, PluginTable};
 use surfelshop_api::manifest::{self, HEADER_LEN, MAX_TEXT_LEN, Manifest, Refusal};
 use surfelshop_cloud::files::{self, OpenFault};
+use surfelshop_sandbox::{MAX_MODULE_LEN, Unfit, is_module};
 
 /// Files longer than this are refused unread; plugins have a few megabytes.
 pub const MAX_FILE_LEN: u64 = 1 << 30;
@@ -127,6 +128,9 @@ pub enum Refused {
     /// The manifest cannot be read or speaks another ABI.
     #[error("is refused: {0}")]
     Manifest(Refusal),
+    /// A WebAssembly module that is no plugin.
+    #[error(transparent)]
+    Module(#[from] Unfit),
 }
 
 /// Reads the manifest of a plugin file without loading it, and its contents.
@@ -144,23 +148,32 @@ pub fn inspect(path: &Path) -> Result<(Manifest, Contents), Refused> {
 /// # Errors
 /// Where the path leads to no regular file of acceptable length.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, Refused> {
-    files::read(path, MAX_FILE_LEN).map_err(|fault| match fault {
+    let is_named_module =
+        path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("wasm"));
+    let most = if is_named_module { MAX_MODULE_LEN } else { MAX_FILE_LEN };
+    files::read(path, most).map_err(|fault| match fault {
         OpenFault::Io(error) if error.kind() == io::ErrorKind::NotFound => Refused::Missing,
         OpenFault::Io(error) => Refused::Unreadable(error),
         OpenFault::NotAFile { found: found @ "a folder" } => Refused::NotAFile { found },
         OpenFault::NotAFile { .. } => Refused::NotAFile { found: "no regular file" },
+        OpenFault::TooLong { found, .. } if is_named_module => {
+            Refused::Module(Unfit::TooLong(found))
+        }
         OpenFault::TooLong { found, .. } => Refused::TooLarge { found },
         OpenFault::Memory(out) => Refused::Unreadable(io::Error::other(out.to_string())),
     })
 }
 
-/// Reads the manifest out of a library's bytes.
+/// Reads the manifest out of the bytes of a library or a WebAssembly module.
 ///
 /// # Errors
 /// As [`inspect`].
 pub fn inspect_bytes(bytes: &[u8]) -> Result<Manifest, Refused> {
     if bytes.is_empty() {
         return Err(Refused::Empty);
+    }
+    if is_module(bytes) {
+        return inspect_module(bytes);
     }
     let library = Library::parse(bytes)?;
     library.check_machine()?;
@@ -190,6 +203,18 @@ pub fn inspect_bytes(bytes: &[u8]) -> Result<Manifest, Refused> {
         }
         _ => Ok(manifest),
     }
+}
+
+fn inspect_module(bytes: &[u8]) -> Result<Manifest, Refused> {
+    let has_formats =
+        |manifest: &Manifest| manifest.units.iter().any(|unit| unit.kind == UnitKind::Format);
+    let contents = surfelshop_sandbox::read(bytes, |contents| {
+        manifest::decode(contents).is_ok_and(|manifest| has_formats(&manifest))
+    })?;
+    let contents = &contents[..contents.len().min(HEADER_LEN + MAX_TEXT_LEN)];
+    let manifest = manifest::decode(contents).map_err(Refused::Manifest)?;
+    check_names(&manifest)?;
+    Ok(manifest)
 }
 
 fn malformed(what: impl Into<String>) -> Refused {

@@ -4,7 +4,7 @@
 //! elsewhere by now); ask whether these bytes are trusted; inspect them; write them to a private copy; load that; check the function table; ask the unit to describe
 //! itself. All of it happens on a thread of its own, which is abandoned where initialisers or the
 //! description take too long. Libraries stay loaded until the process ends, and units of one
-//! package share one.
+//! package share one. A WebAssembly module is not asked about, and runs from the bytes that were inspected.
 
 use super::copy::{self, PrivateCopy};
 use super::find::UnitRef;
@@ -279,7 +279,8 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
     let path = resolved(&unit.file);
     let bytes = read(&path).map_err(refused)?;
     let contents = Contents::of(&bytes);
-    if unit.standing(&path, contents) == TrustState::New {
+    let is_module = surfelshop_sandbox::is_module(&bytes);
+    if !is_module && unit.standing(&path, contents) == TrustState::New {
         let what = match unit.found {
             TrustState::Build => "another build than the one that you trust",
             _ => "from a place that is new here",
@@ -295,6 +296,13 @@ fn load_package(unit: &UnitRef) -> Result<(Loaded, Contents), LoadError> {
         return Ok((known.clone(), contents));
     }
     let manifest = inspect_bytes(&bytes).map_err(refused)?;
+    if is_module {
+        // It runs from memory, so there is no file that somebody else could write to.
+        let plugin = Plugin::sandboxed(&bytes)
+            .map_err(|reason| LoadError::Open { unit: Box::new(unit.clone()), reason })?;
+        let package = loaded.insert(Loaded { plugin, manifest });
+        return Ok((package.clone(), contents));
+    }
     let copy = PrivateCopy::write(&unit.path, &bytes)
         .map_err(|error| LoadError::Copy { unit: Box::new(unit.clone()), error })?;
     let opened = open(copy.path(), &unit.path);

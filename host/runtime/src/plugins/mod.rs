@@ -42,6 +42,7 @@ pub use load::{LoadError, LoadTimes, LoadedUnit};
 pub use open::{ExitGuard, guard_exit, leave, loader_is_busy};
 pub use registry::{Entry, Registry, State};
 pub use reload::{CarriedValues, ReloadTimes, Reloaded, keep_values};
+pub use surfelshop_sandbox::is_module;
 pub use trust::{Trust, TrustState};
 pub use watch::{Changed, QUIET, Watcher};
 pub(crate) use watchdog::on_own_thread;

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 use surfelshop_api::UnitKind;
 use surfelshop_api::manifest::{Manifest, UnitEntry};
+use surfelshop_sandbox::{Unfit, is_module};
 
 /// What became of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -150,10 +151,17 @@ impl Registry {
             let bytes = read(&file);
             let contents = LazyContents { file: file.clone(), digest: Arc::default() };
             let digest = || bytes.as_deref().map(Contents::of).unwrap_or_default();
-            let trust = asked.standing(&place, &file, || *contents.digest.get_or_init(digest));
+            let trust = match bytes.as_deref().is_ok_and(is_module) {
+                true => TrustState::Sandboxed,
+                false => asked.standing(&place, &file, || *contents.digest.get_or_init(digest)),
+            };
             let state = match bytes.and_then(|bytes| inspect_bytes(&bytes)) {
                 Ok(manifest) => State::Available(manifest),
-                Err(Refused::NoManifest | Refused::OtherMachine { .. }) if place.shared => continue,
+                Err(
+                    Refused::NoManifest
+                    | Refused::OtherMachine { .. }
+                    | Refused::Module(Unfit::NoManifest),
+                ) if place.shared => continue,
                 Err(refused) => {
                     tracing::debug!(path = %place.path.display(), %refused, "plugin refused");
                     State::Refused(refused.to_string())
@@ -191,11 +199,14 @@ impl Registry {
     }
 }
 
-/// Leaves one available entry per package id: the last that may run, or that was named on the command line,
-/// and where there is none the last. A file that only lies in a folder takes nobody's place unasked.
+/// Leaves one available entry per package id: the last that somebody said yes to, or that was named on the command
+/// line, and where there is none the last. A file that only lies in a folder takes nobody's place unasked, not even
+/// a module that may run unasked.
 fn shadow_duplicates(entries: &mut [Entry]) {
-    let counts =
-        |entry: &Entry| entry.trust != TrustState::New || entry.origin == Origin::CommandLine;
+    let counts = |entry: &Entry| {
+        let asked = !matches!(entry.trust, TrustState::New | TrustState::Sandboxed);
+        asked || entry.origin == Origin::CommandLine
+    };
     let mut used: BTreeMap<String, (usize, PathBuf)> = BTreeMap::new();
     for (i, entry) in entries.iter().enumerate() {
         let Some(manifest) = entry.available() else { continue };
@@ -210,7 +221,8 @@ fn shadow_duplicates(entries: &mut [Entry]) {
             continue;
         };
         let (manifest, path) = (manifest.clone(), path.clone());
-        entry.state = match i < *best {
+        // A module waits for no yes, so it is not used at all.
+        entry.state = match i < *best || entry.trust == TrustState::Sandboxed {
             true => State::Shadowed { manifest, by: path },
             false => State::Waiting { manifest, meanwhile: path },
         };

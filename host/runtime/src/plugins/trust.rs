@@ -2,7 +2,8 @@
 //!
 //! A native plugin can do whatever the program can, so its code runs only after somebody has said yes.
 //! The program's own folder needs no yes: who can write there can replace the program. Everything else is
-//! trusted by its contents, as they were when the yes was given, or by its place, whatever is built there.
+//! trusted by its contents, as they were when the yes was given, or by its place, whatever is built there. A
+//! WebAssembly module needs no yes: it runs in a sandbox, wherever it comes from.
 //!
 //! Links are resolved once, when a file is listed; from then on the file that the link led to is read, judged
 //! and loaded, wherever the link leads later. Each load asks again.
@@ -39,6 +40,8 @@ pub enum TrustState {
     Place,
     /// Everything that was named is trusted, this once.
     Once,
+    /// It runs in a sandbox, and nobody is asked.
+    Sandboxed,
     /// Nobody has said yes.
     New,
 }

@@ -21,7 +21,7 @@ macro_rules! export_plugin {
     ($($body:tt)*) => {
         $crate::static_plugin! { $($body)* }
 
-        #[cfg(panic = "abort")]
+        #[cfg(all(panic = "abort", not(target_family = "wasm")))]
         compile_error!(
             "a Surfelshop plugin needs panic = \"unwind\": with \"abort\" its first panic would end the whole program"
         );
@@ -30,7 +30,17 @@ macro_rules! export_plugin {
         #[allow(unsafe_code, reason = "exports a symbol; the macro is the plugin boundary")]
         // SAFETY: the name is the interface's own; nothing else defines it.
         #[unsafe(no_mangle)]
+        #[cfg(not(target_family = "wasm"))]
         pub static SURFELSHOP_MANIFEST: [u8; SURFELSHOP_STATIC_MANIFEST.len()] =
+            SURFELSHOP_STATIC_MANIFEST;
+
+        /// The same as a custom section of a WebAssembly module.
+        #[allow(unsafe_code, reason = "names a section; the macro is the plugin boundary")]
+        // SAFETY: custom sections are no part of a module's memory; the name is the interface's own.
+        #[unsafe(link_section = "surfelshop.manifest")]
+        #[cfg(target_family = "wasm")]
+        #[used]
+        static SURFELSHOP_MANIFEST_SECTION: [u8; SURFELSHOP_STATIC_MANIFEST.len()] =
             SURFELSHOP_STATIC_MANIFEST;
 
         /// The functions the host calls.

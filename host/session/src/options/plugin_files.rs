@@ -16,8 +16,9 @@ use surfelshop_runtime::plugins::{Contents, SearchPath, Timeouts, Trust};
 pub struct PluginFiles {
     /// A plugin file to use besides the installed ones; may be repeated.
     ///
-    /// A plugin is a native library: using a renderer of it runs its code with your rights, as starting
-    /// a program does. One that you have not used before needs --trust, or `surfelshop plugins trust`.
+    /// Most plugins are native libraries: using a renderer of one runs its code with your rights, as starting
+    /// a program does. One that you have not used before needs --trust, or `surfelshop plugins trust`. A WebAssembly
+    /// module (.wasm) runs in a sandbox and needs neither.
     #[arg(long = "plugin", value_name = "FILE")]
     pub plugin: Vec<PathBuf>,
     /// Trust every plugin that is found, for this once.

@@ -6,7 +6,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 use surfelshop_api::params::ParamDecl;
-use surfelshop_runtime::plugins::{Contents, Crash, CrashGuard, CrashMark, Registry};
+use surfelshop_runtime::plugins::{self, Contents, Crash, CrashGuard, CrashMark, Registry};
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::options::{DeviceArguments, PluginFiles};
 
@@ -44,6 +44,21 @@ impl Plugins {
             trust_file: files.trust_file.clone(),
             files: files.clone(),
         }
+    }
+
+    /// Looks at plugin files that were dropped onto the window, besides the installed ones; says of each what it
+    /// offers, or why it is refused.
+    pub(crate) fn add_files(&mut self, files: &[PathBuf]) -> Vec<Result<String, String>> {
+        self.files.plugin.extend_from_slice(files);
+        let told = |file: &PathBuf| match plugins::inspect(file) {
+            Ok((manifest, _)) => {
+                let units = manifest.units.iter();
+                let units = units.map(|unit| format!("{} {}", unit.kind.word(), unit.title));
+                Ok(format!("{}: {}", manifest.id, units.collect::<Vec<_>>().join(", ")))
+            }
+            Err(refused) => Err(format!("{} {refused}", file.display())),
+        };
+        files.iter().map(told).collect()
     }
 
     /// The formats of the plugins that are known now.

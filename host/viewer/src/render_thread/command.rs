@@ -2,6 +2,7 @@
 
 use super::view_request::{ViewRequest, ViewSlot};
 use std::collections::{HashMap, VecDeque};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Instant;
@@ -25,6 +26,8 @@ pub(crate) enum RenderCommand {
     SwitchOn(String),
     /// The trust list changed; these contents are trusted until the window is closed.
     Trust(Option<Contents>),
+    /// Use these plugin files besides the installed ones.
+    AddPlugins(Vec<PathBuf>),
     /// Do not use a renderer.
     Avoid(String),
     /// There is more to see of the traced picture of this number.

@@ -23,6 +23,8 @@ mod bytes;
 mod description;
 mod encoded_graph;
 pub mod format_table;
+#[cfg(target_family = "wasm")]
+mod last_words;
 mod needed_minor;
 pub mod plugin_format;
 mod plugin_job;

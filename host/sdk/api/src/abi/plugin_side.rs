@@ -431,6 +431,8 @@ pub(super) fn guarded(sink: Sink, work: impl FnOnce() -> Result<()>) -> i32 {
         let previous = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |info| {
             if INSIDE.get() {
+                #[cfg(target_family = "wasm")]
+                crate::abi::last_words::write_panic(info);
                 let place = info.location().map(|l| format!(" at {}:{}", l.file(), l.line()));
                 PANICKED_AT.set(place.unwrap_or_default());
             } else {
@@ -438,6 +440,8 @@ pub(super) fn guarded(sink: Sink, work: impl FnOnce() -> Result<()>) -> i32 {
             }
         }));
     });
+    #[cfg(target_family = "wasm")]
+    crate::abi::last_words::go_to(sink);
     let was_inside = INSIDE.replace(true);
     let result = catch_unwind(AssertUnwindSafe(work));
     INSIDE.set(was_inside);

@@ -12,7 +12,7 @@ use super::scene_file;
 use super::visible_clouds::VisibleClouds;
 use crate::document::settings::{Settings, USUAL_RENDERER};
 use crate::panels::Selection;
-use crate::render_thread::ViewSlot;
+use crate::render_thread::{RenderCommand, ViewSlot};
 use crate::views::layout::follow_settings;
 use crate::views::{arrangement, initial_camera};
 use crate::window::Window;
@@ -24,6 +24,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_cloud::Cloud;
 use surfelshop_cloud::display::{ColorSource, Display, Look};
 use surfelshop_cloud::scene::{SceneCloud, SceneFile, Table};
+use surfelshop_runtime::plugins::has_library_extension;
 use surfelshop_session::cloud_renderers;
 use surfelshop_session::input::environment_map::is_probe;
 use surfelshop_session::input::inside::is_first_view;
@@ -81,12 +82,28 @@ impl Window {
         shown.map(|loaded| PathBuf::from(&loaded.summary.file)).collect()
     }
 
+    /// Puts plugin files into the list; those that are native are asked about.
+    fn add_plugins(&mut self, files: Vec<PathBuf>) {
+        for told in self.plugins.add_files(&files) {
+            match told {
+                Ok(line) => self.messages.report(line),
+                Err(line) => self.messages.warn(line),
+            }
+        }
+        self.render.thread.add(RenderCommand::AddPlugins(files));
+    }
+
     /// Opens files that were dropped onto the window, or adds them where Shift is held.
     pub(crate) fn take_dropped_files(&mut self, ctx: &Context) {
         let (dropped, adds) = ctx.input(|input| {
             let files = input.raw.dropped_files.iter().map(|file| file.path().to_owned());
             (files.collect::<Vec<PathBuf>>(), input.modifiers.shift)
         });
+        let (plugins, dropped): (Vec<_>, Vec<_>) =
+            dropped.into_iter().partition(|file| has_library_extension(file));
+        if !plugins.is_empty() {
+            self.add_plugins(plugins);
+        }
         match (dropped.is_empty(), adds) {
             (true, _) => {}
             (false, true) => self.add(ctx, dropped),

@@ -27,6 +27,10 @@ impl RenderWorker {
                     self.plugins.trusted_once.extend(once);
                     self.rescan_plugins();
                 }
+                RenderCommand::AddPlugins(files) => {
+                    self.plugins.plugin.extend(files);
+                    self.rescan_plugins();
+                }
                 RenderCommand::Avoid(renderer) => self.avoided.push(renderer),
                 RenderCommand::UploadProgress(serial, fraction) => {
                     if self.upload.is_current(serial) {

@@ -1,0 +1,38 @@
+//! Modules as they are compiled.
+
+use crate::stop::one_line;
+use wasmi::{Config, EnforcedLimits, Engine};
+
+/// How deep the calls of a module may go.
+const MAX_RECURSION: usize = 10_000;
+/// Most bytes of values on the stack of a call.
+const MAX_STACK_BYTES: usize = 4 << 20;
+
+/// A module in memory, from which instances are made.
+#[derive(Debug)]
+pub struct Module {
+    pub(crate) module: wasmi::Module,
+}
+
+impl Module {
+    /// Checks a module and gets it ready to run; its functions are compiled when they are first called.
+    ///
+    /// # Errors
+    /// Where it is no sound module, or needs an extension of WebAssembly that is not taken; says why.
+    pub fn new(bytes: &[u8]) -> Result<Self, String> {
+        let mut config = Config::default();
+        config
+            .consume_fuel(true)
+            .ignore_custom_sections(true)
+            .enforced_limits(EnforcedLimits::strict())
+            .wasm_multi_memory(false)
+            .wasm_custom_page_sizes(false)
+            .set_max_recursion_depth(MAX_RECURSION)
+            .set_max_stack_height(MAX_STACK_BYTES);
+        // An engine of its own: the lists of an engine grow with every module and are never emptied.
+        let module = wasmi::Module::new(&Engine::new(&config), bytes).map_err(|error| {
+            format!("its code cannot be run here: {}", one_line(&error.to_string()))
+        })?;
+        Ok(Self { module })
+    }
+}
