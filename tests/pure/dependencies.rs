@@ -19,7 +19,7 @@ struct Layer {
     because: &'static str,
 }
 
-const LAYERS: [Layer; 16] = [
+const LAYERS: [Layer; 17] = [
     Layer {
         folder: "host/sdk/api",
         sees: &[],
@@ -91,6 +91,18 @@ const LAYERS: [Layer; 16] = [
         because: "it measures any plugin, without a window, and so knows none",
     },
     Layer {
+        folder: "host/papers",
+        sees: &[
+            "host/sdk/api",
+            "host/sdk/geometry",
+            "host/cloud",
+            "host/image",
+            "host/session",
+            "host/evaluate",
+        ],
+        because: "it runs commands of the program and so knows no plugin and no window",
+    },
+    Layer {
         folder: "host/viewer",
         sees: &[
             "host/sdk/api",
@@ -114,6 +126,7 @@ const LAYERS: [Layer; 16] = [
             "host/render",
             "host/session",
             "host/evaluate",
+            "host/papers",
             "host/viewer",
         ],
         because: "it is the command line, and nothing stands on it",
@@ -142,6 +155,7 @@ const LAYERS: [Layer; 16] = [
             "host/render",
             "host/session",
             "host/evaluate",
+            "host/papers",
             "host/viewer",
             "host/app",
             "plugins",
