@@ -26,6 +26,7 @@ mod steps;
 mod work;
 
 pub use arguments::{PaperChoice, PapersArguments};
+pub use steps::RunCommand;
 
 use anyhow::{Context as _, bail};
 use entries::{Entry, Paper};
@@ -34,9 +35,6 @@ use serde_json::json;
 use surfelshop_session::output::files::write_whole;
 use surfelshop_session::output::terminal;
 use work::Work;
-
-/// Runs a command line of the program, the program's name first.
-pub type RunCommand<'a> = &'a dyn Fn(&[String]) -> anyhow::Result<()>;
 
 /// Runs the command; `command` runs the steps of entries.
 pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Result<()> {

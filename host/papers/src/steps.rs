@@ -2,6 +2,9 @@
 
 use anyhow::{anyhow, bail};
 
+/// Runs a command line of the program, the program's name first.
+pub type RunCommand<'a> = &'a dyn Fn(&[String]) -> anyhow::Result<()>;
+
 /// The words of a step; quotation marks hold words together.
 pub(crate) fn words(step: &str) -> anyhow::Result<Vec<String>> {
     let (mut words, mut word, mut is_open, mut is_quoted) =

@@ -3,7 +3,8 @@
 use crate::data::{Data, Meaning, Prepared};
 use crate::entries::{Entry, Paper};
 use crate::outcome::{Outcome, Shown, State};
-use crate::{PapersArguments, RunCommand, computed, harvest, steps};
+use crate::steps::RunCommand;
+use crate::{PapersArguments, computed, harvest, steps};
 use anyhow::{Context as _, anyhow, bail};
 use sha2::{Digest as _, Sha256};
 use std::collections::HashMap;

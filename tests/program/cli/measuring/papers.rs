@@ -195,6 +195,8 @@ fn what_is_not_there_is_said_in_a_line() {
     line(&["--data", "nowhere", "--only", "T28"])
         .failed(&["nowhere", "expected a folder of models"]);
     folder.run("papers").misused(&["--out"]);
-    folder.put("page", "a file");
-    line(&["--only", "T28"]).failed(&["page"]);
+    folder.put("file", "no folder");
+    folder
+        .run("papers --only T28 -o file/page")
+        .failed(&["file/page", "the folder cannot be made"]);
 }
