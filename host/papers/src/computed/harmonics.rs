@@ -11,6 +11,9 @@ use anyhow::bail;
 use glam::DVec3;
 use std::f64::consts::PI;
 
+/// The reflectance of models that are shown in grey.
+const ALBEDO: f64 = 0.4;
+
 /// What the clamped cosine leaves of orders 0, 1, 2, over pi.
 const COSINE_OF_ORDER: [f64; 3] = [1.0, 2.0 / 3.0, 0.25];
 
@@ -93,8 +96,11 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
     let surface = Surface::of(bench, if has_albedo { "chameleon" } else { "igea" })?;
     let sky = Sky::read(bench.path("rnl")?)?;
     let (wrong, right) = (printed(which, &sky)?, sky.coefficients());
-    let colored = |light: DVec3, albedo: DVec3| if has_albedo { light * albedo } else { light };
-    let as_printed = surface.shaded(|n, _| diffuse(&wrong, n));
+    // Else the surface is grey, so that a bright probe leaves it below white.
+    let colored =
+        |light: DVec3, albedo: DVec3| if has_albedo { light * albedo } else { light * ALBEDO };
+    let uncolored = |light: DVec3| if has_albedo { light } else { light * ALBEDO };
+    let as_printed = surface.shaded(|n, _| uncolored(diffuse(&wrong, n)));
     let as_corrected = surface.shaded(|n, albedo| colored(diffuse(&right, n), albedo));
     let truth = surface.shaded(|n, albedo| colored(sky.diffuse(n), albedo));
     let mut all = Computed::pair(&as_printed, &as_corrected, &truth)?;

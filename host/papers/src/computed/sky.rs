@@ -10,6 +10,9 @@ use surfelshop_image::Image;
 /// Cells around and from pole to pole that light is added up in.
 const CELLS: [usize; 2] = [64, 32];
 
+/// Radiance that mirrors are cut off at: a sun of one texel would decide every mean.
+const BRIGHTEST: f64 = 4.0;
+
 /// A probe and what it radiates.
 pub(super) struct Sky {
     pub(super) probe: Probe,
@@ -64,9 +67,9 @@ impl Sky {
         sum / weights.max(1e-12)
     }
 
-    /// The radiance from a direction: that of the nearest texel.
+    /// The radiance from a direction: that of the nearest texel, cut off at [`BRIGHTEST`].
     pub(super) fn radiance(&self, towards: DVec3) -> DVec3 {
-        self.texel(self.probe.mapping.place(towards))
+        self.texel(self.probe.mapping.place(towards)).min(DVec3::splat(BRIGHTEST))
     }
 
     /// The radiance of the texel at a place of the picture, 0 to 1.
