@@ -90,141 +90,150 @@ fn form_factor_of_disc(distance: f64, off: f64, tilt: f64) -> f64 {
 
 /// The curves of figures that are drawings.
 pub(super) fn curves(name: &str) -> anyhow::Result<Computed> {
-    let mut all = Computed::default();
     match name {
-        "form-factor" => {
-            let lines = [
-                Line {
-                    name: "eq. 9, on the axis",
-                    points: sampled(0.2, 6.0, |r| form_factor(PI, r, [1.0, 1.0])),
-                },
-                Line {
-                    name: "integral, on the axis",
-                    points: sampled(0.2, 6.0, |r| form_factor_of_disc(r, 0.0, 0.0)),
-                },
-                Line {
-                    name: "eq. 9, at 60 degrees",
-                    points: sampled(0.2, 6.0, |r| form_factor(PI, r, [1.0, 0.5])),
-                },
-                Line {
-                    name: "integral, at 60 degrees",
-                    points: sampled(0.2, 6.0, |r| form_factor_of_disc(r, PI / 3.0, 0.0)),
-                },
-            ];
-            all.drawing(
-                "a disc of radius 1",
-                chart("what a disc covers of the sky", "distance, radii", "share", &lines)?,
-            );
-            let apart = |off: f64| {
-                (form_factor(PI, 1.0, [1.0, off.cos()]) - form_factor_of_disc(1.0, off, 0.0)).abs()
-            };
-            all.number(
-                "largest error of eq. 9 on the axis",
-                sampled(0.5, 6.0, |r| {
-                    (form_factor(PI, r, [1.0, 1.0]) - form_factor_of_disc(r, 0.0, 0.0)).abs()
-                })
-                .iter()
-                .map(|p| p.1)
-                .fold(0.0, f64::max),
-                "",
-            );
-            all.number("error at one radius and 60 degrees", apart(PI / 3.0), "");
-        }
-        "cosines" => {
-            let both = |tilt: f64| (tilt.to_radians().cos(), (tilt + 60.0).to_radians().cos());
-            let lines = [
-                Line {
-                    name: "product, not clamped",
-                    points: sampled(0.0, 180.0, |t| {
-                        let (a, b) = both(t);
-                        a * b
-                    }),
-                },
-                Line {
-                    name: "each cosine clamped",
-                    points: sampled(0.0, 180.0, |t| {
-                        let (a, b) = both(t);
-                        a.max(0.0) * b.max(0.0)
-                    }),
-                },
-            ];
-            all.drawing(
-                "cosines 60 degrees apart",
-                chart(
-                    "two negative cosines multiply to a shadow",
-                    "angle of the receiver, degrees",
-                    "",
-                    &lines,
-                )?,
-            );
-            all.number(
-                "largest shadow from behind, where cosines are not clamped",
-                sampled(90.0, 180.0, |t| {
-                    let (a, b) = both(t);
-                    a * b
-                })
-                .iter()
-                .map(|p| p.1)
-                .fold(0.0, f64::max),
-                "",
-            );
-        }
-        "reflection" => {
-            let degrees = |f: &dyn Fn(f64) -> f64| sampled(0.0, 89.9, |d| f(d.to_radians().cos()));
-            let lines = [
-                Line { name: "F, n = 1.5", points: degrees(&|c| fresnel(c, 1.5)) },
-                Line {
-                    name: "D squared, c = 0.3",
-                    points: degrees(&|c| distribution(c, 0.3).powi(2)),
-                },
-                Line { name: "D as printed, c = 0.3", points: degrees(&|c| distribution(c, 0.3)) },
-            ];
-            all.drawing(
-                "Fresnel's term and the distribution",
-                chart("section 2.9", "angle, degrees", "", &lines)?,
-            );
-            all.number("F at right angles", fresnel(1.0, 1.5), "");
-            all.number("F at 75 degrees", fresnel(75f64.to_radians().cos(), 1.5), "");
-            all.number(
-                "the same by the other formula, halved",
-                0.5 * fresnel_whole(75f64.to_radians().cos(), 1.5),
-                "",
-            );
-        }
-        _ => {
-            let lobe = |c: f64| {
-                sampled(0.0, 90.0, move |d| distribution((0.5 * d).to_radians().cos(), c).powi(2))
-            };
-            let gauss = |c: f64| {
-                sampled(0.0, 90.0, move |d| (concentration(c) * (d.to_radians().cos() - 1.0)).exp())
-            };
-            let lines = [
-                Line { name: "lobe, c = 0.3", points: lobe(0.3) },
-                Line { name: "Gaussian, c = 0.3", points: gauss(0.3) },
-                Line { name: "lobe, c = 0.1", points: lobe(0.1) },
-                Line { name: "Gaussian, c = 0.1", points: gauss(0.1) },
-            ];
-            all.drawing(
-                "the cone of the random ray",
-                chart(
-                    "lobes around the mirrored ray",
-                    "from the mirrored ray, degrees",
-                    "",
-                    &lines,
-                )?,
-            );
-            let apart = sampled(0.0, 90.0, |d| {
-                (distribution((0.5 * d).to_radians().cos(), 0.3).powi(2)
-                    - (concentration(0.3) * (d.to_radians().cos() - 1.0)).exp())
-                .abs()
-            });
-            all.number(
-                "largest difference of lobe and Gaussian, c = 0.3",
-                apart.iter().map(|p| p.1).fold(0.0, f64::max),
-                "",
-            );
-        }
+        "form-factor" => form_factors(),
+        "cosines" => cosines(),
+        "reflection" => reflection(),
+        _ => lobes(),
     }
+}
+
+/// Eq. 9 beside the integral over the disc.
+fn form_factors() -> anyhow::Result<Computed> {
+    let mut all = Computed::default();
+    let lines = [
+        Line {
+            name: "eq. 9, on the axis",
+            points: sampled(0.2, 6.0, |r| form_factor(PI, r, [1.0, 1.0])),
+        },
+        Line {
+            name: "integral, on the axis",
+            points: sampled(0.2, 6.0, |r| form_factor_of_disc(r, 0.0, 0.0)),
+        },
+        Line {
+            name: "eq. 9, at 60 degrees",
+            points: sampled(0.2, 6.0, |r| form_factor(PI, r, [1.0, 0.5])),
+        },
+        Line {
+            name: "integral, at 60 degrees",
+            points: sampled(0.2, 6.0, |r| form_factor_of_disc(r, PI / 3.0, 0.0)),
+        },
+    ];
+    all.drawing(
+        "a disc of radius 1",
+        chart("what a disc covers of the sky", "distance, radii", "share", &lines)?,
+    );
+    let apart = |off: f64| {
+        (form_factor(PI, 1.0, [1.0, off.cos()]) - form_factor_of_disc(1.0, off, 0.0)).abs()
+    };
+    all.number(
+        "largest error of eq. 9 on the axis",
+        sampled(0.5, 6.0, |r| {
+            (form_factor(PI, r, [1.0, 1.0]) - form_factor_of_disc(r, 0.0, 0.0)).abs()
+        })
+        .iter()
+        .map(|p| p.1)
+        .fold(0.0, f64::max),
+        "",
+    );
+    all.number("error at one radius and 60 degrees", apart(PI / 3.0), "");
+    Ok(all)
+}
+
+/// What negative cosines do.
+fn cosines() -> anyhow::Result<Computed> {
+    let mut all = Computed::default();
+    let both = |tilt: f64| (tilt.to_radians().cos(), (tilt + 60.0).to_radians().cos());
+    let lines = [
+        Line {
+            name: "product, not clamped",
+            points: sampled(0.0, 180.0, |t| {
+                let (a, b) = both(t);
+                a * b
+            }),
+        },
+        Line {
+            name: "each cosine clamped",
+            points: sampled(0.0, 180.0, |t| {
+                let (a, b) = both(t);
+                a.max(0.0) * b.max(0.0)
+            }),
+        },
+    ];
+    all.drawing(
+        "cosines 60 degrees apart",
+        chart(
+            "two negative cosines multiply to a shadow",
+            "angle of the receiver, degrees",
+            "",
+            &lines,
+        )?,
+    );
+    all.number(
+        "largest shadow from behind, where cosines are not clamped",
+        sampled(90.0, 180.0, |t| {
+            let (a, b) = both(t);
+            a * b
+        })
+        .iter()
+        .map(|p| p.1)
+        .fold(0.0, f64::max),
+        "",
+    );
+    Ok(all)
+}
+
+/// Fresnel's term and the distribution.
+fn reflection() -> anyhow::Result<Computed> {
+    let mut all = Computed::default();
+    let degrees = |f: &dyn Fn(f64) -> f64| sampled(0.0, 89.9, |d| f(d.to_radians().cos()));
+    let lines = [
+        Line { name: "F, n = 1.5", points: degrees(&|c| fresnel(c, 1.5)) },
+        Line { name: "D squared, c = 0.3", points: degrees(&|c| distribution(c, 0.3).powi(2)) },
+        Line { name: "D as printed, c = 0.3", points: degrees(&|c| distribution(c, 0.3)) },
+    ];
+    all.drawing(
+        "Fresnel's term and the distribution",
+        chart("section 2.9", "angle, degrees", "", &lines)?,
+    );
+    all.number("F at right angles", fresnel(1.0, 1.5), "");
+    all.number("F at 75 degrees", fresnel(75f64.to_radians().cos(), 1.5), "");
+    all.number(
+        "the same by the other formula, halved",
+        0.5 * fresnel_whole(75f64.to_radians().cos(), 1.5),
+        "",
+    );
+    Ok(all)
+}
+
+/// Lobes around the mirrored ray, and the Gaussians that stand for them.
+fn lobes() -> anyhow::Result<Computed> {
+    let mut all = Computed::default();
+    let lobe =
+        |c: f64| sampled(0.0, 90.0, move |d| distribution((0.5 * d).to_radians().cos(), c).powi(2));
+    let gauss = |c: f64| {
+        sampled(0.0, 90.0, move |d| (concentration(c) * (d.to_radians().cos() - 1.0)).exp())
+    };
+    let lines = [
+        Line { name: "lobe, c = 0.3", points: lobe(0.3) },
+        Line { name: "Gaussian, c = 0.3", points: gauss(0.3) },
+        Line { name: "lobe, c = 0.1", points: lobe(0.1) },
+        Line { name: "Gaussian, c = 0.1", points: gauss(0.1) },
+    ];
+    all.drawing(
+        "the cone of the random ray",
+        chart("lobes around the mirrored ray", "from the mirrored ray, degrees", "", &lines)?,
+    );
+    let apart = sampled(0.0, 90.0, |d| {
+        (distribution((0.5 * d).to_radians().cos(), 0.3).powi(2)
+            - (concentration(0.3) * (d.to_radians().cos() - 1.0)).exp())
+        .abs()
+    });
+    all.number(
+        "largest difference of lobe and Gaussian, c = 0.3",
+        apart.iter().map(|p| p.1).fold(0.0, f64::max),
+        "",
+    );
     Ok(all)
 }
 
