@@ -96,6 +96,18 @@ const LAYERS: [Layer; 17] = [
         because: "it measures any plugin, without a window, and so knows none",
     },
     Layer {
+        folder: "host/papers",
+        sees: &[
+            "host/sdk/api",
+            "host/sdk/geometry",
+            "host/cloud",
+            "host/image",
+            "host/session",
+            "host/evaluate",
+        ],
+        because: "it runs commands of the program and so knows no plugin and no window",
+    },
+    Layer {
         folder: "host/viewer",
         sees: &[
             "host/sdk/api",
@@ -119,6 +131,7 @@ const LAYERS: [Layer; 17] = [
             "host/render",
             "host/session",
             "host/evaluate",
+            "host/papers",
             "host/viewer",
         ],
         because: "it is the command line, and nothing stands on it",
@@ -147,6 +160,7 @@ const LAYERS: [Layer; 17] = [
             "host/render",
             "host/session",
             "host/evaluate",
+            "host/papers",
             "host/viewer",
             "host/app",
             "plugins",

@@ -11,6 +11,7 @@ use surfelshop_evaluate::compare::CompareArguments;
 use surfelshop_evaluate::demo::DemoArguments;
 use surfelshop_evaluate::explain::ExplainArguments;
 use surfelshop_evaluate::report::ReportArguments;
+use surfelshop_papers::PapersArguments;
 use surfelshop_session::options::select::{ColumnValue, SelectStep};
 use surfelshop_session::options::values::{self, Setting};
 use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments, UpAxis};
@@ -59,6 +60,8 @@ pub(crate) enum Command {
     Compare(Box<CompareArguments>),
     /// Turn a renderer's knobs and report its error against its time: plots, tables, one page.
     Report(Box<ReportArguments>),
+    /// Make the figures, tables and errata of the papers behind the techniques again, on a page for each.
+    Papers(Box<PapersArguments>),
     /// Measure speed: frames, surfels alone, memory, growth and start-up, with each way to draw surfels.
     Bench(Box<BenchArguments>),
     /// Say what a frame is made of for a scene, what was left out of it, and why.

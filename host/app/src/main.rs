@@ -54,27 +54,43 @@ fn main() -> ExitCode {
     budget::use_memory(memory);
     pyramids::use_in_place(in_place);
     let done = match command {
-        Some(Command::Render(arguments)) => render::run(&arguments, &given),
-        Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
-        Some(Command::Report(arguments)) => report::run(&arguments, &given),
-        Some(Command::Bench(arguments)) => bench::run(&arguments, &given),
-        Some(Command::Check(arguments)) => check::run(&arguments),
-        Some(Command::Explain(arguments)) => explain::run(&arguments, &given),
-        Some(Command::Bake(arguments)) => bake::run(&arguments),
-        Some(Command::Info(arguments)) => info::run(&arguments),
-        Some(Command::Plugins(arguments)) => plugins::run(&arguments),
-        Some(Command::Select(arguments)) => select::run(&arguments),
-        Some(Command::Convert(arguments)) => convert::run(&arguments),
-        Some(Command::Index(arguments)) => index::run(&arguments),
-        Some(Command::Demo(arguments)) => demo::run(&arguments),
-        Some(Command::Setup(arguments)) => setup::run(&arguments),
-        Some(Command::Help { topic }) => help(topic.as_deref()),
+        Some(command) => dispatch(command, &given),
         None => surfelshop_viewer::run(&cli.viewer),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => terminal::failed(&error),
     }
+}
+
+/// Runs a command.
+fn dispatch(command: Command, given: &ExplicitOptions) -> anyhow::Result<()> {
+    match command {
+        Command::Render(arguments) => render::run(&arguments, given),
+        Command::Compare(arguments) => compare::run(&arguments, given),
+        Command::Report(arguments) => report::run(&arguments, given),
+        Command::Papers(arguments) => surfelshop_papers::run(&arguments, &run_words),
+        Command::Bench(arguments) => bench::run(&arguments, given),
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments, given),
+        Command::Bake(arguments) => bake::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Plugins(arguments) => plugins::run(&arguments),
+        Command::Select(arguments) => select::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
+        Command::Index(arguments) => index::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
+        Command::Setup(arguments) => setup::run(&arguments),
+        Command::Help { topic } => help(topic.as_deref()),
+    }
+}
+
+/// Runs a command line within a command.
+fn run_words(words: &[String]) -> anyhow::Result<()> {
+    let matches = Cli::command().try_get_matches_from(words)?;
+    let given = ExplicitOptions::of(&matches);
+    let command = Cli::from_arg_matches(&matches)?.command.context("there is no command")?;
+    dispatch(upright(command), &given)
 }
 
 /// The memory that was typed for pyramids, and whether files are read in place.

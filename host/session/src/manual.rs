@@ -51,6 +51,7 @@ pub const PAGES: &[Page] = pages! {
     "Clouds", "ambient-occlusion", "Ambient occlusion", "clouds/ambient-occlusion";
     "Measure", "compare", "Compare renderers", "measure/compare";
     "Measure", "report", "Error against time", "measure/report";
+    "Measure", "papers", "The papers, made again", "measure/papers";
     "Measure", "bench", "Measure speed", "measure/bench";
     "Measure", "measuring", "Measure in the window", "measure/measuring";
     "Measure", "explain", "What a frame is made of", "measure/explain";

@@ -40,16 +40,23 @@ pub struct Picture {
 }
 
 fn address<S: serde::Serializer>(png: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
-    serializer.collect_str(&format_args!(
-        "data:image/png;base64,{}",
-        Base64Display::new(png, &BASE64_STANDARD)
-    ))
+    serializer.collect_str(&data_address(png))
+}
+
+fn data_address(png: &[u8]) -> impl std::fmt::Display {
+    let bytes = Base64Display::new(png, &BASE64_STANDARD);
+    std::fmt::from_fn(move |f| write!(f, "data:image/png;base64,{bytes}"))
 }
 
 impl Picture {
     /// A picture from the bytes of its PNG; the size is that which it is drawn for.
     pub fn new(name: impl Into<String>, [width, height]: [u32; 2], png: Vec<u8>) -> Self {
         Self { name: name.into(), width, height, png }
+    }
+
+    /// The picture itself as an address, for a page of another form.
+    pub fn address(&self) -> String {
+        data_address(&self.png).to_string()
     }
 
     /// Its bytes on the page.

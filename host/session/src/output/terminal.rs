@@ -27,9 +27,35 @@ pub fn start_log() {
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).init();
 }
 
+/// What is printed instead of shown, while a command runs within another.
+static CAPTURED: Mutex<Option<String>> = Mutex::new(None);
+
+/// Runs work and takes the results that it prints: they do not reach the standard output.
+pub fn captured<T>(work: impl FnOnce() -> T) -> (T, String) {
+    let swap = |text| {
+        let mut captured = CAPTURED.lock().unwrap_or_else(PoisonError::into_inner);
+        std::mem::replace(&mut *captured, text)
+    };
+    let before = swap(Some(String::new()));
+    let done = work();
+    (done, swap(before).unwrap_or_default())
+}
+
+/// Prints text of the result and ends the line.
+fn print(text: &str) -> anyhow::Result<()> {
+    let mut captured = CAPTURED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(captured) = &mut *captured {
+        captured.push_str(text);
+        captured.push('\n');
+        return Ok(());
+    }
+    drop(captured);
+    written(writeln!(io::stdout().lock(), "{text}"))
+}
+
 /// Prints a line of the result, or several.
 pub fn line(text: impl Display) -> anyhow::Result<()> {
-    written(writeln!(io::stdout().lock(), "{}", escaped(&text.to_string())))
+    print(&escaped(&text.to_string()))
 }
 
 /// A text with its control characters written out, line ends aside: names from files must not steer the
@@ -56,7 +82,7 @@ pub fn json(value: &impl Serialize) -> anyhow::Result<()> {
         _ => c.to_string(),
     };
     let text: String = text.chars().map(shown).collect();
-    written(writeln!(io::stdout().lock(), "{text}"))
+    print(&text)
 }
 
 /// A reader such as `head` that has seen enough closes the pipe, which is no failure.

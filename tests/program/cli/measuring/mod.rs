@@ -6,4 +6,5 @@ mod compare;
 mod explain;
 mod own_cases;
 mod own_renderers;
+mod papers;
 mod report;

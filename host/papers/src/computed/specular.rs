@@ -1,0 +1,121 @@
+//! Highlights of the thesis, with its errata T9 to T12.
+
+use super::optics::{concentration, distribution, ellipsoid, fresnel, fresnel_whole};
+use super::sky::Sky;
+use super::surface::Surface;
+use super::{Bench, Computed};
+use anyhow::bail;
+use glam::DVec3;
+
+/// Index of refraction.
+const INDEX: f64 = 1.5;
+
+/// An erratum, on a model.
+pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Computed> {
+    let surface = Surface::of(bench, "igea")?;
+    match which {
+        "T9" => Ok(distributions(&surface)?),
+        "T10" => half_vectors(&surface),
+        "T11" => fresnels(bench, &surface),
+        "T12" => mirrored(bench, &surface),
+        other => bail!("there is no erratum {other} of highlights"),
+    }
+}
+
+fn distributions(surface: &Surface) -> anyhow::Result<Computed> {
+    let c = 0.25;
+    let light = DVec3::new(0.7, 0.6, 0.4).normalize();
+    let half = (light + surface.to_eye).normalize();
+    let lit = |d: &(dyn Fn(f64) -> f64 + Sync)| {
+        surface.shaded(|n, _| match n.dot(light) > 0.0 {
+            true => DVec3::splat(d(n.dot(half))),
+            false => DVec3::ZERO,
+        })
+    };
+    let printed = lit(&|cosine| distribution(cosine, c));
+    let corrected = lit(&|cosine| distribution(cosine, c).powi(2));
+    let truth = lit(&|cosine| ellipsoid(cosine, c));
+    let mut all = Computed::pair(&printed, &corrected, &truth)?;
+    let energy = |power: i32| {
+        let n = 20_000;
+        let at = |i: i32| {
+            let cosine = (f64::from(i) + 0.5) / f64::from(n);
+            distribution(cosine, 0.1).powi(power) * cosine
+        };
+        (0..n).map(at).sum::<f64>() / f64::from(n) * std::f64::consts::TAU
+    };
+    all.number(
+        "energy of the printed form over that of the squared one, c = 0.1",
+        energy(1) / energy(2),
+        "",
+    );
+    Ok(all)
+}
+
+fn half_vectors(surface: &Surface) -> anyhow::Result<Computed> {
+    // Far behind the surface, so that light grazes it.
+    let right = surface.to_eye.cross(DVec3::Y).normalize();
+    let light = (right * 0.5 + DVec3::Y * 0.25 - surface.to_eye * 0.83).normalize();
+    let sum = 0.5 * (light + surface.to_eye);
+    let lit = |half: DVec3, term: fn(f64, f64) -> f64| {
+        surface.shaded(move |n, _| match n.dot(light) > 0.0 {
+            true => {
+                let d = distribution(n.dot(half), 0.5).powi(2);
+                DVec3::splat(term(half.dot(surface.to_eye), INDEX) * d)
+            }
+            false => DVec3::ZERO,
+        })
+    };
+    let halved = |cosine: f64, index: f64| 0.5 * fresnel_whole(cosine, index);
+    let printed = lit(sum, halved);
+    let corrected = lit(sum.normalize(), halved);
+    let truth = lit(sum.normalize(), fresnel);
+    let mut all = Computed::pair(&printed, &corrected, &truth)?;
+    let cosine = 75f64.to_radians().cos();
+    all.number("F at 75 degrees, as printed", halved(cosine * cosine, INDEX), "");
+    all.number("F at 75 degrees, as corrected", halved(cosine, INDEX), "");
+    Ok(all)
+}
+
+fn fresnels(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed> {
+    let sky = Sky::read(bench.path("rnl")?)?;
+    let lit = |term: &(dyn Fn(f64) -> f64 + Sync)| {
+        surface.shaded(|n, _| sky.radiance(surface.mirrored(n)) * term(n.dot(surface.to_eye)))
+    };
+    let printed = lit(&|cosine| fresnel_whole(cosine, INDEX));
+    let corrected = lit(&|cosine| 0.5 * fresnel_whole(cosine, INDEX));
+    let truth = lit(&|cosine| fresnel(cosine, INDEX));
+    let mut all = Computed::pair(&printed, &corrected, &truth)?;
+    all.number("reflected at right angles, as printed", fresnel_whole(1.0, INDEX), "");
+    all.number("reflected at grazing angles, as printed", fresnel_whole(0.0, INDEX), "");
+    Ok(all)
+}
+
+fn mirrored(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed> {
+    let sky = Sky::read(bench.path("rnl")?)?;
+    let c = 0.3;
+    let printed = surface.shaded(|n, _| {
+        let ray = surface.mirrored(n);
+        let half = (ray + surface.to_eye).normalize_or(n);
+        sky.radiance(ray) * distribution(n.dot(half), c)
+    });
+    let corrected = surface.shaded(|n, _| {
+        let ray = surface.mirrored(n);
+        sky.mean(|towards| (concentration(c) * (towards.dot(ray) - 1.0)).exp())
+    });
+    let truth = surface.shaded(|n, _| {
+        sky.mean(|towards| {
+            let half = (towards + surface.to_eye).normalize_or(n);
+            distribution(n.dot(half), c).powi(2) * towards.dot(n).max(0.0)
+        })
+    });
+    let mut all = Computed::pair(&printed, &corrected, &truth)?;
+    let d = |c: f64| {
+        let n = DVec3::new(0.3, 0.2, 0.9).normalize();
+        let half = (surface.mirrored(n) + surface.to_eye).normalize_or(n);
+        distribution(n.dot(half), c)
+    };
+    all.number("D of the mirrored ray, c = 0.1", d(0.1), "");
+    all.number("D of the mirrored ray, c = 0.9", d(0.9), "");
+    Ok(all)
+}

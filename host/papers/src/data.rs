@@ -1,0 +1,193 @@
+//! Files that entries show: the papers' own where the user has them, else what stands in.
+
+use crate::clouds;
+use anyhow::{Context as _, anyhow, bail};
+use serde::Deserialize;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use surfelshop_session::input::sample::find_sample;
+
+/// What `data.toml` lists.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Listed {
+    file: Vec<OfPaper>,
+    own: Vec<Own>,
+    prepared: Vec<Prepared>,
+}
+
+/// A file of a paper.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OfPaper {
+    key: String,
+    names: Vec<String>,
+    of: String,
+    stand_in: String,
+}
+
+/// A file of this program, or a cloud that it makes.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Own {
+    key: String,
+    of: String,
+    #[serde(default)]
+    asset: String,
+    #[serde(default)]
+    made: String,
+}
+
+/// A file that steps make of others.
+#[derive(Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Prepared {
+    pub(crate) key: String,
+    pub(crate) of: String,
+    pub(crate) file: String,
+    pub(crate) steps: Vec<String>,
+}
+
+/// What a name stands for.
+#[derive(Clone)]
+pub(crate) enum Meaning {
+    /// A file that is there, and what it shows.
+    File { path: PathBuf, of: String },
+    /// Something to be prepared.
+    Prepared(Prepared),
+}
+
+/// A name's meaning, and for what of the paper it stands in.
+#[derive(Clone)]
+pub(crate) struct Found {
+    pub(crate) meaning: Meaning,
+    pub(crate) stands_in_for: Option<String>,
+}
+
+/// All that entries may name.
+pub(crate) struct Data {
+    listed: Listed,
+    /// Files of the user's folder by name.
+    files: HashMap<String, PathBuf>,
+    assets: PathBuf,
+    made: PathBuf,
+}
+
+/// How deep folders of the user's are searched.
+const DEEPEST: usize = 4;
+
+/// Most files of the user's folder that are looked at.
+const MOST_FILES: usize = 100_000;
+
+impl Data {
+    /// Looks what is there; clouds that are made are written into `made`.
+    pub(crate) fn find(folder: Option<&Path>, made: &Path) -> anyhow::Result<Self> {
+        let listed: Listed = toml::from_str(include_str!("entries/data.toml"))
+            .context("data.toml: it is no list of files")?;
+        let mut files = HashMap::new();
+        if let Some(folder) = folder {
+            if !folder.is_dir() {
+                bail!("{}: expected a folder of models, found none", folder.display());
+            }
+            search(folder, DEEPEST, &mut files)?;
+        }
+        let sample = find_sample()?;
+        let assets = sample.parent().unwrap_or(Path::new("")).to_owned();
+        Ok(Self { listed, files, assets, made: made.to_owned() })
+    }
+
+    /// What a name stands for.
+    pub(crate) fn found(&self, key: &str) -> anyhow::Result<Found> {
+        if let Some(file) = self.listed.file.iter().find(|file| file.key == key) {
+            let path = file.names.iter().find_map(|name| self.files.get(name));
+            return match path {
+                Some(path) => {
+                    let meaning = Meaning::File { path: path.clone(), of: file.of.clone() };
+                    Ok(Found { meaning, stands_in_for: None })
+                }
+                None => {
+                    let found = self.found(&file.stand_in)?;
+                    Ok(Found { stands_in_for: Some(file.of.clone()), ..found })
+                }
+            };
+        }
+        let meaning = match self.listed.own.iter().find(|own| own.key == key) {
+            Some(own) if own.made.is_empty() => {
+                let path = self.assets.join(&own.asset);
+                if !path.is_file() {
+                    bail!("{}: expected {}, found no file", path.display(), own.of);
+                }
+                Meaning::File { path, of: own.of.clone() }
+            }
+            Some(own) => {
+                let path = clouds::file(&own.made, &self.made)?;
+                Meaning::File { path, of: own.of.clone() }
+            }
+            None => {
+                let prepared = self.listed.prepared.iter().find(|prepared| prepared.key == key);
+                let prepared = prepared.ok_or_else(|| anyhow!("no file is called `{key}`"))?;
+                Meaning::Prepared(prepared.clone())
+            }
+        };
+        Ok(Found { meaning, stands_in_for: None })
+    }
+}
+
+/// The files below a folder by name; of two with one name the first in the order of their paths counts.
+fn search(folder: &Path, depth: usize, files: &mut HashMap<String, PathBuf>) -> anyhow::Result<()> {
+    let listed = std::fs::read_dir(folder)
+        .with_context(|| format!("{}: the folder cannot be read", folder.display()))?;
+    let mut paths = Vec::new();
+    for entry in listed {
+        let entry = entry.with_context(|| format!("{}: it cannot be read", folder.display()))?;
+        paths.push(entry.path());
+    }
+    paths.sort();
+    for path in paths {
+        if path.is_dir() {
+            if depth > 0 {
+                search(&path, depth - 1, files)?;
+            }
+        } else if let Some(name) = path.file_name().and_then(|name| name.to_str()) {
+            if files.len() >= MOST_FILES {
+                bail!("{}: expected at most {MOST_FILES} files", folder.display());
+            }
+            files.entry(name.to_owned()).or_insert(path);
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_files_count_where_they_are_there_and_else_say_what_stands_in() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = Data::find(None, folder.path()).unwrap();
+        let found = data.found("igea").unwrap();
+        assert!(found.stands_in_for.is_some_and(|of| of.contains("134,345")));
+        std::fs::create_dir(folder.path().join("models")).unwrap();
+        std::fs::write(folder.path().join("models/igea_points.ply"), "ply").unwrap();
+        let data = Data::find(Some(folder.path()), folder.path()).unwrap();
+        let found = data.found("igea").unwrap();
+        assert!(found.stands_in_for.is_none());
+        assert!(
+            matches!(found.meaning, Meaning::File { path, .. } if path.ends_with("igea_points.ply"))
+        );
+        assert!(data.found("nothing").is_err());
+    }
+
+    #[test]
+    fn whatever_stands_in_exists() {
+        let folder = tempfile::tempdir().unwrap();
+        let data = Data::find(None, folder.path()).unwrap();
+        for file in &data.listed.file {
+            data.found(&file.key).unwrap();
+        }
+        for prepared in &data.listed.prepared {
+            data.found(&prepared.key).unwrap();
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! `surfelshop papers`: the figures, tables and errata of three papers, made again and measured.
+//!
+//! What a paper shows is an *entry* of a TOML file in `entries`: where it is printed, what it says, the
+//! commands of this program that make it, and which numbers are measured. [`run`] makes what is not made
+//! yet, a folder for each entry, and writes the pages from what lies there. Formulas that no renderer has,
+//! since they are wrong as printed, are evaluated by `computed`.
+//!
+//! Invariants: an entry's folder appears whole or not at all; what was made of other data, options or
+//! builds counts for nothing; a page is made of the folders alone, so the same folders make the same page;
+//! no page asks anything of a network.
+
+#![allow(
+    clippy::missing_errors_doc,
+    reason = "errors are lines for the user, as in the crate that measures"
+)]
+
+mod arguments;
+mod clouds;
+mod computed;
+mod data;
+pub mod entries;
+mod harvest;
+pub mod outcome;
+mod page;
+mod steps;
+mod work;
+
+pub use arguments::{PaperChoice, PapersArguments};
+pub use steps::RunCommand;
+
+use anyhow::{Context as _, bail};
+use entries::{Entry, Paper};
+use outcome::{Made, Outcome};
+use serde_json::json;
+use surfelshop_session::output::files::write_whole;
+use surfelshop_session::output::terminal;
+use work::Work;
+
+/// Runs the command; `command` runs the steps of entries.
+pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Result<()> {
+    let papers = entries::papers()?;
+    let chosen: Vec<&Paper> =
+        papers.iter().filter(|paper| arguments.has_paper(&paper.id)).collect();
+    let is_chosen = |entry: &&Entry| arguments.only.is_empty() || arguments.has_entry(&entry.id);
+    if !arguments.only.is_empty() {
+        let known = |id: &String| {
+            chosen.iter().any(|paper| paper.entry.iter().any(|entry| entry.is_called(id)))
+        };
+        if let Some(unknown) = arguments.only.iter().find(|id| !known(id)) {
+            bail!(
+                "there is no figure, table or erratum `{unknown}`; `surfelshop papers --list` names all"
+            );
+        }
+    }
+    if arguments.list {
+        return list(arguments, &chosen);
+    }
+    let out = arguments.folder();
+    std::fs::create_dir_all(out)
+        .with_context(|| format!("{}: the folder cannot be made", out.display()))?;
+    let mut work = Work::open(arguments, command)?;
+    let n_all = chosen.iter().flat_map(|paper| paper.entry.iter().filter(is_chosen)).count();
+    let mut n_done = 0;
+    let mut failures = Vec::new();
+    let mut made: Vec<(&Paper, Vec<Made<'_>>)> = Vec::new();
+    for paper in &chosen {
+        let mut of_paper = Vec::new();
+        for entry in paper.entry.iter().filter(is_chosen) {
+            n_done += 1;
+            let outcome = work.outcome(paper, entry).map_err(|error| format!("{error:#}"));
+            if !arguments.report.json {
+                terminal::line(progress(n_done, n_all, paper, entry, &outcome))?;
+            }
+            if let Err(line) = &outcome {
+                failures.push(format!("{} of {}: {line}", entry.id, paper.id));
+            }
+            of_paper.push(Made { entry, outcome });
+        }
+        made.push((paper, of_paper));
+    }
+    let written = page::write(arguments, &made)?;
+    let object = outcome::object(&made);
+    write_whole(&out.join("papers.json"), serde_json::to_string_pretty(&object)?.as_bytes())?;
+    if arguments.report.json {
+        terminal::json(&json!({ "command": "papers", "pages": written, "papers": object }))?;
+    } else {
+        written.iter().try_for_each(|page| terminal::line(page))?;
+    }
+    match failures.split_first() {
+        None => Ok(()),
+        Some((first, more)) => {
+            more.iter().for_each(terminal::note);
+            bail!("{first}")
+        }
+    }
+}
+
+/// Prints what there is.
+fn list(arguments: &PapersArguments, papers: &[&Paper]) -> anyhow::Result<()> {
+    let entries =
+        || papers.iter().flat_map(|paper| paper.entry.iter().map(|entry| (*paper, entry)));
+    if arguments.report.json {
+        let object = |(paper, entry): (&Paper, &Entry)| {
+            json!({
+                "paper": paper.id,
+                "id": entry.id,
+                "shows": entry.shows,
+                "steps": entry.steps,
+                "computed": entry.computed,
+                "impossible": entry.impossible,
+            })
+        };
+        return terminal::json(&entries().map(object).collect::<Vec<_>>());
+    }
+    for (paper, entry) in entries() {
+        terminal::line(format!("{:<16} {:<14} {}", paper.id, entry.id, entry.shows))?;
+    }
+    Ok(())
+}
+
+/// A line about an entry that is done.
+fn progress(
+    n_done: usize,
+    n_all: usize,
+    paper: &Paper,
+    entry: &Entry,
+    outcome: &Result<Outcome, String>,
+) -> String {
+    let state = match outcome {
+        Ok(outcome) if outcome.was_there => "was there".to_owned(),
+        Ok(outcome) if outcome.pictures.is_empty() && outcome.seconds == 0.0 => {
+            outcome.state.word().to_owned()
+        }
+        Ok(outcome) => format!("{}, {:.1} s", outcome.state.word(), outcome.seconds),
+        Err(line) => format!("failed: {line}"),
+    };
+    format!("{n_done}/{n_all} {} {}: {state}", paper.id, entry.id)
+}

@@ -1,0 +1,198 @@
+//! An entry on its page.
+
+use super::html::{attribute, marked, text};
+use super::pictures::Pictures;
+use crate::entries::Entry;
+use crate::outcome::{Grid, Made, Outcome, State};
+use std::fmt::{Result, Write};
+
+/// The name of an entry's place on the page.
+pub(super) fn anchor(id: &str) -> String {
+    id.to_ascii_lowercase().replace(' ', "-")
+}
+
+/// What is to be said of an entry's state.
+pub(super) fn why(entry: &Entry, outcome: &Outcome) -> String {
+    if outcome.state == State::Impossible {
+        return entry.impossible.clone();
+    }
+    let stands_in = outcome.data.iter().filter(|shown| !shown.stands_in_for.is_empty());
+    let mut all: Vec<String> =
+        stands_in.map(|shown| format!("{} for {}", shown.of, shown.stands_in_for)).collect();
+    all.extend(Some(entry.stand_in.clone()).filter(|line| !line.is_empty()));
+    all.dedup();
+    all.join("; ")
+}
+
+/// Writes an entry.
+pub(super) fn write(body: &mut String, made: &Made<'_>, pictures: &Pictures) -> Result {
+    let entry = made.entry;
+    writeln!(body, "<section id=\"{}\"><h2>{}", attribute(&anchor(&entry.id)), text(&entry.id))?;
+    let state = made.outcome.as_ref().map_or("failed", |outcome| outcome.state.word());
+    writeln!(body, "<small>{} · {state}</small></h2>", text(&entry.at))?;
+    writeln!(body, "<p>{}</p>", marked(&entry.shows))?;
+    for (name, line) in
+        [("Printed", &entry.printed), ("Corrected", &entry.corrected), ("Why", &entry.reason)]
+    {
+        if !line.is_empty() {
+            writeln!(body, "<p><b>{name}:</b> {}</p>", marked(line))?;
+        }
+    }
+    if !entry.severity.is_empty() {
+        let word = match entry.severity.as_str() {
+            "B" => "wrong output",
+            "Q" => "bias",
+            "A" => "ambiguous",
+            _ => "cosmetic",
+        };
+        writeln!(body, "<p><b>Severity:</b> {word}.</p>")?;
+    }
+    match &made.outcome {
+        Err(line) => writeln!(body, "<p class=\"bad\">It failed: {}</p>", text(line))?,
+        Ok(outcome) if outcome.state == State::Impossible => {
+            writeln!(body, "<p><b>Not made:</b> {}</p>", marked(&entry.impossible))?;
+        }
+        Ok(outcome) => results(body, entry, outcome, pictures)?,
+    }
+    writeln!(body, "</section>")
+}
+
+fn results(body: &mut String, entry: &Entry, outcome: &Outcome, pictures: &Pictures) -> Result {
+    let picture = |name: &str| {
+        let found = outcome.pictures.iter().find(|picture| picture.name == name);
+        found.map(|found| pictures.address(&outcome.folder.join(&found.file)))
+    };
+    if let (Some(printed), Some(corrected)) = (picture("printed"), picture("corrected")) {
+        writeln!(
+            body,
+            "<figure class=\"wipe\"><div><img src=\"{corrected}\" alt=\"as corrected\"><img src=\"{printed}\" \
+             alt=\"as printed\"></div><input type=\"range\" min=\"0\" max=\"100\" value=\"50\" aria-label=\"where the \
+             printed form ends\"><figcaption>left as printed, right as corrected</figcaption></figure>"
+        )?;
+    }
+    writeln!(body, "<div class=\"sheet\">")?;
+    for picture in &outcome.pictures {
+        let address = pictures.address(&outcome.folder.join(&picture.file));
+        let name = text(&picture.name);
+        writeln!(
+            body,
+            "<figure><img src=\"{address}\" alt=\"{name}\" loading=\"lazy\"><figcaption>{name}</figcaption></figure>"
+        )?;
+    }
+    writeln!(body, "</div>")?;
+    for said in outcome.said.iter().filter(|said| !said.is_empty()) {
+        writeln!(body, "<pre>{}</pre>", text(said))?;
+    }
+    numbers(body, outcome)?;
+    for grid in &outcome.tables {
+        table(body, grid)?;
+    }
+    for drawing in &outcome.drawings {
+        writeln!(
+            body,
+            "<figure>{}<figcaption>{}</figcaption></figure>",
+            drawing.svg,
+            text(&drawing.caption)
+        )?;
+    }
+    footer(body, entry, outcome)
+}
+
+/// Printed numbers and ours, and those that formulas gave.
+fn numbers(body: &mut String, outcome: &Outcome) -> Result {
+    let named = |pointer: &str| pointer.is_empty();
+    let rows: Vec<Vec<String>> = outcome
+        .numbers
+        .iter()
+        .filter(|number| !number.printed.is_empty() || named(&number.pointer))
+        .map(|number| {
+            let ours = format!("{} {}", shown(number.value), number.unit);
+            vec![number.what.clone(), number.printed.clone(), ours]
+        })
+        .collect();
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let head = ["", "printed", "ours"].map(str::to_owned).to_vec();
+    if rows.iter().all(|row| row[1].is_empty()) {
+        let head = vec![head[0].clone(), head[2].clone()];
+        let rows = rows.into_iter().map(|row| vec![row[0].clone(), row[2].clone()]).collect();
+        return table(body, &Grid { caption: String::new(), head, rows });
+    }
+    table(body, &Grid { caption: String::new(), head, rows })
+}
+
+/// A number with four digits.
+fn shown(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        0.0 => "0".to_owned(),
+        _ if (1e-3..1e5).contains(&size) => {
+            let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
+            format!("{value:.digits$}")
+        }
+        _ => format!("{value:.3e}"),
+    }
+}
+
+fn table(body: &mut String, grid: &Grid) -> Result {
+    if !grid.caption.is_empty() {
+        writeln!(body, "<p>{}</p>", text(&grid.caption))?;
+    }
+    write!(body, "<div class=\"wide\"><table><tr>")?;
+    for name in &grid.head {
+        write!(body, "<th>{}</th>", text(name))?;
+    }
+    writeln!(body, "</tr>")?;
+    for row in &grid.rows {
+        write!(body, "<tr>")?;
+        for cell in row {
+            write!(body, "<td>{}</td>", text(cell))?;
+        }
+        writeln!(body, "</tr>")?;
+    }
+    writeln!(body, "</table></div>")
+}
+
+fn footer(body: &mut String, entry: &Entry, outcome: &Outcome) -> Result {
+    writeln!(body, "<details><summary>How it is made</summary>")?;
+    for shown in &outcome.data {
+        let stands_in = match shown.stands_in_for.as_str() {
+            "" => String::new(),
+            of => format!(", which stands in for {}", text(of)),
+        };
+        writeln!(body, "<p>Shown: {}{stands_in}.</p>", text(&shown.of))?;
+    }
+    if !entry.stand_in.is_empty() {
+        writeln!(body, "<p>{}</p>", marked(&entry.stand_in))?;
+    }
+    if !outcome.commands.is_empty() {
+        writeln!(body, "<pre>{}</pre>", text(&outcome.commands.join("\n")))?;
+    }
+    if !entry.formula.is_empty() {
+        let files = entry.formula.iter().map(|file| format!("<code>{}</code>", text(file)));
+        writeln!(body, "<p>In the code: {}.</p>", files.collect::<Vec<_>>().join(", "))?;
+    }
+    if !entry.technique.is_empty() {
+        let technique = attribute(&entry.technique);
+        writeln!(body, "<p><a href=\"checked.html#{technique}\">How it was checked.</a></p>")?;
+    }
+    writeln!(
+        body,
+        "<p>{}, {}; {:.1} s.</p></details>",
+        text(&outcome.date),
+        text(&outcome.machine),
+        outcome.seconds
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let all = [0.0, 0.12345, 1477.14, -2.0, 3.5e6].map(shown);
+        assert_eq!(all, ["0", "0.1235", "1477", "-2.000", "3.500e6"]);
+    }
+}

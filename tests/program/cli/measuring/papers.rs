@@ -1,0 +1,202 @@
+//! `surfelshop papers`: its pages, what is found again, and that the commands beside numbers measure them.
+//! Costs 20 s of CPU time; with `SURFELSHOP_LONG` ten of all figures, tables and errata are drawn, which takes minutes.
+
+use crate::cli::program::TestFolder;
+use serde_json::Value;
+use std::fs;
+
+const SMALL: &str = "--size 40 --samples 4 --repeats 1";
+
+/// The words of a command as a shell takes them, without the program.
+fn words(command: &str) -> Vec<String> {
+    let (mut words, mut word, mut is_quoted) = (Vec::new(), String::new(), false);
+    for c in command.chars() {
+        match c {
+            '\'' => is_quoted = !is_quoted,
+            ' ' if !is_quoted => words.push(std::mem::take(&mut word)),
+            c => word.push(c),
+        }
+    }
+    words.push(word);
+    assert_eq!(words.remove(0), "surfelshop", "{command}");
+    words
+}
+
+fn entries(made: &Value) -> Vec<&Value> {
+    let papers = made.as_array().unwrap().iter();
+    papers.flat_map(|paper| paper["entries"].as_array().unwrap()).collect()
+}
+
+fn json(folder: &TestFolder, name: &str) -> Value {
+    serde_json::from_slice(&fs::read(folder.at(name)).unwrap()).unwrap()
+}
+
+/// Invariant: pages of the papers ask nothing of a network, are below 15 MB, and come out the same of what an
+/// interrupted run left
+#[test]
+fn pages_hold_all_and_come_out_the_same_of_what_is_there() {
+    let folder = TestFolder::new();
+    let only = ["Figure 3", "Figure 10", "Table 1", "Figure 15", "Figure 43"];
+    let mut line = vec!["papers", "thesis", "-o", "page"];
+    line.extend(SMALL.split(' '));
+    line.extend(only.iter().flat_map(|id| ["--only", id]));
+    folder.run_with(&line).done();
+    let pages = ["index.html", "thesis.html", "checked.html"];
+    let read = || pages.map(|name| fs::read_to_string(folder.at(&format!("page/{name}"))).unwrap());
+    let first = read();
+    for (name, page) in pages.iter().zip(&first) {
+        assert!(page.len() < 15_000_000, "{name}: {} bytes", page.len());
+        for remote in ["http://", "https://", "src=\"/", "@import", "url("] {
+            // What names the form of a drawing is no address that is asked for.
+            let page = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+            assert!(!page.contains(remote), "{name}: {remote}");
+        }
+    }
+    let [contents, thesis, checked] = &first;
+    for id in only {
+        assert!(thesis.contains(&format!("<h2>{id}")), "{id}");
+    }
+    assert!(thesis.contains("data:image/png;base64,") && thesis.contains("<svg"));
+    assert!(thesis.contains("which stands in for Igea"), "without the paper's data");
+    assert!(contents.contains("not made") && contents.contains("stood in"));
+    assert!(checked.contains("id=\"ambient-occlusion\""));
+    // All is there: nothing is made, and the pages are what they were.
+    let again = folder.run_with(&line).done();
+    assert_eq!(again.stdout.matches(": was there").count(), only.len() - 1, "{}", again.stdout);
+    let same = read();
+    assert!(same == first, "pages of the same folders differ");
+    // Killed while it made one: that one is made again, the others are there.
+    let at = |name: &str| folder.at(&format!("page/work/thesis-{name}"));
+    let hash = json(&folder, "page/work/thesis-figure-15/outcome.json")["hash"].clone();
+    fs::rename(at("figure-15"), at("figure-15.part")).unwrap();
+    fs::remove_file(at("figure-15.part").join("outcome.json")).unwrap();
+    fs::write(at("figure-15.part").join("hash"), hash.as_str().unwrap()).unwrap();
+    let before = json(&folder, "page/papers.json");
+    let again = folder.run_with(&line).done();
+    assert_eq!(again.stdout.matches(": was there").count(), only.len() - 2, "{}", again.stdout);
+    let after = json(&folder, "page/papers.json");
+    let repeatable = |made: &Value| -> Vec<Value> {
+        let numbers = entries(made)
+            .into_iter()
+            .flat_map(|entry| entry["numbers"].as_array().unwrap().clone());
+        numbers.filter(|number| number["is_repeatable"] == true).collect()
+    };
+    assert!(repeatable(&before).len() > 8, "{before}");
+    assert_eq!(repeatable(&before), repeatable(&after));
+}
+
+/// Entries that are drawn: all, or those that take seconds.
+fn candidates(folder: &TestFolder) -> Vec<String> {
+    let is_long = std::env::var("SURFELSHOP_LONG").is_ok_and(|value| value == "1");
+    let slow = [
+        "{torso",
+        "{fandisk",
+        "{chameleon",
+        "{mannequin",
+        "{cornell",
+        "{cathedral",
+        "{knot",
+        "{ring",
+        "{dragon",
+        "report",
+    ];
+    let listed = folder.run("papers --list --json").json();
+    let is_quick = |entry: &&Value| {
+        let text = format!("{}{}", entry["steps"], entry["computed"]);
+        let computed = entry["computed"].as_str().unwrap();
+        let is_slow = slow.iter().any(|word| text.contains(word))
+            || ["occlusion", "bounces", "marble", "harmonics-T17", "splat-B10"]
+                .iter()
+                .any(|word| computed.starts_with(word));
+        entry["impossible"] == "" && (is_long || !is_slow)
+    };
+    let name = |entry: &Value| {
+        format!("{}/{}", entry["paper"].as_str().unwrap(), entry["id"].as_str().unwrap())
+    };
+    listed.as_array().unwrap().iter().filter(is_quick).map(name).collect()
+}
+
+/// Ten of them, the same on every run.
+fn drawn(mut all: Vec<String>) -> Vec<String> {
+    let mut state = 20_040_917u64;
+    let mut chosen = Vec::new();
+    while chosen.len() < 10 {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        chosen.push(all.swap_remove((state >> 33) as usize % all.len()));
+    }
+    chosen
+}
+
+/// Invariant: the commands beside a figure measure its very numbers
+#[test]
+fn ten_entries_have_the_numbers_that_their_commands_measure() {
+    let folder = TestFolder::new();
+    let chosen = drawn(candidates(&folder));
+    let (mut n_numbers, mut n_commands) = (0, 0);
+    for name in &chosen {
+        let (paper, id) = name.split_once('/').unwrap();
+        let mut line = vec!["papers", paper, "--only", id, "-o", "page"];
+        line.extend(SMALL.split(' '));
+        folder.run_with(&line).done();
+        let made = json(&folder, "page/papers.json");
+        let all = entries(&made);
+        let [entry] = all[..] else { panic!("{name}: {made}") };
+        let numbers = entry["numbers"].as_array().unwrap();
+        for (i, command) in entry["commands"].as_array().unwrap().iter().enumerate() {
+            let mut words = words(command.as_str().unwrap());
+            let is_measured = matches!(words[0].as_str(), "compare" | "report" | "papers");
+            if is_measured {
+                let out = words.iter().rposition(|word| word == "-o").unwrap();
+                words[out + 1] = "again".to_owned();
+            }
+            n_commands += 1;
+            folder.run_with(&words.iter().map(String::as_str).collect::<Vec<_>>()).done();
+            let file = match words[0].as_str() {
+                "compare" => "again/metrics.json",
+                "report" => "again/report.json",
+                "papers" => "again/papers.json",
+                _ => continue,
+            };
+            let found = json(&folder, file);
+            for number in numbers.iter().filter(|number| number["is_repeatable"] == true) {
+                let again = match words[0].as_str() {
+                    "papers" if number["command"].is_null() => {
+                        let same = entries(&found)[0]["numbers"].as_array().unwrap();
+                        same.iter().find(|other| other["what"] == number["what"]).unwrap()["value"]
+                            .clone()
+                    }
+                    "compare" | "report" if number["command"] == i => {
+                        found.pointer(number["pointer"].as_str().unwrap()).unwrap().clone()
+                    }
+                    _ => continue,
+                };
+                assert_eq!(again, number["value"], "{name}: {}", number["what"]);
+                n_numbers += 1;
+            }
+            fs::remove_dir_all(folder.at("again")).unwrap();
+        }
+    }
+    assert!(
+        n_commands >= 10 && n_numbers >= 20,
+        "{n_commands} commands, {n_numbers} numbers of {chosen:?}"
+    );
+}
+
+#[test]
+fn what_is_not_there_is_said_in_a_line() {
+    let folder = TestFolder::new();
+    let line = |options: &[&str]| {
+        let mut line = vec!["papers", "-o", "page"];
+        line.extend(options);
+        folder.run_with(&line)
+    };
+    line(&["--only", "Figure 99"]).failed(&["no figure, table or erratum `Figure 99`", "--list"]);
+    line(&["--data", "nowhere", "--only", "T28"])
+        .failed(&["nowhere", "expected a folder of models"]);
+    folder.run("papers").misused(&["--out"]);
+    folder.put("file", "no folder");
+    folder
+        .run("papers --only T28 -o file/page")
+        .failed(&["file/page", "the folder cannot be made"]);
+}
