@@ -12,6 +12,7 @@ mod contents_info;
 mod convert;
 mod index;
 mod info;
+mod measure;
 mod plugins;
 mod pyramid_info;
 mod scene_info;
@@ -64,6 +65,7 @@ fn main() -> ExitCode {
         Some(Command::Info(arguments)) => info::run(&arguments),
         Some(Command::Plugins(arguments)) => plugins::run(&arguments),
         Some(Command::Select(arguments)) => select::run(&arguments),
+        Some(Command::Measure(arguments)) => measure::run(&arguments),
         Some(Command::Convert(arguments)) => convert::run(&arguments),
         Some(Command::Index(arguments)) => index::run(&arguments),
         Some(Command::Demo(arguments)) => demo::run(&arguments),

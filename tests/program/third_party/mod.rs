@@ -11,4 +11,6 @@ mod c;
 #[cfg(unix)]
 mod format_in_c;
 #[cfg(unix)]
+mod hands;
+#[cfg(unix)]
 mod hostile;
