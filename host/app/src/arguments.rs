@@ -12,6 +12,7 @@ use surfelshop_evaluate::demo::DemoArguments;
 use surfelshop_evaluate::explain::ExplainArguments;
 use surfelshop_evaluate::report::ReportArguments;
 use surfelshop_papers::PapersArguments;
+use surfelshop_session::options::measures::MeasureOptions;
 use surfelshop_session::options::select::{ColumnValue, SelectStep};
 use surfelshop_session::options::values::{self, Setting};
 use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments, UpAxis};
@@ -78,6 +79,8 @@ pub(crate) enum Command {
     Convert(ConvertArguments),
     /// Select surfels of a cloud: count them, or write them, the others, or all with another value of a column.
     Select(Box<SelectArguments>),
+    /// Measure distances, angles, heights, areas, profiles and volumes, those of a scene and those that are typed.
+    Measure(Box<MeasureArguments>),
     /// Make a pyramid of files of any size: a cloud that is drawn without being in memory.
     Index(IndexArguments),
     /// Render the sample cloud with every renderer.
@@ -169,6 +172,38 @@ pub(crate) struct SelectArguments {
     #[arg(long, value_name = "NAME=VALUE", value_parser = ColumnValue::parse)]
     pub(crate) set: Vec<ColumnValue>,
     /// The axis that `height` is along [default: that of the file, else y].
+    #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
+    pub(crate) up: UpAxis,
+    #[command(flatten)]
+    pub(crate) plugins: PluginFiles,
+    #[command(flatten)]
+    pub(crate) report: PrintArguments,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  surfelshop measure room.scene.toml                                   what the scene measures
+  surfelshop measure room.scene.toml --csv
+  surfelshop measure scan.ply --distance 0,0,0:1.5,0,0.2
+  surfelshop measure scan.ply --profile 0,0,0:5,0,0 --thickness 0.05 --points profile.csv
+  surfelshop measure heap.las --volume 0,0,0:9,0,0:9,7,0:0,7,0 -o heap.scene.toml
+Surfels that filters of the scene hide are not measured.")]
+pub(crate) struct MeasureArguments {
+    /// The clouds, and at most one scene (.scene.toml).
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) measures: MeasureOptions,
+    /// Print a row for each number, with commas between its fields: in metres where files say how long their units are.
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) csv: bool,
+    /// Write the surfels of the profile, of which there has to be one: how far along and how high each is.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) points: Option<PathBuf>,
+    /// Write a scene with all measures, .scene.toml.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// The axis that heights are along [default: that of the scene or of the file, else y].
     #[arg(long, value_enum, value_name = "AXIS", default_value_t, hide_default_value = true)]
     pub(crate) up: UpAxis,
     #[command(flatten)]

@@ -12,6 +12,7 @@ mod contents_info;
 mod convert;
 mod index;
 mod info;
+mod measure;
 mod plugins;
 mod pyramid_info;
 mod scene_info;
@@ -77,6 +78,7 @@ fn dispatch(command: Command, given: &ExplicitOptions) -> anyhow::Result<()> {
         Command::Info(arguments) => info::run(&arguments),
         Command::Plugins(arguments) => plugins::run(&arguments),
         Command::Select(arguments) => select::run(&arguments),
+        Command::Measure(arguments) => measure::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Index(arguments) => index::run(&arguments),
         Command::Demo(arguments) => demo::run(&arguments),

@@ -41,6 +41,7 @@ pub use cloud::Cloud;
 pub use cloud::buffer::Buffer;
 pub use cloud::changes::changed_rows;
 pub use cloud::column::{Column, is_well_known};
+pub use cloud::delta::CloudDelta;
 pub use cloud::edit::{EditedCloud, StagedEdits};
 pub use cloud::part::CloudPart;
 pub use cloud::provenance::{CloudEdit, How, ToolRun};

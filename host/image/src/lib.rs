@@ -8,6 +8,7 @@ mod error;
 pub mod exr;
 mod eye_dome;
 mod image;
+pub mod lines;
 pub mod metrics;
 pub mod outputs;
 mod picture_mean;

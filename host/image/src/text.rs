@@ -221,7 +221,7 @@ pub fn fill(image: &mut Image, [low, high]: [[f32; 2]; 2], color: [f32; 3], alph
 }
 
 /// Paints a colour over a pixel of straight alpha; nothing outside of the picture.
-fn over(image: &mut Image, [x, y]: [i64; 2], color: [f32; 3], alpha: f32) {
+pub(crate) fn over(image: &mut Image, [x, y]: [i64; 2], color: [f32; 3], alpha: f32) {
     let is_inside =
         (0..i64::from(image.width)).contains(&x) && (0..i64::from(image.height)).contains(&y);
     if !is_inside || alpha <= 0.0 || image.components != 4 {

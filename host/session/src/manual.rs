@@ -31,6 +31,7 @@ macro_rules! pages {
 pub const PAGES: &[Page] = pages! {
     "Use", "viewer", "The window", "use/viewer";
     "Use", "hands", "Hands on the cloud", "use/hands";
+    "Use", "dimensions", "Measuring by hand", "use/dimensions";
     "Use", "render", "Render pictures", "use/render";
     "Use", "colours", "Colours and filters", "use/colours";
     "Use", "lights", "Lights", "use/lights";

@@ -95,6 +95,7 @@ impl Window {
         title::update(self, &ctx);
         screen::fit(&ctx);
         self.update_display(&ctx);
+        self.update_measures(&ctx);
         self.copy_shared_camera();
         recovery::update(self, &ctx);
         self.send_requests(&ctx);

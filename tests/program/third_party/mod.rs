@@ -11,6 +11,8 @@ mod c;
 #[cfg(unix)]
 mod format_in_c;
 #[cfg(unix)]
+mod hands;
+#[cfg(unix)]
 mod hostile;
 #[cfg(unix)]
 mod modules;

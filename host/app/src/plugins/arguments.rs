@@ -73,6 +73,8 @@ pub(crate) enum NewKind {
     Splat,
     /// A tool that edits columns of a cloud, with progress.
     Tool,
+    /// A tool that is led by hand over a cloud: a brush.
+    Brush,
     /// A renderer that computes pixels itself, on all cores.
     Tracer,
     /// A file format that clouds are read from and written to.
@@ -126,6 +128,7 @@ mod tests {
             " list --json",
             " new a/b --kind tool",
             " new a --kind format",
+            " new a --kind brush",
             " new a --kind splat",
             " new a --kind tracer --sandbox",
             " new a --api https://example.org/s.git --tag v1 --minor 7",

@@ -45,6 +45,7 @@ impl NewKind {
                 ("src/resolve.wgsl", include_str!("template/splat/src/resolve.wgsl")),
             ],
             Self::Tool => &[("src/lib.rs", include_str!("template/tool/src/lib.rs"))],
+            Self::Brush => &[("src/lib.rs", include_str!("template/brush/src/lib.rs"))],
             Self::Tracer => &[("src/lib.rs", include_str!("template/tracer/src/lib.rs"))],
             Self::Format => &[("src/lib.rs", include_str!("template/format/src/lib.rs"))],
         }
@@ -53,7 +54,9 @@ impl NewKind {
     /// The crates of this project that it links.
     fn crates(self) -> &'static [&'static str] {
         match self {
-            Self::Shading | Self::Graph | Self::Splat | Self::Tool | Self::Format => &["api"],
+            Self::Shading | Self::Graph | Self::Splat | Self::Tool | Self::Brush | Self::Format => {
+                &["api"]
+            }
             Self::Tracer => &["api", "geometry"],
         }
     }
@@ -63,6 +66,7 @@ impl NewKind {
         match self {
             Self::Shading | Self::Graph | Self::Splat => "Renderer",
             Self::Tool => "Tool",
+            Self::Brush => "Brush",
             Self::Tracer => "Tracer",
             Self::Format => "Format",
         }
@@ -74,6 +78,7 @@ impl NewKind {
             Self::Graph => "A renderer with a graph of its own",
             Self::Splat => "A renderer of one splat function",
             Self::Tool => "A tool",
+            Self::Brush => "A tool that is led by hand",
             Self::Tracer => "A tracer, a renderer that computes pixels itself,",
             Self::Format => "A file format",
         }
@@ -91,6 +96,10 @@ impl NewKind {
     fn look(self, name: &str, library: &str) -> String {
         match self {
             Self::Shading | Self::Graph | Self::Splat => format!("surfelshop --plugin {library}"),
+            Self::Brush => format!(
+                "surfelshop scan.ply --plugin {library}\n\
+                 surfelshop bake scan.ply -t {name} --plugin {library} --strokes scan.strokes.json -o {name}.ply"
+            ),
             Self::Tool => {
                 format!("surfelshop bake scan.ply -t {name} --plugin {library} -o {name}.ply")
             }
@@ -284,6 +293,7 @@ fn check_minor(kind: NewKind, minor: Option<u16>) -> anyhow::Result<()> {
         NewKind::Shading | NewKind::Graph => 7,
         NewKind::Splat => 9,
         NewKind::Format => 8,
+        NewKind::Brush => 11,
         NewKind::Tool | NewKind::Tracer => 0,
     };
     let minor = minor.unwrap_or(ABI_MINOR);

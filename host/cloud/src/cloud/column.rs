@@ -113,10 +113,24 @@ impl Column {
         Ok(self.with_values(self.values.gather(self.components as usize, rows)?))
     }
 
+    /// The column without its values.
+    pub(crate) fn emptied(&self) -> Self {
+        Self { values: Arc::new(Buffer::U8(Vec::new())), ..self.clone() }
+    }
+
+    /// An emptied column with the values that another one of its generation has.
+    pub(crate) fn refilled(&self, other: &Self) -> Self {
+        Self { values: Arc::clone(&other.values), ..self.clone() }
+    }
+
+    /// An emptied column with its values made again.
+    pub(crate) fn filled(&self, values: Buffer) -> Self {
+        Self { values: Arc::new(values), ..self.clone() }
+    }
+
     /// The column for as long as somebody else holds it.
     pub(crate) fn downgrade(&self) -> WeakColumn {
-        // The values of the other are none.
-        let column = Self { values: Arc::new(Buffer::U8(Vec::new())), ..self.clone() };
+        let column = self.emptied();
         WeakColumn { column, values: Arc::downgrade(&self.values) }
     }
 

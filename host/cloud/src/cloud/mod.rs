@@ -4,6 +4,7 @@ pub(crate) mod buffer;
 pub(crate) mod changes;
 pub(crate) mod color;
 pub(crate) mod column;
+pub(crate) mod delta;
 pub(crate) mod edit;
 mod facts;
 pub(crate) mod part;

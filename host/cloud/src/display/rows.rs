@@ -2,9 +2,10 @@
 
 use super::cache;
 use super::error::DisplayError;
-use super::filter::Filter;
+use super::filter::{Filter, FilterAction, FilterTest};
+use super::hidden::{self, HIDDEN};
 use super::scalar::{BLOCK, Scalar};
-use super::settings::UpDirection;
+use super::settings::{Attribute, UpDirection};
 use crate::cloud::Cloud;
 use crate::cloud::column::Column;
 use crate::faces;
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use surfelshop_api::columns::COLOR;
 
-/// The cloud of the surfels that all filters let through, and their indices in the other one; `None` where
+/// The cloud of the surfels that all filters let through and nobody has hidden, and their indices in the other one; `None` where
 /// all surfels are shown. Columns are found again by their generations and the filters.
 ///
 /// # Errors
@@ -23,8 +24,14 @@ pub(super) fn filtered(
     filters: &[Filter],
     up: UpDirection,
 ) -> Result<Option<Rows>, DisplayError> {
-    let mut tests = Vec::with_capacity(filters.len());
-    for filter in filters {
+    let by_hand = Filter {
+        attribute: Attribute::column(HIDDEN),
+        action: FilterAction::Hide,
+        test: FilterTest::Values(vec![1]),
+    };
+    let by_hand = hidden::values(cloud).map(|_| &by_hand);
+    let mut tests = Vec::with_capacity(filters.len() + 1);
+    for filter in filters.iter().chain(by_hand) {
         if let Some(scalar) = Scalar::of(cloud, &filter.attribute, up)? {
             tests.push((scalar, filter));
         }
@@ -78,6 +85,7 @@ impl Rows {
     /// where it gets others.
     pub(super) fn of(&self, cloud: &Cloud, recolors: bool) -> Result<Cloud, DisplayError> {
         let columns = cloud.columns().iter().filter(|c| !recolors || c.name() != COLOR);
+        let columns = columns.filter(|c| c.name() != HIDDEN);
         let columns = columns.map(|column| self.column(column));
         let columns: Vec<Column> = columns.collect::<Result<_, _>>()?;
         let faces = match cloud.faces().is_empty() {

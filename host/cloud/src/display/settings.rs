@@ -1,6 +1,7 @@
 //! What colours surfels, which are shown and how they look, as a scene says it.
 
 use super::filter::Filter;
+use super::hidden::HIDDEN;
 use super::maps::ColorMap;
 use super::splat_settings::SplatSettings;
 use crate::cloud::Cloud;
@@ -22,7 +23,7 @@ impl DisplaySettings {
     /// Whether clouds are displayed as they are.
     pub fn is_plain<'a>(&self, mut clouds: impl Iterator<Item = &'a Cloud>) -> bool {
         let is_plain = self.color.by == ColorBy::File && self.filters.is_empty();
-        is_plain && clouds.all(|cloud| self.splats.leaves(cloud))
+        is_plain && clouds.all(|cloud| self.splats.leaves(cloud) && cloud.column(HIDDEN).is_none())
     }
 }
 

@@ -3,9 +3,12 @@
 use super::display::{Backdrop, EyeDomeLighting, ToneMap};
 use super::environment::{ProbeSource, SceneEnvironment};
 use super::keyed::Keyed;
+use super::measures::Measure;
 use super::paths;
 use crate::cloud::transform::Transform;
-use crate::display::{ColorSource, DisplaySettings, Filter, SplatSettings, UpDirection};
+use crate::display::{
+    ColorSource, DisplaySettings, Filter, HiddenSurfels, SplatSettings, UpDirection,
+};
 use std::path::{Path, PathBuf};
 use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
@@ -48,6 +51,8 @@ pub struct SceneFile {
     pub filters: Vec<Keyed<Filter>>,
     /// How surfels look.
     pub splats: Keyed<SplatSettings>,
+    /// What is measured in it, at most [`MOST_MEASURES`](super::MOST_MEASURES).
+    pub measures: Vec<Keyed<Measure>>,
     /// What is shown side by side.
     pub views: Vec<Keyed<SceneView>>,
     /// How the views are laid out: a window's own business, kept as it is.
@@ -70,6 +75,8 @@ pub struct SceneCloud {
     pub transform: Option<Keyed<Transform>>,
     /// What draws it; `None` where that is the view's renderer.
     pub renderer: Option<CloudRenderer>,
+    /// Which of its surfels are hidden; `None` where none is.
+    pub hidden: Option<HiddenSurfels>,
 }
 
 /// A renderer of a cloud's own.
@@ -85,8 +92,8 @@ impl SceneCloud {
     /// A visible cloud where its file says.
     #[must_use]
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        let (name, transform, renderer) = (None, None, None);
-        Self { path: path.into(), name, visible: true, transform, renderer }
+        let (name, transform, renderer, hidden) = (None, None, None, None);
+        Self { path: path.into(), name, visible: true, transform, renderer, hidden }
     }
 }
 
@@ -132,6 +139,7 @@ impl Default for SceneFile {
             color: Keyed::default(),
             filters: Vec::new(),
             splats: Keyed::default(),
+            measures: Vec::new(),
             views: Vec::new(),
             layout: Table::new(),
             unknown: Table::new(),

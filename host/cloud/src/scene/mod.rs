@@ -17,6 +17,7 @@ mod file;
 mod keyed;
 mod light;
 mod limits;
+mod measures;
 mod parts;
 mod paths;
 mod read;
@@ -30,6 +31,10 @@ pub use error::{SceneError, SceneFault, SceneWriteError};
 pub use file::{CloudRenderer, SceneCloud, SceneFile, SceneView};
 pub use keyed::Keyed;
 pub use limits::*;
+pub use measures::{
+    Figure, LONGEST_NOTE, MOST_MEASURES, MOST_PLACES, Measure, MeasureError, MeasureKind,
+    MeasuredRow, Profile, Quantity, QuantityKind, Segment, Units, Volume,
+};
 pub use read::{OpenedScene, is_scene, read, read_bytes};
 /// A table of TOML, sorted by key.
 pub use toml::Table;

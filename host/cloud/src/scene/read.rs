@@ -4,8 +4,10 @@ use super::error::{SceneError, SceneFault};
 use super::file::{CloudRenderer, SceneCloud, SceneFile, SceneView};
 use super::keyed::Keyed;
 use super::limits::{FORMAT, LARGEST_FILE, MOST_CLOUDS, MOST_FILTERS, MOST_VALUES, MOST_VIEWS};
+use super::measures::{MOST_MEASURES, table};
 use super::source::{Entry, Fault, Section, Source};
 use super::{color, environment, light, parts, splats};
+use crate::display::HiddenSurfels;
 use crate::files::{self, OpenFault};
 use std::path::{Path, PathBuf};
 use surfelshop_api::Scene;
@@ -123,6 +125,9 @@ fn scene(source: &Source<'_>) -> Result<(SceneFile, Vec<usize>, Vec<usize>), Fau
     if let Some(entry) = whole.find("splats") {
         scene.splats = splats::read(entry.section()?)?;
     }
+    for section in sections(whole.find("measure"), "measures", MOST_MEASURES)? {
+        scene.measures.push(table::read(section)?);
+    }
     let (mut cloud_lines, mut view_lines) = (Vec::new(), Vec::new());
     for section in sections(whole.find("clouds"), "clouds", MOST_CLOUDS)? {
         let (cloud, line) = cloud(section)?;
@@ -182,6 +187,11 @@ fn cloud(mut section: Section<'_>) -> Result<(Keyed<SceneCloud>, usize), Fault> 
     }
     if let Some(entry) = section.find("visible") {
         cloud.visible = entry.flag()?;
+    }
+    if let Some(entry) = section.find("hidden") {
+        let hidden = entry.text().and_then(HiddenSurfels::parse);
+        let expected = "what a saved scene has here: hidden surfels, in base 64";
+        cloud.hidden = Some(hidden.ok_or_else(|| entry.wrong(expected))?);
     }
     if let Some(entry) = section.find("transform") {
         cloud.transform = Some(parts::transform(entry.section()?)?);

@@ -9,6 +9,7 @@ use super::file::{SceneCloud, SceneFile, SceneView};
 use super::keyed::Keyed;
 use super::light::light_entries;
 use super::limits::{FORMAT, LARGEST_FILE};
+use super::measures::table;
 use super::parts::channel;
 use super::paths;
 use super::read::{check, is_scene};
@@ -110,6 +111,8 @@ impl SceneFile {
             entries.push(("camera".to_owned(), Node::Table(camera_entries(camera))));
         }
         entries.push(("clouds".to_owned(), Node::Tables(clouds)));
+        let measures = self.measures.iter().map(table::entries).collect();
+        entries.push(("measure".to_owned(), Node::Tables(measures)));
         let views = self.views.iter().map(view_entries).collect();
         entries.push(("views".to_owned(), Node::Tables(views)));
         if !self.layout.is_empty() {
@@ -176,6 +179,9 @@ fn cloud_entries(cloud: &Keyed<SceneCloud>, path: String) -> Entries {
     }
     if !cloud.visible {
         entries.push(entry("visible", false));
+    }
+    if let Some(hidden) = &cloud.hidden {
+        entries.push(entry("hidden", hidden.text()));
     }
     if let Some(transform) = &cloud.transform {
         entries.push(("transform".to_owned(), Node::Table(transform_entries(transform))));

@@ -102,6 +102,13 @@ impl Clouds {
         Self { loaded, facts, pyramids: Vec::new(), standpoint: None }
     }
 
+    /// Metres of a scene unit, where all clouds say the same.
+    pub fn metres_per_unit(&self) -> Option<f64> {
+        let mut all = self.loaded.iter().map(|loaded| loaded.cloud.source().metres_per_unit);
+        let first = all.next().filter(|metres| *metres > 0.0 && metres.is_finite())?;
+        all.all(|other| other.to_bits() == first.to_bits()).then_some(first)
+    }
+
     /// The clouds as renderers see them.
     pub fn views(&self) -> Vec<CloudView<'_>> {
         self.loaded.iter().map(|loaded| loaded.cloud.view()).collect()

@@ -4,9 +4,12 @@ use crate::input::clouds::Clouds;
 use crate::input::formats::SessionFormats;
 use crate::input::scenes::Source;
 use crate::output::terminal;
+use anyhow::Context as _;
 use serde_json::{Value, json};
 use std::sync::Arc;
-use surfelshop_cloud::display::{Colors, Display, DisplayError, DisplaySettings, Legend};
+use surfelshop_cloud::display::{
+    Colors, Display, DisplayError, DisplaySettings, HiddenSurfels, Legend, hiding,
+};
 use surfelshop_cloud::selection::{Selection, SelectionError, tinted};
 use surfelshop_cloud::{Cloud, Loaded, Summary};
 
@@ -28,7 +31,13 @@ impl DisplayedClouds {
         settings: &DisplaySettings,
         formats: &SessionFormats,
     ) -> anyhow::Result<Self> {
-        let displayed = Self::new(&Arc::new(Clouds::read(sources, formats)?), settings)?;
+        let mut clouds = Clouds::read(sources, formats)?;
+        for (source, loaded) in sources.iter().zip(&mut clouds.loaded) {
+            if let Some(hidden) = &source.hidden {
+                hide(loaded, hidden, source.place.as_deref())?;
+            }
+        }
+        let displayed = Self::new(&Arc::new(clouds), settings)?;
         let n = displayed.n_surfels;
         // Of a pyramid the merged surfels do not say what is shown.
         if displayed.clouds.facts.n_surfels == 0 && n > 0 && displayed.clouds.pyramids.is_empty() {
@@ -158,6 +167,27 @@ impl DisplayedClouds {
             "surfels_hidden": self.n_hidden(),
         })
     }
+}
+
+/// Hides surfels of a cloud that was read.
+///
+/// # Errors
+/// Where the cloud has another number of surfels than the scene says: its file was changed since.
+pub fn hide(
+    loaded: &mut Loaded,
+    hidden: &HiddenSurfels,
+    place: Option<&str>,
+) -> anyhow::Result<()> {
+    let said = || {
+        let file = place.unwrap_or(&loaded.summary.file);
+        format!(
+            "{file}: `hidden` is of another state of the cloud's file; remove the line, and hide surfels again"
+        )
+    };
+    let selection = hidden.selection(loaded.cloud.len()).with_context(said)?;
+    let cloud = hiding(&loaded.cloud, &selection).with_context(said)?;
+    loaded.cloud = cloud;
+    Ok(())
 }
 
 /// What colours surfels, in JSON.

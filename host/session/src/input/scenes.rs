@@ -4,6 +4,7 @@ use crate::output::{files, terminal};
 use anyhow::bail;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::Transform;
+use surfelshop_cloud::display::HiddenSurfels;
 use surfelshop_cloud::scene::{self, CloudRenderer, OpenedScene};
 
 /// A cloud to read.
@@ -17,13 +18,15 @@ pub struct Source {
     pub place: Option<String>,
     /// What draws it, where a scene says so.
     pub renderer: Option<NamedRenderer>,
+    /// Which of its surfels a scene hides.
+    pub hidden: Option<HiddenSurfels>,
 }
 
 impl Source {
     /// A cloud that was typed.
     pub fn file(path: &Path) -> Self {
-        let (transform, place, renderer) = (None, None, None);
-        Self { path: path.to_owned(), transform, place, renderer }
+        let (transform, place, renderer, hidden) = (None, None, None, None);
+        Self { path: path.to_owned(), transform, place, renderer, hidden }
     }
 }
 
@@ -100,7 +103,8 @@ fn visible(opened: &OpenedScene) -> anyhow::Result<Vec<Source>> {
             folder: opened.scene.folder.clone(),
         };
         let renderer = cloud.renderer.as_ref().map(named);
-        sources.push(Source { path, transform, place: Some(place), renderer });
+        let hidden = cloud.hidden.clone();
+        sources.push(Source { path, transform, place: Some(place), renderer, hidden });
     }
     Ok(sources)
 }

@@ -4,6 +4,7 @@ pub mod camera;
 pub mod colors;
 pub mod explicit;
 pub mod lights;
+pub mod measures;
 mod plugin_files;
 pub mod select;
 pub mod values;

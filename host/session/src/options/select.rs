@@ -88,7 +88,7 @@ impl SelectStep {
     }
 }
 
-fn place(text: &str) -> Option<DVec3> {
+pub(super) fn place(text: &str) -> Option<DVec3> {
     let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
     let numbers: [f64; 3] = numbers?.try_into().ok()?;
     Some(DVec3::from_array(numbers)).filter(|place| place.is_finite())

@@ -4,5 +4,7 @@ pub mod command_line;
 pub mod files;
 pub mod json;
 pub mod legend;
+pub mod measures;
+pub mod overlay;
 pub mod provenance;
 pub mod terminal;

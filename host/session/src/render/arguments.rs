@@ -58,6 +58,9 @@ pub struct RenderArguments {
     /// Draw what colours mean into a corner of each PNG, where numbers or categories colour surfels.
     #[arg(long)]
     pub legend: bool,
+    /// Draw the measures of the scene into each PNG: their lines and numbers.
+    #[arg(long)]
+    pub measures: bool,
     /// Bits per channel of a PNG.
     #[arg(long, value_enum, value_name = "BITS", default_value_t)]
     pub bits: Bits,

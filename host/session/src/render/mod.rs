@@ -20,7 +20,8 @@ use crate::options::explicit::ExplicitOptions;
 use crate::options::values::{Format, OutputFile};
 use crate::options::{Bits, PictureArguments, camera};
 use crate::output::json::{self, Written};
-use crate::output::{files, legend, terminal};
+use crate::output::overlay::Overlay;
+use crate::output::{files, measures, terminal};
 use crate::session::{self, ConvergedFrame, LoadedRenderer, RenderSession};
 use crate::setup::{self, RenderSetup, SelectedView};
 use anyhow::{Context as _, anyhow, ensure};
@@ -31,6 +32,7 @@ use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{UnitKind, View};
 use surfelshop_cloud::display::Legend;
+use surfelshop_cloud::scene::Units;
 use surfelshop_image::display::{Background, DisplayTransform};
 use surfelshop_image::{exr, outputs, png};
 use surfelshop_render::{RenderRequest, Rendered};
@@ -180,8 +182,8 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
-    let legend = legend_of(arguments, &displayed);
-    let written = write_all(arguments, &staging, legend.as_ref(), &settled.rendered)?;
+    let overlay = overlay_of(arguments, &inputs, &staging, &displayed, view);
+    let written = write_all(arguments, &staging, &overlay, &settled.rendered)?;
     save_graph(arguments, &chosen)?;
     timings.write_ms = since(started);
     if !arguments.report.json {
@@ -285,8 +287,26 @@ pub fn view(arguments: &PictureArguments, staging: &RenderSetup, clouds: &Clouds
     }
 }
 
+/// What is drawn over the picture of a view, where that was asked for.
+pub fn overlay_of(
+    arguments: &RenderArguments,
+    inputs: &Inputs,
+    staging: &RenderSetup,
+    displayed: &DisplayedClouds,
+    view: View,
+) -> Overlay {
+    let scene = inputs.opened.iter().filter(|_| arguments.measures).map(|opened| &opened.scene);
+    let all = scene.flat_map(|scene| &scene.measures).map(|measure| &measure.known);
+    let units = Units { metres: displayed.clouds.metres_per_unit() };
+    let measures = measures::drawn(all, staging.display.up, units, &displayed.clouds);
+    if arguments.measures && measures.is_empty() {
+        terminal::note("--measures draws nothing: no scene with visible measures is rendered");
+    }
+    Overlay { view, measures, legend: legend_of(arguments, displayed) }
+}
+
 /// The legend that was asked for; says where there is nothing to explain.
-pub fn legend_of(arguments: &RenderArguments, displayed: &DisplayedClouds) -> Option<Legend> {
+fn legend_of(arguments: &RenderArguments, displayed: &DisplayedClouds) -> Option<Legend> {
     if !arguments.legend {
         return None;
     }
@@ -297,18 +317,19 @@ pub fn legend_of(arguments: &RenderArguments, displayed: &DisplayedClouds) -> Op
     legend
 }
 
-/// Writes every file asked for; a legend is drawn into those that a screen shows.
+/// Writes every file asked for; an overlay is drawn into those that a screen shows.
 pub fn write_all(
     arguments: &RenderArguments,
     staging: &RenderSetup,
-    legend: Option<&Legend>,
+    overlay: &Overlay,
     rendered: &Rendered,
 ) -> anyhow::Result<Vec<Written>> {
     let shown = staging.output.as_ref();
+    let overlay = Some(overlay).filter(|overlay| !overlay.is_empty());
     let write = |file: &OutputFile| match file.format {
         Format::Png => {
             let shown = shown.unwrap_or(&Output::Color);
-            write_png(file.path(), shown, rendered, &staging.how, arguments.bits, legend)
+            write_png(file.path(), shown, rendered, &staging.how, arguments.bits, overlay)
         }
         Format::Exr => write_exr(file.path(), shown, rendered),
     };
@@ -349,20 +370,20 @@ pub fn write_png(
     rendered: &Rendered,
     how: &DisplayTransform,
     bits: Bits,
-    legend: Option<&Legend>,
+    overlay: Option<&Overlay>,
 ) -> anyhow::Result<Written> {
     let image = rendered
         .image(output)
         .ok_or_else(|| anyhow::anyhow!("the renderer gave no output `{}`", output.name()))?;
-    let encoded = match (output, bits, legend) {
+    let encoded = match (output, bits, overlay) {
         // The same levels, many times faster.
         (Output::Color | Output::Debug(_), Bits::Eight, None) => {
             png::encode_levels([image.width, image.height], outputs::levels(image, how))
         }
         _ => {
             let mut visible = outputs::visible(output, image, how);
-            if let Some(legend) = legend {
-                legend::draw(&mut visible, legend);
+            if let Some(overlay) = overlay {
+                overlay.draw(&mut visible);
             }
             png::encode(&visible, bits.into())
         }

@@ -84,8 +84,8 @@ pub fn render(
     let rendered =
         Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame, parts };
     let n_not_finite = render::check_finite(&rendered);
-    let legend = render::legend_of(arguments, &displayed);
-    let written = render::write_all(arguments, staging, legend.as_ref(), &rendered)?;
+    let overlay = render::overlay_of(arguments, inputs, staging, &displayed, view);
+    let written = render::write_all(arguments, staging, &overlay, &rendered)?;
     if !arguments.report.json {
         return written.iter().try_for_each(|file| terminal::line(line(file, reference, &picture)));
     }

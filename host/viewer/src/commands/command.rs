@@ -11,6 +11,7 @@ pub(crate) enum Menu {
     File,
     Edit,
     Select,
+    Measure,
     Camera,
     View,
     Look,
@@ -20,10 +21,11 @@ pub(crate) enum Menu {
 
 impl Menu {
     /// All, in the order of the menu bar.
-    pub(crate) const ALL: [Self; 8] = [
+    pub(crate) const ALL: [Self; 9] = [
         Self::File,
         Self::Edit,
         Self::Select,
+        Self::Measure,
         Self::Camera,
         Self::View,
         Self::Look,
@@ -37,6 +39,7 @@ impl Menu {
             Self::File => "File",
             Self::Edit => "Edit",
             Self::Select => "Select",
+            Self::Measure => "Measure",
             Self::Camera => "Camera",
             Self::View => "View",
             Self::Look => "Look",

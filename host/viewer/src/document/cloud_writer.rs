@@ -4,6 +4,7 @@ use super::open_clouds::OpenCloud;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use surfelshop_cloud::display::unhidden;
 use surfelshop_cloud::{Cloud, WriteError, WriteOptions, Written, silent};
 use surfelshop_session::input::formats::SessionFormats;
 
@@ -28,7 +29,8 @@ impl CloudWriter {
         wake: impl Fn() + Send + 'static,
     ) -> std::io::Result<Self> {
         let (send, written) = channel();
-        let cloud = open_cloud.loaded.cloud.clone();
+        // What a scene hides, files have all the same.
+        let cloud = unhidden(&open_cloud.loaded.cloud);
         let (target, source) = (path.clone(), cloud.clone());
         let comments = open_cloud.loaded.summary.comments.clone();
         std::thread::Builder::new().name("saving".to_owned()).spawn(move || {

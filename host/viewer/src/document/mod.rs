@@ -11,6 +11,7 @@ mod history;
 mod one_cloud;
 mod open;
 mod open_clouds;
+mod packed_clouds;
 mod presets;
 pub(crate) mod recovery;
 mod save;

@@ -1,9 +1,12 @@
 //! The open clouds, visible and hidden, edited and as on disk.
 
+use super::packed_clouds::columns_of;
 use super::recovery::CloudRow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use surfelshop_cloud::display::{self, HiddenSurfels, unhidden};
 use surfelshop_cloud::scene::SceneFile;
+use surfelshop_cloud::selection::{Selection, SelectionError};
 use surfelshop_cloud::{Cloud, CloudError, Column, Loaded, Summary, Transform};
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::scenes::NamedRenderer;
@@ -31,7 +34,7 @@ pub(crate) struct OpenCloud {
 
 impl OpenCloud {
     fn read(loaded: Loaded, entry: usize) -> Self {
-        let on_disk = generations(&loaded.cloud);
+        let on_disk = generations_on_disk(&loaded.cloud);
         Self { entry: Some(entry), on_disk, ..Self::new(loaded) }
     }
 
@@ -57,6 +60,23 @@ impl OpenCloud {
         self.placed.as_ref().map_or_else(Transform::default, |(transform, _)| *transform)
     }
 
+    /// The same with another cloud.
+    pub(super) fn holding(&self, cloud: Cloud) -> Self {
+        let summary = self.loaded.summary.clone();
+        Self { loaded: Loaded { cloud, summary }, ..self.clone() }
+    }
+
+    /// Whether it was placed in the window.
+    pub(super) fn is_placed(&self) -> bool {
+        self.placed.is_some()
+    }
+
+    /// Which of its surfels are hidden, as a scene notes it.
+    pub(crate) fn hidden(&self) -> Option<HiddenSurfels> {
+        let hidden = display::hidden(&self.loaded.cloud).ok()??;
+        Some(HiddenSurfels::of(&hidden))
+    }
+
     fn file_name(&self) -> String {
         let path = self.saved_as.as_deref().unwrap_or(Path::new(&self.loaded.summary.file));
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned());
@@ -71,13 +91,18 @@ impl OpenCloud {
             Some((_, before)) if has_file => before,
             _ => &self.loaded.cloud,
         };
-        self.on_disk != generations(cloud)
+        self.on_disk != generations_on_disk(cloud)
     }
 }
 
 /// The generations of all columns: equal generations mean equal values.
 pub(crate) fn generations(cloud: &Cloud) -> Vec<u64> {
     cloud.columns().iter().map(Column::generation).collect()
+}
+
+/// The same without the column that files do not have.
+fn generations_on_disk(cloud: &Cloud) -> Vec<u64> {
+    generations(&unhidden(cloud))
 }
 
 /// All open clouds; a clone shares them.
@@ -215,6 +240,37 @@ impl OpenClouds {
         })
     }
 
+    /// With these surfels of a cloud hidden, and no others; the cloud stays as it is.
+    pub(crate) fn hiding(&self, index: usize, hidden: &Selection) -> Result<Self, SelectionError> {
+        let Some(open_cloud) = self.all.get(index) else { return Ok(self.clone()) };
+        let cloud = display::hiding(&open_cloud.loaded.cloud, hidden)?;
+        let placed = match &open_cloud.placed {
+            Some((transform, before)) => Some((*transform, display::hiding(before, hidden)?)),
+            None => None,
+        };
+        Ok(self.changed(index, |open_cloud| {
+            (open_cloud.loaded.cloud, open_cloud.placed) = (cloud, placed);
+        }))
+    }
+
+    /// With the surfels hidden that a scene hides; and a line for each cloud of which that is not known any more.
+    pub(crate) fn hiding_as_in(&self, scene: &SceneFile) -> (Self, Vec<String>) {
+        let (mut hiding, mut faults) = (self.clone(), Vec::new());
+        for (index, open_cloud) in self.all.iter().enumerate() {
+            let entry = open_cloud.entry.and_then(|entry| scene.clouds.get(entry));
+            let Some(hidden) = entry.and_then(|cloud| cloud.hidden.as_ref()) else { continue };
+            let selection = hidden.selection(open_cloud.loaded.cloud.len());
+            match selection.and_then(|selection| hiding.hiding(index, &selection)) {
+                Ok(changed) => hiding = changed,
+                Err(error) => faults.push(format!(
+                    "{}: what was hidden is shown, its file has changed ({error})",
+                    open_cloud.name()
+                )),
+            }
+        }
+        (hiding, faults)
+    }
+
     /// With a cloud that a tool made from another one, which becomes hidden.
     pub(crate) fn derived(&self, from: usize, cloud: Cloud, tool: &str) -> Self {
         let mut all = self.all.to_vec();
@@ -239,7 +295,7 @@ impl OpenClouds {
         all.extend(added.loaded.iter().map(|loaded| {
             let file = Path::new(&loaded.summary.file);
             let path = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-            let on_disk = generations(&loaded.cloud);
+            let on_disk = generations_on_disk(&loaded.cloud);
             OpenCloud { saved_as: Some(path), on_disk, ..OpenCloud::new(loaded.clone()) }
         }));
         let pyramids = self.clouds.pyramids.iter().chain(&added.pyramids).cloned().collect();
@@ -280,7 +336,8 @@ impl OpenClouds {
     /// With one cloud marked as saved, in the state that was written.
     pub(crate) fn saved(&self, index: usize, path: &Path, cloud: &Cloud) -> Self {
         self.noted(index, |open_cloud| {
-            (open_cloud.saved_as, open_cloud.on_disk) = (Some(path.to_owned()), generations(cloud));
+            let on_disk = generations_on_disk(cloud);
+            (open_cloud.saved_as, open_cloud.on_disk) = (Some(path.to_owned()), on_disk);
             // The file has it as it is placed.
             open_cloud.placed = None;
         })
@@ -288,10 +345,17 @@ impl OpenClouds {
 
     /// The generation and bytes of every column.
     pub(crate) fn columns(&self) -> impl Iterator<Item = (u64, u64)> {
-        let columns = self.all.iter().flat_map(|open_cloud| open_cloud.loaded.cloud.columns());
-        columns.map(|column| {
-            let bytes = column.values().len() * column.values().element().size();
-            (column.generation(), bytes as u64)
-        })
+        self.all.iter().flat_map(|open_cloud| columns_of(&open_cloud.loaded.cloud))
+    }
+
+    /// What was removed, without clouds.
+    pub(super) fn without_clouds(&self) -> Self {
+        let clouds = Arc::new(Clouds::of(Vec::new()));
+        Self { all: Arc::default(), removed: self.removed.clone(), clouds }
+    }
+
+    /// These clouds in the place of those that are open; `before` is what was open before.
+    pub(super) fn with_all(&self, all: Vec<OpenCloud>, before: &Self) -> Self {
+        Self::of(all, self.removed.clone(), &before.clouds)
     }
 }

@@ -6,7 +6,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Light, Scene};
 use surfelshop_cloud::display::{ColorSource, Filter, SplatSettings};
-use surfelshop_cloud::scene::{EyeDomeLighting, SceneEnvironment, Table};
+use surfelshop_cloud::scene::{EyeDomeLighting, Measure, SceneEnvironment, Table};
 use surfelshop_image::display::{Background, DisplayTransform, ToneMap};
 
 /// How a pane shows the pictures of its two renderers.
@@ -150,6 +150,8 @@ pub(crate) struct Settings {
     pub(crate) lights_off: Vec<Light>,
     /// Remembered cameras.
     pub(crate) bookmarks: Vec<Bookmark>,
+    /// What is measured.
+    pub(crate) measures: Vec<Measure>,
     pub(crate) panes: Vec<PaneSettings>,
 }
 
@@ -175,6 +177,7 @@ impl Default for Settings {
             shows_light_handles: true,
             lights_off: Vec::new(),
             bookmarks: Vec::new(),
+            measures: Vec::new(),
             panes: vec![PaneSettings::new(0, USUAL_RENDERER)],
         }
     }

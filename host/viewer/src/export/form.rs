@@ -41,6 +41,8 @@ pub(crate) struct ExportForm {
     pub(super) n_frames: usize,
     /// Whether what colours mean is drawn into the pictures.
     pub(crate) legend: bool,
+    /// Whether measures are.
+    pub(crate) measures: bool,
     /// The cameras of a path, in order.
     pub(super) keys: Vec<Camera>,
     /// Pictures that would overwrite files, with the number of these files, until the user has decided.
@@ -58,6 +60,7 @@ impl Default for ExportForm {
             size: [1920, 1080],
             n_frames: 120,
             legend: true,
+            measures: true,
             keys: Vec::new(),
             overwrite: None,
         }

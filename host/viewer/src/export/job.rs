@@ -6,10 +6,10 @@ use eframe::egui::Context;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use surfelshop_api::graph::Output;
-use surfelshop_cloud::display::Legend;
 use surfelshop_image::{exr, png};
 use surfelshop_session::options::values::Format;
-use surfelshop_session::output::{files, legend};
+use surfelshop_session::output::files;
+use surfelshop_session::output::overlay::Overlay;
 
 /// A picture and its file.
 #[derive(Clone)]
@@ -17,8 +17,8 @@ pub(super) struct ExportPicture {
     pub(super) request: ViewRequest,
     pub(super) path: PathBuf,
     pub(super) format: Format,
-    /// What is drawn into its corner.
-    pub(super) legend: Option<Legend>,
+    /// What is drawn over it.
+    pub(super) overlay: Overlay,
 }
 
 /// A running export.
@@ -61,9 +61,7 @@ fn write(picture: &ExportPicture, rendered: RenderedView) -> anyhow::Result<()> 
     let bytes = match picture.format {
         Format::Png => {
             let mut visible = rendered.visible();
-            if let Some(legend) = &picture.legend {
-                legend::draw(&mut visible, legend);
-            }
+            picture.overlay.draw(&mut visible);
             png::encode(&visible, png::Bits::Eight)
         }
         Format::Exr => {

@@ -11,6 +11,7 @@ use surfelshop_session::eye_dome;
 use surfelshop_session::options::camera;
 use surfelshop_session::options::values::OutputFile;
 use surfelshop_session::output::files;
+use surfelshop_session::output::overlay::Overlay;
 
 /// The pictures that the form describes.
 pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>, String> {
@@ -52,6 +53,10 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
         serial: 0,
     };
     let legend = window.legend().filter(|_| form.legend);
+    let measures = match form.measures {
+        true => window.drawn_measures(),
+        false => Vec::new(),
+    };
     let mut pictures = Vec::new();
     // One renderer after the other, so that each is prepared once.
     for &side in sides {
@@ -65,7 +70,8 @@ pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>
                 _ => with_suffix(&own, &format!("{:04}", i + 1)),
             };
             let (request, legend) = (request(side, camera), legend.clone());
-            pictures.push(ExportPicture { request, path, format, legend });
+            let overlay = Overlay { view: request.view, measures: measures.clone(), legend };
+            pictures.push(ExportPicture { request, path, format, overlay });
         }
     }
     Ok(pictures)

@@ -68,6 +68,10 @@ fn form(window: &mut Window, ui: &mut Ui) {
     if has_legend {
         ui.checkbox(&mut window.panels.export_form.legend, "draw the legend into PNG files");
     }
+    if window.settings.measures.iter().any(|measure| !measure.hidden) {
+        let draws = &mut window.panels.export_form.measures;
+        ui.checkbox(draws, "draw the measures into PNG files");
+    }
     if ui.button("save").clicked() {
         match plan(window, camera) {
             Err(reason) => window.messages.warn(reason),

@@ -54,8 +54,7 @@ pub(crate) fn show_under(
             grid::show(&painter, rect, &camera, &picture.rendered, &ground);
         }
         if window.preferences.scale_bar {
-            let unit = scale_bar::metres_per_unit(&shown.open_clouds.clouds)
-                .or(window.preferences.unit.metres());
+            let unit = window.metres_per_unit();
             scale_bar::show(ui, &painter, (rect, raised), &camera, unit);
         }
     }

@@ -7,17 +7,9 @@ use eframe::egui::{
     Align2, Color32, FontId, Painter, Rect, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
 };
 use surfelshop_api::Camera;
-use surfelshop_session::input::clouds::Clouds;
 
 /// Longest bar, points of the screen.
 const LONGEST: f32 = 130.0;
-
-/// Metres of a unit, where all clouds say the same.
-pub(super) fn metres_per_unit(clouds: &Clouds) -> Option<f64> {
-    let mut all = clouds.loaded.iter().map(|loaded| loaded.cloud.source().metres_per_unit);
-    let first = all.next().filter(|metres| *metres > 0.0 && metres.is_finite())?;
-    all.all(|other| other.to_bits() == first.to_bits()).then_some(first)
-}
 
 /// A length for people, in scene units that are so many metres.
 fn label(length: f64, metres: Option<f64>) -> String {

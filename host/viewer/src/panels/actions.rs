@@ -4,6 +4,8 @@ use super::Selection;
 use crate::document::{Bookmark, MOST_BOOKMARKS, Thumbnail};
 use crate::window::Window;
 use surfelshop_api::{Light, Scene};
+use surfelshop_cloud::scene::{LONGEST_NOTE, MeasureKind};
+use surfelshop_session::options::camera::Extent;
 
 impl Window {
     /// Moves the camera of the focused view to what is selected.
@@ -11,6 +13,7 @@ impl Window {
         match self.selection() {
             Selection::Cloud(i) => self.frame_cloud(i),
             Selection::Bookmark(i) => self.go_to_bookmark(i),
+            Selection::Measure(i) => self.look_at_measure(i),
             Selection::Light(i) => {
                 let light = self.settings.scene.lights.get(i).copied();
                 self.look_at_light(light);
@@ -32,6 +35,28 @@ impl Window {
         let camera = self.camera_of(self.views.focused);
         let eye = place + (camera.eye - camera.target);
         let to = surfelshop_api::Camera { eye, target: place, ..camera };
+        self.fly_to(self.views.focused, to);
+    }
+
+    /// Moves the camera to where it sees a measure, without turning it.
+    fn look_at_measure(&mut self, index: usize) {
+        let Some(measure) = self.settings.measures.get(index) else { return };
+        let Some(first) = measure.places.first() else { return };
+        let offsets = measure.places.iter().map(|place| *place - *first);
+        let middle = *first + offsets.sum::<glam::DVec3>() / measure.places.len() as f64;
+        let reach = measure.places.iter().map(|place| place.distance(middle)).fold(0.0, f64::max);
+        let Some(shown) = &self.document.clouds else { return };
+        // Of a note what is around it.
+        let facts = &shown.clouds.facts;
+        let least = 0.05 * (facts.bounds_max - facts.bounds_min).length();
+        let extent = Extent::new(middle, (1.3 * reach).max(least));
+        let camera = self.camera_of(self.views.focused);
+        let framed = self.framing(&extent);
+        let distance = framed.eye.distance(framed.target);
+        let back = (camera.eye - camera.target).normalize_or(glam::DVec3::Z);
+        let eye = middle + back * distance;
+        self.views.walking = false;
+        let to = surfelshop_api::Camera { eye, target: middle, up: camera.up, ..framed };
         self.fly_to(self.views.focused, to);
     }
 
@@ -70,6 +95,7 @@ impl Window {
         match self.selection() {
             Selection::Cloud(i) => self.toggle_cloud(i),
             light @ (Selection::Light(_) | Selection::LightOff(_)) => self.toggle_light(light),
+            Selection::Measure(i) => self.toggle_measure(i),
             _ => {}
         }
     }
@@ -99,6 +125,7 @@ impl Window {
             Selection::LightOff(i) => drop(self.settings.lights_off.remove(i)),
             Selection::Environment => self.settings.environment = None,
             Selection::Bookmark(i) => drop(self.settings.bookmarks.remove(i)),
+            Selection::Measure(i) => drop(self.settings.measures.remove(i)),
             Selection::View => crate::views::layout::close_focused(self),
             Selection::Camera => {}
         }
@@ -130,7 +157,10 @@ impl Window {
             }
             Selection::View => crate::views::layout::split_focused(self, false),
             Selection::Camera => self.remember_camera(),
-            Selection::Cloud(_) | Selection::Environment | Selection::Bookmark(_) => {}
+            Selection::Cloud(_)
+            | Selection::Environment
+            | Selection::Bookmark(_)
+            | Selection::Measure(_) => {}
         }
     }
 
@@ -160,6 +190,15 @@ impl Window {
             Selection::Bookmark(i) if !name.is_empty() => {
                 if let Some(bookmark) = self.settings.bookmarks.get_mut(i) {
                     name.clone_into(&mut bookmark.name);
+                }
+            }
+            Selection::Measure(i) => {
+                if let Some(measure) = self.settings.measures.get_mut(i) {
+                    let name: String = name.chars().take(LONGEST_NOTE).collect();
+                    match measure.kind {
+                        MeasureKind::Note => measure.text = name,
+                        _ => measure.name = name,
+                    }
                 }
             }
             Selection::View => {

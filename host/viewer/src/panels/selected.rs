@@ -13,6 +13,7 @@ fn exists(window: &Window, selection: Selection) -> bool {
         Selection::Light(i) => i < settings.scene.lights.len(),
         Selection::LightOff(i) => i < settings.lights_off.len(),
         Selection::Bookmark(i) => i < settings.bookmarks.len(),
+        Selection::Measure(i) => i < settings.measures.len(),
     }
 }
 
@@ -45,6 +46,9 @@ impl Window {
             Selection::Bookmark(i) => {
                 let bookmark = self.settings.bookmarks.get(i);
                 bookmark.map(|bookmark| bookmark.name.clone()).unwrap_or_default()
+            }
+            Selection::Measure(i) => {
+                self.settings.measures.get(i).map(|measure| measure.title(i)).unwrap_or_default()
             }
         }
     }

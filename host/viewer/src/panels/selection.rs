@@ -17,4 +17,6 @@ pub(crate) enum Selection {
     Camera,
     /// A remembered camera.
     Bookmark(usize),
+    /// A measure.
+    Measure(usize),
 }

@@ -106,7 +106,8 @@ fn the_surfel_under_the_pointer_is_that_of_the_whole_cloud() {
     let cloud = &displayed.clouds.loaded[0].cloud;
     for index in [0, cloud.len() / 2, cloud.len() - 1] {
         let point = cloud.world_position(index).unwrap();
-        let line = crate::views::describe_surfel(displayed, whole, point);
+        let nearest = crate::views::nearest_surfel(displayed, point).unwrap();
+        let line = crate::views::describe_surfel(displayed, whole, point, nearest);
         let source = displayed.source_index(0, index);
         assert!(source > index || index == 0, "earlier ones are hidden");
         assert!(line.contains(&format!("surfel {source} ")), "{line}");

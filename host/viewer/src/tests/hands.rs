@@ -1,11 +1,14 @@
 //! Surfels are selected and tools are led by hand.
 
+use super::plugins::faulty;
 use super::{SAMPLE, Screen, built_plugins};
 use crate::ViewerArguments;
 use crate::plugins::Readiness;
 use crate::views::hands::HandMode;
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2, pos2};
 use egui_kittest::kittest::Queryable as _;
+use std::path::PathBuf;
+use std::time::Duration;
 use surfelshop_api::columns::COLOR;
 use surfelshop_api::params::Value;
 use surfelshop_cloud::{Cloud, How};
@@ -17,7 +20,14 @@ const MIDDLE: Pos2 = pos2(450.0, 380.0);
 const CORNER: Pos2 = pos2(60.0, 420.0);
 
 fn with_brushes() -> Screen {
+    with(Vec::new())
+}
+
+/// A window with the brushes and further plugins, which have a second for a run.
+fn with(more: Vec<PathBuf>) -> Screen {
     let mut plugins = built_plugins();
+    plugins.patience = Some(Duration::from_secs(1)).filter(|_| !more.is_empty());
+    plugins.plugin.extend(more);
     let brush = plugins.plugin[0].with_file_name(format!(
         "{}surfelshop_brush{}",
         std::env::consts::DLL_PREFIX,
@@ -257,4 +267,55 @@ fn a_stroke_paints_is_undone_and_is_recorded() {
     screen.window().select_no_surfels();
     drag(&mut screen, &[CORNER, CORNER + eframe::egui::vec2(0.0, 10.0)], Modifiers::NONE);
     assert!(cloud(&mut screen).history().is_empty(), "beside the cloud");
+}
+
+/// Invariant: a stroke of a tool that panics, hangs or answers for surfels that it did not get is undone with a message, and
+/// nothing else is lost
+#[test]
+fn a_stroke_of_a_tool_that_misbehaves_is_undone_and_nothing_is_lost() {
+    let (prefix, suffix) = (std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let library = faulty().with_file_name(format!("{prefix}hands{suffix}"));
+    let mut screen = with(vec![library]);
+    let above = MIDDLE - eframe::egui::vec2(0.0, 40.0);
+    let line = [above - eframe::egui::vec2(40.0, 0.0), above];
+    // What was there before stays, and so does what can be undone.
+    let paints = |screen: &mut Screen| {
+        screen.window().take_tool("brush".to_owned());
+        screen.until("the brush", |window| {
+            matches!(window.plugins.tools.units.readiness("brush"), Readiness::Ready(_))
+        });
+        drag(screen, &line, Modifiers::NONE);
+    };
+    paints(&mut screen);
+    let before = cloud(&mut screen);
+    assert_eq!(before.history().len(), 1);
+    for (tool, words) in [
+        ("panics-in-stroke", "at the worst moment"),
+        ("answers-for-others", "surfel"),
+        ("hangs-in-stroke", "1 s"),
+    ] {
+        screen.window().take_tool(tool.to_owned());
+        screen.until("the tool", |window| {
+            matches!(window.plugins.tools.units.readiness(tool), Readiness::Ready(_))
+        });
+        drag(&mut screen, &line, Modifiers::NONE);
+        let told = screen.window().messages.last().unwrap().to_owned();
+        assert!(told.contains("the stroke was undone") && told.contains(words), "{tool}: {told}");
+        let after = cloud(&mut screen);
+        let columns = |cloud: &Cloud| {
+            cloud.columns().iter().map(|column| column.generation()).collect::<Vec<_>>()
+        };
+        assert_eq!(columns(&after), columns(&before), "{tool}");
+        assert_eq!(after.history().len(), 1, "{tool}");
+        assert!(!screen.window().views.hands.is_at_work());
+    }
+    // The honest brush paints on, and its strokes are undone as before.
+    paints(&mut screen);
+    assert_eq!(cloud(&mut screen).history().len(), 2);
+    for left in [1, 0] {
+        screen.settle();
+        screen.harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        screen.frames();
+        assert_eq!(cloud(&mut screen).history().len(), left);
+    }
 }

@@ -8,6 +8,7 @@ mod files;
 mod hands;
 mod light_handles;
 mod measure;
+mod measuring;
 mod memory_use;
 mod outliner;
 mod plugins;

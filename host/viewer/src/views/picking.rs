@@ -4,50 +4,15 @@
 
 use crate::views::navigation;
 use glam::{DVec2, DVec3};
-use surfelshop_api::{Camera, Projection, View};
-
-/// A line is clipped nearer than this fraction of its farther end's distance.
-const NEAREST: f64 = 1e-3;
+use surfelshop_api::{Camera, View};
+pub(crate) use surfelshop_session::output::measures::{ScreenPoint, project, project_line};
 
 /// A drag along the line of sight by this fraction of the picture's height multiplies the distance by e.
 const PER_E: f64 = 0.5;
 
-/// A projected point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct ScreenPoint {
-    pub(crate) position: DVec2,
-    /// Distance along the viewing axis, scene units.
-    pub(crate) depth: f64,
-}
-
-/// Projects a point, also beyond the picture's edges; `None` behind the camera.
-pub(crate) fn project(camera: &Camera, place: DVec3) -> Option<ScreenPoint> {
-    let offset = camera.view_from_world() * (place - camera.eye);
-    let depth = -offset.z;
-    let height = match camera.projection {
-        Projection::Orthographic { height } => height,
-        Projection::Perspective { fov_y } => 2.0 * depth * (0.5 * fov_y).tan(),
-    };
-    let position = DVec2::new(offset.x, -offset.y) / height;
-    (depth > 0.0 && position.is_finite()).then_some(ScreenPoint { position, depth })
-}
-
 /// Whether a position lies within the picture of a view.
 pub(crate) fn is_in_view(view: &View, position: DVec2) -> bool {
     position.x.abs() <= 0.5 * view.aspect() && position.y.abs() <= 0.5
-}
-
-/// Projects the ends of a line, without its part behind the camera.
-pub(crate) fn project_line(camera: &Camera, ends: [DVec3; 2]) -> Option<[DVec2; 2]> {
-    let depth = |place: DVec3| (place - camera.eye).dot(camera.forward());
-    let depths = ends.map(depth);
-    let nearest = NEAREST * depths[0].max(depths[1]);
-    let cut = |i: usize| {
-        let (this, other) = (depths[i], depths[1 - i]);
-        let share = ((nearest - this) / (other - this)).clamp(0.0, 1.0);
-        if this < nearest { ends[i].lerp(ends[1 - i], share) } else { ends[i] }
-    };
-    Some([project(camera, cut(0))?.position, project(camera, cut(1))?.position])
 }
 
 /// Moves a point parallel to the picture plane, to where it projects to `position`.
@@ -68,6 +33,7 @@ pub(crate) fn drag_along(camera: &Camera, place: DVec3, upwards: f64) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use surfelshop_api::Projection;
 
     const BOTH: [Projection; 2] =
         [Projection::Perspective { fov_y: 0.8 }, Projection::Orthographic { height: 3.0 }];

@@ -2,6 +2,7 @@
 
 use super::arrangement;
 use super::hands::Hands;
+use super::measuring::Measuring;
 use super::pane::Pane;
 use crate::document::OneCloud;
 use crate::orientation::Flight;
@@ -28,6 +29,8 @@ pub(crate) struct Views {
     pub(crate) adaptive: bool,
     /// What a drag does besides moving the camera, and what is selected.
     pub(crate) hands: Hands,
+    /// What is being measured, and what is known of measures.
+    pub(crate) measuring: Measuring,
     /// The camera of a pane on its way.
     pub(crate) flight: Option<Flight>,
     /// Clouds of views that show one alone: those they are of, and which.
@@ -52,6 +55,7 @@ impl Views {
             focused: 0,
             adaptive: true,
             hands: Hands::default(),
+            measuring: Measuring::default(),
             flight: None,
             alone: OneCloud::default(),
             walking: false,

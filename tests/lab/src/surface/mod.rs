@@ -2,7 +2,7 @@
 //!
 //! `surface speed [POINTS…]`, `surface normals [MESH…]`, `surface sides [FOLDER]`, `surface radii [MESH…]`, `surface city FOLDER MILLIONS [FILES]`, `surface gaussians COUNT OUT.ply`,
 //! `surface gaussian-reading FILE.ply [ROUNDS]`,
-//! `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
+//! `surface strokes [SURFELS…]`, `surface occlusion PYRAMID…`, `surface sampled PYRAMID OUT`, `surface pictures FOLDER SCAN…` and
 //! `surface dump FOLDER [MESH…]`, which writes the clouds of `normals` for other programs: see `peers.py` beside this file. Meshes are OBJ, OFF
 //! and text PLY files; without any, shapes are made.
 
@@ -18,6 +18,7 @@ mod pictures;
 mod sampled;
 mod sides;
 mod speed;
+mod strokes;
 
 /// What `surface --help` says.
 const USAGE: &str = "surface speed [POINTS...]            time and memory of the estimates
@@ -29,6 +30,7 @@ surface gaussians COUNT OUT.ply      made Gaussian splats
 surface gaussian-reading FILE [ROUNDS]
 surface occlusion PYRAMID...         ambient occlusion of pyramids against rays
 surface sampled PYRAMID OUT          a pyramid of chosen surfels in the place of merged ones
+surface strokes [SURFELS...]          a brush of 5,000 surfels over clouds
 surface pictures FOLDER SCAN...      scans as surfaces and as points
 surface dump FOLDER [MESH...]        the clouds of `normals` for other programs
 Meshes are OBJ, OFF and text PLY files; without any, shapes are made.";
@@ -38,6 +40,7 @@ pub(crate) fn run() -> anyhow::Result<()> {
     let (mode, rest) = arguments.split_first().map_or(("", &[][..]), |(m, r)| (m.as_str(), r));
     match mode {
         "speed" => speed::run(rest),
+        "strokes" => strokes::run(rest),
         "normals" => normals::run(&meshes::all(rest)?),
         "radii" => discs::run(&meshes::all(rest)?),
         "dump" => match rest.split_first() {

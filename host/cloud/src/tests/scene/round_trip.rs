@@ -1,12 +1,13 @@
 use super::written;
+use crate::cloud::selection::Selection;
 use crate::display::{
-    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, Look, MapChoice, RangeEnd,
-    Scale, SplatSettings, UpDirection,
+    Attribute, ColorBy, ColorSource, Filter, FilterAction, FilterTest, HiddenSurfels, Look,
+    MapChoice, RangeEnd, Scale, SplatSettings, UpDirection,
 };
 use crate::environment_map::Mapping;
 use crate::scene::{
-    Axis, Backdrop, CloudRenderer, EyeDomeLighting, EyeDomeUse, Keyed, ProbeSource, SceneCloud,
-    SceneEnvironment, SceneFile, SceneView, Table, ToneMap, read,
+    Axis, Backdrop, CloudRenderer, EyeDomeLighting, EyeDomeUse, Keyed, Measure, MeasureKind,
+    ProbeSource, SceneCloud, SceneEnvironment, SceneFile, SceneView, Table, ToneMap, read,
 };
 use crate::{Rotation, Transform};
 use glam::{DQuat, DVec3, Vec3};
@@ -87,9 +88,14 @@ fn cloud() -> impl Strategy<Value = SceneCloud> {
     let name = option::of(any::<String>());
     let renderer = ("[a-z./-]{1,9}", values());
     let renderer = renderer.prop_map(|(name, values)| CloudRenderer { name, values });
-    let places = (option::of(keyed(transform())), option::of(renderer));
+    let bits = vec(any::<bool>(), 1..80).prop_map(|bits| {
+        let hidden = Selection::of(bits.len(), |index| bits[index]).unwrap();
+        HiddenSurfels::of(&hidden)
+    });
+    let places = (option::of(keyed(transform())), option::of(renderer), option::of(bits));
     ("[a-zé ./\"]{0,8}a", name, any::<bool>(), places).prop_map(
-        |(path, name, visible, (transform, renderer))| SceneCloud {
+        |(path, name, visible, (transform, renderer, hidden))| SceneCloud {
+            hidden,
             path: path.into(),
             name,
             visible,
@@ -240,6 +246,19 @@ fn backdrop() -> impl Strategy<Value = Backdrop> {
     ]
 }
 
+fn measure() -> impl Strategy<Value = Measure> {
+    let text = || "[ -~é\n]{0,12}";
+    let of = (0..MeasureKind::ALL.len(), vec(place(), 4), option::of(1e-9..1e30f64), any::<bool>());
+    (of, text(), text()).prop_map(|((kind, mut places, thickness, hidden), name, text)| {
+        let kind = MeasureKind::ALL[kind];
+        let is = |of: MeasureKind| kind == of;
+        places.truncate(*kind.n_places().end());
+        let text = if is(MeasureKind::Note) { text } else { String::new() };
+        let thickness = thickness.filter(|_| is(MeasureKind::Profile));
+        Measure { kind, name, text, places, thickness, hidden }
+    })
+}
+
 prop_compose! {
     fn display()(
         up in option::of(prop_oneof![Just(UpDirection::Y), Just(UpDirection::Z)]),
@@ -263,7 +282,7 @@ prop_compose! {
         surface in keyed(surface()),
         environment in option::of(keyed(environment())),
         (up, color, filters, splats) in display(),
-        views in vec(keyed(view()), 0..3),
+        (views, measures) in (vec(keyed(view()), 0..3), vec(keyed(measure()), 0..4)),
         layout in unknown(),
         unknown in unknown(),
     ) -> SceneFile {
@@ -287,6 +306,7 @@ prop_compose! {
             filters,
             splats,
             views,
+            measures,
             layout,
             unknown,
             ..SceneFile::default()

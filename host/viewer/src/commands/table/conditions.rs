@@ -3,6 +3,7 @@
 use crate::panels::Selection;
 use crate::window::Window;
 use surfelshop_api::Scene;
+use surfelshop_cloud::scene::MeasureKind;
 
 pub(super) type Applies = Result<(), &'static str>;
 
@@ -95,17 +96,20 @@ pub(super) fn has_occlusion(window: &Window) -> Applies {
 }
 
 pub(super) fn can_hide(window: &Window) -> Applies {
+    if has_surfels(window).is_ok() {
+        return Ok(());
+    }
     let can = matches!(
         window.selection(),
-        Selection::Cloud(_) | Selection::Light(_) | Selection::LightOff(_)
+        Selection::Cloud(_) | Selection::Light(_) | Selection::LightOff(_) | Selection::Measure(_)
     );
-    require(can, "select a cloud or a light in the list at the left first")
+    require(can, "select a cloud, a light or a measure in the list at the left first")
 }
 
 pub(super) fn can_rename(window: &Window) -> Applies {
     let can = matches!(
         window.selection(),
-        Selection::Cloud(_) | Selection::View | Selection::Bookmark(_)
+        Selection::Cloud(_) | Selection::View | Selection::Bookmark(_) | Selection::Measure(_)
     );
     require(can, "lights and the environment have no names of their own")
 }
@@ -113,6 +117,25 @@ pub(super) fn can_rename(window: &Window) -> Applies {
 /// Surfels are selected.
 pub(super) fn has_surfels(window: &Window) -> Applies {
     require(window.n_selected().0 > 0, "no surfel is selected")
+}
+
+/// Something is measured.
+pub(super) fn has_measures(window: &Window) -> Applies {
+    has_document(window)?;
+    require(!window.settings.measures.is_empty(), "nothing is measured")
+}
+
+/// A measure is selected.
+pub(super) fn is_measure(window: &Window) -> Applies {
+    let is = matches!(window.selection(), Selection::Measure(_));
+    require(is, "select a measure in the list at the left first")
+}
+
+/// A profile is selected.
+pub(super) fn is_profile(window: &Window) -> Applies {
+    let Selection::Measure(i) = window.selection() else { return is_measure(window) };
+    let kind = window.settings.measures.get(i).map(|measure| measure.kind);
+    require(kind == Some(MeasureKind::Profile), "what is selected is no profile")
 }
 
 /// There is a tool that is led by hand.
@@ -131,7 +154,10 @@ pub(super) fn can_remove(window: &Window) -> Applies {
             has_two_clouds(window)
                 .map_err(|_one| "it is the only cloud: open another file in its place")
         }
-        Selection::Light(_) | Selection::LightOff(_) | Selection::Bookmark(_) => Ok(()),
+        Selection::Light(_)
+        | Selection::LightOff(_)
+        | Selection::Bookmark(_)
+        | Selection::Measure(_) => Ok(()),
         Selection::Environment => {
             require(window.settings.environment.is_some(), "there is no environment")
         }
@@ -145,9 +171,10 @@ pub(super) fn has_duplicate(window: &Window) -> Applies {
         Selection::Light(_) | Selection::LightOff(_) => has_light_room(window),
         Selection::View => has_room_for_views(window),
         Selection::Camera => has_clouds(window),
-        Selection::Cloud(_) | Selection::Environment | Selection::Bookmark(_) => {
-            Err("lights, views and the camera can be duplicated")
-        }
+        Selection::Cloud(_)
+        | Selection::Environment
+        | Selection::Bookmark(_)
+        | Selection::Measure(_) => Err("lights, views and the camera can be duplicated"),
     }
 }
 
@@ -167,7 +194,8 @@ pub(super) fn has_two_clouds(window: &Window) -> Applies {
 pub(super) fn has_hidden_clouds(window: &Window) -> Applies {
     has_clouds(window)?;
     let mut all = window.document.clouds.iter().flat_map(|shown| shown.open_clouds.all());
-    require(all.any(|cloud| !cloud.visible), "every cloud is shown")
+    let hides = all.any(|cloud| !cloud.visible) || window.has_hidden_surfels();
+    require(hides, "nothing is hidden")
 }
 
 pub(super) fn has_bookmarks(window: &Window) -> Applies {

@@ -2,7 +2,7 @@
 
 use super::conditions::{has_document, has_hand_tools, has_surfels};
 use crate::commands::command::{Command, Menu};
-use crate::commands::shortcut::{ctrl, ctrl_shift, key};
+use crate::commands::shortcut::{ctrl, ctrl_shift, key, shift};
 use crate::theme::Icon;
 use crate::views::hands::HandMode;
 use eframe::egui::Key;
@@ -19,7 +19,7 @@ macro_rules! mode {
     };
 }
 
-pub(super) static HANDS: [Command; 16] = [
+pub(super) static HANDS: [Command; 18] = [
     mode!(
         "select-rectangle",
         "Select by a rectangle",
@@ -134,6 +134,22 @@ pub(super) static HANDS: [Command; 16] = [
         "Makes the selected surfels a cloud of their own, beside the rest.",
         |window, _| window.split_surfels(),
     )
+    .when(has_surfels),
+    Command::new(
+        ("surfels-hide", "Hide", Icon::EyeOff),
+        Menu::Select,
+        "Hides the selected surfels; clouds and files stay as they are.",
+        |window, _| window.hide_surfels(),
+    )
+    .when(has_surfels)
+    .group(),
+    Command::new(
+        ("surfels-hide-others", "Hide all others", Icon::EyeClosed),
+        Menu::Select,
+        "Hides all surfels that are not selected.",
+        |window, _| window.hide_other_surfels(),
+    )
+    .keys(&[shift(Key::H)])
     .when(has_surfels),
     Command::new(
         ("save-strokes", "Save the strokes", Icon::FileJson),

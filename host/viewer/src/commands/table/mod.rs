@@ -6,6 +6,7 @@ mod file;
 mod hands;
 mod help;
 mod look;
+mod measures;
 mod selection;
 mod view;
 mod window;
@@ -15,11 +16,12 @@ use std::sync::LazyLock;
 
 /// All commands, in the order of the menus.
 pub(crate) static COMMANDS: LazyLock<Vec<&'static Command>> = LazyLock::new(|| {
-    let tables: [&'static [Command]; 12] = [
+    let tables: [&'static [Command]; 13] = [
         &file::FILE,
         &file::EDIT,
         &selection::SELECTION,
         &hands::HANDS,
+        &measures::MEASURES,
         &view::CAMERA,
         &camera::CAMERAS,
         &view::OVER_PICTURES,

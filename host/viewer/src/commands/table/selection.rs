@@ -22,16 +22,22 @@ pub(super) static SELECTION: [Command; 8] = [
     Command::new(
         ("toggle-selected", "Hide or show", Icon::EyeOff),
         Menu::Edit,
-        "Hides the selected cloud or switches the selected light off, or back.",
-        |window, _| window.toggle_selected(),
+        "Hides the selected surfels; where none is, hides the selected cloud or measure or switches the light off, or back.",
+        |window, _| match window.n_selected() {
+            (0, _) => window.toggle_selected(),
+            _ => window.hide_surfels(),
+        },
     )
     .keys(&[key(Key::H)])
     .when(can_hide),
     Command::new(
-        ("show-all-clouds", "Show all clouds", Icon::Eye),
+        ("show-all-clouds", "Show all that is hidden", Icon::Eye),
         Menu::Edit,
-        "Shows every cloud that is hidden.",
-        |window, _| window.show_all_clouds(),
+        "Shows every cloud and every surfel that is hidden.",
+        |window, _| {
+            window.show_all_clouds();
+            window.show_hidden_surfels();
+        },
     )
     .keys(&[alt(Key::H)])
     .when(has_hidden_clouds),

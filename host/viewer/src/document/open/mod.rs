@@ -267,7 +267,10 @@ impl Window {
         match scene {
             Some(scene) => {
                 if let Some(shown) = &mut self.document.clouds {
-                    shown.open_clouds = shown.open_clouds.drawn_as_in(scene);
+                    let (open_clouds, faults) =
+                        shown.open_clouds.drawn_as_in(scene).hiding_as_in(scene);
+                    shown.open_clouds = open_clouds;
+                    faults.into_iter().for_each(|line| self.messages.warn(line));
                 }
                 if scene.views.is_empty() {
                     self.choose_renderers();
@@ -279,6 +282,8 @@ impl Window {
         self.document.scene_path = None;
         self.document.hidden_views.clear();
         self.settings.bookmarks.clear();
+        self.settings.measures.clear();
+        self.views.measuring.places.clear();
         self.panels.selection = Selection::default();
         for pane in &mut self.settings.panes {
             (pane.output, pane.unknown) = (Output::Color, Table::new());

@@ -7,6 +7,7 @@ use crate::document::scene_file::{self, placement};
 use crate::window::Window;
 use eframe::egui::Context;
 use std::path::PathBuf;
+use surfelshop_cloud::display::unhidden;
 use surfelshop_cloud::scene::{SceneCloud, SceneFile};
 
 /// Updates the journal, where clouds or scene changed since the last call.
@@ -61,6 +62,7 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
         if let Some(cloud) = shown.clouds.get_mut(at) {
             // Hidden ones are read, too: they can be shown again.
             cloud.visible = true;
+            cloud.hidden = open_cloud.hidden();
             if let Some(path) = &open_cloud.saved_as {
                 (cloud.path, cloud.transform) = (path.clone(), None);
             }
@@ -72,7 +74,7 @@ fn target(window: &Window, open_clouds: &OpenClouds) -> JournalTarget {
         }
         if open_cloud.is_unsaved() {
             let loaded = &open_cloud.loaded;
-            let (cloud, comments) = (loaded.cloud.clone(), loaded.summary.comments.clone());
+            let (cloud, comments) = (unhidden(&loaded.cloud), loaded.summary.comments.clone());
             edited.push(EditedCloud { row: rows.len(), cloud, comments });
         }
         rows.push(CloudRow {

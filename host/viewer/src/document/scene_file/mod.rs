@@ -14,7 +14,6 @@ use crate::views::arrangement;
 use crate::views::layout::{MOST_PANES, follow_settings};
 use crate::window::Window;
 use std::path::Path;
-use surfelshop_api::Light;
 use surfelshop_api::params::{Values, srgb_to_linear};
 use surfelshop_cloud::display::{Filter, UpDirection};
 use surfelshop_cloud::scene::{
@@ -52,6 +51,7 @@ pub(crate) fn apply(window: &mut Window, file: &SceneFile) {
     settings.shows_light_handles =
         file.layout.get(LIGHT_HANDLES_KEY).and_then(Toml::as_bool).unwrap_or(true);
     settings.bookmarks = bookmarks::read(&file.layout);
+    settings.measures = file.measures.iter().map(|measure| measure.known.clone()).collect();
     settings.lights_off = lights_off::read(&file.layout);
     window.views.own_cameras.clear();
     if let Some(camera) = &file.camera {
@@ -157,6 +157,7 @@ pub(crate) fn scene_of(window: &Window, path: &Path) -> SceneFile {
     file.eye_dome = settings.eye_dome;
     file.surface.known = settings.scene.surface;
     put_display(window, &mut file);
+    file.measures = with_unknown_keys(&settings.measures, &file.measures);
     let views = settings.panes.iter().map(|pane| {
         let own = window.views.own_cameras.get(&pane.id).filter(|_| !pane.linked);
         let known = SceneView {
@@ -220,16 +221,19 @@ fn put_display(window: &Window, file: &mut SceneFile) {
     file.splats.known = display.splats;
 }
 
-/// Lights with the unknown keys of the opened scene: those of the same light at any index, or for a
-/// changed light those of the light at its index.
-fn with_unknown_keys(lights: &[Light], before: &[Keyed<Light>]) -> Vec<Keyed<Light>> {
-    let keyed = |(i, light): (usize, &Light)| {
-        let same = before.iter().position(|old| old.known == *light);
-        let in_row = before.get(i).filter(|old| !lights.contains(&old.known));
+/// Lights or measures with the unknown keys of the opened scene: those of the same one at any index, or for a
+/// changed one those of the one at its index.
+fn with_unknown_keys<T: Clone + PartialEq>(all: &[T], before: &[Keyed<T>]) -> Vec<Keyed<T>> {
+    let keyed = |(i, one): (usize, &T)| {
+        let same = before.iter().position(|old| old.known == *one);
+        let in_row = before.get(i).filter(|old| !all.contains(&old.known));
         let old = same.and_then(|same| before.get(same)).or(in_row);
-        Keyed { known: *light, unknown: old.map(|old| old.unknown.clone()).unwrap_or_default() }
+        Keyed {
+            known: one.clone(),
+            unknown: old.map(|old| old.unknown.clone()).unwrap_or_default(),
+        }
     };
-    lights.iter().enumerate().map(keyed).collect()
+    all.iter().enumerate().map(keyed).collect()
 }
 
 /// The values of one side of a pane, with paths relative to the scene's folder.
@@ -273,6 +277,7 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
                 cloud.visible = open_cloud.visible;
                 cloud.renderer = renderer_in(window, open_cloud, &folder);
                 cloud.name = open_cloud.title().cloned();
+                cloud.hidden = open_cloud.hidden();
                 if let Some(path) = saved {
                     (cloud.path, cloud.transform) = (path, None);
                 }
@@ -283,7 +288,8 @@ fn put_clouds(window: &Window, file: &mut SceneFile) {
                 let (visible, name) = (open_cloud.visible, open_cloud.title().cloned());
                 let transform = placement::over(None, &open_cloud.placement());
                 let new = SceneCloud::new(path);
-                let cloud = SceneCloud { visible, renderer, name, transform, ..new };
+                let hidden = open_cloud.hidden();
+                let cloud = SceneCloud { visible, renderer, name, transform, hidden, ..new };
                 file.clouds.push(cloud.into());
             }
             (None, None) => {}

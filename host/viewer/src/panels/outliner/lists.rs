@@ -6,6 +6,7 @@ use crate::document::Mode;
 use crate::panels::Selection;
 use crate::panels::properties::{facts, light_name};
 use crate::theme::Icon;
+use crate::views::measuring;
 use crate::window::Window;
 use eframe::egui::{Context, Id, LayerId, Order, Ui};
 use surfelshop_api::UnitKind;
@@ -168,6 +169,40 @@ pub(super) fn cameras(window: &mut Window, ui: &mut Ui) {
     if let Some((from, to)) = moved {
         reorder(&mut window.settings.bookmarks, from, to);
         window.select(Selection::Bookmark(to));
+    }
+}
+
+/// What is measured.
+pub(super) fn measures(window: &mut Window, ui: &mut Ui) {
+    let all = window.settings.measures.clone();
+    for (i, measure) in all.iter().enumerate() {
+        let (name, selection) = (window.name_of(Selection::Measure(i)), Selection::Measure(i));
+        let first = window.quantities_of(measure).into_iter().next();
+        let number = first.map(|first| window.units().text(&first)).unwrap_or_default();
+        let entry = Entry {
+            note: &number,
+            about: format!("{}; a double click looks there.", measure.kind.name()),
+            is_selected: window.selection() == selection,
+            eye: Some(!measure.hidden),
+            ..Entry::new(measuring::icon(measure.kind), &name)
+        };
+        let menu = [
+            "zoom-selected",
+            "toggle-selected",
+            "rename-selected",
+            "copy-measure",
+            "-",
+            "save-measures",
+            "-",
+            "remove-selected",
+        ];
+        let Some(done) = part(window, ui, selection, &entry, &menu) else { continue };
+        if done.eye_clicked {
+            window.toggle_measure(i);
+        }
+        if done.is_activated {
+            window.zoom_to_selected();
+        }
     }
 }
 

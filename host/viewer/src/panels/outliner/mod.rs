@@ -34,6 +34,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
     group(window, ui, "Clouds", Some(adds), lists::clouds);
     group(window, ui, "Lights", Some("add-light"), lists::lights);
     group(window, ui, "Cameras", Some("remember-camera"), lists::cameras);
+    group(window, ui, "Measures", Some("measure-distance"), lists::measures);
     group(window, ui, "Views", Some("split"), lists::views);
     group(window, ui, "Renderers", None, lists::renderers);
 }

@@ -9,6 +9,7 @@ mod colors;
 mod comparison;
 mod environment;
 mod light;
+mod measure;
 mod passes;
 mod picture;
 mod placement;
@@ -22,6 +23,7 @@ use super::Selection;
 use super::row::{Scale, check_row, row, row_of, slider_row};
 use crate::commands::{self, find};
 use crate::theme::{Icon, icon_text, iconed, space, tokens};
+use crate::views::measuring::icon;
 use crate::window::Window;
 use eframe::egui::{Button, CollapsingHeader, Response, RichText, Role, Ui, WidgetInfo};
 
@@ -40,6 +42,7 @@ pub(super) fn show(window: &mut Window, ui: &mut Ui) {
         Selection::Environment => environment::show(window, ui),
         Selection::Camera => camera::show(window, ui),
         Selection::Bookmark(i) => bookmark::show(window, ui, i),
+        Selection::Measure(i) => measure::show(window, ui, i),
         Selection::View => {
             section(ui, "Renderer", true, |ui| renderer::show(window, ui));
             section(ui, "Compare", true, |ui| comparison::show(window, ui));
@@ -61,6 +64,11 @@ fn heading(window: &Window, ui: &mut Ui, selection: Selection) {
         Selection::Environment => (Icon::Globe, "of all clouds and views"),
         Selection::Camera => (Icon::Video, "of the focused view"),
         Selection::Bookmark(_) => (Icon::Bookmark, "remembered camera"),
+        Selection::Measure(i) => {
+            let kind = window.settings.measures.get(i).map(|measure| measure.kind);
+            let kind = kind.unwrap_or_default();
+            (icon(kind), kind.name())
+        }
     };
     let name = window.name_of(selection);
     ui.horizontal(|ui| {

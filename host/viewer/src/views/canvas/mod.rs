@@ -6,6 +6,7 @@
 mod dropped;
 mod numbers;
 mod pointer;
+pub(crate) mod surfel;
 mod tools;
 mod wipe;
 
@@ -13,6 +14,7 @@ use super::hands::{self, HandMode};
 use super::layout;
 use super::legend;
 use super::light_handles;
+use super::measuring;
 use super::paint;
 use crate::document::{Mode, PaneSettings};
 use crate::orientation;
@@ -118,6 +120,7 @@ impl Panes<'_> {
         let raised = if settings.mode.sides() == 2 { 24.0 } else { 0.0 };
         let pictures = self.of_one_renderer(id, &settings, &rects);
         orientation::show_under(self.window, ui, id, &pictures, raised);
+        measuring::show(self.window, ui, id, &pictures);
         self.what_it_waits_for(ui, &painter, id);
         let handles = light_handles::show(self.window, ui, id, &rects, response.contains_pointer());
         let axes = orientation::show_axes(self.window, ui, id, &rects);
@@ -142,6 +145,7 @@ impl Panes<'_> {
         });
         if is_free {
             self.mouse(ui, &response, id, size, (over, is_taken));
+            measuring::over_picture(self.window, ui, &response, id, &rects);
         }
         let focused = self.window.views.focused == id && self.window.settings.panes.len() > 1;
         if focused {

@@ -1,9 +1,10 @@
 //! The mouse over a picture, and keys that fly.
 
 use super::Panes;
+use super::surfel;
 use crate::preferences::Orbit;
 use crate::views::hands::HandMode;
-use crate::views::{navigation, picking, surfel};
+use crate::views::{measuring, navigation, picking};
 use crate::window::Window;
 use eframe::egui::{self, Color32, Key, Painter, PointerButton, Rect, Stroke, Ui, Vec2};
 use glam::{DVec2, DVec3};
@@ -97,13 +98,8 @@ impl Panes<'_> {
         // The search visits every surfel, so only for another point.
         if self.window.views.pointer_position != found {
             self.window.views.pointer_position = found;
-            self.window.views.pointer_text = match (found, &self.window.document.clouds) {
-                (Some(point), Some(shown)) => match &shown.displayed_of {
-                    Some(of) => surfel::describe(&shown.displayed, &of.open_clouds.clouds, point),
-                    None => String::new(),
-                },
-                _ => String::new(),
-            };
+            (self.window.views.pointer_text, self.window.views.measuring.pointer) =
+                self.window.surfel_at(&before, position, found);
         }
     }
 
@@ -115,6 +111,31 @@ impl Panes<'_> {
         let inside = x < image.width && y < image.height;
         let depth = inside.then(|| f64::from(image.pixel(x, y)[0]))?;
         (depth > 0.0).then_some(depth)
+    }
+}
+
+impl Window {
+    /// What is said of the surfel at a place that is seen at a position of a picture, and its exact place.
+    fn surfel_at(
+        &self,
+        camera: &surfelshop_api::Camera,
+        position: DVec2,
+        found: Option<DVec3>,
+    ) -> (String, Option<DVec3>) {
+        let shown = self.document.clouds.as_ref();
+        let of = shown.and_then(|shown| Some((shown, shown.displayed_of.as_ref()?)));
+        let Some((point, (shown, of))) = found.zip(of) else { return (String::new(), found) };
+        let Some((file, index)) = surfel::nearest_of(&shown.displayed, point) else {
+            return (String::new(), Some(point));
+        };
+        let text = surfel::describe(&shown.displayed, &of.open_clouds.clouds, point, (file, index));
+        let cloud = &shown.displayed.clouds.loaded[file].cloud;
+        // Of a pyramid other surfels are seen than are in memory.
+        let place = match shown.displayed.clouds.pyramid_of(cloud) {
+            Some(_) => point,
+            None => measuring::place_of(camera, position, point, (cloud, index)),
+        };
+        (text, Some(place))
     }
 }
 

@@ -94,9 +94,13 @@ impl Window {
         *radius = (*radius * factor).clamp(0.002, 0.4);
     }
 
-    /// Ends what a hand does: a gesture, else what is selected, else that drags do not move the camera; whether there
+    /// Ends what a hand does: a measure, a gesture, else what is selected, else that drags do not move the camera; whether there
     /// was something.
     pub(crate) fn let_go(&mut self) -> bool {
+        if !self.views.measuring.places.is_empty() {
+            self.views.measuring.places.clear();
+            return true;
+        }
         if let Some(gesture) = self.views.hands.gesture.take() {
             self.restore_selections(&gesture.before);
             self.cancel_stroke();

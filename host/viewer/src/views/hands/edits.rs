@@ -8,7 +8,7 @@ use surfelshop_cloud::files::write_whole;
 use surfelshop_cloud::selection::{Selection, SelectionError, deleted, extracted, with_value};
 use surfelshop_session::input::strokes;
 
-/// Most files of strokes of one name.
+/// Most files of one name.
 const MOST_FILES: usize = 1000;
 
 impl Window {
@@ -80,7 +80,7 @@ impl Window {
         };
         let n = all.len();
         let written = strokes::text(all).and_then(|text| {
-            let path = unused(Path::new(&first.loaded.summary.file));
+            let path = unused(Path::new(&first.loaded.summary.file), "strokes.json");
             write_whole(&path, text.as_bytes())?;
             Ok(path)
         });
@@ -92,11 +92,11 @@ impl Window {
     }
 }
 
-/// A file beside a cloud that is not there yet.
-fn unused(cloud: &Path) -> PathBuf {
+/// A file beside a cloud, with this ending, that is not there yet.
+pub(crate) fn unused(cloud: &Path, ending: &str) -> PathBuf {
     let name = |i: usize| match i {
-        0 => cloud.with_extension("strokes.json"),
-        i => cloud.with_extension(format!("{}.strokes.json", i + 1)),
+        0 => cloud.with_extension(ending),
+        i => cloud.with_extension(format!("{}.{ending}", i + 1)),
     };
     let free = (0..MOST_FILES).map(name).find(|path| !path.exists());
     free.unwrap_or_else(|| name(MOST_FILES))

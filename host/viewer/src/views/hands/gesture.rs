@@ -38,7 +38,8 @@ pub(in crate::views) fn over_picture(
     rects: &[Rect],
 ) -> bool {
     window.advance_stroke(ui.ctx());
-    if window.views.hands.mode == HandMode::Camera || window.document.complete_clouds().is_none() {
+    let moves_camera = matches!(window.views.hands.mode, HandMode::Camera | HandMode::Measure(_));
+    if moves_camera || window.document.complete_clouds().is_none() {
         return false;
     }
     let pointer = response.interact_pointer_pos().or(response.hover_pos());

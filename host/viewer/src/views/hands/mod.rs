@@ -1,7 +1,7 @@
 //! Hands on the cloud: surfels are selected in a picture, and tools are led over it.
 //!
 //! `state` holds what a hand does and what is selected, `actions` changes it, `gesture` follows the pointer, `place` finds what lies under
-//! it, `select` and `stroke` do what a gesture means, `edits` does something with what is selected, and `options` and
+//! it, `select` and `stroke` do what a gesture means, `edits` does something with what is selected, `hide` hides it, and `options` and
 //! `cursor` show it.
 //!
 //! Invariants: a gesture changes nothing in settings; a stroke is one step of undo; what fails leaves the cloud as it
@@ -11,6 +11,7 @@ mod actions;
 mod cursor;
 mod edits;
 mod gesture;
+mod hide;
 mod options;
 mod place;
 mod select;
@@ -18,7 +19,7 @@ mod state;
 mod stroke;
 mod stroke_run;
 
-pub(crate) use edits::status;
+pub(crate) use edits::{status, unused};
 pub(super) use gesture::over_picture;
 pub(crate) use options::show as show_options;
 pub(crate) use state::{HandMode, Hands, hint};

@@ -8,6 +8,7 @@ use crate::dialogs::{ParameterOwner, files};
 use crate::panels::parameters;
 use crate::plugins::{Readiness, title_and_summary};
 use crate::theme::space;
+use crate::views::measuring;
 use crate::window::Window;
 use eframe::egui::{self, Align2, ComboBox, Context, DragValue, Rect, Slider, TextEdit, Ui, vec2};
 use surfelshop_api::{Dabs, Falloff, Reach};
@@ -25,6 +26,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
         HandMode::Tool(name) => {
             title_and_summary(window, name).map_or_else(|| name.clone(), |(title, _)| title)
         }
+        HandMode::Measure(_) => "Measure".to_owned(),
         _ => "Select".to_owned(),
     };
     let mut open = true;
@@ -39,6 +41,7 @@ pub(crate) fn show(window: &mut Window, ctx: &Context, pictures: Rect) {
             ui.set_max_width(300.0);
             match &mode {
                 HandMode::Tool(name) => tool(window, ui, name),
+                HandMode::Measure(kind) => measuring::show_options(window, ui, *kind),
                 _ => select(window, ui),
             }
         });

@@ -2,11 +2,13 @@
 
 use super::place::Picture;
 use super::stroke_run::StrokeRun;
+use crate::views::measuring;
 use eframe::egui::Pos2;
 use std::sync::Arc;
 use surfelshop_api::columns::POSITION;
 use surfelshop_api::{Dabs, StrokeSample};
 use surfelshop_cloud::Cloud;
+use surfelshop_cloud::scene::MeasureKind;
 use surfelshop_cloud::selection::{Combine, Selection};
 
 /// Most selections of clouds that were there before: undo brings these and what was selected of them back.
@@ -26,6 +28,8 @@ pub(crate) enum HandMode {
     Brush,
     /// It leads a tool, by its name in the registry.
     Tool(String),
+    /// It moves the camera, and clicks measure.
+    Measure(MeasureKind),
 }
 
 impl HandMode {
@@ -44,6 +48,7 @@ impl HandMode {
 pub(crate) fn hint(mode: &HandMode) -> Option<&'static str> {
     Some(match mode {
         HandMode::Camera => return None,
+        HandMode::Measure(kind) => measuring::hint(*kind),
         HandMode::Rectangle => {
             "Drag a rectangle to select, Shift adds, Ctrl takes away; middle drag to turn, Escape ends"
         }

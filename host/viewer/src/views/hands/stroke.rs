@@ -71,7 +71,7 @@ impl Window {
         }
         let mut most: Option<(usize, usize, Cloud)> = None;
         for (index, _, cloud) in self.hand_clouds() {
-            let selection = self.views.hands.selection_of(&cloud);
+            let selection = self.led_over(&cloud);
             let part = CloudPart::along(&cloud, stroke, selection.as_deref());
             let n = part.map_err(|error| error.to_string())?.rows.len();
             if n > most.as_ref().map_or(0, |(most, ..)| *most) {
@@ -106,7 +106,7 @@ impl Window {
         let values = self.plugins.tools.values.get(&run.name).cloned().unwrap_or_default();
         let (base, contents) = (run.base.clone(), unit.contents);
         run.n_samples = stroke.samples.len();
-        let selection = self.views.hands.selection_of(&base);
+        let selection = self.led_over(&base);
         let started = CloudPart::along(&base, stroke, selection.as_deref())
             .map_err(|error| error.to_string())
             .and_then(|part| {

@@ -6,17 +6,21 @@ use surfelshop_cloud::Cloud;
 use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::displayed::DisplayedClouds;
 
-/// Describes the surfel whose disc holds a point, in one line; empty without surfels. It is one of those that
-/// are displayed, with its number, colour and shown value in the whole cloud.
-pub(crate) fn describe(displayed: &DisplayedClouds, whole: &Clouds, point: DVec3) -> String {
-    let nearest = displayed
-        .clouds
-        .loaded
-        .iter()
-        .enumerate()
-        .filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, point)?)))
-        .min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1));
-    let Some((file, (index, _))) = nearest else { return String::new() };
+/// The surfel among those that are displayed whose disc holds a point: of which cloud, and its index there.
+pub(crate) fn nearest_of(displayed: &DisplayedClouds, point: DVec3) -> Option<(usize, usize)> {
+    let clouds = displayed.clouds.loaded.iter().enumerate();
+    let all = clouds.filter_map(|(i, loaded)| Some((i, nearest(&loaded.cloud, point)?)));
+    let (file, (index, _)) = all.min_by(|(_, a), (_, b)| a.1.total_cmp(&b.1))?;
+    Some((file, index))
+}
+
+/// Describes a surfel at a point, in one line: with its number, colour and shown value in the whole cloud.
+pub(crate) fn describe(
+    displayed: &DisplayedClouds,
+    whole: &Clouds,
+    point: DVec3,
+    (file, index): (usize, usize),
+) -> String {
     let Some(loaded) = whole.loaded.get(file) else { return String::new() };
     let (cloud, index) = (&loaded.cloud, displayed.source_index(file, index));
     let [x, y, z] = point.to_array();
