@@ -19,7 +19,7 @@ struct Layer {
     because: &'static str,
 }
 
-const LAYERS: [Layer; 17] = [
+const LAYERS: [Layer; 18] = [
     Layer {
         folder: "host/sdk/api",
         sees: &[],
