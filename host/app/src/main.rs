@@ -10,6 +10,7 @@ mod bake_pyramid;
 mod bake_strokes;
 mod contents_info;
 mod convert;
+mod farm;
 mod index;
 mod info;
 mod plugins;
@@ -23,7 +24,7 @@ use anyhow::Context as _;
 use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use std::process::ExitCode;
-use surfelshop_evaluate::{bench, check, compare, demo, explain, report};
+use surfelshop_evaluate::{bench, check, compare, demo, explain, merge, report, share};
 use surfelshop_session::input::{budget, pyramids};
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal;
@@ -57,6 +58,9 @@ fn main() -> ExitCode {
         Some(Command::Render(arguments)) => render::run(&arguments, &given),
         Some(Command::Compare(arguments)) => compare::run(&arguments, &given),
         Some(Command::Report(arguments)) => report::run(&arguments, &given),
+        Some(Command::Share(arguments)) => share::run(&arguments, &given),
+        Some(Command::Farm(arguments)) => farm::run(&arguments),
+        Some(Command::Merge(arguments)) => merge::run(&arguments),
         Some(Command::Bench(arguments)) => bench::run(&arguments, &given),
         Some(Command::Check(arguments)) => check::run(&arguments),
         Some(Command::Explain(arguments)) => explain::run(&arguments, &given),
@@ -84,6 +88,7 @@ fn pyramids_of(command: Option<&Command>, viewer: &ViewerArguments) -> (Option<u
         Some(Command::Compare(given)) => &given.picture,
         Some(Command::Report(given)) => &given.picture,
         Some(Command::Explain(given)) => &given.picture,
+        Some(Command::Share(given)) => &given.picture,
         Some(_) => return (None, false),
         None => return (viewer.memory, viewer.in_place),
     };
@@ -97,6 +102,7 @@ fn upright(mut command: Command) -> Command {
         Command::Compare(given) => (&mut given.picture.lens, &given.files, &given.plugins),
         Command::Report(given) => (&mut given.picture.lens, &given.files, &given.plugins),
         Command::Explain(given) => (&mut given.picture.lens, &given.files, &given.plugins),
+        Command::Share(given) => (&mut given.picture.lens, &given.files, &given.plugins),
         Command::Bench(given) => (&mut given.lens, &given.files, &given.plugins),
         _ => return command,
     };

@@ -4,6 +4,8 @@ pub mod camera;
 pub mod colors;
 pub mod explicit;
 pub mod lights;
+pub mod part;
+pub mod path;
 mod plugin_files;
 pub mod select;
 pub mod values;
