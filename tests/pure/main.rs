@@ -10,6 +10,7 @@ mod formats;
 mod imports;
 mod invariants;
 mod names;
+mod packages;
 mod plugins;
 mod pointshop;
 mod prelude;

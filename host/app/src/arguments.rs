@@ -1,8 +1,9 @@
 //! What can be typed behind `surfelshop`.
 
+use crate::farm::arguments::FarmArguments;
 use crate::plugins::arguments::PluginsArguments;
 use clap::error::ErrorKind;
-use clap::{Args, CommandFactory as _, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand, ValueEnum};
 use glam::DVec3;
 use std::path::PathBuf;
 use surfelshop_evaluate::bench::BenchArguments;
@@ -10,9 +11,12 @@ use surfelshop_evaluate::check::CheckArguments;
 use surfelshop_evaluate::compare::CompareArguments;
 use surfelshop_evaluate::demo::DemoArguments;
 use surfelshop_evaluate::explain::ExplainArguments;
+use surfelshop_evaluate::merge::MergeArguments;
 use surfelshop_evaluate::report::ReportArguments;
+use surfelshop_evaluate::share::ShareArguments;
 use surfelshop_papers::PapersArguments;
 use surfelshop_session::options::measures::MeasureOptions;
+use surfelshop_session::options::part::Part;
 use surfelshop_session::options::select::{ColumnValue, SelectStep};
 use surfelshop_session::options::values::{self, Setting};
 use surfelshop_session::options::{DeviceArguments, PluginFiles, PrintArguments, UpAxis};
@@ -63,6 +67,12 @@ pub(crate) enum Command {
     Report(Box<ReportArguments>),
     /// Make the figures, tables and errata of the papers behind the techniques again, on a page for each.
     Papers(Box<PapersArguments>),
+    /// Make one page to show people: pictures along a path by several renderers, in a file that needs no network.
+    Share(Box<ShareArguments>),
+    /// Write a job for render farms (Open Job Description, Slurm) that does work in parts, or run one here.
+    Farm(FarmArguments),
+    /// Join parts that several processes or machines made of a report, a comparison or a film.
+    Merge(MergeArguments),
     /// Measure speed: frames, surfels alone, memory, growth and start-up, with each way to draw surfels.
     Bench(Box<BenchArguments>),
     /// Say what a frame is made of for a scene, what was left out of it, and why.
@@ -243,10 +253,30 @@ pub(crate) struct IndexArguments {
     /// Memory that the work takes at most, such as 500MB or 4GB.
     #[arg(long, value_name = "SIZE", default_value = "4GB", value_parser = values::memory)]
     pub(crate) memory: u64,
+    /// Do one step alone, in the folder `NAME.index`, which several processes and machines share: first `extent`, then all
+    /// parts of `points`, then `plan`, then all parts of `surfels`; the same command without it ends the work.
+    #[arg(long, value_enum, value_name = "STEP")]
+    pub(crate) step: Option<IndexStepChoice>,
+    /// Do one part of a step, such as 3/8.
+    #[arg(long, value_name = "K/N", value_parser = Part::parse, requires = "step")]
+    pub(crate) part: Option<Part>,
     #[command(flatten)]
     pub(crate) plugins: PluginFiles,
     #[command(flatten)]
     pub(crate) report: PrintArguments,
+}
+
+/// A step of an index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum IndexStepChoice {
+    /// Looks for a cube around all points.
+    Extent,
+    /// Reads files, and puts their points on the disk by place.
+    Points,
+    /// Divides points among chunks.
+    Plan,
+    /// Makes surfels of the points of chunks.
+    Surfels,
 }
 
 #[derive(Debug, Args)]

@@ -1,9 +1,9 @@
 //! `surfelshop index`: files of any size in, a pyramid out.
 
-use crate::arguments::IndexArguments;
+use crate::arguments::{IndexArguments, IndexStepChoice};
 use serde_json::json;
 use std::path::PathBuf;
-use surfelshop_pyramid::{IndexOptions, index};
+use surfelshop_pyramid::{IndexOptions, IndexShare, IndexStep, ShareSummary, index, index_share};
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::output::files;
 use surfelshop_session::output::terminal::{self, Progress};
@@ -19,6 +19,12 @@ pub(crate) fn run(arguments: &IndexArguments) -> anyhow::Result<()> {
     });
     let tell = |fraction| progress.tell(fraction);
     let options = IndexOptions { read: formats.reading(&tell), memory: arguments.memory };
+    if let Some(step) = arguments.step {
+        let done =
+            index_share(&arguments.inputs, &arguments.output, &options, share(step, arguments));
+        drop(progress);
+        return told(arguments, step, done?);
+    }
     let done = index(&arguments.inputs, &arguments.output, &options);
     drop(progress);
     let mut work = arguments.output.clone().into_os_string();
@@ -51,4 +57,40 @@ pub(crate) fn run(arguments: &IndexArguments) -> anyhow::Result<()> {
         done.n_nodes,
         done.bytes as f64 / done.n_surfels.max(1) as f64
     ))
+}
+
+/// What a part does of a step; without a part all of it.
+fn share(step: IndexStepChoice, arguments: &IndexArguments) -> IndexShare {
+    let (number, of) = arguments.part.map_or((1, 1), |part| (part.number, part.of));
+    IndexShare {
+        step: match step {
+            IndexStepChoice::Extent => IndexStep::Extent,
+            IndexStepChoice::Points => IndexStep::Points,
+            IndexStepChoice::Plan => IndexStep::Plan,
+            IndexStepChoice::Surfels => IndexStep::Surfels,
+        },
+        number: number.saturating_sub(1) as usize,
+        of: of as usize,
+    }
+}
+
+fn told(
+    arguments: &IndexArguments,
+    step: IndexStepChoice,
+    done: ShareSummary,
+) -> anyhow::Result<()> {
+    let step = format!("{step:?}").to_lowercase();
+    let file = arguments.output.display().to_string();
+    if arguments.report.json {
+        return terminal::json(&json!({
+            "command": "index",
+            "version": env!("CARGO_PKG_VERSION"),
+            "file": file,
+            "step": step,
+            "part": arguments.part,
+            "done": done,
+        }));
+    }
+    let part = arguments.part.map(|part| format!(", {part}")).unwrap_or_default();
+    terminal::line(format!("{file}: {step}{part}: {} of {} pieces", done.n_own, done.n_all))
 }

@@ -10,6 +10,7 @@ mod bake_pyramid;
 mod bake_strokes;
 mod contents_info;
 mod convert;
+mod farm;
 mod index;
 mod info;
 mod measure;
@@ -24,7 +25,7 @@ use anyhow::Context as _;
 use arguments::{Cli, Command};
 use clap::{CommandFactory as _, FromArgMatches as _};
 use std::process::ExitCode;
-use surfelshop_evaluate::{bench, check, compare, demo, explain, report};
+use surfelshop_evaluate::{bench, check, compare, demo, explain, merge, report, share};
 use surfelshop_session::input::{budget, pyramids};
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::output::terminal;
@@ -70,6 +71,9 @@ fn dispatch(command: Command, given: &ExplicitOptions) -> anyhow::Result<()> {
         Command::Render(arguments) => render::run(&arguments, given),
         Command::Compare(arguments) => compare::run(&arguments, given),
         Command::Report(arguments) => report::run(&arguments, given),
+        Command::Share(arguments) => share::run(&arguments, given),
+        Command::Farm(arguments) => farm::run(&arguments),
+        Command::Merge(arguments) => merge::run(&arguments),
         Command::Papers(arguments) => surfelshop_papers::run(&arguments, &run_words),
         Command::Bench(arguments) => bench::run(&arguments, given),
         Command::Check(arguments) => check::run(&arguments),
@@ -102,6 +106,7 @@ fn pyramids_of(command: Option<&Command>, viewer: &ViewerArguments) -> (Option<u
         Some(Command::Compare(given)) => &given.picture,
         Some(Command::Report(given)) => &given.picture,
         Some(Command::Explain(given)) => &given.picture,
+        Some(Command::Share(given)) => &given.picture,
         Some(_) => return (None, false),
         None => return (viewer.memory, viewer.in_place),
     };
@@ -115,6 +120,7 @@ fn upright(mut command: Command) -> Command {
         Command::Compare(given) => (&mut given.picture.lens, &given.files, &given.plugins),
         Command::Report(given) => (&mut given.picture.lens, &given.files, &given.plugins),
         Command::Explain(given) => (&mut given.picture.lens, &given.files, &given.plugins),
+        Command::Share(given) => (&mut given.picture.lens, &given.files, &given.plugins),
         Command::Bench(given) => (&mut given.lens, &given.files, &given.plugins),
         _ => return command,
     };

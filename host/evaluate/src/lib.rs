@@ -22,4 +22,6 @@ mod csv;
 pub mod demo;
 pub mod explain;
 pub mod html_page;
+pub mod merge;
 pub mod report;
+pub mod share;

@@ -25,6 +25,7 @@ pub use cut::{Cut, CutView};
 pub use error::PyramidError;
 pub use in_place::NodeReader;
 pub use index::nodes::Rule;
+pub use index::shared::{IndexShare, IndexStep, ShareSummary, index_share};
 pub use index::{IndexOptions, IndexSummary, index};
 pub use layout::{Directory, NodeRecord, StoredSource, is_pyramid, is_pyramid_file};
 pub use nodes::{Nodes, NodesInMemory, Prepare};

@@ -33,6 +33,7 @@ pub const PAGES: &[Page] = pages! {
     "Use", "hands", "Hands on the cloud", "use/hands";
     "Use", "dimensions", "Measuring by hand", "use/dimensions";
     "Use", "render", "Render pictures", "use/render";
+    "Use", "share", "A page to show people", "use/share";
     "Use", "colours", "Colours and filters", "use/colours";
     "Use", "lights", "Lights", "use/lights";
     "Use", "environments", "Environment maps", "use/environments";
@@ -61,6 +62,8 @@ pub const PAGES: &[Page] = pages! {
     "Reference", "install", "Install", "reference/install";
     "Reference", "scenes", "Scene files", "reference/scenes";
     "Reference", "scripts", "In scripts", "reference/scripts";
+    "Reference", "python", "Python", "reference/python";
+    "Reference", "farms", "More machines than one", "reference/farms";
     "Reference", "devices", "Graphics devices", "reference/devices";
     "Reference", "strategies", "Ways to draw surfels", "reference/strategies";
     "Reference", "trust", "Plugins and trust", "reference/trust";

@@ -81,6 +81,28 @@ pub(crate) const SCREEN: Need = Need {
     ],
 };
 
+/// Python with NumPy, for the package in `host/python`.
+pub(crate) const PYTHON: Need = Need {
+    name: "Python 3 with NumPy",
+    without: "the tests of the Python package will fail",
+    present: has_numpy,
+    packages: &[
+        ("apt-get", &["python3", "python3-numpy"]),
+        ("dnf", &["python3", "python3-numpy"]),
+        ("pacman", &["python", "python-numpy"]),
+        ("zypper", &["python3", "python3-numpy"]),
+        ("apk", &["python3", "py3-numpy"]),
+    ],
+};
+
+/// The interpreter that is found first may be another than the system's, which packages are for.
+fn has_numpy() -> bool {
+    ["python3", "/usr/bin/python3"].iter().any(|python| {
+        let silent = |ended: std::process::Output| ended.status.success();
+        Command::new(python).args(["-c", "import numpy"]).output().is_ok_and(silent)
+    })
+}
+
 const SCREEN_ON_DEBIAN: &[&str] = &[
     "xvfb",
     "xdotool",
@@ -224,7 +246,7 @@ mod tests {
 
     #[test]
     fn every_need_names_a_package_for_every_manager() {
-        for need in [VULKAN, OPENGL, SCREEN] {
+        for need in [VULKAN, OPENGL, SCREEN, PYTHON] {
             for manager in crate::install::MANAGERS {
                 let named = need.packages.iter().find(|(name, _)| *name == manager.program);
                 assert!(

@@ -99,7 +99,7 @@ fn main() -> ExitCode {
         }
         Ok(Task::Demo(rest)) => demo(&rest),
         Ok(Task::Verify { long }) => {
-            install::ensure(&[machine::VULKAN, machine::OPENGL, machine::SCREEN]);
+            install::ensure(&[machine::VULKAN, machine::OPENGL, machine::SCREEN, machine::PYTHON]);
             verify::run(long)
         }
         Ok(Task::Package) => match package::run() {

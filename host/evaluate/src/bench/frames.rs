@@ -8,7 +8,6 @@ use super::timing::{What, timed};
 use super::variant::{LeftOut, Variant, base, open};
 use super::{files, renderers};
 use crate::bench::BenchArguments;
-use crate::compare::camera_path::orbit;
 use crate::compare::{Stage, requests};
 use serde_json::json;
 use std::path::Path;
@@ -24,6 +23,7 @@ use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::options::values::Size;
 use surfelshop_session::output::json;
 use surfelshop_session::output::terminal::{self, Progress};
+use surfelshop_session::render::camera_path::orbit;
 use surfelshop_session::setup::{self, RenderSetup};
 use surfelshop_session::{render, session};
 

@@ -1,8 +1,9 @@
 //! What can be typed behind `surfelshop compare`.
 
-use crate::compare::PathSpec;
 use clap::Args;
 use std::path::PathBuf;
+use surfelshop_session::options::part::Part;
+use surfelshop_session::options::path::PathSpec;
 use surfelshop_session::options::values::{self, Limit, Setting};
 use surfelshop_session::options::{DeviceArguments, PictureArguments, PluginFiles, PrintArguments};
 
@@ -28,10 +29,14 @@ pub struct CompareArguments {
     /// picture (.exr of linear radiance) [default: the first renderer].
     #[arg(long, value_name = "NAME|RENDERER|FILE")]
     pub reference: Option<String>,
-    /// Several cameras: orbit:N, once around what the camera looks at in N pictures, or views, the
-    /// cameras of a scene's views.
+    /// Several cameras: orbit:N, once around what the camera looks at in N pictures, views, the
+    /// cameras of a scene's views, or along:N, a smooth way through these in N pictures.
     #[arg(long, value_name = "PATH", value_parser = PathSpec::parse)]
     pub path: Option<PathSpec>,
+    /// Compare one part of the path's pictures, such as 3/8, into a folder part-3-of-8 in that of --out;
+    /// `surfelshop merge` joins parts.
+    #[arg(long, value_name = "K/N", value_parser = Part::parse, requires = "path")]
+    pub part: Option<Part>,
     /// The folder to write.
     #[arg(short, long, value_name = "FOLDER")]
     pub out: PathBuf,

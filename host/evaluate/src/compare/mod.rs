@@ -2,24 +2,26 @@
 //! from one camera or along a path.
 
 mod arguments;
-pub mod camera_path;
 pub mod candidate;
+pub(crate) mod compared;
 pub mod measured;
+pub(crate) mod part;
 pub mod random;
 pub mod report;
 pub mod requests;
 
 pub use arguments::CompareArguments;
 
-pub use camera_path::PathSpec;
 pub use candidate::Stage;
+pub use compared::{METRICS, put};
 pub use measured::Truth;
-pub use report::put;
 
 use anyhow::{Context as _, bail, ensure};
 use candidate::Candidate;
+use compared::{Compared, ComparedCandidate};
 use measured::{CandidateImage, Measured};
 use requests::Named;
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 use surfelshop_api::UnitKind;
 use surfelshop_image::{exr, metrics};
@@ -30,7 +32,10 @@ use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
+use surfelshop_session::options::values::Limit;
+use surfelshop_session::output::part_file::PartStart;
 use surfelshop_session::output::terminal::{self, Progress};
+use surfelshop_session::render::camera_path;
 use surfelshop_session::session::{self, RenderSession};
 use surfelshop_session::setup::{self, RenderSetup};
 
@@ -60,8 +65,10 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     let mut wanted = requests::with_settings(named, &arguments.set, opened, &patience)?;
     let seen = setup::first_view(opened);
     let staging = RenderSetup::new(&arguments.picture, given, opened, seen.as_ref())?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
+    let folder = part::folder(arguments);
+    std::fs::create_dir_all(&folder)
+        .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
+    let begun = PartStart::now();
     let mut studio = match wanted.iter().any(|one| one.reference.kind == UnitKind::Renderer) {
         true => Some(RenderSession::open(&arguments.device, &arguments.plugins)?),
         false => None,
@@ -78,7 +85,8 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     let clouds = &displayed.clouds;
     requests::draw_beside(&mut wanted, &registry, &inputs.sources, &clouds.facts.clouds)?;
     plausibility::note(clouds, &staging.scene);
-    let frames = camera_path::frames(arguments, &staging, opened, clouds)?;
+    let frames = camera_path::frames(arguments.path, &arguments.picture, &staging, opened, clouds)?;
+    let (all_frames, frames) = (frames.clone(), part::own_frames(arguments.part, frames)?);
     let Some(first) = frames.first() else { bail!("there is no camera") };
     let stage = Stage {
         plugins: &arguments.plugins,
@@ -92,7 +100,7 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     if let Criterion::Candidate(at) = judge {
         random::check(&candidates, at)?;
     }
-    let mut told = report::ComparisonOutput::new(arguments);
+    let mut told = report::ComparisonOutput::new(folder);
     let progress = Progress::new("comparing".to_owned());
     for (i, frame) in frames.iter().enumerate() {
         let stage = Stage { view: frame.view, ..stage };
@@ -105,8 +113,35 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
         let _goes_on = progress.tell((i + 1) as f64 / frames.len() as f64);
     }
     drop(progress);
-    told.write(&stage, &displayed, studio.as_ref(), &candidates)?;
-    verdict(arguments, &candidates, &told)
+    told.about(&stage, (&arguments.files, &displayed), studio.as_ref(), &candidates);
+    let limits = Limits::of(arguments);
+    if let Some(part) = arguments.part {
+        let whole = part::Whole {
+            arguments,
+            stage: &stage,
+            sources: &inputs.sources,
+            candidates: &candidates,
+            frames: &all_frames,
+            started: begun,
+        };
+        return whole.write(part, told.compared, limits);
+    }
+    told.write(arguments.report.json)?;
+    verdict(&limits, &told.compared)
+}
+
+/// What a comparison fails above or below, by metric.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Limits {
+    above: Vec<(String, f64)>,
+    below: Vec<(String, f64)>,
+}
+
+impl Limits {
+    fn of(arguments: &CompareArguments) -> Self {
+        let all = |limits: &[Limit]| limits.iter().map(|l| (l.metric.clone(), l.value)).collect();
+        Self { above: all(&arguments.fail_above), below: all(&arguments.fail_below) }
+    }
 }
 
 /// What decides.
@@ -220,39 +255,36 @@ fn truth(
 }
 
 /// Whether all went well: every candidate drew, and none is above a limit.
-fn verdict(
-    arguments: &CompareArguments,
-    candidates: &[Candidate],
-    told: &report::ComparisonOutput<'_>,
-) -> anyhow::Result<()> {
+///
+/// # Errors
+/// A line for the first that did not.
+pub(crate) fn verdict(limits: &Limits, compared: &Compared) -> anyhow::Result<()> {
     let mut failures = Vec::new();
-    for (i, Candidate { name, .. }) in candidates.iter().enumerate() {
-        let is_truth = told.is_truth(i);
-        let errors = match told.pooled(i) {
+    for (i, ComparedCandidate { name, .. }) in compared.candidates.iter().enumerate() {
+        let is_truth = compared.is_truth(i);
+        let errors = match compared.pooled(i) {
             Ok(errors) => errors.named(),
             Err(line) => {
                 failures.push(format!("`{name}`: {line}"));
                 continue;
             }
         };
-        let above = arguments.fail_above.iter().map(|limit| (limit, "above"));
-        let below = arguments.fail_below.iter().map(|limit| (limit, "below"));
+        let above = limits.above.iter().map(|limit| (limit, "above"));
+        let below = limits.below.iter().map(|limit| (limit, "below"));
         // The reference is no better or worse than itself.
-        for (limit, side) in above.chain(below).filter(|_| !is_truth) {
-            let found = errors.iter().find(|(metric, _)| *metric == limit.metric);
+        for ((metric, limit), side) in above.chain(below).filter(|_| !is_truth) {
+            let found = errors.iter().find(|(name, _)| name == metric);
             let fails = |value: f64| match side {
-                "above" => value > limit.value,
-                _ => value < limit.value,
+                "above" => value > *limit,
+                _ => value < *limit,
             };
             match found {
                 Some((metric, value)) if fails(*value) => {
-                    let limit = limit.value;
                     failures.push(format!("{metric} of `{name}` is {value:.6}, {side} {limit}"));
                 }
                 Some(_) => {}
                 None => failures.push(format!(
-                    "`{name}` has no {}; there are: {}",
-                    limit.metric,
+                    "`{name}` has no {metric}; there are: {}",
                     errors.iter().map(|(metric, _)| *metric).collect::<Vec<_>>().join(", ")
                 )),
             }

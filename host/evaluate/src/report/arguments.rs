@@ -3,6 +3,7 @@
 use clap::{ArgGroup, Args};
 use std::path::PathBuf;
 use std::time::Duration;
+use surfelshop_session::options::part::Part;
 use surfelshop_session::options::values::{self, Setting};
 use surfelshop_session::options::{DeviceArguments, PictureArguments, PluginFiles, PrintArguments};
 
@@ -58,6 +59,10 @@ pub struct ReportArguments {
     /// The folder to write.
     #[arg(short, long, value_name = "FOLDER")]
     pub out: PathBuf,
+    /// Measure one part of the values, such as 3/8, into a folder part-3-of-8 in that of --out; run again, it goes on.
+    /// `surfelshop merge` joins parts. 0/8 makes the reference for all of them; without it each part makes its own.
+    #[arg(long, value_name = "K/N", value_parser = Part::parse_with_shared)]
+    pub part: Option<Part>,
     /// Frames or runs that are timed for each value, in turns with the other values, after one that is
     /// not.
     #[arg(long, value_name = "NUMBER", default_value_t = 7, value_parser = values::repeats)]

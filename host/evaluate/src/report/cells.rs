@@ -13,6 +13,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_image::metrics::Errors;
 use surfelshop_image::{Image, exr};
 use surfelshop_session::output::files;
+use surfelshop_session::output::machine::Machine;
 use surfelshop_session::timing::{Run, all_of};
 
 /// One value of one knob.
@@ -36,6 +37,9 @@ pub struct Cell {
     pub graph_bytes: Option<u64>,
     /// Why nothing was measured.
     pub fault: Option<String>,
+    /// What it ran on, where that is not the same for all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub machine: Option<Machine>,
 }
 
 impl Cell {
@@ -51,6 +55,7 @@ impl Cell {
             n_passes: None,
             graph_bytes: None,
             fault: Some(fault),
+            machine: None,
         }
     }
 
@@ -182,13 +187,26 @@ fn sum(key: &str) -> u64 {
 }
 
 /// A file's name, its length and a hash of its bytes.
-type Fingerprint = (String, u64, u64);
+pub(crate) type Fingerprint = (String, u64, u64);
 
 fn fingerprint(folder: &Path, name: &str) -> anyhow::Result<Fingerprint> {
     let bytes = files::read_short(&folder.join(name), MOST_BYTES)?;
     let mut hasher = DefaultHasher::new();
     hasher.write(&bytes);
     Ok((name.to_owned(), bytes.len() as u64, hasher.finish()))
+}
+
+/// What a folder holds whole of a key.
+fn stored(folder: &Path, key: &str) -> anyhow::Result<Option<Stored>> {
+    let path = folder.join(CELLS);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let stored: Stored = serde_json::from_slice(&files::read_short(&path, MOST_BYTES)?)
+        .with_context(|| {
+            format!("{}: it is no list of cells; name another folder", path.display())
+        })?;
+    Ok((stored.key == key).then_some(stored))
 }
 
 const CELLS: &str = "cells.json";
@@ -204,16 +222,7 @@ const VALUES: &str = "reference.f64";
 impl ResultsFile {
     /// Opens a folder; what was measured under another key counts for nothing.
     pub(super) fn open(folder: &Path, key: &str) -> anyhow::Result<Self> {
-        let path = folder.join(CELLS);
-        let stored: Option<Stored> = match path.exists() {
-            true => {
-                Some(serde_json::from_slice(&files::read_short(&path, MOST_BYTES)?).with_context(
-                    || format!("{}: it is no list of cells; name another folder", path.display()),
-                )?)
-            }
-            false => None,
-        };
-        let stored = stored.filter(|stored| stored.key == key);
+        let stored = stored(folder, key)?;
         let is_known = stored.is_some();
         let (column, truth, cells) =
             stored.map(|s| (s.column, s.truth, s.cells)).unwrap_or_default();
@@ -231,7 +240,20 @@ impl ResultsFile {
                 _ => {}
             }
         }
-        let kept = Self {
+        let kept = Self::of(folder, key, (column, truth, cells));
+        // The log is of this key from now on, and short.
+        if !is_known || !lines.is_empty() {
+            kept.store_all()?;
+        }
+        Ok(kept)
+    }
+
+    fn of(
+        folder: &Path,
+        key: &str,
+        (column, truth, cells): (Option<String>, Vec<Fingerprint>, Cells),
+    ) -> Self {
+        Self {
             folder: folder.to_owned(),
             key: key.to_owned(),
             column: RefCell::new(column),
@@ -241,12 +263,19 @@ impl ResultsFile {
             log: RefCell::default(),
             #[cfg(test)]
             n_whole_writes: std::cell::Cell::new(0),
-        };
-        // The log is of this key from now on, and short.
-        if !is_known || !lines.is_empty() {
-            kept.store_all()?;
         }
-        Ok(kept)
+    }
+
+    /// The reference in a folder that several parts read, where it is that of the key; nothing is written.
+    pub(super) fn shared(folder: &Path, key: &str) -> anyhow::Result<Option<Self>> {
+        let Some(Stored { column, truth, .. }) = stored(folder, key)? else { return Ok(None) };
+        let found = Self::of(folder, key, (column, truth, Cells::default()));
+        Ok((!found.truth_files().is_empty()).then_some(found))
+    }
+
+    /// What tells the reference's files from others; none where it was not made here.
+    pub(super) fn truth_sums(&self) -> Vec<Fingerprint> {
+        self.truth.borrow().clone()
     }
 
     /// The names of the reference's files; none unless all of them are there as they were written.

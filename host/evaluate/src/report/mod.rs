@@ -5,8 +5,10 @@
 
 mod arguments;
 pub mod cells;
+mod error_columns;
 pub mod knobs;
 pub mod page;
+pub(crate) mod parted;
 mod pictures;
 pub mod plot;
 mod subject;
@@ -178,8 +180,23 @@ fn stamps_of_values(declared: &[ParamDecl], values: &Values) -> anyhow::Result<V
     paths.map(|path| stamp(Path::new(path))).collect()
 }
 
+/// Writes the page, or what a part leaves behind.
+fn told(whole: parted::Whole<'_>, known: &parted::Known, swept: page::Swept) -> anyhow::Result<()> {
+    let arguments = whole.arguments;
+    let faults = verdict(&swept.all);
+    match arguments.part {
+        Some(part) => whole.write(part, known, swept)?,
+        None => {
+            let words: Vec<String> = std::env::args().skip(1).collect();
+            let (folder, json) = (arguments.out.as_path(), arguments.report.json);
+            page::write(&page::Target { folder, json, words: &words }, &swept)?;
+        }
+    }
+    faults
+}
+
 /// Fails where a value could not be measured.
-fn verdict(all: &[(String, Vec<Cell>)]) -> anyhow::Result<()> {
+pub(crate) fn verdict(all: &[(String, Vec<Cell>)]) -> anyhow::Result<()> {
     let mut cells = all.iter().flat_map(|(_, cells)| cells);
     cells.find_map(|cell| cell.fault.clone()).map_or(Ok(()), |line| bail!("{line}"))
 }

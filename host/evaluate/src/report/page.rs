@@ -1,38 +1,73 @@
 //! What a report tells: a page with plots and tables, and the same numbers for programs.
 
 use super::cells::Cell;
+use super::error_columns::{self, ErrorColumn};
 use super::{plot, without_reference};
 use crate::compare::put;
 use crate::csv;
 use crate::html_page::{Column, Page, Plot, Table};
-use crate::report::ReportArguments;
+use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
+use std::path::Path;
 use surfelshop_runtime::plugins::UnitRef;
+use surfelshop_session::output::machine::Machine;
 use surfelshop_session::output::{command_line, terminal};
 use surfelshop_session::timing::{median, spread};
 
 /// What was swept.
-pub(super) struct Swept<'a> {
-    pub(super) unit: &'a UnitRef,
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct Swept {
+    pub(super) unit: SweptUnit,
     /// Size of the picture, or of the cloud.
     pub(super) what: String,
     /// What errors are measured against.
     pub(super) truth: String,
     /// What it ran on.
     pub(super) device: String,
-    /// Errors in the tables: name, meaning, and `less`, `more` or neither.
-    pub(super) errors: &'a [(&'static str, &'static str, &'static str)],
     /// The error of the plots, in words.
-    pub(super) error: &'a str,
+    pub(super) error: String,
     pub(super) time: Time,
     /// What else is to be known of the numbers.
     pub(super) note: Option<String>,
     /// Knobs and their cells.
-    pub(super) all: &'a [(String, Vec<Cell>)],
+    pub(crate) all: Vec<(String, Vec<Cell>)>,
+}
+
+/// A unit that was swept.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct SweptUnit {
+    kind: String,
+    package: String,
+    id: String,
+}
+
+impl From<&UnitRef> for SweptUnit {
+    fn from(unit: &UnitRef) -> Self {
+        let UnitRef { kind, package, id, .. } = unit;
+        Self { kind: kind.word().to_owned(), package: package.clone(), id: id.clone() }
+    }
+}
+
+impl Swept {
+    fn errors(&self) -> Vec<ErrorColumn> {
+        match self.time {
+            Time::Tools => error_columns::of_tools(),
+            Time::Passes | Time::Frames => error_columns::of_pictures(),
+        }
+    }
+
+    /// The machines that cells ran on, each once; none where that is not told.
+    fn machines(&self) -> Vec<&Machine> {
+        let cells = self.all.iter().flat_map(|(_, cells)| cells);
+        let mut all: Vec<&Machine> = cells.filter_map(|cell| cell.machine.as_ref()).collect();
+        all.sort();
+        all.dedup();
+        all
+    }
 }
 
 /// Which time counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Time {
     /// A renderer's own passes, or whole frames where the device does not tell those.
     Passes,
@@ -71,10 +106,25 @@ impl Time {
     }
 }
 
+/// Where a report is told, and what was typed.
+pub(crate) struct Target<'a> {
+    /// The folder of page and tables.
+    pub(crate) folder: &'a Path,
+    /// Whether one JSON object is printed instead of lines.
+    pub(crate) json: bool,
+    /// The words of the command that measured.
+    pub(crate) words: &'a [String],
+}
+
 /// Writes all files and prints the tables.
-pub(super) fn write(arguments: &ReportArguments, swept: &Swept<'_>) -> anyhow::Result<()> {
-    let Swept { unit, what, truth, device, all, .. } = swept;
-    let words: Vec<String> = std::env::args().skip(1).collect();
+pub(crate) fn write(target: &Target<'_>, swept: &Swept) -> anyhow::Result<()> {
+    let Swept { unit, what, truth, all, .. } = swept;
+    let Target { folder, words, .. } = *target;
+    let machines = swept.machines();
+    let device = match machines.len() {
+        0 | 1 => swept.device.clone(),
+        n => format!("{n} machines"),
+    };
     let mut page = Page {
         title: format!("{}: error against time", unit.id),
         notes: vec![
@@ -89,40 +139,64 @@ pub(super) fn write(arguments: &ReportArguments, swept: &Swept<'_>) -> anyhow::R
     };
     page.notes.extend(swept.note.clone());
     let mut for_programs = Vec::new();
-    for (knob, cells) in *all {
+    for (knob, cells) in all {
         let title = format!("{} by {knob}, against {truth}", unit.id);
-        if let Some(svg) = plot::svg(&title, (swept.error, swept.time), cells)? {
-            put(&arguments.out, &format!("{knob}.svg"), svg.as_bytes())?;
-            page.plots.push(Plot { caption: title.clone(), svg });
-        }
-        let rows = cells.iter().map(|cell| row(swept, &words, cell)).collect();
+        page.plots.extend(plots(swept, folder, (knob, &title), cells)?);
+        let rows = cells.iter().map(|cell| row(swept, words, cell)).collect();
         page.tables.push(Table { caption: title, columns: columns(swept, knob), rows });
-        for_programs.extend(cells.iter().map(|cell| row_of_csv(swept, &words, cell)));
+        for_programs.extend(cells.iter().map(|cell| row_of_csv(swept, words, cell)));
     }
-    put(&arguments.out, "index.html", page.html()?.as_bytes())?;
+    put(folder, "index.html", page.html()?.as_bytes())?;
     let csv = csv::table(&head_of_csv(swept), &for_programs);
-    put(&arguments.out, "report.csv", csv.as_bytes())?;
+    put(folder, "report.csv", csv.as_bytes())?;
     let knob = |(knob, cells): &(String, Vec<Cell>)| json!({ "id": knob, "cells": cells });
     let object = json!({
         "command": "report",
         "version": env!("CARGO_PKG_VERSION"),
-        "unit": { "kind": unit.kind.word(), "package": unit.package, "id": unit.id },
+        "unit": unit,
         "reference": truth,
         "of": what,
         "device": device,
         "knobs": all.iter().map(knob).collect::<Vec<_>>(),
     });
-    put(&arguments.out, "report.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
-    if arguments.report.json {
+    put(folder, "report.json", serde_json::to_string_pretty(&object)?.as_bytes())?;
+    if target.json {
         return terminal::json(&object);
     }
-    for (_, cells) in *all {
+    for (_, cells) in all {
         let time = swept.time.among(cells);
         for cell in cells {
             terminal::line(line(time, cell))?;
         }
     }
-    terminal::line(arguments.out.join("index.html").display())
+    terminal::line(folder.join("index.html").display())
+}
+
+/// The plots of a knob, of which each is a file, too: times of different machines are not put into one.
+fn plots(
+    swept: &Swept,
+    folder: &Path,
+    (knob, title): (&str, &str),
+    cells: &[Cell],
+) -> anyhow::Result<Vec<Plot>> {
+    let machines = swept.machines();
+    if machines.len() < 2 {
+        let svg = plot::svg(title, (&swept.error, swept.time), cells)?;
+        let Some(svg) = svg else { return Ok(Vec::new()) };
+        put(folder, &format!("{knob}.svg"), svg.as_bytes())?;
+        return Ok(vec![Plot { caption: title.to_owned(), svg }]);
+    }
+    let mut all = Vec::new();
+    for (i, machine) in machines.into_iter().enumerate() {
+        let on = |cell: &&Cell| cell.machine.as_ref() == Some(machine);
+        let own: Vec<Cell> = cells.iter().filter(on).cloned().collect();
+        let caption = format!("{title}, on {machine}");
+        if let Some(svg) = plot::svg(&caption, (&swept.error, swept.time), &own)? {
+            put(folder, &format!("{knob}-machine-{}.svg", i + 1), svg.as_bytes())?;
+            all.push(Plot { caption, svg });
+        }
+    }
+    Ok(all)
 }
 
 fn line(by: Time, cell: &Cell) -> String {
@@ -141,7 +215,7 @@ fn line(by: Time, cell: &Cell) -> String {
 }
 
 /// Times of a cell by their names.
-fn times(swept: &Swept<'_>, cell: &Cell) -> Vec<(&'static str, &'static str, Option<f64>)> {
+fn times(swept: &Swept, cell: &Cell) -> Vec<(&'static str, &'static str, Option<f64>)> {
     let wall = cell.times(|run| Some(run.wall_ms));
     let (of, meaning) = match swept.time {
         Time::Passes | Time::Frames => {
@@ -170,7 +244,7 @@ fn times(swept: &Swept<'_>, cell: &Cell) -> Vec<(&'static str, &'static str, Opt
     all
 }
 
-fn columns(swept: &Swept<'_>, knob: &str) -> Vec<Column> {
+fn columns(swept: &Swept, knob: &str) -> Vec<Column> {
     let named = |name: &str, meaning: &str, better: &'static str| Column {
         name: name.to_owned(),
         meaning: meaning.to_owned(),
@@ -181,27 +255,37 @@ fn columns(swept: &Swept<'_>, knob: &str) -> Vec<Column> {
     let empty = Cell::faulty(knob, "", String::new());
     // Values are shown as they were typed.
     let mut all = vec![Column { digits: None, plain: true, ..named(knob, "", "") }];
-    all.extend(swept.errors.iter().map(|(name, meaning, better)| named(name, meaning, better)));
+    all.extend(swept.errors().iter().map(|(name, meaning, better)| named(name, meaning, better)));
     all.push(named("noise", "root of the reference's own mean squared error", ""));
     all.extend(times(swept, &empty).into_iter().map(|(name, meaning, _)| named(name, meaning, "")));
+    if !swept.machines().is_empty() {
+        all.push(Column { plain: true, ..named("machine", "what it ran on", "") });
+    }
     all.push(Column { code: true, ..named("command", "measures this row again", "") });
     all
 }
 
-fn row(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
+fn row(swept: &Swept, words: &[String], cell: &Cell) -> Vec<Value> {
     let number = cell.value.parse::<f64>().ok().filter(|value| value.is_finite());
     let mut row = vec![number.map_or(json!(cell.value), |number| json!(number))];
     match &cell.fault {
         Some(fault) => {
             row.push(json!(fault));
-            row.extend(swept.errors[1..].iter().map(|_| Value::Null));
+            row.extend(swept.errors().iter().skip(1).map(|_| Value::Null));
         }
-        None => row.extend(swept.errors.iter().map(|(name, ..)| error(cell, name))),
+        None => row.extend(swept.errors().iter().map(|(name, ..)| error(cell, name))),
     }
     row.push(json!((!cell.is_faulty()).then_some(cell.noise)));
     row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
+    row.extend(machine_cell(swept, cell));
     row.push(json!(without_reference::command(words, cell)));
     row
+}
+
+/// What a cell ran on, where tables have a column for that.
+fn machine_cell(swept: &Swept, cell: &Cell) -> Option<Value> {
+    let machine = cell.machine.as_ref().map(ToString::to_string);
+    (!swept.machines().is_empty()).then(|| json!(machine))
 }
 
 /// An error of a cell in a table. JSON knows no infinity, which the decibels of equal pictures are.
@@ -213,19 +297,21 @@ fn error(cell: &Cell, name: &str) -> Value {
 }
 
 /// The head of the table for programs.
-fn head_of_csv<'a>(swept: &Swept<'a>) -> Vec<&'a str> {
+fn head_of_csv(swept: &Swept) -> Vec<&'static str> {
     let empty = Cell::faulty("", "", String::new());
-    let errors = swept.errors.iter().map(|(name, ..)| *name);
+    let errors = swept.errors().into_iter().map(|(name, ..)| name);
     let times = times(swept, &empty).into_iter().map(|(name, ..)| name);
     let head = ["knob", "value"].into_iter().chain(errors).chain(["noise"]).chain(times);
-    head.chain(["fault", "command"]).collect()
+    let machine = (!swept.machines().is_empty()).then_some("machine");
+    head.chain(machine).chain(["fault", "command"]).collect()
 }
 
-fn row_of_csv(swept: &Swept<'_>, words: &[String], cell: &Cell) -> Vec<Value> {
+fn row_of_csv(swept: &Swept, words: &[String], cell: &Cell) -> Vec<Value> {
     let mut row = vec![json!(cell.knob), json!(cell.value)];
-    row.extend(swept.errors.iter().map(|(name, ..)| error(cell, name)));
+    row.extend(swept.errors().iter().map(|(name, ..)| error(cell, name)));
     row.push(json!((!cell.is_faulty()).then_some(cell.noise)));
     row.extend(times(swept, cell).into_iter().map(|(.., value)| json!(value)));
+    row.extend(machine_cell(swept, cell));
     row.extend([json!(cell.fault), json!(without_reference::command(words, cell))]);
     row
 }

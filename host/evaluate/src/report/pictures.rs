@@ -2,15 +2,15 @@
 
 use super::cells::{Cell, ResultsFile};
 use super::knobs::{DETAIL, Knob, knobs, of_host};
-use super::page::{self, Swept, Time};
+use super::page::{Swept, Time};
+use super::parted::{self, Known, Whole};
 use super::subject::Subject;
-use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, verdict};
+use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, told};
 use crate::compare::candidate::{Candidate, CandidateRequest, Drawn};
 use crate::compare::measured::errors;
-use crate::compare::report::METRICS;
 use crate::compare::{Stage, Truth, random};
 use crate::report::ReportArguments;
-use anyhow::{Context as _, bail};
+use anyhow::bail;
 use std::collections::HashMap;
 use std::path::Path;
 use surfelshop_api::UnitKind;
@@ -27,14 +27,12 @@ use surfelshop_session::input::plausibility;
 use surfelshop_session::input::scenes::Inputs;
 use surfelshop_session::options::explicit::ExplicitOptions;
 use surfelshop_session::options::values::{self, Setting};
+use surfelshop_session::output::part_file::PartStart;
 use surfelshop_session::output::terminal;
 use surfelshop_session::session::RenderSession;
 use surfelshop_session::setup::{self, RenderSetup};
 use surfelshop_session::timing::Run;
 use surfelshop_session::{parameters, render};
-
-/// Metrics of a comparison that stand in the tables.
-const SHOWN: [&str; 5] = ["rmse", "rel_mse", "psnr", "ssim", "flip.mean"];
 
 /// Makes the report.
 pub(super) fn report(
@@ -51,7 +49,8 @@ pub(super) fn report(
     let judge = judge(arguments, registry, &subject)?;
     let turned = turns_detail && knobs.iter().any(|knob| knob.id == DETAIL);
     let staging = staging_of(arguments, given, opened, turned)?;
-    make_folder(&arguments.out)?;
+    let started = PartStart::now();
+    parted::folder(arguments)?;
     let is_renderer = |one: &Subject| one.reference.kind == UnitKind::Renderer;
     let draws = is_renderer(&subject) || judge.as_ref().is_some_and(is_renderer);
     let studio = draws.then(|| open_studio(arguments, &staging)).transpose()?;
@@ -67,6 +66,7 @@ pub(super) fn report(
     let (plugins, staging, surroundings) = (&arguments.plugins, &staging, surroundings.as_ref());
     let stage = Stage { plugins, staging, clouds, surroundings, view };
     let mut files = stamps_of(&arguments.files, &inputs.sources)?;
+    files.extend(stamp_of_picture(arguments)?);
     let own = told_values(&subject, opened, &arguments.set)?;
     files.extend(stamps_of_values(subject.declared(), &own)?);
     let mut units = vec![subject.stamp()?];
@@ -82,10 +82,10 @@ pub(super) fn report(
     });
     let judge = judge.transpose()?;
     let device = device_of(studio.as_ref());
-    let kept = ResultsFile::open(
-        &arguments.out,
-        &key(arguments, &stage, &beside, (&units, &files), &device)?,
-    )?;
+    let known = Known::open(arguments, &device, |device| {
+        key(arguments, &stage, &beside, (&units, &files), device)
+    })?;
+    let options = key(arguments, &stage, &beside, (&[], &[]), "")?;
     let mut bench = Pictures {
         arguments,
         stage: &stage,
@@ -98,30 +98,38 @@ pub(super) fn report(
         turns_detail,
         beside,
     };
-    bench.truth = Some(truth(&mut bench, judge, &kept)?);
+    bench.truth = Some(truth(&mut bench, judge, known.reference())?);
+    let plan = Whole::plan(&knobs);
+    let whole = Whole { arguments, options, files: &files, units: &units, plan, started };
+    let all = swept(&mut bench, knobs, &known)?;
+    let [width, height] = view.size_px;
+    let swept = Swept {
+        unit: unit.into(),
+        what: format!("{width} x {height} pixels"),
+        truth: bench.truth.map(|truth| truth.name).unwrap_or_default(),
+        device,
+        error: "RMSE of radiance".to_owned(),
+        time: Time::Passes,
+        note: None,
+        all,
+    };
+    told(whole, &known, swept)
+}
+
+/// Turns the knobs, or to the values of a part.
+fn swept(
+    bench: &mut Pictures<'_>,
+    knobs: Vec<Knob>,
+    known: &Known,
+) -> anyhow::Result<Vec<(String, Vec<Cell>)>> {
+    let arguments = bench.arguments;
     let mut all = Vec::new();
-    for knob in &knobs {
-        let cells = sweep(&mut bench, knob, arguments, &kept)?;
+    for knob in &parted::own(arguments.part, knobs) {
+        let cells = sweep(bench, knob, arguments, &known.cells)?;
         all.push((knob.id.clone(), cells));
         bench.all.clear();
     }
-    let errors: Vec<_> = METRICS.into_iter().filter(|(name, ..)| SHOWN.contains(name)).collect();
-    let [width, height] = view.size_px;
-    page::write(
-        arguments,
-        &Swept {
-            unit,
-            what: format!("{width} x {height} pixels"),
-            truth: bench.truth.map(|truth| truth.name).unwrap_or_default(),
-            device,
-            errors: &errors,
-            error: "RMSE of radiance",
-            time: Time::Passes,
-            note: None,
-            all: &all,
-        },
-    )?;
-    verdict(&all)
+    Ok(all)
 }
 
 /// What draws, in the colours that the scene says.
@@ -137,12 +145,6 @@ fn open_studio(
 /// What draws the pictures.
 fn device_of(studio: Option<&RenderSession>) -> String {
     studio.map_or("no graphics device".to_owned(), |studio| studio.engine.gpu().describe())
-}
-
-/// Makes the folder of the report where it does not exist.
-fn make_folder(folder: &Path) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder)
-        .with_context(|| format!("{}: the folder cannot be made", folder.display()))
 }
 
 /// How pictures are made; where `detail` is turned, the reference is what nothing is merged in.
@@ -252,13 +254,11 @@ fn key(
     (units, files): (&[(String, Stamp)], &[Stamp]),
     device: &str,
 ) -> anyhow::Result<String> {
-    let picture = arguments.reference.as_deref().map(Path::new).filter(|path| is_picture(path));
-    let picture = picture.map(stamp).transpose()?;
     let typed: Vec<_> = arguments.set.iter().chain(&arguments.reference_set).collect();
     let settings: Vec<String> = typed.iter().map(|setting| format!("{setting:?}")).collect();
     let n_set = arguments.set.len();
     Ok(serde_json::to_string(&(
-        (units, picture, settings, n_set),
+        (units, settings, n_set),
         (files, &stage.clouds.facts, &stage.staging.scene, stage.view),
         // How pictures are developed decides what is displayed, and so does what colours and filters clouds.
         format!(
@@ -278,6 +278,12 @@ fn key(
             env!("CARGO_PKG_VERSION"),
         ),
     ))?)
+}
+
+/// The picture that errors are measured against, where it is one.
+fn stamp_of_picture(arguments: &ReportArguments) -> anyhow::Result<Option<Stamp>> {
+    let picture = arguments.reference.as_deref().map(Path::new).filter(|path| is_picture(path));
+    picture.map(stamp).transpose()
 }
 
 fn is_picture(path: &Path) -> bool {

@@ -2,9 +2,10 @@
 
 use super::cells::{Cell, ResultsFile};
 use super::knobs::knobs;
-use super::page::{self, Swept, Time};
+use super::page::{Swept, Time};
+use super::parted::{self, Known, Whole};
 use super::subject::Subject;
-use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, verdict};
+use super::{Bench, Stamp, stamp, stamps_of, stamps_of_values, sweep, told};
 use crate::compare::random;
 use crate::report::ReportArguments;
 use anyhow::{Context as _, anyhow, bail};
@@ -21,18 +22,10 @@ use surfelshop_session::input::clouds::Clouds;
 use surfelshop_session::input::formats::SessionFormats;
 use surfelshop_session::input::pyramids;
 use surfelshop_session::options::values::Setting;
+use surfelshop_session::output::part_file::PartStart;
 use surfelshop_session::timing::Run;
 use surfelshop_session::tool_run::{self, Step};
 use surfelshop_session::{parameters, session};
-
-/// Errors in the tables, what they are, and which way is better.
-const ERRORS: [(&str, &str, &str); 5] = [
-    ("rmse", "root of the mean squared error", "less"),
-    ("rmse_without_worst", "the same without the 1 % of the largest errors", "less"),
-    ("bias", "mean of value less reference", ""),
-    ("p99", "what 99 % of the absolute errors do not exceed", "less"),
-    ("max_absolute", "the largest absolute error", "less"),
-];
 
 /// Nobody stops these runs but by ending the program: what was measured is on the disk.
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -50,8 +43,8 @@ pub(super) fn report(
     let knobs = knobs(&arguments.knob, unit, tool.declared())?;
     let judge = judge(arguments, registry, &tool)?;
     let source = tool_run::source(file)?;
-    std::fs::create_dir_all(&arguments.out)
-        .with_context(|| format!("{}: the folder cannot be made", arguments.out.display()))?;
+    let started = PartStart::now();
+    parted::folder(arguments)?;
     let mut files = stamps_of(&arguments.files, std::slice::from_ref(&source))?;
     let values = values_of(&tool, &arguments.set)?;
     files.extend(stamps_of_values(tool.declared(), &values)?);
@@ -70,35 +63,35 @@ pub(super) fn report(
         }
     }
     let cloud = read(source, arguments)?;
-    let kept = ResultsFile::open(&arguments.out, &key(arguments, &units, &files)?)?;
-    let mut bench = Tools { arguments, tool: &tool, cloud: &cloud, column: None, truth: None };
-    let truth = bench.make_truth(&judge, &kept)?;
-    let name = truth.name.clone();
-    bench.truth = Some(truth);
-    let mut all = Vec::new();
-    for knob in &knobs {
-        all.push((knob.id.clone(), sweep(&mut bench, knob, arguments, &kept)?));
-    }
-    let column = bench.column.clone().unwrap_or_default();
     let n_threads = match arguments.threads {
         0 => std::thread::available_parallelism().map_or(1, usize::from),
         n => n,
     };
-    page::write(
-        arguments,
-        &Swept {
-            unit,
-            what: format!("{} surfels, column {column}", cloud.len()),
-            truth: name,
-            device: format!("{n_threads} threads"),
-            errors: &ERRORS,
-            error: &format!("RMSE of {column}"),
-            time: Time::Tools,
-            note,
-            all: &all,
-        },
-    )?;
-    verdict(&all)
+    let device = format!("{n_threads} threads");
+    let known = Known::open(arguments, &device, |device| key(arguments, &units, &files, device))?;
+    let mut bench = Tools { arguments, tool: &tool, cloud: &cloud, column: None, truth: None };
+    let truth = bench.make_truth(&judge, known.reference())?;
+    let name = truth.name.clone();
+    bench.truth = Some(truth);
+    let plan = Whole::plan(&knobs);
+    let mut all = Vec::new();
+    for knob in &parted::own(arguments.part, knobs) {
+        all.push((knob.id.clone(), sweep(&mut bench, knob, arguments, &known.cells)?));
+    }
+    let column = bench.column.clone().unwrap_or_default();
+    let swept = Swept {
+        unit: unit.into(),
+        what: format!("{} surfels, column {column}", cloud.len()),
+        truth: name,
+        device,
+        error: format!("RMSE of {column}"),
+        time: Time::Tools,
+        note,
+        all,
+    };
+    let options = key(arguments, &[], &[], "")?;
+    let whole = Whole { arguments, options, files: &files, units: &units, plan, started };
+    told(whole, &known, swept)
 }
 
 fn values_of(tool: &Subject, typed: &[Setting]) -> anyhow::Result<Values> {
@@ -171,12 +164,13 @@ fn key(
     arguments: &ReportArguments,
     units: &[(String, Stamp)],
     files: &[Stamp],
+    device: &str,
 ) -> anyhow::Result<String> {
     let written = |settings: &mut dyn Iterator<Item = &Setting>| -> Vec<String> {
         settings.map(|setting| format!("{setting:?}")).collect()
     };
     Ok(serde_json::to_string(&(
-        (units, files, &arguments.column, arguments.threads),
+        (units, files, &arguments.column, arguments.threads, arguments.part.map(|_| device)),
         written(&mut arguments.set.iter()),
         written(&mut arguments.reference_set.iter()),
         written(&mut arguments.reference_again.iter()),

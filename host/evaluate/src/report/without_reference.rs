@@ -4,7 +4,7 @@ use super::cells::Cell;
 use surfelshop_session::output::command_line;
 
 /// Options whose values are another's in the command of one row.
-const REPLACED: [&str; 3] = ["--knob", "--out", "-o"];
+const REPLACED: [&str; 4] = ["--knob", "--out", "-o", "--part"];
 
 /// The typed command with one value of one knob, into a folder of its own.
 pub(super) fn command(words: &[String], cell: &Cell) -> String {

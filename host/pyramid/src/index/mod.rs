@@ -15,6 +15,7 @@ pub(crate) mod finish;
 pub(crate) mod merged;
 pub(crate) mod nodes;
 mod plan;
+pub(crate) mod shared;
 pub(crate) mod spool;
 pub(crate) mod tree;
 pub(crate) mod work;
@@ -286,40 +287,61 @@ fn spooled(
     progress: Progress<'_>,
 ) -> Result<(Vec<Spool>, Vec<Collected>), PyramidError> {
     let (mut spools, mut all) = (Vec::new(), Vec::new());
-    let level = first_level(&collection.header, work.most);
     for (number, input) in inputs.iter().enumerate() {
-        let path = work.folder.join(format!("points-{number}.bin"));
-        if let Some((spool, (n_read, n_not_finite, warnings))) = Spool::sealed(&path) {
-            spools.push(spool);
-            all.push(Collected { n_read, n_not_finite, warnings });
-            continue;
-        }
-        let mut spooler = Spooler::new(&collection.header, cube, level, &path, budget(options))?;
         let share = |number: usize| number as f64 / inputs.len() as f64;
         let reading = part(progress, share(number)..share(number + 1));
         let read = ReadOptions { progress: &reading, ..options.read };
-        let mut fault = None;
-        let mut take = |batch: &surfelshop_api::CloudView<'_>| {
-            spooler.take(batch).map_err(|error| {
-                let line = error.to_string();
-                fault = Some(error);
-                line
-            })
-        };
-        let collected = collection.read((number, input), &read, &mut take);
-        let collected = match (collected, fault) {
-            (_, Some(fault)) => return Err(fault),
-            (Err(error), None) if error.is_cancelled() => {
-                return Err(PyramidError::Cancelled(work.folder.clone()));
-            }
-            (collected, None) => collected?,
-        };
-        let spool = spooler.finish()?;
-        spool.seal(&(collected.n_read, collected.n_not_finite, &collected.warnings))?;
+        let options = IndexOptions { read, ..*options };
+        let (spool, collected) = spooled_file((number, input), (collection, cube), work, &options)?;
         spools.push(spool);
         all.push(collected);
     }
     Ok((spools, all))
+}
+
+/// The file in which the points of an input lie by cells.
+fn spool_path(work: &Work, number: usize) -> PathBuf {
+    work.folder.join(format!("points-{number}.bin"))
+}
+
+/// What an earlier run put on the disk of an input.
+fn known_spool(work: &Work, number: usize) -> Option<(Spool, Collected)> {
+    let (spool, (n_read, n_not_finite, warnings)) = Spool::sealed(&spool_path(work, number))?;
+    Some((spool, Collected { n_read, n_not_finite, warnings }))
+}
+
+/// The points of an input on the disk, by cells.
+fn spooled_file(
+    (number, input): (usize, &PathBuf),
+    (collection, cube): (&Collection, Cube),
+    work: &Work,
+    options: &IndexOptions<'_>,
+) -> Result<(Spool, Collected), PyramidError> {
+    if let Some(known) = known_spool(work, number) {
+        return Ok(known);
+    }
+    let level = first_level(&collection.header, work.most);
+    let path = spool_path(work, number);
+    let mut spooler = Spooler::new(&collection.header, cube, level, &path, budget(options))?;
+    let mut fault = None;
+    let mut take = |batch: &surfelshop_api::CloudView<'_>| {
+        spooler.take(batch).map_err(|error| {
+            let line = error.to_string();
+            fault = Some(error);
+            line
+        })
+    };
+    let collected = collection.read((number, input), &options.read, &mut take);
+    let collected = match (collected, fault) {
+        (_, Some(fault)) => return Err(fault),
+        (Err(error), None) if error.is_cancelled() => {
+            return Err(PyramidError::Cancelled(work.folder.clone()));
+        }
+        (collected, None) => collected?,
+    };
+    let spool = spooler.finish()?;
+    spool.seal(&(collected.n_read, collected.n_not_finite, &collected.warnings))?;
+    Ok((spool, collected))
 }
 
 /// The nodes of all chunks.

@@ -32,13 +32,7 @@ struct About {
 }
 
 impl Work {
-    /// Finds the folder beside the output; what is there of other work goes. Nothing is made yet.
-    pub(crate) fn find(
-        output: &Path,
-        inputs: &[&Path],
-        what: String,
-        most: u64,
-    ) -> Result<Self, PyramidError> {
+    fn new(output: &Path, inputs: &[&Path], what: String, most: u64) -> Result<Self, PyramidError> {
         let target = files::replaceable(output).map_err(PyramidError::io(output))?;
         let mut name = target.file_name().unwrap_or_default().to_owned();
         name.push(".index");
@@ -49,7 +43,17 @@ impl Work {
             what,
             most,
         };
-        let mut work = Self { folder, most, warning: None, about, lock: None };
+        Ok(Self { folder, most, warning: None, about, lock: None })
+    }
+
+    /// Finds the folder beside the output; what is there of other work goes. Nothing is made yet.
+    pub(crate) fn find(
+        output: &Path,
+        inputs: &[&Path],
+        what: String,
+        most: u64,
+    ) -> Result<Self, PyramidError> {
+        let mut work = Self::new(output, inputs, what, most)?;
         if !work.folder.exists() {
             return Ok(work);
         }
@@ -79,6 +83,33 @@ impl Work {
         Ok(work)
     }
 
+    /// Joins work that others do, too, in the folder beside the output; nothing there changes.
+    pub(crate) fn join(
+        output: &Path,
+        inputs: &[&Path],
+        what: String,
+        most: u64,
+    ) -> Result<Self, PyramidError> {
+        let mut work = Self::new(output, inputs, what, most)?;
+        let known = work.known::<About>(ABOUT);
+        let Some(known) = known else {
+            return Err(PyramidError::file(
+                &work.folder,
+                "expected work that was begun; do the step `extent` first",
+            ));
+        };
+        if known != (About { most: known.most, ..work.about.clone() }) {
+            return Err(PyramidError::file(
+                &work.folder,
+                "the work there is of other files, or of files that have changed, or is done in another way; do \
+                 the step `extent` again",
+            ));
+        }
+        work.most = known.most;
+        work.lock_with(File::try_lock_shared)?;
+        Ok(work)
+    }
+
     /// Makes the folder, where it is not there.
     pub(crate) fn begin(&mut self) -> Result<(), PyramidError> {
         std::fs::create_dir_all(&self.folder).map_err(PyramidError::io(&self.folder))?;
@@ -104,12 +135,19 @@ impl Work {
 
     /// Keeps others out.
     fn lock(&mut self) -> Result<(), PyramidError> {
+        self.lock_with(File::try_lock)
+    }
+
+    fn lock_with(
+        &mut self,
+        lock: impl Fn(&File) -> Result<(), TryLockError>,
+    ) -> Result<(), PyramidError> {
         if self.lock.is_some() {
             return Ok(());
         }
         let path = self.lock_path();
         let file = File::create(&path).map_err(PyramidError::io(&path))?;
-        match file.try_lock() {
+        match lock(&file) {
             Ok(()) => {
                 self.lock = Some(file);
                 Ok(())

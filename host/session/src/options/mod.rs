@@ -5,6 +5,8 @@ pub mod colors;
 pub mod explicit;
 pub mod lights;
 pub mod measures;
+pub mod part;
+pub mod path;
 mod plugin_files;
 pub mod select;
 pub mod values;

@@ -96,19 +96,30 @@ const LEAST_MEMORY: f64 = 64e6;
 /// Reads a size of memory, such as `500MB`, `4GB` or `2GiB`; bytes.
 pub fn memory(text: &str) -> Result<u64, String> {
     let expected = || format!("expected a size from 64MB on, such as 500MB or 4GB, found {text}");
+    size_in_bytes(text).filter(|bytes| *bytes >= LEAST_MEMORY as u64).ok_or_else(expected)
+}
+
+/// Reads the size of a file, such as `500kB` or `10MB`; bytes.
+pub fn bytes(text: &str) -> Result<u64, String> {
+    let expected = || format!("expected a size such as 500kB or 10MB, found {text}");
+    size_in_bytes(text).filter(|bytes| *bytes > 0).ok_or_else(expected)
+}
+
+fn size_in_bytes(text: &str) -> Option<u64> {
     let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
     let unit = match text[digits.len()..].to_ascii_lowercase().as_str() {
+        "kb" | "k" => 1e3,
+        "kib" => 1024.0,
         "mb" | "m" => 1e6,
         "gb" | "g" => 1e9,
         "tb" | "t" => 1e12,
         "mib" => 1024f64.powi(2),
         "gib" => 1024f64.powi(3),
         "tib" => 1024f64.powi(4),
-        _ => return Err(expected()),
+        _ => return None,
     };
-    let number: f64 = digits.trim().parse().map_err(|_no_number| expected())?;
-    let bytes = number * unit;
-    (LEAST_MEMORY..1e18).contains(&bytes).then_some(bytes as u64).ok_or_else(expected)
+    let bytes = digits.trim().parse::<f64>().ok()? * unit;
+    (0.0..1e18).contains(&bytes).then_some(bytes as u64)
 }
 
 /// Reads a box: smallest and largest coordinates, `X,Y,Z:X,Y,Z`.

@@ -75,7 +75,8 @@ pub fn without(words: &[String], options: &[&str]) -> Vec<String> {
     kept
 }
 
-fn quoted(word: String) -> String {
+/// A word as a shell takes it.
+pub fn quoted(word: String) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=./:,+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word;

@@ -1,5 +1,7 @@
 //! What can be typed behind `surfelshop render`.
 
+use crate::options::part::Part;
+use crate::options::path::PathSpec;
 use crate::options::values::{self, OutputFile, Setting};
 use crate::options::{Bits, DeviceArguments, PictureArguments, PluginFiles, PrintArguments};
 use clap::Args;
@@ -18,7 +20,8 @@ use surfelshop_api::graph::Output;
   surfelshop render bunny.ply -o depth.png --output depth
   surfelshop render scan.ply -o classes.png --up z --color-by classification --hide \
       classification=7,18 --legend
-  surfelshop render room.scene.toml -o room.png --exposure 1")]
+  surfelshop render room.scene.toml -o room.png --exposure 1
+  surfelshop render bunny.ply -o turn/bunny.png --path orbit:240")]
 pub struct RenderArguments {
     /// The clouds, and at most one scene (.scene.toml); all are shown together.
     ///
@@ -52,6 +55,14 @@ pub struct RenderArguments {
     /// are n * 0.5 + 0.5 in world space, ao is as it is, albedo is sRGB-encoded.
     #[arg(long, value_name = "NAME", value_parser = values::output)]
     pub output: Option<Output>,
+    /// Several cameras: orbit:N, once around what the camera looks at in N pictures, views, the cameras of a scene's
+    /// views, or along:N, a smooth way through these in N pictures. Pictures get numbers: bunny-0001.png.
+    #[arg(long, value_name = "PATH", value_parser = PathSpec::parse, conflicts_with = "save_graph")]
+    pub path: Option<PathSpec>,
+    /// Draw one part of the path's pictures, such as 3/8, into a folder part-3-of-8 beside the file that --out names; run
+    /// again, it draws what is missing. `surfelshop merge` joins parts.
+    #[arg(long, value_name = "K/N", value_parser = Part::parse, requires = "path")]
+    pub part: Option<Part>,
     /// What is seen, and in which light.
     #[command(flatten)]
     pub picture: PictureArguments,

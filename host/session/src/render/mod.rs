@@ -1,6 +1,8 @@
 //! `surfelshop render`: clouds and a renderer in, pictures out.
 
 mod arguments;
+pub mod camera_path;
+pub mod path_pictures;
 pub mod traced;
 
 pub use arguments::RenderArguments;
@@ -32,7 +34,7 @@ use std::time::Instant;
 use surfelshop_api::graph::Output;
 use surfelshop_api::{UnitKind, View};
 use surfelshop_cloud::display::Legend;
-use surfelshop_cloud::scene::Units;
+use surfelshop_cloud::scene::{OpenedScene, Units};
 use surfelshop_image::display::{Background, DisplayTransform};
 use surfelshop_image::{exr, outputs, png};
 use surfelshop_render::{RenderRequest, Rendered};
@@ -158,32 +160,32 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
     timings.load_ms = since(started);
     choose_suited(arguments, given, &inputs, &registry, clouds, &mut studio, &mut chosen)?;
 
+    let scene =
+        Drawing { arguments, staging: &staging, clouds, surroundings: surroundings.as_ref() };
+    if arguments.path.is_some() {
+        let film = path_pictures::PathPictures {
+            arguments,
+            staging: &staging,
+            displayed: &displayed,
+            opened,
+            units: path_pictures::units_of(&chosen),
+            sources: &inputs.sources,
+            device: studio.engine.gpu().describe(),
+        };
+        return film.render(|view| {
+            let settled = scene.frame(&mut studio, &mut chosen, view)?;
+            Ok((settled.rendered, settled.milliseconds))
+        });
+    }
     let view = view(&arguments.picture, &staging, clouds);
-    let values = chosen.values.clone();
-    let drawn = staging.drawn(clouds, &view)?;
-    let drawn_views = drawn.with(clouds);
-    let request = RenderRequest {
-        clouds: drawn_views.clouds(),
-        facts: &clouds.facts,
-        scene: &staging.scene,
-        view,
-        values: &values,
-        outputs: &wanted(arguments, staging.output.as_ref()),
-        frame_index: 0,
-        environment: surroundings.as_ref().map(LoadedEnvironment::view),
-        stride: 1,
-        detail_px: staging.detail_px,
-        parts: drawn_views.parts(),
-        eye_dome: eye_dome::shown(&staging.eye_dome, clouds),
-    };
-    let settled = studio.settle_antialiased(&mut chosen, &request, staging.antialias)?;
+    let settled = scene.frame(&mut studio, &mut chosen, view)?;
     timings.frames(&settled);
     note(clouds, &staging, &chosen, &settled);
     let n_not_finite = check_finite(&settled.rendered);
 
     let started = Instant::now();
-    let overlay = overlay_of(arguments, &inputs, &staging, &displayed, view);
-    let written = write_all(arguments, &staging, &overlay, &settled.rendered)?;
+    let overlay = overlay_of(arguments, inputs.opened.as_ref(), &staging, &displayed, view);
+    let written = write_all(&arguments.out, arguments, &staging, &overlay, &settled.rendered)?;
     save_graph(arguments, &chosen)?;
     timings.write_ms = since(started);
     if !arguments.report.json {
@@ -202,7 +204,7 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         "environment": surroundings.as_ref().map(|light| probe_info::object(&light.probe)),
         "tone_map": format!("{:?}", staging.how.tone_map).to_lowercase(),
         "background": encoded(staging.how.background),
-        "eye_dome_lighting": request.eye_dome.map(|how| [how.strength, how.radius]),
+        "eye_dome_lighting": eye_dome::shown(&staging.eye_dome, clouds).map(|how| [how.strength, how.radius]),
         "renderer": json::renderer(&chosen),
         "renderers": json::renderers(&chosen, &settled),
         "adapter": json::adapter(&studio),
@@ -211,6 +213,44 @@ pub fn run(arguments: &RenderArguments, given: &ExplicitOptions) -> anyhow::Resu
         "timings": timings,
         "counters": studio.engine.counters(),
     }))
+}
+
+/// What pictures are drawn of.
+struct Drawing<'a> {
+    arguments: &'a RenderArguments,
+    staging: &'a RenderSetup,
+    clouds: &'a Clouds,
+    surroundings: Option<&'a LoadedEnvironment>,
+}
+
+impl Drawing<'_> {
+    /// The picture of a view.
+    fn frame(
+        &self,
+        studio: &mut RenderSession,
+        chosen: &mut LoadedRenderer,
+        view: View,
+    ) -> anyhow::Result<ConvergedFrame> {
+        let Self { arguments, staging, clouds, surroundings } = *self;
+        let values = chosen.values.clone();
+        let drawn = staging.drawn(clouds, &view)?;
+        let drawn_views = drawn.with(clouds);
+        let request = RenderRequest {
+            clouds: drawn_views.clouds(),
+            facts: &clouds.facts,
+            scene: &staging.scene,
+            view,
+            values: &values,
+            outputs: &wanted(arguments, staging.output.as_ref()),
+            frame_index: 0,
+            environment: surroundings.map(LoadedEnvironment::view),
+            stride: 1,
+            detail_px: staging.detail_px,
+            parts: drawn_views.parts(),
+            eye_dome: eye_dome::shown(&staging.eye_dome, clouds),
+        };
+        studio.settle_antialiased(chosen, &request, staging.antialias)
+    }
 }
 
 /// Reads the light around and the clouds.
@@ -290,12 +330,12 @@ pub fn view(arguments: &PictureArguments, staging: &RenderSetup, clouds: &Clouds
 /// What is drawn over the picture of a view, where that was asked for.
 pub fn overlay_of(
     arguments: &RenderArguments,
-    inputs: &Inputs,
+    opened: Option<&OpenedScene>,
     staging: &RenderSetup,
     displayed: &DisplayedClouds,
     view: View,
 ) -> Overlay {
-    let scene = inputs.opened.iter().filter(|_| arguments.measures).map(|opened| &opened.scene);
+    let scene = opened.iter().filter(|_| arguments.measures).map(|opened| &opened.scene);
     let all = scene.flat_map(|scene| &scene.measures).map(|measure| &measure.known);
     let units = Units { metres: displayed.clouds.metres_per_unit() };
     let measures = measures::drawn(all, staging.display.up, units, &displayed.clouds);
@@ -319,6 +359,7 @@ fn legend_of(arguments: &RenderArguments, displayed: &DisplayedClouds) -> Option
 
 /// Writes every file asked for; an overlay is drawn into those that a screen shows.
 pub fn write_all(
+    out: &[OutputFile],
     arguments: &RenderArguments,
     staging: &RenderSetup,
     overlay: &Overlay,
@@ -333,7 +374,7 @@ pub fn write_all(
         }
         Format::Exr => write_exr(file.path(), shown, rendered),
     };
-    arguments.out.iter().map(write).collect()
+    out.iter().map(write).collect()
 }
 
 fn since(started: Instant) -> f64 {

@@ -9,6 +9,7 @@ use crate::input::pyramids;
 use crate::input::scenes::Inputs;
 use crate::output::json::{self, Written};
 use crate::output::terminal;
+use crate::render::path_pictures::{DrawingUnit, PathPictures};
 use crate::render::{self, RenderArguments};
 use crate::setup::{RenderSetup, SelectedView};
 use crate::{cloud_renderers, eye_dome, parameters, session};
@@ -68,24 +69,39 @@ pub fn render(
             "eye-dome lighting changes nothing: {id} gives no distances (`--eye-dome-lighting=off` leaves this note out)"
         ));
     }
+    let traced = |view: View| -> anyhow::Result<TracedPicture> {
+        let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
+        let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
+        let goes_on = |done| progress.tell(done).is_continue();
+        trace(&unit, order, &arguments.plugins.patience(), goes_on)
+            .map_err(|fault| anyhow!("{reference}: {fault}"))
+    };
+    if arguments.path.is_some() {
+        let own = DrawingUnit {
+            reference: reference.clone(),
+            unit: unit.clone(),
+            values: values.clone(),
+        };
+        let film = PathPictures {
+            arguments,
+            staging,
+            displayed: &displayed,
+            opened: inputs.opened.as_ref(),
+            units: vec![own],
+            sources: &inputs.sources,
+            device: "no graphics device".to_owned(),
+        };
+        return film.render(|view| {
+            let picture = traced(view)?;
+            Ok((rendered(&picture), picture.took.as_secs_f64() * 1e3))
+        });
+    }
     let view = render::view(&arguments.picture, staging, clouds);
-    let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
-    let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
-    let goes_on = |done| progress.tell(done).is_continue();
-    let picture = trace(&unit, order, &arguments.plugins.patience(), goes_on)
-        .map_err(|fault| anyhow!("{reference}: {fault}"))?;
-    drop(progress);
-    let images = vec![(Output::Color, picture.color.clone()), (variance, picture.variance.clone())];
-    let (passes, graph_bytes, wants_another_frame) = (Vec::new(), 0, false);
-    let columns_ms = 0.0;
-    // A tracer meets every surfel.
-    let merged = false;
-    let parts = Vec::new();
-    let rendered =
-        Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame, parts };
+    let picture = traced(view)?;
+    let rendered = rendered(&picture);
     let n_not_finite = render::check_finite(&rendered);
-    let overlay = render::overlay_of(arguments, inputs, staging, &displayed, view);
-    let written = render::write_all(arguments, staging, &overlay, &rendered)?;
+    let overlay = render::overlay_of(arguments, inputs.opened.as_ref(), staging, &displayed, view);
+    let written = render::write_all(&arguments.out, arguments, staging, &overlay, &rendered)?;
     if !arguments.report.json {
         return written.iter().try_for_each(|file| terminal::line(line(file, reference, &picture)));
     }
@@ -101,6 +117,18 @@ pub fn render(
         "frame": frame(&picture, &view),
         "pixels_not_finite": n_not_finite,
     }))
+}
+
+/// What was traced, as renderers' pictures are.
+fn rendered(picture: &TracedPicture) -> Rendered {
+    let variance = Output::Debug(VARIANCE.to_owned());
+    let images = vec![(Output::Color, picture.color.clone()), (variance, picture.variance.clone())];
+    let (passes, graph_bytes, wants_another_frame) = (Vec::new(), 0, false);
+    let columns_ms = 0.0;
+    // A tracer meets every surfel.
+    let merged = false;
+    let parts = Vec::new();
+    Rendered { images, passes, graph_bytes, merged, columns_ms, wants_another_frame, parts }
 }
 
 /// What a tracer is asked for, on all cores.

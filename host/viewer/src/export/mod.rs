@@ -3,7 +3,6 @@
 //! The render thread draws them one after another, and another thread encodes and writes them, so that
 //! the window never waits.
 
-mod camera_path;
 mod form;
 mod job;
 mod plan;

@@ -1,6 +1,5 @@
 //! The pictures of an export and their file names.
 
-use super::camera_path;
 use super::form::ExportKind;
 use super::job::ExportPicture;
 use crate::render_thread::{Detail, ViewRequest};
@@ -12,6 +11,7 @@ use surfelshop_session::options::camera;
 use surfelshop_session::options::values::OutputFile;
 use surfelshop_session::output::files;
 use surfelshop_session::output::overlay::Overlay;
+use surfelshop_session::render::camera_path;
 
 /// The pictures that the form describes.
 pub(super) fn plan(window: &Window, camera: Camera) -> Result<Vec<ExportPicture>, String> {

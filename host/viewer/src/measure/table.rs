@@ -6,7 +6,7 @@ use super::plot::time;
 use super::words::words;
 use crate::theme::{Icon, space};
 use eframe::egui::{Grid, RichText, Ui, vec2};
-use surfelshop_evaluate::compare::report::METRICS;
+use surfelshop_evaluate::compare::METRICS;
 use surfelshop_evaluate::report::cells::Cell;
 use surfelshop_session::timing::median;
 use surfelshop_session::timing::spread;

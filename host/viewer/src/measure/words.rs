@@ -93,7 +93,7 @@ pub(super) fn words(id: &str) -> Option<Words> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use surfelshop_evaluate::compare::report::METRICS;
+    use surfelshop_evaluate::compare::METRICS;
 
     #[test]
     fn every_metric_has_words_and_the_same_better_side() {

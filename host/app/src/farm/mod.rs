@@ -1,0 +1,177 @@
+//! `surfelshop farm`: work in parts as a job for render farms, and such a job run here.
+
+pub(crate) mod arguments;
+mod job;
+mod local;
+mod scripts;
+mod template;
+
+use anyhow::{Context as _, ensure};
+use arguments::{FarmArguments, FarmCommand};
+use job::{Job, JobOrder, Step};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use surfelshop_cloud::files::folder_of;
+use surfelshop_session::options::PrintArguments;
+use surfelshop_session::output::{command_line, files, terminal};
+
+/// The template of Open Job Description.
+const TEMPLATE: &str = "template.yaml";
+/// The values of its parameters.
+const PARAMETERS: &str = "parameters.json";
+/// What `farm run` has to know.
+const JOB: &str = "job.json";
+
+/// What `farm run` knows of a job.
+#[derive(Debug, PartialEq, Serialize, Deserialize)]
+struct StoredJob {
+    name: String,
+    steps: Vec<Step>,
+}
+
+/// Options of a job that its tasks do not get.
+const OF_JOB: [&str; 4] = ["--parts", "--out", "--output", "-o"];
+
+/// Runs the command.
+pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
+    // In front of it stand the program, `farm` and what the job is.
+    let words: Vec<String> = std::env::args().skip(3).collect();
+    let words = command_line::without(&words, &OF_JOB);
+    let words: Vec<String> = words.into_iter().filter(|word| word != "--json").collect();
+    let merge = "merge \"$JOB/parts\" -o \"$JOB/result\"".to_owned();
+    match &arguments.command {
+        FarmCommand::Report(given) => {
+            let (work, n) = (&given.work, given.parts);
+            ensure!(
+                work.part.is_none(),
+                "--part is what the tasks of a job are given; leave it out"
+            );
+            let order = JobOrder {
+                command: "report",
+                words,
+                files: &work.files,
+                place: &work.out,
+                parts: n,
+            };
+            let part = |number: &str| format!("-o \"$JOB/parts\" --part {number}/{n}");
+            let job = order.job(&[
+                ("Reference", None, part("0")),
+                ("Parts", Some(n), part("$PART")),
+                ("Merge", None, merge),
+            ])?;
+            write(&job, &work.report)
+        }
+        FarmCommand::Compare(given) => {
+            let (work, n) = (&given.work, given.parts);
+            ensure!(
+                work.part.is_none(),
+                "--part is what the tasks of a job are given; leave it out"
+            );
+            ensure!(work.path.is_some(), "a comparison is divided along --path, such as orbit:24");
+            let order = JobOrder {
+                command: "compare",
+                words,
+                files: &work.files,
+                place: &work.out,
+                parts: n,
+            };
+            let part = format!("-o \"$JOB/parts\" --part $PART/{n}");
+            let job = order.job(&[("Parts", Some(n), part), ("Merge", None, merge)])?;
+            write(&job, &work.report)
+        }
+        FarmCommand::Film(given) => {
+            let (work, n) = (&given.work, given.parts);
+            ensure!(
+                work.part.is_none(),
+                "--part is what the tasks of a job are given; leave it out"
+            );
+            ensure!(work.path.is_some(), "a film is divided along --path, such as orbit:240");
+            let first = work.out.first().context("a film needs a picture to write")?;
+            let place = folder_of(first.path());
+            let order = JobOrder { command: "render", words, files: &work.files, place, parts: n };
+            let mut part = format!("--part $PART/{n}");
+            for file in &work.out {
+                let name = file.path().file_name().unwrap_or_default().to_string_lossy();
+                let name = command_line::quoted(name.into_owned());
+                part.push_str(&format!(" -o \"$JOB/parts/\"{name}"));
+            }
+            let job = order.job(&[("Parts", Some(n), part), ("Merge", None, merge)])?;
+            write(&job, &work.report)
+        }
+        FarmCommand::Index(given) => {
+            let (work, n) = (&given.work, given.parts);
+            ensure!(
+                work.part.is_none(),
+                "--part is what the tasks of a job are given; leave it out"
+            );
+            let name = work.output.file_name().unwrap_or_default().to_string_lossy();
+            let name = command_line::quoted(name.into_owned());
+            let place = folder_of(&work.output);
+            let order = JobOrder { command: "index", words, files: &work.inputs, place, parts: n };
+            let out = format!("-o \"$JOB/\"{name}");
+            let job = order.job(&[
+                ("Extent", None, format!("{out} --step extent")),
+                ("Points", Some(n), format!("{out} --step points --part $PART/{n}")),
+                ("Plan", None, format!("{out} --step plan")),
+                ("Surfels", Some(n), format!("{out} --step surfels --part $PART/{n}")),
+                ("Pyramid", None, out),
+            ])?;
+            write(&job, &work.report)
+        }
+        FarmCommand::Run(given) => local::run(given),
+    }
+}
+
+/// Writes the folder of a job.
+fn write(job: &Job, print: &PrintArguments) -> anyhow::Result<()> {
+    let place = &job.place;
+    std::fs::create_dir_all(place)
+        .with_context(|| format!("{}: the folder cannot be made", place.display()))?;
+    let program = std::env::current_exe().context("the program does not know its own place")?;
+    let shown = program.display().to_string();
+    let stored = StoredJob { name: job.name.clone(), steps: job.steps.clone() };
+    let all = [
+        (TEMPLATE, template::template(job)),
+        (PARAMETERS, serde_json::to_string_pretty(&template::parameters(job, &shown))?),
+        (JOB, serde_json::to_string_pretty(&stored)?),
+        ("task.sh", scripts::task(job, &program)?),
+        ("slurm.sh", scripts::slurm(job)?),
+    ];
+    for (name, text) in &all {
+        files::write_whole(&place.join(name), text.as_bytes())?;
+    }
+    let n_tasks: u64 = job.steps.iter().map(|step| u64::from(step.parts.unwrap_or(1))).sum();
+    if print.json {
+        return terminal::json(&json!({
+            "command": "farm",
+            "version": env!("CARGO_PKG_VERSION"),
+            "job": place.display().to_string(),
+            "files": all.iter().map(|(name, _)| name).collect::<Vec<_>>(),
+            "steps": job.steps,
+            "n_tasks": n_tasks,
+        }));
+    }
+    let at = command_line::from_here(place);
+    let farm = command_line::program();
+    terminal::line(format!(
+        "{at}: {}, {n_tasks} tasks. Next, one of:\n  {farm} farm run {at}\n  sh {at}/slurm.sh\n  \
+         and {at}/{TEMPLATE} with {PARAMETERS} for any farm that takes Open Job Description",
+        job.name
+    ))
+}
+
+/// Reads what was written of a job.
+fn stored(place: &Path) -> anyhow::Result<(PathBuf, StoredJob)> {
+    let path = place.join(JOB);
+    ensure!(
+        path.is_file(),
+        "{}: expected the folder of a job, which `surfelshop farm report` and its like write",
+        place.display()
+    );
+    let bytes = files::read_short(&path, 1 << 30)?;
+    let stored = serde_json::from_slice(&bytes)
+        .with_context(|| format!("{}: it is no job of this program", path.display()))?;
+    let place = place.canonicalize().with_context(|| place.display().to_string())?;
+    Ok((place, stored))
+}
