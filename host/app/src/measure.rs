@@ -130,7 +130,9 @@ fn write_points(
 fn line(row: &MeasuredRow, up: UpDirection, units: Units) -> String {
     let MeasuredRow { title, measure, quantities } = row;
     if measure.kind == MeasureKind::Note {
-        return format!("{title}: {}", units.label(measure, up_vector(up), &[]));
+        let text = units.label(measure, up_vector(up), &[]);
+        let name = if *title == text { "note" } else { title.as_str() };
+        return format!("{name}: {text}");
     }
     let number = |quantity: &Quantity| format!("{} {}", quantity.name, units.text(quantity));
     let numbers: Vec<String> = quantities.iter().map(number).collect();

@@ -11,6 +11,7 @@ use surfelshop_api::graph::Output;
 use surfelshop_api::params::Values;
 use surfelshop_api::{Dabs, Reach, Scene, Stroke, StrokeSample, UnitKind};
 use surfelshop_cloud::{Cloud, CloudDelta, CloudPart};
+use surfelshop_render::{EngineOptions, GpuOptions, SurfelDrawing};
 use surfelshop_runtime::plugins::LoadedUnit;
 use surfelshop_runtime::tools::{Ended, Running, ToolOptions};
 use surfelshop_tests::clouds::wavy_sphere;
@@ -71,7 +72,9 @@ fn measure(n: usize) -> Result<()> {
     // The share of the sphere that a dab covers is a quarter of the radius squared.
     let radius = 2.0 * (DAB / n as f64).sqrt();
     let brush = stage::built_unit("surfelshop_brush", UnitKind::Tool, "brush");
-    let mut engine = stage::engine();
+    // As on graphics cards: what is drawn on the CPU is sent nowhere.
+    let options = EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() };
+    let mut engine = stage::engine_with(&GpuOptions::default(), &options);
     let mut renderer = stage::built_renderer(&engine, "surfelshop_ewa_phong", "ewa-phong");
     let scene = Scene::default();
     let mut frame = |cloud: &Cloud, step: usize| -> Result<(f64, u32, u64)> {

@@ -338,6 +338,7 @@ fn layout_of(window: &Window, pane: &PaneSettings, folder: &Path) -> Table {
 mod tests {
     use super::*;
     use glam::{DVec3, Vec3};
+    use surfelshop_api::Light;
 
     #[test]
     fn keys_stay_with_their_light() {

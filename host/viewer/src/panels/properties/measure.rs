@@ -5,7 +5,8 @@ use crate::views::measuring::Surveyed;
 use crate::window::Window;
 use eframe::egui::{self, DragValue, RichText, Sense, TextEdit, Ui, vec2};
 use egui_plot::{Plot, PlotPoints, Points};
-use surfelshop_cloud::scene::{LONGEST_NOTE, Measure, MeasureKind, Profile};
+use surfelshop_cloud::scene::{LONGEST_NOTE, Measure, MeasureKind, Profile, Quantity};
+use surfelshop_session::output::measures::up_vector;
 
 /// Height of the plot, points.
 const PLOT: f32 = 190.0;
@@ -53,7 +54,9 @@ fn text(ui: &mut Ui, measure: &mut Measure, index: usize) {
 
 fn numbers(window: &Window, ui: &mut Ui, measure: &Measure, surveyed: Option<&Surveyed>) {
     let units = window.units();
-    for (i, quantity) in window.quantities_of(measure).iter().enumerate() {
+    // How thick a slab is stands above, to be changed.
+    let shown = |quantity: &Quantity| quantity.name != "thickness";
+    for (i, quantity) in window.quantities_of(measure).iter().filter(|q| shown(q)).enumerate() {
         let text = RichText::new(units.text(quantity));
         let text = if i == 0 { text.strong() } else { text };
         let exact = format!("{:?} {}", units.number(quantity), units.unit(quantity.kind));
@@ -89,9 +92,11 @@ fn places(ui: &mut Ui, measure: &Measure) {
 
 /// How thick the slab is.
 fn thickness(window: &mut Window, ui: &mut Ui, index: usize) {
+    let up = window.document.up.into();
     let Some(measure) = window.settings.measures.get_mut(index) else { return };
     let [first, last] = &measure.places[..] else { return };
-    let usual = Profile::USUAL_THICKNESS * first.distance(*last);
+    let (way, up) = (*last - *first, up_vector(up));
+    let usual = Profile::USUAL_THICKNESS * (way - way.dot(up) * up).length();
     let mut thickness = measure.thickness.unwrap_or(usual);
     let about = "Of the slab around the plane, scene units: surfels in it are in the profile.";
     let value =

@@ -150,9 +150,11 @@ impl Canvas<'_> {
         for (ends, is_behind, is_faint) in &seen {
             match (is_behind, is_faint) {
                 (true, _) => {
-                    let color = look.color.gamma_multiply(0.55);
-                    let stroke = Stroke::new(0.6 * look.width, color);
-                    self.painter.extend(Shape::dashed_line(ends, stroke, 5.0, 4.0));
+                    let halo = Stroke::new(0.7 * look.width + 1.5, Color32::from_black_alpha(90));
+                    let stroke = Stroke::new(0.7 * look.width, look.color.gamma_multiply(0.85));
+                    for stroke in [halo, stroke] {
+                        self.painter.extend(Shape::dashed_line(ends, stroke, 6.0, 4.0));
+                    }
                 }
                 (false, true) => {
                     let stroke = Stroke::new(0.7 * look.width, look.color.gamma_multiply(0.75));
