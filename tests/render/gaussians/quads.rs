@@ -7,7 +7,7 @@
 
 use super::agreement::{at, views};
 use super::reference::{self, Kind, Pixel};
-use super::scripted::{one, refused};
+use super::scripted::{self, one, refused};
 use super::stage::{self, Gaussians};
 use surfelshop_api::View;
 use surfelshop_api::graph::Output;
@@ -30,6 +30,11 @@ fn without_float_blending() -> Engine {
 
 fn quads() -> EngineOptions {
     EngineOptions { surfels: SurfelDrawing::Quads, ..EngineOptions::default() }
+}
+
+fn compute() -> Engine {
+    let options = EngineOptions { surfels: SurfelDrawing::Compute, ..EngineOptions::default() };
+    engine_with(&GpuOptions::default(), &options)
 }
 
 fn opengl(surfels: SurfelDrawing) -> Engine {
@@ -134,21 +139,65 @@ fn opengl_draws_gaussians() {
     }
 }
 
+/// Adds a pass of `n` splats whose function of pixels fades them out from left to right.
+fn faded(graph: &mut Graph, n: u64, composition: Composition) -> Pass {
+    let pass = one("splats", n).per_pixel("faded").composed(composition);
+    let faded = "fn faded(p: splat::Pixel) -> splat::Fragment {
+        var f = splat::Fragment(p.opacity * (1.0 - p.pixel.x / 16.0), p.payload);
+        f.payload[0] *= vec4(p.pixel.y / 16.0, 1.0, 1.0, 1.0);
+        return f;
+    }";
+    let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
+    graph.output(Output::Color, sums);
+    let wgsl = format!("{}\n{faded}", pass.wgsl);
+    Pass { wgsl, ..pass }.target(sums)
+}
+
+/// As Vulkan does, tile by tile. Costs 1 s.
+#[test]
+fn opengl_calls_functions_of_pixels() {
+    let cloud = Gaussians::generated(3).cloud();
+    for composition in [
+        Composition::Over,
+        Composition::Additive,
+        Composition::Nearest,
+        Composition::Stochastic { samples: 8 },
+        Composition::Normalized { tolerance: 0.6 },
+    ] {
+        let engines = [opengl(SurfelDrawing::Quads), opengl(SurfelDrawing::Processor)];
+        let mut pictures = engines.into_iter().chain([compute()]).map(|mut engine| {
+            let described = move |_: &_, graph: &mut Graph| {
+                let pass = faded(graph, 3, composition);
+                graph.pass(pass);
+            };
+            let frame = scripted::drawn(&mut engine, &[&cloud], described).unwrap();
+            let lists = frame.passes.iter().any(|pass| pass.name == "host: splats, compose");
+            (stage::pixels(&frame, &Output::Color), lists)
+        });
+        let [quads, processor, lists] = [(); 3].map(|()| pictures.next().unwrap());
+        assert!(lists.1 && lists.0.iter().any(|pixel| pixel[3] > 0.2), "{composition:?}");
+        for (found, by_lists) in [quads, processor] {
+            assert!(!by_lists, "{composition:?}");
+            let off = found.as_flattened().iter().zip(lists.0.as_flattened());
+            // Blending may be of 16 bits.
+            let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+            assert!(off < 2e-3, "{composition:?}: off by {off}");
+        }
+    }
+}
+
 /// Costs 0.3 s.
 #[test]
 fn what_neither_blends_nor_lists_is_refused_by_a_line() {
     let cloud = Gaussians::generated(3).cloud();
-    let mut engine = opengl(SurfelDrawing::Quads);
-    let words = ["pass `splats`", "OpenGL", "`changed`", "per_pixel"];
+    let mut gpu = Gpu::headless(&GpuOptions { backend: Some(Backend::Gl), adapter: None }).unwrap();
+    gpu.blends_f32 = false;
+    let mut engine = Engine::new(gpu, &quads()).unwrap();
+    let words = ["pass `splats`", "OpenGL", "`faded`", "per_pixel", "depths"];
     refused(&mut engine, &[&cloud], &words, |_, graph| {
-        let sums = graph.texture("sums", Texture::view_sized(Format::Rgba32Float));
-        let pass = one("splats", 1).per_pixel("changed").target(sums);
-        let changed = "fn changed(p: splat::Pixel) -> splat::Fragment {
-            return splat::Fragment(p.opacity, p.payload);
-        }";
-        let wgsl = format!("{}\n{changed}", pass.wgsl);
-        graph.pass(Pass { wgsl, ..pass });
-        graph.output(Output::Color, sums);
+        let depth = graph.texture("depth", Texture::view_sized(Format::R32Float));
+        let pass = faded(graph, 1, Composition::Over);
+        graph.pass(pass.depth(SplatDepth::Expected, depth));
     });
 }
 

@@ -124,7 +124,7 @@ pub(crate) fn execute(
 pub(super) struct Variables<'a> {
     pub(super) plan: &'a Plan,
     pub(super) pass: &'a Pass,
-    planned: &'a Planned,
+    pub(super) planned: &'a Planned,
     pub(super) frame: &'a Frame<'a>,
     pub(super) resources: &'a FrameResources,
     uniforms: Option<&'a Uniforms<'a>>,

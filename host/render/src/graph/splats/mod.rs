@@ -61,17 +61,13 @@ pub(super) fn draw(
         let part = Part { splats: [first, n], number: k };
         made.push(footprints(splats, variables, pipeline, recorder, part, scratch).map_err(fail)?);
     }
+    let lists = recorder.gpu.lists_splats();
     let drawing = match (&splats.per_pixel, variables.frame.splats) {
         (None, drawing) => drawing,
-        // The CPU cannot call a function of a shader, and what is blended has none.
-        (Some(_), _) if recorder.gpu.lists_splats() => SplatDrawing::Lists,
-        (Some(function), _) => {
-            return Err(fail(format!(
-                "this device, {}, neither sorts nor binds what calls `{function}` of each pixel: use Vulkan, or a \
-                 graphics card, or leave `per_pixel` out",
-                recorder.gpu.describe()
-            )));
-        }
+        // The CPU cannot call a function of a shader.
+        (Some(_), SplatDrawing::Processor) if lists => SplatDrawing::Lists,
+        (Some(_), SplatDrawing::Lists) if lists => SplatDrawing::Lists,
+        (Some(_), _) => SplatDrawing::Quads,
     };
     let composed = match drawing {
         SplatDrawing::Processor => Ok(false),
@@ -82,15 +78,23 @@ pub(super) fn draw(
             device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch)
         }
     };
+    let composed = match composed {
+        // Depths, which not every device blends.
+        Ok(false) if per_pixel.is_some() && drawing == SplatDrawing::Quads && lists => {
+            device::compose(splats, variables, &made, per_pixel, recorder, pipelines, scratch)
+        }
+        composed => composed,
+    };
     // The CPU can, however many there are.
     let drawn = composed.and_then(|composed| match (composed, &splats.per_pixel) {
         (true, _) => Ok(()),
         (false, None) => cpu::compose(splats, variables, &made, recorder, pipelines, scratch),
         (false, Some(function)) => Err(format!(
-            "its {} splats, with the tiles that they touch, are more than this device binds at once, and the CPU, which \
-             composes so many, cannot call `{function}` of each pixel: draw fewer or smaller ones, or leave \
-             `per_pixel` out",
-            splats.n
+            "its {} splats, with the tiles that they touch, are more than this device, {}, binds at once, or have depths \
+             that it cannot blend; and the CPU, which composes those, cannot call `{function}` of each pixel: draw \
+             fewer or smaller ones, or leave `per_pixel` or the depths out",
+            splats.n,
+            recorder.gpu.describe()
         )),
     });
     for Made { footprints, payloads, .. } in made {

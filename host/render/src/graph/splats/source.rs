@@ -61,6 +61,7 @@ pub(super) const EXTENT: &str = include_str!("extent.wgsl");
 pub(super) const MET: &str = include_str!("met.wgsl");
 pub(super) const MOMENTS: &str = include_str!("moments.wgsl");
 pub(super) const CHANCE: &str = include_str!("chance.wgsl");
+pub(super) const SHOWN: &str = include_str!("shown.wgsl");
 /// What puts splats together where a device computes.
 const COMPOSING: [&str; 5] = [FOOTPRINT, MET, MOMENTS, CHANCE, include_str!("compose_splats.wgsl")];
 /// The last of them where the processor does.
@@ -132,15 +133,20 @@ pub(crate) fn per_pixel_source(
     form: Form,
 ) -> Result<String, String> {
     check_function(pass, function)?;
-    let text = composing(n_payloads, form, true);
-    let names = declared(&text);
+    Ok(behind(pass, function, &composing(n_payloads, form, true)))
+}
+
+/// The author's text with text of the host behind it, which calls their function; names of the host begin with
+/// [`PREFIX`] there.
+pub(super) fn behind(pass: &Pass, function: &str, text: &str) -> String {
+    let names = declared(text);
     let word = |word: &str| match word {
         "FUNCTION_PER_PIXEL" => function.to_owned(),
         _ if names.contains(&word) => format!("{PREFIX}{word}"),
         _ => word.to_owned(),
     };
-    let text = with_words(&text, word);
-    Ok(format!("{}\n#import surfelshop::splat as surfelshop_splat\n{text}", pass.wgsl))
+    let text = with_words(text, word);
+    format!("{}\n#import surfelshop::splat as surfelshop_splat\n{text}", pass.wgsl)
 }
 
 /// What is defined while the text that puts splats together is preprocessed.

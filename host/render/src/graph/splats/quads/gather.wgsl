@@ -2,8 +2,11 @@
 
 // N_PAYLOADS and N_PLANES are set where the text is put together, and `plane_at`, which reads planes. MEDIAN and
 // FROM_NEAREST stand for pictures that were drawn for this, NORMALIZED for means, DISTORTION for a third picture of
-// depths.
+// depths, PER_PIXEL for a pass with a function of its own for each pixel.
 
+#ifdef PER_PIXEL
+var<storage, read> footprints: array<Footprint>;
+#endif
 var<uniform> params: Params;
 var<storage, read> payloads: array<vec4<f32>>;
 var nearest: texture_2d<u32>;
@@ -61,6 +64,13 @@ fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
     let share = 1.0 / f32(params.samples);
     let found = textureLoad(nearest, pixel, 0);
     let distance = bitcast<f32>(found.y);
+#ifdef PER_PIXEL
+    var shown: surfelshop_splat::Fragment;
+    if found.x > 0u {
+        let at_px = vec2<f32>(pixel) + 0.5;
+        shown = shown_at(at_px, met(footprints[found.x - 1u], at_px), found.x - 1u);
+    }
+#endif
     for (var k = 0u; k < N_PAYLOADS; k++) {
         let to = place_of(pixel, k);
         var payload = vec4(0.0);
@@ -68,7 +78,11 @@ fn gather(@builtin(global_invocation_id) id: vec3<u32>) {
             payload = sums[to];
         }
         if found.x > 0u {
+#ifdef PER_PIXEL
+            payload += share * shown.payload[k];
+#else
             payload += share * payloads[(found.x - 1u) * N_PAYLOADS + k];
+#endif
         }
         sums[to] = payload;
     }

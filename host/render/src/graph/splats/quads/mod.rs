@@ -43,8 +43,8 @@ pub(super) fn compose(
     }
     let size = variables.plan.size_of(variables.pass);
     let device = Device::new(recorder, pipelines, scratch);
-    let mut quads = Quads { device, splats, made, size, textures: Vec::new() };
-    let composed = quads.compose(variables);
+    let mut quads = Quads { device, splats, variables, made, size, textures: Vec::new() };
+    let composed = quads.compose();
     quads.give_back();
     composed.map(|()| true)
 }
@@ -63,6 +63,7 @@ fn blends_depths(gpu: &Gpu) -> bool {
 struct Quads<'a, 'b, 'g> {
     device: Device<'b, 'g>,
     splats: &'a Splats,
+    variables: &'a Variables<'a>,
     made: &'a Made,
     size: [u32; 2],
     /// To be given back.
@@ -82,7 +83,8 @@ impl Quads<'_, '_, '_> {
         self.splats.depths.iter().any(|(depth, _)| *depth == which)
     }
 
-    fn compose(&mut self, variables: &Variables<'_>) -> Result<(), String> {
+    fn compose(&mut self) -> Result<(), String> {
+        let variables = self.variables;
         let view = Parameters::of(self.splats, variables, self.size)?;
         let n_pixels = self.size[0] * self.size[1];
         let in_order =

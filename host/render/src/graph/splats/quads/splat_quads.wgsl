@@ -1,7 +1,8 @@
 // Splats as quads, put together by the device's blending and depth test.
 
 // N_PAYLOADS, vectors that each splat carries, is set where the text is put together; NORMALIZED stands for means within
-// a tolerance of the nearest, FROM_NEAREST for distances that are counted from the nearest.
+// a tolerance of the nearest, FROM_NEAREST for distances that are counted from the nearest, PER_PIXEL for a pass with a
+// function of its own for each pixel.
 
 var<uniform> params: Params;
 var<storage, read> footprints: array<Footprint>;
@@ -14,6 +15,11 @@ var<storage, read> surface: array<f32>;
 var<storage, read> passed: array<u32>;
 // Number of the nearest, from 1, and the bits of its distance.
 var nearest: texture_2d<u32>;
+
+#ifdef PER_PIXEL
+// What the splat carries at this pixel, once it has been seen.
+var<private> carried: array<vec4<f32>, 4>;
+#endif
 
 struct Corner {
     @builtin(position) at: vec4<f32>,
@@ -48,13 +54,24 @@ fn seen(c: Corner) -> Hit {
         let end = surface[pixel_of(c)];
         hit.inside = hit.inside && (end == 0.0 || hit.distance < end);
     }
+#ifdef PER_PIXEL
+    if hit.inside {
+        let shown = shown_at(c.at.xy, hit, numbers[c.rank]);
+        hit.opacity = shown.opacity;
+        carried = shown.payload;
+    }
+#endif
     return hit;
 }
 
 // Channels of a splat: what it carries, then its distance, then what that is from the nearest, and the square.
 fn channel(number: u32, distance: f32, origin: f32, at: u32) -> f32 {
     if at < 4u * N_PAYLOADS {
+#ifdef PER_PIXEL
+        return carried[at / 4u][at % 4u];
+#else
         return payloads[number * N_PAYLOADS + at / 4u][at % 4u];
+#endif
     }
     let apart = distance - origin;
     switch at - 4u * N_PAYLOADS {
