@@ -1,4 +1,4 @@
-//! The legend of colours, drawn into a corner of a picture as a screen shows it.
+//! The legend of colours, drawn into the corner of a picture that shows least, as a screen shows it.
 
 use surfelshop_cloud::display::{Legend, LegendBody, LegendEntry, Tick};
 use surfelshop_image::Image;
@@ -17,7 +17,8 @@ const INK: [f32; 3] = [0.96; 3];
 /// The size of the ramp, in lines of text: how wide, and how high at most.
 const RAMP: [f32; 2] = [1.1, 11.0];
 
-/// Draws a legend into the lower right corner. What does not fit into the picture is cut off at its edges.
+/// Draws a legend into the corner where it hides least; into the lower right one where that makes no difference. What
+/// does not fit into the picture is cut off at its edges.
 pub fn draw(image: &mut Image, legend: &Legend) {
     let shorter = image.width.min(image.height) as f32;
     let text = Text { size: (shorter / LINES).max(SMALLEST).round() };
@@ -81,15 +82,19 @@ impl Text {
         middle + 0.33 * self.size
     }
 
-    /// Draws the panel of a size in the corner, with the title; the corner of what is in it.
+    /// Draws the panel of a size in a corner, with the title; the corner of what is in it.
     fn panel(&self, image: &mut Image, title: &Line, [width, height]: [f32; 2]) -> [f32; 2] {
         let margin = self.margin();
         let size =
             [width.max(title.width).ceil() + 2.0 * margin, height + self.line() + 2.0 * margin];
-        let high = [image.width as f32 - margin, image.height as f32 - margin];
-        let low = [high[0] - size[0], high[1] - size[1]];
+        let ends = [image.width as f32 - margin, image.height as f32 - margin];
+        let [right, bottom] = [ends[0] - size[0], ends[1] - size[1]];
+        let corners = [[right, bottom], [right, margin], [margin, bottom], [margin, margin]];
+        let hidden = corners.map(|corner| covered(image, corner, size));
+        let least = (1..4).fold(0, |least, i| if hidden[i] < hidden[least] { i } else { least });
+        let low = corners[least];
         let (color, alpha) = PANEL;
-        fill(image, [low, high], color, alpha);
+        fill(image, [low, [low[0] + size[0], low[1] + size[1]]], color, alpha);
         let [x, y] = [low[0] + margin, low[1] + margin];
         title.draw(image, [x, self.base(y + 0.45 * self.line())], INK);
         [x, y + self.line()]
@@ -157,6 +162,17 @@ fn list(image: &mut Image, text: &Text, title: &Line, entries: &[LegendEntry]) {
     }
 }
 
+/// How many pixels of a part of a picture show something at all.
+fn covered(image: &Image, [x, y]: [f32; 2], size: [f32; 2]) -> usize {
+    let range = |low: f32, length: f32, end: u32| {
+        low.max(0.0) as usize..((low + length).max(0.0) as usize).min(end as usize)
+    };
+    let (across, n) = (range(x, size[0], image.width), image.components as usize);
+    let alpha = |x: usize, y: usize| image.data.get((y * image.width as usize + x) * n + n - 1);
+    let rows = range(y, size[1], image.height);
+    rows.map(|y| across.clone().filter(|x| alpha(*x, y).is_some_and(|a| *a > 0.0)).count()).sum()
+}
+
 /// An sRGB-encoded colour as pictures hold it.
 fn unit(color: [u8; 3]) -> [f32; 3] {
     color.map(|code| f32::from(code) / 255.0)
@@ -201,6 +217,26 @@ mod tests {
         let is_left = |(i, _): &(usize, &[f32])| i % 400 < 200 || i / 400 < 20;
         let outside = image.data.chunks(4).enumerate().filter(is_left);
         assert!(outside.into_iter().all(|(_, pixel)| pixel == [0.5, 0.5, 0.5, 1.0]));
+    }
+
+    /// Where the panel of a legend is in a picture of which only these quarters show something: right, and below.
+    fn corner(shown: impl Fn(bool, bool) -> bool) -> [bool; 2] {
+        let mut image = picture(400, 600);
+        for (i, pixel) in image.data.chunks_mut(4).enumerate() {
+            pixel[3] = f32::from(u8::from(shown(i % 400 >= 200, i / 400 >= 300)));
+        }
+        draw(&mut image, &ramp_legend());
+        let at = image.data.chunks(4).position(|pixel| pixel[0] > 0.9).unwrap();
+        [at % 400 >= 200, at / 400 >= 300]
+    }
+
+    #[test]
+    fn a_legend_hides_nothing_where_a_corner_is_empty() {
+        assert_eq!(corner(|_, _| false), [true, true]);
+        assert_eq!(corner(|_, _| true), [true, true]);
+        assert_eq!(corner(|right, below| right && below), [true, false]);
+        assert_eq!(corner(|right, _| right), [false, true]);
+        assert_eq!(corner(|right, below| right || below), [false, false]);
     }
 
     #[test]
