@@ -2,7 +2,7 @@
 //!
 //! | parameter   | type  | default | meaning                                                              |
 //! |-------------|-------|---------|----------------------------------------------------------------------|
-//! | `size`      | float | 0.5     | standard deviation of a splat, in radii of its surfel                |
+//! | `size`      | float | 0.7     | standard deviation of a splat, in radii of its surfel                |
 //! | `opacity`   | float | 0.99    | opacity at the centre                                                |
 //! | `thickness` | float | 0       | standard deviation along the normal, in that across; 0 makes flat splats |
 //!
@@ -11,7 +11,7 @@
 //! are compared in one window; written as PLY or SPZ the cloud opens in viewers of Gaussians.
 //!
 //! Limits: nothing is fitted: the colours are those of the cloud, without light. The default size closes surfaces whose
-//! radii do, and is softer than a disc.
+//! radii do, and is softer than a disc: where a disc ends a splat still hides a third.
 //!
 //! Source: Huang et al. 2024, "2D Gaussian Splatting for Geometrically Accurate Radiance Fields", section 4.1: the splat.
 //!
@@ -32,7 +32,7 @@ params! {
     /// Settings of the tool.
     pub struct Settings {
         /// Standard deviation of a splat, in radii of its surfel.
-        size: f32 { default: 0.5, range: 0.05..=4.0, logarithmic: true },
+        size: f32 { default: 0.7, range: 0.05..=4.0, logarithmic: true },
         /// Opacity at the centre.
         opacity: f32 { default: 0.99, range: 0.01..=1.0 },
         /// Standard deviation along the normal, in the mean of those across; 0 makes flat splats.
