@@ -221,21 +221,20 @@ fn columns_that_a_scene_cannot_scale_or_turn_are_named() {
     }
 }
 
-/// Discs that just overlap on a lattice, as splats of the usual size: little shines through where four of them meet, and
-/// as ellipses for other renderers they leave no hole.
+/// Discs that overlap on a lattice, as splats of the usual size: little shines through where four of them meet, and as
+/// ellipses for other renderers they leave no hole. Costs 2 s.
 #[test]
 fn gaussians_of_surfels_that_close_a_plane_close_it() {
     let folder = TestFolder::new();
     let surfels: Vec<_> =
-        (0..400).map(|i| facing_front((i % 20) as f32, (i / 20) as f32, 0.75)).collect();
+        (0..400).map(|i| facing_front((i % 20) as f32, (i / 20) as f32, 0.9)).collect();
     folder.put_cloud("plane.ply", &surfels);
     folder.run("bake plane.ply -t gaussians -o splats.ply").done();
-    for (renderer, least) in [("gaussians", 0.8), ("gaussians-2d", 0.8), ("ewa-phong", 0.8)] {
-        // Four of them from the middle of one to that of another, 16 pixels each.
+    for renderer in ["gaussians", "gaussians-2d", "ewa-phong"] {
         let camera = "--camera 9.5,9.5,10;9.5,9.5,0 --orthographic --size 64 -o a.png";
         folder.run(&format!("render splats.ply -r {renderer} {camera}")).done();
         let picture = read_png(&folder.at("a.png"));
         let thinnest = picture.pixels().map(|pixel| pixel[3]).min().unwrap();
-        assert!(f64::from(thinnest) > 255.0 * least, "{renderer}: {thinnest} of 255");
+        assert!(thinnest > 230, "{renderer}: {thinnest} of 255");
     }
 }

@@ -12,6 +12,9 @@ use surfelshop_api::prelude::{CloudView, Error, Job, Result};
 /// Standard deviation of splats whose size nobody knows, in scene units.
 const UNKNOWN_SCALE: f32 = 0.01;
 
+/// Standard deviation of splats that stand for discs, in radii: that of the tool `gaussians`, which closes surfaces.
+const OF_RADIUS: f32 = 0.7;
+
 /// Thickness of flat splats, in their smaller standard deviations: sizes of 0 have no logarithm, and no inverse where
 /// they are drawn.
 const FLAT: f32 = 1e-3;
@@ -77,8 +80,7 @@ impl<'a> Columns<'a> {
                 let [u, v] = at(scale, i);
                 [u, v, FLAT * u.min(v)]
             }
-            // A disc is as dark at its edge as a Gaussian at two standard deviations.
-            (None, Some(radius)) => [0.5 * radius[i]; 3],
+            (None, Some(radius)) => [OF_RADIUS * radius[i]; 3],
             (None, None) => [UNKNOWN_SCALE; 3],
         }
     }
@@ -151,7 +153,7 @@ impl FormatRange {
             lines.push(format!("{name} has no place for {}: left out", lost.join(", ")));
         }
         if !has(SPLAT_SCALE) {
-            let size = if has(RADIUS) { "half their radii" } else { "0.01" };
+            let size = if has(RADIUS) { "0.7 of their radii" } else { "0.01" };
             lines.push(format!(
                 "the cloud has no `{SPLAT_SCALE}`: its splats are round, with standard deviations of {size}"
             ));
