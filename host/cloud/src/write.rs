@@ -51,17 +51,21 @@ pub fn write(
     replace_at(path, write, failed).map(|lost| Written { lost })
 }
 
-/// The plugin's format that writes a file of this name; `None` for PLY.
+/// The plugin's format that writes a file of this name; `None` for PLY, but where a plugin has a longer ending.
 ///
 /// # Errors
 /// Where no format that is written has such an ending.
 pub fn writer(path: &Path, options: &WriteOptions<'_>) -> Result<Option<String>, WriteError> {
     let ending = path.extension().unwrap_or_default();
-    if ending.eq_ignore_ascii_case("ply") {
-        return Ok(None);
-    }
     let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if let Some(id) = options.formats.by_name(&name, true) {
+    let by_name = |name: &str| options.formats.by_name(name, true);
+    if ending.eq_ignore_ascii_case("ply") {
+        // Plain `.ply` is no plugin's, but an ending that is longer may be, such as `.compressed.ply`.
+        let is_longer = path.file_stem().is_some_and(|stem| Path::new(stem).extension().is_some());
+        let longer = if is_longer { by_name(&name) } else { None };
+        return Ok(longer.filter(|id| by_name("a.ply").as_ref() != Some(id)));
+    }
+    if let Some(id) = by_name(&name) {
         return Ok(Some(id));
     }
     let found = if ending.is_empty() {

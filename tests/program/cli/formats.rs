@@ -85,6 +85,21 @@ fn every_format_that_is_written_is_read_and_drawn() {
     }
 }
 
+/// The longest ending that a format has says which one writes: `.compressed.ply` is no plain PLY.
+#[test]
+fn the_longest_ending_says_what_is_written() {
+    let desk = desk();
+    for (name, format, n_loaded) in
+        [("a.compressed.ply", "compressed PLY", 1), ("a.b.ply", "PLY, binary", 0)]
+    {
+        desk.run(&format!("convert in.ply {name}")).done();
+        let told = desk.run(&format!("info {name} --json")).json();
+        assert_eq!(formats_loaded(&told), n_loaded, "{name}");
+        let found = told["clouds"][0]["header"]["format"].as_str().unwrap();
+        assert!(found.starts_with(format), "{name}: {found}");
+    }
+}
+
 #[test]
 fn losses_are_said_in_lines_and_in_json() {
     let desk = desk();

@@ -166,7 +166,10 @@ fn what_cannot_be_held_is_said() {
     assert_eq!(lines.len(), 4, "{lines:?}");
     let found = read::<CompressedPly>(&file).unwrap();
     assert!(found.warnings.is_empty(), "{:?}", found.warnings);
-    assert_eq!(values(&found, "position"), [0.0, 1.0, 2.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0]);
+    let off =
+        values(&found, "position").iter().zip([0.0, 1.0, 2.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0]);
+    let off = off.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(values(&found, "position").len() == 9 && off <= 0.5 * 9.0 / 1023.0 + 1e-6, "{off}");
     assert!(values(&found, "sh_0").iter().all(|value| value.abs() < 0.01));
     assert_eq!(values(&found, "sh_1")[18..20], [-4.0, -4.0]);
     let sizes = values(&found, "splat_scale");

@@ -24,7 +24,7 @@ impl Formats for Collected {
     }
 
     fn by_name(&self, name: &str, _written: bool) -> Option<String> {
-        name.ends_with(".kept").then(|| "kept".to_owned())
+        [".kept", ".kept.ply"].iter().any(|end| name.ends_with(end)).then(|| "kept".to_owned())
     }
 
     fn takes_several(&self, _id: &str) -> bool {
@@ -64,6 +64,23 @@ impl Formats for Collected {
         }
         *self.0.lock().unwrap() = Some((header, sink, n_batches));
         Ok(Vec::new())
+    }
+}
+
+#[test]
+fn an_ending_that_is_longer_than_that_of_ply_is_its_format_s() {
+    let formats = Collected::default();
+    let options = WriteOptions { formats: &formats, ..WriteOptions::default() };
+    for (name, expected) in [
+        ("a.ply", None),
+        ("a.b.ply", None),
+        (".ply.ply", None),
+        ("a.kept", Some("kept")),
+        ("a.kept.ply", Some("kept")),
+        ("a.b.kept.ply", Some("kept")),
+    ] {
+        let found = crate::writer(Path::new(name), &options).unwrap();
+        assert_eq!(found.as_deref(), expected, "{name}");
     }
 }
 
