@@ -1,6 +1,6 @@
 //! What a scene says wrongly, and the line that it is refused with.
 
-use super::{file, open};
+use super::file;
 use crate::scene::read;
 
 /// The one line that a text is refused with, behind its path.
