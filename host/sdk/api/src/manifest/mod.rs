@@ -4,11 +4,14 @@
 //! endian), length of the text (u32, little endian), then lines `key TAB value...`. It holds no
 //! pointers, so it can be read without relocating or running anything.
 
+mod writer;
+
 use crate::columns::role_of;
-use crate::format::file_types::{FileTypes, HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
-use crate::need::{Need, NeedInfo};
+use crate::format::file_types::{HEAD_LEN, MAX_ENDING_LEN, Magic, Recognition};
+use crate::need::Need;
 use crate::unit_info::{UnitInfo, UnitKind};
 use serde::Serialize;
+use writer::{Writer, files_len, handling_len, line_len, needs_len};
 
 /// Name of the exported byte array.
 pub const SYMBOL: &str = "SURFELSHOP_MANIFEST";
@@ -132,163 +135,10 @@ const fn text_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usiz
     len
 }
 
-/// Length of the lines that [`Writer::files`] writes.
-const fn files_len(files: &FileTypes) -> usize {
-    let mut len = 0;
-    let mut i = 0;
-    while i < files.n_endings {
-        len += line_len("ending", &[files.endings[i]]);
-        i += 1;
-    }
-    i = 0;
-    while i < files.n_magics {
-        let (offset, bytes) = files.magics[i];
-        let digits = if offset < 10 { 1 } else { 2 };
-        len += line_len("magic", &[]) + 1 + digits + 1 + 2 * bytes.len();
-        i += 1;
-    }
-    if files.written {
-        len += line_len("written", &[]);
-    }
-    if files.several {
-        len += line_len("several", &[]);
-    }
-    if files.grid {
-        len += line_len("grid", &[]);
-    }
-    len
-}
-
-/// Length of the line that says how a tool is handled.
-const fn handling_len(word: &str) -> usize {
-    if word.is_empty() { 0 } else { line_len("handling", &[word]) }
-}
-
-/// Most components that a manifest has digits for.
-const MOST_COMPONENTS: u32 = 9999;
-
-/// Length of the lines that [`Writer::needs`] writes.
-const fn needs_len(needs: &[NeedInfo]) -> usize {
-    let mut len = 0;
-    let mut i = 0;
-    while i < needs.len() {
-        if needs[i].required {
-            len += line_len("need", &[needs[i].column]) + 5;
-        }
-        i += 1;
-    }
-    len
-}
-
-const fn line_len(key: &str, values: &[&str]) -> usize {
-    let mut len = key.len() + 1;
-    let mut i = 0;
-    while i < values.len() {
-        len += 1 + values[i].len();
-        i += 1;
-    }
-    len
-}
-
 /// Length of the manifest of a package, for use with [`encode`].
 #[must_use]
 pub const fn encoded_len(package: &PackageInfo, units: &[(UnitKind, UnitInfo)]) -> usize {
     HEADER_LEN + text_len(package, units)
-}
-
-struct Writer<const N: usize> {
-    bytes: [u8; N],
-    len: usize,
-}
-
-impl<const N: usize> Writer<N> {
-    const fn raw(mut self, bytes: &[u8]) -> Self {
-        let mut i = 0;
-        while i < bytes.len() {
-            self.bytes[self.len] = bytes[i];
-            self.len += 1;
-            i += 1;
-        }
-        self
-    }
-
-    const fn text(self, text: &str) -> Self {
-        let bytes = text.as_bytes();
-        let mut i = 0;
-        while i < bytes.len() {
-            assert!(bytes[i] >= 32, "texts of a plugin's manifest have no control characters");
-            i += 1;
-        }
-        self.raw(bytes)
-    }
-
-    const fn line(mut self, key: &str, values: &[&str]) -> Self {
-        self = self.text(key);
-        let mut i = 0;
-        while i < values.len() {
-            self = self.raw(b"\t").text(values[i]);
-            i += 1;
-        }
-        self.raw(b"\n")
-    }
-
-    /// The columns that a renderer cannot do without, in lines after its own: name, and components in four digits.
-    const fn needs(mut self, needs: &[NeedInfo]) -> Self {
-        let mut i = 0;
-        while i < needs.len() {
-            if needs[i].required {
-                let n = needs[i].components;
-                assert!(n <= MOST_COMPONENTS, "a column has at most 9999 components");
-                let digits = [n / 1000, n / 100 % 10, n / 10 % 10, n % 10];
-                self = self.raw(b"need\t").text(needs[i].column).raw(b"\t");
-                let mut place = 0;
-                while place < digits.len() {
-                    self = self.raw(&[b'0' + digits[place] as u8]);
-                    place += 1;
-                }
-                self = self.raw(b"\n");
-            }
-            i += 1;
-        }
-        self
-    }
-
-    /// The files of a format, in lines after its own.
-    const fn files(mut self, files: &FileTypes) -> Self {
-        const HEX: [u8; 16] = *b"0123456789abcdef";
-        let mut i = 0;
-        while i < files.n_endings {
-            self = self.line("ending", &[files.endings[i]]);
-            i += 1;
-        }
-        i = 0;
-        while i < files.n_magics {
-            let (offset, bytes) = files.magics[i];
-            self = self.raw(b"magic\t");
-            if offset >= 10 {
-                self = self.raw(&[b'0' + (offset / 10) as u8]);
-            }
-            self = self.raw(&[b'0' + (offset % 10) as u8, b'\t']);
-            let mut j = 0;
-            while j < bytes.len() {
-                let byte = bytes[j] as usize;
-                self = self.raw(&[HEX[byte / 16], HEX[byte % 16]]);
-                j += 1;
-            }
-            self = self.raw(b"\n");
-            i += 1;
-        }
-        if files.written {
-            self = self.line("written", &[]);
-        }
-        if files.several {
-            self = self.line("several", &[]);
-        }
-        if files.grid {
-            self = self.line("grid", &[]);
-        }
-        self
-    }
 }
 
 /// Encodes a manifest at compile time; `N` is [`encoded_len`].
@@ -300,7 +150,7 @@ pub const fn encode<const N: usize>(
     package: &PackageInfo,
     units: &[(UnitKind, UnitInfo)],
 ) -> [u8; N] {
-    let mut out = Writer::<N> { bytes: [0; N], len: 0 }
+    let mut out = Writer::<N>::new()
         .raw(&MAGIC)
         .raw(&package.abi.0.to_le_bytes())
         .raw(&package.abi.1.to_le_bytes())
@@ -531,126 +381,4 @@ fn files_line(files: &mut Recognition, key: &str, mut next: impl FnMut() -> Stri
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const PACKAGE: PackageInfo = PackageInfo {
-        id: "org.example.test",
-        version: "1.2.3",
-        authors: "A:B",
-        license: "MIT",
-        abi: (ABI_MAJOR, ABI_MINOR),
-    };
-    const UNITS: &[(UnitKind, UnitInfo)] =
-        &[(UnitKind::Renderer, UnitInfo::new("one", "One", "The first."))];
-    const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
-
-    #[test]
-    fn manifests_round_trip() {
-        let manifest = decode(&BYTES).unwrap();
-        assert_eq!(manifest.id, "org.example.test");
-        assert_eq!(manifest.authors, "A:B");
-        assert_eq!(manifest.units[0].summary, "The first.");
-    }
-
-    #[test]
-    fn files_of_formats_are_read_back_and_damaged_ones_recognise_nothing() {
-        const FILES: FileTypes = FileTypes::new()
-            .ending("las")
-            .ending("laz")
-            .magic(12, b"LAS\xff")
-            .magic(0, b"x")
-            .written();
-        const UNITS: &[(UnitKind, UnitInfo)] = &[
-            (UnitKind::Format, UnitInfo::new("las", "LAS", "Reads LAS.").recognising(FILES)),
-            (UnitKind::Tool, UnitInfo::new("other", "Other", "Does.")),
-        ];
-        const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
-        let units = decode(&BYTES).unwrap().units;
-        let files = &units[0].files;
-        assert_eq!(files.endings, ["las", "laz"]);
-        assert_eq!(files.magics[0], Magic { offset: 12, bytes: b"LAS\xff".to_vec() });
-        assert_eq!((files.magics.len(), files.written, files.several), (2, true, false));
-        assert_eq!(units[1].files, Recognition::default());
-        let mut damaged = Recognition::default();
-        for (key, values) in [
-            ("magic", ["99999999999", "41"]),
-            ("magic", ["63", "4142"]),
-            ("magic", ["0", "4x"]),
-            ("ending", ["a b", ""]),
-        ] {
-            let mut values = values.into_iter();
-            files_line(&mut damaged, key, || values.next().unwrap_or_default().to_owned());
-        }
-        assert_eq!(damaged, Recognition::default());
-    }
-
-    #[test]
-    fn needs_of_renderers_are_read_back() {
-        const NEEDS: &[NeedInfo] =
-            &[NeedInfo::column("splat_scale", 2), NeedInfo::column("sh_3", 21).optional()];
-        const UNITS: &[(UnitKind, UnitInfo)] =
-            &[(UnitKind::Renderer, UnitInfo::new("one", "One", "The first.").reading(NEEDS))];
-        const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
-        let units = decode(&BYTES).unwrap().units;
-        assert_eq!(units[0].needs, [Need::from(&NEEDS[0])]);
-    }
-
-    #[test]
-    fn how_tools_are_handled_is_read_back() {
-        const TOOL: UnitInfo = UnitInfo::new("one", "One", "The first.");
-        const UNITS: &[(UnitKind, UnitInfo)] = &[
-            (UnitKind::Tool, TOOL.handled(crate::Handling::STROKE)),
-            (UnitKind::Tool, TOOL.handled(crate::Handling::Cloud)),
-        ];
-        const BYTES: [u8; encoded_len(&PACKAGE, UNITS)] = encode(&PACKAGE, UNITS);
-        let units = decode(&BYTES).unwrap().units;
-        assert_eq!([&*units[0].handling, &*units[1].handling], ["stroke", ""]);
-        assert_eq!(least_minor(&[11], UNITS), 11);
-        assert!(std::panic::catch_unwind(|| least_minor(&[10], UNITS)).is_err());
-    }
-
-    #[test]
-    fn a_package_names_the_oldest_version_that_will_do() {
-        assert_eq!(least_minor(&[], UNITS), ABI_MINOR);
-        assert_eq!(least_minor(&[4], UNITS), 4);
-        const FORMAT: &[(UnitKind, UnitInfo)] =
-            &[(UnitKind::Format, UnitInfo::new("las", "LAS", "Reads LAS."))];
-        assert_eq!(least_minor(&[8], FORMAT), 8);
-        for (said, units) in [(ABI_MINOR + 1, UNITS), (7, FORMAT)] {
-            assert!(std::panic::catch_unwind(|| least_minor(&[said], units)).is_err(), "{said}");
-        }
-        const PACKAGE_4: PackageInfo =
-            PackageInfo { abi: (ABI_MAJOR, least_minor(&[4], UNITS)), ..PACKAGE };
-        const BYTES_4: [u8; encoded_len(&PACKAGE_4, UNITS)] = encode(&PACKAGE_4, UNITS);
-        assert_eq!(decode(&BYTES_4).unwrap().abi_minor, 4);
-    }
-
-    #[test]
-    fn every_truncation_is_refused() {
-        for len in 0..BYTES.len() {
-            assert!(matches!(decode(&BYTES[..len]), Err(Refusal::Malformed(_))), "{len}");
-        }
-    }
-
-    #[test]
-    fn other_major_and_newer_minor_are_refused_with_both_versions() {
-        let mut bytes = BYTES;
-        bytes[16] = 9;
-        let text = decode(&bytes).unwrap_err().to_string();
-        let host = format!("speaks {ABI_MAJOR}.{ABI_MINOR}");
-        assert!(text.contains(&format!("ABI 9.{ABI_MINOR}")) && text.contains(&host), "{text}");
-        bytes[16] = ABI_MAJOR as u8;
-        bytes[18] = 200;
-        let plugin = (ABI_MAJOR, 200);
-        let newer = Refusal::Incompatible { plugin, host: (ABI_MAJOR, ABI_MINOR) };
-        assert_eq!(decode(&bytes), Err(newer));
-    }
-
-    #[test]
-    fn absurd_lengths_are_refused() {
-        let mut bytes = BYTES;
-        bytes[20..24].fill(0xff);
-        assert!(matches!(decode(&bytes), Err(Refusal::Malformed(_))));
-    }
-}
+mod tests;

@@ -1,4 +1,5 @@
 use crate::params::*;
+use crate::{choices, params};
 
 choices! {
     /// A test choice.
