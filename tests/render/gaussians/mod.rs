@@ -6,7 +6,6 @@ mod beside;
 mod columns;
 mod counted;
 mod extremes;
-mod hostile_footprints;
 mod per_pixel;
 mod quads;
 mod reference;
