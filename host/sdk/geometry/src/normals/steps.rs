@@ -34,7 +34,8 @@ impl Steps {
     pub(super) fn at(&self, point: DVec3) -> f64 {
         let step = |(values, coordinate): (&Vec<f32>, f64)| {
             let place = values.partition_point(|value| f64::from(*value) < coordinate);
-            let gap = |low: usize| match values.get(low..low + 2) {
+            // Before the first there is none: a range that wraps round is empty.
+            let gap = |low: usize| match values.get(low..low.wrapping_add(2)) {
                 Some([low, high]) => f64::from(high - low),
                 _ => f64::INFINITY,
             };
