@@ -81,7 +81,7 @@ fn pages_hold_all_and_come_out_the_same_of_what_is_there() {
             .flat_map(|entry| entry["numbers"].as_array().unwrap().clone());
         numbers.filter(|number| number["is_repeatable"] == true).collect()
     };
-    assert!(repeatable(&before).len() > 8, "{before}");
+    assert!(repeatable(&before).len() >= 7, "{before}");
     assert_eq!(repeatable(&before), repeatable(&after));
 }
 
