@@ -12,6 +12,10 @@ pub(super) const LEAST_OPACITY: f32 = 1.0 / 255.0;
 /// Source: Huang et al. 2024, "2D Gaussian Splatting", equation 11.
 pub(super) const LOW_PASS: f32 = 2.0;
 
+/// The largest part of a distance that is drawn: its square is a number still, and so is the depth of it in any unit that
+/// scenes have.
+pub(super) const MOST_DISTANCE: f32 = 1e18;
+
 /// Bytes of a footprint.
 pub const FOOTPRINT_BYTES: usize = size_of::<Words>();
 
@@ -62,7 +66,7 @@ impl Footprint {
     pub(super) fn pixels(&self, kind: Kind, cutoff: f32, view: &View) -> Option<[u16; 4]> {
         // A planar one in front of the eye may have its centre behind the near plane.
         let near = self.distance[2];
-        if !self.is_finite() || (kind == Kind::Conic && near < view.near) {
+        if !self.is_finite() || self.is_too_far() || (kind == Kind::Conic && near < view.near) {
             return None;
         }
         let [x, y] = match kind {
@@ -80,6 +84,10 @@ impl Footprint {
             right as u16,
             bottom as u16,
         ])
+    }
+
+    fn is_too_far(&self) -> bool {
+        self.distance.iter().any(|part| part.abs() > MOST_DISTANCE)
     }
 
     fn is_finite(&self) -> bool {

@@ -16,7 +16,7 @@ fn along(row: vec2<f32>, w: vec3<f32>, cutoff: f32) -> vec2<f32> {
 fn covered(f: Footprint) -> vec4<u32> {
     let none = vec4(0u);
     if !(f.opacity >= LEAST_OPACITY) || !are_finite(f.shape) || !are_finite(vec4(f.distance, 0.0))
-        || !are_finite(vec4(f.center.xy, 0.0, 0.0)) {
+        || !are_finite(vec4(f.center.xy, 0.0, 0.0)) || any(abs(f.distance) > vec3(MOST_DISTANCE)) {
         return none;
     }
     let cutoff = cutoff_of(f.opacity);

@@ -37,6 +37,7 @@ struct Params {
 const TILE = 16u;
 const LEAST_OPACITY = 0.003921569;
 const LOW_PASS = 2.0;
+const MOST_DISTANCE = 1e18;
 
 fn is_finite_number(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
