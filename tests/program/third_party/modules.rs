@@ -202,14 +202,15 @@ fn module_of(kind: &str) -> PathBuf {
     folder("target/wasm32-unknown-unknown/release").join(format!("{name}.wasm"))
 }
 
-/// The same source gives the same graphs as module and as library, and passes every case of `check`. Projects are written here; with `SURFELSHOP_LONG` they are built, too, which needs Rust's standard library for
+/// The same source gives the same graphs as module and as library, and passes every case of `check`. Projects are written here; with
+/// `SURFELSHOP_LONG` they are built, too, which needs Rust's standard library for
 /// WebAssembly: some minutes where it is there, and a failure that says so where it is not.
 #[test]
 fn projects_pass_every_case_as_modules() {
     for kind in ["shading", "graph", "splat", "tool", "format"] {
-        let project = boxed(kind);
+        let written = boxed(kind);
         assert!(
-            project.join(".cargo/config.toml").is_file() && project.join("src/lib.rs").is_file()
+            written.join(".cargo/config.toml").is_file() && written.join("src/lib.rs").is_file()
         );
         if !is_long() {
             continue;

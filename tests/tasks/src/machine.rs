@@ -81,7 +81,7 @@ pub(crate) const SCREEN: Need = Need {
     ],
 };
 
-/// Python with NumPy, for the package in `host/python`.
+/// Python with `NumPy`, for the package in `host/python`.
 pub(crate) const PYTHON: Need = Need {
     name: "Python 3 with NumPy",
     without: "the tests of the Python package will fail",

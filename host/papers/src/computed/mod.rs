@@ -197,8 +197,6 @@ pub(crate) fn evaluate(name: &str, bench: &mut Bench<'_, '_>) -> anyhow::Result<
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     #[test]
     fn every_name_of_the_entries_is_known() {
         for paper in crate::entries::papers().unwrap() {

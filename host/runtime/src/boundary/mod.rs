@@ -15,6 +15,7 @@ mod fault;
 mod format;
 mod instance;
 mod job;
+mod lent_sink;
 mod outputs;
 mod plugin;
 mod request;

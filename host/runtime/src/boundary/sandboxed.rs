@@ -5,7 +5,7 @@
 //! call makes another one, as if nothing had been.
 
 use super::fault::Fault;
-use super::format::LentSink;
+use super::lent_sink::LentSink;
 use super::outputs::Outputs;
 use std::sync::{Mutex, PoisonError};
 use surfelshop_api::CloudView;

@@ -132,13 +132,11 @@ fn lies_about_addresses_and_lengths_are_found() {
     assert!(line.contains("outside its memory"), "{line}");
     // A table of functions outside its memory, and one whose entries are none.
     let lied = |from: &str, to: &str| {
-        let text = format!(
-            "(module
+        let text = "(module
             (memory (export \"memory\") 1) (table (export \"__indirect_function_table\") 1 funcref)
             (global (export \"SURFELSHOP_PLUGIN\") i32 (i32.const 1024))
             (data (i32.const 1024) \"SURFELP\\00\\28\\00\\00\\00\\03\\00\\0b\\00\"))"
-        )
-        .replace(from, to);
+            .replace(from, to);
         let module = Module::new(&wat::parse_str(text).unwrap()).unwrap();
         Instance::new(&module, LIMITS).map(|_| ()).unwrap_err().to_string()
     };

@@ -13,7 +13,7 @@ pub struct FileDigest {
     pub name: String,
     /// Its length.
     pub bytes: u64,
-    /// A hash of its bytes (SipHash 1-3, 128 bits), in hexadecimal digits: it tells files apart, and is no protection
+    /// A hash of its bytes (`SipHash` 1-3, 128 bits), in hexadecimal digits: it tells files apart, and is no protection
     /// against those who want two to look alike.
     pub sum: String,
 }

@@ -57,18 +57,7 @@ pub fn render(
     let clouds = &displayed.clouds;
     plausibility::note(clouds, &staging.scene);
     pyramids::note_traced(clouds);
-    if staging.antialias > 1 {
-        let id = &reference.id;
-        terminal::note(format!(
-            "--antialias changes nothing: {id} takes samples of its own in each pixel"
-        ));
-    }
-    if eye_dome::shown(&staging.eye_dome, clouds).is_some() {
-        let id = &reference.id;
-        terminal::note(format!(
-            "eye-dome lighting changes nothing: {id} gives no distances (`--eye-dome-lighting=off` leaves this note out)"
-        ));
-    }
+    note_without_effect(staging, clouds, &reference.id);
     let traced = |view: View| -> anyhow::Result<TracedPicture> {
         let order = order(&unit, &values, clouds, &staging.scene, surroundings.as_ref(), view);
         let progress = terminal::Progress::new(format!("tracing with {}", reference.id));
@@ -117,6 +106,20 @@ pub fn render(
         "frame": frame(&picture, &view),
         "pixels_not_finite": n_not_finite,
     }))
+}
+
+/// Says which settings change nothing of what is traced.
+fn note_without_effect(staging: &RenderSetup, clouds: &Clouds, id: &str) {
+    if staging.antialias > 1 {
+        terminal::note(format!(
+            "--antialias changes nothing: {id} takes samples of its own in each pixel"
+        ));
+    }
+    if eye_dome::shown(&staging.eye_dome, clouds).is_some() {
+        terminal::note(format!(
+            "eye-dome lighting changes nothing: {id} gives no distances (`--eye-dome-lighting=off` leaves this note out)"
+        ));
+    }
 }
 
 /// What was traced, as renderers' pictures are.

@@ -2,7 +2,7 @@
 
 use crate::render_thread::{RenderCommand, UnitHealth};
 use crate::window::Window;
-use eframe::egui::{Grid, ScrollArea, Ui};
+use eframe::egui::{Grid, Label, ScrollArea, Ui};
 use surfelshop_api::manifest::Manifest;
 use surfelshop_runtime::plugins::{Entry, State, TrustState};
 use surfelshop_session::plugin_facts::{author, licence, trusted};
@@ -83,8 +83,8 @@ fn row(ui: &mut Ui, entry: &Entry) -> bool {
 fn units(ui: &mut Ui, manifest: &Manifest) {
     ui.vertical(|ui| {
         for unit in &manifest.units {
-            let line = ui.label(format!("{} {}", unit.kind.word(), unit.id));
-            line.on_hover_text(format!("{}: {}", unit.title, unit.summary));
+            let line = Label::new(format!("{} {}", unit.kind.word(), unit.id)).extend();
+            ui.add(line).on_hover_text(format!("{}: {}", unit.title, unit.summary));
         }
     });
 }

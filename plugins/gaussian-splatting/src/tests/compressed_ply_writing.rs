@@ -34,6 +34,9 @@ fn lattice(degree: usize) -> (TestCloud, Vec<usize>) {
     (cloud, places)
 }
 
+/// A column, its components, the most that it may be off by, and what of its values that is of.
+type Check<'a> = (&'a str, usize, f64, &'a dyn Fn(f64) -> f64);
+
 #[test]
 fn what_is_written_comes_back_within_its_steps() {
     for degree in 0..=3 {
@@ -51,7 +54,7 @@ fn what_is_written_comes_back_within_its_steps() {
         let log = |value: f64| value.max(1e-9).ln();
         let whole = |value: f64| value;
         let color_step = 0.5 * 5.0 / 255.0;
-        let checks: [(&str, usize, f64, &dyn Fn(f64) -> f64); 3] = [
+        let checks: [Check<'_>; 3] = [
             ("opacity", 1, 0.5 / 255.0, &whole),
             ("splat_scale", 3, 0.5 * (200f64).ln() / 1023.0, &log),
             ("sh_0", 3, color_step, &whole),

@@ -44,7 +44,7 @@ fn first(measure: &Measure, up: DVec3) -> f64 {
 /// Where the scene lies: at the origin, far away, and turned.
 fn placements() -> [(DVec3, DQuat); 3] {
     let far = DVec3::new(481_000.5, 5_456_000.25, 1e6);
-    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 0.7);
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize_or(DVec3::X), 0.7);
     [(DVec3::ZERO, DQuat::IDENTITY), (far, DQuat::IDENTITY), (far, turn)]
 }
 

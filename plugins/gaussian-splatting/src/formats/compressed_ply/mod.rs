@@ -23,15 +23,12 @@ mod points;
 mod write;
 
 use super::batch::{Batch, in_batches, resize};
-use super::outgoing::FormatRange;
 use header::Header;
 use points::{CHUNK, Chunk, Vertex};
 use surfelshop_api::format::{
-    CloudHeader, CloudSink, CloudSource, FileSink, FileSource, FileTypes, UpAxis,
+    CloudHeader, CloudSink, CloudSource, FileSink, FileSource, FileTypes,
 };
 use surfelshop_api::prelude::{HostInfo, Job, LimitInfo, Result, UnitInfo};
-
-const RANGE: FormatRange = FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown };
 
 /// Why points come back a little beside.
 const COARSE: &str =

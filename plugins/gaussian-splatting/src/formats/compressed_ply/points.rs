@@ -2,7 +2,6 @@
 
 use super::super::{Gaussian, SH_0, rest_of, rotation};
 use super::header::Header;
-use super::write::Prepared;
 use std::f32::consts::SQRT_2;
 
 /// Gaussians of a chunk.
@@ -18,6 +17,19 @@ pub(super) struct Chunk {
     /// Logarithms.
     scale: Bounds,
     color: Bounds,
+}
+
+/// A Gaussian as chunks take it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Prepared {
+    pub(super) position: [f64; 3],
+    /// Logarithms.
+    pub(super) scale: [f32; 3],
+    /// As it is shown, 0 to 1.
+    pub(super) color: [f32; 3],
+    pub(super) opacity: u8,
+    /// x, y, z, w.
+    pub(super) rotation: [f32; 4],
 }
 
 /// The bytes of a word in a row; zeros where there is none, which the header rules out.

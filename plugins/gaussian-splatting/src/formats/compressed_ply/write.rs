@@ -1,12 +1,11 @@
 //! Writing: neighbours in space share their bounds, so all Gaussians are kept in memory until they are in order.
 
-use super::super::outgoing::byte;
+use super::super::outgoing::{FormatRange, byte};
 use super::super::{ANTIALIASED, Gaussian, SH_0, rest_of};
-use super::RANGE;
 use super::header::{BOUNDS, COLOR_BOUNDS, PACKED};
-use super::points::{CHUNK, Chunk, harmonic_byte};
+use super::points::{CHUNK, Chunk, Prepared, harmonic_byte};
 use std::io::{BufWriter, Write};
-use surfelshop_api::format::{CloudSource, FileSink};
+use surfelshop_api::format::{CloudSource, FileSink, UpAxis};
 use surfelshop_api::prelude::{Error, Job, Result};
 
 /// The share of the progress that taking points has.
@@ -19,18 +18,7 @@ const AT_ONCE: usize = 64;
 /// steps.
 const MOST_LOG: f32 = 20.0;
 
-/// A Gaussian as chunks take it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Prepared {
-    pub(super) position: [f64; 3],
-    /// Logarithms.
-    pub(super) scale: [f32; 3],
-    /// As it is shown, 0 to 1.
-    pub(super) color: [f32; 3],
-    pub(super) opacity: u8,
-    /// x, y, z, w.
-    pub(super) rotation: [f32; 4],
-}
+const RANGE: FormatRange = FormatRange { name: "compressed PLY", degree: 3, up: UpAxis::Unknown };
 
 /// All Gaussians.
 #[derive(Default)]

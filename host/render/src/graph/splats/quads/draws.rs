@@ -276,8 +276,10 @@ mod tests {
     const HALF: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
     const ONE: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
-    /// Entry points of fragments, the pictures that are blended from the first on, and what they draw into.
-    const DRAWS: [(&str, Option<[u32; 2]>, &[wgpu::TextureFormat], DrawKind); 5] = [
+    /// The entry point of fragments, the pictures that are blended from the first on, and what they draw into.
+    type Drawn = (&'static str, Option<[u32; 2]>, &'static [wgpu::TextureFormat], DrawKind);
+
+    const DRAWS: [Drawn; 5] = [
         ("pick", None, &[wgpu::TextureFormat::Rg32Uint], DrawKind::NearestSplats),
         ("hide", None, &[ONE], DrawKind::SplatsOver),
         ("middle", None, &[ONE], DrawKind::ReplacedSplats),
