@@ -156,6 +156,7 @@ const LAYERS: [Layer; 18] = [
             "host/pyramid",
             "host/raster",
             "host/image",
+            "host/sandbox",
             "host/runtime",
             "host/render",
             "host/session",
