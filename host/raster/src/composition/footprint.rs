@@ -57,8 +57,8 @@ impl Footprint {
     /// Twice the exponent at which the opacity falls below what is seen; `None` where nothing is.
     #[inline]
     pub(super) fn cutoff(&self) -> Option<f32> {
-        let opacity = self.opacity.min(1.0);
-        (opacity >= LEAST_OPACITY).then(|| 2.0 * (opacity / LEAST_OPACITY).ln())
+        // Of a number that is none the least of it and 1 would be 1.
+        (self.opacity >= LEAST_OPACITY).then(|| 2.0 * (self.opacity.min(1.0) / LEAST_OPACITY).ln())
     }
 
     /// The pixels that may be covered, left, top, right and bottom, the latter two beyond; `None` where there is none.
