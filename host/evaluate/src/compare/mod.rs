@@ -41,20 +41,7 @@ use surfelshop_session::setup::{self, RenderSetup};
 
 /// Runs the command.
 pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Result<()> {
-    for limit in &arguments.fail_above {
-        if let metric @ ("psnr" | "ssim") = limit.metric.as_str() {
-            bail!("more {metric} is better: expected --fail-below {metric}={}", limit.value);
-        }
-    }
-    for limit in arguments.fail_above.iter().chain(&arguments.fail_below) {
-        let known = metrics::NAMES;
-        ensure!(
-            known.contains(&limit.metric.as_str()),
-            "there is no metric `{}`; there are: {}",
-            limit.metric,
-            known.join(", ")
-        );
-    }
+    check_limits(arguments)?;
     let inputs = Inputs::open(&arguments.files)?;
     let opened = inputs.opened.as_ref();
     let registry = session::registry(&arguments.plugins)?;
@@ -128,6 +115,25 @@ pub fn run(arguments: &CompareArguments, given: &ExplicitOptions) -> anyhow::Res
     }
     told.write(arguments.report.json)?;
     verdict(&limits, &told.compared)
+}
+
+/// Refuses limits of metrics that there are not, and of such as are better the other way.
+fn check_limits(arguments: &CompareArguments) -> anyhow::Result<()> {
+    for limit in &arguments.fail_above {
+        if let metric @ ("psnr" | "ssim") = limit.metric.as_str() {
+            bail!("more {metric} is better: expected --fail-below {metric}={}", limit.value);
+        }
+    }
+    for limit in arguments.fail_above.iter().chain(&arguments.fail_below) {
+        let known = metrics::NAMES;
+        ensure!(
+            known.contains(&limit.metric.as_str()),
+            "there is no metric `{}`; there are: {}",
+            limit.metric,
+            known.join(", ")
+        );
+    }
+    Ok(())
 }
 
 /// What a comparison fails above or below, by metric.
