@@ -84,7 +84,7 @@ pub fn run(arguments: &PapersArguments, command: RunCommand<'_>) -> anyhow::Resu
     if arguments.report.json {
         terminal::json(&json!({ "command": "papers", "pages": written, "papers": object }))?;
     } else {
-        written.iter().try_for_each(|page| terminal::line(page))?;
+        written.iter().try_for_each(terminal::line)?;
     }
     match failures.split_first() {
         None => Ok(()),

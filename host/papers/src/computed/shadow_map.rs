@@ -18,7 +18,7 @@ const PLATE: [DVec3; 3] =
     [DVec3::new(-0.6, -0.3, -0.35), DVec3::new(3.2, 0.0, -1.6), DVec3::new(0.0, 1.8, -0.6)];
 
 fn normal() -> DVec3 {
-    PLATE[1].cross(PLATE[2]).normalize()
+    PLATE[1].cross(PLATE[2]).normalize_or_zero()
 }
 
 /// Where a direction is on the map, -1 to 1.

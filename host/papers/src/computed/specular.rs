@@ -24,8 +24,8 @@ pub(super) fn erratum(which: &str, bench: &Bench<'_, '_>) -> anyhow::Result<Comp
 
 fn distributions(surface: &Surface) -> anyhow::Result<Computed> {
     let c = 0.25;
-    let light = DVec3::new(0.7, 0.6, 0.4).normalize();
-    let half = (light + surface.to_eye).normalize();
+    let light = DVec3::new(0.7, 0.6, 0.4).normalize_or_zero();
+    let half = (light + surface.to_eye).normalize_or_zero();
     let lit = |d: &(dyn Fn(f64) -> f64 + Sync)| {
         surface.shaded(|n, _| match n.dot(light) > 0.0 {
             true => DVec3::splat(d(n.dot(half))),
@@ -54,8 +54,8 @@ fn distributions(surface: &Surface) -> anyhow::Result<Computed> {
 
 fn half_vectors(surface: &Surface) -> anyhow::Result<Computed> {
     // Far behind the surface, so that light grazes it.
-    let right = surface.to_eye.cross(DVec3::Y).normalize();
-    let light = (right * 0.5 + DVec3::Y * 0.25 - surface.to_eye * 0.83).normalize();
+    let right = surface.to_eye.cross(DVec3::Y).normalize_or_zero();
+    let light = (right * 0.5 + DVec3::Y * 0.25 - surface.to_eye * 0.83).normalize_or_zero();
     let sum = 0.5 * (light + surface.to_eye);
     let lit = |half: DVec3, term: fn(f64, f64) -> f64| {
         surface.shaded(move |n, _| match n.dot(light) > 0.0 {
@@ -68,8 +68,8 @@ fn half_vectors(surface: &Surface) -> anyhow::Result<Computed> {
     };
     let halved = |cosine: f64, index: f64| 0.5 * fresnel_whole(cosine, index);
     let printed = lit(sum, halved);
-    let corrected = lit(sum.normalize(), halved);
-    let truth = lit(sum.normalize(), fresnel);
+    let corrected = lit(sum.normalize_or_zero(), halved);
+    let truth = lit(sum.normalize_or_zero(), fresnel);
     let mut all = Computed::pair(&printed, &corrected, &truth)?;
     let cosine = 75f64.to_radians().cos();
     all.number("F at 75 degrees, as printed", halved(cosine * cosine, INDEX), "");
@@ -111,7 +111,7 @@ fn mirrored(bench: &Bench<'_, '_>, surface: &Surface) -> anyhow::Result<Computed
     });
     let mut all = Computed::pair(&printed, &corrected, &truth)?;
     let d = |c: f64| {
-        let n = DVec3::new(0.3, 0.2, 0.9).normalize();
+        let n = DVec3::new(0.3, 0.2, 0.9).normalize_or_zero();
         let half = (surface.mirrored(n) + surface.to_eye).normalize_or(n);
         distribution(n.dot(half), c)
     };

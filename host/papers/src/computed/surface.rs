@@ -42,7 +42,7 @@ impl Surface {
             size: bench.size(),
             normals: normals.data.as_chunks::<4>().0.iter().map(normal).collect(),
             albedo: albedo.data.as_chunks::<4>().0.iter().map(color).collect(),
-            to_eye: TOWARDS_CAMERA.normalize(),
+            to_eye: TOWARDS_CAMERA.normalize_or_zero(),
         })
     }
 

@@ -10,7 +10,7 @@ fn package() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("host/python")
 }
 
-/// A Python that has NumPy.
+/// A Python that has `NumPy`.
 fn python() -> &'static str {
     let has = |python: &&&str| {
         let ended = Command::new(python).args(["-c", "import numpy"]).output();
