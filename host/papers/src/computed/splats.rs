@@ -90,7 +90,7 @@ fn frames(size: u32) -> anyhow::Result<Computed> {
     let splat = Splat { axes: [DVec3::X * 0.5, DVec3::Y * 0.9], ..facing() };
     let orthonormal = move |[u, v]: [f64; 2]| {
         let [x, y] = leaning([u, v]);
-        let [a, b] = splat.axes.map(DVec3::normalize);
+        let [a, b] = splat.axes.map(DVec3::normalize_or_zero);
         a * x + b * y + a.cross(b)
     };
     // The tangents of eq. 1 have the length 1 / r, and the fit knows nothing of it.
