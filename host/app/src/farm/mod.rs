@@ -14,6 +14,7 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use surfelshop_cloud::files::folder_of;
 use surfelshop_session::options::PrintArguments;
+use surfelshop_session::options::part::Part;
 use surfelshop_session::output::{command_line, files, terminal};
 
 /// The template of Open Job Description.
@@ -43,10 +44,7 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
     match &arguments.command {
         FarmCommand::Report(given) => {
             let (work, n) = (&given.work, given.parts);
-            ensure!(
-                work.part.is_none(),
-                "--part is what the tasks of a job are given; leave it out"
-            );
+            without_part(work.part)?;
             let order = JobOrder {
                 command: "report",
                 words,
@@ -64,10 +62,7 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
         }
         FarmCommand::Compare(given) => {
             let (work, n) = (&given.work, given.parts);
-            ensure!(
-                work.part.is_none(),
-                "--part is what the tasks of a job are given; leave it out"
-            );
+            without_part(work.part)?;
             ensure!(work.path.is_some(), "a comparison is divided along --path, such as orbit:24");
             let order = JobOrder {
                 command: "compare",
@@ -82,10 +77,7 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
         }
         FarmCommand::Film(given) => {
             let (work, n) = (&given.work, given.parts);
-            ensure!(
-                work.part.is_none(),
-                "--part is what the tasks of a job are given; leave it out"
-            );
+            without_part(work.part)?;
             ensure!(work.path.is_some(), "a film is divided along --path, such as orbit:240");
             let first = work.out.first().context("a film needs a picture to write")?;
             let place = folder_of(first.path());
@@ -101,10 +93,7 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
         }
         FarmCommand::Index(given) => {
             let (work, n) = (&given.work, given.parts);
-            ensure!(
-                work.part.is_none(),
-                "--part is what the tasks of a job are given; leave it out"
-            );
+            without_part(work.part)?;
             let name = work.output.file_name().unwrap_or_default().to_string_lossy();
             let name = command_line::quoted(name.into_owned());
             let place = folder_of(&work.output);
@@ -121,6 +110,12 @@ pub(crate) fn run(arguments: &FarmArguments) -> anyhow::Result<()> {
         }
         FarmCommand::Run(given) => local::run(given),
     }
+}
+
+/// Refuses a part of a job.
+fn without_part(part: Option<Part>) -> anyhow::Result<()> {
+    ensure!(part.is_none(), "--part is what the tasks of a job are given; leave it out");
+    Ok(())
 }
 
 /// Writes the folder of a job.

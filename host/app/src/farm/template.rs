@@ -54,11 +54,12 @@ pub(super) fn parameters(job: &Job, program: &str) -> serde_json::Value {
 fn step(job: &Job, step: &Step, before: Option<&Step>) -> String {
     let mut text = format!("- name: {}\n", step.name);
     if let Some(before) = before {
-        let _ = writeln!(text, "  dependencies: [ {{ dependsOn: {} }} ]", before.name);
+        writeln!(text, "  dependencies: [ {{ dependsOn: {} }} ]", before.name).unwrap_or_default();
     }
     if let Some(parts) = step.parts {
         text.push_str("  parameterSpace:\n    taskParameterDefinitions:\n");
-        let _ = writeln!(text, "    - {{ name: Part, type: INT, range: \"1-{parts}\" }}");
+        writeln!(text, "    - {{ name: Part, type: INT, range: \"1-{parts}\" }}")
+            .unwrap_or_default();
     }
     text.push_str(
         "  hostRequirements:
@@ -93,7 +94,7 @@ fn step(job: &Job, step: &Step, before: Option<&Step>) -> String {
     }
     script.extend(step.lines.iter().cloned());
     for line in script {
-        let _ = writeln!(text, "        {line}");
+        writeln!(text, "        {line}").unwrap_or_default();
     }
     text.truncate(text.trim_end().len());
     text
