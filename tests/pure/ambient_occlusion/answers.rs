@@ -154,6 +154,7 @@ fn default_is_near_the_truth_on_a_closed_body_and_an_open_sheet() {
     }
 }
 
+/// Invariant: a second pass takes away shadows that count twice
 #[test]
 fn second_pass_takes_double_shadows_away() {
     // The lower of two discs above hides the upper one nearly, so both cover little more than one.

@@ -107,7 +107,7 @@ fn clicks_measure_between_surfels() {
 
 /// Invariant: a scene has what was measured, and its numbers are those of the command line
 #[test]
-fn measures_are_in_the_scene_and_in_the_list() {
+fn measures_are_in_the_scene_in_the_list_and_in_saved_pictures() {
     let mut screen = screen();
     let at = |screen: &mut Screen, x: f32, y: f32| {
         let pos = MIDDLE + vec2(x, y);
@@ -167,6 +167,22 @@ fn measures_are_in_the_scene_and_in_the_list() {
     let mut again = Screen::open(&[scene.to_str().unwrap()]);
     again.settle();
     assert_eq!(measures(&mut again), before);
+    // A saved picture has the lines and labels of those that are shown.
+    let picture = |screen: &mut Screen, name: &str, draws: bool| {
+        let path = folder.path().join(name);
+        screen.window().panels.export_form.set(path.to_str().unwrap(), [320, 240], 2);
+        screen.window().panels.export_form.measures = draws;
+        screen.window().panels.export_form.open = true;
+        screen.frames();
+        screen.harness.get_by_label("save").click();
+        screen.until("the picture", |window| path.exists() && window.panels.export_job.is_none());
+        screen.window().panels.export_form.open = false;
+        image::open(&path).unwrap().into_rgb8()
+    };
+    let [plain, drawn] =
+        [("plain.png", false), ("drawn.png", true)].map(|(n, draws)| picture(&mut again, n, draws));
+    let unlike = plain.pixels().zip(drawn.pixels()).filter(|(a, b)| a != b).count();
+    assert!(unlike > 300, "{unlike} pixels");
 }
 
 /// Invariant: hidden surfels are drawn by no renderer, are in no selection, stay in the cloud and its file, and are
