@@ -174,6 +174,9 @@ fn measures_are_in_the_scene_in_the_list_and_in_saved_pictures() {
         screen.window().panels.export_form.measures = draws;
         screen.window().panels.export_form.open = true;
         screen.frames();
+        // The window stands in the middle once it knows its size.
+        screen.harness.get_by_label("this view").click();
+        screen.frames();
         screen.harness.get_by_label("save").click();
         screen.until("the picture", |window| path.exists() && window.panels.export_job.is_none());
         screen.window().panels.export_form.open = false;
