@@ -1,5 +1,6 @@
 //! What a module says of itself: its sections, looked through without running or compiling it.
 
+use crate::stop::one_line;
 use surfelshop_api::abi::{format_table, table};
 use wasmparser::{Encoding, ExternalKind, Parser, Payload, TypeRef};
 
@@ -75,7 +76,8 @@ pub fn read(bytes: &[u8], formats: impl FnOnce(&[u8]) -> bool) -> Result<&[u8], 
     if bytes.len() as u64 > MAX_MODULE_LEN {
         return Err(Unfit::TooLong(bytes.len() as u64));
     }
-    let damaged = |error: wasmparser::BinaryReaderError| Unfit::Damaged(error.message().to_owned());
+    // Some of its messages show bytes, a line each.
+    let damaged = |error: wasmparser::BinaryReaderError| Unfit::Damaged(one_line(error.message()));
     let mut manifests = Vec::new();
     let mut exports = Vec::new();
     for payload in Parser::new(0).parse_all(bytes) {

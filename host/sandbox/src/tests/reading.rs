@@ -30,6 +30,8 @@ fn cut_and_damaged_modules_are_refused_in_a_line() {
     }
     let cut = line(&whole[..40]);
     assert!(cut.contains("is damaged or cut off") && !cut.contains('\n'), "{cut}");
+    let magic = line(b"\0as\x02\x01\0\0\0");
+    assert!(magic.contains("magic header not detected") && !magic.contains('\n'), "{magic}");
     let mut changed = whole.clone();
     for i in 0..whole.len() {
         for value in [0, 1, 0x7f, 0x80, 0xff] {
