@@ -2,6 +2,7 @@
 
 use crate::stop::one_line;
 use wasmi::{Config, EnforcedLimits, Engine};
+use wasmparser::{Parser, Payload};
 
 /// How deep the calls of a module may go.
 const MAX_RECURSION: usize = 10_000;
@@ -20,6 +21,11 @@ impl Module {
     /// # Errors
     /// Where it is no sound module, or needs an extension of WebAssembly that is not taken; says why.
     pub fn new(bytes: &[u8]) -> Result<Self, String> {
+        if has_bytes_of_no_function(bytes) {
+            return Err(
+                "its code cannot be run here: bytes of functions, and no function".to_owned()
+            );
+        }
         let mut config = Config::default();
         config
             .consume_fuel(true)
@@ -35,4 +41,12 @@ impl Module {
         })?;
         Ok(Self { module })
     }
+}
+
+/// Whether a section of code has bytes but no function: the interpreter divides the one by the other.
+fn has_bytes_of_no_function(bytes: &[u8]) -> bool {
+    Parser::new(0)
+        .parse_all(bytes)
+        .map_while(Result::ok)
+        .any(|payload| matches!(payload, Payload::CodeSectionStart { count: 0, size: 2.., .. }))
 }

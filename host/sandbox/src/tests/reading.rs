@@ -73,3 +73,14 @@ fn extensions_that_are_not_taken_are_named() {
     let wide = Module::new(&wat::parse_str("(module (memory i64 1))").unwrap()).unwrap_err();
     assert!(wide.contains("memory64"), "{wide}");
 }
+
+/// The interpreter panics at such a section (wasmi 2.0.0: it divides the section's bytes by its functions).
+#[test]
+fn code_without_functions_is_refused() {
+    let mut bytes = b"\0asm\x01\0\0\0".to_vec();
+    // Section 10 of 2,001 bytes: no functions, and zeros.
+    bytes.extend([10, 0xd1, 0x0f]);
+    bytes.extend([0; 2001]);
+    let found = Module::new(&bytes).unwrap_err();
+    assert!(found.contains("no function"), "{found}");
+}
