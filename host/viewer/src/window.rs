@@ -241,7 +241,7 @@ impl Window {
     /// The state that undo covers.
     pub(crate) fn snapshot(&self) -> Snapshot {
         let open_clouds = self.document.clouds.as_ref().map(|shown| shown.open_clouds.clone());
-        Snapshot { settings: self.settings.clone(), open_clouds }
+        Snapshot { settings: self.settings.clone(), up: self.document.up, open_clouds }
     }
 
     /// Replaces the open clouds, or which of them are visible; the camera stays.

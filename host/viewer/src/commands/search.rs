@@ -8,7 +8,9 @@ pub(super) fn score(query: &str, name: &str, about: &str) -> Option<u32> {
     for word in query.to_lowercase().split_whitespace() {
         total += score_of_word(word, &name, &about)?;
     }
-    Some(total)
+    // The name itself, its menu left out, before names that have more words.
+    let is_name = name.rsplit(": ").next() == Some(query.trim().to_lowercase().as_str());
+    Some(total + if is_name { 10 } else { 0 })
 }
 
 fn score_of_word(word: &str, name: &str, about: &str) -> Option<u32> {
@@ -45,5 +47,6 @@ mod tests {
         };
         assert_eq!(best("top", ["Stop it", "View from the top"]), "View from the top");
         assert_eq!(best("view", ["Split the view", "View from the top"]), "View from the top");
+        assert_eq!(best("points", ["Look: Points", "y points up"]), "Look: Points");
     }
 }

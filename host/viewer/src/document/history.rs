@@ -7,6 +7,7 @@ use super::open_clouds::OpenClouds;
 use super::packed_clouds::PackedClouds;
 use super::settings::Settings;
 use std::collections::{HashMap, HashSet, VecDeque};
+use surfelshop_session::options::UpAxis;
 
 /// Most steps.
 const MOST_STEPS: usize = 200;
@@ -18,13 +19,14 @@ pub(crate) const MOST_BYTES: u64 = 1 << 30;
 #[derive(Clone, PartialEq)]
 pub(crate) struct Snapshot {
     pub(crate) settings: Settings,
+    pub(crate) up: UpAxis,
     pub(crate) open_clouds: Option<OpenClouds>,
 }
 
 /// A state, whole or as what differs from the one beside it.
 enum Step {
     Whole(Snapshot),
-    Packed(Settings, PackedClouds),
+    Packed(Settings, UpAxis, PackedClouds),
 }
 
 impl Step {
@@ -32,7 +34,7 @@ impl Step {
     fn beside(state: Snapshot, base: &Snapshot) -> Self {
         let both = state.open_clouds.as_ref().zip(base.open_clouds.as_ref());
         match both.and_then(|(clouds, base)| PackedClouds::between(clouds, base)) {
-            Some(packed) => Self::Packed(state.settings, packed),
+            Some(packed) => Self::Packed(state.settings, state.up, packed),
             None => Self::Whole(state),
         }
     }
@@ -41,9 +43,9 @@ impl Step {
     fn state(&self, base: &Snapshot) -> Option<Snapshot> {
         match self {
             Self::Whole(state) => Some(state.clone()),
-            Self::Packed(settings, packed) => {
-                let open_clouds = packed.unpacked(base.open_clouds.as_ref()?)?;
-                Some(Snapshot { settings: settings.clone(), open_clouds: Some(open_clouds) })
+            Self::Packed(settings, up, packed) => {
+                let open_clouds = Some(packed.unpacked(base.open_clouds.as_ref()?)?);
+                Some(Snapshot { settings: settings.clone(), up: *up, open_clouds })
             }
         }
     }
@@ -55,7 +57,7 @@ impl Step {
                 let clouds = state.open_clouds.iter();
                 clouds.flat_map(|clouds| clouds.columns().collect::<Vec<_>>()).collect()
             }
-            Self::Packed(_, packed) => packed.columns().collect(),
+            Self::Packed(.., packed) => packed.columns().collect(),
         }
     }
 
@@ -63,7 +65,7 @@ impl Step {
     fn patch_bytes(&self) -> u64 {
         match self {
             Self::Whole(_) => 0,
-            Self::Packed(_, packed) => packed.patch_bytes(),
+            Self::Packed(.., packed) => packed.patch_bytes(),
         }
     }
 }
@@ -198,7 +200,7 @@ mod tests {
     fn state(cloud: Cloud) -> Snapshot {
         let loaded = Loaded { cloud, summary: Summary::default() };
         let open_clouds = OpenClouds::read(Clouds::of(vec![loaded]), &[0]);
-        Snapshot { settings: Settings::default(), open_clouds: Some(open_clouds) }
+        Snapshot { settings: Settings::default(), up: UpAxis::Y, open_clouds: Some(open_clouds) }
     }
 
     fn cloud_of(state: &Snapshot) -> Cloud {
@@ -223,7 +225,7 @@ mod tests {
             let after = with_value(&before, &chosen, "class", &[stroke as f64 + 0.25]).unwrap();
             let open_clouds = states.last().unwrap().open_clouds.as_ref().unwrap();
             let open_clouds = Some(open_clouds.edited(0, after));
-            let next = Snapshot { settings: Settings::default(), open_clouds };
+            let next = Snapshot { settings: Settings::default(), up: UpAxis::Y, open_clouds };
             history.record(&next);
             states.push(next);
         }

@@ -17,10 +17,13 @@ pub(crate) fn redo(window: &mut Window) {
 }
 
 fn restore(window: &mut Window, snapshot: Option<Snapshot>) {
-    let Some(Snapshot { settings, open_clouds }) = snapshot else { return };
+    let Some(Snapshot { settings, up, open_clouds }) = snapshot else { return };
     window.settings = settings;
     layout::follow_settings(window);
     if let Some(open_clouds) = open_clouds {
         window.show_clouds(open_clouds);
+    }
+    if window.document.up != up {
+        window.turn_up(up);
     }
 }

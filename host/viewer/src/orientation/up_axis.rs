@@ -20,7 +20,7 @@ impl Window {
         if self.document.up == up {
             return;
         }
-        self.document.up = up;
+        self.turn_up(up);
         if let Some(environment) = self.settings.environment.take() {
             // As a new one stands, turned as the former was.
             let (rotation, stops) = (environment.rotation, environment.stops);
@@ -29,6 +29,11 @@ impl Window {
                 (environment.rotation, environment.stops) = (rotation, stops);
             }
         }
+    }
+
+    /// The same, where the environment stands as it should: views look at everything again.
+    pub(crate) fn turn_up(&mut self, up: UpAxis) {
+        self.document.up = up;
         let own = match up {
             UpAxis::Z => FileUp::Z,
             UpAxis::Y | UpAxis::Auto => FileUp::Y,

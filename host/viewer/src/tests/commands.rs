@@ -157,6 +157,12 @@ fn the_up_axis_is_remembered_for_files_of_a_kind() {
     run(&mut screen, "up-z");
     assert_eq!(screen.window().views.camera.up, DVec3::Z);
     assert_eq!(screen.window().preferences.up.get("ply"), Some(&FileUp::Z));
+    screen.settle();
+    run(&mut screen, "undo");
+    assert_eq!(screen.window().views.camera.up, DVec3::Y);
+    screen.settle();
+    run(&mut screen, "redo");
+    assert_eq!(screen.window().views.camera.up, DVec3::Z);
     screen.window().document.typed_up = UpAxis::Auto;
     let ctx = screen.harness.ctx.clone();
     for (remembered, expected) in [(true, UpAxis::Z), (false, UpAxis::Y)] {
