@@ -123,6 +123,8 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     /// Whether additive blending into 32-bit float textures works.
     pub blends_f32: bool,
+    /// Whether fragments can add to a word that all share.
+    counts_in_fragments: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
     /// Whether shaders can write into buffers that the CPU reads, without a copy: where both have one memory.
@@ -295,6 +297,9 @@ impl Gpu {
             stages: Stages::default(),
             stores: storage_flags(adapter, features),
             dispatches_counted: downlevel.flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
+            counts_in_fragments: downlevel
+                .flags
+                .contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             maps_storage: features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS),
@@ -370,6 +375,21 @@ impl Gpu {
     /// alone.
     pub(crate) fn stores_into_volumes(&self) -> bool {
         self.info.backend != wgpu::Backend::Gl
+    }
+
+    /// Whether what shaders of strangers do stays within what they are lent, and ends.
+    ///
+    /// # Errors
+    /// What the device lacks for that, as a clause. OpenGL's shading language has no check of indices into buffers.
+    pub(crate) fn confines(&self) -> Result<(), String> {
+        let device = self.describe();
+        if self.info.backend == wgpu::Backend::Gl {
+            return Err(format!("{device} does not check the bounds of buffers"));
+        }
+        match self.counts_in_fragments {
+            true => Ok(()),
+            false => Err(format!("{device} cannot count what shaders of pixels do")),
+        }
     }
 
     /// Whether depth reaches the depth test as clip space has it. OpenGL maps [0, 1] to [-1, 1]

@@ -1,6 +1,7 @@
 //! Runs the needed passes of a plan.
 
 use crate::graph::host_binding::{HostBinding, HostResources, SurfelShading};
+use crate::graph::limits::{Watched, loop_units};
 use crate::graph::live_passes::{LivePasses, Written, parts_of};
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
@@ -56,9 +57,45 @@ pub(crate) fn execute(
     let layouts = plan.passes.iter().flat_map(|pass| pass.layouts.values());
     let uniforms = Uniforms::new(&plan.structure.uniforms, layouts, frame.data, recorder.gpu)
         .map_err(RenderError::Graph)?;
+    let mut watched = plan.is_sandboxed.then(|| Watched::new(recorder));
+    pipelines.loop_units = plan.is_sandboxed.then(|| loop_units(recorder.gpu));
+    let written = run_passes(
+        &At { plan, needed, resources, frame, uniforms: uniforms.as_ref() },
+        recorder,
+        pipelines,
+        scratch,
+        watched.as_mut(),
+    );
+    pipelines.loop_units = None;
+    let written = written?;
+    if let Some(watched) = watched {
+        watched.end(recorder)?;
+    }
+    Ok(written)
+}
+
+/// What passes are run from.
+struct At<'a> {
+    plan: &'a Plan,
+    needed: &'a LivePasses,
+    resources: &'a FrameResources,
+    frame: &'a Frame<'a>,
+    uniforms: Option<&'a Uniforms<'a>>,
+}
+
+fn run_passes(
+    &At { plan, needed, resources, frame, uniforms }: &At<'_>,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+    scratch: &mut PassScratch,
+    mut watched: Option<&mut Watched>,
+) -> Result<Written, RenderError> {
     let mut written = Written::default();
     for (i, pass) in plan.structure.passes.iter().enumerate() {
         let planned = &plan.passes[i];
+        if let Some(watched) = watched.as_deref_mut().filter(|_| i > 0) {
+            watched.passed(&plan.structure.passes[i - 1].name, recorder)?;
+        }
         if !needed.passes[i] {
             recorder.note(&pass.name, PassState::Culled);
             continue;
@@ -82,7 +119,8 @@ pub(crate) fn execute(
             planned,
             frame,
             resources,
-            uniforms: uniforms.as_ref(),
+            uniforms,
+            spent: watched.as_deref().map(|watched| &watched.spent),
             samplers: &samplers,
             views: texture_views(plan, resources, i),
             target: targets.first().map(|(view, ..)| view),
@@ -128,6 +166,8 @@ pub(super) struct Variables<'a> {
     pub(super) frame: &'a Frame<'a>,
     pub(super) resources: &'a FrameResources,
     uniforms: Option<&'a Uniforms<'a>>,
+    /// Units of work of a sandboxed plugin's loops.
+    spent: Option<&'a wgpu::Buffer>,
     samplers: &'a HashMap<SamplerKind, wgpu::Sampler>,
     /// Textures by variable.
     views: HashMap<String, wgpu::TextureView>,
@@ -249,6 +289,9 @@ impl Variables<'_> {
 
     /// A variable of the host's modules.
     fn of_host(&self, binding: HostBinding) -> Option<wgpu::BindingResource<'_>> {
+        if binding == HostBinding::Spent {
+            return self.spent.map(wgpu::Buffer::as_entire_binding);
+        }
         if let (HostBinding::Surface, Some(lit)) = (binding, &self.lit) {
             return Some(wgpu::BindingResource::TextureView(lit));
         }

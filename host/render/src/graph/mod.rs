@@ -77,6 +77,14 @@ pub enum RenderError {
     /// The device is lost: every frame fails until there is a new engine on a new device.
     #[error("the graphics device was lost: {0}")]
     DeviceLost(String),
+    /// The device was at work on a sandboxed plugin's graph for longer than it may be.
+    #[error("{message}")]
+    Overran {
+        /// How long it may be.
+        limit: std::time::Duration,
+        /// What was running.
+        message: String,
+    },
     /// Somebody wanted no more of the frame, which was left.
     #[error("the picture was not wanted any more")]
     Stopped,

@@ -253,6 +253,15 @@ impl Engine {
                 has_volumes,
             ),
             feature(
+                "checks of bounds",
+                gpu.confines().is_ok(),
+                [
+                    "graphs of sandboxed plugins run, within their share of the device",
+                    "graphs of sandboxed plugins are refused",
+                ],
+                renderer.is_confined,
+            ),
+            feature(
                 "a graphics card",
                 !gpu.is_software(),
                 [
