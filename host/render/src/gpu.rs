@@ -124,7 +124,7 @@ pub struct Gpu {
     /// Whether additive blending into 32-bit float textures works.
     pub blends_f32: bool,
     /// Whether fragments can add to a word that all share.
-    counts_in_fragments: bool,
+    pub(crate) counts_in_fragments: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
     /// Whether shaders can write into buffers that the CPU reads, without a copy: where both have one memory.
@@ -219,16 +219,15 @@ impl Gpu {
     /// Where the adapter lacks compute or storage buffers, or its driver refuses.
     pub fn open(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
-        let downlevel = adapter.get_downlevel_capabilities();
+        let has = |flag| adapter.get_downlevel_capabilities().flags.contains(flag);
         for (flag, missing) in [
             (wgpu::DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
             (wgpu::DownlevelFlags::VERTEX_STORAGE, "storage buffers in vertex shaders"),
             (wgpu::DownlevelFlags::SHADER_F16_IN_F32, "half-float packing in shaders"),
             (wgpu::DownlevelFlags::FRAGMENT_STORAGE, "storage buffers in fragment shaders"),
         ] {
-            if !downlevel.flags.contains(flag) {
-                let adapter = info.name.clone();
-                return Err(GpuError::Unfit { adapter, missing: missing.to_owned() });
+            if !has(flag) {
+                return Err(GpuError::Unfit { adapter: info.name, missing: missing.to_owned() });
             }
         }
         let wanted = wgpu::Features::FLOAT32_BLENDABLE
@@ -296,10 +295,8 @@ impl Gpu {
             transfers: TransferBuffers::default(),
             stages: Stages::default(),
             stores: storage_flags(adapter, features),
-            dispatches_counted: downlevel.flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
-            counts_in_fragments: downlevel
-                .flags
-                .contains(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
+            dispatches_counted: has(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
+            counts_in_fragments: has(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             maps_storage: features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS),
@@ -375,21 +372,6 @@ impl Gpu {
     /// alone.
     pub(crate) fn stores_into_volumes(&self) -> bool {
         self.info.backend != wgpu::Backend::Gl
-    }
-
-    /// Whether what shaders of strangers do stays within what they are lent, and ends.
-    ///
-    /// # Errors
-    /// What the device lacks for that, as a clause. OpenGL's shading language has no check of indices into buffers.
-    pub(crate) fn confines(&self) -> Result<(), String> {
-        let device = self.describe();
-        if self.info.backend == wgpu::Backend::Gl {
-            return Err(format!("{device} does not check the bounds of buffers"));
-        }
-        match self.counts_in_fragments {
-            true => Ok(()),
-            false => Err(format!("{device} cannot count what shaders of pixels do")),
-        }
     }
 
     /// Whether depth reaches the depth test as clip space has it. OpenGL maps [0, 1] to [-1, 1]

@@ -5,10 +5,10 @@ use crate::graph::limits::{Watched, loop_units};
 use crate::graph::live_passes::{LivePasses, Written, parts_of};
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
-use crate::graph::plan::{Node, PassCamera, Plan, Planned, targets_of};
+use crate::graph::plan::{Node, PassCamera, Plan, Planned};
 use crate::graph::primitives::{PassScratch, Steps, counted_groups};
 use crate::graph::recorder::{Attachment, PassState, Recorder};
-use crate::graph::resources::FrameResources;
+use crate::graph::resources::{FrameResources, target_views, texture_views};
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::graph::splats::SplatDrawing;
 use crate::graph::uniform_layout::Uniforms;
@@ -16,9 +16,7 @@ use crate::graph::{RenderError, bind, primitives, splats};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use surfelshop_api::View;
-use surfelshop_api::graph::{
-    Buffer, Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work,
-};
+use surfelshop_api::graph::{Buffer, Groups, Lifetime, Pass, Resource, SamplerKind, Span, Work};
 use surfelshop_raster::Coverage;
 
 /// What a frame's passes are bound to besides the graph's own resources.
@@ -392,65 +390,6 @@ fn upload_data(
 /// Whether a range is as long as a buffer, but for what lacks of a word.
 fn fills(buffer: &Buffer, span: Span) -> bool {
     span.len.next_multiple_of(4).max(4) == buffer.size.next_multiple_of(4)
-}
-
-/// Views of the textures a pass reads or stores into, by variable.
-fn texture_views(
-    plan: &Plan,
-    resources: &FrameResources,
-    index: usize,
-) -> HashMap<String, wgpu::TextureView> {
-    let pass = &plan.structure.passes[index];
-    let mut views = HashMap::new();
-    for (name, resource) in &pass.bindings {
-        let Resource::Texture { id, mip } = resource else { continue };
-        let Some(Some(texture)) = resources.textures.get(id.index()) else { continue };
-        let described = &plan.structure.textures[id.index()];
-        let dimension = match (described.volume, plan.extent(id.index())[2]) {
-            (true, _) => wgpu::TextureViewDimension::D3,
-            (false, 1) => wgpu::TextureViewDimension::D2,
-            (false, _) => wgpu::TextureViewDimension::D2Array,
-        };
-        let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(dimension),
-            base_mip_level: mip.unwrap_or(0),
-            mip_level_count: mip.map(|_| 1),
-            ..Default::default()
-        });
-        views.insert(name.clone(), view);
-    }
-    views
-}
-
-/// The views a pass draws into, whether each is cleared (where nothing has drawn into the texture
-/// in this frame), and the slice of a volume.
-fn target_views(
-    plan: &Plan,
-    resources: &FrameResources,
-    index: usize,
-    written: &[Node],
-) -> Vec<(wgpu::TextureView, bool, Option<u32>)> {
-    let view_of = |target: &Target| {
-        let i = target.texture.index();
-        let texture = resources.textures[i].as_ref()?;
-        let volume = plan.structure.textures[i].volume;
-        let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(if volume {
-                wgpu::TextureViewDimension::D3
-            } else {
-                wgpu::TextureViewDimension::D2
-            }),
-            base_mip_level: target.mip,
-            mip_level_count: Some(1),
-            base_array_layer: if volume { 0 } else { target.layer },
-            array_layer_count: if volume { None } else { Some(1) },
-            ..Default::default()
-        });
-        let whole = plan.structure.textures[i].mips == 1 && plan.extent(i)[2] == 1;
-        let clear = !(whole && written.contains(&Node::Texture(i)));
-        Some((view, clear, volume.then_some(target.layer)))
-    };
-    targets_of(&plan.structure.passes[index]).iter().filter_map(view_of).collect()
 }
 
 /// A pass of a plan, with what it is bound to.

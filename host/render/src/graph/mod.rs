@@ -21,7 +21,7 @@ mod variants;
 
 pub(crate) use execute::{Frame, execute, touched};
 pub(crate) use host_binding::{HostBinding, HostResources, SurfelShading};
-pub(crate) use limits::{MAX_GRAPH_BYTES, MAX_RESOURCE_BYTES};
+pub(crate) use limits::{MAX_GRAPH_BYTES, MAX_RESOURCE_BYTES, confines};
 pub(crate) use live_passes::{LivePasses, SurfaceNeeds, Written, needed};
 pub(crate) use pipeline_desc::{DrawKind, Pipeline, Stage, checked};
 pub use pipelines::CompileCounts;

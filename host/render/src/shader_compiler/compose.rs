@@ -224,7 +224,7 @@ impl Library {
         if let Some(most) = work {
             let info = validated(&module, allowed)?;
             let sizes = expanded::check(&module, &info)?;
-            WorkLimit::put(&mut module, &sizes, most);
+            WorkLimit::put(&mut module, [&sizes.functions, &sizes.entries], most);
         } else {
             bound_loops::bound(&mut module);
         }

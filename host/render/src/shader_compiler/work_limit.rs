@@ -8,7 +8,6 @@
 //! a workgroup leave them alike; the word never wraps: none adds to it who finds it at its limit.
 
 use crate::shader_compiler::bound_loops::{self, Bound, append, bound_function, literal, u32_type};
-use crate::shader_compiler::expanded::Sizes;
 use naga::{
     AddressSpace, AtomicFunction, BinaryOperator, Block, Expression, Function, GlobalVariable,
     Handle, MemoryDecorations, Module, ResourceBinding, Scalar, ShaderStage, Span, Statement,
@@ -41,9 +40,9 @@ pub(super) struct WorkLimit {
 }
 
 impl WorkLimit {
-    /// Bounds all loops of a module, whose sizes are these, by `most` units of work, but those that vertices run: they
+    /// Bounds all loops of a module, whose functions and entry points have so many operations, by `most` units of work, but those that vertices run: they
     /// are the host's.
-    pub(super) fn put(module: &mut Module, sizes: &Sizes, most: u32) {
+    pub(super) fn put(module: &mut Module, [functions, entries]: [&[u64]; 2], most: u32) {
         let u32_type = u32_type(module);
         let atomic = Type { name: None, inner: TypeInner::Atomic(Scalar::U32) };
         let atomic = module.types.insert(atomic, Span::UNDEFINED);
@@ -78,14 +77,14 @@ impl WorkLimit {
             limit.has_barrier.push(has);
         }
         let of_vertices = run_by_vertices(module);
-        for ((handle, function), size) in module.functions.iter_mut().zip(&sizes.functions) {
+        for ((handle, function), size) in module.functions.iter_mut().zip(functions) {
             let how = match of_vertices[handle.index()] {
                 true => Bound::Each,
                 false => Bound::Together(&limit, *size),
             };
             bound_function(function, u32_type, &how);
         }
-        for (entry, size) in module.entry_points.iter_mut().zip(&sizes.entries) {
+        for (entry, size) in module.entry_points.iter_mut().zip(entries) {
             let how = match entry.stage {
                 ShaderStage::Vertex => Bound::Each,
                 _ => Bound::Together(&limit, *size),

@@ -141,12 +141,9 @@ impl Packed {
 
 /// The SHA-256 of bytes in hexadecimal digits.
 fn sum_of(bytes: &[u8]) -> String {
-    use std::fmt::Write as _;
-    Sha256::digest(bytes).iter().fold(String::new(), |mut digits, byte| {
-        // A string takes whatever is written.
-        let _ = write!(digits, "{byte:02x}");
-        digits
-    })
+    let digit = |half: u8| char::from_digit(u32::from(half), 16).unwrap_or_default();
+    let digits = |byte: &u8| [digit(byte >> 4), digit(byte & 15)];
+    Sha256::digest(bytes).iter().flat_map(digits).collect()
 }
 
 /// A plain file name of a module: it is what the file is called in the folder of plugins.

@@ -2,7 +2,7 @@
 
 mod work;
 
-pub(crate) use work::{Watched, loop_units};
+pub(crate) use work::{Watched, confines, loop_units};
 
 use crate::graph::RenderError;
 use crate::graph::plan::Plan;

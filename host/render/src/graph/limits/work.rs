@@ -22,6 +22,21 @@ const UNITS_ON_CARD: u32 = 1 << 28;
 /// Operations of a unit of work.
 const OPERATIONS: u64 = 1 << 14;
 
+/// Whether what shaders of strangers do stays within what they are lent, and ends.
+///
+/// # Errors
+/// What the device lacks for that, as a clause. OpenGL's shading language has no check of indices into buffers.
+pub(crate) fn confines(gpu: &Gpu) -> Result<(), String> {
+    let device = gpu.describe();
+    if gpu.info.backend == wgpu::Backend::Gl {
+        return Err(format!("{device} does not check the bounds of buffers"));
+    }
+    match gpu.counts_in_fragments {
+        true => Ok(()),
+        false => Err(format!("{device} cannot count what shaders of pixels do")),
+    }
+}
+
 /// Units of work that all loops of a frame share.
 pub(crate) fn loop_units(gpu: &Gpu) -> u32 {
     if gpu.is_software() { UNITS_ON_CPU } else { UNITS_ON_CARD }
@@ -33,7 +48,7 @@ impl Plan {
     /// what they do.
     pub(in crate::graph) fn check_sandboxed(&self, gpu: &Gpu) -> Result<(), RenderError> {
         let refuse = |what: String| Err(RenderError::Graph(what));
-        if let Err(lacks) = gpu.confines() {
+        if let Err(lacks) = confines(gpu) {
             return refuse(format!(
                 "it comes from a sandboxed plugin, and {lacks}: use Vulkan, Metal or Direct3D, or a plugin that is a \
                  library"
