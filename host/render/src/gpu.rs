@@ -123,6 +123,8 @@ pub struct Gpu {
     pub info: wgpu::AdapterInfo,
     /// Whether additive blending into 32-bit float textures works.
     pub blends_f32: bool,
+    /// Whether fragments can add to a word that all share.
+    pub(crate) counts_in_fragments: bool,
     /// Whether passes can be timed on the device.
     pub times_passes: bool,
     /// Whether shaders can write into buffers that the CPU reads, without a copy: where both have one memory.
@@ -217,16 +219,15 @@ impl Gpu {
     /// Where the adapter lacks compute or storage buffers, or its driver refuses.
     pub fn open(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let info = adapter.get_info();
-        let downlevel = adapter.get_downlevel_capabilities();
+        let has = |flag| adapter.get_downlevel_capabilities().flags.contains(flag);
         for (flag, missing) in [
             (wgpu::DownlevelFlags::COMPUTE_SHADERS, "compute shaders"),
             (wgpu::DownlevelFlags::VERTEX_STORAGE, "storage buffers in vertex shaders"),
             (wgpu::DownlevelFlags::SHADER_F16_IN_F32, "half-float packing in shaders"),
             (wgpu::DownlevelFlags::FRAGMENT_STORAGE, "storage buffers in fragment shaders"),
         ] {
-            if !downlevel.flags.contains(flag) {
-                let adapter = info.name.clone();
-                return Err(GpuError::Unfit { adapter, missing: missing.to_owned() });
+            if !has(flag) {
+                return Err(GpuError::Unfit { adapter: info.name, missing: missing.to_owned() });
             }
         }
         let wanted = wgpu::Features::FLOAT32_BLENDABLE
@@ -294,7 +295,8 @@ impl Gpu {
             transfers: TransferBuffers::default(),
             stages: Stages::default(),
             stores: storage_flags(adapter, features),
-            dispatches_counted: downlevel.flags.contains(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
+            dispatches_counted: has(wgpu::DownlevelFlags::INDIRECT_EXECUTION),
+            counts_in_fragments: has(wgpu::DownlevelFlags::FRAGMENT_WRITABLE_STORAGE),
             blends_f32: features.contains(wgpu::Features::FLOAT32_BLENDABLE),
             times_passes: features.contains(wgpu::Features::TIMESTAMP_QUERY),
             maps_storage: features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS),

@@ -16,3 +16,5 @@ mod hands;
 mod hostile;
 #[cfg(unix)]
 mod modules;
+#[cfg(unix)]
+mod packs;

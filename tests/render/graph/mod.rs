@@ -8,4 +8,5 @@ mod opengl;
 mod primitives;
 mod refused;
 mod resident;
+mod sandboxed;
 mod uniform_members;

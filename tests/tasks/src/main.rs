@@ -1,4 +1,4 @@
-//! The tasks behind `cargo demo`, `cargo verify` and `cargo package-all`.
+//! The tasks behind `cargo demo`, `cargo verify`, `cargo package-all` and `cargo sandbox-formats`.
 //!
 //! They are aliases in `.cargo/config.toml`, because a first visitor should need two commands and
 //! no reading. This crate has no dependencies, so that it compiles in a second and can say what
@@ -9,6 +9,7 @@
 mod cargo;
 mod install;
 mod machine;
+mod modules;
 mod package;
 mod programs;
 mod steps;
@@ -20,6 +21,7 @@ const USAGE: &str = "\
 Usage: cargo demo [ARGUMENTS]     build the host and every plugin, then run `surfelshop demo`
        cargo verify [--long]      check formatting, lints and documentation, and run all tests
        cargo package-all          build packages of everything: a .tar.gz that runs in any folder, a .deb
+       cargo sandbox-formats      build the formats as WebAssembly modules, for `--sandbox-formats`
 
 The first two make sure that the machine has a graphics driver (a software driver will do), and ask
 before they install one. With CI=true in the environment they install without asking.
@@ -37,6 +39,7 @@ enum Task {
     Demo(Vec<String>),
     Verify { long: bool },
     Package,
+    Modules,
 }
 
 /// Reads the command line; the error says what was not understood.
@@ -48,14 +51,20 @@ fn parse(arguments: &[String]) -> Result<Task, String> {
         "-h" | "--help" | "help" => Ok(Task::Help),
         "demo" => Ok(Task::Demo(rest.to_vec())),
         "verify" => parse_verify(rest),
-        "package-all" => match rest {
-            [] => Ok(Task::Package),
-            [first, ..] if first == "-h" || first == "--help" => Ok(Task::Help),
-            [first, ..] => Err(format!("unknown option `{first}` of `package-all`")),
-        },
-        unknown => {
-            Err(format!("unknown task `{unknown}`: expected `demo`, `verify` or `package-all`"))
-        }
+        "package-all" => alone(rest, task, Task::Package),
+        "sandbox-formats" => alone(rest, task, Task::Modules),
+        unknown => Err(format!(
+            "unknown task `{unknown}`: expected `demo`, `verify`, `package-all` or `sandbox-formats`"
+        )),
+    }
+}
+
+/// A task that takes no options.
+fn alone(options: &[String], name: &str, task: Task) -> Result<Task, String> {
+    match options {
+        [] => Ok(task),
+        [first, ..] if first == "-h" || first == "--help" => Ok(Task::Help),
+        [first, ..] => Err(format!("unknown option `{first}` of `{name}`")),
     }
 }
 
@@ -90,6 +99,17 @@ fn demo(arguments: &[String]) -> ExitCode {
     }
 }
 
+/// The exit code of a task that succeeds or says why not.
+fn ended(result: Result<(), String>) -> ExitCode {
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            eprintln!("error: {reason}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     match parse(&arguments) {
@@ -102,13 +122,8 @@ fn main() -> ExitCode {
             install::ensure(&[machine::VULKAN, machine::OPENGL, machine::SCREEN, machine::PYTHON]);
             verify::run(long)
         }
-        Ok(Task::Package) => match package::run() {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(reason) => {
-                eprintln!("error: {reason}");
-                ExitCode::FAILURE
-            }
-        },
+        Ok(Task::Package) => ended(package::run()),
+        Ok(Task::Modules) => ended(modules::run()),
         Err(reason) => {
             eprintln!("error: {reason}\n\n{USAGE}");
             ExitCode::from(2)
@@ -136,6 +151,7 @@ mod tests {
         assert_eq!(parsed("verify --long"), Ok(Task::Verify { long: true }));
         assert_eq!(parsed("verify --help"), Ok(Task::Help));
         assert_eq!(parsed("package-all"), Ok(Task::Package));
+        assert_eq!(parsed("sandbox-formats"), Ok(Task::Modules));
         assert!(parsed("package-all --fast").is_err_and(|reason| reason.contains("--fast")));
         assert!(parsed("verify --fast").is_err_and(|reason| reason.contains("--fast")));
     }

@@ -9,6 +9,7 @@ use std::path::PathBuf;
   surfelshop plugins new rim
   surfelshop plugins trust --place rim/target/release/librim.so
   surfelshop plugins add rim/target/release/librim.so
+  surfelshop plugins pack rim -o rim.surfelplug
 No plugin's code runs: files are judged by their bytes.")]
 pub(crate) struct PluginsArguments {
     #[command(subcommand)]
@@ -47,9 +48,11 @@ pub(crate) enum PluginsAction {
         #[arg(required = true, value_name = "FILE|SHA256")]
         what: Vec<String>,
     },
+    /// Pack a module into one file to hand on: with its README, its licence and a preview.
+    Pack(PackArguments),
     /// Copy plugin files into your own folder, where every start finds them, and trust them.
     Add {
-        /// The plugin files.
+        /// The plugin files, or packed plugins (.surfelplug).
         #[arg(required = true, value_name = "FILE")]
         files: Vec<PathBuf>,
     },
@@ -79,6 +82,20 @@ pub(crate) enum NewKind {
     Tracer,
     /// A file format that clouds are read from and written to.
     Format,
+}
+
+#[derive(Clone, Debug, Args)]
+pub(crate) struct PackArguments {
+    /// The plugin's folder, with README.md and LICENSE: its only module (.wasm) is packed, from there or from
+    /// target/wasm32-unknown-unknown/release.
+    #[arg(value_name = "DIR")]
+    pub(crate) folder: PathBuf,
+    /// The file to write, such as look.surfelplug.
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: PathBuf,
+    /// What a renderer's preview shows [default: the sample].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) cloud: Option<PathBuf>,
 }
 
 #[derive(Clone, Debug, Args)]
@@ -133,6 +150,7 @@ mod tests {
             " new a --kind tracer --sandbox",
             " new a --api https://example.org/s.git --tag v1 --minor 7",
             " trust a.so --place",
+            " pack rim -o rim.surfelplug",
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_ok(), "{line}");
         }
@@ -144,6 +162,7 @@ mod tests {
             " new a --kind window",
             " new a --tag v1",
             " new a --minor 99",
+            " pack rim",
         ] {
             assert!(parsed(&format!("surfelshop plugins{line}")).is_err(), "{line}");
         }

@@ -1,5 +1,6 @@
 //! `surfelshop plugins add` and `remove`: the user's own folder.
 
+use super::pack::archive::{Packed, is_pack};
 use super::{inspected, named};
 use crate::plugins::arguments::PluginsArguments;
 use anyhow::{Context as _, anyhow, bail, ensure};
@@ -21,6 +22,75 @@ fn folder() -> anyhow::Result<PathBuf> {
     })
 }
 
+/// A plugin that is to be copied.
+struct NewPlugin {
+    /// The file that was named.
+    file: PathBuf,
+    target: PathBuf,
+    manifest: Manifest,
+    from: From,
+}
+
+/// What a plugin is copied from.
+enum From {
+    /// A file of these contents.
+    File(Contents),
+    Pack(Packed),
+}
+
+impl NewPlugin {
+    /// # Errors
+    /// One line where a file is neither a plugin nor a packed one.
+    fn new(file: &Path, folder: &Path) -> anyhow::Result<Self> {
+        if !is_pack(file) {
+            let (manifest, contents) = inspected(file)?;
+            let target = folder.join(file.file_name().unwrap_or_default());
+            let from = From::File(contents);
+            return Ok(Self { file: file.to_owned(), target, manifest, from });
+        }
+        let pack = Packed::read(file)?;
+        let manifest = plugins::inspect_bytes(&pack.module)
+            .map_err(|refused| anyhow!("{}: its {} {refused}", file.display(), pack.name))?;
+        Ok(Self {
+            file: file.to_owned(),
+            target: folder.join(&pack.name),
+            manifest,
+            from: From::Pack(pack),
+        })
+    }
+
+    /// Copies it.
+    fn put(&self, list: &mut TrustFile) -> anyhow::Result<()> {
+        let Self { file, target, manifest, from } = self;
+        let contents = match from {
+            From::File(contents) => contents,
+            From::Pack(pack) => {
+                let beside = packed_with(target);
+                std::fs::create_dir_all(&beside)
+                    .with_context(|| format!("{}: the folder cannot be made", beside.display()))?;
+                for (name, bytes) in pack.texts() {
+                    files::write_whole(&beside.join(name), bytes)?;
+                }
+                return files::write_whole(target, &pack.module);
+            }
+        };
+        let bytes = files::read_short(file, plugins::MAX_FILE_LEN)?;
+        files::write_whole(target, &bytes)?;
+        let (_, copied) = inspected(target)?;
+        ensure!(copied == *contents, "{}: the file changed meanwhile", file.display());
+        // A module runs in a sandbox, and needs no trust.
+        if !is_module(&bytes) {
+            list.add(target, manifest, *contents, false)?;
+        }
+        Ok(())
+    }
+}
+
+/// The folder beside an installed plugin of what it was packed with.
+pub(super) fn packed_with(plugin: &Path) -> PathBuf {
+    plugin.with_extension("pack")
+}
+
 /// Copies plugins into the user's folder, and trusts those that need it.
 pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Result<()> {
     let folder = folder()?;
@@ -28,20 +98,19 @@ pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Re
         .with_context(|| format!("{}: the folder cannot be made", folder.display()))?;
     let list_path = TrustFile::path(arguments.trust_file.as_deref())?;
     // Everything is judged before anything is copied.
-    let mut wanted: Vec<(&PathBuf, PathBuf, Manifest, Contents)> = Vec::new();
+    let mut all: Vec<NewPlugin> = Vec::new();
     for file in given {
-        let (manifest, contents) = inspected(file)?;
-        let target = folder.join(file.file_name().unwrap_or_default());
+        let new = NewPlugin::new(file, &folder)?;
         ensure!(
-            plugins::has_library_extension(&target),
+            plugins::has_library_extension(&new.target),
             "{}: expected a name that ends in {DLL_SUFFIX}, which every start looks for; rename it",
             file.display()
         );
-        if let Some((other, ..)) = wanted.iter().find(|(_, taken, ..)| *taken == target) {
-            bail!("{} and {} have one name; rename one", other.display(), file.display());
+        if let Some(other) = all.iter().find(|other| other.target == new.target) {
+            bail!("{} and {} have one name; rename one", other.file.display(), file.display());
         }
-        if let Ok((there, _)) = plugins::inspect(&target)
-            && there.id != manifest.id
+        if let Ok((there, _)) = plugins::inspect(&new.target)
+            && there.id != new.manifest.id
         {
             bail!(
                 "{}: {} has that name in {} already; rename the file, or `surfelshop plugins remove` that",
@@ -50,21 +119,10 @@ pub(super) fn add(arguments: &PluginsArguments, given: &[PathBuf]) -> anyhow::Re
                 folder.display()
             );
         }
-        wanted.push((file, target, manifest, contents));
+        all.push(new);
     }
-    let added = TrustFile::change(&list_path, |list| {
-        for (file, target, manifest, contents) in &wanted {
-            let bytes = files::read_short(file, plugins::MAX_FILE_LEN)?;
-            files::write_whole(target, &bytes)?;
-            let (_, copied) = inspected(target)?;
-            ensure!(copied == *contents, "{}: the file changed meanwhile", file.display());
-            // A module runs in a sandbox, and needs no trust.
-            if !is_module(&bytes) {
-                list.add(target, manifest, *contents, false)?;
-            }
-        }
-        Ok(wanted.into_iter().map(|(_, target, manifest, _)| (target, manifest)))
-    })?;
+    TrustFile::change(&list_path, |list| all.iter().try_for_each(|one| one.put(list)))?;
+    let added = all.into_iter().map(|one| (one.target, one.manifest));
     let added: Vec<(PathBuf, Manifest)> = added.collect();
     if arguments.json {
         return terminal::json(&json!({
@@ -110,6 +168,11 @@ pub(super) fn remove(arguments: &PluginsArguments, what: &[String]) -> anyhow::R
             let contents = Contents::of_file(path);
             std::fs::remove_file(path)
                 .with_context(|| format!("{}: cannot be removed", path.display()))?;
+            let beside = packed_with(path);
+            if beside.is_dir() {
+                std::fs::remove_dir_all(&beside)
+                    .with_context(|| format!("{}: cannot be removed", beside.display()))?;
+            }
             // What is gone is trusted no more, wherever a copy of it may lie.
             list.forget(contents);
         }

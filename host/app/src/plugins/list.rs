@@ -1,8 +1,11 @@
 //! `surfelshop plugins list`: what is installed, whether it may run, and what was refused and why.
 
+use super::installed::packed_with;
 use super::named;
+use super::pack::archive::PREVIEW;
 use crate::plugins::arguments::PluginsArguments;
 use serde_json::{Value, json};
+use std::path::PathBuf;
 use surfelshop_api::UnitKind;
 use surfelshop_api::format::Recognition;
 use surfelshop_api::manifest::Manifest;
@@ -76,6 +79,7 @@ fn object(entry: &Entry) -> Value {
         "reason": reason,
         "sha256": entry.contents().to_string(),
         "trust": entry.trust,
+        "preview": preview(entry).map(|preview| preview.display().to_string()),
         "manifest": manifest,
     })
 }
@@ -112,6 +116,9 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
     row("found", origin(entry.origin));
     row("trusted", trusted(entry.trust));
     row("api", &api_range(manifest));
+    if let Some(preview) = preview(entry) {
+        row("preview", &preview.display().to_string());
+    }
     row("by", &author(manifest));
     row("licence", licence(manifest));
     for unit in &manifest.units {
@@ -121,6 +128,12 @@ fn available(manifest: &Manifest, entry: &Entry) -> String {
         }
     }
     text
+}
+
+/// The picture that a plugin was packed with, where it was installed from a pack that has one.
+fn preview(entry: &Entry) -> Option<PathBuf> {
+    let preview = packed_with(&entry.path).join(PREVIEW);
+    (entry.origin == Origin::UserFolder && preview.is_file()).then_some(preview)
 }
 
 /// The endings of a format's files, and whether it writes them: `.las, .laz; read and written`.

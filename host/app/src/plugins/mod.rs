@@ -6,6 +6,7 @@ mod installed;
 mod list;
 mod names;
 mod new;
+mod pack;
 mod trusted;
 
 use crate::plugins::arguments::{PluginsAction, PluginsArguments};
@@ -20,6 +21,7 @@ pub(crate) fn run(arguments: &PluginsArguments) -> anyhow::Result<()> {
     match &arguments.action {
         None | Some(PluginsAction::List) => list::run(arguments),
         Some(PluginsAction::New(new)) => new::run(new, arguments.json),
+        Some(PluginsAction::Pack(pack)) => pack::run(arguments, pack),
         Some(PluginsAction::Trust { files, place }) => trusted::trust(arguments, files, *place),
         Some(PluginsAction::Distrust { what }) => trusted::distrust(arguments, what),
         Some(PluginsAction::Add { files }) => installed::add(arguments, files),

@@ -24,22 +24,43 @@ impl Engine {
         graph: &EncodedGraph,
         buffers: &[u32],
     ) -> Result<Vec<Vec<u8>>, RenderError> {
+        self.compute_of((graph, false), buffers)
+    }
+
+    /// The same of a graph that comes from a sandboxed plugin.
+    ///
+    /// # Errors
+    /// As [`Engine::compute`], and where it takes more of the device than it may.
+    pub fn compute_sandboxed(
+        &mut self,
+        graph: &EncodedGraph,
+        buffers: &[u32],
+    ) -> Result<Vec<Vec<u8>>, RenderError> {
+        self.compute_of((graph, true), buffers)
+    }
+
+    fn compute_of(
+        &mut self,
+        (graph, is_sandboxed): (&EncodedGraph, bool),
+        buffers: &[u32],
+    ) -> Result<Vec<Vec<u8>>, RenderError> {
         let structure = decode(graph).map_err(RenderError::Plugin)?;
         check(&structure, buffers)?;
         self.plans += 1;
         let device = self.gpu.device.clone();
-        let computed = checked(&device, || self.run_compute(structure, &graph.data, buffers));
+        let computed =
+            checked(&device, || self.run_compute((structure, is_sandboxed), &graph.data, buffers));
         let computed = computed.map_err(RenderError::Device).and_then(|computed| computed);
         computed.map_err(|error| self.cause(error))
     }
 
     fn run_compute(
         &mut self,
-        structure: Structure,
+        (structure, is_sandboxed): (Structure, bool),
         data: &[u8],
         buffers: &[u32],
     ) -> Result<Vec<Vec<u8>>, RenderError> {
-        let plan = Plan::new(structure, NO_VIEW, &self.gpu, &mut self.pipelines)?;
+        let plan = Plan::new(structure, (NO_VIEW, is_sandboxed), &self.gpu, &mut self.pipelines)?;
         for (pass, planned) in plan.structure.passes.iter().zip(&plan.passes) {
             if let Some(name) = &planned.of_host {
                 let message = format!(

@@ -282,6 +282,8 @@ impl HostResources for PassView<'_> {
             }
             HostBinding::Material => Some(texture(self.surface.as_ref()?.material.as_ref()?)),
             HostBinding::Object => Some(texture(self.surface.as_ref()?.object.as_ref()?)),
+            // The passes of a graph share it, whatever they look from.
+            HostBinding::Spent => None,
         }
     }
 

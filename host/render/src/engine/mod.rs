@@ -435,7 +435,12 @@ impl Engine {
             hide_splats(&mut structure);
         }
         self.plans += 1;
-        renderer.plan = Some(Plan::new(structure, size, &self.gpu, &mut self.pipelines)?);
+        renderer.plan = Some(Plan::new(
+            structure,
+            (size, renderer.is_confined),
+            &self.gpu,
+            &mut self.pipelines,
+        )?);
         (renderer.planned_by, renderer.hidden) = (self.serial, hidden);
         Ok(())
     }

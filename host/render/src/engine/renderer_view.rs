@@ -10,6 +10,8 @@ use surfelshop_runtime::plugins::Hosted;
 pub struct RendererView {
     pub(super) hosted: Hosted,
     pub(super) scope: String,
+    /// Whether its graphs run within what sandboxed plugins may take of a device.
+    pub(super) is_confined: bool,
     /// The columns that it reads of clouds.
     pub(super) needs: Vec<Need>,
     /// What it described last.
@@ -40,6 +42,7 @@ impl RendererView {
     #[must_use]
     pub fn new(hosted: Hosted, scope: impl Into<String>) -> Self {
         Self {
+            is_confined: hosted.is_sandboxed(),
             hosted,
             scope: scope.into(),
             needs: Vec::new(),
@@ -86,6 +89,13 @@ impl RendererView {
     /// holds all that it needs.
     pub fn send_all(&mut self) {
         self.sends_all = true;
+    }
+
+    /// Has graphs run within what sandboxed plugins may take of a device from the next structure on, whoever
+    /// describes them: those of a sandboxed plugin do from the first.
+    pub fn confine(&mut self) {
+        self.is_confined = true;
+        self.plan = None;
     }
 
     /// The graph of the last frame.

@@ -22,8 +22,16 @@ impl ToolDevice for Engine {
         self.gpu.describe()
     }
 
-    fn compute(&mut self, graph: &EncodedGraph, buffers: &[u32]) -> Result<Vec<Vec<u8>>> {
-        let computed = Self::compute(self, graph, buffers);
+    fn compute(
+        &mut self,
+        graph: &EncodedGraph,
+        buffers: &[u32],
+        is_sandboxed: bool,
+    ) -> Result<Vec<Vec<u8>>> {
+        let computed = match is_sandboxed {
+            true => self.compute_sandboxed(graph, buffers),
+            false => Self::compute(self, graph, buffers),
+        };
         computed.map_err(|error| Error::new(error.to_string()))
     }
 }

@@ -93,10 +93,14 @@ impl Plan {
         gpu: &Gpu,
         planned: &mut Planned,
     ) -> Result<(), String> {
-        if let Some(given) = HostBinding::of(&binding.name) {
+        let given = HostBinding::of(&binding.name);
+        if given == Some(HostBinding::Spent) {
+            return Ok(());
+        }
+        if let Some(given) = given {
             planned.of_host.get_or_insert_with(|| binding.name.clone());
             match given {
-                HostBinding::View | HostBinding::Lights => {}
+                HostBinding::View | HostBinding::Lights | HostBinding::Spent => {}
                 HostBinding::Environment
                 | HostBinding::EnvironmentMap
                 | HostBinding::EnvironmentSampler => planned.environment = true,

@@ -1,13 +1,14 @@
 //! Runs the needed passes of a plan.
 
 use crate::graph::host_binding::{HostBinding, HostResources, SurfelShading};
+use crate::graph::limits::{Watched, loop_units};
 use crate::graph::live_passes::{LivePasses, Written, parts_of};
 use crate::graph::pipeline_desc::{Pipeline, Stage};
 use crate::graph::pipelines::Pipelines;
-use crate::graph::plan::{Node, PassCamera, Plan, Planned, targets_of};
+use crate::graph::plan::{Node, PassCamera, Plan, Planned};
 use crate::graph::primitives::{PassScratch, Steps, counted_groups};
 use crate::graph::recorder::{Attachment, PassState, Recorder};
-use crate::graph::resources::FrameResources;
+use crate::graph::resources::{FrameResources, target_views, texture_views};
 use crate::graph::shading::{SHADING_TARGET, SURFEL_RADIANCE, SURFEL_RECORDS};
 use crate::graph::splats::SplatDrawing;
 use crate::graph::uniform_layout::Uniforms;
@@ -15,9 +16,7 @@ use crate::graph::{RenderError, bind, primitives, splats};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 use surfelshop_api::View;
-use surfelshop_api::graph::{
-    Buffer, Groups, Lifetime, Pass, Resource, SamplerKind, Span, Target, Work,
-};
+use surfelshop_api::graph::{Buffer, Groups, Lifetime, Pass, Resource, SamplerKind, Span, Work};
 use surfelshop_raster::Coverage;
 
 /// What a frame's passes are bound to besides the graph's own resources.
@@ -56,9 +55,45 @@ pub(crate) fn execute(
     let layouts = plan.passes.iter().flat_map(|pass| pass.layouts.values());
     let uniforms = Uniforms::new(&plan.structure.uniforms, layouts, frame.data, recorder.gpu)
         .map_err(RenderError::Graph)?;
+    let mut watched = plan.is_sandboxed.then(|| Watched::new(recorder));
+    pipelines.loop_units = plan.is_sandboxed.then(|| loop_units(recorder.gpu));
+    let written = run_passes(
+        &At { plan, needed, resources, frame, uniforms: uniforms.as_ref() },
+        recorder,
+        pipelines,
+        scratch,
+        watched.as_mut(),
+    );
+    pipelines.loop_units = None;
+    let written = written?;
+    if let Some(watched) = watched {
+        watched.end(recorder)?;
+    }
+    Ok(written)
+}
+
+/// What passes are run from.
+struct At<'a> {
+    plan: &'a Plan,
+    needed: &'a LivePasses,
+    resources: &'a FrameResources,
+    frame: &'a Frame<'a>,
+    uniforms: Option<&'a Uniforms<'a>>,
+}
+
+fn run_passes(
+    &At { plan, needed, resources, frame, uniforms }: &At<'_>,
+    recorder: &mut Recorder<'_>,
+    pipelines: &mut Pipelines,
+    scratch: &mut PassScratch,
+    mut watched: Option<&mut Watched>,
+) -> Result<Written, RenderError> {
     let mut written = Written::default();
     for (i, pass) in plan.structure.passes.iter().enumerate() {
         let planned = &plan.passes[i];
+        if let Some(watched) = watched.as_deref_mut().filter(|_| i > 0) {
+            watched.passed(&plan.structure.passes[i - 1].name, recorder)?;
+        }
         if !needed.passes[i] {
             recorder.note(&pass.name, PassState::Culled);
             continue;
@@ -82,7 +117,8 @@ pub(crate) fn execute(
             planned,
             frame,
             resources,
-            uniforms: uniforms.as_ref(),
+            uniforms,
+            spent: watched.as_deref().map(|watched| &watched.spent),
             samplers: &samplers,
             views: texture_views(plan, resources, i),
             target: targets.first().map(|(view, ..)| view),
@@ -128,6 +164,8 @@ pub(super) struct Variables<'a> {
     pub(super) frame: &'a Frame<'a>,
     pub(super) resources: &'a FrameResources,
     uniforms: Option<&'a Uniforms<'a>>,
+    /// Units of work of a sandboxed plugin's loops.
+    spent: Option<&'a wgpu::Buffer>,
     samplers: &'a HashMap<SamplerKind, wgpu::Sampler>,
     /// Textures by variable.
     views: HashMap<String, wgpu::TextureView>,
@@ -249,6 +287,9 @@ impl Variables<'_> {
 
     /// A variable of the host's modules.
     fn of_host(&self, binding: HostBinding) -> Option<wgpu::BindingResource<'_>> {
+        if binding == HostBinding::Spent {
+            return self.spent.map(wgpu::Buffer::as_entire_binding);
+        }
         if let (HostBinding::Surface, Some(lit)) = (binding, &self.lit) {
             return Some(wgpu::BindingResource::TextureView(lit));
         }
@@ -349,65 +390,6 @@ fn upload_data(
 /// Whether a range is as long as a buffer, but for what lacks of a word.
 fn fills(buffer: &Buffer, span: Span) -> bool {
     span.len.next_multiple_of(4).max(4) == buffer.size.next_multiple_of(4)
-}
-
-/// Views of the textures a pass reads or stores into, by variable.
-fn texture_views(
-    plan: &Plan,
-    resources: &FrameResources,
-    index: usize,
-) -> HashMap<String, wgpu::TextureView> {
-    let pass = &plan.structure.passes[index];
-    let mut views = HashMap::new();
-    for (name, resource) in &pass.bindings {
-        let Resource::Texture { id, mip } = resource else { continue };
-        let Some(Some(texture)) = resources.textures.get(id.index()) else { continue };
-        let described = &plan.structure.textures[id.index()];
-        let dimension = match (described.volume, plan.extent(id.index())[2]) {
-            (true, _) => wgpu::TextureViewDimension::D3,
-            (false, 1) => wgpu::TextureViewDimension::D2,
-            (false, _) => wgpu::TextureViewDimension::D2Array,
-        };
-        let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(dimension),
-            base_mip_level: mip.unwrap_or(0),
-            mip_level_count: mip.map(|_| 1),
-            ..Default::default()
-        });
-        views.insert(name.clone(), view);
-    }
-    views
-}
-
-/// The views a pass draws into, whether each is cleared (where nothing has drawn into the texture
-/// in this frame), and the slice of a volume.
-fn target_views(
-    plan: &Plan,
-    resources: &FrameResources,
-    index: usize,
-    written: &[Node],
-) -> Vec<(wgpu::TextureView, bool, Option<u32>)> {
-    let view_of = |target: &Target| {
-        let i = target.texture.index();
-        let texture = resources.textures[i].as_ref()?;
-        let volume = plan.structure.textures[i].volume;
-        let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            dimension: Some(if volume {
-                wgpu::TextureViewDimension::D3
-            } else {
-                wgpu::TextureViewDimension::D2
-            }),
-            base_mip_level: target.mip,
-            mip_level_count: Some(1),
-            base_array_layer: if volume { 0 } else { target.layer },
-            array_layer_count: if volume { None } else { Some(1) },
-            ..Default::default()
-        });
-        let whole = plan.structure.textures[i].mips == 1 && plan.extent(i)[2] == 1;
-        let clear = !(whole && written.contains(&Node::Texture(i)));
-        Some((view, clear, volume.then_some(target.layer)))
-    };
-    targets_of(&plan.structure.passes[index]).iter().filter_map(view_of).collect()
 }
 
 /// A pass of a plan, with what it is bound to.

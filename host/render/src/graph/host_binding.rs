@@ -4,6 +4,7 @@ use crate::graph::RenderError;
 use crate::graph::pipeline_desc::Pipeline;
 use crate::graph::pipelines::Pipelines;
 use crate::graph::recorder::Recorder;
+use crate::shader_compiler::SPENT;
 use std::sync::Arc;
 use surfelshop_api::View;
 use surfelshop_api::graph::SurfaceMode;
@@ -28,10 +29,12 @@ pub(crate) enum HostBinding {
     Material,
     /// Clouds of the nearest surfels.
     Object,
+    /// Units of work that loops of a sandboxed plugin's graph have spent.
+    Spent,
 }
 
 impl HostBinding {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::View,
         Self::Lights,
         Self::Environment,
@@ -40,6 +43,7 @@ impl HostBinding {
         Self::Surface,
         Self::Material,
         Self::Object,
+        Self::Spent,
     ];
 
     /// The variable, with the module that declares it.
@@ -53,6 +57,7 @@ impl HostBinding {
             Self::Surface => "surfelshop::surface::surface_packed",
             Self::Material => "surfelshop::surface::surface_material",
             Self::Object => "surfelshop::surface::surface_object",
+            Self::Spent => SPENT,
         }
     }
 

@@ -21,7 +21,7 @@ mod variants;
 
 pub(crate) use execute::{Frame, execute, touched};
 pub(crate) use host_binding::{HostBinding, HostResources, SurfelShading};
-pub(crate) use limits::{MAX_GRAPH_BYTES, MAX_RESOURCE_BYTES};
+pub(crate) use limits::{MAX_GRAPH_BYTES, MAX_RESOURCE_BYTES, confines};
 pub(crate) use live_passes::{LivePasses, SurfaceNeeds, Written, needed};
 pub(crate) use pipeline_desc::{DrawKind, Pipeline, Stage, checked};
 pub use pipelines::CompileCounts;
@@ -77,6 +77,14 @@ pub enum RenderError {
     /// The device is lost: every frame fails until there is a new engine on a new device.
     #[error("the graphics device was lost: {0}")]
     DeviceLost(String),
+    /// The device was at work on a sandboxed plugin's graph for longer than it may be.
+    #[error("{message}")]
+    Overran {
+        /// How long it may be.
+        limit: std::time::Duration,
+        /// What was running.
+        message: String,
+    },
     /// Somebody wanted no more of the frame, which was left.
     #[error("the picture was not wanted any more")]
     Stopped,

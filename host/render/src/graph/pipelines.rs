@@ -69,8 +69,8 @@ pub(crate) struct ReadyPipeline {
     pub(crate) is_it: bool,
 }
 
-/// A text, the modules it brings along and the names set for `#ifdef`.
-type ShaderKey = (String, Vec<Module>, Vec<String>);
+/// A text with the units of work of its loops, the modules it brings along and the names set for `#ifdef`.
+type ShaderKey = ((String, Option<u32>), Vec<Module>, Vec<String>);
 
 /// A shader, or what is wrong with it.
 struct Known {
@@ -93,6 +93,8 @@ pub(crate) struct Pipelines {
     /// What it was when each of the last frames began.
     began: VecDeque<u64>,
     pub(crate) counts: CompileCounts,
+    /// Units of work that loops of graphs share, where they come from a sandboxed plugin.
+    pub(crate) loop_units: Option<u32>,
     /// Samplers of graphs, each made once.
     samplers: HashMap<SamplerKind, wgpu::Sampler>,
 }
@@ -111,6 +113,7 @@ impl Pipelines {
             now: 0,
             began: VecDeque::new(),
             counts: CompileCounts::default(),
+            loop_units: None,
             samplers: HashMap::new(),
         })
     }
@@ -158,38 +161,48 @@ impl Pipelines {
 
     /// The checked shader of this text; the same text is composed once, mistakes included.
     pub(crate) fn shader(&mut self, source: &str, defines: &[&str]) -> Result<Arc<Shader>, String> {
-        self.shader_with(source, &[], defines)
+        self.shader_of((source, None), &[], defines)
     }
 
-    /// The same of a text that brings modules along.
+    /// The same of a graph's text that brings modules along.
     pub(crate) fn shader_with(
         &mut self,
         source: &str,
         modules: &[Module],
         defines: &[&str],
     ) -> Result<Arc<Shader>, String> {
+        self.shader_of((source, self.loop_units), modules, defines)
+    }
+
+    fn shader_of(
+        &mut self,
+        text: (&str, Option<u32>),
+        modules: &[Module],
+        defines: &[&str],
+    ) -> Result<Arc<Shader>, String> {
+        let (source, units) = text;
         let defined = defines.iter().map(|name| (*name).to_owned()).collect();
-        let key = (source.to_owned(), modules.to_vec(), defined);
+        let key = ((source.to_owned(), units), modules.to_vec(), defined);
         if let Some(known) = self.shaders.get_mut(&key) {
             known.last_used = self.now;
             return known.shader.clone();
         }
         self.counts.modules += 1;
-        let shader = self.make_shader(source, modules, defines).map(Arc::new);
+        let shader = self.make_shader(text, modules, defines).map(Arc::new);
         self.shaders.insert(key, Known { shader: shader.clone(), last_used: self.now });
         shader
     }
 
     fn make_shader(
         &mut self,
-        source: &str,
+        text: (&str, Option<u32>),
         modules: &[Module],
         defines: &[&str],
     ) -> Result<Shader, String> {
         let serial = u64::from(self.counts.modules);
         let (library, device) = (&mut self.library, &self.device);
         on_large_stack(|| {
-            let composed = library.compose(source, modules, defines);
+            let composed = library.compose_with(text, modules, defines);
             let composed = composed.map_err(|error| error.message)?;
             let module = checked(device, || {
                 device.create_shader_module(wgpu::ShaderModuleDescriptor {

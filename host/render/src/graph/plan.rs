@@ -3,6 +3,7 @@
 use crate::gpu::Gpu;
 use crate::graph::RenderError;
 use crate::graph::alternatives::{Chosen, choose};
+use crate::graph::limits::loop_units;
 use crate::graph::pipeline_desc::{DrawKind, Pipeline, Shader};
 use crate::graph::pipelines::{Draw, Pipelines, ReadyPipeline};
 use crate::graph::shading::{SHADING_ENTRY, SURFEL_ENTRY, pixel_source, surfel_source};
@@ -113,6 +114,8 @@ pub(crate) struct Plan {
     pub(crate) passes: Vec<Planned>,
     /// Size of the view it was checked for.
     pub(crate) size: [u32; 2],
+    /// Whether it comes from a sandboxed plugin.
+    pub(crate) is_sandboxed: bool,
 }
 
 impl Plan {
@@ -130,18 +133,31 @@ impl Plan {
 }
 
 impl Plan {
-    /// Checks a structure for a view of this size.
+    /// Checks a structure for a view of this size, and whether it comes from a sandboxed plugin.
     ///
     /// # Errors
     /// The first rule it breaks, with pass and variable.
     pub(crate) fn new(
         structure: Structure,
-        size: [u32; 2],
+        (size, is_sandboxed): ([u32; 2], bool),
         gpu: &Gpu,
         pipelines: &mut Pipelines,
     ) -> Result<Self, RenderError> {
-        let mut plan = Self { structure, passes: Vec::new(), size };
+        let mut plan = Self { structure, passes: Vec::new(), size, is_sandboxed };
         plan.check_resources(&gpu.device.limits())?;
+        pipelines.loop_units = is_sandboxed.then(|| loop_units(gpu));
+        let planned = plan.add_passes(gpu, pipelines);
+        pipelines.loop_units = None;
+        planned?;
+        if is_sandboxed {
+            plan.check_sandboxed(gpu)?;
+        }
+        Ok(plan)
+    }
+
+    /// Plans all passes.
+    fn add_passes(&mut self, gpu: &Gpu, pipelines: &mut Pipelines) -> Result<(), RenderError> {
+        let plan = self;
         for i in 0..plan.structure.passes.len() {
             let Chosen { pass, instead_of, others } = choose(&plan.structure.passes[i], gpu)?;
             let mut plan_one = |pass: &Pass| {
@@ -158,7 +174,7 @@ impl Plan {
             plan.check_output(*texture)
                 .map_err(|what| RenderError::Graph(format!("output `{}` {what}", output.name())))?;
         }
-        Ok(plan)
+        Ok(())
     }
 
     /// Width, height and slices of a texture for this view.

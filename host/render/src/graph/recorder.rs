@@ -207,11 +207,17 @@ impl<'g> Recorder<'g> {
     /// Submits what is recorded and waits for it. A lost device is noticed when the frame is
     /// submitted.
     pub(crate) fn finish(&mut self) {
+        self.submit_part();
+        drop(self.gpu.device.poll(wgpu::PollType::wait_indefinitely()));
+    }
+
+    /// Submits what is recorded.
+    pub(crate) fn submit_part(&mut self) -> wgpu::SubmissionIndex {
         let next = self.gpu.device.create_command_encoder(&Default::default());
         let recorded = std::mem::replace(&mut self.encoder, next);
-        self.gpu.queue.submit([recorded.finish()]);
+        let submitted = self.gpu.queue.submit([recorded.finish()]);
         self.gpu.transfers.keep(self.uploads.drain(..));
-        drop(self.gpu.device.poll(wgpu::PollType::wait_indefinitely()));
+        submitted
     }
 
     /// Records a compute pass.

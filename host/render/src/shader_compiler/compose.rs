@@ -6,6 +6,8 @@
 
 use crate::shader_compiler::directives::{Headed, headed};
 use crate::shader_compiler::numbered::{member_with_digit, numbered};
+use crate::shader_compiler::validate::{check_variables, validated};
+use crate::shader_compiler::work_limit::WorkLimit;
 use crate::shader_compiler::{bound_loops, expanded, loops, text};
 use crate::shader_features::ShaderFeature;
 use naga_oil::compose::{
@@ -48,6 +50,8 @@ const OWN_FILE: &str = "shader";
 pub(crate) struct Composed {
     pub(crate) module: naga::Module,
     pub(crate) info: naga::valid::ModuleInfo,
+    /// Operations of the largest function with those it calls.
+    pub(crate) n_operations: u64,
 }
 
 /// The host's shader modules, by import path.
@@ -109,14 +113,14 @@ impl Library {
         Ok(Self { composer, max_loops })
     }
 
-    /// Composes a text with the modules it brings along, and validates; `defines` are set for
-    /// `#ifdef`. To be called on a large stack.
+    /// Composes a text with the modules it brings along, and validates; `defines` are set for `#ifdef`. All loops of
+    /// a frame share `work` units, where there is such a number. To be called on a large stack.
     ///
     /// # Errors
     /// One line with the position where a text does not parse, import or validate.
-    pub(crate) fn compose(
+    pub(crate) fn compose_with(
         &mut self,
-        source: &str,
+        (source, work): (&str, Option<u32>),
         modules: &[Module],
         defines: &[&str],
     ) -> Result<Composed, ShaderError> {
@@ -125,13 +129,24 @@ impl Library {
         let needs: Vec<ShaderFeature> = ShaderFeature::set_in(defines).collect();
         let composed = self
             .add(modules, &needs)
-            .and_then(|shifted| self.compose_checked(source, defines, &needs, shifted));
+            .and_then(|shifted| self.compose_checked((source, work), defines, &needs, shifted));
         let composed = composed.map_err(|error| error.in_file(modules));
         // They belong to this text alone; another may bring others of the same path.
         for module in modules {
             self.composer.remove_composable_module(&module.path);
         }
         composed
+    }
+
+    /// The same where each loop is bounded by itself.
+    #[cfg(test)]
+    pub(crate) fn compose(
+        &mut self,
+        source: &str,
+        modules: &[Module],
+        defines: &[&str],
+    ) -> Result<Composed, ShaderError> {
+        self.compose_with((source, None), modules, defines)
     }
 
     /// Adds the modules of a text, each of which may import those before it; the files that a line was put before.
@@ -184,7 +199,7 @@ impl Library {
 
     fn compose_checked(
         &mut self,
-        source: &str,
+        (source, work): (&str, Option<u32>),
         defines: &[&str],
         needs: &[ShaderFeature],
         mut shifted_files: Vec<&str>,
@@ -206,53 +221,20 @@ impl Library {
         let mut module = composed;
         restore_names(&mut module);
         number_bindings(&mut module);
-        bound_loops::bound(&mut module);
-        let mut validator =
-            naga::valid::Validator::new(naga::valid::ValidationFlags::all(), allowed);
-        let info = validator.validate(&module).map_err(|error| {
-            let mut message = error.as_inner().to_string();
-            let mut cause = std::error::Error::source(error.as_inner());
-            while let Some(inner) = cause {
-                message.push_str(": ");
-                message.push_str(&inner.to_string());
-                cause = inner.source();
-            }
-            ShaderError::new(format!("{}{}", undecorated_text(&message), missing_need(&message)))
-        })?;
+        if let Some(most) = work {
+            let info = validated(&module, allowed)?;
+            let sizes = expanded::check(&module, &info)?;
+            WorkLimit::put(&mut module, [&sizes.functions, &sizes.entries], most);
+        } else {
+            bound_loops::bound(&mut module);
+        }
+        let info = validated(&module, allowed)?;
         check_variables(&module)?;
-        let n_operations = expanded::check(&module, &info)?;
+        let n_operations = expanded::check(&module, &info)?.largest();
         let n_loops = loops::check(&module, self.max_loops)?;
         tracing::debug!(n_loops, n_operations, "operations of a shader");
-        Ok(Composed { module, info })
+        Ok(Composed { module, info, n_operations })
     }
-}
-
-/// Most bytes of a variable that each invocation has of its own. Drivers keep them in registers where
-/// they can, and take minutes or all memory where they cannot.
-const MAX_VARIABLE_BYTES: u32 = 64 << 10;
-
-/// Refuses variables that no invocation should have of its own.
-fn check_variables(module: &naga::Module) -> Result<(), ShaderError> {
-    use naga::AddressSpace::{Private, WorkGroup};
-    let global = module.global_variables.iter().map(|(_, variable)| variable);
-    let private = global
-        .filter(|variable| matches!(variable.space, Private | WorkGroup))
-        .map(|variable| (&variable.name, variable.ty));
-    let functions = module.functions.iter().map(|(_, function)| function);
-    let functions = functions.chain(module.entry_points.iter().map(|entry| &entry.function));
-    let local = functions
-        .flat_map(|function| function.local_variables.iter().map(|(_, v)| (&v.name, v.ty)));
-    for (name, ty) in private.chain(local) {
-        let size = module.types[ty].inner.try_size(module.to_ctx()).unwrap_or(u32::MAX);
-        if size > MAX_VARIABLE_BYTES {
-            let name = undecorated(name.as_deref().unwrap_or_default());
-            return Err(ShaderError::new(format!(
-                "variable `{name}` takes {size} bytes of each invocation, at most \
-                 {MAX_VARIABLE_BYTES} are compiled"
-            )));
-        }
-    }
-    Ok(())
 }
 
 /// Names a misspelt import where it stands; the composer would only miss it where it is used, by
@@ -304,7 +286,7 @@ fn wide_atomics(defines: &[&str]) -> naga::valid::Capabilities {
 }
 
 /// What a text that uses something without saying so is told besides.
-fn missing_need(message: &str) -> String {
+pub(super) fn missing_need(message: &str) -> String {
     let told_by = [
         ("SUBGROUP", "subgroups"),
         ("SHADER_FLOAT16", "f16"),
@@ -375,7 +357,7 @@ pub(super) fn undecorated(name: &str) -> String {
 }
 
 /// A message in which decorated names stand in quotes.
-fn undecorated_text(message: &str) -> String {
+pub(super) fn undecorated_text(message: &str) -> String {
     message.split('\'').map(undecorated).collect::<Vec<_>>().join("'")
 }
 

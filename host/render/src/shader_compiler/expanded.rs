@@ -13,31 +13,43 @@ use naga::{AddressSpace, Block, Function, Module, Statement};
 /// core) takes 2.9 s at most for one that is let through.
 pub(super) const MAX_OPERATIONS: u64 = 32_768;
 
-/// Operations of the largest function of a validated module.
+/// Operations of functions with all that they call.
+pub(super) struct Sizes {
+    pub(super) functions: Vec<u64>,
+    pub(super) entries: Vec<u64>,
+}
+
+impl Sizes {
+    /// Those of the largest.
+    pub(super) fn largest(&self) -> u64 {
+        self.functions.iter().chain(&self.entries).copied().max().unwrap_or(0)
+    }
+}
+
+/// Operations of the functions of a validated module.
 ///
 /// # Errors
 /// The first function that is larger than drivers compile in reasonable time.
-pub(super) fn check(module: &Module, info: &ModuleInfo) -> Result<u64, ShaderError> {
+pub(super) fn check(module: &Module, info: &ModuleInfo) -> Result<Sizes, ShaderError> {
     let weights = Weights::new(module);
     // By index: a function comes after those it calls.
-    let mut expanded: Vec<u64> = Vec::with_capacity(module.functions.len());
-    let mut largest = 0;
+    let mut functions: Vec<u64> = Vec::with_capacity(module.functions.len());
     for (handle, function) in module.functions.iter() {
-        let size = size(&weights, function, &info[handle], &expanded);
+        let size = size(&weights, function, &info[handle], &functions);
         let name = undecorated(function.name.as_deref().unwrap_or_default());
-        largest = largest.max(within(size, &name)?);
-        expanded.push(size);
+        functions.push(within(size, &name)?);
     }
+    let mut entries = Vec::with_capacity(module.entry_points.len());
     for (i, entry) in module.entry_points.iter().enumerate() {
         let info = info.get_entry_point(i);
         let private = module.global_variables.iter().filter(|(handle, variable)| {
             variable.space == AddressSpace::Private && !info[*handle].is_empty()
         });
         let private = weights.variables(private.map(|(_, variable)| variable.ty));
-        let size = size(&weights, &entry.function, info, &expanded).saturating_add(private);
-        largest = largest.max(within(size, &entry.name)?);
+        let size = size(&weights, &entry.function, info, &functions).saturating_add(private);
+        entries.push(within(size, &entry.name)?);
     }
-    Ok(largest)
+    Ok(Sizes { functions, entries })
 }
 
 fn within(size: u64, name: &str) -> Result<u64, ShaderError> {
@@ -94,7 +106,7 @@ mod tests {
             let module = naga::front::wgsl::parse_str(source).unwrap();
             let mut validator = Validator::new(ValidationFlags::all(), Capabilities::default());
             let info = validator.validate(&module).unwrap();
-            check(&module, &info).map_err(|error| error.message)
+            check(&module, &info).map(|sizes| sizes.largest()).map_err(|error| error.message)
         };
         on_large_stack(checked).unwrap()
     }

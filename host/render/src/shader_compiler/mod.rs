@@ -11,9 +11,12 @@ mod numbered;
 mod reflect;
 mod text;
 mod tokens;
+mod validate;
 mod weights;
+mod work_limit;
 
 pub(crate) use compose::{Composed, Library, fingerprint};
 pub(crate) use large_stack::{STACK_BYTES, on_large_stack};
 pub(crate) use members::{SurfaceMembers, members_read};
 pub(crate) use reflect::{Binding, BindingKind, EntryPoint, UniformMember, reflect};
+pub(crate) use work_limit::SPENT;

@@ -51,6 +51,12 @@ impl Plugin {
         Ok(Self(Code::Sandboxed(Box::leak(Box::new(Module::new(module)?)))))
     }
 
+    /// Whether it runs in a sandbox, so that nobody needs to trust it.
+    #[must_use]
+    pub fn is_sandboxed(&self) -> bool {
+        matches!(self.0, Code::Sandboxed(_))
+    }
+
     /// The plugin with the functions of its formats, from the address of their table.
     ///
     /// # Errors

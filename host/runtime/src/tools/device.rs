@@ -10,11 +10,17 @@ pub trait ToolDevice {
     /// What it is, in words.
     fn describe(&self) -> String;
 
-    /// Runs a graph and gives the contents of these of its buffers, in this order.
+    /// Runs a graph and gives the contents of these of its buffers, in this order; one of a sandboxed plugin within
+    /// what such plugins may take.
     ///
     /// # Errors
     /// Where the graph is refused or the device fails.
-    fn compute(&mut self, graph: &EncodedGraph, buffers: &[u32]) -> Result<Vec<Vec<u8>>>;
+    fn compute(
+        &mut self,
+        graph: &EncodedGraph,
+        buffers: &[u32],
+        is_sandboxed: bool,
+    ) -> Result<Vec<Vec<u8>>>;
 }
 
 /// Opens a device.

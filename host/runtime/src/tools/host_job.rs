@@ -23,6 +23,8 @@ pub(super) struct HostJob {
     shared: Arc<Shared>,
     staged: RefCell<StagedEdits>,
     options: ToolOptions,
+    /// Whether the tool is a sandboxed plugin's.
+    is_sandboxed: bool,
     /// Threads of this run alone, so that a loop that never ends takes none of the program's.
     pool: OnceCell<Option<ThreadPool>>,
     /// Opened when the tool asks, and closed with the run.
@@ -31,12 +33,17 @@ pub(super) struct HostJob {
 
 impl HostJob {
     /// The desk of an instance that is made and about to run.
-    pub(super) fn new(shared: Arc<Shared>, cloud: Cloud, options: ToolOptions) -> Self {
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        cloud: Cloud,
+        (options, is_sandboxed): (ToolOptions, bool),
+    ) -> Self {
         shared.begin();
         Self {
             shared,
             staged: RefCell::new(StagedEdits::new(cloud)),
             options,
+            is_sandboxed,
             pool: OnceCell::new(),
             device: RefCell::new(None),
         }
@@ -130,6 +137,6 @@ impl JobHost for HostJob {
             Some(device) => device,
             None => device.insert(self.open()?),
         };
-        device.compute(graph, buffers)
+        device.compute(graph, buffers, self.is_sandboxed)
     }
 }

@@ -172,7 +172,7 @@ impl Running {
                 Ok(instance) => instance,
                 Err(fault) => return drop(answer.send(Err(fault))),
             };
-            let desk = HostJob::new(at_work, cloud.clone(), options_given);
+            let desk = HostJob::new(at_work, cloud.clone(), (options_given, plugin.is_sandboxed()));
             let ran = match is_handled {
                 true => instance.run_stroke(&call, &cloud.view(), &desk),
                 false => instance.run(&call.values, &cloud.view(), &desk),

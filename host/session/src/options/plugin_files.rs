@@ -5,11 +5,14 @@ use crate::options::values;
 use crate::options::values::Setting;
 use crate::output::terminal;
 use crate::trust_file::TrustFile;
+use anyhow::{Context as _, ensure};
 use clap::Args;
 use std::path::PathBuf;
 use std::time::Duration;
 use surfelshop_api::params::Values;
-use surfelshop_runtime::plugins::{Contents, SearchPath, Timeouts, Trust};
+use surfelshop_runtime::plugins::{
+    Contents, Origin, Place, SearchPath, Timeouts, Trust, has_library_extension,
+};
 
 /// Plugins beside the installed ones.
 #[derive(Clone, Debug, Default, Args)]
@@ -32,6 +35,13 @@ pub struct PluginFiles {
     /// start, 5 for a frame, 3 for a tool to stop].
     #[arg(long, value_name = "SECONDS", value_parser = values::seconds)]
     pub patience: Option<Duration>,
+    /// Read and write files through modules of the program's own formats, which run in a sandbox, instead of its
+    /// libraries: what a hostile file does to its reader then ends there.
+    ///
+    /// They lie in `sandbox-formats` beside the program; in a checkout `cargo sandbox-formats` builds them. PLY and
+    /// .surfels files are read by the program itself.
+    #[arg(long)]
+    pub sandbox_formats: bool,
     /// Builds that were said yes to in the window, until it is closed.
     #[arg(skip)]
     pub trusted_once: Vec<Contents>,
@@ -85,6 +95,26 @@ impl PluginFiles {
         for contents in &self.trusted_once {
             trust.build(*contents);
         }
-        Ok(SearchPath::standard(self.plugin.clone(), trust))
+        let mut search = SearchPath::standard(self.plugin.clone(), trust);
+        if self.sandbox_formats {
+            search.folders.push(Place::new(modules_of_formats()?, Origin::CommandLine));
+        }
+        Ok(search)
     }
+}
+
+/// The folder of the modules of the program's own formats.
+fn modules_of_formats() -> anyhow::Result<PathBuf> {
+    let program = std::env::current_exe().context("the place of the program is not known")?;
+    let folder = program.with_file_name("sandbox-formats");
+    let has_modules = folder.read_dir().is_ok_and(|mut files| {
+        files.any(|file| file.is_ok_and(|file| has_library_extension(&file.path())))
+    });
+    ensure!(
+        has_modules,
+        "--sandbox-formats: expected modules of formats in {}, found none; `cargo sandbox-formats` in a checkout \
+         builds them",
+        folder.display()
+    );
+    Ok(folder)
 }

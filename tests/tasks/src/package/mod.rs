@@ -9,7 +9,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::cargo;
+use crate::{cargo, modules};
 
 /// Built-in plugins are the crates of this folder.
 const PLUGINS: &str = "plugins";
@@ -57,6 +57,13 @@ fn stage(root: &Path, release: &Path, folder: &Path) -> Result<(), String> {
     for package in &packages {
         let library = format!("lib{}.so", package.replace('-', "_"));
         copy_program(&release.join(&library), &folder.join("plugins").join(&library))?;
+    }
+    match modules::can_build() {
+        true => {
+            modules::run()?;
+            copy_folder(&release.join(modules::FOLDER), &folder.join(modules::FOLDER))?;
+        }
+        false => println!("no modules of formats: Rust has no standard library for them here"),
     }
     for asset in ASSETS {
         copy(&root.join("assets").join(asset), &folder.join("assets").join(asset))?;

@@ -229,8 +229,12 @@ impl<'a> Bench<'a> {
 }
 
 fn refused(error: &RenderError) -> Failure {
-    let is_silent =
-        matches!(error, RenderError::Plugin(Fault::TimedOut(_)) | RenderError::DeviceLost(_));
+    let is_silent = matches!(
+        error,
+        RenderError::Plugin(Fault::TimedOut(_))
+            | RenderError::DeviceLost(_)
+            | RenderError::Overran { .. }
+    );
     // What it says in words of its own, or of a file that it was given.
     let is_refusal = matches!(
         error,

@@ -5,7 +5,7 @@ mod graph;
 use crate::engine::request::RendererPart;
 use crate::engine::several::is_of_host;
 use crate::engine::{Engine, RenderRequest, Rendered, RendererView};
-use crate::graph::{PassReport, PassState, Plan};
+use crate::graph::{PassReport, PassState, Plan, confines};
 use crate::resource_use::ResourceUse;
 use crate::shader_features::ShaderFeature;
 use crate::surfels::{ColumnUse, DrawnHow, SurfelDrawing, columns_used};
@@ -251,6 +251,15 @@ impl Engine {
                 gpu.stores_into_volumes(),
                 ["compute passes fill volumes", "passes that store into a volume are refused"],
                 has_volumes,
+            ),
+            feature(
+                "checks of bounds",
+                confines(gpu).is_ok(),
+                [
+                    "graphs of sandboxed plugins run, within their share of the device",
+                    "graphs of sandboxed plugins are refused",
+                ],
+                renderer.is_confined,
             ),
             feature(
                 "a graphics card",

@@ -3,6 +3,7 @@
 mod free;
 mod resident;
 mod texture_cache;
+mod views;
 
 use crate::disk_cache::DiskCache;
 use crate::gpu::Gpu;
@@ -17,6 +18,8 @@ use std::sync::Arc;
 use surfelshop_api::frame::ResidentBytes;
 use surfelshop_api::graph::{Lifetime, Pass, Work};
 use surfelshop_raster::Coverage;
+
+pub(super) use views::{target_views, texture_views};
 
 /// Frames an unused resource survives.
 const KEPT_FRAMES: u64 = 64;

@@ -6,7 +6,7 @@ use crate::graph::plan::{Node, Plan, Planned, defines_of};
 use crate::graph::splats::source::{
     COMPOSE_PER_PIXEL, Form, compose_defines, is_of_composing, per_pixel_source,
 };
-use crate::shader_compiler::{members_read, reflect};
+use crate::shader_compiler::{SPENT, members_read, reflect};
 use surfelshop_api::graph::{Composition, Format, Pass, Splats, TextureId};
 
 /// Most splats of a pass.
@@ -99,7 +99,7 @@ impl Plan {
             reflect(&shader.composed, stage, COMPOSE_PER_PIXEL).map_err(|error| error.message)?;
         self.check_bound(&point.bindings, &gpu.device.limits())?;
         for binding in point.bindings.iter().filter(|binding| !is_of_composing(&binding.name)) {
-            if binding.kind.writes() {
+            if binding.kind.writes() && binding.name != SPENT {
                 return Err(format!(
                     "`{}` is stored into by `{function}`, which is called for pixels in no order; it only reads",
                     binding.name

@@ -27,6 +27,7 @@ pub struct Hosted {
     requests: Sender<FrameMessage>,
     answers: Receiver<Result<EncodedGraph, Fault>>,
     limit: Duration,
+    is_sandboxed: bool,
     /// Why it is not asked any more.
     given_up: Option<Fault>,
 }
@@ -51,6 +52,7 @@ impl Hosted {
         let (requests, asked) = mpsc::channel::<FrameMessage>();
         let (answer, answers) = mpsc::channel();
         let (start, started) = mpsc::channel();
+        let is_sandboxed = plugin.is_sandboxed();
         let host = host.clone();
         on_own_thread(move || {
             let created = plugin.create(unit_index, &host);
@@ -71,7 +73,7 @@ impl Hosted {
         started
             .recv_timeout(patience.create)
             .unwrap_or_else(|error| Err(missing(error, patience.create)))?;
-        Ok(Self { requests, answers, limit: patience.frame, given_up: None })
+        Ok(Self { requests, answers, limit: patience.frame, is_sandboxed, given_up: None })
     }
 
     /// Stands in for a renderer whose graph was captured: every frame is that graph.
@@ -86,7 +88,8 @@ impl Hosted {
                 drop(answer.send(Ok(graph.clone())));
             }
         })?;
-        Ok(Self { requests, answers, limit: Timeouts::default().frame, given_up: None })
+        let limit = Timeouts::default().frame;
+        Ok(Self { requests, answers, limit, is_sandboxed: false, given_up: None })
     }
 
     /// Has the renderer describe a frame.
@@ -118,6 +121,12 @@ impl Hosted {
             self.given_up = Some(fault.clone());
             Err(fault)
         })
+    }
+
+    /// Whether the renderer runs in a sandbox, and its graphs within what such plugins may take of a device.
+    #[must_use]
+    pub fn is_sandboxed(&self) -> bool {
+        self.is_sandboxed
     }
 
     /// Why the renderer is not asked any more, where it missed a deadline.

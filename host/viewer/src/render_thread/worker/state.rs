@@ -244,6 +244,7 @@ fn fault_of(error: &RenderError) -> Fault {
     match error {
         RenderError::Plugin(fault) => fault.clone(),
         RenderError::DeviceLost(_) => Fault::TimedOut(std::time::Duration::ZERO),
+        RenderError::Overran { limit, .. } => Fault::TimedOut(*limit),
         RenderError::Graph(_) | RenderError::Pass { .. } | RenderError::NoOutput { .. } => {
             Fault::Error(error.to_string())
         }

@@ -1,5 +1,9 @@
 //! How much textures, buffers and cameras of a graph may take.
 
+mod work;
+
+pub(crate) use work::{Watched, confines, loop_units};
+
 use crate::graph::RenderError;
 use crate::graph::plan::Plan;
 use crate::shader_compiler::{Binding, BindingKind};
@@ -109,6 +113,20 @@ impl Plan {
             )));
         }
         Ok(())
+    }
+
+    /// Bytes that textures, buffers and cameras were found to have, once they have been checked.
+    fn declared_bytes(&self) -> u64 {
+        let textures = self.structure.textures.iter().enumerate().map(|(i, texture)| {
+            let texels = self.extent(i).map(u64::from).iter().product::<u64>();
+            texels.saturating_mul(u64::from(texture.format.bytes_per_texel()))
+        });
+        let buffers = self.structure.buffers.iter().map(|buffer| buffer.size);
+        let cameras = self.structure.cameras.iter().map(|camera| {
+            let [width, height] = camera.size_px.map(u64::from);
+            width * height * CAMERA_PIXEL_BYTES
+        });
+        textures.chain(buffers).chain(cameras).fold(0, u64::saturating_add)
     }
 
     /// Bytes of all textures.
